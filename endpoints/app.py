@@ -13,7 +13,7 @@ from endpoints.rest.cluster import containers, health, machines
 from endpoints.rest.maps import map_cells, map_versions, maps
 from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
 from endpoints.rest.plans import cost_matrix, evaluation, plan_database, planners, planning, plans, stored_plans
-from endpoints.rest.plans.fast_path import DirectPlans
+from endpoints.rest.plans.fast_path import PlanFastPath
 from endpoints.rest.robots import models, robot_nodes, robot_urdf, robots
 from endpoints.rest.users import tokens, users
 from endpoints.rest.viewer import add_viewer
@@ -59,10 +59,10 @@ class Application(FastAPI):
 
     def __init__(self, services: Services, **options: Any) -> None:
         super().__init__(**options)
-        settings = services.settings
-        uploads = {f"{PREFIX}{maps.router.prefix}": BodyLimits(settings.max_upload, settings.max_upload_seconds)}
-        direct = DirectPlans(super().__call__, prefix=PREFIX, services=services)
-        self._first = BodyLimit(direct, BodyLimits(settings.max_body, settings.max_body_seconds), uploads)
+        limits = services.limits
+        uploads = {f"{PREFIX}{maps.router.prefix}": BodyLimits(limits.max_upload, limits.max_upload_seconds)}
+        direct = PlanFastPath(super().__call__, prefix=PREFIX, services=services)
+        self._first = BodyLimit(direct, BodyLimits(limits.max_body, limits.max_body_seconds), uploads)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request or connection."""

@@ -49,7 +49,7 @@ MACHINES = "machines"
 """Folder within the data folder for certificates and tickets of machines of other hosts."""
 
 
-class Ready(msgspec.Struct):
+class ReadyFile(msgspec.Struct):
     """What the ready file says."""
 
     url: str
@@ -203,7 +203,7 @@ async def _run(web: "Web", listener: socket.socket, stop: asyncio.Event, ready_f
     try:
         logger.info("serving at %s", url)
         if ready_file is not None:
-            await asyncio.to_thread(_write_ready, ready_file, Ready(url, os.getpid(), ADMIN))
+            await asyncio.to_thread(_write_ready, ready_file, ReadyFile(url, os.getpid(), ADMIN))
         await asyncio.wait((serving, stopping), return_when=asyncio.FIRST_COMPLETED)
     finally:
         stopping.cancel()
@@ -211,7 +211,7 @@ async def _run(web: "Web", listener: socket.socket, stop: asyncio.Event, ready_f
         await serving
 
 
-def _write_ready(path: Path, ready: Ready) -> None:
+def _write_ready(path: Path, ready: ReadyFile) -> None:
     partial = path.with_suffix(".partial")
     try:
         partial.write_bytes(msgspec.json.encode(ready))

@@ -34,7 +34,7 @@ TOKEN_PREFIX = "ppaas_"
 
 
 @dataclass(frozen=True, slots=True)
-class Login:
+class IssuedToken:
     """A token, when it expires [s since the epoch], and the id with which it is revoked."""
 
     token: str
@@ -118,7 +118,7 @@ class Accounts:
         if not await self._passwords.verify(user.password_hash, password):
             logger.warning("the user %r exists with another password, which it keeps", user.id)
 
-    async def sign_in(self, user_id: str, password: str) -> Login:
+    async def sign_in(self, user_id: str, password: str) -> IssuedToken:
         """Give a new token to who knows the password.
 
         Raises
@@ -133,7 +133,7 @@ class Accounts:
         if not await self._passwords.verify(user.password_hash if user else None, password) or user is None:
             raise NotAuthenticated("wrong user or password")
         now = self._clock()
-        login = Login(f"{TOKEN_PREFIX}{secrets.token_urlsafe(32)}", now + self._lifetime)
+        login = IssuedToken(f"{TOKEN_PREFIX}{secrets.token_urlsafe(32)}", now + self._lifetime)
         try:
             await run_in_threadpool(self._store.add_token, Token(login.id, user.id, login.expires, now))
         except NotFound as error:

@@ -10,7 +10,7 @@ from ppaas.errors import NotFound
 from storage.ports import MapStore, Store
 
 
-class Holdings:
+class Usage:
     """Lets each user keep one new thing at a time, so that two who come together do not both take the last place.
 
     Several processes that serve one store do not wait for each other: there may be one too many for each.
@@ -33,7 +33,7 @@ class Holdings:
             try:
                 store.robot(user, robot)
             except NotFound:
-                check_quota(user, "robots", quotas.of(user).robots, robots_of(store, user))
+                check_quota(user, "robots", quotas.of(user).robots, robot_count(store, user))
             yield
 
     @contextmanager
@@ -49,7 +49,7 @@ class Holdings:
             try:
                 map_store.map_head(map_id)
             except NotFound:
-                check_quota(user, "maps", quotas.of(user).maps, len(maps_of(map_store, user)))
+                check_quota(user, "maps", quotas.of(user).maps, len(owned_maps(map_store, user)))
             yield
 
     def _of(self, user: str) -> threading.Lock:
@@ -57,11 +57,11 @@ class Holdings:
             return self._adding.setdefault(user, threading.Lock())
 
 
-def robots_of(store: Store, user: str) -> int:
+def robot_count(store: Store, user: str) -> int:
     """Return how many robots a user has."""
     return len(store.robots(user))
 
 
-def maps_of(map_store: MapStore, user: str) -> list[str]:
+def owned_maps(map_store: MapStore, user: str) -> list[str]:
     """Return the maps that a user owns."""
     return [head.id for head in map_store.maps(user) if head.owner == user]

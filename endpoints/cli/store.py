@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ppaas.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from storage.migration.copying import Compared, Copied, Kind
+    from storage.migration.copying import Compared, Copied, RecordKind
 
 NAME = "store"
 HELP = "copy a store to another, compare two, or sweep one"
@@ -72,7 +72,7 @@ def _sweep(url: str) -> int:
     return 0
 
 
-def _open(source: str, target: str) -> "tuple[Sequence[Kind[Any]], Any, Any]":
+def _open(source: str, target: str) -> "tuple[Sequence[RecordKind[Any]], Any, Any]":
     """Return the kinds of record that two stores have, and the stores."""
     from storage.migration.map_records import MAP_KINDS  # noqa: PLC0415
     from storage.migration.store_records import KINDS  # noqa: PLC0415
@@ -107,7 +107,7 @@ def _progress(arguments: argparse.Namespace, source: Any) -> Iterator[Any]:
     with Progress(*columns, console=console, disable=arguments.json or not console.is_terminal) as shown:
 
         def work_through(
-            what: str, kind: "Kind[Any]", steps: "Iterator[Copied] | Iterator[Compared]"
+            what: str, kind: "RecordKind[Any]", steps: "Iterator[Copied] | Iterator[Compared]"
         ) -> "Copied | Compared | None":
             total = kind.count(source) if kind.count is not None else None
             task, last = shown.add_task(what, total=total), None

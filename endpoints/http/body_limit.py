@@ -9,7 +9,7 @@ from fastapi import HTTPException
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from endpoints.http.eager_coroutine import Begun
+from endpoints.http.eager_coroutine import EagerCoroutine
 from endpoints.http.problems import problem_response
 from ppaas.errors import MessageTooLarge
 
@@ -69,15 +69,15 @@ class _Body:
         """Return the next message; once the body is whole, wait for the client to go as long as it takes."""
         if self._whole:
             return await self._receive()
-        reading = Begun(cast(Coroutine[Any, Any, Message], self._receive()))
-        message = await (reading if reading.over else self._in_time(reading))
+        reading = EagerCoroutine(cast(Coroutine[Any, Any, Message], self._receive()))
+        message = await (reading if reading.done else self._in_time(reading))
         self._whole = not message.get("more_body", False)
         self._read += len(message.get("body", b""))
         if self._read > self._limits.size:
             raise _too_large(self._limits)
         return message
 
-    async def _in_time(self, reading: Begun[Message]) -> Message:
+    async def _in_time(self, reading: EagerCoroutine[Message]) -> Message:
         if self._until is None:
             self._until = asyncio.get_running_loop().time() + self._limits.seconds
         try:

@@ -6,7 +6,7 @@ from typing import Any, Generic, TypeVar
 T = TypeVar("T")
 
 
-class Begun(Generic[T]):
+class EagerCoroutine(Generic[T]):
     """A coroutine, run to where it first waits. One that waited must be awaited, in the task that began it.
 
     Parameters
@@ -15,7 +15,7 @@ class Begun(Generic[T]):
 
     Attributes
     ----------
-    over : bool
+    done : bool
         It did not wait: what awaits it gets its result at once.
     """
 
@@ -23,24 +23,24 @@ class Begun(Generic[T]):
         self._work = work
         self._result: T
         self._awaited: object = None
-        self.over = False
+        self.done = False
         self._step(None)
 
     def _step(self, sent: object) -> None:
         try:
             self._awaited = self._work.send(sent)
         except StopIteration as end:
-            self._result, self.over = end.value, True
+            self._result, self.done = end.value, True
 
     def _throw(self, error: BaseException) -> None:
         try:
             self._awaited = self._work.throw(error)
         except StopIteration as end:
-            self._result, self.over = end.value, True
+            self._result, self.done = end.value, True
 
     def __await__(self) -> Generator[object, object, T]:
         """Return its result, or raise what it raises."""
-        while not self.over:
+        while not self.done:
             try:
                 sent = yield self._awaited
             except BaseException as error:  # noqa: BLE001  # it is the coroutine's to answer

@@ -54,7 +54,7 @@ def may_read(user: User, record: MapRecord) -> bool:
 
 async def readable_head(services: Services, user: User, map_id: str) -> MapRecord:
     """Return a map without its files; ``NotFound`` also where it may not be seen, so that ids are not given away."""
-    head = await services.map_heads.head(services.map_store, map_id)
+    head = await services.map_cache.head(services.map_store, map_id)
     if not may_read(user, head):
         raise NotFound("map", map_id)
     return head

@@ -1,17 +1,16 @@
 """JSON schemas that all routes of the REST service share: for checks of requests and descriptions of responses."""
 
 import json
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from endpoints.rest.names import Name
+from engine.service.path_requests import MAX_COORDINATE
 from engine.specs.machine_settings import MOST_LABELS
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-MAX_COORDINATE = 1e9
-"""Further than any map reaches, and near enough to reckon with."""
-
 Pose = Annotated[
     list[Annotated[Number, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]],
     Field(min_length=2, max_length=3, description="x [m], y [m] and, if it matters, yaw [rad] in the frame of the map"),
@@ -32,7 +31,7 @@ Reader = Annotated[Literal["*"] | Name, Field(union_mode="left_to_right")]
 Description = Annotated[str, Field(max_length=MAX_DESCRIPTION)]
 
 
-def triple(pose: list[float]) -> tuple[float, float, float]:
+def triple(pose: Sequence[float]) -> tuple[float, float, float]:
     """Return x, y, yaw of a pose that may come without its yaw."""
     x, y, *rest = pose
     return x, y, rest[0] if rest else 0.0

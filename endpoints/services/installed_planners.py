@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from endpoints.services import planner_cache
-from endpoints.services.planner_cache import Told
+from endpoints.services.planner_cache import PlannerCatalogue
 from ppaas.errors import Unavailable
 from ppaas.plugins import permitted
 
@@ -28,10 +28,10 @@ class InstalledPlanners:
     """What is told of the planners that are installed; they stay the same as long as the cloud runs."""
 
     def __init__(self) -> None:
-        self._known: Told | None = None
+        self._known: PlannerCatalogue | None = None
         self._asking = asyncio.Lock()
 
-    async def all(self) -> Told:
+    async def all(self) -> PlannerCatalogue:
         """Return all, by name.
 
         Raises
@@ -45,7 +45,7 @@ class InstalledPlanners:
             return self._known
 
 
-async def _find_out() -> Told:
+async def _find_out() -> PlannerCatalogue:
     question = (*PROGRAM, msgspec.json.encode(permitted()).decode())
     file = await asyncio.to_thread(planner_cache.cache_file, " ".join(question))
     known = planner_cache.kept(file)
@@ -55,11 +55,11 @@ async def _find_out() -> Told:
     return known
 
 
-async def _ask(question: tuple[str, ...]) -> Told:
+async def _ask(question: tuple[str, ...]) -> PlannerCatalogue:
     pipe = asyncio.subprocess.PIPE
     process = await asyncio.create_subprocess_exec(sys.executable, *question, stdout=pipe, stderr=pipe)
     out, err = await process.communicate()
     if process.returncode != 0:
         logger.error("cannot list the planners: %s", err.decode(errors="replace"))
         raise Unavailable("one of the planners installed cannot be loaded; the log of the cloud says why")
-    return msgspec.json.decode(out, type=Told)
+    return msgspec.json.decode(out, type=PlannerCatalogue)

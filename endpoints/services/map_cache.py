@@ -13,7 +13,7 @@ AWAY = 5.0
 """Seconds for which a store that is away is not asked for the same again: it may take as long to say that it is."""
 
 
-class MapHeads:
+class MapCache:
     """The heads of the maps that were asked for last. For one event loop.
 
     Parameters

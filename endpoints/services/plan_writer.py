@@ -23,7 +23,7 @@ TOGETHER = 0.05
 Record = Callable[[], PlanRecord]
 
 
-class PlanKeeper:
+class PlanWriter:
     """Writes plans to the store beside the answers.
 
     A store writes through to the disk, which takes longer than to plan. What looks plans up waits until those under way
@@ -36,7 +36,7 @@ class PlanKeeper:
         self._waiting: list[tuple[Store, Record]] = []
         self._now = asyncio.Event()
 
-    async def keep(self, store: Store, record: Record) -> None:
+    async def write(self, store: Store, record: Record) -> None:
         """Let the record of a plan be made and written soon; wait only while too many others are being written."""
         if self._room.locked():
             self._now.set()

@@ -18,7 +18,7 @@ from engine.processes.disk_notes import note_file, source_of, write_note
 
 logger = logging.getLogger(__name__)
 
-Told = list[dict[str, Any]]
+PlannerCatalogue = list[dict[str, Any]]
 
 GROUP = "ppaas.planners"
 
@@ -40,15 +40,15 @@ def cache_file(asked: str) -> Path:
     return note_file("planners", made_from)
 
 
-def kept(file: Path) -> Told | None:
+def kept(file: Path) -> PlannerCatalogue | None:
     """Return what is kept in a file; none where nothing is that can be read."""
     try:
-        return msgspec.json.decode(file.read_bytes(), type=Told)
+        return msgspec.json.decode(file.read_bytes(), type=PlannerCatalogue)
     except (OSError, msgspec.DecodeError):
         return None
 
 
-def keep(file: Path, told: Told) -> None:
+def keep(file: Path, told: PlannerCatalogue) -> None:
     """Keep what is told, whole or not at all."""
     try:
         write_note(file, told)

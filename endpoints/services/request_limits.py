@@ -6,7 +6,7 @@ MIB = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class RequestLimits:
     """Limits of the REST service.
 
     Parameters
@@ -19,8 +19,6 @@ class Settings:
         Time in which the one or the other must have come [s].
     max_plan_seconds : float
         Longest time that a planner may be given [s].
-    default_plan_seconds : float
-        Time that it is given where the request names none [s].
     """
 
     max_body: int = 1 * MIB
@@ -28,4 +26,3 @@ class Settings:
     max_body_seconds: float = 30.0
     max_upload_seconds: float = 300.0
     max_plan_seconds: float = 60.0
-    default_plan_seconds: float = 10.0

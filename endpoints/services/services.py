@@ -3,13 +3,13 @@
 from dataclasses import dataclass, field
 
 from endpoints.accounts.accounts import Accounts
-from endpoints.accounts.usage import Holdings
+from endpoints.accounts.usage import Usage
 from endpoints.services.control_plane import ControlPlane
 from endpoints.services.installed_planners import InstalledPlanners
-from endpoints.services.map_cache import MapHeads
-from endpoints.services.plan_writer import PlanKeeper
-from endpoints.services.request_limits import Settings
-from endpoints.services.store_health import Health
+from endpoints.services.map_cache import MapCache
+from endpoints.services.plan_writer import PlanWriter
+from endpoints.services.request_limits import RequestLimits
+from endpoints.services.store_health import StoreHealthCheck
 from storage.ports import MapStore, Store
 
 
@@ -21,9 +21,9 @@ class Services:
     map_store: MapStore
     accounts: Accounts
     cloud: ControlPlane
-    settings: Settings = field(default_factory=Settings)
-    health: Health = field(default_factory=Health)
-    plan_keeper: PlanKeeper = field(default_factory=PlanKeeper)
-    map_heads: MapHeads = field(default_factory=MapHeads)
-    holdings: Holdings = field(default_factory=Holdings)
+    limits: RequestLimits = field(default_factory=RequestLimits)
+    health: StoreHealthCheck = field(default_factory=StoreHealthCheck)
+    plan_writer: PlanWriter = field(default_factory=PlanWriter)
+    map_cache: MapCache = field(default_factory=MapCache)
+    usage: Usage = field(default_factory=Usage)
     planners: InstalledPlanners = field(default_factory=InstalledPlanners)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError
 from storage.ports import MapStore, Store
-from storage.store_and_forward.store import PatientStore
+from storage.store_and_forward.store import StoreAndForward
 
 BELIEVED = 2.0
 """Seconds for which an answer is given again: however many ask, a store that suffers is not asked more often."""
@@ -25,7 +25,7 @@ class StoreState:
     waiting: int = 0
 
 
-class Health:
+class StoreHealthCheck:
     """Asks the stores of a cloud. For one event loop.
 
     Parameters
@@ -62,5 +62,5 @@ class Health:
             reason = f"no answer within {self._patience:g} s"
         except PPaaSError as error:
             reason = str(error)
-        waiting = await asyncio.to_thread(store.waiting) if isinstance(store, PatientStore) else 0
+        waiting = await asyncio.to_thread(store.waiting) if isinstance(store, StoreAndForward) else 0
         return StoreState(reason is None, reason, waiting)

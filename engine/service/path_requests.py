@@ -1,111 +1,100 @@
-"""Paths and costs that programs ask the engine for, and its answers."""
+"""Requests of programs for paths and costs, and their results.
+
+REST decodes the body of a request into one of these structures, and encodes the result unchanged. Its pydantic schemas
+describe the same fields for OpenAPI: ``PlanFile``, ``CostFile``, ``NewPlanAnswer`` and ``CostMatrixAnswer``. A
+container is called by the ROS services ``ppaas_msgs/ComputePath`` and ``ComputeCosts``.
+"""
+
+from typing import Annotated
 
 import msgspec
+from msgspec import Meta, Raw
 
+from engine.specs.machine_settings import MOST_LABELS
 from ppaas.plans.stored import Origin
+from storage.names import PATTERN
+
+MAX_COORDINATE = 1e9
+"""Largest x, y or yaw of a pose [m, rad]: beyond any map, and small enough for exact arithmetic."""
+
+DEFAULT_TIMEOUT = 10.0
+"""Time limit of a request that names none [s]."""
+
+_Coordinate = Annotated[float, Meta(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
+RequestPose = Annotated[tuple[_Coordinate, ...], Meta(min_length=2, max_length=3)]
+"""x, y [m] and, optionally, yaw [rad] (default 0) in the frame of the map."""
+
+_Name = Annotated[str, Meta(pattern=rf"^{PATTERN}\Z")]
+_PluginName = Annotated[str, Meta(pattern=rf"^{PATTERN}((/|::){PATTERN})?\Z")]
+_Labels = Annotated[dict[_Name, _Name], Meta(max_length=MOST_LABELS)]
+_Timeout = Annotated[float, Meta(gt=0.0)]
 
 
-class PathRequest(msgspec.Struct, frozen=True):
-    """A path that a program asks for.
+class PathRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Request for a path. Field names, bounds and defaults are those of the JSON that REST accepts.
 
     Parameters
     ----------
-    start, goal : tuple of float
-        x, y [m], yaw [rad] in the frame of the map.
+    start, goal : tuple of 2 or 3 float
+        x, y [m] and, optionally, yaw [rad] in the frame of the map.
+    planner : str
+        Name of the planner, or its ROS name, such as ``navfn/NavfnROS``.
     tolerance : float
-        If the goal is blocked, the free cell nearest to it within this distance will do [m].
+        If the goal is blocked, plan to the nearest free cell within this distance [m].
     timeout : float
-        Time allowed to the planner [s].
+        Time limit of the planner [s].
     reuse : bool
-        Whether a plan that is kept will do where it comes sooner than one that is computed.
+        Whether a stored plan may be returned if it is available sooner than a computed one.
     labels : dict of str to str
-        The machine that computes it has all of these.
+        Labels that the machine of the container must have.
     queue : bool
-        Whether it may wait for its turn where there is no container for it now.
+        Whether the request may wait for its turn if no container is available now.
     """
 
-    start: tuple[float, float, float]
-    goal: tuple[float, float, float]
-    planner: str = "dijkstra"
-    tolerance: float = 0.0
-    timeout: float = 10.0
+    start: RequestPose
+    goal: RequestPose
+    planner: _PluginName = "dijkstra"
+    tolerance: Annotated[float, Meta(ge=0.0)] = 0.0
+    timeout: _Timeout = DEFAULT_TIMEOUT
     reuse: bool = True
-    labels: dict[str, str] = {}
+    labels: _Labels = {}
     queue: bool = False
 
 
-class CostRequest(msgspec.Struct, frozen=True):
-    """What it costs from each start to each goal, asked for by a program.
-
-    Parameters
-    ----------
-    starts, goals : tuple of tuple of float
-        x, y [m], yaw [rad] in the frame of the map.
-    timeout : float
-        Time allowed to all of it [s].
-    labels : dict of str to str
-        The machine that computes them has all of these.
-    """
-
-    starts: tuple[tuple[float, float, float], ...]
-    goals: tuple[tuple[float, float, float], ...]
-    timeout: float = 10.0
-    labels: dict[str, str] = {}
-
-
-class CostAnswer(msgspec.Struct, frozen=True):
-    """Costs, and where they were found.
-
-    Parameters
-    ----------
-    costs : str
-        JSON: a row for each start, a number in it for each goal or null, as the container wrote it.
-    seconds : float
-        Time it took.
-    container : str
-        Id of the container that found them.
-    pid : int
-        Of its process.
-    """
-
-    costs: str
-    seconds: float
-    container: str
-    pid: int
-
-
 class PathAnswer(msgspec.Struct, frozen=True):
-    """A path, and where it was found.
+    """Path, and the container that planned it. Encoded as JSON, it is the response of REST.
 
     Parameters
     ----------
-    poses : str
-        JSON: a list of rows x, y, z, qx, qy, qz, qw, as the container wrote it.
-    length : float
-        Along the poses [m].
+    poses : Raw
+        JSON: a list of rows x, y, z [m], qx, qy, qz, qw in the frame of the map, as the container wrote it.
     cost : float
         Sum of the weights of the moves.
+    length : float
+        Length along the poses [m].
     expanded : int
-        Cells whose value was settled.
+        Number of cells whose value was settled.
     seconds : float
-        Time the planner took.
+        Planning time [s].
     planner : str
-        Who planned it.
+        Name of the planner.
     plan_id : str
-        Of the same plan the same.
+        Id under which the plan may be stored; equal plans have equal ids.
     origin : str
-        Whether it was computed, reused or stitched.
-    reused : str
-        Id of the kept plan it was made of; empty if it was computed.
-    conditions : str
-        Under which it was made, as JSON.
+        ``computed``, ``reused`` or ``stitched``.
+    reused : str, optional
+        Id of the stored plan that it was made from; None if it was computed.
+    conditions : Raw
+        JSON object: the conditions of the plan, such as the planner's parameters.
     container : str
         Id of the container that planned it.
     pid : int
-        Of its process.
+        Process id of this container.
+    map, version : str
+        Map version that it was planned on.
     """
 
-    poses: str
+    poses: Raw
     cost: float
     length: float
     expanded: int
@@ -113,7 +102,53 @@ class PathAnswer(msgspec.Struct, frozen=True):
     planner: str
     plan_id: str
     origin: Origin
-    reused: str
-    conditions: str
+    reused: str | None
+    conditions: Raw
     container: str
     pid: int
+    map: str
+    version: str
+
+
+class CostRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Request for the costs of the cheapest paths from each start to each goal.
+
+    Parameters
+    ----------
+    starts, goals : tuple of poses
+        Each x, y [m] and, optionally, yaw [rad] in the frame of the map.
+    timeout : float
+        Time limit of the whole request [s].
+    labels : dict of str to str
+        Labels that the machine of the container must have.
+    """
+
+    starts: tuple[RequestPose, ...]
+    goals: tuple[RequestPose, ...]
+    timeout: _Timeout = DEFAULT_TIMEOUT
+    labels: _Labels = {}
+
+
+class CostAnswer(msgspec.Struct, frozen=True):
+    """Costs, and the container that computed them. Encoded as JSON, it is the response of REST.
+
+    Parameters
+    ----------
+    costs : Raw
+        JSON: a row for each start with a number for each goal, null if there is no path, as the container wrote it.
+    seconds : float
+        Computing time [s].
+    container : str
+        Id of the container that computed them.
+    pid : int
+        Process id of this container.
+    map, version : str
+        Map version that they were computed on.
+    """
+
+    costs: Raw
+    seconds: float
+    container: str
+    pid: int
+    map: str
+    version: str

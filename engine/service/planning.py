@@ -4,6 +4,8 @@ import asyncio
 import logging
 from dataclasses import dataclass
 
+from msgspec import Raw
+
 from engine.master.places import PlaceRequest
 from engine.processes.background import Background
 from engine.service.master_driver import CloudService
@@ -72,7 +74,7 @@ class Planning:
         asked = await self._ask(where, "compute_path", question, request.timeout, queue=request.queue)
         response = decode(ComputePathResponse, asked.answer)
         return PathAnswer(
-            poses=response.poses,
+            poses=Raw(response.poses),
             cost=response.cost,
             length=response.length,
             expanded=response.expanded,
@@ -80,10 +82,12 @@ class Planning:
             planner=response.planner,
             plan_id=response.plan_id,
             origin=ORIGINS[response.origin],
-            reused=response.reused,
-            conditions=response.conditions,
+            reused=response.reused or None,
+            conditions=Raw(response.conditions),
             container=asked.container,
             pid=asked.pid,
+            map=version.id,
+            version=version.version,
         )
 
     async def compute_costs(self, user: str, version: MapVersion, request: CostRequest) -> CostAnswer:
@@ -100,7 +104,8 @@ class Planning:
         question = ComputeCostsRequest(starts, goals, request.timeout)
         asked = await self._ask(_place(user, version, request), "compute_costs", question, request.timeout)
         response = decode(ComputeCostsResponse, asked.answer)
-        return CostAnswer(response.costs, response.seconds, asked.container, asked.pid)
+        costs = Raw(response.costs)
+        return CostAnswer(costs, response.seconds, asked.container, asked.pid, version.id, version.version)
 
     async def _ask(
         self, where: PlaceRequest, service: str, question: Message, timeout: float, *, queue: bool = False

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from endpoints.services.request_limits import MIB, Settings
+from endpoints.services.request_limits import MIB, RequestLimits
 from ppaas.maps.formats.png import MAX_PIXELS
 from ppaas.maps.octomap import binary_octomap
 from ppaas.maps.octree import octree_of
@@ -38,7 +38,7 @@ def test_the_operations_are_those_of_the_service() -> None:
 
 def test_the_numbers_are_those_of_the_code() -> None:
     text = text_of(MAPS)
-    assert f"{Settings().max_upload // MIB} MiB" in text
+    assert f"{RequestLimits().max_upload // MIB} MiB" in text
     assert f"{MAX_PIXELS // 1_000_000} million pixels" in text
     assert f"{SIDE}² cells" in text and f"in {MOST // MIB} MiB" in text
 

@@ -18,12 +18,13 @@ from endpoints.rosbridge.idle_watch import IDLE
 from endpoints.rosbridge.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES
 from endpoints.rosbridge.robot_socket import CLOSED_BY_CLOUD, TAKEN_OVER
 from endpoints.rosbridge.session_registry import MAX_AWAY, READY_TIMEOUT
-from endpoints.services.request_limits import Settings
+from endpoints.services.request_limits import RequestLimits
 from endpoints.web import MAX_FRAME
 from engine.container.fleet_bridge import SHARE_PERIOD, TELL_PERIOD
 from engine.service.links.client_services import MAX_SERVICES
 from engine.service.links.client_topics import MAX_LATCHED_BYTES, MAX_TOPICS
 from engine.service.links.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
+from engine.service.path_requests import DEFAULT_TIMEOUT
 from engine.service.robot_sessions import LINGER
 from ppaas.clone.assembly import build_clone
 from ppaas.costmap.build_layers import build_layers
@@ -150,8 +151,8 @@ def test_the_limits_are_those_of_the_code() -> None:
     assert limits["free parameters per robot"] == f"{MAX_FREE}, and {MAX_FREE_BYTES >> 10} KiB in all"
     assert limits["ranges per scan"] == str(MAX_RANGES)
     assert limits["name of a topic"] == f"{MAX_NAME} characters"
-    rest = Settings()
-    own, planned = MoveBaseParameters().planner_timeout, f"{rest.default_plan_seconds:g} s"
+    rest = RequestLimits()
+    own, planned = MoveBaseParameters().planner_timeout, f"{DEFAULT_TIMEOUT:g} s"
     assert limits["planning time"].startswith(f"{own:g} s")
     assert limits["planning time"].endswith(f"{planned}, or its `timeout` up to {rest.max_plan_seconds:g} s")
 

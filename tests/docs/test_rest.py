@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from endpoints.rest.paging import DEFAULT_LIMIT, MAX_LIMIT, Page
-from endpoints.services.request_limits import MIB, Settings
+from endpoints.services.request_limits import MIB, RequestLimits
 from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import blocks, run_shell, script, table, text_of
 from tests.support.endpoints.fuzzed_rest import description
@@ -31,7 +31,7 @@ def test_the_resources_are_those_of_the_service_and_their_commands_are_there() -
 
 
 def test_the_numbers_are_those_of_the_code() -> None:
-    settings = Settings()
+    settings = RequestLimits()
     assert says(f"{DEFAULT_LIMIT} by default, {MAX_LIMIT} at most")
     assert says(
         f"did not arrive within {settings.max_body_seconds:g} s, or {settings.max_upload_seconds:g} s for a map"

@@ -4,12 +4,12 @@ import re
 
 from endpoints.accounts.token_cache import TokenCache
 from endpoints.cli import store as command
-from endpoints.services.map_cache import MapHeads
+from endpoints.services.map_cache import MapCache
 from robots.cli.command_parser import CommandParser
 from storage.cassandra.connection.address import CONSISTENCIES, PORT, SETTINGS, parse_address
 from storage.cassandra.plans.entries import GRACE
-from storage.cassandra.plans.passage_index import PLANS_OF_SQUARE
-from storage.store_and_forward.plan_outbox import MOST_BYTES
+from storage.cassandra.plans.passage_index import PLANS_PER_CELL
+from storage.store_and_forward.plan_outbox import MAX_BYTES
 from tests.support.documents import text_of
 
 PAGE = text_of("docs/stores.md")
@@ -26,11 +26,11 @@ def test_the_url_says_all_that_can_be_said() -> None:
 
 def test_the_numbers_are_those_of_the_code() -> None:
     assert f"written for {GRACE / 3600:g} h" in PAGE
-    assert f"{MOST_BYTES >> 20} MiB" in PAGE
-    for kept in (TokenCache(), MapHeads()):
+    assert f"{MAX_BYTES >> 20} MiB" in PAGE
+    for kept in (TokenCache(), MapCache()):
         assert f"within {kept._patience / 3600:g} h" in PAGE
     decision = " ".join(text_of("docs/adr/0020-cassandra-without-transactions.md").split())
-    assert f"at most {PLANS_OF_SQUARE} plans" in decision
+    assert f"at most {PLANS_PER_CELL} plans" in decision
     assert f"not written for {GRACE / 2 / 3600:g} h writes it again" in decision
 
 

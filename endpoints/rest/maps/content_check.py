@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidMap, Unavailable
 from ppaas.maps.formats.map_files import GridRows, open_grid
-from storage.staged_uploads import Buffer, MapDraft
+from storage.staged_uploads import Buffer, StagedUpload
 from storage.versions import IMAGE, OCTOMAP, YAML
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def grid_of(buffers: Mapping[str, Buffer]) -> dict[str, Any]:
     return _told(open_grid(bytes(buffers[YAML]), buffers[IMAGE])) if YAML in buffers else _NO_GRID
 
 
-def check_contents(draft: MapDraft) -> dict[str, Any]:
+def check_contents(draft: StagedUpload) -> dict[str, Any]:
     """Make sure that files are those of a map; return what ``grid_of`` does.
 
     Raises
@@ -53,7 +53,7 @@ def _told(grid: GridRows) -> dict[str, Any]:
     return {"resolution": info.resolution, "width": info.width, "height": info.height, "origin": list(info.origin)}
 
 
-def _check_octomap(draft: MapDraft) -> None:
+def _check_octomap(draft: StagedUpload) -> None:
     """Read an octree in a process of its own: its kernels take long to load, and a bad file may want much memory."""
     command = [sys.executable, *_OCTOMAP_CHECK, str(draft.path(OCTOMAP))]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -21,7 +21,7 @@ from ppaas.errors import Conflict, NotFound, NotPermitted
 from storage.opened_maps import OpenMap
 from storage.ports import Store
 from storage.records import MapRecord, Publication, User
-from storage.staged_uploads import MapDraft
+from storage.staged_uploads import StagedUpload
 
 router = APIRouter(prefix="/maps", tags=["maps"], route_class=StrictRoute)
 
@@ -92,7 +92,7 @@ async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
     await _owned_head(services, user, map_id)
     if robots_in(services, map_id=map_id):
         raise Conflict(f"robots go by map {map_id!r}: let them disconnect first")
-    await services.plan_keeper.settled()
+    await services.plan_writer.settled()
     with _changed(services, map_id):
         await run_in_threadpool(_remove, services, map_id)
 
@@ -115,7 +115,7 @@ def _changed(services: Services, map_id: str) -> Iterator[None]:
     try:
         yield
     finally:
-        services.map_heads.forget(map_id)
+        services.map_cache.forget(map_id)
 
 
 async def _owned_head(services: Services, user: User, map_id: str) -> MapRecord:
@@ -125,7 +125,7 @@ async def _owned_head(services: Services, user: User, map_id: str) -> MapRecord:
     return head
 
 
-def _publish(services: Services, user: User, form: MapForm, draft: MapDraft, if_match: str | None) -> MapAnswer:
+def _publish(services: Services, user: User, form: MapForm, draft: StagedUpload, if_match: str | None) -> MapAnswer:
     info = check_contents(draft)
     said = Publication(
         form.id,
@@ -137,7 +137,7 @@ def _publish(services: Services, user: User, form: MapForm, draft: MapDraft, if_
         form.description,
         _version(if_match),
     )
-    with services.holdings.new_map(services.map_store, services.cloud.quotas, user.id, form.id):
+    with services.usage.new_map(services.map_store, services.cloud.quotas, user.id, form.id):
         return MapAnswer.of(services.map_store.publish(draft, said), **info)
 
 

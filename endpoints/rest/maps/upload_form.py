@@ -18,7 +18,7 @@ from ppaas.errors import InvalidMap, InvalidParameter
 from ppaas.maps.formats.map_yaml import MAX_YAML, Rules, with_rules
 from storage.names import PATTERN, check_name
 from storage.ports import MapStore
-from storage.staged_uploads import MapDraft
+from storage.staged_uploads import StagedUpload
 from storage.versions import IMAGE, OCTOMAP, YAML
 
 MULTIPART = "multipart/form-data"
@@ -78,7 +78,7 @@ class MapForm(msgspec.Struct, frozen=True):
 
 
 @asynccontextmanager
-async def received(request: Request, store: MapStore) -> AsyncIterator[tuple[MapForm, MapDraft]]:
+async def received(request: Request, store: MapStore) -> AsyncIterator[tuple[MapForm, StagedUpload]]:
     """Read the form of a request; its files are in a draft of the store as long as the block lasts.
 
     Raises
@@ -100,7 +100,7 @@ async def received(request: Request, store: MapStore) -> AsyncIterator[tuple[Map
     if content_type.partition(";")[0].strip().lower() != MULTIPART:
         raise HTTPException(415, f"send a form with the files: 'Content-Type: {MULTIPART}'")
     with ExitStack() as stack:
-        draft = await run_in_threadpool(stack.enter_context, store.drafting())
+        draft = await run_in_threadpool(stack.enter_context, store.stage())
         files = _Files(draft)
         with FormReader(content_type, files.open, MAX_READERS + 8) as reader:
             await taken(request.stream(), reader.write)
@@ -113,7 +113,7 @@ async def received(request: Request, store: MapStore) -> AsyncIterator[tuple[Map
 class _Files:
     """The files of a form on their way into a draft; the YAML waits, for rules may be set in it."""
 
-    def __init__(self, draft: MapDraft) -> None:
+    def __init__(self, draft: StagedUpload) -> None:
         self._draft = draft
         self._yaml: _Short | None = None
 

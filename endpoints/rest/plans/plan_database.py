@@ -44,10 +44,10 @@ async def find_plans(search: Annotated[PlanSearch, Query()], services: Provided,
     """Find the paths that were kept between two places on the present version of a map, the shortest first."""
     head = await readable_head(services, user, search.map)
     start, goal = place_of(search.start), place_of(search.goal)
-    await services.plan_keeper.settled()
+    await services.plan_writer.settled()
 
     def find() -> list[PlanRecord]:
-        sought = plan_query.PlanSearch(head.id, head.version, start, goal, search.tolerance, search.planner)
+        sought = plan_query.PlanQuery(head.id, head.version, start, goal, search.tolerance, search.planner)
         return services.store.find_plans(sought, limit=search.limit)
 
     return {"items": [summary_of(record) for record in await run_in_threadpool(find)]}
@@ -58,7 +58,7 @@ async def find_plans(search: Annotated[PlanSearch, Query()], services: Provided,
 )
 async def put_plan(plan_id: PlanId, file: PlanPut, services: Provided, user: Caller, response: Response) -> PlanSummary:
     """Keep a path under an id of one's own, or in place of the one of that id: who may remove it may."""
-    await services.plan_keeper.settled()
+    await services.plan_writer.settled()
     try:
         before = await run_in_threadpool(services.store.plan, plan_id)
     except NotFound:
@@ -98,7 +98,7 @@ async def show_parts(plan_id: PlanId, services: Provided, user: Caller) -> dict[
 async def show_statistics(map_id: MapId, services: Provided, user: Caller) -> PlanStatistics:
     """Tell how many paths are kept on a map, and what they take."""
     await readable_head(services, user, map_id)
-    await services.plan_keeper.settled()
+    await services.plan_writer.settled()
     return await run_in_threadpool(services.store.plan_statistics, map_id)
 
 

@@ -6,7 +6,6 @@ from pydantic import AfterValidator, BaseModel, Field, StrictBool
 
 from endpoints.rest.names import MapId, PluginName
 from endpoints.rest.schemas import (
-    MAX_COORDINATE,
     Labels,
     Number,
     Pose,
@@ -15,10 +14,11 @@ from endpoints.rest.schemas import (
     Triple,
     plain_json,
 )
+from engine.service.path_requests import MAX_COORDINATE
 from ppaas.plans.stored import LARGEST_TOLERANCE
 from storage.records import PlanOrigin
 
-MOST_WAYPOINTS = 1 << 14
+MAX_WAYPOINTS = 1 << 14
 """Poses that a request may bring; its body has an end too."""
 
 MOST_FOUND = 100
@@ -157,7 +157,7 @@ class PlanPut(RequestBody):
 
     map: MapId
     planner: PluginName
-    poses: Annotated[list[Row], Field(min_length=1, max_length=MOST_WAYPOINTS)] = Field(
+    poses: Annotated[list[Row], Field(min_length=1, max_length=MAX_WAYPOINTS)] = Field(
         description="x, y, z [m], qx, qy, qz, qw a row, in the frame of the map"
     )
     cost: Annotated[Number, Field(ge=0.0)] = 0.0
@@ -170,7 +170,7 @@ class PlanChange(PlanPut):
 
     map: MapId | None = None  # type: ignore[assignment]
     planner: PluginName | None = None  # type: ignore[assignment]
-    poses: Annotated[list[Row], Field(min_length=1, max_length=MOST_WAYPOINTS)] | None = None  # type: ignore[assignment]
+    poses: Annotated[list[Row], Field(min_length=1, max_length=MAX_WAYPOINTS)] | None = None  # type: ignore[assignment]
 
 
 class FoundPlans(ResponseBody):

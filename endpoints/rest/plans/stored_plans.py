@@ -20,7 +20,7 @@ async def list_plans(map_id: MapId, services: Provided, user: Caller, paging: Pa
     """List the paths on a map that one may see, whoever asked for them, newest first and without their poses."""
     await readable_head(services, user, map_id)
     before = paging.key(tuple[float, str], None)
-    await services.plan_keeper.settled()
+    await services.plan_writer.settled()
     found = await run_in_threadpool(services.store.plans, map_id, before=before, limit=paging.most)
     return paging.page([summary_of(record) for record in found], lambda plan: (plan.created, plan.plan_id))
 
@@ -42,7 +42,7 @@ async def check_may_change(services: Services, user: User, record: PlanRecord) -
 
 async def visible_plan(services: Services, user: User, plan_id: str) -> PlanRecord:
     """Return a path: one's own, or one on a map that one may see."""
-    await services.plan_keeper.settled()
+    await services.plan_writer.settled()
     record = await run_in_threadpool(services.store.plan, plan_id)
     if record.user != user.id:
         try:

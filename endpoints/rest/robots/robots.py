@@ -92,7 +92,7 @@ async def _check_masks(services: Services, user: User, file: RobotFile) -> None:
 
 
 def _put(services: Services, record: RobotRecord) -> bool:
-    with services.holdings.new_robot(services.store, services.cloud.quotas, record.user, record.id):
+    with services.usage.new_robot(services.store, services.cloud.quotas, record.user, record.id):
         return services.store.put_robot(record)
 
 

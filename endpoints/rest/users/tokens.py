@@ -3,7 +3,7 @@
 from fastapi import APIRouter, Request, Response
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.accounts.accounts import Login, token_id
+from endpoints.accounts.accounts import IssuedToken, token_id
 from endpoints.accounts.authentication import token_of
 from endpoints.rest.dependencies import Caller, Paged, Provided
 from endpoints.rest.names import TokenId
@@ -20,7 +20,7 @@ CURRENT = "current"
 
 
 @router.post("", status_code=201, response_model=TokenAnswer, responses=problems(401) | BODY)
-async def log_in(credentials: Credentials, services: Provided, response: Response) -> Login:
+async def log_in(credentials: Credentials, services: Provided, response: Response) -> IssuedToken:
     """Give a token to who knows the password. It is told only now, and never kept in the clear."""
     response.headers["Cache-Control"] = "no-store"
     return await services.accounts.sign_in(credentials.user, credentials.password)

@@ -7,7 +7,7 @@ from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.accounts import ME, token_id
 from endpoints.accounts.authentication import token_of
-from endpoints.accounts.usage import maps_of, robots_of
+from endpoints.accounts.usage import owned_maps, robot_count
 from endpoints.rest.dependencies import Admin, Caller, Paged, Provided, robots_in
 from endpoints.rest.names import UserId
 from endpoints.rest.openapi import ADMIN, BODY, problems
@@ -72,7 +72,7 @@ async def remove_user(user_id: UserId, services: Provided, admin: Admin) -> None
     """Remove a user with all tokens and robots. One who owns maps or has a robot connected is kept."""
     if user_id in (admin.id, ME):
         raise Conflict("you cannot remove yourself: let another administrator do it")
-    owned = await run_in_threadpool(maps_of, services.map_store, user_id)
+    owned = await run_in_threadpool(owned_maps, services.map_store, user_id)
     if owned:
         raise Conflict(f"the user {user_id!r} owns maps that others may use: remove them first: {', '.join(owned)}")
     connected = robots_in(services, user_id)
@@ -89,8 +89,8 @@ def _detail(services: Services, user: User) -> UserDetail:
     used = QuotaAnswer(
         containers=runs.containers,
         cores=runs.cores,
-        robots=robots_of(services.store, user.id),
-        maps=len(maps_of(services.map_store, user.id)),
+        robots=robot_count(services.store, user.id),
+        maps=len(owned_maps(services.map_store, user.id)),
         plans_per_minute=rate.used(user.id),
     )
     return UserDetail(

@@ -5,6 +5,7 @@ import json
 
 import msgspec
 import numpy as np
+from msgspec import Raw
 
 from engine.master.machine import Machine
 from engine.master.quotas import Quotas
@@ -15,7 +16,7 @@ from engine.service.views import ContainerView, MachineView
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import Conflict, NotFound
-from ppaas.geometry import poses_along
+from ppaas.geometry import Pose2D, poses_along
 from ppaas.messages.ppaas_msgs import NodeHome
 from storage.records import User
 
@@ -114,14 +115,14 @@ class FakeCloud:
         if self.error is not None:
             raise self.error
         points = np.array([request.start[:2], request.goal[:2]])
-        poses = poses_along(points, request.goal[2]).tolist()
+        poses = poses_along(points, Pose2D(*request.goal).theta).tolist()
         length = float(np.linalg.norm(points[1] - points[0]))
         conditions = {"smooth": False, "bare_map": True, "robot_radius": 0.18}
         plan_id = hashlib.blake2b(repr((map, request)).encode(), digest_size=16).hexdigest()
         return PathAnswer(
-            json.dumps(poses), 50.0, length, 2, 0.001, request.planner,
-            self.reused or plan_id, "reused" if self.reused else "computed", self.reused, json.dumps(conditions),
-            "c9", 4711,
+            Raw(json.dumps(poses)), 50.0, length, 2, 0.001, request.planner,
+            self.reused or plan_id, "reused" if self.reused else "computed", self.reused or None,
+            Raw(json.dumps(conditions)), "c9", 4711, map.id, map.version,
         )  # fmt: skip
 
     async def compute_costs(self, user: User, map: MapVersion, request: CostRequest) -> CostAnswer:  # noqa: A002
@@ -130,4 +131,5 @@ class FakeCloud:
         if self.error is not None:
             raise self.error
         row = [None if number == 0 else 50.0 for number in range(len(request.goals))]
-        return CostAnswer(json.dumps([row] * len(request.starts)), 0.001, "c9", 4711)
+        costs = Raw(json.dumps([row] * len(request.starts)))
+        return CostAnswer(costs, 0.001, "c9", 4711, map.id, map.version)

@@ -10,7 +10,7 @@ from argon2 import PasswordHasher, profiles
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.app import create_app
-from endpoints.services.request_limits import Settings
+from endpoints.services.request_limits import RequestLimits
 from endpoints.services.services import Services
 from ppaas.clock import ManualClock
 from storage.memory.maps import MemoryMapStore
@@ -44,7 +44,7 @@ def cloud() -> FakeCloud:
 def services(clock: ManualClock, passwords: Passwords, cloud: FakeCloud) -> Services:
     store = MemoryStore()
     accounts = Accounts(store, clock, passwords=passwords)
-    return Services(store, MemoryMapStore(), accounts, cloud, Settings(max_body=64 << 10, max_upload=1 << 20))
+    return Services(store, MemoryMapStore(), accounts, cloud, RequestLimits(max_body=64 << 10, max_upload=1 << 20))
 
 
 @pytest.fixture

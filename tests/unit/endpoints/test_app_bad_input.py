@@ -8,7 +8,7 @@ import httpx
 import pytest
 
 from endpoints.app import PREFIX, create_app
-from endpoints.services.request_limits import Settings
+from endpoints.services.request_limits import RequestLimits
 from endpoints.services.services import Services
 from ppaas.errors import Unavailable
 from storage import staged_uploads
@@ -121,7 +121,7 @@ async def test_a_body_that_comes_in_drops_is_waited_for_only_so_long(services: S
         services.map_store,
         services.accounts,
         services.cloud,
-        Settings(max_body_seconds=0.05, max_upload_seconds=0.05),
+        RequestLimits(max_body_seconds=0.05, max_upload_seconds=0.05),
     )
     never = asyncio.Event()
 
@@ -209,7 +209,7 @@ async def test_a_disk_without_room_for_an_upload_is_unavailable(
         raise OSError(errno.ENOSPC, "no space left")
 
     monkeypatch.setattr(staged_uploads.os, "fsync", on_a_full_disk)
-    large = Settings(max_upload=8 << 20)
+    large = RequestLimits(max_upload=8 << 20)
     object.__setattr__(services, "settings", large)
     transport = httpx.ASGITransport(create_app(services))
     headers = await log_in("ann")

@@ -4,15 +4,15 @@ import asyncio
 
 import pytest
 
-from endpoints.http.eager_coroutine import Begun
+from endpoints.http.eager_coroutine import EagerCoroutine
 
 
 async def test_one_that_need_not_wait_is_over_at_once() -> None:
     async def work() -> int:
         return 7
 
-    begun = Begun(work())
-    assert begun.over
+    begun = EagerCoroutine(work())
+    assert begun.done
     assert await begun == 7
 
 
@@ -22,12 +22,12 @@ async def test_one_that_waits_goes_on_where_it_is_awaited() -> None:
     async def work() -> list[int]:
         return [await first, await second]
 
-    begun = Begun(work())
-    assert not begun.over
+    begun = EagerCoroutine(work())
+    assert not begun.done
     first.set_result(1)
     asyncio.get_running_loop().call_later(0.01, second.set_result, 2)
     assert await begun == [1, 2]
-    assert begun.over
+    assert begun.done
 
 
 async def test_what_is_raised_is_raised_where_it_is_awaited() -> None:
@@ -36,7 +36,7 @@ async def test_what_is_raised_is_raised_where_it_is_awaited() -> None:
         raise KeyError("late")
 
     with pytest.raises(KeyError, match="late"):
-        await Begun(work())
+        await EagerCoroutine(work())
 
 
 async def test_time_that_runs_out_is_told_to_it() -> None:
@@ -51,7 +51,7 @@ async def test_time_that_runs_out_is_told_to_it() -> None:
 
     with pytest.raises(TimeoutError):
         async with asyncio.timeout(0.01):
-            await Begun(work())
+            await EagerCoroutine(work())
     assert len(told) == 1
 
 
@@ -63,7 +63,7 @@ async def test_one_that_will_not_be_cancelled_still_gives_its_result() -> None:
             return "saved"
         return "slept"
 
-    begun = Begun(work())
+    begun = EagerCoroutine(work())
     task = asyncio.current_task()
     assert task is not None
     asyncio.get_running_loop().call_later(0.01, task.cancel)

@@ -74,7 +74,7 @@ async def test_what_nobody_foresaw_is_logged_once_and_not_told(
 async def test_a_body_over_its_limit_is_refused_whether_announced_or_not(
     client: httpx.AsyncClient, services: Services
 ) -> None:
-    content = b" " * (services.settings.max_body + 1)
+    content = b" " * (services.limits.max_body + 1)
     headers = {"Content-Type": "application/json"}
     problem_of(await client.post("/v1/tokens", headers=headers, content=content), 413, "message-too-large")
 

@@ -7,7 +7,7 @@ from functools import partial
 
 import pytest
 
-from endpoints.services.plan_writer import MOST_WAITING, PlanKeeper
+from endpoints.services.plan_writer import MOST_WAITING, PlanWriter
 from ppaas.errors import InvalidInput, NotFound, Unavailable
 from storage.memory.store import MemoryStore
 from storage.records import PlanRecord
@@ -30,25 +30,25 @@ class SlowStore(MemoryStore):
 
 
 async def test_whoever_brings_a_plan_does_not_wait_for_the_store_but_whoever_looks_does() -> None:
-    store, keeper = SlowStore(), PlanKeeper()
-    await keeper.keep(store, lambda: plan("p1"))
+    store, writer = SlowStore(), PlanWriter()
+    await writer.write(store, lambda: plan("p1"))
     with pytest.raises(NotFound):
         store.plan("p1")
     store.go_on.set()
-    await keeper.settled()
+    await writer.settled()
     assert store.plan("p1").id == "p1"
 
 
 async def test_who_brings_more_than_the_store_takes_waits() -> None:
-    store, keeper = SlowStore(), PlanKeeper()
+    store, writer = SlowStore(), PlanWriter()
     for number in range(MOST_WAITING):
-        await keeper.keep(store, partial(plan, f"p{number}"))
-    more = asyncio.create_task(keeper.keep(store, lambda: plan("more")))
+        await writer.write(store, partial(plan, f"p{number}"))
+    more = asyncio.create_task(writer.write(store, lambda: plan("more")))
     await asyncio.sleep(0)
     assert not more.done()
     store.go_on.set()
     await more
-    await keeper.settled()
+    await writer.settled()
     assert store.plan("more").id == "more"
 
 
@@ -57,10 +57,10 @@ async def test_a_plan_that_cannot_be_kept_is_told_and_makes_room(caplog: pytest.
         def add_plans(self, records: Iterable[PlanRecord]) -> int:
             raise Unavailable("the disk is full")
 
-    keeper = PlanKeeper()
+    writer = PlanWriter()
     for number in range(2 * MOST_WAITING):
-        await keeper.keep(Broken(), partial(plan, f"p{number}"))
-    await keeper.settled()
+        await writer.write(Broken(), partial(plan, f"p{number}"))
+    await writer.settled()
     assert "the disk is full" in caplog.text
 
 
@@ -72,12 +72,12 @@ async def test_plans_that_come_close_together_are_written_together() -> None:
             written.append(len(list(records)))
             return 0
 
-    store, keeper = Counting(), PlanKeeper()
+    store, writer = Counting(), PlanWriter()
     for number in range(5):
-        await keeper.keep(store, partial(plan, f"p{number}"))
-    await keeper.settled()
-    await keeper.keep(store, partial(plan, "later"))
-    await keeper.settled()
+        await writer.write(store, partial(plan, f"p{number}"))
+    await writer.settled()
+    await writer.write(store, partial(plan, "later"))
+    await writer.settled()
     assert written == [5, 1]
 
 
@@ -89,9 +89,9 @@ async def test_a_plan_that_is_invalid_does_not_take_others_along(caplog: pytest.
                 raise InvalidInput("this one is bad")
             return super().add_plans(records)
 
-    store, keeper = Choosy(), PlanKeeper()
+    store, writer = Choosy(), PlanWriter()
     for name in ("p1", "bad", "p2"):
-        await keeper.keep(store, partial(plan, name))
-    await keeper.settled()
+        await writer.write(store, partial(plan, name))
+    await writer.settled()
     assert [store.plan(name).id for name in ("p1", "p2")] == ["p1", "p2"]
     assert "bad was not kept: this one is bad" in caplog.text

@@ -8,7 +8,7 @@ import httpx
 import pytest
 
 from endpoints.services.services import Services
-from endpoints.services.store_health import Health
+from endpoints.services.store_health import StoreHealthCheck
 from ppaas.errors import Unavailable
 from storage.memory.store import MemoryStore
 from storage.urls.opening import open_map_store
@@ -46,7 +46,7 @@ async def test_a_store_that_does_not_answer_is_not_waited_for() -> None:
             answer.wait(10.0)
             return []
 
-    store, _ = await Health(patience=0.05).stores(Frozen(), open_map_store("memory:"))
+    store, _ = await StoreHealthCheck(patience=0.05).stores(Frozen(), open_map_store("memory:"))
     answer.set()
     assert not store.answers
     assert "no answer within 0.05 s" in str(store.reason)
@@ -61,7 +61,7 @@ async def test_a_store_is_asked_once_however_many_ask() -> None:
             return super().users(**options)
 
     clock: Callable[[], float] = lambda: now[0]  # noqa: E731
-    health, store = Health(clock), Counting()
+    health, store = StoreHealthCheck(clock), Counting()
     for now[0] in (0.0, 1.0, 3.0, 4.0):
         await health.stores(store, open_map_store("memory:"))
     assert asked == [0.0, 3.0]

@@ -58,7 +58,7 @@ async def test_an_upload_over_its_limit_is_refused_whether_announced_or_not(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services
 ) -> None:
     ann = await log_in("ann")
-    problem_of(await publish(ann, image=bytes(services.settings.max_upload)), 413, "message-too-large")
+    problem_of(await publish(ann, image=bytes(services.limits.max_upload)), 413, "message-too-large")
 
     async def endless() -> object:
         yield b'--b\r\nContent-Disposition: form-data; name="image"; filename="x"\r\n\r\n'

@@ -28,7 +28,7 @@ async def test_costs_are_told_in_rows_with_where_they_were_found(
     assert (told["map"], told["container"], told["pid"], told["seconds"]) == ("house", "c9", 4711, 0.001)
     [(user, version, request)] = cloud.costs_asked
     assert (user, version.id, version.version) == ("ann", "house", told["version"])
-    assert request.starts == ((0.0, 0.0, 0.0), (1.0, 2.0, 0.5))
+    assert request.starts == ((0.0, 0.0), (1.0, 2.0, 0.5))
     assert len(request.goals) == 3
 
 

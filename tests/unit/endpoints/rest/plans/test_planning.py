@@ -60,7 +60,7 @@ async def test_all_that_may_be_asked_for_reaches_the_planner(
     body = {"start": [1, 2], "goal": [3, 4, 0.5], "planner": "theta_star", "tolerance": 0.3, "timeout": 2}
     body |= {"reuse": False, "labels": {"zone": "a"}}
     assert (await client.post("/v1/maps/house/plans", headers=ann, json=body)).status_code == 201
-    asked = PathRequest((1.0, 2.0, 0.0), (3.0, 4.0, 0.5), "theta_star", 0.3, 2.0, reuse=False, labels={"zone": "a"})
+    asked = PathRequest((1.0, 2.0), (3.0, 4.0, 0.5), "theta_star", 0.3, 2.0, reuse=False, labels={"zone": "a"})
     assert cloud.asked[0][2] == asked
 
 
@@ -195,5 +195,5 @@ async def test_a_path_that_is_kept_already_is_not_kept_anew(
     cloud.reused = first["plan_id"]
     again = (await client.post("/v1/maps/house/plans", headers=ann, json=ASKED | {"tolerance": 1.0})).json()
     assert (again["origin"], again["reused"], again["plan_id"]) == ("reused", first["plan_id"], first["plan_id"])
-    await services.plan_keeper.settled()
+    await services.plan_writer.settled()
     assert [plan.id for plan in services.store.plans("house")] == [first["plan_id"]]

@@ -148,7 +148,7 @@ async def test_a_file_that_is_wrong_is_refused_and_the_robot_stays(
     before = services.store.robots("ann")
     content = json_with_nan(FILE | change)
     answer = await client.put("/v1/robots/tb1", headers=ann | {"Content-Type": "application/json"}, content=content)
-    if len(content) > services.settings.max_body:
+    if len(content) > services.limits.max_body:
         problem_of(answer, 413, "message-too-large")
     else:
         fault = problem_of(answer, 422, "invalid-request")["errors"][0]
