@@ -67,10 +67,10 @@ class _InHome(_OfAllKernels, caching.UserWideCacheLocator):
 
 
 class _Index(caching.IndexDataCacheFile):
-    """Index of what is compiled of one kernel, unpickled only if no kernel has changed.
+    """Index of a kernel's compiled signatures, which is unpickled only if no kernel has changed.
 
-    It names the types of arguments, so that of a kernel before a change may name a type that is no more. numba looks at
-    the version first, then unpickles, and looks at the stamp last.
+    The index contains argument types, and one of an earlier version may refer to a type that no longer exists. numba
+    compares the version, unpickles, and then compares the stamp. So the stamp is made part of the version.
     """
 
     def __init__(self, cache_path: str, filename_base: str, source_stamp: Any) -> None:

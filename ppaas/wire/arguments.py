@@ -41,5 +41,5 @@ def as_object(arguments: bytes, kind: type[Message] | None) -> bytes:
     names = kind.__struct_encode_fields__
     if len(values) > len(names):
         fields = f"{kind.__name__} has {len(names)} fields: {', '.join(names) or 'none'}"
-        raise MalformedMessage(f"too many arguments: {len(values)}; {fields}")
+        raise MalformedMessage(f"{len(values)} arguments are too many; {fields}")
     return _encoder.encode(dict(zip(names, values, strict=False)))

@@ -11,7 +11,7 @@ def test_whole_numbers_within_bounds_are_read() -> None:
 
 
 @pytest.mark.parametrize("text", ["0", "10", "-3", "1.5", "", "two", "1e1", "٣x"])
-def test_what_is_no_whole_number_within_bounds_is_refused(text: str) -> None:
+def test_other_text_than_a_whole_number_within_bounds_is_refused(text: str) -> None:
     with pytest.raises(InvalidParameter, match=r"whole number from 1 to 9, not"):
         whole(most=9)(text)
     with pytest.raises(InvalidParameter, match=r"whole number of at least 100, not"):

@@ -1,4 +1,4 @@
-"""What is compiled of a kernel is taken from the cache until any kernel changes, those included that it calls."""
+"""Cached kernels are used until any kernel file changes, including those of the kernels that they call."""
 
 import os
 import pkgutil
@@ -40,7 +40,7 @@ print(upper(1), sum(upper.stats.cache_hits.values()))
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Return the folder of a package that is found in place of this project's, with two modules of kernels."""
+    """Return the folder of a package that replaces this project's, with two modules of kernels."""
     kernels = tmp_path / "ppaas" / "room" / "kernels"
     kernels.mkdir(parents=True)
     (kernels.parent / "__init__.py").touch()
@@ -52,7 +52,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def ask(folder: Path, **environment: str) -> str:
-    """Return what a new process is told by the upper kernel, and how often it found that in the cache."""
+    """Return the result of the upper kernel in a new process, and the number of its cache hits."""
     command = [sys.executable, "-c", ASK.format(folder=str(folder))]
     inherited = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
     return subprocess.run(command, env=inherited | environment, check=True, capture_output=True, text=True).stdout

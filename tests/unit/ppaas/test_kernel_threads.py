@@ -20,7 +20,7 @@ def test_the_number_of_threads_is_put_back_after_an_error():
     assert numba.get_num_threads() == before
 
 
-def test_more_threads_than_there_are_is_no_error():
+def test_more_threads_than_cores_are_not_an_error():
     with kernel_threads.limit_threads(10_000) as usable:
         assert usable <= numba.config.NUMBA_NUM_THREADS
 

@@ -1,4 +1,4 @@
-"""What counts as a value of a parameter's type."""
+"""Checks of scalar parameters: types, finite numbers and bounds."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""Which plug-ins a process may load."""
+"""Plug-ins: those that a process may load, their names and their parameters."""
 
 from importlib.metadata import EntryPoint, distribution
 
@@ -14,7 +14,7 @@ GROUP = "ppaas.planners"
 
 
 class Installed:
-    """A distribution with a name, as entry points know it."""
+    """A distribution as entry points refer to it: an object with a name."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -33,7 +33,7 @@ def registry(monkeypatch: pytest.MonkeyPatch) -> PluginRegistry[Planner]:
     return PluginRegistry(GROUP, "planner", Planner, {})  # type: ignore[type-abstract]
 
 
-def test_whoever_is_no_cloud_loads_what_is_installed(registry: PluginRegistry[Planner]) -> None:
+def test_a_process_outside_the_cloud_loads_all_installed_plugins(registry: PluginRegistry[Planner]) -> None:
     plugins._permitted = None
     assert registry.names() == ("more", "ours", "theirs")
     assert permitted() is None
@@ -62,7 +62,7 @@ def test_nobody_takes_the_place_of_one_of_ours(registry: PluginRegistry[Planner]
 
 
 @pytest.mark.parametrize("name", ["mine", "ppaas.planners", "ppaas.planners:", "os:system", ":", ""])
-def test_a_name_that_is_none_is_refused(name: str) -> None:
+def test_an_invalid_name_is_refused(name: str) -> None:
     with pytest.raises(InvalidParameter, match="group:name"):
         permit_only([name])
 

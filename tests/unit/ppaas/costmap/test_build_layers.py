@@ -43,7 +43,7 @@ def test_a_parameter_out_of_range_is_named():
 
 
 def masked(grid: GridMap) -> MapLayers:
-    """Return the layers of a map with a mask of the values of another, twice as coarse."""
+    """Return the layers of a map with a random keep-out mask, whose cells are twice as large."""
     height, width = grid.info.shape
     data = np.random.default_rng(height).choice(np.array([-1, 0, 0, 40, 100], np.int8), (height, width))
     origin = grid.info.origin @ Pose2D(0.3, 0.2)

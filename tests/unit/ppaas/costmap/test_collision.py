@@ -91,7 +91,7 @@ def test_a_long_robot_passes_a_gap_ahead_but_cannot_turn_in_it():
     assert collides_along(scene, robot, np.array([pose(2.0, 1.5, yaw=math.pi / 2)])) == 0
 
 
-def test_what_only_touches_is_no_collision():
+def test_touching_is_not_a_collision():
     scene = voxels.room()
     assert collides_along(scene, Cylinder(0.5, 2.0), np.array([pose(0.5, 0.5), pose(3.5, 2.5)])) is None
     assert collides_along(scene, Cylinder(0.501, 2.0), np.array([pose(0.5, 0.5)])) == 0
@@ -131,7 +131,7 @@ def test_quaternions_need_not_be_normalised():
         np.array([pose(0, 0), pose(1e6, 0)]),
     ],
 )
-def test_a_path_that_is_none_in_this_map_is_refused(poses):
+def test_a_path_too_long_or_too_far_away_is_refused(poses):
     with pytest.raises(InvalidInput):
         collides_along(table(), TURTLEBOT, poses)
 

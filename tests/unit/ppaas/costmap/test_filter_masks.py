@@ -16,7 +16,7 @@ from tests.reference.maps import masks as twin
 
 @st.composite
 def masks_and_maps(draw):
-    """Draw a mask and the cells of a map, in any place to each other; no middle of a cell is on the edge of another."""
+    """Draw a mask and the geometry of a map, with any relative pose in which no cell centre is on another's edge."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     height, width = draw(st.tuples(st.integers(1, 12), st.integers(1, 12)))
     values = rng.choice(np.array([-1, 0, 0, 0, 1, 50, 99, 100], np.int8), (height, width))

@@ -1,4 +1,4 @@
-"""What of a map in space is in the way of a robot."""
+"""Keep-out masks of a map in space for the heights of a robot."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ ROOM = GridInfo(0.05, 84, 64, Pose2D(-0.1, -0.1))
 
 @st.composite
 def trees(draw):
-    """Draw voxels with large cubes among them, and the octree that has them."""
+    """Draw voxels that include large cubes, and their octree."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     data = rng.choice(np.array([0, 255, 100], np.uint8), (6, 10, 9), p=[0.5, 0.2, 0.3])
     data[2:4, 2:8, 2:6] = draw(st.sampled_from([0, 100]))
@@ -71,7 +71,7 @@ def test_what_only_touches_a_robot_is_not_in_its_way(lowest, highest, hit):
     assert (found.data[found.info.cell_of(2.0, 1.5)] == 100) == hit
 
 
-def test_the_floor_and_what_is_as_rough_as_a_voxel_is_in_nobodys_way_unless_that_is_said():
+def test_the_floor_and_the_lowest_voxels_do_not_count_by_default():
     data = np.zeros((3, 10, 10), np.uint8)
     data[0] = 100
     data[1, :, 5] = 100
@@ -91,7 +91,7 @@ def test_an_empty_octree_and_a_map_far_from_it_are_in_nobodys_way():
 
 
 @pytest.mark.parametrize("resolution", [1e-300, 1e-6, 1e6, 1e300])
-def test_an_octree_that_nobody_could_have_made_does_no_harm(resolution):
+def test_an_octree_of_extreme_resolution_does_no_harm(resolution):
     tree = replace(TABLE, resolution=resolution)
     found = height_mask(tree, ROOM, lowest=None, highest=1.0)
     assert found.data.size <= 4 * ROOM.width * ROOM.height

@@ -1,4 +1,4 @@
-"""From distance to cost."""
+"""Costs of the inflation layer, from distances."""
 
 import math
 

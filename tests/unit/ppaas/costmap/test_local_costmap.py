@@ -1,4 +1,4 @@
-"""The window around the robot."""
+"""The local costmap."""
 
 import math
 
@@ -49,7 +49,7 @@ def cost_at(costmap: Costmap, x: float, y: float) -> int:
     st.lists(st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(0.0, 0.4)), max_size=3),
 )
 def test_costs_are_those_of_all_obstacles_together(seed, robot, discs):
-    """Those of the map, also beyond the window, and those of the moment, each with its own naive distance."""
+    """Costs are those of the map's obstacles, also outside the window, and of obstacles of this update."""
     rng = np.random.default_rng(seed)
     data = rng.choice(np.array([-1, 0, 100], np.int8), size=(30, 24), p=[0.1, 0.87, 0.03])
     grid = GridMap(data, GridInfo(0.1, 24, 30, Pose2D(-1.0, -1.0)))
@@ -172,7 +172,7 @@ def test_an_obstacle_of_the_map_just_outside_the_window_is_inflated_into_it():
 
 
 def test_masks_count_in_the_window_as_on_the_map():
-    """The robot keeps out of where it is told to, also beyond the window, whatever its laser sees there."""
+    """Keep-out zones count, also outside the window, whatever the laser sees in them."""
     zones = np.zeros((100, 100), np.int8)
     zones[20:50, 62:], zones[60:70, 40:50], zones[20:80, 38:40] = 100, 30, 100
     grid = grid_of(np.zeros((100, 100), np.uint8), 0.1)
@@ -239,7 +239,7 @@ def test_clearing_around_a_pose_forgets_only_what_is_farther_away(origin):
 # Overlaying the costmap of the whole map.
 
 
-def test_the_overlay_raises_costs_within_the_window_and_writes_to_no_one_elses_map():
+def test_the_overlay_raises_costs_within_the_window_and_does_not_modify_the_map():
     layers, robot = empty(), Pose2D(5.0, 5.0)
     layers.costmap.data.flags.writeable = False
     local = LocalCostmap(layers, width=4.0, height=3.0)
@@ -253,7 +253,7 @@ def test_the_overlay_raises_costs_within_the_window_and_writes_to_no_one_elses_m
     assert not layers.costmap.data.any()
 
 
-def test_where_nothing_new_stands_the_overlay_is_the_map_itself():
+def test_without_new_obstacles_the_overlay_is_the_map_itself():
     layers = build_layers(warehouse(resolution=0.1))
     local, robot = LocalCostmap(layers), Pose2D(3.0, 3.0)
     local.update(robot)
@@ -295,7 +295,7 @@ def test_a_pose_that_is_not_finite_is_refused(pose):
 
 
 @pytest.mark.parametrize("disc", [(math.nan, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, math.inf)])
-def test_a_disc_that_cannot_be_is_refused(disc):
+def test_an_obstacle_that_is_not_finite_is_refused(disc):
     with pytest.raises(InvalidInput, match="obstacle"):
         LocalCostmap(empty()).update(Pose2D(5.0, 5.0), None, [disc])
 

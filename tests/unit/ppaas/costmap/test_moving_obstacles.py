@@ -18,7 +18,7 @@ movers = st.builds(
 
 
 @given(mover=movers, seconds=st.floats(0.0, 2.0), at=st.floats(0.0, 1.0))
-def test_all_that_it_takes_up_on_its_way_lies_within_the_discs(mover, seconds, at):
+def test_the_discs_cover_the_swept_area(mover, seconds, at):
     discs = list(swept_discs([mover], seconds, FAR))
     there = mover.after(at * seconds)
     assert min(math.hypot(there.x - x, there.y - y) for x, y, _ in discs) <= 0.5 * mover.radius + 1e-9
@@ -27,12 +27,12 @@ def test_all_that_it_takes_up_on_its_way_lies_within_the_discs(mover, seconds, a
 
 
 @given(mover=movers, seconds=st.floats(0.0, 2.0))
-def test_it_walls_no_robot_in_but_for_where_it_is(mover, seconds):
+def test_future_discs_do_not_touch_the_robot(mover, seconds):
     robot = (0.0, 0.0, 0.2)
     for x, y, radius in list(swept_discs([mover], seconds, robot))[1:]:
         assert math.hypot(x, y) > radius + 0.2
 
 
 @pytest.mark.parametrize("still", [MovingObstacle(1.0, 2.0, 0.0, 0.0, 0.3), MovingObstacle(1.0, 2.0, 1.0, 0.0, 0.0)])
-def test_what_stands_or_is_but_a_point_is_one_disc(still):
+def test_an_obstacle_that_stands_or_has_no_radius_is_one_disc(still):
     assert list(swept_discs([still], 1.0, FAR)) == [(1.0, 2.0, still.radius)]

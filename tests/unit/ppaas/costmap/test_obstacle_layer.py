@@ -1,4 +1,4 @@
-"""Marking and clearing by a laser."""
+"""Marking and clearing of cells by a laser."""
 
 import math
 
@@ -27,7 +27,7 @@ BEAMS = st.lists(st.tuples(st.floats(-4.0, 4.0), REACHES), max_size=6)
 @settings(deadline=None)
 @given(WINDOWS, poses(14.0), BEAMS, st.floats(0.0, 15.0), st.floats(0.0, 15.0))
 def test_beams_clear_and_mark_as_the_slow_twin_says(before, laser, beams, obstacle_range, raytrace_range):
-    """Where a beam only grazes a corner, both answers will do."""
+    """If a beam only grazes a corner of a cell, both results are correct."""
     angles = np.array([angle for angle, _ in beams]) + laser.theta
     ranges = np.array([reach for _, reach in beams], dtype=np.float64)
     cells = before.copy()
@@ -53,7 +53,7 @@ def layer(**parameters) -> ObstacleLayer:
 
 
 def see(window: ObstacleLayer, distance: float) -> str:
-    """Look along the middle of the window from its left end; return its middle row in words."""
+    """Apply a beam along the middle of the window from its left end; return the middle row in words."""
     window.see(Pose2D(0.05, 0.55), LaserReading(Pose2D(0.0, 0.0), np.zeros(1), np.array([distance])))
     signs = {FREE_SPACE: ".", LETHAL_OBSTACLE: "#", NO_INFORMATION: "?"}
     return "".join(signs[int(cell)] for cell in window.cells[5])
@@ -161,7 +161,7 @@ def test_a_scan_is_read_by_its_limits():
         (Pose2D(0.0, 0.0), np.zeros((1, 1)), np.ones((1, 1))),
     ],
 )
-def test_a_scan_that_cannot_be_is_refused(origin, angles, ranges):
+def test_an_invalid_scan_is_refused(origin, angles, ranges):
     with pytest.raises(InvalidInput, match="angle"):
         LaserReading(origin, angles, ranges)
 

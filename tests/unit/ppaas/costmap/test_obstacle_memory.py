@@ -1,4 +1,4 @@
-"""Remembering what lies behind."""
+"""Memory of obstacles that have left the local costmap."""
 
 import math
 
@@ -18,7 +18,7 @@ NEAR, FAR = Pose2D(2.5, 4.0, 0.0), Pose2D(12.0, 4.0, 0.0)
 
 
 class Walk:
-    """A robot that looks around, with a box in the world that is not in the map."""
+    """A robot with a laser, in a world with a box that is not in the map."""
 
     def __init__(self) -> None:
         self.world = World(GRID, NEAR, beams=720, noise=0.0, range_max=20.0)
@@ -39,7 +39,7 @@ class Walk:
         return int(self.memory.overlay(LAYERS.costmap).data[cell])
 
 
-def test_what_has_left_the_window_still_stands_in_the_way():
+def test_an_obstacle_that_has_left_the_window_is_remembered():
     walk = Walk()
     walk.look(NEAR)
     assert walk.cost(4.02, 4.0) == 254
@@ -103,7 +103,7 @@ def test_all_is_forgotten_when_cleared():
     assert walk.cost(4.02, 4.0) == 0
 
 
-def test_only_what_is_far_is_forgotten_when_told_so():
+def test_only_distant_obstacles_are_forgotten_on_request():
     walk = Walk()
     walk.look(NEAR)
     walk.memory.clear(Pose2D(4.0, 3.0, 0.0), beyond=1.0)

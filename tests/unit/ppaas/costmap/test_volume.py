@@ -12,7 +12,7 @@ def test_a_box_turns_in_the_cylinder_around_its_corners():
 
 
 @pytest.mark.parametrize("size", [0.0, -1.0, math.nan, math.inf])
-def test_sizes_that_cannot_be_are_refused(size):
+def test_invalid_sizes_are_refused(size):
     for kind, sizes in ((Cylinder, (0.2, size)), (Box, (size, 1, 1)), (Box, (1, size, 1)), (Box, (1, 1, size))):
         with pytest.raises(InvalidParameter, match="metres"):
             kind(*sizes)

@@ -1,4 +1,4 @@
-"""What can be reached from where."""
+"""Connected components of free space."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def test_the_same_cells_are_reached_as_by_the_slow_twin(occupied, draw):
     assert np.array_equal(reachable(free, row, column), twin.reachable(free, row, column))
 
 
-def test_a_diagonal_gap_is_no_way():
+def test_a_diagonal_gap_is_not_passable():
     assert reachable(np.array([[True, False], [False, True]]), 0, 0).tolist() == [[True, False], [False, False]]
 
 
@@ -42,7 +42,7 @@ def test_a_cell_outside_is_refused(row, column):
 
 
 @pytest.mark.parametrize("free", [np.ones((2, 2), np.uint8), np.ones(4, np.bool_)])
-def test_what_is_no_grid_of_bools_is_refused(free):
+def test_an_array_that_is_not_a_grid_of_bools_is_refused(free):
     with pytest.raises(InvalidMap, match="bools"):
         reachable(free, 0, 0)
 

@@ -1,4 +1,4 @@
-"""Offices and warehouses that are made up."""
+"""Generated offices and warehouses."""
 
 import numpy as np
 import pytest
@@ -50,12 +50,12 @@ def test_the_default_warehouse_measures_30_by_20_metres():
 
 
 def test_an_office_has_rooms_behind_doors():
-    # Nobody wider than the widest door gets about: the rooms fall apart from the corridor.
+    # A robot wider than the widest door cannot enter the rooms: they are not connected to the corridor.
     assert ndimage.label(distance_to_occupied(office(width=24.0)) > 0.75)[1] > 5
 
 
 def test_warehouse_aisles_are_wide():
-    # With 2.5 m between the racks, somebody of 0.8 m radius still gets past a pallet that stands in an aisle.
+    # With 2.5 m between the racks, a robot of 0.8 m radius can still pass a pallet in an aisle.
     aisles = distance_to_occupied(warehouse()) > 0.8
     row, column = np.argwhere(aisles)[0].tolist()
     assert reachable(aisles, row, column).sum() > 0.95 * aisles.sum()

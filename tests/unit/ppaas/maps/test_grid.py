@@ -20,7 +20,7 @@ INFOS = st.builds(
 
 
 @given(INFOS, COORDINATES, COORDINATES)
-def test_one_point_lies_in_the_cell_that_it_lies_in_among_others(info, x, y):
+def test_the_cell_of_one_point_is_that_of_many(info, x, y):
     row, column = info.to_cells([(x, y)])[0].tolist()
     inside = 0 <= row < info.height and 0 <= column < info.width
     assert info.cell_of(x, y) == ((row, column) if inside else None)
@@ -33,11 +33,11 @@ def test_the_centre_of_a_cell_lies_in_it(info, data):
 
 
 @pytest.mark.parametrize("point", [(math.nan, 0.0), (0.0, math.inf), (-math.inf, 0.0), (1e308, -1e308), (-1e-9, 0.0)])
-def test_no_cell_is_found_for_a_point_that_lies_nowhere_on_the_grid(point):
+def test_a_point_outside_the_grid_has_no_cell(point):
     assert GridInfo(0.05, 10, 10).cell_of(*point) is None
 
 
 @pytest.mark.parametrize("wrong", [{"resolution": 0.0}, {"resolution": math.nan}, {"width": 0}, {"height": 1 << 40}])
-def test_a_grid_that_cannot_be_is_refused(wrong):
+def test_an_invalid_grid_is_refused(wrong):
     with pytest.raises(InvalidMap):
         GridInfo(**({"resolution": 0.05, "width": 10, "height": 10} | wrong))

@@ -41,7 +41,7 @@ def test_the_json_is_plain_and_row_major(grid):
     assert (message["info"]["height"], message["info"]["width"]) == grid.data.shape
 
 
-def test_frame_and_stamp_are_told():
+def test_frame_and_stamp_are_in_the_message():
     grid = GridMap(np.zeros((1, 1), np.int8), GridInfo(0.05, 1, 1))
     message = to_message(grid, "odom", Time(3, 4))
     assert (message.header.frame_id, message.header.stamp, message.info.map_load_time) == (
@@ -81,19 +81,19 @@ def message_of(data: list[int] | msgspec.Raw, width: int = 2, height: int = 1) -
         (msgspec.Raw(b"\xff"), "integers"),
     ],
 )
-def test_cells_that_cannot_be_are_refused(data, reason):
+def test_invalid_cells_are_refused(data, reason):
     with pytest.raises(InvalidMap, match=reason):
         from_message(message_of(data))
 
 
 @pytest.mark.parametrize(("width", "height"), [(0, 0), (-1, -2), (1 << 40, 1 << 40)])
-def test_sizes_that_cannot_be_are_refused(width, height):
+def test_invalid_sizes_are_refused(width, height):
     with pytest.raises(InvalidMap, match="cells"):
         from_message(message_of([0, 0], width, height))
 
 
 @pytest.mark.parametrize("data", [b'"ab"', b"[0.5]", b'["a"]', b"{}", b"null", b"7"])
-def test_data_that_is_no_list_of_integers_is_malformed(data):
+def test_data_other_than_a_list_of_integers_is_malformed(data):
     text = encode(message_of([0, 0])).replace(b"[0,0]", data)
     with pytest.raises(MalformedMessage, match="data"):
         decode(OccupancyGrid, text)

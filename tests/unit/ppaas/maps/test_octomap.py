@@ -116,7 +116,7 @@ FULL = file_of(np.array([[[OCCUPIED, FREE]]], np.uint8), "ot")
         (HEAD % (b"", b"OcTree", 1) + struct.pack("<fB", math.nan, 0), "not a number"),
     ],
 )
-def test_a_file_that_is_none_is_refused_with_what_is_wrong(text, says):
+def test_an_invalid_file_is_refused_with_the_reason(text, says):
     with pytest.raises(InvalidMap, match=says):
         parse_octomap(text)
 

@@ -16,7 +16,7 @@ ORIGINS = st.tuples(*[st.integers(-12, 12)] * 3)
 
 
 def known_part(data):
-    """Return the array cut to what is known, and the index where it began."""
+    """Return the array cropped to its known voxels, and the index of the first one."""
     known = np.argwhere(data != UNKNOWN)
     first, last = known.min(axis=0), known.max(axis=0) + 1
     return data[tuple(map(slice, first, last))], first
@@ -76,7 +76,7 @@ def test_voxels_may_be_cut_out_of_a_tree_that_is_far_too_large_for_a_grid():
 @pytest.mark.parametrize(
     "wrong", [{"depth": 0}, {"depth": 17}, {"low": (9, 9, 9)}, {"low": (0, 0)}, {"high": [np.nan] * 3}]
 )
-def test_depths_and_corners_that_cannot_be_are_refused(wrong):
+def test_invalid_depths_and_corners_are_refused(wrong):
     with pytest.raises(InvalidInput):
         octree_of(voxels.room()).voxels(**wrong)
 
@@ -89,6 +89,6 @@ def test_an_empty_tree_has_no_nodes_and_no_voxels():
 
 
 @pytest.mark.parametrize("origin", [(0.05, 0.0, 0.0), (0.0, 0.0, 3276.8), (-3276.9, 0.0, 0.0)])
-def test_a_grid_that_is_no_part_of_an_octree_is_refused(origin):
+def test_a_grid_that_does_not_fit_an_octree_is_refused(origin):
     with pytest.raises(InvalidMap, match="move"):
         octree_of(voxels.grid(np.zeros((1, 1, 1), np.uint8), 0.1, Point3D(*origin)))

@@ -21,7 +21,7 @@ HAIR = 1e-5
 @settings(deadline=None)
 @given(occupied_arrays(), poses(14.0), st.floats(0.0, 20.0))
 def test_the_range_lies_between_those_to_cells_grown_and_shrunk_by_a_hair(occupied, pose, far):
-    """A ray that only grazes a corner may hit it or not; all others have one answer."""
+    """A ray that only grazes a corner may hit the cell or not; all others have one correct range."""
     (cast,) = kernels.cast_rays(occupied, pose.x, pose.y, np.array([pose.theta]), far)
     least = twin.cast(occupied, pose, far, HAIR)
     most = twin.cast(occupied, pose, far - 2 * HAIR, -HAIR)
@@ -50,7 +50,7 @@ def test_the_range_is_that_of_fine_steps(seed):
     ranges = kernels.cast_rays(occupied, x, y, angles, 35.0)
     for angle, cast in zip(angles, ranges, strict=True):
         stepped = twin.stepped(occupied, Pose2D(x, y, angle), 35.0)
-        # A step may pass over a corner, but never sees what the ray does not.
+        # A step may jump over a corner, but never hits a cell that the ray misses.
         assert cast <= stepped
         if cast < stepped - 2e-3:
             assert twin.cast(occupied, Pose2D(x, y, angle), 35.0, -2e-3) >= stepped - 0.1
@@ -59,7 +59,7 @@ def test_the_range_is_that_of_fine_steps(seed):
 @settings(deadline=None)
 @given(occupied_arrays(), poses(), poses(), st.floats(0.01, 2.0))
 def test_turning_and_moving_map_and_robot_together_changes_nothing(occupied, pose, origin, resolution):
-    # Off the edges of cells and off axes and diagonals, where rounding would decide.
+    # Positions and angles at which rounding does not decide: not on edges of cells, axes or diagonals.
     pose = Pose2D(pose.x + 0.1234, pose.y + 0.2345, pose.theta + 0.0567)
     height, width = occupied.shape
     angles = np.linspace(-3.0, 3.0, 7)
@@ -122,7 +122,7 @@ def test_cells_of_another_grid_are_refused(occupied):
         (Pose2D(0.0, 0.0), [0.0], -1.0),
     ],
 )
-def test_rays_that_cannot_be_are_refused(pose, angles, far):
+def test_invalid_rays_are_refused(pose, angles, far):
     with pytest.raises(InvalidInput, match="finite"):
         cast_rays(WALL, INFO, pose, angles, far)
 

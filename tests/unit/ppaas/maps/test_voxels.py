@@ -27,7 +27,7 @@ def test_a_point_lies_in_the_voxel_around_it():
         (0.1, (1, 1, 1), (0, math.inf, 0)),
     ],
 )
-def test_a_grid_that_cannot_be_is_refused(resolution, size, origin):
+def test_an_invalid_grid_is_refused(resolution, size, origin):
     with pytest.raises(InvalidMap):
         VoxelInfo(resolution, *size, Point3D(*origin))
 

@@ -1,4 +1,4 @@
-"""Times in both spellings: rewritten as text exactly as if the JSON had been parsed, and read everywhere."""
+"""Times in both spellings: converted as text with the same result as by parsing, and accepted in all messages."""
 
 import json
 
@@ -28,14 +28,14 @@ SEPARATORS = st.sampled_from([(",", ":"), (", ", ": "), (" ,\n", "\t : ")])
 
 
 def respelled(value: object, names: dict[str, str]) -> object:
-    """Rename the keys of what was parsed, the slow way."""
+    """Slow twin: rename the keys of parsed JSON."""
     if isinstance(value, dict):
         return [(names.get(key, key), respelled(inner, names)) for key, inner in value.items()]
     return [respelled(inner, names) for inner in value] if isinstance(value, list) else value
 
 
 def pairs(payload: bytes) -> object:
-    """Parse with objects as lists of pairs: renaming may make two keys the same."""
+    """Parse JSON with objects as lists of pairs, since renaming may make two keys equal."""
     return json.loads(payload, object_pairs_hook=list)
 
 
@@ -86,7 +86,7 @@ def test_stamps_deep_inside_and_in_mixed_spellings_are_read() -> None:
         (b'{"stamp": {"sec": 1}, "frame_id": "\xff"}', "invalid"),
     ],
 )
-def test_a_stamp_that_is_not_understood_is_told(payload: bytes, text: str) -> None:
+def test_a_stamp_with_other_keys_is_refused(payload: bytes, text: str) -> None:
     with pytest.raises(MalformedMessage, match=text):
         decode(Header, payload)
 

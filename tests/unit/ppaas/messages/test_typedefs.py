@@ -1,4 +1,4 @@
-"""What messages are told to be made of is what they are made of, in ROS's terms."""
+"""Message definitions match the structs, in ROS's terms."""
 
 import pytest
 
@@ -33,14 +33,14 @@ def test_a_definition_comes_with_those_of_all_messages_within_each_once():
     assert dict(zip(status.constnames, status.constvalues, strict=True))["SUCCEEDED"] == "3"
 
 
-def test_numbers_and_arrays_are_told_as_ros_has_them():
+def test_numbers_and_arrays_have_ros_types():
     scan, grid = fields(typedefs(LaserScan)[0]), fields(typedefs(OccupancyGrid)[0])
     assert (scan["range_max"], scan["ranges"], grid["data"]) == (("float32", -1), ("float32", 0), ("int8", 0))
     assert fields(typedefs(PoseWithCovariance)[0])["covariance"] == ("float64", 36)
 
 
 @pytest.mark.parametrize("name", message_types())
-def test_every_message_can_be_told_of_and_nothing_in_it_is_left_out(name):
+def test_every_message_has_a_complete_definition(name):
     own, *others = typedefs(message_type(name))
     known = {definition.type for definition in others}
     assert own.fieldnames == list(message_type(name).__struct_encode_fields__)

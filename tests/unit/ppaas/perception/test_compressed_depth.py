@@ -53,7 +53,7 @@ def test_a_picture_of_a_room_becomes_a_fifth():
         (FORMATS["float32"], struct.pack("<iff", 1, 1.0, 1.0) + b"\x89PNG\r\n\x1a\n", "cannot be read"),
     ],
 )
-def test_what_is_no_depth_image_is_refused(kind, data, why):
+def test_an_invalid_depth_image_is_refused(kind, data, why):
     with pytest.raises(InvalidInput, match=why):
         decompress(kind, data)
 

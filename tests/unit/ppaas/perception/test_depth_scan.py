@@ -16,7 +16,7 @@ CAMERA = PinholeCamera(16, 9, 12.0, 7.3, 4.1)
 
 
 def twin(image: np.ndarray, camera: PinholeCamera, own: DepthScanParameters) -> list[float]:
-    """Return the ranges as ROS's node reckons them, pixel by pixel."""
+    """Slow twin: return the ranges as ROS's node computes them, pixel by pixel."""
     angles = [-math.atan2(u - camera.cx, camera.fx) for u in range(camera.width)]
     increment = (angles[0] - angles[-1]) / (camera.width - 1)
     ranges = [math.nan] * camera.width
@@ -38,7 +38,7 @@ depths_m = st.floats(0.0, 12.0, width=32) | st.sampled_from([math.nan, math.inf]
 @given(arrays.arrays(np.float32, (9, 16), elements=depths_m), st.integers(1, 8))
 def test_a_scan_of_metres_is_that_of_the_slow_twin(image, rows):
     own = DepthScanParameters(scan_height=rows)
-    # What lies right at a limit may be rounded to either side of it.
+    # A depth exactly at a limit may be rounded to either side of it.
     slant = np.hypot(1.0, (np.arange(16) - CAMERA.cx) / CAMERA.fx)
     for limit in (own.range_min, own.range_max):
         image[np.isclose(image * slant, limit, atol=1e-4)] = 0.0
@@ -62,7 +62,7 @@ def test_a_wall_ahead_is_a_straight_line_from_right_to_left():
     assert scanner.angle_min == pytest.approx(-scanner.angle_max) == pytest.approx(-math.atan(319.5 / 525.0))
     seen = ~np.isnan(ranges)
     assert seen.sum() > 500
-    # A beam is as wide as a column or two.
+    # A beam is one or two columns wide.
     np.testing.assert_allclose((ranges * np.cos(angles))[seen], 2.0, atol=0.01)
 
 
@@ -93,7 +93,7 @@ def test_an_image_of_another_kind_is_refused(image, why):
     "wrong", [(1, 9, 12.0, 0.0, 4.0), (16, 0, 12.0, 7.0, 0.0), (16, 9, 0.0, 7.0, 4.0), (16, 9, math.nan, 7.0, 4.0),
               (16, 9, 12.0, 16.0, 4.0), (16, 9, 12.0, 7.0, math.nan), (1 << 20, 1 << 20, 12.0, 7.0, 4.0)],
 )  # fmt: skip
-def test_there_is_no_such_camera(wrong):
+def test_an_invalid_camera_is_refused(wrong):
     with pytest.raises(InvalidInput):
         PinholeCamera(*wrong)
 

@@ -1,4 +1,4 @@
-"""What moves in the scans of a laser: found, followed, and told of with its velocity."""
+"""Moving objects in laser scans: detected, tracked, and reported with their velocities."""
 
 import math
 
@@ -24,21 +24,21 @@ HERE = Pose2D(5.0, 4.0, 0.7)
 
 
 def reading(*people: tuple[float, float], pose: Pose2D = HERE, seed: int = 1) -> LaserReading:
-    """Return what a laser with noise sees of people."""
+    """Return a scan of people by a laser with noise."""
     laser = Laser(GRID.data >= 65, GRID.info, MODEL, np.random.default_rng(seed))
     ranges = laser.measure(pose, (np.array(people).reshape(-1, 2), RADIUS))
     return LaserReading(pose, MODEL.angles, ranges)
 
 
 def walked(moving: MovingObjects, start: tuple[float, float], velocity: tuple[float, float], scans: int) -> None:
-    """Show somebody who walks, a scan every 0.1 s."""
+    """Feed scans of a walking person to a tracker, one every 0.1 s."""
     for scan in range(scans):
         seconds = scan * PERIOD
         x, y = start[0] + seconds * velocity[0], start[1] + seconds * velocity[1]
         moving.see(reading((x, y), seed=scan), seconds, seconds)
 
 
-def test_a_room_as_the_map_has_it_has_nothing_that_stands_out() -> None:
+def test_a_room_as_in_the_map_has_no_unmapped_objects() -> None:
     assert unmapped_objects_in(reading(), LAYERS) == []
 
 
@@ -57,13 +57,13 @@ def test_two_side_by_side_are_two_and_a_long_thing_is_nobody() -> None:
     assert unmapped_objects_in(reading(*wall), LAYERS) == []
 
 
-def test_no_reading_is_nothing_that_stands_out() -> None:
+def test_beams_without_a_reading_are_not_objects() -> None:
     blind = LaserReading(HERE, MODEL.angles, np.full(MODEL.beams, math.nan))
     assert unmapped_objects_in(blind, LAYERS) == []
 
 
 @pytest.mark.parametrize("velocity", [(1.0, 0.0), (-0.6, 0.4), (0.0, 1.4)])
-def test_who_walks_is_told_of_with_where_to_and_how_fast(velocity: tuple[float, float]) -> None:
+def test_a_walking_person_is_reported_with_position_and_velocity(velocity: tuple[float, float]) -> None:
     moving, start = MovingObjects(LAYERS), (5.5, 2.5)
     walked(moving, start, velocity, 15)
     last = 14 * PERIOD
@@ -73,13 +73,13 @@ def test_who_walks_is_told_of_with_where_to_and_how_fast(velocity: tuple[float, 
     assert math.hypot(mover.x - there[0], mover.y - there[1]) < 0.15
 
 
-def test_who_stands_does_not_move_though_the_laser_is_noisy() -> None:
+def test_a_standing_person_does_not_move_despite_noise() -> None:
     moving = MovingObjects(LAYERS)
     walked(moving, (6.0, 3.0), (0.0, 0.0), 40)
     assert moving.now(4.0) == ()
 
 
-def test_who_is_seen_no_more_is_forgotten() -> None:
+def test_a_person_who_is_no_longer_seen_is_forgotten() -> None:
     moving = MovingObjects(LAYERS)
     walked(moving, (4.0, 2.5), (1.0, 0.0), 12)
     assert len(moving.now(1.1)) == 1
@@ -127,7 +127,7 @@ def test_where_somebody_walked_is_left_behind_them_each_place_once() -> None:
     assert np.diff(places).max() < 0.15
 
 
-def test_who_stands_leaves_nothing() -> None:
+def test_a_standing_person_leaves_no_discs() -> None:
     tracker = Tracker()
     for scan in range(20):
         tracker.see([UnmappedObject(1.0, 0.0, 0.2)], scan * PERIOD)

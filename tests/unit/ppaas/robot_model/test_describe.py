@@ -1,4 +1,4 @@
-"""What a URDF tells of a robot."""
+"""Descriptions of robots from their URDF."""
 
 import math
 
@@ -51,19 +51,19 @@ def test_the_ground_is_at_the_base_footprint():
     assert (told.base_frame, told.height) == ("base_footprint", pytest.approx(0.25))
 
 
-def test_a_robot_that_stands_beside_its_frame_has_no_disc_within():
+def test_a_robot_beside_its_frame_has_no_inscribed_disc():
     told = describe(urdf.urdf(link("base_link", part(sphere(0.1), origin((1.0, 0, 0))))))
     assert (told.inscribed_radius, told.circumscribed_radius) == (0.0, pytest.approx(1.1, abs=2e-3))
 
 
-def test_a_mesh_counts_as_the_box_it_says():
+def test_a_mesh_counts_as_its_bounding_box():
     mesh = '<mesh filename="package://r/base.stl" scale="0.001 -0.001 0.001" bounding_box="-100 -50 0 300 150 80"/>'
     told = describe(urdf.urdf(link("base_link", part(mesh))))
     assert told.footprint == ((-0.1, -0.15), (0.3, -0.15), (0.3, 0.05), (-0.1, 0.05))
     assert (told.height, told.warnings) == (pytest.approx(0.08), ())
 
 
-def test_a_robot_with_a_mesh_that_tells_no_box_has_no_footprint_rather_than_one_too_small():
+def test_a_robot_with_a_mesh_of_unknown_extent_has_no_footprint():
     mesh = part('<mesh filename="package://r/arm.dae"/>')
     told = describe(urdf.urdf(link("base_link", part(box(0.2, 0.2, 0.2)), mesh), wheel("w", 0.2)))
     assert (told.footprint, told.circumscribed_radius, told.inscribed_radius, told.height) == ((), None, None, None)
@@ -72,7 +72,7 @@ def test_a_robot_with_a_mesh_that_tells_no_box_has_no_footprint_rather_than_one_
     assert told.max_vel_x == pytest.approx(0.5)
 
 
-def test_what_is_seen_counts_where_nothing_is_told_of_collisions():
+def test_visual_shapes_are_used_without_collision_shapes():
     told = describe(urdf.urdf(link("base_link", part(box(0.2, 0.2, 0.2), kind="visual"))))
     assert told.circumscribed_radius == 0.142
     assert told.warnings == ("no link has a <collision>: <visual> shapes are used",)
@@ -81,7 +81,7 @@ def test_what_is_seen_counts_where_nothing_is_told_of_collisions():
     )
 
 
-def test_wheels_tell_the_speed_and_the_turn_by_their_rims():
+def test_wheels_limit_the_speed_and_the_turning_speed():
     told = describe(urdf.urdf(link("base_link"), wheel("left", 0.25), wheel("right", -0.25, velocity=8.0)))
     assert (told.max_vel_x, told.max_vel_theta) == (pytest.approx(0.4), pytest.approx(1.6))
 
@@ -97,13 +97,13 @@ def test_wheels_tell_the_speed_and_the_turn_by_their_rims():
     ],
     ids=["one side", "driven on one side", "steers", "skids", "six-wheeled"],
 )  # fmt: skip
-def test_what_wheels_do_not_tell_is_not_told(others, speed, turn):
+def test_limits_that_wheels_do_not_determine_are_unknown(others, speed, turn):
     told = describe(urdf.urdf(link("base_link"), wheel("left", 0.25), *others))
     assert told.max_vel_x == pytest.approx(speed)
     assert told.max_vel_theta == (turn if turn is None else pytest.approx(turn))
 
 
-def test_what_turns_and_is_no_wheel_tells_no_speed():
+def test_other_turning_parts_do_not_limit_the_speed():
     limit = '<limit velocity="3"/>'
     lidar = link("mast", part(cylinder(0.05, 0.02))) + joint(
         "mast", "base_link", "continuous", '<axis xyz="0 0 1"/>', limit
@@ -133,13 +133,13 @@ def test_sensors_are_found_by_name_and_by_tag_and_the_tag_goes_first():
     assert told.sensors[0].pose == pytest.approx((0.1, 0, 0.2, 0, 0, 1.5))
 
 
-def test_it_is_told_that_a_laser_is_not_level():
+def test_a_laser_that_is_not_level_causes_a_warning():
     hanging = joint("laser", "base_link", "fixed", origin((0, 0, 0.2), (math.pi, 0, 0)))
     told = describe(urdf.urdf(link("base_link", part(sphere(0.1))), link("laser"), hanging))
     assert ["'laser' is tilted or upside down" in warning for warning in told.warnings] == [True]
 
 
-def test_a_joint_that_follows_another_stands_at_its_offset():
+def test_a_mimic_joint_is_at_its_offset():
     arm = part(box(1.0, 0.1, 0.1), origin((0.5, 0, 0)))
     follows = '<axis xyz="0 0 1"/><mimic joint="a_joint" multiplier="2" offset="{}"/>'
     told = describe(
@@ -154,7 +154,7 @@ def test_a_joint_that_follows_another_stands_at_its_offset():
     assert max(x for x, _ in told.footprint) == pytest.approx(0.05, abs=1e-3)
 
 
-def test_numbers_are_told_as_plain_floats():
+def test_numbers_are_plain_floats():
     told = describe(example("turtlebot2"))
     numbers = [told.height, told.max_vel_x, told.max_vel_theta, *told.footprint[0], *told.sensors[0].pose]
     assert {type(number) for number in numbers} == {float}

@@ -1,4 +1,4 @@
-"""What is no URDF is refused with an error that says where."""
+"""Invalid URDFs are refused with an error that names the place."""
 
 from contextlib import suppress
 
@@ -90,7 +90,7 @@ def test_a_file_that_is_too_large_is_not_even_read():
         describe(b"<" * (MAX_BYTES + 1))
 
 
-def test_as_many_links_as_may_be_in_one_long_chain_and_deep_nesting_do_no_harm():
+def test_the_longest_chain_of_links_and_deep_nesting_do_no_harm():
     chain = "".join(
         link(f"l{n}") + joint(f"l{n}", f"l{n - 1}", "fixed", origin((0.01, 0, 0))) for n in range(1, MAX_LINKS)
     )

@@ -30,7 +30,7 @@ DIRECTIONS = np.column_stack([np.cos(AROUND), np.sin(AROUND)])
 
 
 def written(links) -> bytes:
-    """Return the URDF of links that each hang on one before."""
+    """Return the URDF of a tree of links, each below an earlier one."""
     inside = []
     for number, (parent, xyz, rpy, parts) in enumerate(links):
         told = [urdf.part(WRITE[kind](*numbers), urdf.origin(at, turn)) for (kind, numbers), at, turn in parts]

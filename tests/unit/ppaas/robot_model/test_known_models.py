@@ -6,7 +6,7 @@ from ppaas.errors import NotFound
 from ppaas.robot_model.known_models import model_names, robot_model
 
 
-def test_the_turtlebot_is_what_its_maker_says():
+def test_the_turtlebot_has_its_makers_values():
     model = robot_model("turtlebot2")
     assert (model.robot_radius, model.limits.max_vel_x) == (0.18, 0.65)
 
@@ -15,6 +15,6 @@ def test_every_model_can_be_had_by_its_name():
     assert [robot_model(name).name for name in model_names()] == list(model_names())
 
 
-def test_an_unknown_model_is_told_with_those_there_are():
+def test_an_unknown_model_is_refused_with_the_known_ones():
     with pytest.raises(NotFound, match=r"unknown robot model 'roomba'; known: .*turtlebot2"):
         robot_model("roomba")

@@ -1,4 +1,4 @@
-"""The tf tree."""
+"""The planar tf tree."""
 
 import math
 
@@ -93,7 +93,7 @@ def test_an_unknown_frame_is_named_with_those_there_are():
         robot_tree().lookup("map", "velodyne")
 
 
-def test_unconnected_frames_are_told():
+def test_unconnected_frames_are_named():
     tree = robot_tree()
     tree.set("world", "crane", Pose2D(0, 0, 0), 0.0)
     with pytest.raises(TransformError, match="'crane' and 'map' are not connected"):
@@ -200,6 +200,6 @@ def test_a_frame_out_of_the_plane_is_refused(rotation):
 
 
 @pytest.mark.parametrize("rotation", [Quaternion(z=0.0, w=0.0), Quaternion(z=math.nan, w=1.0)])
-def test_what_is_no_rotation_is_refused(rotation):
+def test_a_quaternion_that_is_not_a_rotation_is_refused(rotation):
     with pytest.raises(TransformError, match="not a rotation quaternion"):
         TransformTree().set_message(tilted(rotation))

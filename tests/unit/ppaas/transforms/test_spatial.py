@@ -1,4 +1,4 @@
-"""Rigid transforms compose as matrices do, and the newest of each frame are found whatever is told."""
+"""Rigid transforms compose like matrices, and the latest transforms are found for any input."""
 
 import math
 
@@ -68,7 +68,7 @@ def test_the_newest_of_a_frame_counts_also_when_it_has_another_parent():
         frames.lookup("map", "a")
 
 
-def test_loops_and_transforms_that_are_none_are_told_and_hang_nobody():
+def test_loops_and_invalid_transforms_are_refused_without_hanging():
     frames = heard(("a", "b", Pose2D(1.0, 0.0)), ("b", "a", Pose2D(1.0, 0.0)), ("self", "self", Pose2D(0.0, 0.0)))
     with pytest.raises(TransformError):
         frames.lookup("map", "a")

@@ -1,4 +1,4 @@
-"""Arguments are an object, or a list in the order of the fields."""
+"""Arguments of calls: an object, or a list in the order of the fields."""
 
 import json
 
@@ -26,6 +26,6 @@ def test_nothing_is_an_object_without_fields(nothing: bytes) -> None:
 @pytest.mark.parametrize(
     ("arguments", "kind"), [(b"[true,false]", Bool), (b"[true]", None), (b"1", Bool), (b'"a"', None)]
 )
-def test_what_cannot_be_matched_is_refused(arguments: bytes, kind: type[Bool] | None) -> None:
+def test_arguments_that_do_not_match_the_fields_are_refused(arguments: bytes, kind: type[Bool] | None) -> None:
     with pytest.raises(MalformedMessage):
         as_object(arguments, kind)

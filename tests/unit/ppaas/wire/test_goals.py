@@ -37,7 +37,7 @@ def sent(**fields: Any) -> SendActionGoal:
 
 
 class Client:
-    """The goals of one client, and what it was told."""
+    """The goals of one client, and the frames sent to it."""
 
     def __init__(self) -> None:
         self.goals = GoalTracker("c")
@@ -87,7 +87,7 @@ def test_ends_are_counted_as_in_ros_2(status: int, expected: int) -> None:
     assert [(told["status"], told["result"]) for told in client.told] == [(expected, True)]
 
 
-def test_feedback_is_told_to_who_asked_for_it() -> None:
+def test_feedback_is_sent_to_clients_that_requested_it() -> None:
     client = Client()
     feedback = {"base_position": pose(1.0)}
     for number, wanted in enumerate((True, False)):
@@ -199,7 +199,7 @@ def test_a_goal_that_was_refused_ends_with_the_reason() -> None:
         ({"action": "navigate_to_pose", "action_type": MOVE_BASE}, InvalidInput),
     ],
 )
-def test_what_is_no_goal_is_refused(fields: dict[str, Any], error: type[Exception]) -> None:
+def test_an_invalid_goal_is_refused(fields: dict[str, Any], error: type[Exception]) -> None:
     client = Client()
     with pytest.raises(error):
         client.send(**fields)
@@ -217,7 +217,7 @@ def test_goals_of_one_client_have_ids_of_their_own_and_are_bounded() -> None:
         client.send(id="last")
 
 
-def test_a_status_that_is_none_is_malformed() -> None:
+def test_an_unknown_status_is_malformed() -> None:
     client = Client()
     goal = client.send()["goal_id"]["id"]
     with pytest.raises(MalformedMessage):
@@ -225,7 +225,7 @@ def test_a_status_that_is_none_is_malformed() -> None:
     assert len(client.goals) == 1
 
 
-def test_the_actions_are_told_by_the_topics() -> None:
+def test_the_actions_follow_from_the_topics() -> None:
     assert actions(TOPICS) == ["fetch", "move_base", "navigate_to_pose"]
     assert actions({}) == []
     assert actions({name: kind for name, kind in TOPICS.items() if name != "move_base/cancel"}) == ["fetch"]

@@ -40,7 +40,7 @@ def test_without_a_known_slug_the_status_decides(status: int, expected: type[err
     assert str(error) == f"HTTP status {status}"
 
 
-def test_a_problem_without_detail_is_told_by_its_title() -> None:
+def test_the_title_of_a_problem_without_detail_is_the_text() -> None:
     assert str(error_of_status(404, problem(title="No such robot"))) == "No such robot"
 
 

@@ -1,4 +1,4 @@
-"""What clients say of their sessions, as text and back."""
+"""Names of sessions and points of resumption, as text and back."""
 
 import pytest
 from hypothesis import given
@@ -13,12 +13,12 @@ def test_a_point_is_read_as_it_was_written(session: str, received: int) -> None:
     assert parse_point(str(ResumptionPoint(session, received))) == ResumptionPoint(session, received)
 
 
-def test_to_begin_anew_is_to_have_no_point() -> None:
+def test_a_new_session_has_no_point() -> None:
     assert parse_point(ANEW) is None
 
 
 @given(st.text())
-def test_whatever_else_is_said_is_a_point_or_an_invalid_parameter(text: str) -> None:
+def test_any_other_text_is_a_point_or_an_invalid_parameter(text: str) -> None:
     for parse in (parse_name, parse_point):
         try:
             parse(text)
@@ -27,6 +27,6 @@ def test_whatever_else_is_said_is_a_point_or_an_invalid_parameter(text: str) -> 
 
 
 @pytest.mark.parametrize("name", ["", "a b", "a/b", "ä", "x" * 65, "a\n"])
-def test_a_name_that_cannot_be_is_refused(name: str) -> None:
+def test_an_invalid_name_is_refused(name: str) -> None:
     with pytest.raises(InvalidParameter, match="1 to 64 letters"):
         parse_name(name)

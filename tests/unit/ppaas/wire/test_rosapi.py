@@ -1,4 +1,4 @@
-"""rosapi answers as its clients expect, from whatever there is."""
+"""rosapi services respond as their clients expect."""
 
 import json
 
@@ -61,7 +61,7 @@ def ask(service: str, view: GraphView = VIEW, /, **arguments: str) -> dict[str, 
         ("get_time", {}, {"time": {"secs": 12, "nsecs": 500000000}}),
     ],
 )
-def test_what_there_is_is_told(service, arguments, told):
+def test_topics_services_and_nodes_are_listed(service, arguments, told):
     assert ask(service, **arguments) == told
 
 
@@ -76,7 +76,7 @@ def test_topics_come_with_their_types_and_definitions_in_the_same_order():
     assert texts["/mine"] == "# the definition of my_msgs/Thing is not known here"
 
 
-def test_an_action_that_lacks_a_topic_is_none():
+def test_an_action_without_all_its_topics_is_not_listed():
     topics = {name: kind for name, kind in ACTION.items() if name != "tour/status"}
     assert ask("action_servers", GraphView(0.0, topics=topics)) == {"action_servers": []}
 
@@ -90,7 +90,7 @@ def test_an_action_that_lacks_a_topic_is_none():
         ("service_request_details", "std_srvs/Empty", []),
     ],
 )
-def test_types_are_told_field_by_field(service, kind, first):
+def test_types_are_described_field_by_field(service, kind, first):
     assert ask(service, type=kind)["typedefs"][0]["fieldnames"] == first
 
 

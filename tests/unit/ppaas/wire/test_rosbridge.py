@@ -85,7 +85,7 @@ def test_status_goes_only_to_a_client_that_asked() -> None:
         b"\xff\xfe\x00", '{"op":"publish","topic":"a","msg":NaN}',
     ],
 )  # fmt: skip
-def test_what_is_no_operation_is_malformed_and_changes_nothing(frame: str | bytes) -> None:
+def test_an_invalid_operation_is_malformed_and_changes_nothing(frame: str | bytes) -> None:
     session = RosbridgeSession()
     session.receive('{"op":"subscribe","topic":"kept"}')
     with pytest.raises(MalformedMessage):

@@ -14,7 +14,7 @@ from ppaas.wire import operations, rosbridge
 from ppaas.wire.rosbridge_client import ReceivedMessage, RosbridgeClientSession, ServiceResult, StatusReport, failure_of
 
 
-def test_the_server_side_understands_all_that_the_client_says() -> None:
+def test_the_server_side_decodes_all_frames_of_the_client() -> None:
     client, server = RosbridgeClientSession(), rosbridge.RosbridgeSession()
     subscribe = server.receive(client.subscribe("/cmd_vel", Twist, throttle=0.25, queue_length=1))
     assert isinstance(subscribe, operations.Subscribe)
@@ -31,7 +31,7 @@ def test_the_server_side_understands_all_that_the_client_says() -> None:
     assert server.subscribed() == frozenset()
 
 
-def test_the_client_understands_all_that_the_server_says() -> None:
+def test_the_client_decodes_all_frames_of_the_server() -> None:
     client, server = RosbridgeClientSession(), rosbridge.RosbridgeSession("error")
     server.receive(client.subscribe("cmd_vel", Twist))
     [frame] = server.publish("cmd_vel", b'{"linear":{"x":0.5},"angular":{}}', 0.0)

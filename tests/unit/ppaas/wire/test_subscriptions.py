@@ -1,4 +1,4 @@
-"""How often a client hears a topic, and what waits meanwhile."""
+"""Throttling and queues of subscriptions."""
 
 import itertools
 import json
@@ -12,7 +12,7 @@ from ppaas.wire.rosbridge import RosbridgeSession
 
 
 class Listener:
-    """A session, and what it has sent."""
+    """A session, and the frames that it has sent."""
 
     def __init__(self, *subscriptions: dict[str, object]) -> None:
         self.session = RosbridgeSession()
@@ -94,7 +94,7 @@ def test_times_are_spelled_as_the_type_is() -> None:
 
 
 @pytest.mark.parametrize("fields", [{"throttle_rate": -1}, {"queue_length": -1}, {"throttle_rate": "often"}])
-def test_what_cannot_be_a_rate_is_refused(fields: dict[str, object]) -> None:
+def test_an_invalid_rate_is_refused(fields: dict[str, object]) -> None:
     with pytest.raises(MalformedMessage):
         Listener(fields)
 

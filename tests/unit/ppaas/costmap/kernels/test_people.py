@@ -21,7 +21,7 @@ def test_costs_are_raised_as_the_twin_says(seed, crowd, how):
     count = people.raise_around(
         got, np.array(crowd, dtype=float).reshape(-1, 4), 0.08, how.amplitude, how.covariance, how.cutoff, how.factor
     )
-    # What is just at a whole number, or at the cutoff, may be rounded either way.
+    # Costs very close to an integer or to the cutoff may be rounded either way.
     assert np.abs(got.astype(int) - expected).max() <= (1 if crowd else 0) or _at_the_cutoff(got, expected, how)
     assert (got >= costs).all()
     assert count >= np.count_nonzero(got != costs)

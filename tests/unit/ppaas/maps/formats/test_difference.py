@@ -1,4 +1,4 @@
-"""What differs between two grids."""
+"""Differences between two grids."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def grids(draw):
 
 @given(grids(), grids(), st.integers(1, 40))
 @settings(deadline=None, max_examples=150)
-def test_it_is_what_a_comparison_cell_by_cell_tells(old, new, block):
+def test_it_equals_a_comparison_cell_by_cell(old, new, block):
     before, after = ({(c + column, r + row): data[r][c] for r in range(len(data)) for c in range(len(data[0]))}
                      for data, column, row in (old, new))  # fmt: skip
     changed = {at for at in before.keys() | after.keys() if before.get(at, UNKNOWN) != after.get(at, UNKNOWN)}

@@ -8,7 +8,7 @@ PGM, TEXT, PNG = b"P5 2 1 255 \x00\xfe", b"P2 2 1 255 0 254", png([b"\x00\xfe"],
 
 
 @pytest.mark.parametrize("image", [PGM, TEXT, PNG])
-def test_the_format_is_told_by_how_the_file_begins(image):
+def test_the_first_bytes_of_a_file_give_its_format(image):
     read = open_image(image).rows(0, 1)
     assert read.channels.tolist() == [[[0], [254]]]
     assert read.alpha is None

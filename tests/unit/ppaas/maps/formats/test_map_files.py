@@ -124,7 +124,7 @@ def test_the_origin_keeps_its_yaw():
         (b"#" * (1 << 17), "bytes"),
     ],
 )
-def test_a_record_that_cannot_be_is_refused_and_the_key_named(record, named):
+def test_an_invalid_record_is_refused_with_the_name_of_the_key(record, named):
     with pytest.raises(InvalidMap, match=named):
         load_map(record, IMAGE)
 

@@ -1,4 +1,4 @@
-"""The rules that a record names, and how it comes to name them."""
+"""The key ``rules`` of a map's record."""
 
 import pytest
 

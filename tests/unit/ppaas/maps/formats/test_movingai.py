@@ -52,7 +52,7 @@ def test_some_queries_are_from_all_over_the_scenario() -> None:
         (MAP.replace(b".G@S.", b".G@S"), "row 0"),
     ],
 )
-def test_what_is_no_map_is_refused(text: bytes, said: str) -> None:
+def test_an_invalid_map_is_refused(text: bytes, said: str) -> None:
     with pytest.raises(InvalidMap, match=said):
         parse_map(text)
 
@@ -67,7 +67,7 @@ def test_what_is_no_map_is_refused(text: bytes, said: str) -> None:
         (SCENARIO.replace(b"3\t1", b"3.5\t1"), "line 3"),
     ],
 )
-def test_what_is_no_scenario_is_refused(text: bytes, said: str) -> None:
+def test_an_invalid_scenario_is_refused(text: bytes, said: str) -> None:
     with pytest.raises(InvalidMap, match=said):
         parse_scenario(text)
 

@@ -66,7 +66,7 @@ def test_an_image_is_the_same_in_text(pixels):
     assert np.array_equal(parse_pgm(b"P2 %d %d 255\n" % pixels.shape[::-1] + text), pixels)
 
 
-def test_white_space_after_the_pixels_is_no_matter():
+def test_white_space_after_the_pixels_is_ignored():
     assert parse_pgm(b"P5 1 1 255 \x07\r\n").tolist() == [[7]]
 
 
@@ -104,7 +104,7 @@ def test_white_space_after_the_pixels_is_no_matter():
         (b"P5 1 1 100 \x65", "101, above its maximum grey of 100"),
     ],
 )
-def test_what_cannot_be_an_image_is_refused_and_told_why(image, reason):
+def test_an_invalid_image_is_refused_with_the_reason(image, reason):
     with pytest.raises(InvalidMap, match=reason):
         parse_pgm(image)
 

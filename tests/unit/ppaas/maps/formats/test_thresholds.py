@@ -1,4 +1,4 @@
-"""Pixels to occupancy, by either's rules: against naive twins, and by known values."""
+"""Occupancy of pixels, by the rules of map_server and of Nav2: against slow twins and known values."""
 
 import numpy as np
 import pytest
@@ -38,13 +38,13 @@ def test_every_pixel_is_read_as_the_twin_reads_it(channels, mode, negate, low, h
 @pytest.mark.parametrize(
     ("keys", "grey", "by_map_server", "by_nav2"),
     [
-        # map_saver's three greys read the same by both.
+        # map_saver's three greys, which both rules read equally.
         ({}, [254, 205, 0], [0, -1, 100], [0, -1, 100]),
         # Exactly at a threshold.
         ({"negate": True, "free_thresh": 51 / 255}, [51], [-1], [0]),
         ({"negate": True, "free_thresh": 0.1, "occupied_thresh": 51 / 255}, [51], [-1], [100]),
         ({"free_thresh": 0.0, "occupied_thresh": 1.0}, [255, 128, 0], [-1, -1, -1], [0, -1, 100]),
-        # Nav2's speed masks: white is no limit, black is the whole of it.
+        # Nav2's speed masks: white is 0, black is 100.
         ({"mode": Mode.SCALE, "free_thresh": 0.0, "occupied_thresh": 1.0}, [255, 204, 0], [1, 20, 99], [0, 20, 100]),
         ({"mode": Mode.SCALE, "negate": True}, [0, 128, 255], [0, 67, 100], [0, 67, 100]),
         ({"mode": Mode.RAW}, [0, 42, 100, 101, 255], [0, 42, 100, -1, -1], [0, 42, 100, -1, -1]),
