@@ -1,1 +1,1 @@
-"""Clone of a robot: which nodes act for it in the cloud, with which parameters for its body."""
+"""Clone of a robot: creates its nodes and plug-ins, with parameters that suit its body."""

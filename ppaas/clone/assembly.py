@@ -1,4 +1,4 @@
-"""Which nodes a robot's clone is made of."""
+"""Assembly of a robot's clone: creates its nodes from a map, a robot model and parameters."""
 
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
@@ -37,7 +37,7 @@ from ppaas.robot_model.known_models import RobotModel
 from ppaas.thread_budget import Threads, one_thread
 
 DEPTH_CAMERA = "depthimage_to_laserscan"
-"""The node of a clone whose robot has a depth camera, which its parameters say."""
+"""Node of robots with a depth camera; it is created only if the robot has parameters for it."""
 
 
 def build_clone(
@@ -59,37 +59,36 @@ def build_clone(
     Parameters
     ----------
     graph : Graph
-        Of the home.
+        Graph of the executor.
     layers : MapLayers
         The map, inflated for the robot's radius.
     model : str
-        Of the robot.
+        Name of the robot model.
     urdf : RobotDescription, optional
-        What its URDF tells.
+        Description from the robot's URDF.
     initial_pose : tuple of float
-        x, y [m], yaw [rad] in the map.
+        x, y [m], yaw [rad] in the map frame.
     base_global_planner, base_local_planner : str
-        Plug-ins by name or ROS alias; what ``parameters`` says of ``move_base`` goes first.
+        Plug-ins by name or ROS alias; those in the parameters of ``move_base`` take precedence.
     parameters : dict, optional
-        Parameters of each node by its name, ``{"move_base": {...}, "amcl": {...}}``, and of planners, the
-        controller, each recovery behaviour, the ``local_costmap``, the ``social_layer``, the ``voxel_layer``, the
-        ``keepout_filter`` and the ``speed_filter`` by theirs. Planners other than the one that drives have theirs for
-        requests that name them.
+        Parameters of each node by its name, ``{"move_base": {...}, "amcl": {...}}``, and likewise of planners, the
+        controller, each recovery behaviour, ``local_costmap``, ``social_layer``, ``voxel_layer``, ``keepout_filter``
+        and ``speed_filter``. Parameters of planners other than the robot's own apply to requests that name them.
     threads : callable
-        Returns the most threads that kernels may use now.
+        Returns the largest number of threads that kernels may use now.
     reuse : ReuseSetup, optional
-        What is known of plans that were made before.
+        Access to stored plans and measured times.
     only : collection of str, optional
-        Names of nodes: those that are to be added, where the others live elsewhere or are here already.
+        Names of the nodes to add; all by default.
 
     Raises
     ------
     NotFound
-        No such model, planner, controller or recovery behaviour; the text lists those there are.
+        There is no such model, planner, controller or recovery behaviour; the text lists those that exist.
     InvalidParameter
-        A parameter or the name of a node is unknown, or a value cannot be taken.
+        A parameter or the name of a node is unknown, or a value is invalid.
     Unavailable
-        The layers lack a mask that the parameters want.
+        The layers lack a mask that the parameters require.
     """
     given = NodeParameters(parameters or {})
     body = _body(given, robot_body(model, urdf, parameters))
@@ -144,21 +143,21 @@ def _move_base(
 
 
 def _filters(given: NodeParameters, layers: MapLayers) -> SpeedFilter | None:
-    """See to it that the masks are there that are wanted; that to keep out by is in the costs already."""
+    """Check that the layers contain the masks required; the keepout mask is already part of the costmap."""
     keepout = given.read(KeepoutFilterParameters, KEEPOUT_FILTER)
     speed = given.read(SpeedFilterParameters, SPEED_FILTER)
     masks = ((KEEPOUT_FILTER, keepout.wanted, layers.keepout), (SPEED_FILTER, speed.wanted, layers.speed))
     for name, wanted, mask in masks:
         if wanted and mask is None:
-            raise Unavailable(f"{name}: the mask {wanted!r} is not here; let the robot connect again")
+            raise Unavailable(f"{name}: mask {wanted!r} was not loaded with the map; reconnect the robot")
     return SpeedFilter(layers.speed, speed) if speed.wanted and layers.speed is not None else None
 
 
 def _camera(given: NodeParameters) -> dict[str, Callable[[Context], Node]]:
-    """Return who makes scans of depth images, if there are parameters for it: most robots have a laser."""
+    """Return the maker of the node for depth cameras if there are parameters for it."""
     if not given.has(DEPTH_CAMERA):
         return {}
-    # Its kernels are not for every container.
+    # Imported only here, so that not every container loads its kernels.
     from ppaas.nodes.depthimage_to_laserscan.node import DepthImageToLaserScanNode  # noqa: PLC0415
     from ppaas.perception.depth_scan import DepthScanParameters  # noqa: PLC0415
 
@@ -167,14 +166,14 @@ def _camera(given: NodeParameters) -> dict[str, Callable[[Context], Node]]:
 
 
 def _body(given: NodeParameters, body: RobotModel) -> RobotModel:
-    """Tell of the body where parameters are told of."""
+    """Record the parameters of the body among those in use."""
     given.read(FootprintParameters, COSTMAP, {"robot_radius": body.robot_radius, "footprint": body.footprint})
     given.read(VoxelLayerParameters, VOXEL_LAYER, {"max_obstacle_height": body.height})
     return body
 
 
 def _driving(given: NodeParameters, planner: str, controller: str) -> MoveBaseParameters:
-    """What the robot's file says of its planners is the default; what it says of Move Base itself goes first."""
+    """Return the parameters of Move Base; the plug-ins of the robot's file are the defaults."""
     base = {"base_global_planner": planner, "base_local_planner": controller}
     return given.read(MoveBaseParameters, "move_base", base)
 

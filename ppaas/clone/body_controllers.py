@@ -1,4 +1,4 @@
-"""Local planners for a body: its limits and its radius, and to those that mind a footprint its outline."""
+"""Local planners for a robot's body: sets its limits and radius, and its footprint if the planner uses one."""
 
 from typing import Any
 
@@ -10,17 +10,17 @@ from ppaas.robot_model.known_models import RobotModel
 
 
 def controller_of(body: RobotModel, name: str, parameters: dict[str, Any]) -> Controller:
-    """Make a local planner for a body; what the parameters say goes first.
+    """Return a local planner for a body; the given parameters take precedence.
 
     Raises
     ------
     NotFound
-        No local planner of that name; the text lists those there are.
+        There is no local planner of that name; the text lists those that exist.
     InvalidParameter
-        It takes no such parameter, or none of that type.
+        A parameter is unknown or invalid.
     """
     limits = body.limits
-    told = {
+    merged = {
         "max_vel_x": limits.max_vel_x,
         "min_vel_x": limits.min_vel_x,
         "max_vel_theta": limits.max_vel_theta,
@@ -29,7 +29,7 @@ def controller_of(body: RobotModel, name: str, parameters: dict[str, Any]) -> Co
         "robot_radius": body.robot_radius,
         **parameters,
     }
-    controller = controllers.create(name, **told)
+    controller = controllers.create(name, **merged)
     if body.footprint and FOOTPRINT not in parameters and FOOTPRINT in parameters_in_use(controller):
-        return controllers.create(name, **told, footprint=body.footprint)
+        return controllers.create(name, **merged, footprint=body.footprint)
     return controller

@@ -1,4 +1,4 @@
-"""Planners for a body: those that mind a footprint are given that of the robot."""
+"""Planners for a robot's body: sets its footprint if the planner uses one."""
 
 from typing import Any
 
@@ -11,14 +11,14 @@ FOOTPRINT = "footprint"
 
 
 def planner_of(body: RobotModel, name: str, parameters: dict[str, Any]) -> Planner:
-    """Make a planner; one that minds a footprint has that of the body, unless the parameters give it another.
+    """Return a planner; if it uses a footprint, that is the body's unless the parameters contain another.
 
     Raises
     ------
     NotFound
-        No planner of that name; the text lists those there are.
+        There is no planner of that name; the text lists those that exist.
     InvalidParameter
-        It takes no such parameter, or none of that type.
+        A parameter is unknown or invalid.
     """
     planner = planners.create(name, **parameters)
     if body.footprint and FOOTPRINT not in parameters and FOOTPRINT in parameters_in_use(planner):

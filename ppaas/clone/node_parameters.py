@@ -1,4 +1,4 @@
-"""Parameters of a clone's nodes and plug-ins, as its user gave them, and as they are in use."""
+"""Parameters of a clone's nodes and plug-ins, as given by its user and as in use."""
 
 from collections.abc import Mapping
 from typing import Any, TypeVar
@@ -11,12 +11,12 @@ P = TypeVar("P", bound=Parameters)
 
 
 class NodeParameters:
-    """Parameters by the name of whom they are for; what nobody takes is refused.
+    """Parameters by the name of their node or plug-in; unknown names are rejected.
 
     Attributes
     ----------
     in_use : dict of dict
-        What came of it, defaults included, by the same names.
+        Parameters in use, including defaults, by the same names.
     """
 
     def __init__(self, parameters: Mapping[str, Any]) -> None:
@@ -25,21 +25,21 @@ class NodeParameters:
         self._asked: list[str] = []
 
     def read(self, cls: type[P], node: str, defaults: Mapping[str, Any] | None = None) -> P:
-        """Return the parameters of a node."""
+        """Return the parameters of a node, and record them as in use."""
         parameters = read_parameters(cls, node, {**(defaults or {}), **self.take(node)})
         self.note(node, parameters)
         return parameters
 
     def note(self, name: str, of: object) -> None:
-        """Take note of the parameters that a node or plug-in uses."""
+        """Record the parameters that a node or plug-in uses."""
         self.in_use[name] = parameters_in_use(of)
 
     def has(self, *names: str) -> bool:
-        """Tell whether there are parameters of one that is known by these names."""
+        """Return whether there are parameters under one of these names."""
         return not self._rest.keys().isdisjoint(names)
 
     def take(self, *names: str) -> dict[str, Any]:
-        """Return the parameters of one that is known by these names."""
+        """Remove and return the parameters under these names, which belong to one node or plug-in."""
         self._asked.append(names[0])
         merged: dict[str, Any] = {}
         for name in names:
@@ -49,11 +49,11 @@ class NodeParameters:
     def _table(self, name: str) -> dict[str, Any]:
         table = self._rest.pop(name, {})
         if not isinstance(table, dict):
-            raise InvalidParameter(f"parameters of {name!r} must be an object of names and values, not {table!r}")
+            raise InvalidParameter(f"parameters of {name!r} must be an object, not {table!r}")
         return table
 
     def refuse_rest(self) -> None:
-        """Refuse what nobody took."""
+        """Raise ``InvalidParameter`` if parameters remain that no node or plug-in has taken."""
         if self._rest:
             raise InvalidParameter(
                 f"parameters for unknown node {sorted(self._rest)[0]!r}; known: {', '.join(sorted(self._asked))}"

@@ -1,4 +1,4 @@
-"""Which nodes a container has that only plans."""
+"""Assembly of a container that only plans."""
 
 from ppaas.clone.plugins import DEFAULT_PLANNER
 from ppaas.costmap.map_layers import MapLayers

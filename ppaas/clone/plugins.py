@@ -1,4 +1,4 @@
-"""Plug-ins of a clone: its planners, its controller and its recovery behaviours, for its body."""
+"""Plug-ins of a clone: its planners, controller and recovery behaviours, configured for its body."""
 
 from ppaas import recoveries
 from ppaas.clone.body_controllers import controller_of
@@ -20,7 +20,10 @@ DEFAULT_CONTROLLER = "dwa"
 def planners_of(
     driving: MoveBaseParameters, given: NodeParameters, body: RobotModel
 ) -> tuple[Planner, dict[str, Planner]]:
-    """Return one to drive by, and by name those for who asks for plans: two of one name may be at work at a time."""
+    """Return the robot's own planner, and by name those of the path services.
+
+    The services have another instance of the robot's planner, since both may plan at the same time.
+    """
     base = PLANNERS.own_name(driving.base_global_planner)
     own = given.take(*PLANNERS.spellings(base))
     drives, asked = planner_of(body, driving.base_global_planner, own), {base: planner_of(body, base, own)}
@@ -34,7 +37,7 @@ def planners_of(
 
 
 def controller_for(driving: MoveBaseParameters, given: NodeParameters, body: RobotModel) -> Controller:
-    """Return the controller to drive with."""
+    """Return the robot's controller."""
     names = CONTROLLERS.spellings(driving.base_local_planner)
     controller = controller_of(body, driving.base_local_planner, given.take(*names))
     given.note(names[0], controller)

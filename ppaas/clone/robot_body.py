@@ -1,4 +1,4 @@
-"""The body that a clone plans and drives for: of its model, of its URDF, and of what its parameters say."""
+"""Body of a robot: merges its model, its URDF and its parameters."""
 
 import math
 from collections.abc import Mapping
@@ -12,19 +12,21 @@ from ppaas.robot_model.description import RobotDescription, circumscribed_radius
 from ppaas.robot_model.known_models import RobotModel, robot_model
 
 COSTMAP, VOXEL_LAYER = "global_costmap", "voxel_layer"
+"""Names of the parameters below in a robot's file."""
 
 MAX_RADIUS = 100.0
+"""Limit of a robot's radius [m]."""
 
 
 class FootprintParameters(Parameters, frozen=True):
-    """Of the global costmap, with the names of costmap_2d [m]; what is left out, URDF or model say.
+    """Parameters of the global costmap, named as in costmap_2d [m]; the defaults come from the URDF or the model.
 
     Parameters
     ----------
     robot_radius : float, optional
-        Of the disc that the robot is for the map and the controller.
+        Radius of the robot for the costmap and the controller.
     footprint : tuple of (x, y)
-        Corners of the outline; the disc is the one around it, unless ``robot_radius`` is given too.
+        Corners of the outline; without ``robot_radius``, the radius is that of the circumscribed circle.
     """
 
     robot_radius: float | None = None
@@ -32,16 +34,16 @@ class FootprintParameters(Parameters, frozen=True):
 
 
 class VoxelLayerParameters(Parameters, frozen=True):
-    """Of the layer that an octomap makes, with the names of costmap_2d.
+    """Parameters of the layer made from an octomap, named as in costmap_2d.
 
     Parameters
     ----------
     enabled : bool
-        Whether the robot keeps clear of what the octomap of its map has at its height.
+        Whether the robot avoids what the octomap of its map contains at the robot's height.
     min_obstacle_height : float, optional
-        What does not reach higher is in nobody's way [m]; without it, one voxel of the octomap.
+        Obstacles that are not higher than this are ignored [m]; default: one voxel of the octomap.
     max_obstacle_height : float, optional
-        What begins higher is in nobody's way [m]; without it, the height of the robot, if that is known.
+        Obstacles that begin above this are ignored [m]; default: the height of the robot, if known.
     """
 
     enabled: bool = True
@@ -61,52 +63,52 @@ class VoxelLayerParameters(Parameters, frozen=True):
 def robot_body(
     model: str, urdf: RobotDescription | None = None, parameters: Mapping[str, Any] | None = None
 ) -> RobotModel:
-    """Return the body of a robot: what its parameters say goes before its URDF, and that before its model.
+    """Return the body of a robot: parameters take precedence over its URDF, and that over its model.
 
-    The disc is the one that holds the robot however it turns. The speed is that of the wheels, and so is the turn up to
-    that of the model: what wheels allow on the spot may be more than localization can follow.
+    The radius is that of the circumscribed circle. The top speed is that of the wheels. So is the turning speed, but it
+    is at most the model's, since wheels may turn a robot in place faster than localization can follow.
 
     Parameters
     ----------
     model : str
-        By its name.
+        Name of the model.
     urdf : RobotDescription, optional
     parameters : mapping, optional
-        Of the robot's file, of which ``global_costmap`` counts here.
+        Parameters of the robot's file, of which ``global_costmap`` is used.
 
     Raises
     ------
     NotFound
-        No such model; the text lists those there are.
+        There is no such model; the text lists those that exist.
     InvalidParameter
-        The radius or the footprint that the parameters give is none.
+        The radius or the footprint in the parameters is invalid.
     """
     body = robot_model(model)
     if urdf is not None:
         body = _as_described(body, urdf)
-    said = read_parameters(FootprintParameters, COSTMAP, (parameters or {}).get(COSTMAP, {}))
-    if said.footprint:
-        body = replace(body, footprint=said.footprint, robot_radius=_radius_around(said.footprint))
-    if said.robot_radius is not None:
-        body = replace(body, robot_radius=said.robot_radius)
+    given = read_parameters(FootprintParameters, COSTMAP, (parameters or {}).get(COSTMAP, {}))
+    if given.footprint:
+        body = replace(body, footprint=given.footprint, robot_radius=_radius_around(given.footprint))
+    if given.robot_radius is not None:
+        body = replace(body, robot_radius=given.robot_radius)
     if not 0.0 <= body.robot_radius < MAX_RADIUS:
-        raise InvalidParameter(f"the radius of a robot is from 0 to {MAX_RADIUS:g} m, not {body.robot_radius}")
+        raise InvalidParameter(f"robot_radius must be from 0 to {MAX_RADIUS:g} m, not {body.robot_radius}")
     return body
 
 
 def robot_heights(body: RobotModel, parameters: Mapping[str, Any]) -> tuple[float | None, float] | None:
-    """Return from where to where something in space is in the way of a robot [m]; None where nothing is looked for.
+    """Return the lowest and highest height of obstacles for a robot [m], or None if the octomap is not used.
 
-    Without a lowest height it is for the octomap to say.
+    If the lowest height is None, it depends on the octomap.
 
     Raises
     ------
     InvalidParameter
-        What the parameters say of heights is none.
+        The parameters of the voxel layer are invalid.
     """
-    said = read_parameters(VoxelLayerParameters, VOXEL_LAYER, parameters.get(VOXEL_LAYER, {}))
-    highest = body.height if said.max_obstacle_height is None else said.max_obstacle_height
-    return (said.min_obstacle_height, highest) if said.enabled and highest is not None else None
+    given = read_parameters(VoxelLayerParameters, VOXEL_LAYER, parameters.get(VOXEL_LAYER, {}))
+    highest = body.height if given.max_obstacle_height is None else given.max_obstacle_height
+    return (given.min_obstacle_height, highest) if given.enabled and highest is not None else None
 
 
 def _as_described(body: RobotModel, urdf: RobotDescription) -> RobotModel:
@@ -126,5 +128,5 @@ def _as_described(body: RobotModel, urdf: RobotDescription) -> RobotModel:
 
 def _radius_around(footprint: tuple[tuple[float, float], ...]) -> float:
     if len(footprint) < 3 or not all(math.isfinite(number) for corner in footprint for number in corner):
-        raise InvalidParameter("footprint must be a list of three corners x, y [m] or more")
+        raise InvalidParameter("footprint must be a list of at least three corners x, y [m]")
     return circumscribed_radius(footprint)

@@ -1,4 +1,4 @@
-"""What a clone keeps of its robot's surroundings: the local costmap and the memory of obstacles, for its body."""
+"""Surroundings of a clone: creates the local costmap and the memory of obstacles for a robot's body."""
 
 from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR, INFLATION_RADIUS
 from ppaas.costmap.local_costmap import LocalCostmap
@@ -13,11 +13,11 @@ from ppaas.robot_model.known_models import RobotModel
 
 
 class LocalCostmapParameters(Parameters, frozen=True):
-    """Parameters of the local costmap, with the names of costmap_2d [m, 1/m].
+    """Parameters of the local costmap, named as in costmap_2d [m, 1/m].
 
-    ``footprint_padding`` is added to the robot's radius around what the laser sees: a cell is marked by its middle,
-    so what is seen may be half a cell nearer than it is marked. ``obstacle_range`` is 2.5 m in costmap_2d, less than
-    ``raytrace_range``; here it is more, because a beam that clears but may not mark wears an obstacle away.
+    ``footprint_padding`` is added to the robot's radius around observed obstacles: the centre of a cell is marked, so
+    an obstacle may be half a cell nearer than marked. ``obstacle_range`` is 2.5 m in costmap_2d, less than
+    ``raytrace_range``; here it is larger, because beams that clear cells but may not mark them would erase obstacles.
     """
 
     width: float = 6.0

@@ -4,7 +4,7 @@ import math
 from typing import Protocol
 
 from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
-from ppaas.controllers.kernels.clearance import Body
+from ppaas.controllers.kernels.clearance import RobotOutline
 from ppaas.controllers.motion import TurnLimits, brake, turn
 from ppaas.controllers.obstacles import Room
 from ppaas.geometry import Pose2D, wrap_angle
@@ -39,11 +39,11 @@ class Arrival:
     Parameters
     ----------
     parameters : GoalTolerances
-    body : Body
+    body : RobotOutline
         Outline of the robot.
     """
 
-    def __init__(self, parameters: GoalTolerances, body: Body) -> None:
+    def __init__(self, parameters: GoalTolerances, body: RobotOutline) -> None:
         self._parameters = parameters
         self._body = body
         self._goal: Pose2D | None = None

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ppaas.controllers.kernels.clearance import Body
+from ppaas.controllers.kernels.clearance import RobotOutline
 from ppaas.errors import InvalidParameter
 from ppaas.parameters import check_scalar
 
@@ -35,14 +35,14 @@ def checked_footprint(value: object) -> Footprint:
     return corners
 
 
-def body_of(footprint: Footprint, robot_radius: float) -> Body:
+def body_of(footprint: Footprint, robot_radius: float) -> RobotOutline:
     """Return the outline of a robot for the kernels, from its footprint, or from its radius [m] if that is empty."""
     corners = np.array(footprint, dtype=np.float64).reshape(-1, 2)
     ways = np.roll(corners, -1, axis=0) - corners
     lengths = np.hypot(ways[:, 0], ways[:, 1])[:, None]
     edges = np.hstack((corners, ways / lengths, lengths))
     if not len(corners):
-        return Body(edges, robot_radius, robot_radius)
+        return RobotOutline(edges, robot_radius, robot_radius)
     # Distance of each edge's line from the origin: cross product of a corner with the edge's unit direction.
     beside = np.abs(edges[:, 0] * edges[:, 3] - edges[:, 1] * edges[:, 2])
-    return Body(edges, float(beside.min()), float(np.hypot(corners[:, 0], corners[:, 1]).max()))
+    return RobotOutline(edges, float(beside.min()), float(np.hypot(corners[:, 0], corners[:, 1]).max()))

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ppaas.controllers.kernels.clearance import Body, Field, clearance, clearance_along
+from ppaas.controllers.kernels.clearance import Field, RobotOutline, clearance, clearance_along
 from ppaas.cost_values import LETHAL_OBSTACLE, NO_INFORMATION
 from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
@@ -37,7 +37,7 @@ def distance_to_lethal(costmap: Costmap, *, allow_unknown: bool) -> Field:
     return distance_serial(lethal.view(np.uint8), costmap.info.resolution)
 
 
-def clearance_to_keep(distance: Field, resolution: float, body: Body, pose: Pose2D) -> float:
+def clearance_to_keep(distance: Field, resolution: float, body: RobotOutline, pose: Pose2D) -> float:
     """Return the clearance to the centres of lethal cells that a robot must keep [m].
 
     It is half the diagonal of a cell, or the current clearance if that is less: a robot that already touches something
@@ -49,7 +49,7 @@ def clearance_to_keep(distance: Field, resolution: float, body: Body, pose: Pose
         Distances to obstacles [m].
     resolution : float
         Edge of a cell [m].
-    body : Body
+    body : RobotOutline
         Outline of the robot.
     pose : Pose2D
         In the frame of the grid.
@@ -64,7 +64,7 @@ class Room:
     Parameters
     ----------
     costmap : Costmap
-    body : Body
+    body : RobotOutline
         Outline of the robot.
     pose : Pose2D
         Start of motions, in the frame of the costmap.
@@ -81,7 +81,7 @@ class Room:
         Clearance to the centres of lethal cells that must be kept [m].
     """
 
-    def __init__(self, costmap: Costmap, body: Body, pose: Pose2D, *, allow_unknown: bool) -> None:
+    def __init__(self, costmap: Costmap, body: RobotOutline, pose: Pose2D, *, allow_unknown: bool) -> None:
         self._body, self._resolution = body, costmap.info.resolution
         self.distance = distance_to_lethal(costmap, allow_unknown=allow_unknown)
         self.start = costmap.info.origin.inverse() @ pose

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, wrap_angle
-from ppaas.localization.kernels.resample import draw_low_variance, enough
+from ppaas.localization.kernels.resample import draw_low_variance, kld_sample_size
 from ppaas.localization.odometry import odometry_model
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.pose_estimate import PoseEstimate, estimate
@@ -165,7 +165,7 @@ class ParticleFilter:
     def _resample(self) -> None:
         p = self._parameters
         picks = self._random.random(p.max_particles)
-        count = enough(self.particles, self.weights, picks, p.min_particles, p.kld_err, p.kld_z)
+        count = kld_sample_size(self.particles, self.weights, picks, p.min_particles, p.kld_err, p.kld_z)
         self._set(self.particles[self._drawn(self.weights, count)])
 
     def _drawn(self, weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:

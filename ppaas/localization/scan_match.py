@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.localization.kernels import likelihood_field
-from ppaas.localization.kernels.sight import account_for
+from ppaas.localization.kernels.sight import explain_rays
 from ppaas.localization.parameters import AmclParameters
 
 SOMEBODY = 0.5
@@ -62,7 +62,7 @@ class ScanMatch:
         rays : (m, 4) array
             x, y of the end and x, y of the origin of each ray, in the robot's frame [m]; at least one.
         """
-        sums: NDArray[np.float64] = account_for(
+        sums: NDArray[np.float64] = explain_rays(
             poses, rays, self._distance, self._resolution, self._origin, self._sigma, SOMEBODY
         )
         return sums / len(rays)

@@ -158,7 +158,7 @@ class MoveBase:
         if self.goals.knows(goal.id, now):
             return
         if self.goals.active is not None:
-            self._finish(now, Status.PREEMPTED, f"Another goal took its place: {goal.id}")
+            self._finish(now, Status.PREEMPTED, f"Replaced by another goal: {goal.id}")
         self.goals.accept(goal)
         self._origins.clear()
         self._recovery_index = 0

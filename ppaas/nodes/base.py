@@ -1,7 +1,7 @@
-"""What a node is, and what its home gives it.
+"""Interfaces of nodes: topics, services, nodes, and the context that an executor provides to a node.
 
-A node does no I/O and starts no thread. It is told of messages, calls and timers, one at a time, and answers through
-its ``Context``. So one class runs in a cloud container, in a robot's local node manager, and in a test.
+A node does no I/O and starts no thread. It handles messages, calls and timers one at a time, and acts through its
+``Context``. So the same class runs in a container of the cloud, in the local node manager of a robot, and in a test.
 """
 
 from abc import ABC
@@ -76,26 +76,26 @@ class Service(NamedTuple):
 
 
 class Job(Protocol):
-    """Work under way off the node's thread."""
+    """Work that runs outside the node's thread."""
 
     def cancel(self) -> None:
-        """Ask it to stop; ``done`` is still called, with what it raises."""
+        """Request cancellation; ``done`` is still called, with the resulting error."""
         ...
 
 
 class Timer(Protocol):
-    """A timer under way."""
+    """A running timer."""
 
     def stop(self) -> None:
-        """Fire no more."""
+        """Stop the timer."""
         ...
 
 
 class Context(Protocol):
-    """What a home gives each of its nodes."""
+    """What an executor provides to a node: clock, topics, timers and jobs."""
 
     def now(self) -> float:
-        """Return seconds since the epoch, for stamps."""
+        """Return the time for stamps, in seconds since the epoch."""
         ...
 
     def publish(self, topic: str, message: Payload) -> None:
@@ -103,21 +103,21 @@ class Context(Protocol):
         ...
 
     def declare(self, node: "Node", topic: Topic) -> None:
-        """Let a node publish a topic that its class does not name, until ``undeclare``.
+        """Declare a topic that the node publishes in addition to those of its class, until ``undeclare``.
 
         Raises
         ------
         Conflict
-            The name is taken.
+            A topic of that name exists.
         """
         ...
 
     def undeclare(self, node: "Node", name: str) -> None:
-        """End a topic that this node declared; nothing more is published on it."""
+        """Remove a topic that this node declared; nothing more may be published on it."""
         ...
 
-    def is_heard(self, topic: str) -> bool:
-        """Tell whether anybody hears a topic now: a node, or somebody outside."""
+    def has_subscribers(self, topic: str) -> bool:
+        """Return whether a node, or a subscriber outside the executor, subscribes to a topic."""
         ...
 
     def start(
@@ -125,17 +125,17 @@ class Context(Protocol):
         work: Callable[[Callable[[], bool]], T],
         done: Callable[[T | PPaaSError], None],
     ) -> Job:
-        """Run ``work(cancelled)`` off the node's thread; ``done`` gets its result on the node's thread."""
+        """Run ``work(cancelled)`` outside the node's thread; ``done`` gets its result in the node's thread."""
         ...
 
     def every(self, period: float, callback: Callable[[], None]) -> Timer:
-        """Call back every ``period`` seconds, on the node's thread."""
+        """Call back every ``period`` seconds, in the node's thread."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Checkpoint:
-    """What a node needs to go on elsewhere: its own JSON."""
+    """State of a node as JSON, from which it continues in another executor."""
 
     node: str
     state: bytes
@@ -143,16 +143,16 @@ class Checkpoint:
 
 @dataclass(frozen=True, slots=True)
 class Demands:
-    """What a node that may live in either home wants of it, as its class declares.
+    """Resources that a node needs, for the decision whether it runs in the cloud or on the robot.
 
     Parameters
     ----------
     compute : float
-        What it keeps busy while its robot drives, in cores of a Raspberry Pi 4.
+        CPU load while the robot drives, in cores of a Raspberry Pi 4.
     time_critical : bool
-        A late answer is as bad as none: no link should lie between it and the robot.
+        Whether a late answer is useless, so that no network should separate the node from the robot.
     rates : dict of str to float
-        What comes to it from the robot's sensors, by topic [bytes/s].
+        Data rates of the robot's sensors that it subscribes to, by topic [bytes/s].
     """
 
     compute: float
@@ -161,12 +161,12 @@ class Demands:
 
 
 class Node(ABC):
-    """A capability with topics, services and parameters.
+    """A node with topics, services and parameters.
 
     Parameters
     ----------
     context : Context
-        Of the home it lives in.
+        Provided by the executor.
     """
 
     name: ClassVar[str]
@@ -174,29 +174,29 @@ class Node(ABC):
     publishes: ClassVar[tuple[Topic, ...]] = ()
     services: ClassVar[tuple[Service, ...]] = ()
     demands: ClassVar[Demands | None] = None
-    """None: it stays in the cloud."""
+    """Resources that the node needs; None if it always runs in the cloud."""
 
     def __init__(self, context: Context) -> None:
         self.context = context
 
     @property
     def busy(self) -> bool:
-        """Tell whether it works for a goal: its robot is not idle, though nobody may say anything meanwhile."""
+        """Whether the node works on a goal; its robot is then not idle, even if no client sends anything."""
         return False
 
     def start(self) -> None:
-        """Begin: the node is connected now, and may publish."""
+        """Called once the node is connected and may publish."""
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Take a message of a topic that the node subscribes to."""
+        """Handle a message of a topic that the node subscribes to."""
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
-        """Take a call of a service that the node offers; ``reply`` may be called now or later, once."""
+        """Handle a call of a service that the node offers; ``reply`` must be called once, now or later."""
         reply(NotFound("service", service))
 
     def checkpoint(self) -> bytes | None:
-        """Return what the node needs to go on elsewhere, as JSON, or None if it needs nothing."""
+        """Return the state of the node as JSON, or None if it has none to keep."""
         return None
 
     def restore(self, state: bytes) -> None:
-        """Go on from what ``checkpoint`` returned, in this home or another."""
+        """Continue from the result of ``checkpoint``, in this executor or another."""

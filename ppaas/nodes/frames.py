@@ -1,11 +1,11 @@
-"""What nodes keep of ``tf``: the tree, and when each moving frame was last heard of."""
+"""Listener of ``tf`` and ``tf_static``: the transform tree, and the time of the last transform of each frame."""
 
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.topics import TF_STATIC
 from ppaas.transforms.planar import TransformTree, is_level
 
 MAP = "map"
-"""The frame of the map, in which Move Base plans and drives."""
+"""Frame of the map, in which Move Base plans and drives."""
 
 ODOM = "odom"
 BASE_LINK = "base_link"
@@ -19,7 +19,7 @@ class FrameListener:
         self._heard: dict[str, float] = {}
 
     def hear(self, topic: str, message: TFMessage, now: float) -> None:
-        """Take a message. Frames out of the plane (wheels, cameras) are none of navigation's and are left out.
+        """Add the transforms of a message, except frames that are not level, such as those of wheels and cameras.
 
         Raises
         ------
@@ -33,5 +33,5 @@ class FrameListener:
                 self._heard[transform.child_frame_id.lstrip("/")] = now
 
     def silence(self, child: str, now: float) -> float:
-        """Return how long nothing was heard of a frame [s], by the clock of this home and not that of the stamps."""
+        """Return the time since the last transform of a frame, by the executor's clock instead of the stamps [s]."""
         return now - self._heard.get(child, float("-inf"))

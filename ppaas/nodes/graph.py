@@ -1,7 +1,7 @@
-"""The graph: services, timers and jobs, besides topics, among the nodes of one home.
+"""Graph: connects the nodes of one executor by topics, services, timers and jobs.
 
-It is as pure as its nodes. A home gives it two clocks and a ``Worker``, tells it of what comes from outside, and
-asks it every now and then which timers are due.
+Like its nodes it does no I/O. The executor provides two clocks and a ``Worker``, passes in messages and calls from
+outside, and calls ``run_due`` for the timers.
 """
 
 import heapq
@@ -24,14 +24,14 @@ N = TypeVar("N", bound=Node)
 
 
 class Graph(TopicBus):
-    """The nodes of one home and what runs between them.
+    """Nodes of one executor, with their topics, services, timers and jobs.
 
     Parameters
     ----------
     worker : Worker
         Runs jobs.
     clock, stamp_clock : callable
-        Monotonic seconds for timers; seconds since the epoch for stamps.
+        Return monotonic seconds for timers, and seconds since the epoch for stamps.
     """
 
     def __init__(self, worker: Worker = run_inline, clock: Clock = monotonic, stamp_clock: Clock = epoch) -> None:
@@ -50,23 +50,23 @@ class Graph(TopicBus):
     # -- nodes -----------------------------------------------------------------------------------------------------
 
     def add(self, make: Callable[[Context], N]) -> N:
-        """Make a node in this home and connect its topics and services.
+        """Create a node, connect its topics and services, and start it.
 
         Raises
         ------
         Conflict
-            A node of that name, or a server of one of its services, is here already; or a topic has another type.
+            A node of that name or one of its services exists, or a topic has another type.
         """
         context = NodeContext(self, self.times)
         node = make(context)
         context.node = node.name
         if node.name in self.nodes:
-            raise Conflict(f"node {node.name!r} runs here already")
+            raise Conflict(f"node {node.name!r} is already running")
         for topic in (*node.subscribes, *node.publishes):
             self._declare(topic)
         for service in node.services:
             if service.name in self.services:
-                raise Conflict(f"service {service.name!r} is offered already")
+                raise Conflict(f"service {service.name!r} is already offered by another node")
             self.services[service.name] = service
             self._servers[service.name] = node
         self.nodes[node.name] = node
@@ -78,12 +78,12 @@ class Graph(TopicBus):
         return node
 
     def remove(self, name: str) -> bytes | None:
-        """Let a node leave; return its checkpoint. The topics that its class names stay known here.
+        """Remove a node and return its checkpoint. The topics of its class stay declared.
 
         Raises
         ------
         NotFound
-            No such node is here.
+            There is no such node.
         """
         node = self.nodes.pop(name, None)
         if node is None:
@@ -98,29 +98,31 @@ class Graph(TopicBus):
 
     @property
     def busy(self) -> bool:
-        """Tell whether a node works for a goal."""
+        """Whether a node works on a goal."""
         return any(node.busy for node in self._with_goals)
 
     def checkpoints(self) -> list[Checkpoint]:
-        """Return what the nodes need to go on elsewhere."""
+        """Return the checkpoints of all nodes that have one."""
         states = ((node.name, node.checkpoint()) for node in self.nodes.values())
         return [Checkpoint(name, state) for name, state in states if state is not None]
 
     def restore(self, checkpoints: list[Checkpoint]) -> None:
-        """Let the nodes that are here go on from their checkpoints."""
+        """Restore the nodes from their checkpoints; checkpoints of other nodes are ignored."""
         for checkpoint in checkpoints:
             node = self.nodes.get(checkpoint.node)
             if node is not None:
                 node.restore(checkpoint.state)
         self._drain()
 
-    def tell(self, node: str, topic: str, message: Payload) -> None:
-        """Tell one node alone what was published when it was not here; raises what the node does.
+    def deliver_to(self, node: str, topic: str, message: Payload) -> None:
+        """Deliver a message to one node only, such as one published while it ran elsewhere.
 
         Raises
         ------
         NotFound
-            No such node is here.
+            There is no such node.
+        PPaaSError
+            The node rejects the message.
         """
         if node not in self.nodes:
             raise NotFound("node", node, list(self.nodes))
@@ -130,19 +132,19 @@ class Graph(TopicBus):
     # -- services --------------------------------------------------------------------------------------------------
 
     def service(self, name: str) -> Service:
-        """Return a service of this home.
+        """Return a service by its name.
 
         Raises
         ------
         NotFound
-            No node here offers it.
+            No node offers it.
         """
         if name not in self.services:
             raise NotFound("service", name, list(self.services))
         return self.services[name]
 
     def call(self, service: str, request: Message, reply: Reply) -> None:
-        """Call a service of this home; ``reply`` gets the response or the error, now or later."""
+        """Call a service; ``reply`` is called with the response or the error, now or later."""
         server = self._servers.get(service)
         if server is None:
             reply(NotFound("service", service, list(self.services)))
@@ -154,22 +156,22 @@ class Graph(TopicBus):
         self._contexts[server.name].serve(on_call, reply)
         self._drain()
 
-    # -- timers and jobs: the Context that nodes are given -----------------------------------------------------------
+    # -- timers and jobs, for the nodes' contexts ----------------------------------------------------------------------
 
     def now(self) -> float:
-        """Return seconds since the epoch."""
+        """Return the time for stamps, in seconds since the epoch."""
         return self._stamp_clock()
 
     def every(self, period: float, callback: Callable[[], None]) -> GraphTimer:
-        """Call back every ``period`` seconds, for the first time after one."""
+        """Call back every ``period`` seconds, first after one period."""
         timer = GraphTimer(period, callback)
         heapq.heappush(self._timers, (self._clock() + period, next(self._sequence), timer))
         return timer
 
     def run_due(self) -> float:
-        """Fire the timers that are due; return the seconds until the next (infinity if there is none).
+        """Fire the timers that are due; return the seconds until the next one, or infinity.
 
-        A home that was held up does not fire a timer twice to catch up.
+        After a delay, a timer does not fire several times to catch up.
         """
         now = self._clock()
         while self._timers and self._timers[0][0] <= now:
@@ -183,7 +185,7 @@ class Graph(TopicBus):
         return max(self._timers[0][0] - self._clock(), 0.0) if self._timers else float("inf")
 
     def start(self, work: Callable[[Callable[[], bool]], T], done: Callable[[T | PPaaSError], None]) -> GraphJob:
-        """Run ``work(cancelled)`` by the worker of this home."""
+        """Run ``work(cancelled)`` with the worker of this executor."""
         job = GraphJob()
 
         def finish(result: Any) -> None:

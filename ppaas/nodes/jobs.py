@@ -1,4 +1,4 @@
-"""What a graph runs for its nodes: jobs, which a home does elsewhere if they are long, and timers."""
+"""Jobs and timers of a graph's nodes."""
 
 from collections.abc import Callable
 from typing import Protocol, TypeVar
@@ -8,19 +8,19 @@ from ppaas.errors import PPaaSError
 T = TypeVar("T")
 
 Work = Callable[[Callable[[], bool]], T]
-"""What a job does; it asks now and then whether it is cancelled, and may be run again from the beginning."""
+"""Function of a job. Its argument returns whether the job is cancelled. It may be run again from the beginning."""
 
 
 class Worker(Protocol):
-    """How a home runs jobs: ``work(cancelled)``, elsewhere if it is long, then ``done`` on the thread of the graph."""
+    """Runs jobs for an executor: ``work(cancelled)``, in another thread if it is long, then ``done`` in the graph's."""
 
     def __call__(self, work: Work[T], cancelled: Callable[[], bool], done: Callable[[T | PPaaSError], None]) -> None:
-        """Run it."""
+        """Run a job."""
         ...
 
 
 def run_inline(work: Work[T], cancelled: Callable[[], bool], done: Callable[[T | PPaaSError], None]) -> None:
-    """Be the worker of tests and of programs with one thread: run the job here and now."""
+    """Run a job at once in the calling thread; the worker of tests and single-threaded programs."""
     try:
         result: T | PPaaSError = work(cancelled)
     except PPaaSError as error:
@@ -29,7 +29,7 @@ def run_inline(work: Work[T], cancelled: Callable[[], bool], done: Callable[[T |
 
 
 class GraphTimer:
-    """A timer; ``stop`` it when it is no longer needed."""
+    """A timer that fires until it is stopped."""
 
     def __init__(self, period: float, callback: Callable[[], None]) -> None:
         self.period = period
@@ -37,20 +37,20 @@ class GraphTimer:
         self.stopped = False
 
     def stop(self) -> None:
-        """Fire no more."""
+        """Stop the timer."""
         self.stopped = True
 
 
 class GraphJob:
-    """Work under way."""
+    """A running job."""
 
     def __init__(self) -> None:
         self.cancelled = False
 
     def cancel(self) -> None:
-        """Ask it to stop."""
+        """Request cancellation."""
         self.cancelled = True
 
     def is_cancelled(self) -> bool:
-        """Be the cancel checker that the work is given."""
+        """Return whether the job was cancelled; passed to the work."""
         return self.cancelled

@@ -1,4 +1,4 @@
-"""Checks of what robots send: poses that mean something, or an error that says what to do."""
+"""Checks of messages from robots and other clients: message types, and poses that are valid."""
 
 import math
 from typing import TypeVar
@@ -14,12 +14,12 @@ M = TypeVar("M", bound=Message)
 
 
 def expect(message: Payload, cls: type[M]) -> M:
-    """Return a payload as the message it must be.
+    """Return a payload as a message of the expected type.
 
     Raises
     ------
     InvalidInput
-        It is of another type.
+        It has another type.
     """
     if not isinstance(message, cls):
         raise InvalidInput(f"expected {cls.__name__}, got {type(message).__name__}")
@@ -27,35 +27,35 @@ def expect(message: Payload, cls: type[M]) -> M:
 
 
 def finite_pose(pose: Pose, what: str) -> Pose2D:
-    """Return a pose in the plane.
+    """Return a pose in the plane; ``what`` names it in errors.
 
     Raises
     ------
     InvalidInput
-        A number is not finite, or the orientation is no quaternion.
+        A number is not finite, or the orientation is not a quaternion.
     """
     p, q = pose.position, pose.orientation
     if not all(map(math.isfinite, (p.x, p.y, p.z, q.x, q.y, q.z, q.w))):
-        raise InvalidInput(f"{what} must have finite numbers for its position and orientation")
+        raise InvalidInput(f"the position and orientation of {what} must be finite")
     if q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1e-12:
-        raise InvalidInput(f"the orientation of {what} is all zero; no turn at all is w = 1")
+        raise InvalidInput(f"the orientation of {what} is all zero; without rotation it has w = 1")
     return pose.planar()
 
 
 def pose_in(tree: TransformTree, frame: str, stamped: PoseStamped, what: str) -> Pose2D:
-    """Return a stamped pose in another frame, by the latest transforms.
+    """Return a stamped pose in another frame, by the latest transforms; ``what`` names it in errors.
 
     Raises
     ------
     InvalidInput
-        It has no frame, or is not finite.
+        The pose has no frame, or is not finite.
     TransformError
         Its frame is unknown.
     """
     pose = finite_pose(stamped.pose, what)
     source = stamped.header.frame_id.lstrip("/")
     if not source:
-        raise InvalidInput(f"{what} needs header.frame_id: the frame its pose is given in, such as {frame!r}")
+        raise InvalidInput(f"{what} needs header.frame_id, the frame of its pose, for example {frame!r}")
     if source == frame:
         return pose
     try:

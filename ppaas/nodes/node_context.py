@@ -1,4 +1,4 @@
-"""What a home gives one node, for as long as it lives there: its timers, jobs and calls end when it leaves."""
+"""Node context: what an executor provides to one node, whose timers, jobs and calls end when the node leaves."""
 
 import itertools
 from collections.abc import Callable
@@ -25,44 +25,44 @@ class _HeldTimer:
 
 
 class NodeContext:
-    """The context of one node: its home's, until the node leaves.
+    """Context of one node. It passes everything to the executor until the node leaves.
 
     Parameters
     ----------
-    home : Context
-        Where it lives.
+    executor : Context
+        The graph in which the node runs.
     times : RunTimes
-        Of that home.
+        Run times of the nodes of that graph.
 
     Attributes
     ----------
     node : str
-        Its name.
+        Name of the node.
     """
 
-    def __init__(self, home: Context, times: RunTimes) -> None:
+    def __init__(self, executor: Context, times: RunTimes) -> None:
         self.node = ""
-        self._home = home
+        self._executor = executor
         self._times = times
-        self._gone = False
+        self._ended = False
         self._timers: set[Timer] = set()
         self._jobs: set[Job] = set()
         self._numbers = itertools.count()
         self._calls: dict[int, Reply] = {}
 
     def end(self) -> None:
-        """Stop all that the node began; whatever it says from now on is not heard, and who asked it is told so."""
-        self._gone = True
+        """Stop timers and jobs, drop what the node publishes from now on, and fail its open calls."""
+        self._ended = True
         for timer in tuple(self._timers):
             timer.stop()
         for job in self._jobs:
             job.cancel()
         calls, self._calls = self._calls, {}
         for reply in calls.values():
-            reply(Unavailable(f"{self.node} left for another home while it worked on this; call again"))
+            reply(Unavailable(f"node {self.node!r} moved between cloud and robot during the call; call again"))
 
     def serve(self, on_call: Callable[[Reply], None], reply: Reply) -> None:
-        """Let the node answer a call, now or later; ``reply`` is called once, even if the node leaves before it has."""
+        """Let the node answer a call, now or later; ``reply`` is called once, even if the node leaves before that."""
         number = next(self._numbers)
         self._calls[number] = reply
 
@@ -80,28 +80,28 @@ class NodeContext:
             raise
 
     def now(self) -> float:
-        """Return seconds since the epoch, for stamps."""
-        return self._home.now()
+        """Return the time for stamps, in seconds since the epoch."""
+        return self._executor.now()
 
     def publish(self, topic: str, message: Payload) -> None:
         """Publish on a topic that the node declared."""
-        if not self._gone:
-            self._home.publish(topic, message)
+        if not self._ended:
+            self._executor.publish(topic, message)
 
     def declare(self, node: "Node", topic: Topic) -> None:
-        """Let the node publish a topic that its class does not name; ``Conflict`` where the name is taken."""
-        self._home.declare(node, topic)
+        """Declare a topic of the node in addition to those of its class; raises ``Conflict`` if the name exists."""
+        self._executor.declare(node, topic)
 
     def undeclare(self, node: "Node", name: str) -> None:
-        """End a topic that the node declared."""
-        self._home.undeclare(node, name)
+        """Remove a topic that the node declared."""
+        self._executor.undeclare(node, name)
 
-    def is_heard(self, topic: str) -> bool:
-        """Tell whether anybody hears a topic now."""
-        return self._home.is_heard(topic)
+    def has_subscribers(self, topic: str) -> bool:
+        """Return whether a topic has subscribers now."""
+        return self._executor.has_subscribers(topic)
 
     def start(self, work: Callable[[Callable[[], bool]], T], done: Callable[[T | PPaaSError], None]) -> Job:
-        """Run ``work(cancelled)`` off the node's thread; ``done`` hears of it unless the node has left."""
+        """Run ``work(cancelled)`` outside the node's thread; ``done`` is called unless the node has left."""
         taken = 0.0
         ended = False
         job: Job | None = None
@@ -120,16 +120,16 @@ class NodeContext:
             if job is not None:
                 self._jobs.discard(job)
             self._times.add(self.node, taken)
-            if not self._gone:
+            if not self._ended:
                 done(result)
 
-        job = self._home.start(timed, finish)
+        job = self._executor.start(timed, finish)
         if not ended:
             self._jobs.add(job)
         return job
 
     def every(self, period: float, callback: Callable[[], None]) -> Timer:
-        """Call back every ``period`` seconds, on the node's thread, while the node is here."""
-        timer = _HeldTimer(self._home.every(period, lambda: self._times.run(self.node, callback)), self._timers)
+        """Call back every ``period`` seconds in the node's thread, until the node leaves."""
+        timer = _HeldTimer(self._executor.every(period, lambda: self._times.run(self.node, callback)), self._timers)
         self._timers.add(timer)
         return timer

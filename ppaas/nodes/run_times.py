@@ -1,4 +1,4 @@
-"""Run times: how long each node works, for the monitor that decides where it should run."""
+"""Run times of nodes, for the node monitor that decides where each should run."""
 
 from collections.abc import Callable
 
@@ -6,12 +6,12 @@ from ppaas.clock import Clock
 
 
 class RunTimes:
-    """How long nodes work at what they are told, each without what others do meanwhile.
+    """Run times of callbacks by node, excluding the callbacks of other nodes that they trigger.
 
     Parameters
     ----------
     clock : callable
-        Monotonic seconds.
+        Returns monotonic seconds.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -20,7 +20,7 @@ class RunTimes:
         self._sums: dict[str, tuple[int, float]] = {}
 
     def run(self, node: str, work: Callable[[], None]) -> None:
-        """Let a node do something, and note how long it took; what it has others do is theirs."""
+        """Run a callback of a node and record its time; callbacks of other nodes within it are recorded for them."""
         before, self._of_others = self._of_others, 0.0
         began = self.clock()
         try:
@@ -31,11 +31,11 @@ class RunTimes:
             self._of_others = before + whole
 
     def add(self, node: str, seconds: float) -> None:
-        """Note a time that was taken elsewhere."""
+        """Record the time of a job."""
         count, total = self._sums.get(node, (0, 0.0))
         self._sums[node] = count + 1, total + seconds
 
     def take(self) -> dict[str, tuple[int, float]]:
-        """Return how often each node worked since the last call of this, and for how long in all [s]."""
+        """Return the number and total time of each node's callbacks and jobs since the last call [s]."""
         sums, self._sums = self._sums, {}
         return sums

@@ -1,4 +1,4 @@
-"""Topics among the nodes of one home: what is published reaches subscribers, taps and who overhears."""
+"""Topic bus: delivers published messages to the subscribers and taps of one executor."""
 
 import logging
 from collections import deque
@@ -14,22 +14,22 @@ logger = logging.getLogger(__name__)
 
 Tap = Callable[[str, Payload], None]
 TopicWatch = Callable[[Node, str, Topic | None], None]
-"""Told the node, the name, and the topic that it declared, or None when that is no more."""
+"""Called with the node, the name, and the topic that the node declared, or None if it was undeclared."""
 
 
 class TopicBus:
-    """Topics of one home, and who hears them.
+    """Topics of one executor and their subscribers.
 
     Parameters
     ----------
     times : RunTimes
-        How long subscribers take.
+        Records the run times of subscribers.
     """
 
     def __init__(self, times: RunTimes) -> None:
         self.times = times
         self.topics: dict[str, Topic] = {}
-        self._overhearing: list[Tap] = []
+        self._published_taps: list[Tap] = []
         self._subscribers: dict[str, list[Node]] = {}
         self._taps: dict[str, list[Tap]] = {}
         self._owners: dict[str, Node] = {}
@@ -38,37 +38,37 @@ class TopicBus:
         self._queue: deque[tuple[str, Payload]] = deque()
         self._draining = False
 
-    # -- who declares, subscribes and listens --------------------------------------------------------------------------
+    # -- declarations, subscribers and taps ----------------------------------------------------------------------------
 
     def topic(self, name: str) -> Topic:
-        """Return a topic of this home.
+        """Return a topic by its name.
 
         Raises
         ------
         NotFound
-            No node here knows it.
+            No node publishes or subscribes to it.
         """
         if name not in self.topics:
             raise NotFound("topic", name, list(self.topics))
         return self.topics[name]
 
     def declare(self, node: Node, topic: Topic) -> None:
-        """Let a node publish a topic that its class does not name, until ``undeclare``.
+        """Declare a topic that a node publishes in addition to those of its class, until ``undeclare``.
 
         Raises
         ------
         Conflict
-            The name is taken.
+            A topic of that name exists.
         """
         if topic.name in self.topics:
-            raise Conflict(f"topic {topic.name!r} is here already")
+            raise Conflict(f"topic {topic.name!r} already exists")
         self.topics[topic.name] = topic
         self._owners[topic.name] = node
         for watch in self._watches:
             watch(node, topic.name, topic)
 
     def undeclare(self, node: Node, name: str) -> None:
-        """End a topic that this node declared: what is on its way is lost, and taps of it end.
+        """Remove a topic that this node declared, with its queued messages and its taps.
 
         Raises
         ------
@@ -84,29 +84,31 @@ class TopicBus:
             watch(node, name, None)
 
     def watch(self, callback: TopicWatch) -> None:
-        """Hear of the topics that are declared and undeclared from now on."""
+        """Call back for each topic that is declared or undeclared from now on."""
         self._watches.append(callback)
 
     def published_by(self, node: Node) -> tuple[str, ...]:
-        """Return the names of the topics that a node publishes now."""
+        """Return the names of the topics that a node publishes, including declared ones."""
         declared = [topic for topic, owner in self._owners.items() if owner is node]
         return (*(topic.name for topic in node.publishes), *declared)
 
-    def is_heard(self, topic: str) -> bool:
-        """Tell whether a node or a tap hears a topic now."""
+    def has_subscribers(self, topic: str) -> bool:
+        """Return whether a topic has subscribed nodes or taps."""
         return bool(self._subscribers.get(topic) or self._taps.get(topic))
 
-    def overhear(self, callback: Tap) -> None:
-        """Hear all that nodes here publish from now on, and nothing that comes from outside."""
-        self._overhearing.append(callback)
+    def tap_published(self, callback: Tap) -> None:
+        """Call back for every message that nodes publish from now on, but not for injected ones."""
+        self._published_taps.append(callback)
 
     def tap(self, topic: str, callback: Tap) -> Callable[[], None]:
-        """Hear a topic from outside; a latched one gives its last message at once. Returns what ends it.
+        """Subscribe to a topic from outside the graph; returns a function that unsubscribes.
+
+        A latched topic delivers its last message at once.
 
         Raises
         ------
         NotFound
-            No node here knows the topic.
+            No node publishes or subscribes to the topic.
         """
         self.topic(topic)
         taps = self._taps.setdefault(topic, [])
@@ -118,7 +120,7 @@ class TopicBus:
     def _declare(self, topic: Topic) -> None:
         known = self.topics.setdefault(topic.name, topic)
         if known.type is not topic.type:
-            raise Conflict(f"topic {topic.name!r} is of {known.type.__name__}, not {topic.type.__name__}")
+            raise Conflict(f"topic {topic.name!r} has type {known.type.__name__}, not {topic.type.__name__}")
         if topic.latched:
             self.topics[topic.name] = topic
 
@@ -129,21 +131,21 @@ class TopicBus:
                 node.on_message(topic.name, self._latched[topic.name])
 
     def _unsubscribe(self, node: Node) -> None:
-        """End what a node hears, and the topics that it declared."""
+        """Remove the subscriptions of a node and the topics that it declared."""
         for topic in node.subscribes:
             self._subscribers[topic.name] = [other for other in self._subscribers[topic.name] if other is not node]
         for declared in [topic for topic, owner in self._owners.items() if owner is node]:
             self.undeclare(node, declared)
 
-    # -- what is published ---------------------------------------------------------------------------------------------
+    # -- messages ------------------------------------------------------------------------------------------------------
 
     def publish(self, topic: str, message: Payload) -> None:
-        """Publish from a node of this home. What a subscriber raises is logged: it is no fault of the publisher.
+        """Publish a message of a node. Errors of subscribers are logged, since they are not the publisher's fault.
 
         Raises
         ------
         NotFound
-            No node here declared the topic.
+            No node publishes or subscribes to the topic.
         """
         self.topic(topic)
         self._queue.append((topic, message))
@@ -151,18 +153,20 @@ class TopicBus:
             self._drain()
 
     def inject(self, topic: str, message: Payload) -> None:
-        """Publish from outside.
+        """Publish a message from outside the graph.
 
         Raises
         ------
         NotFound
-            No node here knows the topic.
+            No node publishes or subscribes to the topic.
         InvalidInput
-            The message is of another type, or a subscriber refuses it.
+            The message has another type.
+        PPaaSError
+            A subscriber rejects the message.
         """
         expected = self.topic(topic).type
         if isinstance(message, Message) and not isinstance(message, expected):
-            raise InvalidInput(f"topic {topic!r} takes {expected.__name__}, not {type(message).__name__}")
+            raise InvalidInput(f"topic {topic!r} has type {expected.__name__}, not {type(message).__name__}")
         refusals: list[PPaaSError] = []
         self._deliver(topic, message, refusals.append)
         self._drain()
@@ -170,7 +174,7 @@ class TopicBus:
             raise refusals[0]
 
     def latched(self, topic: str) -> Payload | None:
-        """Return the last message of a latched topic, if there was one."""
+        """Return the last message of a latched topic, or None."""
         return self._latched.get(topic)
 
     def _drain(self) -> None:
@@ -180,7 +184,7 @@ class TopicBus:
         try:
             while self._queue:
                 topic, message = self._queue.popleft()
-                for hear in self._overhearing:
+                for hear in self._published_taps:
                     hear(topic, message)
                 self._deliver(topic, message, lambda error: logger.warning("%s", error))
         finally:
@@ -188,7 +192,7 @@ class TopicBus:
 
     def _deliver(self, topic: str, message: Payload, refused: Callable[[PPaaSError], None]) -> None:
         known = self.topics.get(topic)
-        if known is None:  # undeclared since it was published
+        if known is None:  # undeclared after it was published
             return
         if known.latched:
             self._latched[topic] = message

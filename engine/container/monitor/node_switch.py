@@ -89,7 +89,7 @@ class GraphHands:
     def tell(self, node: str, message: TopicMessage) -> None:
         """Tell a node what came for it while it was away."""
         kind = self._graph.topic(message.topic).type
-        self._graph.tell(node, message.topic, decode(kind, message.message.encode()))
+        self._graph.deliver_to(node, message.topic, decode(kind, message.message.encode()))
 
     def run_times(self) -> Mapping[str, float]:
         """Return what each node took here since the last call of this for each thing that it was told [s]."""

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from ppaas.controllers.base import ControlRequest, Velocity
 from ppaas.controllers.dwa.parameters import DwaParameters
 from ppaas.controllers.followed_path import FollowedPath
-from ppaas.controllers.kernels.clearance import Body
-from ppaas.controllers.kernels.dwa import BLOCKED, Frame, Outline, Scoring, score_velocities
+from ppaas.controllers.kernels.clearance import RobotOutline
+from ppaas.controllers.kernels.dwa import BLOCKED, Frame, OutlineCheck, Scoring, score_velocities
 from ppaas.controllers.motion import advance
 from ppaas.controllers.obstacles import Room
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
@@ -28,7 +28,7 @@ class Rollouts:
     Parameters
     ----------
     parameters : DwaParameters
-    body : Body
+    body : RobotOutline
         Outline of the robot.
     path : FollowedPath
         Path on which the robot was located.
@@ -38,7 +38,12 @@ class Rollouts:
     """
 
     def __init__(
-        self, parameters: DwaParameters, body: Body, path: FollowedPath, request: ControlRequest, velocity: Velocity
+        self,
+        parameters: DwaParameters,
+        body: RobotOutline,
+        path: FollowedPath,
+        request: ControlRequest,
+        velocity: Velocity,
     ) -> None:
         p = parameters
         self._parameters = p
@@ -55,10 +60,10 @@ class Rollouts:
         )
         self._begin = advance(request.pose, velocity, request.period)
         self._room: Room | None = None
-        self._outline = Outline(body, NOTHING, 0.0)
+        self._outline = OutlineCheck(body, NOTHING, 0.0)
         if len(body.edges):
             self._room = Room(request.costmap, body, self._begin, allow_unknown=p.allow_unknown)
-            self._outline = Outline(body, self._room.distance, self._room.least)
+            self._outline = OutlineCheck(body, self._room.distance, self._room.least)
 
     def best(self) -> Velocity | None:
         """Return the best velocity that can be reached within the cycle, or None if all would collide."""

@@ -1,4 +1,4 @@
-"""Compiled inner loops of the local planners; import from the modules."""
+"""Kernels of the local planners; import from the modules."""
 
 from ppaas.kernel_cache import watch_all_kernels
 

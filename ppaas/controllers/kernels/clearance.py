@@ -1,6 +1,6 @@
-"""Kernels: how far a robot's outline is from what it may not touch, in a field of distances.
+"""Kernels: clearance between a robot's outline and obstacles, from a distance field.
 
-All in the frame of the grid: metres from the corner of cell (0, 0), along its rows.
+Coordinates are in the frame of the grid: metres from the corner of cell (0, 0), x along the rows.
 """
 
 import math
@@ -14,15 +14,21 @@ Floats = NDArray[np.float64]
 Field = NDArray[np.float32]
 
 REACH = 0.35
-"""Farther than this from its outer circle, a robot's outline need not be looked at [m]."""
+"""Clearance of the circumscribed circle above which the edges of the outline are not examined [m]."""
+
 LEAST_STEP = 0.5
-"""Closest that two looks at the outline are [cells]."""
+"""Smallest distance between two samples of an edge [cells]."""
 
 
-class Body(NamedTuple):
-    """The robot's outline: its edges, none for a disc, and the radii of its inner and outer circle [m].
+class RobotOutline(NamedTuple):
+    """Outline of a robot.
 
-    A row of the (n, 5) edges is a corner, the direction to the next one, and how far that is.
+    Parameters
+    ----------
+    edges : (n, 5) array
+        Edges of the outline, none for a disc: x, y of a corner [m], unit direction to the next one, and length [m].
+    inscribed, circumscribed : float
+        Radii of the inscribed and circumscribed circle around the robot's origin [m].
     """
 
     edges: Floats
@@ -31,8 +37,11 @@ class Body(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def between(field: Field, column: float, row: float) -> float:
-    """Return a value between the middles of cells; beyond the edge, that of the edge."""
+def bilinear(field: Field, column: float, row: float) -> float:
+    """Return the value of a field at a point [cells] by bilinear interpolation between the centres of cells.
+
+    Outside the outermost centres, the value is that of the nearest edge.
+    """
     height, width = field.shape
     column = min(max(column - 0.5, 0.0), width - 1.0)
     row = min(max(row - 0.5, 0.0), height - 1.0)
@@ -45,14 +54,28 @@ def between(field: Field, column: float, row: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def clearance(distance: Field, resolution: float, body: Body, x: float, y: float, cosine: float, sine: float) -> float:
-    """Return the distance from the outline to the nearest obstacle's middle [m].
+def clearance(
+    distance: Field, resolution: float, body: RobotOutline, x: float, y: float, cosine: float, sine: float
+) -> float:
+    """Return the distance from the outline to the centre of the nearest occupied cell [m].
 
-    It is 0 or less where a middle lies within the inscribed circle. Of one between the circle and the outline it is how
-    far that is from the outline or from the circle, whichever is less: to get there it came through the outline.
+    It is 0 or less if that centre is within the inscribed circle. For a centre between that circle and the outline it
+    is the distance to the outline or to the circle, whichever is less: the obstacle must have crossed the outline.
+
+    Parameters
+    ----------
+    distance : (h, w) float32 array
+        Distance from each cell's centre to that of the nearest occupied cell [m].
+    resolution : float
+        Edge of a cell [m].
+    body : RobotOutline
+        Outline of the robot.
+    x, y, cosine, sine : float
+        Pose of the robot: position [m], cosine and sine of the heading.
     """
     edges, per = body.edges, 1.0 / resolution
-    here = between(distance, x * per, y * per)
+    # The two circles decide most cases.
+    here = bilinear(distance, x * per, y * per)
     if len(edges) == 0 or here > body.circumscribed + REACH:
         return here - body.circumscribed
     nearest = here - body.inscribed
@@ -64,9 +87,9 @@ def clearance(distance: Field, resolution: float, body: Body, x: float, y: float
         column, row = (x + cosine * ax - sine * ay) * per, (y + sine * ax + cosine * ay) * per
         right, up = (cosine * ux - sine * uy) * per, (sine * ux + cosine * uy) * per
         along = 0.0
-        # What is as far as d from both ends of a step of d is at least 0.87 d from all between.
+        # Steps are as long as the distance d found: every point of a step is at least 0.87 d from all obstacles.
         while along < length:
-            found = between(distance, column + along * right, row + along * up)
+            found = bilinear(distance, column + along * right, row + along * up)
             nearest = min(nearest, found)
             along += max(found, least)
     return nearest
@@ -74,21 +97,26 @@ def clearance(distance: Field, resolution: float, body: Body, x: float, y: float
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def clearance_along(
-    distance: Field, resolution: float, body: Body, start: tuple[float, float, float], motion: tuple[float, float]
+    distance: Field,
+    resolution: float,
+    body: RobotOutline,
+    start: tuple[float, float, float],
+    motion: tuple[float, float],
 ) -> float:
-    """Return the least clearance on an arc, the start included [m].
+    """Return the smallest clearance on an arc, including its start [m].
 
     Parameters
     ----------
-    distance : (h, w) array
-        To obstacles [m].
+    distance : (h, w) float32 array
+        Distance from each cell's centre to that of the nearest occupied cell [m].
     resolution : float
-        Edge of a cell [m]. No point of the robot goes farther between two looks at it.
-    body : Body
+        Edge of a cell [m]; no point of the robot moves farther between two samples of the arc.
+    body : RobotOutline
+        Outline of the robot.
     start : (x, y, theta)
-        In the frame of the grid [m, rad].
+        Pose at the start, in the frame of the grid [m, rad].
     motion : (length, turn)
-        How far along the arc it goes, backwards if that is negative [m], and by how much it turns [rad].
+        Length of the arc, negative in reverse [m], and its turn [rad].
     """
     x, y, theta = start
     length, turn = motion
@@ -109,7 +137,7 @@ def clearance_along(
 
 
 def warm() -> None:
-    """Compile and call each kernel once."""
-    ground, disc = np.ones((2, 2), np.float32), Body(np.zeros((0, 5)), 0.18, 0.18)
+    """Call each kernel once, so that it is compiled or loaded from the cache."""
+    ground, disc = np.ones((2, 2), np.float32), RobotOutline(np.zeros((0, 5)), 0.18, 0.18)
     clearance(ground, 0.05, disc, 0.0, 0.0, 1.0, 0.0)
     clearance_along(ground, 0.05, disc, (0.0, 0.0, 0.0), (0.1, 0.1))

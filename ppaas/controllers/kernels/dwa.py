@@ -1,7 +1,8 @@
-"""Kernel: roll each velocity out over the costmap and score what would come of it.
+"""Kernel: rolls out velocities over the costmap and scores the resulting trajectories.
 
-The dynamic window approach of Fox, Burgard and Thrun (1997), with the cost terms of dwa_local_planner: distance to the
-path, way still to go, and the highest cost met. All in one frame, that of the plan and the costmap.
+Fox, Burgard, Thrun, *The Dynamic Window Approach to Collision Avoidance* (1997), with the cost terms of
+dwa_local_planner: distance to the path, remaining distance along it, and the highest cost on the trajectory. Inputs are
+in the common frame of plan and costmap; rollouts run in the frame of the grid.
 """
 
 import math
@@ -11,21 +12,24 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ppaas.controllers.kernels.clearance import Body, Field, Floats, between, clearance
+from ppaas.controllers.kernels.clearance import Field, Floats, RobotOutline, bilinear, clearance
 from ppaas.cost_values import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
 
 ANGULAR_GRANULARITY = 0.1
-"""Most that a step of a rollout turns [rad]."""
+"""Largest turn in a step of a rollout [rad]."""
+
 PATH_CHECKS = 8
-"""About so many points of a rollout are measured against the path."""
+"""Approximate number of points of a rollout whose distance to the path is measured."""
+
 SLOWEST_OUT = 0.05
-"""A robot that leaves an inscribed cell more slowly is rolled out as long as one that is so fast [m/s]."""
+"""Lower limit of the speed from which the duration of a rollout out of an inscribed cell is computed [m/s]."""
+
 BLOCKED = 1_000.0
-"""Score of a rollout that ends in an obstacle, though the robot could stop before: worse than any that is free."""
+"""Score of a rollout that ends in an obstacle although the robot could stop before; higher than any free one."""
 
 
 class Frame(NamedTuple):
-    """Where the cells of a costmap lie: corner [m], cosine and sine of its turn, edge of a cell [m]."""
+    """Frame of a costmap's grid: origin [m], cosine and sine of its rotation, and edge of a cell [m]."""
 
     x: float
     y: float
@@ -35,10 +39,11 @@ class Frame(NamedTuple):
 
 
 class Scoring(NamedTuple):
-    """What counts for how much; the names are those of dwa_local_planner where it has the same.
+    """Weights and limits of the score, named as in dwa_local_planner where it has them.
 
-    ``reaction`` is the time until a new command takes effect [s], ``max_vel_x`` the speed in the open [m/s],
-    ``leaving`` whether the robot is in an inscribed cell, and ``way_out`` how far it may go there [m].
+    ``reaction`` is the time until a new command takes effect [s], ``max_vel_x`` the speed in free space [m/s],
+    ``leaving`` whether the robot starts in an inscribed cell, and ``way_out`` how far it may drive in such cells [m].
+    The other fields are explained in `ppaas.controllers.dwa.parameters.DwaParameters`.
     """
 
     sim_time: float
@@ -56,17 +61,27 @@ class Scoring(NamedTuple):
     way_out: float
 
 
-class Outline(NamedTuple):
-    """What a robot that is no disc may not touch: its body, distances to obstacles, and how much it must keep [m]."""
+class OutlineCheck(NamedTuple):
+    """Collision check of a robot that is not a disc.
 
-    body: Body
+    Parameters
+    ----------
+    body : RobotOutline
+        Outline of the robot; without edges for a disc, which is checked against the inflated costmap.
+    distance : (h, w) float32 array
+        Distance from each cell's centre to that of the nearest occupied cell [m].
+    least : float
+        Clearance that the robot must keep [m].
+    """
+
+    body: RobotOutline
     distance: Field
     least: float
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cost_at(costs: NDArray[np.uint8], x: float, y: float) -> int:
-    """Return the cost of the cell at a point, from the corner of cell (0, 0) [cells]; 255 outside the costmap."""
+    """Return the cost at a point in the frame of the grid [cells], or 255 (unknown) outside the costmap."""
     if x >= 0.0 and y >= 0.0 and x < costs.shape[1] and y < costs.shape[0]:
         return int(costs[int(y), int(x)])
     return NO_INFORMATION
@@ -74,10 +89,10 @@ def cost_at(costs: NDArray[np.uint8], x: float, y: float) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def segments_of(path: Floats, remaining: Floats, frame: Frame) -> Floats:
-    """Return a polyline as rows for `project`, in the frame of the grid [m].
+    """Return a polyline as an array (m, 8) for `project`, in the frame of the grid [m].
 
-    A row is a point, the way to the next, one over the square of its length, a quarter of that square, the way still to
-    go from the point, and by how much less that is at the next.
+    Columns: x, y of a point; x, y of the vector to the next point; 1 / squared length of that vector; a quarter of the
+    squared length; remaining distance from the point to the end; and its change to the next point.
     """
     segments = np.zeros((len(path), 8))
     for i in range(len(path)):
@@ -97,10 +112,10 @@ def segments_of(path: Floats, remaining: Floats, frame: Frame) -> Floats:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def project(segments: Floats, x: float, y: float, hint: int) -> tuple[float, float, int]:
-    """Return how far a point is from a polyline and the way still to go from the nearest point of it [m], and its row.
+    """Return the distance of a point to a polyline, the remaining distance from its nearest point, and its row.
 
-    ``hint`` is a row that is near. On a segment no point is nearer than that whose square is the lesser of its ends'
-    less a quarter of its length's: so most need not be looked at.
+    ``hint`` is a row near the point. The squared distance to a segment is at least the smaller one of its ends minus a
+    quarter of its squared length, so that most segments can be skipped.
     """
     dx, dy = segments[hint, 0] - x, segments[hint, 1] - y
     best, to_go, nearest = dx * dx + dy * dy, segments[hint, 6], hint
@@ -125,8 +140,26 @@ def project(segments: Floats, x: float, y: float, hint: int) -> tuple[float, flo
 @njit(cache=True, nogil=True, error_model="numpy")
 def _score(
     v: float, w: float, costs: NDArray[np.uint8], resolution: float, segments: Floats,
-    x: float, y: float, theta: float, scoring: Scoring, outline: Outline,
+    x: float, y: float, theta: float, scoring: Scoring, outline: OutlineCheck,
 ) -> float:  # fmt: skip
+    """Return the score of one velocity (v, w), rolled out from a pose in the frame of the grid.
+
+    Parameters
+    ----------
+    v, w : float
+        Forward [m/s] and turning [rad/s] speed.
+    costs : (height, width) uint8 array
+        Local costmap.
+    resolution : float
+        Edge of a cell [m].
+    segments : (m, 8) array
+        Path, see `segments_of`.
+    x, y, theta : float
+        Start of the rollout [m, rad].
+    scoring, outline
+        See their types.
+    """
+    # Duration of the rollout: the robot must at least be able to stop, and to leave inscribed cells.
     must_be_free = scoring.reaction + abs(v) / (2.0 * scoring.acc_lim_x)
     seconds = max(scoring.sim_time, must_be_free)
     leaving = scoring.leaving
@@ -142,11 +175,12 @@ def _score(
     highest, off_path, checks, to_go, near = 0, 0.0, 0, 0.0, 0
     inside = 0.0
     hit_at = -1.0
-    # A disc is free where the inflated costmap says so. Of an outline no point comes nearer by more than it moves.
+    # A disc collides in inscribed cells of the inflated costmap. An outline needs an exact check only after the motion
+    # since the last check may have used up the clearance found there (``room``).
     blocked = LETHAL_OBSTACLE if len(outline.body.edges) > 0 else INSCRIBED_INFLATED_OBSTACLE
     moves = (abs(v) + outline.body.circumscribed * abs(w)) * dt
     room = 0.0 if len(outline.body.edges) > 0 else math.inf
-    # Each step goes along the chord of its arc; the chords turn by the same angle, so one cosine and sine do for all.
+    # Each step follows the chord of its arc. Successive chords turn by the same angle, so one cosine and sine suffice.
     step_x, step_y = v * dt * math.cos(theta + 0.5 * w * dt), v * dt * math.sin(theta + 0.5 * w * dt)
     cosine, sine = math.cos(w * dt), math.sin(w * dt)
     for step in range(1, steps + 1):
@@ -156,27 +190,30 @@ def _score(
         cost = cost_at(costs, x * per, y * per)
         if cost == NO_INFORMATION:
             cost = FREE_SPACE if scoring.allow_unknown else LETHAL_OBSTACLE
+        # Collision check.
         room -= moves
         if room <= 0.0:
-            room = _room(outline, resolution, x, y, theta + w * dt * step)
+            room = _free_motion(outline, resolution, x, y, theta + w * dt * step)
         if room < 0.0 or cost == LETHAL_OBSTACLE or (cost >= blocked and not leaving):
-            hit_at = (step - 1) * dt  # somewhere in this step
+            hit_at = (step - 1) * dt  # at some time during this step
             break
         leaving = leaving and cost == INSCRIBED_INFLATED_OBSTACLE
         if leaving:
             inside += abs(v) * dt
         highest = max(highest, cost)
+        # Distance to the path at some of the steps.
         if step % every == 0 or step == steps:
             distance, to_go, near = project(segments, x, y, near)
             off_path += distance
             checks += 1
             if to_go <= 0.0 and step * dt >= must_be_free:
-                to_go = -abs(v) * (seconds - step * dt)  # there early: as good as having gone on
+                to_go = -abs(v) * (seconds - step * dt)  # reached the end early: credit for the remaining time
                 break
     if leaving or 0.0 <= hit_at <= must_be_free:
         return math.inf
     if hit_at >= 0.0:
         return BLOCKED * (2.0 - hit_at / seconds) + abs(v)
+    # Score of a free rollout: the cost terms of dwa_local_planner, and penalties for speed near obstacles.
     off_path /= checks
     if to_go > scoring.forward_point_distance:
         theta += w * steps * dt
@@ -194,32 +231,32 @@ def _score(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _room(outline: Outline, resolution: float, x: float, y: float, theta: float) -> float:
-    """Return how far each point of a robot may move before it must be looked at again [m]; negative if it touches."""
+def _free_motion(outline: OutlineCheck, resolution: float, x: float, y: float, theta: float) -> float:
+    """Return how far each point of the robot may move before the next check [m]; negative if it is too near."""
     body = outline.body
-    beyond = between(outline.distance, x / resolution, y / resolution) - body.circumscribed
+    beyond = bilinear(outline.distance, x / resolution, y / resolution) - body.circumscribed
     if beyond > outline.least + resolution:
-        return beyond - outline.least - 0.5 * resolution  # whichever way it turns
+        return beyond - outline.least - 0.5 * resolution  # in any direction
     free = clearance(outline.distance, resolution, body, x, y, math.cos(theta), math.sin(theta))
     if free < outline.least:
         return -1.0
-    # What is between two looks at the outline may be nearer by an eighth, and as much may be interpolated away.
+    # Sampling of the edges may overestimate the clearance by an eighth, and interpolation by as much.
     return max(0.75 * free - outline.least, 0.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def score_velocities(
     velocities: Floats, costs: NDArray[np.uint8], frame: Frame, path: Floats, remaining: Floats,
-    x: float, y: float, theta: float, scoring: Scoring, outline: Outline,
+    x: float, y: float, theta: float, scoring: Scoring, outline: OutlineCheck,
 ) -> Floats:  # fmt: skip
-    """Score velocities by what would come of each if it were kept; less is better.
+    """Return the scores of velocities from their rollouts; lower is better.
 
-    A rollout must be free until the robot could have stopped: else its score is infinite. One that meets an obstacle
-    later scores `BLOCKED` and more, the sooner the more. The robot is a disc, so a point is free if the inflated
-    costmap has less than 253 there. A robot that is in a 253 already may go on through 253 until it has left it, if it
-    does so within the ``way_out``; each metre of that scores `BLOCKED`, so that the shortest is taken.
+    A rollout must be free until the robot could have stopped; otherwise its score is infinite. A rollout that meets an
+    obstacle later scores at least `BLOCKED`, and more the sooner it does. For a disc, a point is free if the inflated
+    costmap is below 253 there. A robot that starts in a cell of 253 may drive through such cells until it has left
+    them, within ``way_out``; each metre of that adds `BLOCKED`, so that the shortest way out is taken.
 
-    A robot with an outline is free where that keeps its clearance, whatever the inflated costmap says of its disc.
+    For a robot with an outline, a pose is free if the outline keeps its clearance, regardless of inflated costs.
 
     Parameters
     ----------
@@ -228,21 +265,21 @@ def score_velocities(
     costs : (height, width) uint8 array
         Local costmap, inflated for the robot's radius.
     frame : Frame
-        Where it lies.
+        Frame of the costmap's grid.
     path : (m, 2) array
         Points of the plan ahead [m], at least one.
     remaining : (m,) array
-        Way along the plan from each to the last [m].
+        Distance along the plan from each point to the last [m].
     x, y, theta : float
-        Where the rollouts begin [m, rad].
+        Start of the rollouts [m, rad].
     scoring : Scoring
-    outline : Outline
-        Of a body without edges for a disc.
+    outline : OutlineCheck
 
     Returns
     -------
     (n,) array
     """
+    # Path and start in the frame of the grid.
     segments = segments_of(path, remaining, frame)
     dx, dy = x - frame.x, y - frame.y
     x, y = frame.cosine * dx + frame.sine * dy, frame.cosine * dy - frame.sine * dx
@@ -255,12 +292,12 @@ def score_velocities(
 
 
 def warm() -> None:
-    """Compile and call each kernel once, for a costmap of its own, a read-only one and one cut out of another."""
+    """Call each kernel once, with a writable costmap, a read-only one, and a view of a larger one."""
     scoring = Scoring(1.0, 0.1, 0.1, 1.0, 1.0, 1.0, 1.0, 1.0, 0.1, 0.5, True, False, 0.4)
     costs = np.zeros((2, 2), np.uint8)
     read_only = costs.copy()
     read_only.flags.writeable = False
     frame = Frame(0.0, 0.0, 1.0, 0.0, 1.0)
-    outline = Outline(Body(np.zeros((0, 5)), 0.18, 0.18), np.ones((2, 2), np.float32), 0.0)
+    outline = OutlineCheck(RobotOutline(np.zeros((0, 5)), 0.18, 0.18), np.ones((2, 2), np.float32), 0.0)
     for cells in (costs, read_only, np.zeros((4, 4), np.uint8)[1:3, 1:3]):
         score_velocities(np.ones((1, 2)), cells, frame, np.zeros((1, 2)), np.zeros(1), 0.5, 0.5, 0.0, scoring, outline)

@@ -1,8 +1,9 @@
-"""Kernels: roll many command sequences out over a terrain, and tell what each would cost [s].
+"""Kernels: roll out command sequences over a terrain, and compute the cost of each [s].
 
-Model predictive path integral control after Williams et al., "Information theoretic MPC for model-based reinforcement
-learning" (2017). The cost of a rollout is in seconds: those still to go from each of its steps, and penalties for being
-fast where obstacles are near. All in the frame of the grid: metres from the corner of cell (0, 0), along its rows.
+Model predictive path integral control after Williams et al., *Information Theoretic MPC for Model-Based Reinforcement
+Learning* (2017). The cost of a rollout is in seconds: the mean travel time from its steps to the goal, and penalties
+for speed near obstacles. Coordinates are in the frame of the grid: metres from the corner of cell (0, 0), x along the
+rows.
 """
 
 import math
@@ -13,19 +14,29 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from ppaas.controllers.kernels.clearance import Body, Field, Floats, between, clearance
+from ppaas.controllers.kernels.clearance import Field, Floats, RobotOutline, bilinear, clearance
 from ppaas.maps.kernels.serial import serial_copy
 
 NEGLIGIBLE = 5.0
-"""An obstacle farther than so many inflation lengths does not repel."""
+"""Distance beyond which the repulsion of an obstacle is neglected [inflation lengths]."""
+
 CLOSING = 4.0
-"""What comes near is worse by so much more, at full speed, where it is the robot that drives up to it."""
+"""Additional weight of a moving obstacle if the robot drives towards it at full speed."""
 
 
 class Terrain(NamedTuple):
-    """What is driven over: (h, w) distances to obstacles [m] and seconds to go [s], and the edge of a cell [m].
+    """Terrain of the rollouts.
 
-    A row of the (m, 5) ``movers`` is one that moves there: x, y [m] when a rollout begins, velocity [m/s], radius [m].
+    Parameters
+    ----------
+    distance : (h, w) float32 array
+        Distance from each cell's centre to that of the nearest occupied cell [m].
+    seconds : (h, w) float32 array
+        Travel time from each cell to the goal [s].
+    resolution : float
+        Edge of a cell [m].
+    movers : (m, 5) array
+        Moving obstacles: x, y at the start of a rollout [m], vx, vy [m/s], radius [m].
     """
 
     distance: Field
@@ -35,11 +46,11 @@ class Terrain(NamedTuple):
 
 
 class Base(NamedTuple):
-    """What the base can do, in one step of ``dt`` [s].
+    """Kinematic limits of the base in a step of ``dt`` [s].
 
-    Commands lie within ``slowest`` to ``fastest`` [m/s] and ±``max_vel_theta`` [rad/s] and change by ``step_x`` and
-    ``step_theta`` at most; the motors make up for ``part`` of what is missing to the command. Costs of speed are
-    measured by ``max_vel_x`` [m/s].
+    Commands are limited to ``slowest`` … ``fastest`` [m/s] and ±``max_vel_theta`` [rad/s]; in a step they change by at
+    most ``step_x`` [m/s] and ``step_theta`` [rad/s]. Motors reduce the difference to the command by ``part`` in each
+    step. Costs of speed are relative to ``max_vel_x`` [m/s].
     """
 
     dt: float
@@ -53,9 +64,10 @@ class Base(NamedTuple):
 
 
 class Critics(NamedTuple):
-    """What counts for how much, as `ppaas.controllers.mppi.parameters` has it.
+    """Weights of the cost terms, see `ppaas.controllers.mppi.parameters.MppiParameters`.
 
-    ``least_clearance`` is what must be kept [m]: the margin, or what the robot has if that is less.
+    ``least_clearance`` is the clearance that must be kept [m]: ``collision_margin_distance``, or the current clearance
+    if that is less.
     """
 
     collision_cost: float
@@ -72,13 +84,16 @@ class Critics(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _turn_to_go(terrain: Terrain, x: float, y: float, cosine: float, sine: float, speed: float) -> float:
-    """Return the angle from the heading to the way onwards [rad]; less where none leads on."""
+    """Return the angle from the heading to the direction in which the travel time decreases [rad].
+
+    It is reduced where the travel time is flatter than at full speed, so where no direction leads on.
+    """
     edge = terrain.resolution
     column, row = x / edge, y / edge
-    left = between(terrain.seconds, column - 1.0, row)
-    right = between(terrain.seconds, column + 1.0, row)
-    below = between(terrain.seconds, column, row - 1.0)
-    above = between(terrain.seconds, column, row + 1.0)
+    left = bilinear(terrain.seconds, column - 1.0, row)
+    right = bilinear(terrain.seconds, column + 1.0, row)
+    below = bilinear(terrain.seconds, column, row - 1.0)
+    above = bilinear(terrain.seconds, column, row + 1.0)
     onwards_x, onwards_y = left - right, below - above
     steepness = math.hypot(onwards_x, onwards_y) * speed / (2.0 * edge)
     angle = math.atan2(cosine * onwards_y - sine * onwards_x, cosine * onwards_x + sine * onwards_y)
@@ -89,10 +104,25 @@ def _turn_to_go(terrain: Terrain, x: float, y: float, cosine: float, sine: float
 def _near_movers(
     movers: Floats, seconds: float, x: float, y: float, ahead_x: float, ahead_y: float, reach: float, distance: float
 ) -> float:
-    """Return how near a disc comes to all that move, after some time: each counts 1 where it touches, 0 so far away.
+    """Return the sum of the proximities of moving obstacles after a time: each from 1 at contact to 0 at ``distance``.
 
-    It counts more where the disc moves towards it, by ``ahead``, its velocity as a part of the fastest: who cannot
-    avoid to be touched had better stand.
+    The proximity is up to 1 + `CLOSING` times as high if the robot drives towards the obstacle: a robot that cannot
+    avoid a contact should stand still.
+
+    Parameters
+    ----------
+    movers : (m, 5) array
+        See `Terrain`.
+    seconds : float
+        Time since the start of the rollout [s].
+    x, y : float
+        Position of the robot [m].
+    ahead_x, ahead_y : float
+        Velocity of the robot relative to its top speed.
+    reach : float
+        Radius of the robot [m].
+    distance : float
+        Distance from which an obstacle has no effect [m].
     """
     near = 0.0
     for i in range(len(movers)):
@@ -106,50 +136,57 @@ def _near_movers(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _follow(now: float, wanted: float, lowest: float, highest: float, step: float) -> float:
+    """Return a command limited to its range, and to a change of at most ``step``."""
     wanted = min(max(wanted, lowest), highest)
     return min(max(wanted, now - step), now + step)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def roll_out(commands: Floats, start: Floats, terrain: Terrain, base: Base, body: Body, critics: Critics) -> float:
-    """Return what one sequence of commands would cost [s], and bring its commands within the limits.
+def roll_out(
+    commands: Floats, start: Floats, terrain: Terrain, base: Base, body: RobotOutline, critics: Critics
+) -> float:
+    """Return the cost of a command sequence [s], and limit its commands in place.
 
     Parameters
     ----------
     commands : (steps, 2) array
-        Forward [m/s], turning [rad/s]; written to.
+        Forward [m/s], turning [rad/s]; modified.
     start : (7,) array
-        x, y [m], heading [rad], velocity driven (forward, turning), velocity commanded before (forward, turning).
+        x, y [m], heading [rad], current velocity (forward [m/s], turning [rad/s]), and last command (the same).
     terrain, base, body, critics
-        As their types say.
+        See their types.
     """
     x, y, v, w, forward, turning = start[0], start[1], start[3], start[4], start[5], start[6]
     cosine, sine = math.cos(start[2]), math.sin(start[2])
     steps, edge = len(commands), terrain.resolution
-    # How fast a turn can bring a corner nearer to what is beside; a disc comes no nearer by turning.
+    # Lever arm by which turning brings a corner nearer to an obstacle beside the robot; 0 for a disc.
     lever = math.sqrt(max(body.circumscribed * body.circumscribed - body.inscribed * body.inscribed, 0.0))
     cost = 0.0
     for k in range(steps):
+        # 1. Limit the command, and let the motors follow it.
         forward = _follow(forward, commands[k, 0], base.slowest, base.fastest, base.step_x)
         turning = _follow(turning, commands[k, 1], -base.max_vel_theta, base.max_vel_theta, base.step_theta)
         commands[k, 0], commands[k, 1] = forward, turning
         v_before, w_before = v, w
         v += base.part * (forward - v)
         w += base.part * (turning - w)
-        # Half the turn, the way, and the other half: the arc to second order. The sine of a small angle is a series.
+        # 2. Integrate the pose to second order: half the turn, the distance, the other half of the turn. Cosine and
+        #    sine of the small angle are Taylor series.
         half = 0.25 * (w_before + w) * base.dt
         s = half - half * half * half / 6.0
         c = 1.0 - 0.5 * half * half + half * half * half * half / 24.0
         cosine, sine = c * cosine - s * sine, s * cosine + c * sine
-        way = 0.5 * (v_before + v) * base.dt
-        x += way * cosine
-        y += way * sine
+        distance = 0.5 * (v_before + v) * base.dt
+        x += distance * cosine
+        y += distance * sine
         cosine, sine = c * cosine - s * sine, s * cosine + c * sine
+        # 3. Collision: ends the rollout. A later one costs less, since there is more time to avoid it.
         free = clearance(terrain.distance, edge, body, x, y, cosine, sine)
-        to_go = between(terrain.seconds, x / edge, y / edge)
+        to_go = bilinear(terrain.seconds, x / edge, y / edge)
         if free < critics.least_clearance:
-            # What would be hit later is less bad: there is more time to find a way round.
             return cost + critics.collision_cost * (2.0 - k / steps) + to_go
+        # 4. Cost of the step: travel time to the goal, reversing, critical clearance, moving obstacles, and speed near
+        #    obstacles.
         cost += base.dt * (to_go + critics.prefer_forward_weight * max(-v, 0.0) / base.max_vel_x)
         if free < critics.critical_distance:
             cost += base.dt * critics.critical_weight * (1.0 - free / critics.critical_distance)
@@ -164,12 +201,13 @@ def roll_out(commands: Floats, start: Floats, terrain: Terrain, base: Base, body
             speed = (abs(v) + lever * abs(w)) / base.max_vel_x
             near = math.exp(-max(free, 0.0) / critics.inflation_length)
             cost += base.dt * critics.repulsion_weight * speed * speed * near
+    # 5. Final cost: remaining travel time, and the turn towards the path.
     turn = _turn_to_go(terrain, x, y, cosine, sine, base.max_vel_x)
     return cost + to_go + critics.turn_weight * turn / base.max_vel_theta
 
 
 def _roll_out_all(
-    commands: NDArray[np.float64], start: Floats, terrain: Terrain, base: Base, body: Body, critics: Critics
+    commands: NDArray[np.float64], start: Floats, terrain: Terrain, base: Base, body: RobotOutline, critics: Critics
 ) -> Floats:
     costs = np.empty(len(commands))
     for i in prange(len(commands)):
@@ -177,8 +215,9 @@ def _roll_out_all(
     return costs
 
 
-RollOut = Callable[[NDArray[np.float64], Floats, Terrain, Base, Body, Critics], Floats]
-"""(n, steps, 2) commands, written to as `roll_out` does, and what that takes → (n,) costs [s]."""
+RollOut = Callable[[NDArray[np.float64], Floats, Terrain, Base, RobotOutline, Critics], Floats]
+"""Rolls out commands (n, steps, 2), which are limited in place; the other arguments as `roll_out`. Returns costs (n,)
+[s]."""
 
 roll_out_parallel: RollOut = njit(cache=True, nogil=True, error_model="numpy", parallel=True)(_roll_out_all)
 roll_out_serial: RollOut = njit(cache=True, nogil=True, error_model="numpy")(serial_copy(_roll_out_all))
@@ -186,16 +225,16 @@ roll_out_serial: RollOut = njit(cache=True, nogil=True, error_model="numpy")(ser
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def fill_blocked(seconds: Field, beside: float, far: float) -> None:
-    """Give cells without a value one, so that there is something between them and their neighbours.
+    """Replace infinite travel times by finite ones, so that values can be interpolated between cells.
 
     Parameters
     ----------
-    seconds : (h, w) array
-        Infinite where nothing leads on; written to.
+    seconds : (h, w) float32 array
+        Travel times, infinite in cells from which no path leads to the goal; modified.
     beside : float
-        More than the least of the neighbours [s].
+        Time added to the smallest one of the eight neighbours [s].
     far : float
-        Of cells whose neighbours have none either [s].
+        Time of cells without a finite neighbour [s].
     """
     height, width = seconds.shape
     blocked = ~np.isfinite(seconds)
@@ -212,10 +251,10 @@ def fill_blocked(seconds: Field, beside: float, far: float) -> None:
 
 
 def warm() -> None:
-    """Compile and call each kernel once."""
+    """Call each kernel once, so that it is compiled or loaded from the cache."""
     terrain = Terrain(np.ones((2, 2), np.float32), np.ones((2, 2), np.float32), 0.05, np.zeros((0, 5)))
     base = Base(0.05, 0.5, 0.5, 0.0, 1.5, 0.05, 0.15, 1.0)
-    body = Body(np.zeros((0, 5)), 0.18, 0.18)
+    body = RobotOutline(np.zeros((0, 5)), 0.18, 0.18)
     critics = Critics(100.0, 0.0, 1.0, 0.1, 1.0, 0.1, 1.0, 1.0, 1.0, 0.3)
     for roll in (roll_out_parallel, roll_out_serial):
         roll(np.zeros((2, 2, 2)), np.zeros(7), terrain, base, body, critics)

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from ppaas.controllers.arrival import turn_by
 from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
 from ppaas.controllers.followed_path import FollowedPath
-from ppaas.controllers.kernels.clearance import Body
+from ppaas.controllers.kernels.clearance import RobotOutline
 from ppaas.controllers.motion import advance, in_force, towards
 from ppaas.controllers.obstacles import Room
 from ppaas.controllers.path_follower import PathFollower
@@ -137,7 +137,9 @@ class PurePursuit(PathFollower):
 class _CollisionCheck:
     """Checks commands for collisions, from the pose of the robot when they take effect."""
 
-    def __init__(self, p: PurePursuitParameters, body: Body, request: ControlRequest, velocity: Velocity) -> None:
+    def __init__(
+        self, p: PurePursuitParameters, body: RobotOutline, request: ControlRequest, velocity: Velocity
+    ) -> None:
         self._seconds = p.max_allowed_time_to_collision_up_to_carrot
         begin = advance(request.pose, velocity, request.period)
         self._room = Room(request.costmap, body, begin, allow_unknown=p.allow_unknown)

@@ -1,4 +1,4 @@
-"""Kernels of localization, compiled by numba. They take random numbers as arrays, so that a seed decides all."""
+"""Kernels of localization. They receive random numbers as arrays, so that the seed determines the result."""
 
 from ppaas.kernel_cache import watch_all_kernels
 

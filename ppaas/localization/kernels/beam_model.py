@@ -1,4 +1,7 @@
-"""How likely a laser's ranges are as seen from each particle, by rays cast through the map."""
+"""Kernel: likelihood of a scan from each particle by the beam model, with rays cast through the map.
+
+*Probabilistic Robotics*, 6.3, table 6.1, with the sum of cubes of amcl (``amcl_laser.cpp``).
+"""
 
 import math
 from collections.abc import Callable
@@ -13,7 +16,17 @@ from ppaas.maps.kernels.serial import serial_copy
 
 
 class BeamShares(NamedTuple):
-    """Of what a range is made (*Probabilistic Robotics*, table 6.1): shares, and what they are spread by [m, 1/m]."""
+    """Mixture of a measured range (*Probabilistic Robotics*, table 6.1).
+
+    Parameters
+    ----------
+    hit, short, max, rand : float
+        Weights of hits, of unexpected obstacles, of ranges without a hit, and of random ranges.
+    sigma_hit : float
+        Standard deviation of a hit [m].
+    lambda_short : float
+        Rate of the exponential distribution of unexpected obstacles [1/m].
+    """
 
     hit: float
     short: float
@@ -31,10 +44,14 @@ Score = Callable[
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _likelihood(measured: float, expected: float, range_max: float, shares: BeamShares) -> float:
+    """Return the likelihood of a range, given the range cast in the map (table 6.1)."""
     off = measured - expected
+    # 1. Correct range with measurement noise.
     p = shares.hit * math.exp(-0.5 * (off / shares.sigma_hit) ** 2)
+    # 2. Unexpected obstacle in front of the expected one.
     if off < 0.0:
         p += shares.short * shares.lambda_short * math.exp(-shares.lambda_short * measured)
+    # 3. No hit, or 4. random measurement.
     if measured >= range_max:
         return p + shares.max
     return p + shares.rand / range_max
@@ -56,23 +73,23 @@ def _score_ranges(
     particles : (n, 3) array
         x, y [m], theta [rad] of the robot in the map frame.
     beams : (m, 4) array
-        x, y [m] of the laser and direction [rad] of each beam in the robot's frame, and its range [m]; ``range_max``
-        where it met nothing.
-    distance : (height, width) array
-        From each cell to the nearest occupied one [m].
+        x, y [m] of the laser and direction [rad] of each beam in the robot's frame, and its range [m], ``range_max``
+        without a hit.
+    distance : (height, width) float32 array
+        Distance from each cell to the nearest occupied one [m].
     resolution : float
         Edge of a cell [m].
     origin : (3,) array
         Pose of the lower-left corner of cell (0, 0) in the map frame [m, m, rad].
     shares : BeamShares
-        The model.
+        Mixture of the model.
     range_max : float
         Longest range of the laser [m].
 
     Returns
     -------
     (n,) array
-        The same for any number of threads.
+        Independent of the number of threads.
     """
     c0, s0 = math.cos(origin[2]), math.sin(origin[2])
     sums = np.empty(particles.shape[0])
@@ -80,6 +97,7 @@ def _score_ranges(
         c, s = math.cos(particles[i, 2]), math.sin(particles[i, 2])
         total = 0.0
         for j in range(beams.shape[0]):
+            # Pose of the beam in the frame of the grid, in cells.
             px = particles[i, 0] + c * beams[j, 0] - s * beams[j, 1] - origin[0]
             py = particles[i, 1] + s * beams[j, 0] + c * beams[j, 1] - origin[1]
             angle = particles[i, 2] + beams[j, 2] - origin[2]
@@ -95,9 +113,9 @@ score_serial: Score = njit(cache=True, nogil=True, error_model="numpy")(serial_c
 
 
 def warm() -> None:
-    """Compile, or load what was compiled."""
+    """Call each kernel once, so that it is compiled or loaded from the cache."""
     distance = np.zeros((1, 1), dtype=np.float32)
-    distance.flags.writeable = False  # as layers of a map are, which all robots share
+    distance.flags.writeable = False  # like the layers of a map, which all robots share
     shares = BeamShares(0.95, 0.1, 0.05, 0.05, 0.2, 0.1)
     for score in (score_serial, score_parallel):
         score(np.zeros((1, 3)), np.ones((1, 4)), distance, 0.05, np.zeros(3), shares, 8.0)

@@ -1,4 +1,4 @@
-"""A histogram over poses, in a hash table: amcl's ``pf_kdtree.c`` keeps the same bins in a tree."""
+"""Kernels: histogram over poses in a hash table, with the bins of amcl's ``pf_kdtree.c``, which uses a tree."""
 
 import math
 
@@ -7,17 +7,18 @@ from numba import njit
 from numpy.typing import NDArray
 
 BIN_EDGE, BIN_TURN = 0.5, math.radians(10.0)
-"""Bins of the histogram [m, rad], as in amcl."""
+"""Size of a bin [m, rad], as in amcl."""
 
 NONE = np.int64(-(1 << 63))
-"""What no bin is numbered."""
+"""Key of an empty slot; no bin has it."""
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+"""2⁶⁴ / golden ratio, the multiplier of Fibonacci hashing (Knuth, *The Art of Computer Programming*, vol. 3, 6.4)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bin_of(x: float, y: float, theta: float) -> int:
-    """Return the bin of a pose as one integer."""
+    """Return the key of the bin of a pose (x, y [m], theta [rad])."""
     column, row = np.int64(math.floor(x / BIN_EDGE)), np.int64(math.floor(y / BIN_EDGE))
     turn = np.int64(math.floor(theta / BIN_TURN))
     return int((column << 40) ^ ((row & 0xFFFFF) << 16) ^ (turn & 0xFFFF))
@@ -25,7 +26,7 @@ def bin_of(x: float, y: float, theta: float) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def empty_table(count: int) -> NDArray[np.int64]:
-    """Return a hash table without bins that has room for so many."""
+    """Return an empty hash table with space for ``count`` bins at a load of at most one half."""
     size = 16
     while size < 2 * count:
         size *= 2
@@ -34,7 +35,7 @@ def empty_table(count: int) -> NDArray[np.int64]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def slot_of(table: NDArray[np.int64], key: int) -> int:
-    """Return where a bin is in the table, or where it belongs: the first free slot from its hash on."""
+    """Return the slot of a bin: the one that holds it, or the first empty one after its hash (linear probing)."""
     mask = table.size - 1
     slot = int((np.uint64(key) * _GOLDEN) >> np.uint64(32)) & mask
     while table[slot] != NONE and table[slot] != key:

@@ -1,4 +1,4 @@
-"""The heaviest cluster of particles: where it is, and how wide."""
+"""Kernels: mean and covariance of the heaviest cluster of particles."""
 
 import math
 
@@ -12,19 +12,20 @@ from ppaas.localization.kernels.bins import bin_of, empty_table, slot_of
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _turned(angle: float) -> float:
-    """Bring an angle into [−π, π)."""
+    """Return an angle in [−π, π)."""
     return angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def heaviest_bin(particles: NDArray[np.float64], weights: NDArray[np.float64]) -> int:
-    """Return one of the particles in the bin with the largest weight.
+    """Return the index of a particle in the bin with the largest total weight.
 
     Parameters
     ----------
     particles : (n, 3) array
         x, y [m], theta [rad].
     weights : (n,) array
+        Weights of the particles.
     """
     table = empty_table(particles.shape[0])
     sums = np.zeros(table.size)
@@ -47,27 +48,29 @@ def heaviest_bin(particles: NDArray[np.float64], weights: NDArray[np.float64]) -
 def moments_around(
     particles: NDArray[np.float64], weights: NDArray[np.float64], pose: Pose2D, radius: float, turn: float
 ) -> tuple[float, tuple[float, float, float], NDArray[np.float64]]:
-    """Return weight, mean and covariance of the particles nearer to a pose than ``radius`` and ``turn``.
+    """Return weight, mean and covariance of the particles within ``radius`` and ``turn`` of a pose.
 
     Parameters
     ----------
     particles : (n, 3) array
         x, y [m], theta [rad].
     weights : (n,) array
+        Weights of the particles.
     pose : Pose2D
-        x, y [m], theta [rad].
+        Centre of the cluster: x, y [m], theta [rad].
     radius, turn : float
-        How far off a particle may be [m, rad].
+        Largest distance and angle from the centre [m, rad].
 
     Returns
     -------
     float
-        Sum of their weights.
+        Sum of the weights.
     (x, y, theta)
-        The pose itself where the sum is 0. Turns are averaged by how far they are from that of the pose.
+        Weighted mean, or the centre if the sum is 0. Angles are averaged by their difference from the centre's.
     (3, 3) array
-        Covariance around the mean.
+        Weighted covariance around the mean.
     """
+    # First and second moments of the differences to the centre, upper triangle only.
     total = 0.0
     first, second = np.zeros(3), np.zeros((3, 3))
     for i in range(particles.shape[0]):
@@ -90,6 +93,7 @@ def moments_around(
         second[2, 2] += weight * dt * dt
     if total <= 0.0:
         return 0.0, (pose[0], pose[1], pose[2]), second
+    # Covariance = E[d dᵀ] − E[d] E[d]ᵀ.
     first /= total
     for r in range(3):
         for c in range(r, 3):
@@ -98,6 +102,6 @@ def moments_around(
 
 
 def warm() -> None:
-    """Compile, or load what was compiled."""
+    """Call each kernel once, so that it is compiled or loaded from the cache."""
     heaviest_bin(np.zeros((1, 3)), np.ones(1))
     moments_around(np.zeros((1, 3)), np.ones(1), Pose2D(0.0, 0.0, 0.0), 1.0, 1.0)

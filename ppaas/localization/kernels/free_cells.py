@@ -1,4 +1,4 @@
-"""Drawing among the free cells of a map without a list of them, which would be larger than the map."""
+"""Kernels: selection of free cells of a map by number, without a list of them, which would be larger than the map."""
 
 import numpy as np
 from numba import njit, types
@@ -12,7 +12,7 @@ _NUMBERS = types.Array(types.int64, 1, "C", readonly=True)
 
 @njit(types.int64[::1](_CELLS), cache=True, nogil=True, error_model="numpy")
 def count_free(data: NDArray[np.int8]) -> NDArray[np.int64]:
-    """Return, for each row, how many cells are free in it and in those below: (height,) from (height, width)."""
+    """Return for each row the number of free cells in it and all rows below it, (height,) from (height, width)."""
     height, width = data.shape
     below = np.empty(height, np.int64)
     total = 0
@@ -25,25 +25,27 @@ def count_free(data: NDArray[np.int8]) -> NDArray[np.int64]:
 
 @njit(types.int64[:, ::1](_CELLS, _NUMBERS, _NUMBERS), cache=True, nogil=True, error_model="numpy")
 def find_free(data: NDArray[np.int8], below: NDArray[np.int64], numbers: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return row and column of free cells by their numbers.
+    """Return row and column of free cells by their numbers, which count the free cells row by row.
 
     Parameters
     ----------
     data : (height, width) int8 array
         Occupancy.
     below : (height,) array
-        As `count_free` gives it.
+        Result of `count_free`.
     numbers : (n,) array
-        Which of the free cells, from 0, ascending: so each row is read once at most.
+        Numbers of free cells from 0, in ascending order, so that each row is read at most once.
 
     Returns
     -------
     (n, 2) array
+        row, column.
     """
     found = np.empty((numbers.size, 2), np.int64)
     row = column = 0
     passed = np.int64(0)  # free cells before (row, column)
     for i in range(numbers.size):
+        # Skip the rows that end before this number, then count free cells within the row.
         if below[row] <= numbers[i]:
             while below[row] <= numbers[i]:
                 row += 1
@@ -59,6 +61,6 @@ def find_free(data: NDArray[np.int8], below: NDArray[np.int64], numbers: NDArray
 
 
 def warm() -> None:
-    """Call each kernel once."""
+    """Call each kernel once, so that it is compiled or loaded from the cache."""
     cells = np.zeros((1, 1), np.int8)
     find_free(cells, count_free(cells), np.zeros(1, np.int64))

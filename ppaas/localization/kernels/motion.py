@@ -1,4 +1,4 @@
-"""Moving particles by odometry."""
+"""Kernels: motion of particles by odometry with noise."""
 
 import math
 from collections.abc import Callable
@@ -19,18 +19,18 @@ def _wrap(angle: float) -> float:
 
 
 def _move_diff(particles: NDArray[np.float64], motion: Motion, sigmas: Motion, normals: NDArray[np.float64]) -> None:
-    """Move particles, in place, by turn, straight line and turn, each with noise.
+    """Move particles in place by a turn, a straight line and a turn, each with noise.
 
     Thrun, Burgard, Fox, *Probabilistic Robotics*, table 5.6.
 
     Parameters
     ----------
     particles : (n, 3) array
-        x, y [m], theta [rad].
+        x, y [m], theta [rad]; modified.
     motion : (first turn, distance, second turn)
-        What odometry measured [rad, m, rad].
+        Motion measured by odometry [rad, m, rad].
     sigmas : (float, float, float)
-        Standard deviations of these.
+        Standard deviations of its three components.
     normals : (n, 3) array
         Standard normal random numbers.
     """
@@ -43,16 +43,16 @@ def _move_diff(particles: NDArray[np.float64], motion: Motion, sigmas: Motion, n
 
 
 def _move_omni(particles: NDArray[np.float64], motion: Motion, sigmas: Motion, normals: NDArray[np.float64]) -> None:
-    """Move particles, in place, along a bearing, with noise ahead, sideways and of the turn (``amcl_odom.cpp``).
+    """Move particles in place along a bearing, with noise along it, across it and of the turn (``amcl_odom.cpp``).
 
     Parameters
     ----------
     particles : (n, 3) array
-        x, y [m], theta [rad].
+        x, y [m], theta [rad]; modified.
     motion : (bearing, distance, turn)
-        What odometry measured; the bearing is from the robot's heading [rad, m, rad].
+        Motion measured by odometry; the bearing is relative to the robot's heading [rad, m, rad].
     sigmas : (float, float, float)
-        Standard deviations of the distance, of what it goes sideways, and of the turn [m, m, rad].
+        Standard deviations along the bearing, across it, and of the turn [m, m, rad].
     normals : (n, 3) array
         Standard normal random numbers.
     """
@@ -72,6 +72,6 @@ move_omni_serial: Move = njit(cache=True, nogil=True, error_model="numpy")(seria
 
 
 def warm() -> None:
-    """Compile, or load what was compiled."""
+    """Call each kernel once, so that it is compiled or loaded from the cache."""
     for move in (move_diff_serial, move_diff_parallel, move_omni_serial, move_omni_parallel):
         move(np.zeros((1, 3)), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), np.zeros((1, 3)))

@@ -1,4 +1,4 @@
-"""Drawing particles by their weights, and how many."""
+"""Kernels: resampling of particles by their weights, and the number of particles needed (KLD sampling)."""
 
 import math
 
@@ -11,21 +11,21 @@ from ppaas.localization.kernels.bins import bin_of, empty_table, slot_of
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_low_variance(weights: NDArray[np.float64], count: int, start: float) -> NDArray[np.int64]:
-    """Draw particles with one random number and equal steps (*Probabilistic Robotics*, table 4.4).
+    """Return particles drawn by low variance sampling (*Probabilistic Robotics*, table 4.4).
 
     Parameters
     ----------
     weights : (n,) array
-        Not negative, with a sum of 1.
+        Weights, at least 0, with sum 1.
     count : int
-        How many to draw.
+        Number of particles to draw.
     start : float
         Random number from [0, 1).
 
     Returns
     -------
     (count,) int array
-        Indices, ascending.
+        Indices of the particles drawn, in ascending order.
     """
     drawn = np.empty(count, dtype=np.int64)
     last = weights.shape[0] - 1
@@ -42,9 +42,9 @@ def draw_low_variance(weights: NDArray[np.float64], count: int, start: float) ->
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def kld_limit(bins: int, error: float, z: float) -> float:
-    """Return how many particles keep the Kullback-Leibler distance under ``error``, by the bins that are filled.
+    """Return the number of particles for a Kullback-Leibler distance below ``error`` with ``bins`` bins occupied.
 
-    Fox, *KLD-Sampling: Adaptive Particle Filters* (2001), equation 7; ``z`` is the quantile itself, as amcl has it.
+    Fox, *KLD-Sampling: Adaptive Particle Filters* (2001), equation 7; as in amcl, ``z`` is the quantile itself.
     """
     k = max(bins - 1, 1)
     a = 2.0 / (9.0 * k)
@@ -53,7 +53,7 @@ def kld_limit(bins: int, error: float, z: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _starts(cumulative: NDArray[np.float64], total: float) -> NDArray[np.int64]:
-    """Return from which particle on to look for a part of the total weight, by n parts of equal size."""
+    """Return for each of n equal parts of the total weight the first particle to examine (index of cumulative sums)."""
     count = cumulative.size
     starts = np.empty(count, np.int64)
     i = 0
@@ -65,7 +65,7 @@ def _starts(cumulative: NDArray[np.float64], total: float) -> NDArray[np.int64]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def enough(
+def kld_sample_size(
     particles: NDArray[np.float64],
     weights: NDArray[np.float64],
     picks: NDArray[np.float64],
@@ -73,20 +73,22 @@ def enough(
     error: float,
     z: float,
 ) -> int:
-    """Return how many particles do: drawn one by one until they are enough for the bins that they fill (KLD).
+    """Return the number of particles by KLD sampling (*Probabilistic Robotics*, table 8.4).
+
+    Particles are drawn one by one until there are enough for the number of bins that they occupy.
 
     Parameters
     ----------
     particles : (n, 3) array
         x, y [m], theta [rad].
     weights : (n,) array
-        Not negative, and not all 0.
+        Weights, at least 0 and not all 0.
     picks : (most,) array
-        Random numbers from [0, 1), one for each that may be drawn.
+        Random numbers from [0, 1), one for each draw.
     least : int
-        The result is no less, and no more than ``most``.
+        Smallest result; the largest is ``most``.
     error, z : float
-        As `kld_limit` has them.
+        See `kld_limit`.
     """
     cumulative = np.cumsum(weights)
     total, count = cumulative[-1], cumulative.size
@@ -97,9 +99,11 @@ def enough(
     for drawn in range(picks.size):
         if drawn >= limit:
             return drawn
+        # Draw by inverse transform sampling, starting from the index of cumulative sums.
         i = starts[min(int(picks[drawn] * count), count - 1)]
         while i < count - 1 and cumulative[i] <= picks[drawn] * total:
             i += 1
+        # A newly occupied bin raises the limit.
         key = bin_of(particles[i, 0], particles[i, 1], particles[i, 2])
         slot = slot_of(table, key)
         if table[slot] != key:
@@ -110,6 +114,6 @@ def enough(
 
 
 def warm() -> None:
-    """Compile, or load what was compiled."""
+    """Call each kernel once, so that it is compiled or loaded from the cache."""
     draw_low_variance(np.ones(1), 1, 0.5)
-    enough(np.zeros((1, 3)), np.ones(1), np.zeros(1), 1, 0.01, 0.99)
+    kld_sample_size(np.zeros((1, 3)), np.ones(1), np.zeros(1), 1, 0.01, 0.99)

@@ -1,4 +1,4 @@
-"""Kernels: how well the map accounts for rays, of which some may have met somebody whom the map does not know."""
+"""Kernels: ray casting in the map, and rating of rays of which some may end at unmapped people."""
 
 import math
 
@@ -7,31 +7,44 @@ from numba import njit
 from numpy.typing import NDArray
 
 NEAR = 1.5
-"""What two cells take up of the distance between their centres [cells]; nearer, a ray goes on by half a cell."""
+"""Part of the distance between the centres of two cells that lies within the cells [cells], subtracted from a step."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cast(distance: NDArray[np.float32], x: float, y: float, dx: float, dy: float, most: float, cell: float) -> float:
-    """Return how many cells a ray goes until it meets an occupied one, to half a cell; ``most`` if it leaves the map.
+    """Return the length of a ray to the first occupied cell, to half a cell, or ``most`` if it leaves the map [cells].
 
-    It goes as far at a time as the distance to the nearest obstacle lets it (sphere tracing).
+    Sphere tracing (Hart, 1996): each step is as long as the distance to the nearest obstacle, at least half a cell.
+
+    Parameters
+    ----------
+    distance : (height, width) float32 array
+        Distance from each cell to the nearest occupied one [m].
+    x, y : float
+        Start of the ray in the frame of the grid [cells].
+    dx, dy : float
+        Unit direction of the ray.
+    most : float
+        Largest length [cells].
+    cell : float
+        Edge of a cell [m].
     """
     height, width = distance.shape
-    gone = 0.0
-    while gone < most:
-        column, row = math.floor(x + gone * dx), math.floor(y + gone * dy)
+    length = 0.0
+    while length < most:
+        column, row = math.floor(x + length * dx), math.floor(y + length * dy)
         if not (0 <= row < height and 0 <= column < width):
             return most
         d = distance[np.uint64(row), np.uint64(column)] / cell
         if d == 0.0:
-            return gone
-        gone += max(0.5, d - NEAR)
+            return length
+        length += max(0.5, d - NEAR)
     return most
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _is_clear(distance: NDArray[np.float32], x: float, y: float, to_x: float, to_y: float, cell: float) -> bool:
-    """Tell whether nothing of the map is between two points, given in cells; the first lies in the map, too."""
+    """Return whether the line between two points [cells] is free; False if the first is outside the map."""
     height, width = distance.shape
     if not (0.0 <= x < width and 0.0 <= y < height):
         return False
@@ -42,7 +55,7 @@ def _is_clear(distance: NDArray[np.float32], x: float, y: float, to_x: float, to
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _in_cells(pose: NDArray[np.float64], resolution: float, origin: NDArray[np.float64]) -> tuple[float, float]:
-    """Return where a pose lies, counted in cells of the grid."""
+    """Return the position of a pose in the frame of the grid [cells]."""
     c0, s0 = math.cos(origin[2]), math.sin(origin[2])
     dx, dy = pose[0] - origin[0], pose[1] - origin[1]
     return (c0 * dx + s0 * dy) / resolution, (c0 * dy - s0 * dx) / resolution
@@ -57,35 +70,35 @@ def to_walls(
     origin: NDArray[np.float64],
     most: float,
 ) -> NDArray[np.float64]:
-    """Return how far each beam of a laser would go.
+    """Return the range of each beam of a laser by ray casting.
 
     Parameters
     ----------
     laser : (3,) array
         x, y [m], theta [rad] in the map frame.
     angles : (n,) array
-        Of the beams, from its heading [rad].
+        Directions of the beams relative to the laser's heading [rad].
     distance, resolution, origin
-        As `account_for` takes them.
+        See `explain_rays`.
     most : float
         Longest range [m].
 
     Returns
     -------
     (n,) array
-        [m]; ``most`` or more where nothing is met.
+        Ranges [m]; ``most`` or more without a hit.
     """
     x, y = _in_cells(laser, resolution, origin)
-    gone = np.empty(len(angles))
+    ranges = np.empty(len(angles))
     for j in range(len(angles)):
         angle = laser[2] + angles[j] - origin[2]
         cells = cast(distance, x, y, math.cos(angle), math.sin(angle), most / resolution, resolution)
-        gone[j] = cells * resolution
-    return gone
+        ranges[j] = cells * resolution
+    return ranges
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def account_for(
+def explain_rays(
     poses: NDArray[np.float64],
     rays: NDArray[np.float64],
     distance: NDArray[np.float32],
@@ -94,20 +107,20 @@ def account_for(
     sigma: float,
     somebody: float,
 ) -> NDArray[np.float64]:
-    """Sum up how well rays are accounted for as seen from each pose: each by 0 to 1.
+    """Return for each pose the sum of how well the map explains each ray, from 0 to 1.
 
-    One that ends at an obstacle counts by a Gaussian of how far from it. One that ends in the open counts
-    ``somebody``, if that is more and nothing of the map is in its way: who stands there is in no map. One that went
-    through an obstacle, or out of the map, has nothing else to its credit.
+    A ray is rated by a Gaussian of the distance from its end to the nearest obstacle. If the rating is below
+    ``somebody``, and the ray reaches its end without passing an obstacle, it is rated ``somebody``, since an unmapped
+    person may stand there. A ray that ends outside the map is rated 0.
 
     Parameters
     ----------
     poses : (n, 3) array
         x, y [m], theta [rad] in the map frame.
     rays : (m, 4) array
-        x, y where each ended, and where it began, in the robot's frame [m].
-    distance : (height, width) array
-        From each cell to the nearest occupied one [m].
+        x, y of the end and x, y of the origin of each ray, in the robot's frame [m].
+    distance : (height, width) float32 array
+        Distance from each cell to the nearest occupied one [m].
     resolution : float
         Edge of a cell [m].
     origin : (3,) array
@@ -115,7 +128,7 @@ def account_for(
     sigma : float
         Standard deviation of a hit [m].
     somebody : float
-        As above.
+        Rating of a ray that may end at a person.
 
     Returns
     -------
@@ -152,18 +165,18 @@ def stopped_short(
     origin: NDArray[np.float64],
     beyond: float,
 ) -> NDArray[np.bool_]:
-    """Tell which beams ended where nothing of the map is, nor on the way there, nor for some way beyond.
+    """Return which beams end in free space: no obstacle of the map is on them, nor within ``beyond`` behind their ends.
 
     Parameters
     ----------
     pose : (3,) array
-        From where they are seen: x, y [m], theta [rad] in the map frame.
+        Pose of the robot: x, y [m], theta [rad] in the map frame.
     points : (m, 2) array
-        Where each ended, in the robot's frame [m].
+        End points of the beams in the robot's frame [m].
     distance, resolution, origin
-        As `account_for` takes them.
+        See `explain_rays`.
     beyond : float
-        How far beyond [m].
+        Length behind the end that must be free [m].
 
     Returns
     -------
@@ -180,9 +193,9 @@ def stopped_short(
 
 
 def warm() -> None:
-    """Compile, or load what was compiled."""
+    """Call each kernel once, so that it is compiled or loaded from the cache."""
     distance = np.zeros((1, 1), dtype=np.float32)
-    distance.flags.writeable = False  # as layers of a map are, which all robots share
-    account_for(np.zeros((1, 3)), np.zeros((1, 4)), distance, 0.05, np.zeros(3), 0.1, 0.5)
+    distance.flags.writeable = False  # like the layers of a map, which all robots share
+    explain_rays(np.zeros((1, 3)), np.zeros((1, 4)), distance, 0.05, np.zeros(3), 0.1, 0.5)
     to_walls(np.zeros(3), np.zeros(1), distance, 0.05, np.zeros(3), 8.0)
     stopped_short(np.zeros(3), np.zeros((1, 2)), distance, 0.05, np.zeros(3), 0.1)

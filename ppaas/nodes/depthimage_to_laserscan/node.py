@@ -1,4 +1,4 @@
-"""Depth images in, laser scans out: for robots with a depth camera in place of a laser."""
+"""Node ``depthimage_to_laserscan``: converts depth images to scans, for robots with a depth camera and no laser."""
 
 from typing import ClassVar
 
@@ -16,23 +16,23 @@ from ppaas.perception.depth_scan import DepthScanner, DepthScanParameters, Pinho
 from ppaas.perception.kernels.depth import Depths
 
 RATES = {DEPTH_IMAGE.name: 640 * 480 * 2 * 30 * 4 / 3, COMPRESSED_DEPTH_IMAGE.name: 0.0}
-"""What a camera of 640 by 480 pixels and 30 Hz says as it is, with 16 bits a pixel, as base64 in JSON [bytes/s]. What
-one that compresses says depends on what it sees, and is measured."""
+"""Data rate of a camera of 640 by 480 pixels with 16 bits at 30 Hz, as base64 in JSON [bytes/s]. The rate of compressed
+images depends on the scene and is measured."""
 
 _NUMBERS = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
 
 
 class DepthImageToLaserScanNode(Node):
-    """Takes ``camera/depth/image_raw``, or that compressed, and ``camera_info``; gives ``scan``.
+    """Subscribes to raw or compressed depth images and ``camera_info``; publishes ``scan``.
 
-    The scan has the stamp of its image. An image that comes before the first ``camera_info`` is passed over.
+    The scan has the stamp of its image. Images before the first ``camera_info`` are ignored.
 
     Parameters
     ----------
     context : Context
-        Of its home.
+        The node's context.
     parameters : DepthScanParameters
-        With the names of ROS's ``depthimage_to_laserscan``.
+        Named as in ROS's ``depthimage_to_laserscan``.
     """
 
     name: ClassVar[str] = "depthimage_to_laserscan"
@@ -46,44 +46,44 @@ class DepthImageToLaserScanNode(Node):
         self._scanner: DepthScanner | None = None
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Take an image or what its camera is like.
+        """Handle an image or a ``camera_info``.
 
         Raises
         ------
         InvalidInput
-            The image is broken, or not what its ``camera_info`` says; or there is no such camera.
+            The image is malformed or does not match its ``camera_info``, or the ``camera_info`` is invalid.
         InvalidParameter
-            The camera has fewer rows than are to be looked at.
+            The camera has fewer rows than the parameters require.
         """
         if topic == DEPTH_CAMERA_INFO.name:
-            self._look_through(expect(message, CameraInfo))
+            self._on_camera_info(expect(message, CameraInfo))
         elif self._scanner is None:
             return
         elif topic == COMPRESSED_DEPTH_IMAGE.name:
             compressed = expect(message, CompressedImage)
-            self._tell(self._scanner, compressed.header, decompress(compressed.format, compressed.data))
+            self._publish(self._scanner, compressed.header, decompress(compressed.format, compressed.data))
         else:
             image = expect(message, Image)
-            self._tell(self._scanner, image.header, depths_of(image))
+            self._publish(self._scanner, image.header, depths_of(image))
 
-    def _look_through(self, info: CameraInfo) -> None:
+    def _on_camera_info(self, info: CameraInfo) -> None:
         if len(info.K) != 9:
-            raise InvalidInput(f"camera_info.K has 9 numbers, not {len(info.K)}")
-        self._look_by(PinholeCamera(info.width, info.height, info.K[0], info.K[2], info.K[5]))
+            raise InvalidInput(f"camera_info.K must have 9 numbers, not {len(info.K)}")
+        self._set_camera(PinholeCamera(info.width, info.height, info.K[0], info.K[2], info.K[5]))
 
-    def _look_by(self, camera: PinholeCamera) -> None:
+    def _set_camera(self, camera: PinholeCamera) -> None:
         if self._scanner is None or self._scanner.camera != camera:
             self._scanner = DepthScanner(camera, self._parameters)
 
     def checkpoint(self) -> bytes | None:
-        """Return what the camera is like, which a robot says once."""
+        """Return the camera's parameters, which a robot may publish only once."""
         return msgspec.json.encode(self._scanner.camera) if self._scanner is not None else None
 
     def restore(self, state: bytes) -> None:
-        """Look by the camera that was told of before."""
-        self._look_by(msgspec.json.decode(state, type=PinholeCamera))
+        """Use the camera's parameters of a checkpoint."""
+        self._set_camera(msgspec.json.decode(state, type=PinholeCamera))
 
-    def _tell(self, scanner: DepthScanner, header: Header, image: Depths) -> None:
+    def _publish(self, scanner: DepthScanner, header: Header, image: Depths) -> None:
         own, ranges = self._parameters, scanner.scan(image).tolist()
         self.context.publish(
             SCAN.name,
@@ -96,23 +96,25 @@ class DepthImageToLaserScanNode(Node):
 
 
 def depths_of(image: Image) -> Depths:
-    """Return the depths of an image, (height, width), in mm as uint16 or in m as float32.
+    """Return the depths of an image (height, width), in mm as uint16 or in m as float32.
 
     Raises
     ------
     InvalidInput
-        It is of another encoding, or has fewer bytes than it says.
+        The encoding is not supported, or the image has fewer bytes than its size requires.
     """
     numbers = _NUMBERS.get(image.encoding)
     if numbers is None:
-        raise InvalidInput(f"a depth image is of {', '.join(_NUMBERS)}, not of {image.encoding!r}")
+        raise InvalidInput(
+            f"the encoding of a depth image must be one of {', '.join(_NUMBERS)}, not {image.encoding!r}"
+        )
     kind = np.dtype((">" if image.is_bigendian else "<") + numbers)
     shape = image.height, image.width
     needed = image.step * (image.height - 1) + image.width * kind.itemsize
     if min(shape) < 1 or image.step < image.width * kind.itemsize or len(image.data) < needed:
         raise InvalidInput(
-            f"an image of {image.width}×{image.height} {image.encoding} with {image.step} bytes a row is not made of "
-            f"{len(image.data)} bytes"
+            f"an image of {image.width}×{image.height} {image.encoding} with {image.step} bytes per row cannot have "
+            f"{len(image.data)} bytes of data"
         )
     depths = np.ndarray(shape, kind, image.data, strides=(image.step, kind.itemsize))
     return depths.astype(kind.newbyteorder("="), copy=False)

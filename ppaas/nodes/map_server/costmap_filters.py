@@ -1,4 +1,4 @@
-"""Parameters of costmap filters, with the names of Nav2: masks are maps, named by their ids."""
+"""Parameters of costmap filters, named as in Nav2. A mask is a map, given by its id."""
 
 import math
 from collections.abc import Mapping
@@ -12,15 +12,15 @@ SPEED_FILTER = "speed_filter"
 
 
 class KeepoutFilterParameters(Parameters, frozen=True):
-    """Of the keep-out filter.
+    """Parameters of the keepout filter.
 
     Parameters
     ----------
     enabled : bool
-        Whether the mask counts.
+        Whether the filter is active.
     filter_mask : str
-        Id of a map: the robot keeps out of its cells of 100, and those of 1 to 99 are the dearer the higher. Without it
-        there is no filter.
+        Id of a map. The robot keeps out of cells with value 100; cells from 1 to 99 cost more the higher the value.
+        Empty for no filter.
     """
 
     enabled: bool = True
@@ -28,21 +28,21 @@ class KeepoutFilterParameters(Parameters, frozen=True):
 
     @property
     def wanted(self) -> str:
-        """Id of the mask that counts; empty for none."""
+        """Id of the active mask; empty for none."""
         return self.filter_mask if self.enabled else ""
 
 
 class SpeedFilterParameters(KeepoutFilterParameters, frozen=True):
-    """Of the speed filter: where a cell of the mask is not 0, the limit is ``base + multiplier * cell``.
+    """Parameters of the speed filter. In a cell of the mask that is not 0, the limit is ``base + multiplier * cell``.
 
     Parameters
     ----------
     enabled, filter_mask
-        As of the keep-out filter.
+        As in the keepout filter.
     type : {1, 2}
-        As in ``nav2_msgs/CostmapFilterInfo``: limits are percentages of the fastest (1) or speeds in m/s (2).
+        As in ``nav2_msgs/CostmapFilterInfo``: limits are percentages of ``max_vel_x`` (1) or speeds (2).
     base, multiplier : float
-        [%] or [m/s].
+        Coefficients of the limit [%] or [m/s].
     """
 
     type: Literal[1, 2] = 1
@@ -57,12 +57,12 @@ class SpeedFilterParameters(KeepoutFilterParameters, frozen=True):
 
 
 def filter_masks(parameters: Mapping[str, Any]) -> dict[str, str]:
-    """Return the ids of the masks that a robot's parameters want, by the names of their filters.
+    """Return the ids of the active masks in a robot's parameters, by the names of their filters.
 
     Raises
     ------
     InvalidParameter
-        The parameters of a filter are none.
+        The parameters of a filter are invalid.
     """
     keepout = read_parameters(KeepoutFilterParameters, KEEPOUT_FILTER, parameters.get(KEEPOUT_FILTER, {}))
     speed = read_parameters(SpeedFilterParameters, SPEED_FILTER, parameters.get(SPEED_FILTER, {}))

@@ -1,4 +1,4 @@
-"""The map server: gives the map of the clone to who asks, and the masks that lie on it."""
+"""Node ``map_server``: provides the map of the clone and the masks of its costmap filters."""
 
 from typing import ClassVar
 
@@ -15,18 +15,18 @@ from ppaas.nodes.frames import MAP
 
 MAP_SERVICE = "static_map"
 KEEPOUT_MASK, SPEED_MASK = "keepout_filter_mask", "speed_filter_mask"
-"""Services that give masks of costmap filters, called as Nav2's documentation calls the topics of such masks."""
+"""Services that return masks of costmap filters, named like the mask topics in Nav2's documentation."""
 
 
 class MapServerNode(Node):
-    """Publishes ``map``, latched, and answers ``static_map``, as ROS's map_server does; gives masks likewise.
+    """Publishes ``map``, latched, and answers ``static_map``, as ROS's map_server does; serves masks likewise.
 
     Parameters
     ----------
     context : Context
-        Of its home.
+        The node's context.
     layers : MapLayers
-        The map and its masks, by its cells; they are made messages only where they leave the home.
+        The map and its masks; they are converted to messages only when they leave the executor.
     """
 
     name: ClassVar[str] = "map_server"
@@ -46,7 +46,7 @@ class MapServerNode(Node):
         self.context.publish(topics.MAP.name, self._grids[MAP_SERVICE])
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
-        """Answer with the map, or with a mask; with a grid without cells where the robot has no such mask."""
+        """Reply with the map or a mask, or with a grid without cells if the robot has no such mask."""
         grid = self._grids.get(service)
         reply(GetMapResponse(_nothing() if grid is None else grid.to_message()))
 

@@ -1,4 +1,4 @@
-"""The topics of the action ``move_base``, and the messages of goals on them."""
+"""Publishers of the action ``move_base``: status, feedback and results of goals."""
 
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
@@ -17,12 +17,12 @@ from ppaas.nodes.frames import MAP
 
 
 class ActionTopics:
-    """Publishes how goals stand.
+    """Publishes status, feedback and results of goals.
 
     Parameters
     ----------
     context : Context
-        Of the node.
+        The node's context.
     """
 
     def __init__(self, context: Context) -> None:
@@ -32,35 +32,35 @@ class ActionTopics:
         return Header(stamp=Time.of(self._context.now()), frame_id=frame_id)
 
     def stamped(self, pose: Pose2D) -> PoseStamped:
-        """Return a pose in the map, stamped now."""
+        """Return a pose in the map frame, stamped with the current time."""
         return PoseStamped(self._header(MAP), Pose.of(pose))
 
     def current_goal(self, goal: Goal) -> None:
-        """Tell what is headed for."""
+        """Publish the goal that the robot drives to."""
         self._context.publish(topics.MOVE_BASE_CURRENT_GOAL.name, self.stamped(goal.pose))
 
     def status(self, goals: GoalList[Goal]) -> None:
-        """Tell how all goals stand."""
+        """Publish the status of all goals."""
         self._context.publish(topics.MOVE_BASE_STATUS.name, status_array(goals, self._context.now()))
 
     def feedback(self, goal: Goal, pose: Pose2D, text: str) -> None:
-        """Tell where the robot is on its way."""
+        """Publish the robot's pose as feedback of a goal."""
         status = status_of(goal, Status.ACTIVE, text)
         feedback = MoveBaseFeedback(self.stamped(pose))
         self._context.publish(topics.MOVE_BASE_FEEDBACK.name, MoveBaseActionFeedback(self._header(), status, feedback))
 
     def result(self, goal: Goal, status: Status, text: str) -> None:
-        """Tell how a goal ended."""
+        """Publish the result of a goal."""
         ended = status_of(goal, status, text)
         self._context.publish(topics.MOVE_BASE_RESULT.name, MoveBaseActionResult(self._header(), ended))
 
 
 def status_of(goal: ActionGoal, status: Status, text: str) -> GoalStatus:
-    """Return how a goal of any action stands."""
+    """Return the status of a goal of any action as a message."""
     return GoalStatus(GoalID(Time.of(goal.stamp), goal.id), int(status), text)
 
 
 def status_array(goals: GoalList[G], now: float) -> GoalStatusArray:
-    """Return how all goals of an action stand, stamped now."""
+    """Return the status of all goals of an action as a message, stamped with ``now``."""
     listed = [status_of(state.goal, state.status, state.text) for state in goals.states(now)]
     return GoalStatusArray(Header(stamp=Time.of(now)), listed)

@@ -1,4 +1,4 @@
-"""Move Base as a node: tells the state machine what happens, and has its orders carried out."""
+"""Node ``move_base``: feeds events to the state machine of Move Base, and executes its orders."""
 
 import contextlib
 import logging
@@ -49,7 +49,7 @@ STATUS_PERIOD = 1.0
 
 
 class MoveBaseState(msgspec.Struct):
-    """What Move Base needs to go on elsewhere: the goal it drives to, and how fast it may, as it was told last."""
+    """Checkpoint of Move Base: the active goal, and the last speed limit received."""
 
     goal: events.Goal | None
     counter: int
@@ -58,36 +58,36 @@ class MoveBaseState(msgspec.Struct):
 
 
 class MoveBaseNode(Node):
-    """Drives the robot to goals: ROS's move_base, with its topics, services and parameters.
+    """Drives the robot to goals, with the topics, services and parameters of ROS's move_base.
 
-    Planner and controller work in the frame of the map: one frame for the plan, the costmap and the other robots. The
-    price is that the robot's pose jumps by what localization corrects, some centimetres at a time.
+    Planner and controller work in the map frame: one frame for the plan, the costmap and the other robots. In return,
+    the robot's pose jumps by a few centimetres whenever localization corrects it.
 
     Parameters
     ----------
     context : Context
-        Of its home.
+        The node's context.
     layers : MapLayers
         The map.
     surroundings : Surroundings
-        What is known around the robot.
+        Pose, sensors and local costmap of the robot.
     planner, controller
-        The plug-ins to plan and to drive with.
+        Plug-ins for the robot's own plans and velocities.
     path_planners : dict of str to Planner
-        ``planner`` again, and others that have parameters, by their own names, for those who ask for a plan: they are
-        not to keep the robot waiting.
+        Planners with parameters of their own by name, including another instance of ``planner``, for the path services:
+        a service call must not block the robot's own planner.
     recoveries : sequence of (str, Recovery)
-        What to try when it is stuck, in order, and what each is called in status texts.
+        Recovery behaviours in order, each with its name in status texts.
     parameters : MoveBaseParameters
-        With the names of move_base.
+        Named as in move_base.
     threads : callable
-        Returns the most threads that kernels may use now.
+        Returns the largest number of threads that kernels may use now.
     processor : PlanProcessor
-        By which plans that are kept are found.
+        Finds stored plans.
     passive_safety : PassiveSafety
-        How fast it may drive towards whom it sees coming.
+        Slows the robot down in front of approaching people.
     speed_filter : SpeedFilter, optional
-        How fast it may drive where.
+        Speed limits by place.
     """
 
     name: ClassVar[str] = "move_base"
@@ -150,29 +150,29 @@ class MoveBaseNode(Node):
 
     @property
     def busy(self) -> bool:
-        """Tell whether there is a goal."""
+        """Whether a goal is active."""
         return self._machine.goals.active is not None
 
     @property
     def costs(self) -> Costmap | None:
-        """What was last known around the robot; none before its first goal."""
+        """The local costmap; None before the first goal."""
         return self._surroundings.costs
 
     def start(self) -> None:
-        """Begin to tell how goals stand."""
+        """Start publishing the status of goals."""
         self.context.every(STATUS_PERIOD, lambda: self._topics.status(self._machine.goals))
 
-    # -- what comes in -------------------------------------------------------------------------------------------------
+    # -- messages and calls --------------------------------------------------------------------------------------------
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Take a message; a goal that cannot be taken does not disturb the one under way.
+        """Handle a message; an invalid goal does not affect the active one.
 
         Raises
         ------
         InvalidInput
-            Not finite, or a goal without a frame.
+            A number is not finite, or a goal has no frame.
         TransformError
-            A frame is not known.
+            A frame is unknown.
         """
         now, around = self.context.now(), self._surroundings
         match message:
@@ -196,7 +196,7 @@ class MoveBaseNode(Node):
             case nav2_msgs.SpeedLimit():
                 self._limits.take(message)
             case _:
-                raise InvalidInput(f"{self.name} takes no {type(message).__name__} on {topic!r}")
+                raise InvalidInput(f"{self.name} does not accept {type(message).__name__} on topic {topic!r}")
 
     def _on_goal(self, target: PoseStamped, goal_id: GoalID) -> None:
         pose = pose_in(self._surroundings.frames.tree, MAP, target, "a goal")
@@ -209,14 +209,14 @@ class MoveBaseNode(Node):
         self._tick()
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
-        """Plan without moving, or forget the obstacles seen.
+        """Plan a path without moving, or clear the observed obstacles.
 
         Raises
         ------
         InvalidInput
             A pose is not finite, or has no frame.
         TransformError
-            A frame, or the robot's own pose, is not known.
+            A frame or the robot's own pose is unknown.
         """
         if service == "move_base/clear_costmaps":
             self._surroundings.clear()
@@ -228,24 +228,24 @@ class MoveBaseNode(Node):
         self._make_plan(expect(request, GetPlanRequest), reply)
 
     def _make_plan(self, question: GetPlanRequest, reply: Reply) -> None:
-        """Plan around what is seen, as for a goal, but for nobody to follow; a goal under way goes on meanwhile."""
+        """Plan around observed obstacles as for a goal, without following the plan; an active goal continues."""
         around, now = self._surroundings, self.context.now()
         goal = pose_in(around.frames.tree, MAP, question.goal, "the goal")
-        # As in move_base: a start without a frame is where the robot is.
+        # As in move_base, a start without a frame is the robot's pose.
         here = not question.start.header.frame_id
         start = around.pose(now) if here else pose_in(around.frames.tree, MAP, question.start, "the start")
         costmap = self._seen(now)
         self._paths.plan(start, goal, reply, get_plan_response, tolerance=question.tolerance, costmap=costmap)
 
     def _seen(self, now: float) -> Costmap:
-        """Return the costmap of the map and of what the robot sees now."""
+        """Return the costmap of the map with the obstacles that the robot sees now."""
         around = self._surroundings
-        with contextlib.suppress(TransformError):  # who does not know where it is sees nothing new
+        with contextlib.suppress(TransformError):  # without a pose, new scans cannot be used
             around.look_around(around.pose(now), now)
         return around.overlay(self._layers.costmap)
 
     def _keep_cycle(self) -> None:
-        """Run the control cycle while there is a goal: a robot that waits costs nothing."""
+        """Run the control cycle only while a goal is active, so that a waiting robot costs nothing."""
         if self._cycle is None and self.busy:
             self._cycle = self.context.every(self._period, self._tick)
         elif self._cycle is not None and not self.busy:
@@ -270,7 +270,7 @@ class MoveBaseNode(Node):
     # -- events ------------------------------------------------------------------------------------------------------
 
     def _feed(self, event: events.Event) -> None:
-        """Let the machine handle an event, and then those that carrying out its orders led to."""
+        """Pass an event to the state machine, then the events that result from executing its orders."""
         self._events.append(event)
         if self._handling:
             return
@@ -278,21 +278,21 @@ class MoveBaseNode(Node):
         try:
             while self._events:
                 for order in self._machine.handle(self._events.popleft()):
-                    self._executor.carry_out(order)
+                    self._executor.execute(order)
         finally:
             self._handling = False
         self._keep_cycle()
 
-    # -- going on elsewhere --------------------------------------------------------------------------------------------
+    # -- checkpoints ---------------------------------------------------------------------------------------------------
 
     def checkpoint(self) -> bytes:
-        """Return the goal it drives to, and its speed limit."""
-        active, told = self._machine.goals.active, self._limits.told
+        """Return the active goal and the speed limit as JSON."""
+        active, limit = self._machine.goals.active, self._limits.received
         goal = active.goal if active else None
-        return msgspec.json.encode(MoveBaseState(goal, self._counter, told.speed_limit, told.percentage))
+        return msgspec.json.encode(MoveBaseState(goal, self._counter, limit.speed_limit, limit.percentage))
 
     def restore(self, state: bytes) -> None:
-        """Drive on to the goal; the plan is made anew, from where the robot is now."""
+        """Continue to the goal of a checkpoint, with a new plan from the robot's current pose."""
         restored = msgspec.json.decode(state, type=MoveBaseState)
         self._counter = restored.counter
         self._limits.take(nav2_msgs.SpeedLimit(restored.speed_limit, restored.percentage))

@@ -1,4 +1,4 @@
-"""Carries out the orders of Move Base's state machine, and tells it what came of them."""
+"""Executes the orders of Move Base's state machine, and feeds the results back as events."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -23,38 +23,38 @@ from ppaas.thread_budget import Threads
 
 
 class OrderExecutor:
-    """Plans, drives and recovers as it is ordered, and publishes how goals stand.
+    """Plans, drives and recovers as ordered, and publishes status, feedback and results.
 
     Parameters
     ----------
     context : Context
-        Of the node.
+        The node's context.
     feed : callable
-        Takes an event for the state machine.
+        Passes an event to the state machine.
     goals : GoalList
-        Of the state machine.
+        Goals of the state machine.
     costmap : Costmap
-        Of the map.
+        Costmap of the map alone.
     surroundings : Surroundings
-        What is known around the robot.
+        Pose, sensors and local costmap of the robot.
     planner, controller
-        To plan and to drive with.
+        Plug-ins for plans and velocities.
     recoveries : sequence of Recovery
-        In the order of the state machine.
+        Recovery behaviours in the order of the state machine.
     topics : ActionTopics
     limits : SpeedLimits
-        How fast the robot may drive.
+        Current speed limits.
     passive_safety : PassiveSafety
-        How fast it may drive towards whom it sees coming.
+        Slows the robot down in front of approaching people.
     period : float
-        Of the control cycle [s].
+        Period of the control cycle [s].
     threads : callable
-        Returns the most threads that kernels may use now.
+        Returns the largest number of threads that kernels may use now.
 
     Attributes
     ----------
     sent : Velocity
-        The last one that was published.
+        The last velocity published.
     """
 
     def __init__(
@@ -89,8 +89,8 @@ class OrderExecutor:
         self._period = period
         self._threads = threads
 
-    def carry_out(self, order: orders.Order) -> None:
-        """Carry out one order."""
+    def execute(self, order: orders.Order) -> None:
+        """Execute one order."""
         match order:
             case orders.RequestPlan():
                 self._request_plan(order)
@@ -107,9 +107,9 @@ class OrderExecutor:
             case orders.Recover():
                 self._feed(self._recover(order))
             case _:
-                self._tell(order)
+                self._publish(order)
 
-    def _tell(self, order: orders.Order) -> None:
+    def _publish(self, order: orders.Order) -> None:
         active = self._goals.active
         match order:
             case orders.PublishGoal():

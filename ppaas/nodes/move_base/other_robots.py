@@ -1,4 +1,4 @@
-"""The other robots of a map: what they tell of themselves, believed as far as it can be."""
+"""Other robots on the map: checks and limits the states that they report."""
 
 import math
 
@@ -10,52 +10,52 @@ from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import finite_pose
 
 OTHERS_MARGIN = 0.1
-"""Added to the radius of another robot [m]: its position is that much in doubt, and it moves."""
+"""Margin added to the radius of another robot, for its motion and the error of its position [m]."""
 
 FASTEST, LARGEST = 3.0, 2.0
-"""No robot is believed to be faster [m/s] or to have a larger radius [m]: it may be anybody's."""
+"""Limits of the reported speed [m/s] and radius [m], since other users' robots may report anything."""
 
 
 def checked_state(state: RobotState) -> RobotState:
-    """Return what a robot tells of itself.
+    """Return the state that a robot reports, if it is valid.
 
     Raises
     ------
     InvalidInput
-        A number is not finite, the orientation is no quaternion, or the radius is negative.
+        A number is not finite, the orientation is not a quaternion, or the radius is negative.
     """
     mover_of(state.pose.pose, state.twist, state.radius)
     return state
 
 
 def others_of(message: RobotStates, own_radius: float) -> tuple[MovingObstacle, ...]:
-    """Return the other robots of a map, with a margin around each.
+    """Return the other robots on the map, with a margin around each.
 
     Parameters
     ----------
     message : RobotStates
     own_radius : float
-        Of those that do not say how large they are [m].
+        Radius of robots that do not report one [m].
 
     Raises
     ------
     InvalidInput
-        One is not finite, or the numbers of poses, twists and radii differ.
+        A number is not finite, or the numbers of poses, twists and radii differ.
     TransformError
-        They are in another frame than that of the map.
+        The frame is not the map frame.
     """
     if message.header.frame_id.lstrip("/") != MAP:
-        raise TransformError(f"the poses of robots are given in {MAP!r}, not in {message.header.frame_id!r}")
+        raise TransformError(f"poses of robots must be in frame {MAP!r}, not {message.header.frame_id!r}")
     count = len(message.poses)
     if len(message.twists) not in {0, count} or len(message.radii) not in {0, count}:
-        raise InvalidInput(f"of {count} robots all twists and radii are told, or none")
+        raise InvalidInput(f"twists and radii must be empty or have one entry per pose ({count})")
     twists, radii = message.twists or [Twist()] * count, message.radii or [0.0] * count
     movers = map(mover_of, message.poses, twists, radii)
     return tuple(mover._replace(radius=(mover.radius or own_radius) + OTHERS_MARGIN) for mover in movers)
 
 
 def mover_of(pose: Pose, twist: Twist, radius: float) -> MovingObstacle:
-    """Return a robot by its pose, its velocity in its own frame, and its radius [m].
+    """Return a robot as a moving obstacle, from its pose, its velocity in its own frame, and its radius [m].
 
     Raises
     ------
@@ -65,6 +65,6 @@ def mover_of(pose: Pose, twist: Twist, radius: float) -> MovingObstacle:
     x, y, theta = finite_pose(pose, "the pose of a robot")
     speed = twist.linear.x
     if not (math.isfinite(speed) and math.isfinite(radius) and radius >= 0.0):
-        raise InvalidInput("the speed and the radius of a robot must be finite, and the radius not negative")
+        raise InvalidInput("the speed and radius of a robot must be finite, and the radius at least 0")
     speed = min(max(speed, -FASTEST), FASTEST)
     return MovingObstacle(x, y, speed * math.cos(theta), speed * math.sin(theta), min(radius, LARGEST))

@@ -1,4 +1,4 @@
-"""People around a robot, as it is told of them by ``people``."""
+"""People around a robot, from the topic ``people``."""
 
 import math
 
@@ -11,8 +11,10 @@ from ppaas.parameters import Parameters
 from ppaas.transforms.planar import TransformTree
 
 MOST_PEOPLE = 1_000
+"""Largest number of people in a message."""
+
 FASTEST = 3.0
-"""Nobody is believed to walk faster [m/s]."""
+"""Limit of the speed of a person [m/s]."""
 
 
 class SocialLayerParameters(Parameters, frozen=True):
@@ -21,11 +23,11 @@ class SocialLayerParameters(Parameters, frozen=True):
     Parameters
     ----------
     enabled : bool
-        Whether people cost anything.
+        Whether people are added to the costmap.
     amplitude, covariance, cutoff, factor : float
         See `ppaas.costmap.social_layer.Proxemics`.
     keep_time : float
-        For how long people stay where they were seen last [s].
+        Time for which people stay at the position of the last message [s].
     """
 
     enabled: bool = True
@@ -42,12 +44,12 @@ class SocialLayerParameters(Parameters, frozen=True):
             raise InvalidParameter(f"keep_time must be above 0, not {self.keep_time}")
 
     def proxemics(self) -> Proxemics:
-        """Return how much room people are given."""
+        """Return the costs around people."""
         return Proxemics(self.amplitude, self.covariance, self.cutoff, self.factor)
 
 
 class SeenPeople:
-    """Who was seen last, until that is too long ago.
+    """People of the last message, until it is out of date.
 
     Parameters
     ----------
@@ -60,17 +62,17 @@ class SeenPeople:
         self._at = float("-inf")
 
     def take(self, message: People, tree: TransformTree, now: float) -> None:
-        """Take who is seen now; those of the message before are forgotten.
+        """Replace the people by those of a message.
 
         Raises
         ------
         InvalidInput
-            A number is not finite, or there are too many.
+            A number is not finite, or there are too many people.
         TransformError
-            Their frame is unknown.
+            The frame of the message is unknown.
         """
         if len(message.people) > MOST_PEOPLE:
-            raise InvalidInput(f"at most {MOST_PEOPLE} people are taken at a time, not {len(message.people)}")
+            raise InvalidInput(f"a message may contain at most {MOST_PEOPLE} people, not {len(message.people)}")
         source = message.header.frame_id.lstrip("/") or MAP
         frame = Pose2D(0.0, 0.0) if source == MAP else tree.lookup(MAP, source)
         turn = Pose2D(0.0, 0.0, frame.theta)
@@ -78,14 +80,14 @@ class SeenPeople:
         for person in message.people:
             numbers = (person.position.x, person.position.y, person.velocity.x, person.velocity.y)
             if not all(map(math.isfinite, numbers)):
-                raise InvalidInput(f"the position and the velocity of {person.name!r} must be finite")
+                raise InvalidInput(f"the position and velocity of person {person.name!r} must be finite")
             x, y, vx, vy = numbers
             slower = min(1.0, FASTEST / max(math.hypot(vx, vy), FASTEST))
-            there, way = frame @ Pose2D(x, y), turn @ Pose2D(slower * vx, slower * vy)
-            seen.append(PersonNearby(there.x, there.y, way.x, way.y))
+            position, velocity = frame @ Pose2D(x, y), turn @ Pose2D(slower * vx, slower * vy)
+            seen.append(PersonNearby(position.x, position.y, velocity.x, velocity.y))
         self._people, self._at = tuple(seen), now
 
     def now(self, now: float) -> tuple[PersonNearby, ...]:
-        """Return who is there."""
+        """Return the people that are not out of date."""
         believed = self._parameters.enabled and now - self._at <= self._parameters.keep_time
         return self._people if believed else ()

@@ -24,15 +24,15 @@ from ppaas.plans.reuse.processor import PlanProcessor
 from ppaas.thread_budget import Threads
 
 FINAL = (GoalOutsideMap, StartOutsideMap, InvalidPlanner, InvalidInput)
-"""Errors that neither clearing obstacles nor turning on the spot can change."""
+"""Errors that no recovery behaviour can change."""
 
 BLOCKED = (GoalOccupied, NoValidPath)
-"""Errors that an obstacle may be the cause of: final if they hold on the bare map too."""
+"""Errors that an observed obstacle may have caused; they are final if they occur on the map alone too."""
 
 
 @dataclass(frozen=True, slots=True)
 class NoPlan:
-    """Why there is no plan, and whether that is final."""
+    """Planning failed; ``final`` means that no recovery behaviour can change that."""
 
     error: PPaaSError
     final: bool
@@ -40,33 +40,33 @@ class NoPlan:
 
 @dataclass(frozen=True, slots=True)
 class Detour:
-    """There is a plan, so much longer than the way before [m] that it is better to wait for that."""
+    """There is a plan, but the robot should first wait for the blocked path, which is ``longer`` metres shorter."""
 
     longer: float
 
     @property
     def reason(self) -> str:
-        """What the robot waits for."""
-        return f"the way is blocked, and the next one is {self.longer:.1f} m longer"
+        """Text for the status of the goal."""
+        return f"the path is blocked, and the detour is {self.longer:.1f} m longer"
 
 
 Planned = PlanResult | Detour | NoPlan | PPaaSError
-"""What comes of a request."""
+"""Result of a plan request."""
 
 
 def plan_for_robot(
     processor: PlanProcessor, planner: Planner, static: Costmap, current: Costmap, request: PlanRequest, *, reuse: bool
 ) -> PlanResult | NoPlan:
-    """Plan around the obstacles seen; if they block the way, ask the bare map whether it is theirs to block.
+    """Plan around observed obstacles; if they block the path, check on the map alone whether the error is final.
 
     Parameters
     ----------
     processor : PlanProcessor
-        Looks first for a plan that is kept, where that pays and ``reuse`` says so.
+        Uses a stored plan if that is faster and ``reuse`` is true.
     planner : Planner
-        Asked once, or twice if the way is blocked.
+        Called once, or twice if the path is blocked.
     static, current : Costmap
-        The map alone, and with what the robot has seen; the same object if it has seen nothing new.
+        Costmap of the map alone, and with observed obstacles; the same object if there are none.
     """
     try:
         return processor.plan(planner, current, request, reuse=reuse)
@@ -89,22 +89,22 @@ def _is_blocked(planner: Planner, static: Costmap, request: PlanRequest) -> bool
 
 
 class RobotPlanner:
-    """Plans for the goal under way, one plan after the other.
+    """Makes the plans for the active goal, one after the other.
 
     Parameters
     ----------
     context : Context
-        Of the node that drives.
+        Context of the node that drives.
     planner : Planner
-        Used by nobody else.
+        Must not be used by others.
     static : Costmap
-        Of the map alone.
+        Costmap of the map alone.
     parameters : MoveBaseParameters
-        How long to plan, and how near to the goal will do.
+        Time limit, tolerance and reuse of plans.
     threads : callable
-        Returns the most threads that kernels may use now.
+        Returns the largest number of threads that kernels may use now.
     processor : PlanProcessor
-        By which plans that are kept are found.
+        Finds stored plans.
     """
 
     def __init__(
@@ -125,29 +125,29 @@ class RobotPlanner:
         self._now = context.now
         self._queue = PlannerQueue(context)
         self._job: Job | None = None
-        self._shut = BlockedPathMemory()
+        self._blocked_paths = BlockedPathMemory()
 
     def head_for(self, goal: Pose2D) -> None:
-        """Take note of another goal, or where it has moved to."""
-        self._shut.head_for(goal)
+        """Set the goal, which may be the last one that has moved."""
+        self._blocked_paths.head_for(goal)
 
     def request(self, start: Pose2D, goal: Pose2D, seen: Costmap, done: Callable[[Planned], None]) -> None:
-        """Plan on a costmap with what the robot sees; ``done`` gets what comes of it."""
+        """Plan on a costmap with observed obstacles; ``done`` is called with the result."""
         p = self._parameters
-        current = self._shut.mark(seen, self._now())
+        current = self._blocked_paths.mark(seen, self._now())
 
         def work(cancelled: Callable[[], bool]) -> PlanResult | NoPlan:
             request = PlanRequest(start, goal, p.default_tolerance, p.planner_timeout, cancelled, self._threads())
             return plan_for_robot(self._processor, self._planner, self._static, current, request, reuse=p.reuse_plans)
 
         def planned(result: PlanResult | NoPlan | PPaaSError) -> None:
-            longer = self._shut.take(result, current, start, self._now())
+            longer = self._blocked_paths.take(result, current, start, self._now())
             done(Detour(longer) if longer > 0.0 else result)
 
         self._job = self._queue.submit(work, planned)
 
     def cancel(self) -> None:
-        """Give the plan under way up, if there is one."""
+        """Cancel the current plan, if there is one."""
         if self._job is not None:
             self._job.cancel()
             self._job = None

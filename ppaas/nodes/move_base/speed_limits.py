@@ -1,4 +1,4 @@
-"""How fast a robot may drive: by what operators say (``nav2_msgs/SpeedLimit``), and by where it is (a mask)."""
+"""Speed limits of a robot: from operators (``nav2_msgs/SpeedLimit``), and from a mask by place."""
 
 import math
 
@@ -13,38 +13,38 @@ from ppaas.nodes.map_server.costmap_filters import SPEED_FILTER, SpeedFilterPara
 
 
 def limit_of(message: nav2_msgs.SpeedLimit) -> SpeedLimit:
-    """Return what a message says; 0 is no limit.
+    """Return the limit of a message; 0 means no limit.
 
     Raises
     ------
     InvalidInput
-        Not finite, negative, or more than 100 %.
+        The limit is not finite, negative, or more than 100 %.
     """
     value = message.speed_limit
     if not (math.isfinite(value) and value >= 0.0) or (message.percentage and value > 100.0):
-        raise InvalidInput(f"a speed_limit is 0 for none, a speed [m/s], or a percentage up to 100, not {value}")
+        raise InvalidInput(f"speed_limit must be 0 for none, a speed [m/s], or a percentage up to 100, not {value}")
     if value == 0.0:
         return NO_LIMIT
     return SpeedLimit(part=value / 100.0) if message.percentage else SpeedLimit(speed=value)
 
 
 def lower_of(one: SpeedLimit, other: SpeedLimit) -> SpeedLimit:
-    """Return the limit that keeps both."""
+    """Return the limit that satisfies both."""
     return SpeedLimit(min(one.speed, other.speed), min(one.part, other.part))
 
 
 class SpeedLimits:
-    """How fast a robot may drive: by what an operator said last, and by where it is.
+    """Speed limit of a robot: the last one from an operator, combined with that of the mask.
 
     Parameters
     ----------
     mask : SpeedFilter, optional
-        How fast where.
+        Limits by place.
 
     Attributes
     ----------
-    told : nav2_msgs.SpeedLimit
-        By an operator.
+    received : nav2_msgs.SpeedLimit
+        Last limit from an operator.
     """
 
     def __init__(self, mask: "SpeedFilter | None" = None) -> None:
@@ -52,31 +52,31 @@ class SpeedLimits:
         self.take(nav2_msgs.SpeedLimit(0.0))
 
     def take(self, message: nav2_msgs.SpeedLimit) -> None:
-        """Take what an operator says; ``InvalidInput`` as `limit_of`."""
-        self._limit, self.told = limit_of(message), message
+        """Set the limit of an operator; raises ``InvalidInput`` as `limit_of` does."""
+        self._limit, self.received = limit_of(message), message
 
     def at(self, pose: Pose2D) -> SpeedLimit:
-        """Return the limit that counts where the robot is."""
+        """Return the limit at a pose of the robot."""
         return self._limit if self._mask is None else lower_of(self._limit, self._mask.at(pose))
 
 
 class SpeedFilter:
-    """The limits of a mask, as Nav2's speed filter makes them of its cells.
+    """Speed limits from the cells of a mask, as in Nav2's speed filter.
 
-    There is none where the mask is 0 or unknown, and beyond it. (Nav2 lets the last one hold in these two cases: then
-    how fast a robot may drive depends on where it came from.)
+    There is no limit in cells that are 0 or unknown, and outside the mask. (Nav2 keeps the last limit in unknown cells
+    and outside, so that the speed allowed depends on where the robot came from.)
 
     Parameters
     ----------
     mask : GridMap
-        In the frame of the map.
+        In the map frame.
     parameters : SpeedFilterParameters
-        How limits are made of its cells.
+        Conversion of cells into limits.
 
     Raises
     ------
     InvalidParameter
-        A cell of the mask has a limit that is not above 0, or more than 100 %.
+        The limit of a cell is not above 0, or is more than 100 %.
     """
 
     def __init__(self, mask: GridMap, parameters: SpeedFilterParameters) -> None:
@@ -91,9 +91,9 @@ class SpeedFilter:
         if wrong.any() and (found := wrong[mask.data.view(np.uint8)]).any():
             value = int(mask.data[found][0])
             raise InvalidParameter(
-                f"{SPEED_FILTER}: cells of {value} in {p.filter_mask!r} make a limit of {limits[value]:g}"
+                f"{SPEED_FILTER}: cells with value {value} in mask {p.filter_mask!r} give a limit of {limits[value]:g}"
                 f"{' %' if percent else ' m/s'}, which must be {'above 0 and at most 100' if percent else 'above 0'}: "
-                "change base and multiplier, or the mask; where no robot is to drive, use a keepout_filter"
+                "change base and multiplier, or the mask; to keep robots out, use keepout_filter"
             )
         self._limits = [
             SpeedLimit(part=limit / 100.0) if percent else SpeedLimit(speed=limit) for limit in limits.tolist()
@@ -101,7 +101,7 @@ class SpeedFilter:
         self._limits[FREE] = NO_LIMIT
 
     def at(self, pose: Pose2D) -> SpeedLimit:
-        """Return the limit where the robot is, by its middle."""
+        """Return the limit of the cell of the robot's centre."""
         cell = self._mask.info.cell_of(pose.x, pose.y)
         value = int(self._mask.data[cell]) if cell is not None else FREE
         return self._limits[max(value, FREE)]

@@ -1,4 +1,4 @@
-"""What a clone knows of the place around its robot: the robot's pose, its laser, the other robots, a local costmap."""
+"""Surroundings of a robot: its pose, its scans, people and other robots, and the local costmap."""
 
 import math
 from dataclasses import replace
@@ -23,32 +23,32 @@ from ppaas.recoveries.base import AffectedMaps
 from ppaas.transforms.planar import tf_time
 
 OTHERS_FRESH = 1.0
-"""Seconds for which the positions of other robots are believed."""
+"""Time for which reported positions of other robots are valid [s]."""
 
 SHIFT = 0.1
-"""Without anything new to see, the local costmap stays where it is until the robot has moved this far [m]."""
+"""Distance that the robot must move before the local costmap is updated without new sensor data [m]."""
 
 AHEAD = 2.0
-"""How far ahead the ways of other robots are obstacles to a local planner that does not mind them itself [s]."""
+"""Time for which the predicted paths of movers are marked in the costmap, if the controller does not predict [s]."""
 
 
 class Surroundings:
-    """Keeps a local costmap in the frame of the map.
+    """Maintains the local costmap of a robot in the map frame.
 
     Parameters
     ----------
     costmap : LocalCostmap
-        The window around the robot.
+        Window around the robot.
     memory : ObstacleMemory
-        Of what has left the window.
+        Obstacles outside the window.
     robot_radius : float
-        Of this robot, and of others of which nothing else is known [m].
+        Radius of this robot, and of others that do not report theirs [m].
     people : SeenPeople
-        Who walks around the robot.
+        People around the robot.
     moving : MovingObjects
-        What the laser sees moving.
+        Moving objects that the laser sees.
     tolerance : float
-        How old localization and odometry may be [s].
+        Largest age of localization and odometry [s].
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Surroundings:
         self._ahead = AHEAD
 
     def take_scan(self, scan: LaserScan) -> None:
-        """Keep a scan for the next update.
+        """Store a scan for the next update.
 
         Raises
         ------
@@ -90,50 +90,50 @@ class Surroundings:
         self._scan = scan, LaserReading.of(scan, laser)
 
     def take_robots(self, message: RobotStates, now: float) -> None:
-        """Take where the other robots are and how fast they drive, in the frame of the map.
+        """Store the poses and velocities of the other robots in the map frame.
 
         Raises
         ------
         InvalidInput
-            One is not finite, or the numbers of poses, twists and radii differ.
+            A number is not finite, or the numbers of poses, twists and radii differ.
         TransformError
-            They are in another frame.
+            The frame is not the map frame.
         """
         self._others = others_of(message, self._robot_radius)
         self._others_at = now
 
     def take_people(self, message: People, now: float) -> None:
-        """Take who is seen around the robot.
+        """Store the people around the robot.
 
         Raises
         ------
         InvalidInput
-            A number is not finite, or there are too many.
+            A number is not finite, or there are too many people.
         TransformError
-            Their frame is unknown.
+            The frame of the message is unknown.
         """
         self._people.take(message, self.frames.tree, now)
 
     def mark_ahead(self, wanted: bool) -> None:
-        """Say whether the local costmap is to tell of where the other robots will be, too."""
+        """Set whether the local costmap also contains the predicted positions of movers."""
         self._ahead = AHEAD if wanted else 0.0
 
     def movers(self, pose: Pose2D, now: float) -> tuple[MovingObstacle, ...]:
-        """Return the other robots that are near and all else that moves, where they are by now."""
+        """Return nearby robots and all other movers, at their predicted current positions."""
         robots = tuple(mover.after(now - self._others_at) for mover in self._near(pose, now))
         return robots + self.walkers(now)
 
     def walkers(self, now: float) -> tuple[MovingObstacle, ...]:
-        """Return what the laser sees moving but for the other robots, where it is by now."""
+        """Return the moving objects that the laser sees, without robots, at their predicted current positions."""
         return tuple(mover.after(now - self._moving.at) for mover in self._seen_moving(now))
 
     def pose(self, now: float) -> Pose2D:
-        """Return where the robot is in the map.
+        """Return the pose of the robot in the map frame.
 
         Raises
         ------
         TransformError
-            Odometry or localization is not there, or too old; the text says which.
+            Odometry or localization is missing or too old; the text says which.
         """
         for child, what in ((BASE_LINK, "odometry"), (ODOM, "localization")):
             silence = self.frames.silence(child, now)
@@ -143,7 +143,7 @@ class Surroundings:
         return self.frames.tree.lookup(MAP, BASE_LINK)
 
     def look_around(self, pose: Pose2D, now: float) -> Costmap:
-        """Bring the local costmap up to date and return it; the last one, where there is nothing new to see."""
+        """Update the local costmap and return it; the last one is returned if nothing has changed."""
         own = pose.x, pose.y, self._robot_radius
         reading = self._reading(now)
         others = tuple(swept_discs((*self._near(pose, now), *self._seen_moving(now)), self._ahead, own))
@@ -155,19 +155,19 @@ class Surroundings:
         return self.costs
 
     def _is_elsewhere(self, pose: Pose2D, others: tuple[Disc, ...], people: tuple[PersonNearby, ...]) -> bool:
-        """Tell whether this robot or another, or anybody, is not where they were when the local costmap was made."""
+        """Return whether the robot, another robot or a person has moved since the local costmap was updated."""
         return (
             self._looked is None or self._looked[1:] != (others, people) or self._looked[0].distance_to(pose) >= SHIFT
         )
 
     def overlay(self, costmap: Costmap) -> Costmap:
-        """Return a costmap of the whole map with what is and was seen; the same one if that is nothing new."""
+        """Return a costmap of the whole map with all observed obstacles, or the given one if there are none."""
         return self._memory.overlay(self._local.overlay(costmap))
 
     def clear(self, around: Pose2D | None = None, beyond: float = 0.0, affected_maps: AffectedMaps = "both") -> None:
-        """Forget what was seen, or only what is farther than ``beyond`` [m] from a pose.
+        """Clear the observed obstacles, or only those farther than ``beyond`` [m] from a pose.
 
-        ``affected_maps`` names the window of the local costmap, what is remembered across the map, or both.
+        ``affected_maps`` selects the window of the local costmap, the memory of obstacles across the map, or both.
         """
         if affected_maps != "local":
             self._memory.clear(around, beyond)
@@ -176,7 +176,7 @@ class Surroundings:
         self._looked = None
 
     def _reading(self, now: float) -> LaserReading | None:
-        """Return the scan that came last, once, when the transforms have reached its stamp."""
+        """Return the last scan, once, as soon as the transforms have reached its stamp."""
         if self._scan is None:
             return None
         scan, reading = self._scan
@@ -184,16 +184,16 @@ class Surroundings:
         try:
             origin = self.frames.tree.lookup(MAP, _frame_of(scan), stamp or None)
         except TransformError:
-            return None  # kept for the next cycle: odometry comes a moment after it
+            return None  # kept for the next cycle: odometry arrives a moment later
         self._scan = None
         reading = replace(reading, origin=origin)
         self._moving.see(reading, stamp or now, now)
-        # Beams that hit nothing may clear nothing either: then people would leave a trail of obstacles behind.
+        # Beams without a hit may not clear cells, so what moving people have left is cleared here.
         self._local.free(self._moving.left())
         return reading
 
     def _seen_moving(self, now: float) -> list[MovingObstacle]:
-        """Return what the laser saw moving, but for the other robots, of which more is known."""
+        """Return the moving objects that the laser saw, without other robots, which report their own state."""
         seen = self._moving.now(now)
         robots = self._others if now - self._others_at <= OTHERS_FRESH else ()
         return [
@@ -203,12 +203,12 @@ class Surroundings:
         ]
 
     def _near(self, pose: Pose2D, now: float) -> list[MovingObstacle]:
-        """Return the other robots within the window, as they were told of last, unless that is too long ago."""
+        """Return the other robots near the window, from the last message, unless that is too old."""
         if now - self._others_at > OTHERS_FRESH:
             return []
         reach = self._local.reach + self._robot_radius + OTHERS_MARGIN
         distances = [math.hypot(other.x - pose.x, other.y - pose.y) for other in self._others]
-        # Two robots cannot stand in one place: that one is this robot's own echo.
+        # A robot at this robot's own position is its echo.
         return [other for other, far in zip(self._others, distances, strict=True) if self._robot_radius < far < reach]
 
 

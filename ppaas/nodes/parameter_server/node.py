@@ -1,4 +1,4 @@
-"""The parameter server: what the nodes of a clone were made with, and whatever else a robot's people want to keep."""
+"""Node ``parameter_server``: parameters of a clone's nodes, and free parameters of the robot's clients."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -13,17 +13,17 @@ from ppaas.nodes.parameter_server.tree import ParameterTree, read_value
 
 
 class ParameterServerNode(Node):
-    """Answers rosapi's services of parameters, whose values are JSON.
+    """Answers rosapi's parameter services; values are JSON.
 
-    A node's parameters are called ``/node/name``. They can be read, and not set: a node reads them when it is made.
-    Any other name is free.
+    Parameters of nodes are named ``/node/name``. They are read-only, since a node reads them when it is created.
+    Clients may set parameters of any other name.
 
     Parameters
     ----------
     context : Context
-        Of its home.
+        The node's context.
     own : dict of dict
-        The parameters of each node, and of what it plugs in, by name.
+        Parameters of each node and plug-in, by its name.
     """
 
     name: ClassVar[str] = "parameter_server"
@@ -42,16 +42,16 @@ class ParameterServerNode(Node):
         self._state: bytes | None = None
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
-        """Read or change a parameter.
+        """Read or change parameters.
 
         Raises
         ------
         NotFound
-            There is none of that name, and no default was given.
+            There is no parameter of that name, and no default was given.
         InvalidParameter
-            It is no name, no value, or a node's own.
+            The name or value is invalid, or the parameter is a node's.
         QuotaExceeded
-            There would be too many, or too much in them.
+            There would be too many free parameters, or too many bytes of them.
         """
         reply(self._answer(service, request))
 
@@ -73,7 +73,7 @@ class ParameterServerNode(Node):
                 return rosapi.SearchParamResponse(self._tree.search(request.name))
             case "rosapi/get_param_names", _:
                 return rosapi.GetParamNamesResponse(self._tree.names())
-        raise InvalidInput(f"service {service!r} takes no {type(request).__name__}")
+        raise InvalidInput(f"service {service!r} does not accept {type(request).__name__}")
 
     def _get(self, request: rosapi.GetParamRequest) -> str:
         try:
@@ -84,10 +84,10 @@ class ParameterServerNode(Node):
             return msgspec.json.encode(read_value(request.default)).decode()
 
     def checkpoint(self) -> bytes | None:
-        """Return the free parameters, if any was ever set."""
+        """Return the free parameters, or None if none was ever set."""
         return self._state
 
     def restore(self, state: bytes) -> None:
-        """Take the free parameters again."""
+        """Set the free parameters of a checkpoint."""
         self._tree.restore(state)
         self._state = state

@@ -1,6 +1,6 @@
-"""ROS parameters of one robot by their global names: those that its nodes were made with, and free ones.
+"""ROS parameters of one robot by their global names: read-only ones of its nodes, and free ones of its clients.
 
-A name is a path; what is above others is their namespace, and reads as an object of them, as in ROS 1.
+A name is a path. As in ROS 1, a prefix of it is a namespace, whose value is an object of the parameters in it.
 """
 
 import math
@@ -13,55 +13,60 @@ import msgspec
 from ppaas.errors import InvalidParameter, NotFound, QuotaExceeded
 
 MAX_NAME = 255
+"""Longest name [characters]."""
+
 MAX_DEPTH = 16
+"""Largest number of parts of a name, and of levels of a value."""
+
 MAX_FREE = 500
-"""Names of free parameters of one robot."""
+"""Largest number of free parameters of one robot."""
 
 MAX_FREE_BYTES = 32 << 10
-"""Of all free parameters of one robot together, as JSON: they are part of each of its checkpoints."""
+"""Limit of all free parameters of one robot as JSON, since each checkpoint contains them [bytes]."""
 
 _NAME = re.compile(r"/?(?:[A-Za-z_][\w.-]*(?:/[A-Za-z_][\w.-]*)*)?/?", re.ASCII)
 _INT64 = range(-(2**63), 2**63)
 
 
 def path_of(name: str) -> tuple[str, ...]:
-    """Return a name's parts; ``/node:name``, as ROS 2's rosapi has it, is ``/node/name``.
+    """Return the parts of a name; ``/node:name``, the form of ROS 2's rosapi, is read as ``/node/name``.
 
     Raises
     ------
     InvalidParameter
-        It is no name.
+        The name is invalid.
     """
     name = name.replace(":", "/", 1)
     if len(name) > MAX_NAME or not _NAME.fullmatch(name):
-        raise InvalidParameter(f"not a parameter's name: {name[:64]!r}; write it as /node/name")
+        raise InvalidParameter(f"invalid parameter name {name[:64]!r}; write it as /node/name")
     path = tuple(part for part in name.split("/") if part)
     if len(path) > MAX_DEPTH:
-        raise InvalidParameter(f"a parameter's name has at most {MAX_DEPTH} parts, not {len(path)}")
+        raise InvalidParameter(f"a parameter name must have at most {MAX_DEPTH} parts, not {len(path)}")
     return path
 
 
 def read_value(text: str) -> Any:
-    """Return the value that a parameter is to have.
+    """Return the value of a parameter from JSON.
 
     Raises
     ------
     InvalidParameter
-        Not JSON; or null, a number that is not finite or an integer of more than 64 bits anywhere in it; or too deep.
+        The text is not JSON, is nested too deeply, or contains null, a number that is not finite, or an integer of
+        more than 64 bits.
     """
     if len(text) > MAX_FREE_BYTES:
-        raise InvalidParameter(f"a value has at most {MAX_FREE_BYTES} bytes")
+        raise InvalidParameter(f"a parameter value must have at most {MAX_FREE_BYTES} bytes")
     try:
         value = msgspec.json.decode(text)
     except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-        raise InvalidParameter(f"a parameter's value is given as JSON: {error}") from error
+        raise InvalidParameter(f"a parameter value must be JSON: {error}") from error
     _check(value, MAX_DEPTH)
     return value
 
 
 def _check(value: Any, depth: int) -> None:
     if depth < 0:
-        raise InvalidParameter(f"a value has at most {MAX_DEPTH} levels")
+        raise InvalidParameter(f"a parameter value must have at most {MAX_DEPTH} levels")
     match value:
         case dict():
             for inner in value.values():
@@ -76,17 +81,17 @@ def _check(value: Any, depth: int) -> None:
         case float() if math.isfinite(value):
             pass
         case _:
-            raise InvalidParameter(f"{value!r:.40} is no value of a parameter: they are finite, and not null")
+            raise InvalidParameter(f"{value!r:.40} is not a valid parameter value: null and non-finite are not allowed")
 
 
 def _leaves(path: tuple[str, ...], value: Any) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Yield what an object sets, name by name; an empty object is itself a value."""
+    """Yield the names and values that an object sets; an empty object is a value itself."""
     if not isinstance(value, dict) or not value:
         yield path, value
         return
     for key, inner in value.items():
         if len(path_of(key)) != 1:
-            raise InvalidParameter(f"{key!r:.64} within {_shown(path)} is no name of a parameter")
+            raise InvalidParameter(f"{key!r:.64} in {_shown(path)} is not a valid parameter name")
         yield from _leaves((*path, key), inner)
 
 
@@ -95,12 +100,12 @@ def _shown(path: tuple[str, ...]) -> str:
 
 
 class ParameterTree:
-    """Parameters by name.
+    """Parameters of one robot by name.
 
     Parameters
     ----------
     own : dict of dict
-        Each node's parameters by its name, as they are in use; these can be read alone.
+        Parameters in use by each node, by its name; they are read-only.
     """
 
     def __init__(self, own: Mapping[str, Mapping[str, Any]]) -> None:
@@ -113,14 +118,14 @@ class ParameterTree:
         return sorted(map(_shown, (*self._own, *self._free)))
 
     def get(self, name: str) -> Any:
-        """Return the value of a parameter, or an object of all within a namespace.
+        """Return the value of a parameter, or an object of all parameters in a namespace.
 
         Raises
         ------
         NotFound
-            There is none of that name.
+            There is no parameter or namespace of that name.
         InvalidParameter
-            It is no name.
+            The name is invalid.
         """
         path = path_of(name)
         found: dict[str, Any] = {}
@@ -135,25 +140,25 @@ class ParameterTree:
         return found
 
     def has(self, name: str) -> bool:
-        """Tell whether there is a parameter or a namespace of that name.
+        """Return whether there is a parameter or namespace of that name.
 
         Raises
         ------
         InvalidParameter
-            It is no name.
+            The name is invalid.
         """
         path = path_of(name)
         return any(key[: len(path)] == path for key in (*self._own, *self._free))
 
     def set(self, name: str, value: Any) -> None:
-        """Set a free parameter, or several by an object; what was within that name before is gone.
+        """Set a free parameter, or several by an object, which replaces the whole namespace.
 
         Raises
         ------
         InvalidParameter
-            It is a node's, who reads it only when it is made, or the node has none of that name.
+            The parameter is a node's and therefore read-only, or the node has no such parameter.
         QuotaExceeded
-            Too many, or too much.
+            There would be too many free parameters, or too many bytes of them.
         """
         path = path_of(name)
         leaves = dict(_leaves(path, value))
@@ -163,13 +168,13 @@ class ParameterTree:
         free |= {leaf: new for leaf, new in leaves.items() if leaf not in self._own}
         if len(free) > MAX_FREE or len(_encode(free)) > MAX_FREE_BYTES:
             raise QuotaExceeded(
-                f"a robot has at most {MAX_FREE} parameters of its own, of {MAX_FREE_BYTES} bytes in all"
+                f"a robot may have at most {MAX_FREE} free parameters, of {MAX_FREE_BYTES} bytes in all"
             )
         self._free = free
 
     def _check_free(self, path: tuple[str, ...], value: Any) -> None:
         if not path:
-            raise InvalidParameter("the root of all parameters is no parameter: write /name or /node/name")
+            raise InvalidParameter("'/' is not a parameter: write /name or /node/name")
         if path in self._own and self._own[path] == value:
             return
         if path[0] in self._nodes:
@@ -179,14 +184,14 @@ class ParameterTree:
             raise InvalidParameter(f"{path[0]!r} has no parameter {_shown(path)}; known: {', '.join(sorted(known))}")
 
     def delete(self, name: str) -> None:
-        """Delete a free parameter, or all within a namespace.
+        """Delete a free parameter, or all in a namespace.
 
         Raises
         ------
         NotFound
-            There is none.
+            There is no such parameter.
         InvalidParameter
-            A node needs it.
+            The parameter is a node's and therefore read-only.
         """
         path = path_of(name)
         if any(key[: len(path)] == path for key in self._own):
@@ -197,7 +202,7 @@ class ParameterTree:
         self._free = kept
 
     def search(self, name: str) -> str:
-        """Return the global name of a parameter that is looked for from the root, empty if there is none."""
+        """Return the global name of a parameter, searched from the root; empty if there is none."""
         path = path_of(name)
         return _shown(path) if path and self.has(name) else ""
 
@@ -206,7 +211,7 @@ class ParameterTree:
         return _encode(self._free)
 
     def restore(self, free: bytes) -> None:
-        """Take what ``free`` returned."""
+        """Set the free parameters from the result of ``free``."""
         self._free = {tuple(name.split("/")[1:]): value for name, value in msgspec.json.decode(free).items()}
 
 
@@ -215,7 +220,7 @@ def _encode(parameters: dict[tuple[str, ...], Any]) -> bytes:
 
 
 def _overlap(one: tuple[str, ...], other: tuple[str, ...]) -> bool:
-    """Tell whether one is the other, or within it."""
+    """Return whether two names are equal, or one is a namespace of the other."""
     return all(a == b for a, b in zip(one, other, strict=False))
 
 
@@ -228,6 +233,6 @@ def _put(tree: dict[str, Any], path: tuple[str, ...], value: Any) -> None:
 
 def _fixed(path: tuple[str, ...]) -> str:
     return (
-        f"{_shown(path)} is read when the robot's clone is made: set it in the robot's file (ppaas robot put), under "
-        f'"parameters", and connect anew'
+        f"{_shown(path)} is read only when the robot's clone is created: set it in the robot's file (ppaas robot put), "
+        f'under "parameters", and reconnect'
     )

@@ -1,1 +1,1 @@
-"""Node ``planner_server``: plans paths, and costs of paths, when asked."""
+"""Node ``planner_server``: plans paths and computes cost matrices on request."""

@@ -1,4 +1,4 @@
-"""Costs on request, for programs: ``ppaas_msgs/ComputeCosts``."""
+"""Service ``ppaas_msgs/ComputeCosts``: costs of paths from each start to each goal."""
 
 import math
 from collections.abc import Callable
@@ -20,23 +20,26 @@ from ppaas.planners.watch import Watch
 from ppaas.thread_budget import Threads
 
 MAX_ENDS = 1_000
-"""Starts, and goals, of one request."""
+"""Largest number of starts, and of goals, in a request."""
+
 MAX_COSTS = 50_000
-"""Costs in one answer: less than 1 MiB of text."""
+"""Largest number of costs in a response, less than 1 MiB of text."""
+
 DECIMALS = 3
+"""Decimals of a cost."""
 
 
 class CostService:
-    """Tells what it costs to get from each start to each goal, one request after the other.
+    """Computes the costs of paths from each start to each goal, one request after the other.
 
     Parameters
     ----------
     context : Context
-        Of the node that offers the service.
+        Context of the node that offers the service.
     costmap : Costmap
-        Of the map.
+        Costmap of the map.
     threads : callable
-        Returns the most threads that kernels may use now.
+        Returns the largest number of threads that kernels may use now.
     """
 
     def __init__(self, context: Context, costmap: Costmap, threads: Threads) -> None:
@@ -45,25 +48,25 @@ class CostService:
         self._queue = PlannerQueue(context)
 
     def compute(self, request: ComputeCostsRequest, reply: Reply) -> Job:
-        """Answer with the costs, or with the error.
+        """Compute costs, and reply with them or with the error.
 
         Returns
         -------
         Job
-            To cancel it by.
+            Handle to cancel the request.
 
         Raises
         ------
         InvalidInput
-            A pose that is none, too many of them, or a timeout out of range.
+            A pose is invalid, there are too many, or the timeout is out of range.
         Unavailable
-            Too many requests wait.
+            Too many requests are waiting.
         """
         if not 0.0 < request.timeout <= MAX_TIMEOUT:
             raise InvalidInput(f"timeout must be above 0 and at most {MAX_TIMEOUT:g} s, not {request.timeout}")
         starts, goals = _places(request.starts, "start"), _places(request.goals, "goal")
         if len(starts) * len(goals) > MAX_COSTS:
-            raise InvalidInput(f"at most {MAX_COSTS} costs are told at a time, not {len(starts)}×{len(goals)}")
+            raise InvalidInput(f"a request may ask for at most {MAX_COSTS} costs, not {len(starts)}×{len(goals)}")
 
         def work(cancelled: Callable[[], bool]) -> ComputeCostsResponse:
             from ppaas.planners.batch.cost_matrix import cost_matrix  # noqa: PLC0415 - its kernels are not for every container
@@ -78,7 +81,7 @@ class CostService:
 
 def _places(poses: list[Pose], what: str) -> NDArray[np.float64]:
     if len(poses) > MAX_ENDS:
-        raise InvalidInput(f"at most {MAX_ENDS} {what}s are taken at a time, not {len(poses)}")
+        raise InvalidInput(f"a request may have at most {MAX_ENDS} {what}s, not {len(poses)}")
     places = [finite_pose(pose, f"{what} {number}")[:2] for number, pose in enumerate(poses)]
     return np.array(places, dtype=np.float64).reshape(-1, 2)
 

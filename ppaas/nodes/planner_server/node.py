@@ -1,4 +1,4 @@
-"""The planner server: paths on a map, without a robot."""
+"""Node ``planner_server``: plans paths on a map, without a robot."""
 
 from typing import ClassVar
 
@@ -21,20 +21,20 @@ from ppaas.thread_budget import Threads
 class PlannerServerNode(Node):
     """Answers ``make_plan`` (``nav_msgs/GetPlan``), ``compute_path`` and ``compute_costs`` (``ppaas_msgs``).
 
-    Poses are in the frame of the map. Where there is no path, the answer is the planning error.
+    Poses are in the map frame. If there is no path, the reply is the planning error.
 
     Parameters
     ----------
     context : Context
-        Of its home.
+        The node's context.
     costmap : Costmap
-        Of the map.
+        Costmap of the map.
     base_global_planner : str
-        The planner of requests that name none.
+        Planner of requests that name none.
     threads : callable
-        Returns the most threads that kernels may use now.
+        Returns the largest number of threads that kernels may use now.
     processor : PlanProcessor
-        By which plans that are kept are found.
+        Finds stored plans.
     """
 
     name: ClassVar[str] = "planner_server"
@@ -58,16 +58,16 @@ class PlannerServerNode(Node):
         self._costs = CostService(context, costmap, threads)
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
-        """Plan.
+        """Start planning a path or computing costs.
 
         Raises
         ------
         InvalidInput
-            A pose is not finite or in another frame than the map's; a tolerance or timeout out of range.
+            A pose is not finite or not in the map frame, or a tolerance or timeout is out of range.
         InvalidPlanner
             No planner of that name is installed.
         Unavailable
-            Too many requests wait.
+            Too many requests are waiting.
         """
         if isinstance(request, ComputePathRequest):
             self._paths.compute(request, reply)
@@ -77,11 +77,11 @@ class PlannerServerNode(Node):
             start, goal = _in_map(request.start, "the start"), _in_map(request.goal, "the goal")
             self._paths.plan(start, goal, reply, get_plan_response, tolerance=request.tolerance)
         else:
-            raise InvalidInput(f"service {service!r} takes no {type(request).__name__}")
+            raise InvalidInput(f"service {service!r} does not accept {type(request).__name__}")
 
 
 def _in_map(stamped: PoseStamped, what: str) -> Pose2D:
     frame = stamped.header.frame_id.lstrip("/")
     if frame not in ("", MAP):
-        raise InvalidInput(f"{what} must be given in frame {MAP!r}, not in {frame!r}: there is no robot here")
+        raise InvalidInput(f"{what} must be in frame {MAP!r}, not {frame!r}: without a robot there are no other frames")
     return finite_pose(stamped.pose, what)

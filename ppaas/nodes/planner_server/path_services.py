@@ -1,4 +1,4 @@
-"""Paths on request, for robots and programs: ``nav_msgs/GetPlan`` and ``ppaas_msgs/ComputePath``."""
+"""Path services for robots and programs: ``nav_msgs/GetPlan`` and ``ppaas_msgs/ComputePath``."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -24,7 +24,7 @@ from ppaas.thread_budget import Threads
 Cancelled = Callable[[], bool]
 
 MAX_TIMEOUT = 60.0
-"""Longest time for one plan [s]."""
+"""Largest time limit of a plan [s]."""
 
 Response = GetPlanResponse | ComputePathResponse
 ToResponse = Callable[[PlanResult], Response]
@@ -53,22 +53,22 @@ def compute_path_response(result: PlanResult) -> ComputePathResponse:
 
 
 class PathServices:
-    """Plans with any planner that is installed, one request after the other.
+    """Plans with any installed planner, one request after the other.
 
     Parameters
     ----------
     context : Context
-        Of the node that offers the service.
+        Context of the node that offers the services.
     costmap : Costmap
-        Of the bare map.
+        Costmap of the map alone.
     default : str
-        The planner of requests that name none.
+        Planner of requests that name none.
     threads : callable
-        Returns the most threads that kernels may use now.
+        Returns the largest number of threads that kernels may use now.
     processor : PlanProcessor
-        By which plans that are kept are found.
+        Finds stored plans.
     tuned : dict of str to Planner, optional
-        Those with parameters of their own, by their own names; nobody else may use them.
+        Planners with parameters of their own, by name; they must not be used by others.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class PathServices:
         self._planners = dict(tuned or {})
 
     def compute(self, request: ComputePathRequest, reply: Reply, costmap: Costmap | None = None) -> Job:
-        """Answer ``ppaas_msgs/ComputePath``; raises as ``plan`` does, and ``InvalidInput`` for a pose that is none."""
+        """Handle a ``ppaas_msgs/ComputePath``; raises as ``plan`` does, and ``InvalidInput`` for an invalid pose."""
         return self.plan(
             finite_pose(request.start, "the start"),
             finite_pose(request.goal, "the goal"),
@@ -108,42 +108,42 @@ class PathServices:
         *, planner: str = "", tolerance: float = 0.0, timeout: float = 5.0, costmap: Costmap | None = None,
         reuse: bool = True,
     ) -> Job:  # fmt: skip
-        """Plan, and reply with what ``respond`` makes of the path, or with the error.
+        """Plan, and reply with ``respond(result)`` or with the error.
 
-        ``costmap`` takes the place of that of the bare map; ``reuse`` says whether a plan that is kept will do.
+        ``costmap`` replaces the costmap of the map alone; ``reuse`` allows a stored plan.
 
         Returns
         -------
         Job
-            To cancel it by.
+            Handle to cancel the request.
 
         Raises
         ------
         InvalidPlanner
             No planner of that name is installed.
         InvalidInput
-            A tolerance or timeout out of range.
+            A tolerance or timeout is out of range.
         Unavailable
-            Too many requests wait.
+            Too many requests are waiting.
         """
         if not (math.isfinite(tolerance) and tolerance >= 0.0):
-            raise InvalidInput(f"tolerance must be a finite number of metres from 0 up, not {tolerance}")
+            raise InvalidInput(f"tolerance must be finite and at least 0 m, not {tolerance}")
         if not 0.0 < timeout <= MAX_TIMEOUT:
             raise InvalidInput(f"timeout must be above 0 and at most {MAX_TIMEOUT:g} s, not {timeout}")
-        chosen, where = self._planner(planner or self._default), costmap or self._costmap
+        chosen, used = self._planner(planner or self._default), costmap or self._costmap
         planned: tuple[PlanRequest, PlanResult] | None = None
 
         def work(cancelled: Cancelled) -> Response:
             nonlocal planned
             request = PlanRequest(start, goal, tolerance, timeout, cancelled, self._threads())
-            result = self._processor.plan(chosen, where, request, reuse=reuse)
+            result = self._processor.plan(chosen, used, request, reuse=reuse)
             planned = request, result
             return respond(result)
 
         def done(result: Outcome) -> None:
             reply(result)
             if planned is not None:
-                self._comparison.see(chosen, where, *planned)
+                self._comparison.see(chosen, used, *planned)
 
         return self._queue.submit(work, done)
 

@@ -1,4 +1,4 @@
-"""Compares some of the plans that are computed with the cheapest ones, for the evaluation of planners."""
+"""Plan comparison: samples computed plans and compares their lengths with the cheapest, to evaluate planners."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -13,20 +13,21 @@ from ppaas.planners.traits import Optimal
 from ppaas.plans.reuse.processor import PlanProcessor
 
 ONE_OF = 16
-"""Plans of one planner of which one is compared: the first, and then each of so many."""
+"""Sampling interval: of each planner's plans, the first of every `ONE_OF` is compared."""
 
 TIMEOUT = 5.0
+"""Time limit of the second plan [s]."""
 
 
 class PlanComparison:
-    """Has a planner of cheapest paths plan again what another has planned, when nobody waits for it any more.
+    """Plans sampled requests again with an optimal planner, after the reply was sent.
 
     Parameters
     ----------
     context : Context
-        Of the node that plans.
+        Context of the node that plans.
     processor : PlanProcessor
-        Told how the two compare.
+        Receives the results.
     """
 
     def __init__(self, context: Context, processor: PlanProcessor) -> None:
@@ -37,9 +38,9 @@ class PlanComparison:
         self._running = False
 
     def see(self, planner: Planner, costmap: Costmap, request: PlanRequest, result: PlanResult) -> None:
-        """Compare a plan, if it is one of those that are to be."""
+        """Compare a plan if it is sampled."""
         if result.origin != "computed" or planner.traits.optimal is Optimal.ALWAYS:
-            return  # those are the cheapest
+            return  # not a new plan, or already the cheapest
         self._seen[planner.name] += 1
         if self._running or self._seen[planner.name] % ONE_OF != 1:
             return
@@ -51,7 +52,7 @@ class PlanComparison:
 
         def done(cheapest: PlanResult | PPaaSError) -> None:
             self._running = False
-            if isinstance(cheapest, PlanResult):  # else it met an obstacle that the other need not heed, or took long
+            if isinstance(cheapest, PlanResult):  # an error means a timeout, or a stricter check of the footprint
                 self._processor.compared(planner, request, result.length, cheapest.length)
 
         self._context.start(work, done)

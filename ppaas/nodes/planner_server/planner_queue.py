@@ -1,4 +1,4 @@
-"""Plans made off the node's thread, one after the other: a planner may be asked by one thread at a time."""
+"""Queue of planning jobs, which run one after the other because a planner may be used by one thread at once."""
 
 from collections import deque
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from ppaas.nodes.base import Context, Job
 T = TypeVar("T")
 
 MAX_WAITING = 64
-"""Plans that may wait; whoever asks for more is told to come again."""
+"""Largest number of waiting plans; further requests are rejected."""
 
 Work = Callable[[Callable[[], bool]], object]
 Done = Callable[[object], None]
@@ -19,13 +19,13 @@ Done = Callable[[object], None]
 
 @dataclass(slots=True)
 class _Ticket:
-    """What who asked keeps: of the work itself, which holds a costmap, nothing stays once it is done."""
+    """Handle of a request. It does not reference the work, which holds a costmap, so that this can be freed."""
 
     job: Job | None = None
     cancelled: bool = False
 
     def cancel(self) -> None:
-        """Ask it to stop; ``done`` is still called, with ``PlanCancelled``."""
+        """Request cancellation; ``done`` is still called, with ``PlanCancelled``."""
         self.cancelled = True
         if self.job is not None:
             self.job.cancel()
@@ -37,7 +37,7 @@ class PlannerQueue:
     Parameters
     ----------
     context : Context
-        Of the node that plans.
+        Context of the node that plans.
     """
 
     def __init__(self, context: Context) -> None:
@@ -46,15 +46,15 @@ class PlannerQueue:
         self._running = False
 
     def submit(self, work: Callable[[Callable[[], bool]], T], done: Callable[[T | PPaaSError], None]) -> Job:
-        """Run ``work(cancelled)`` when its turn comes; ``done`` gets its result or error on the node's thread.
+        """Run ``work(cancelled)`` after the jobs before it; ``done`` gets its result or error in the node's thread.
 
         Raises
         ------
         Unavailable
-            Too many wait already.
+            Too many jobs are waiting.
         """
         if len(self._waiting) >= MAX_WAITING:
-            raise Unavailable(f"{MAX_WAITING} plans are waiting already; try again later")
+            raise Unavailable(f"{MAX_WAITING} plan requests are already waiting; try again later")
         ticket = _Ticket()
         self._waiting.append((ticket, work, done))  # type: ignore[arg-type]
         self._next()
@@ -64,7 +64,7 @@ class PlannerQueue:
         while not self._running and self._waiting:
             ticket, work, done = self._waiting.popleft()
             if ticket.cancelled:
-                done(PlanCancelled("cancelled before its turn came"))
+                done(PlanCancelled("cancelled before planning began"))
                 continue
             self._running = True
             self._start(ticket, work, done)

@@ -1,6 +1,7 @@
-"""The TF republisher: transforms for web pages, by the service and the action of ``tf2_web_republisher``.
+"""Node ``tf2_web_republisher``: transforms for web pages, by service and by action.
 
-``roslibpy`` and ``roslib`` 1 ask the service for a topic of their own; ``roslib`` 2 sends a goal, and gets feedback.
+``roslibpy`` and ``roslib`` 1 call the service to get a topic of their own; ``roslib`` 2 sends a goal and receives
+feedback.
 """
 
 from typing import ClassVar
@@ -33,14 +34,14 @@ from ppaas.transforms.spatial import LatestFrames
 SERVICE = Service("republish_tfs", RepublishTFs)
 
 MAX_STREAMS = 32
-"""Topics and goals of one robot."""
+"""Largest number of topics and goals of one robot."""
 
 MIN_PATIENCE, MAX_PATIENCE = 1.0, 60.0
-"""How long a topic stays without anybody hearing it, whatever its ``timeout`` [s]; a goal stays the longest."""
+"""Limits of the time for which a topic stays without subscribers (its ``timeout``) [s]; goals stay the longest."""
 
 
 class _State(msgspec.Struct):
-    """What a checkpoint keeps."""
+    """Checkpoint of the node."""
 
     count: int
     topics: dict[str, RepublishTFsRequest]
@@ -48,7 +49,7 @@ class _State(msgspec.Struct):
 
 
 class _Goal:
-    """A goal under way."""
+    """An active goal."""
 
     def __init__(self, message: TFSubscriptionActionGoal, stream: TfStream) -> None:
         self.message = message
@@ -58,12 +59,12 @@ class _Goal:
 
 
 class TfRepublisherNode(Node):
-    """Tells who asks where frames lie, seldom and only what moved. Costs next to nothing while nobody does.
+    """Publishes transforms at the requested rate, and only those that have changed. It is idle without requests.
 
     Parameters
     ----------
     context : Context
-        Of its home.
+        The node's context.
     """
 
     name: ClassVar[str] = "tf2_web_republisher"
@@ -84,16 +85,16 @@ class TfRepublisherNode(Node):
         self._state: bytes | None = None
 
     def start(self) -> None:
-        """Say that it is there."""
+        """Publish the status, which shows clients that the server is up."""
         self._publish_status()
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Take transforms, a goal or a cancel.
+        """Handle transforms, a goal or a cancel.
 
         Raises
         ------
         InvalidInput
-            A goal that cannot be.
+            The goal is invalid.
         """
         match message:
             case TFMessage():
@@ -104,17 +105,17 @@ class TfRepublisherNode(Node):
                 self._cancel(CancelReceived(self.context.now(), message.id, message.stamp.seconds()))
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
-        """Make a topic for who asks.
+        """Create a topic for the caller, and reply with its name.
 
         Raises
         ------
         InvalidInput
-            What is asked for cannot be.
+            The request is invalid.
         QuotaExceeded
-            Too many topics are heard already.
+            There are too many topics.
         """
         if not isinstance(request, RepublishTFsRequest):
-            raise InvalidInput(f"service {service!r} takes no {type(request).__name__}")
+            raise InvalidInput(f"service {service!r} does not accept {type(request).__name__}")
         check_wanted(request)
         self._make_room()
         topic = f"{self.name}/tf_repub_{self._count}"
@@ -123,12 +124,12 @@ class TfRepublisherNode(Node):
         reply(RepublishTFsResponse(f"/{topic}"))
 
     def _make_room(self) -> None:
-        """End the oldest goal where there are too many streams: nobody says so when it is no longer wanted."""
+        """End the oldest goal if there are too many streams, since clients do not cancel goals they no longer need."""
         if len(self._topics) + len(self._goals) < MAX_STREAMS:
             return
         if not self._goals:
-            raise QuotaExceeded(f"a robot has at most {MAX_STREAMS} topics of transforms: unsubscribe from some first")
-        self._end(next(iter(self._goals)), Status.ABORTED, "there are too many others")
+            raise QuotaExceeded(f"a robot has at most {MAX_STREAMS} transform topics: unsubscribe from some first")
+        self._end(next(iter(self._goals)), Status.ABORTED, "there are too many other goals and topics")
 
     # -- topics --------------------------------------------------------------------------------------------------------
 
@@ -153,7 +154,7 @@ class TfRepublisherNode(Node):
     def _take_goal(self, message: TFSubscriptionActionGoal) -> None:
         check_wanted(message.goal)
         if message.goal_id.id in self._goals:
-            return  # it was sent again
+            return  # sent again
         if not message.goal_id.id:
             message = msgspec.structs.replace(
                 message, goal_id=GoalID(message.goal_id.stamp, f"{self.name}-{self._count}")
@@ -168,7 +169,7 @@ class TfRepublisherNode(Node):
         stream = TfStream(
             self.context, self._frames, message.goal, topic=topics.TF_REPUBLISHER_FEEDBACK.name, patience=MAX_PATIENCE,
             tell=lambda moved: self._feedback(status, moved),
-            unheard=lambda: self._end(message.goal_id.id, Status.ABORTED, "nobody hears the feedback"),
+            unheard=lambda: self._end(message.goal_id.id, Status.ABORTED, "no client subscribes to the feedback"),
         )  # fmt: skip
         self._goals[message.goal_id.id] = _Goal(message, stream)
         self._note()
@@ -196,7 +197,7 @@ class TfRepublisherNode(Node):
     def _header(self) -> Header:
         return Header(stamp=Time.of(self.context.now()))
 
-    # -- going on elsewhere --------------------------------------------------------------------------------------------
+    # -- checkpoints ---------------------------------------------------------------------------------------------------
 
     def _note(self) -> None:
         topics = {topic: request for topic, (request, _) in self._topics.items()}
@@ -204,11 +205,11 @@ class TfRepublisherNode(Node):
         self._state = msgspec.json.encode(_State(self._count, topics, goals)) if topics or goals else None
 
     def checkpoint(self) -> bytes | None:
-        """Return who is told of what, if anybody is."""
+        """Return the topics and goals as JSON, or None if there are none."""
         return self._state
 
     def restore(self, state: bytes) -> None:
-        """Go on telling them, on the same topics."""
+        """Continue the topics and goals of a checkpoint under the same names."""
         known = msgspec.json.decode(state, type=_State)
         self._count = known.count
         for topic, request in known.topics.items():

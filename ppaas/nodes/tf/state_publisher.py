@@ -1,4 +1,4 @@
-"""The state publisher: tells ``tf`` where the robot's frames are, from its odometry and its model."""
+"""Node ``robot_state_publisher``: publishes the robot's frames on ``tf``, from its odometry and its model."""
 
 from typing import ClassVar
 
@@ -21,24 +21,24 @@ class StatePublisherParameters(Parameters, frozen=True):
     Parameters
     ----------
     laser_frame : str
-        What the robot's scans call their frame; empty for what its model says.
+        Frame of the robot's scans; empty for that of its model.
     """
 
     laser_frame: str = ""
 
 
 class StatePublisherNode(Node):
-    """Publishes odom → base_link for each odometry message, and the laser's place on the base once.
+    """Publishes odom → base_link for each odometry message, and the pose of the laser on the base once.
 
-    It takes the part of ROS's robot_state_publisher and of the base driver's transform broadcaster: a small robot
-    sends only its odometry. A stamp of zero means now.
+    It replaces ROS's robot_state_publisher and the transform broadcaster of the base driver, so that a small robot only
+    has to send its odometry. A stamp of zero means now.
 
     Parameters
     ----------
     context : Context
-        Of its home.
+        The node's context.
     model : RobotModel
-        The robot's body.
+        Model of the robot.
     parameters : StatePublisherParameters
     """
 
@@ -52,23 +52,23 @@ class StatePublisherNode(Node):
         self._laser_frame = parameters.laser_frame or model.laser_frame
 
     def start(self) -> None:
-        """Publish what does not move."""
+        """Publish the static transform of the laser."""
         laser = transform_message(BASE_LINK, self._laser_frame, self._laser, Time.of(self.context.now()))
         self.context.publish(TF_STATIC.name, TFMessage([laser]))
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Take odometry.
+        """Handle odometry.
 
         Raises
         ------
         InvalidInput
-            Not finite, or a frame is missing.
+            A number is not finite, or a frame is missing.
         """
         odometry = expect(message, Odometry)
         pose = finite_pose(odometry.pose.pose, "odometry")
         parent, child = odometry.header.frame_id.lstrip("/"), odometry.child_frame_id.lstrip("/")
         if not parent or not child:
-            raise InvalidInput("odometry needs header.frame_id and child_frame_id, such as 'odom' and 'base_link'")
+            raise InvalidInput("odometry needs header.frame_id and child_frame_id, for example 'odom' and 'base_link'")
         stamp = odometry.header.stamp
         if stamp == Time():
             stamp = Time.of(self.context.now())

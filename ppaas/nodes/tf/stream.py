@@ -1,7 +1,7 @@
-"""One stream of transforms: where some frames lie in another, told when they have moved.
+"""Stream of transforms of some frames in another, which are published when they change.
 
-The rules are those of ``tf2_web_republisher`` (``tf_pair.h``): a frame is told of at first, and from then on when it
-has moved or turned by more than its threshold since it was last told of; with a threshold of zero, each time.
+The rules are those of ``tf2_web_republisher`` (``tf_pair.h``): a frame is published at first, and then whenever it has
+moved or turned by more than the threshold since it was last published; with a threshold of zero, every time.
 """
 
 import math
@@ -15,55 +15,59 @@ from ppaas.nodes.base import Context
 from ppaas.transforms.spatial import LatestFrames, Rigid
 
 MAX_SOURCES = 100
+"""Largest number of frames in a stream."""
+
 MAX_FRAME_NAME = 255
+"""Longest name of a frame [characters]."""
+
 MIN_RATE, MAX_RATE = 0.1, 50.0
-"""How often a stream may be looked at [Hz]; who asks for more gets the most."""
+"""Limits of the rate of a stream [Hz]; higher rates are reduced to the highest."""
 
 
 def check_wanted(goal: TFSubscriptionGoal) -> None:
-    """Refuse what no stream can be made of.
+    """Check that a request is valid.
 
     Raises
     ------
     InvalidInput
-        Too many frames, one without a name or with a long one, a threshold or rate out of range.
+        There are too many frames, the name of one is empty or too long, or a threshold or rate is out of range.
     """
     if len(goal.source_frames) > MAX_SOURCES:
-        raise InvalidInput(f"at most {MAX_SOURCES} source_frames, not {len(goal.source_frames)}")
+        raise InvalidInput(f"source_frames may have at most {MAX_SOURCES} frames, not {len(goal.source_frames)}")
     for frame in (*goal.source_frames, goal.target_frame):
         if not 0 < len(frame.lstrip("/")) <= MAX_FRAME_NAME:
-            raise InvalidInput(f"a frame has a name of up to {MAX_FRAME_NAME} characters, not {frame[:32]!r}")
+            raise InvalidInput(f"the name of a frame must have 1 to {MAX_FRAME_NAME} characters, not {frame[:32]!r}")
     for name, value in (("angular_thres", goal.angular_thres), ("trans_thres", goal.trans_thres)):
         if not (math.isfinite(value) and value >= 0.0):
-            raise InvalidInput(f"{name} must be a finite number from 0 up, not {value}")
+            raise InvalidInput(f"{name} must be finite and at least 0, not {value}")
     if not (math.isfinite(goal.rate) and goal.rate >= MIN_RATE):
         raise InvalidInput(f"rate must be at least {MIN_RATE:g} Hz, not {goal.rate}")
 
 
 class TfStream:
-    """Tells of frames while somebody hears it, and does nothing but wait while nobody does.
+    """Publishes transforms while its topic has subscribers.
 
     Parameters
     ----------
     context : Context
-        Of the node.
+        The node's context.
     frames : LatestFrames
-        Where all frames lie.
+        Latest transforms of all frames.
     wanted : TFSubscriptionGoal
-        Which of them, and when.
+        Frames, thresholds and rate.
     topic : str
-        On which it is told.
+        Topic of the stream.
     patience : float
-        How long nobody may hear the topic [s].
+        Time for which the topic may have no subscribers [s].
     tell : callable
         Publishes transforms.
     unheard : callable
-        Called when patience has run out.
+        Called when that time has passed.
 
     Raises
     ------
     InvalidInput
-        As ``check_wanted``.
+        See ``check_wanted``.
     """
 
     def __init__(
@@ -86,12 +90,12 @@ class TfStream:
         self._timer = context.every(self._period, self._look)
 
     def stop(self) -> None:
-        """Tell no more."""
+        """Stop the stream."""
         self._timer.stop()
 
     def _look(self) -> None:
-        if not self._context.is_heard(self._topic):
-            self._told.clear()  # who hears it next is told of all
+        if not self._context.has_subscribers(self._topic):
+            self._told.clear()  # the next subscriber receives all frames
             self._silence += self._period
             if self._silence >= self._patience:
                 self._unheard()
@@ -105,7 +109,7 @@ class TfStream:
         try:
             pose = self._frames.lookup(self._target, source)
         except TransformError:
-            return None  # it may come yet
+            return None  # it may appear later
         told = self._told.get(source)
         always = self._turn == 0.0 or self._move == 0.0
         if told is not None and not always and self._near(told, pose):

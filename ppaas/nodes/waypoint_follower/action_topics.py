@@ -1,4 +1,4 @@
-"""The topics of the action ``follow_waypoints``, and the messages of lists on them."""
+"""Publishers of the action ``follow_waypoints``: status, feedback and results of lists."""
 
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
@@ -21,12 +21,12 @@ from ppaas.nodes.move_base.action_topics import status_array, status_of
 
 
 class WaypointTopics:
-    """Publishes how lists of waypoints stand.
+    """Publishes status, feedback and results of lists of waypoints.
 
     Parameters
     ----------
     context : Context
-        Of the node.
+        The node's context.
     """
 
     def __init__(self, context: Context) -> None:
@@ -36,17 +36,17 @@ class WaypointTopics:
         return Header(stamp=Time.of(self._context.now()))
 
     def status(self, lists: GoalList[Waypoints]) -> None:
-        """Tell how all lists stand."""
+        """Publish the status of all lists."""
         self._context.publish(topics.WAYPOINTS_STATUS.name, status_array(lists, self._context.now()))
 
     def feedback(self, state: GoalState[Waypoints]) -> None:
-        """Tell which waypoint the robot drives to."""
+        """Publish the waypoint that the robot drives to."""
         status = status_of(state.goal, Status.ACTIVE, state.text)
         feedback = FollowWaypointsActionFeedback(self._header(), status, FollowWaypointsFeedback(state.goal.index))
         self._context.publish(topics.WAYPOINTS_FEEDBACK.name, feedback)
 
     def result(self, ended: GoalState[Waypoints], error: FollowWaypointsError) -> None:
-        """Tell how a list ended."""
+        """Publish the result of a list."""
         waypoints = ended.goal
         missed = [
             WaypointStatus(
@@ -59,5 +59,5 @@ class WaypointTopics:
             for missed in sorted(waypoints.missed, key=lambda each: each.index)
         ]
         result = FollowWaypointsResult(missed, int(error), ended.text if error else "")
-        told = status_of(waypoints, ended.status, ended.text)
-        self._context.publish(topics.WAYPOINTS_RESULT.name, FollowWaypointsActionResult(self._header(), told, result))
+        status = status_of(waypoints, ended.status, ended.text)
+        self._context.publish(topics.WAYPOINTS_RESULT.name, FollowWaypointsActionResult(self._header(), status, result))

@@ -1,4 +1,4 @@
-"""The waypoint follower as a node: drives the robot along a list of goals, by the action of Move Base."""
+"""Node ``waypoint_follower``: drives the robot along a list of waypoints, with the action of Move Base."""
 
 from typing import Annotated, ClassVar
 
@@ -25,16 +25,16 @@ STATUS_PERIOD = 1.0
 
 
 class WaypointFollowerParameters(Parameters, frozen=True):
-    """Parameters of the waypoint follower, with the names of Nav2's.
+    """Parameters of the waypoint follower, named as in Nav2.
 
     Parameters
     ----------
     stop_on_failure : bool
-        Whether a waypoint that cannot be reached ends the list; else the next is tried.
+        Whether a waypoint that cannot be reached ends the list; otherwise the next one is tried.
     loop_rate : float
-        How often it tells which waypoint the robot drives to [Hz]. Nav2's looks for results as often; this one is told.
+        Rate of feedback [Hz]. Nav2 also polls for results at this rate; here results are received as messages.
     waypoint_pause_duration : int
-        How long the robot stands at each waypoint that it reached [ms].
+        Time for which the robot stands at each waypoint that it has reached [ms].
     """
 
     stop_on_failure: bool = True
@@ -43,24 +43,24 @@ class WaypointFollowerParameters(Parameters, frozen=True):
 
 
 class WaypointFollowerState(msgspec.Struct):
-    """What the follower needs to go on elsewhere."""
+    """Checkpoint of the waypoint follower."""
 
     waypoints: Waypoints | None
     counter: int
 
 
 class WaypointFollowerNode(Node):
-    """Offers the action ``follow_waypoints``: Nav2's, by the topics of an action of ROS 1.
+    """Serves Nav2's action ``follow_waypoints`` by the topics of a ROS 1 action.
 
-    One list is followed at a time; a new one takes the place of the old. Who gives Move Base another goal, or cancels
-    the one under way, means the robot: that ends the list too.
+    One list is followed at once; a new list replaces it. Another goal for Move Base, or a cancel of its goal by a
+    client, ends the list too.
 
     Parameters
     ----------
     context : Context
-        Of its home.
+        The node's context.
     parameters : WaypointFollowerParameters
-        With the names of Nav2.
+        Named as in Nav2.
     """
 
     name: ClassVar[str] = "waypoint_follower"
@@ -86,24 +86,24 @@ class WaypointFollowerNode(Node):
 
     @property
     def busy(self) -> bool:
-        """Tell whether there is a list."""
+        """Whether a list is active."""
         return self._lists.active is not None
 
     def start(self) -> None:
-        """Begin to tell how lists stand."""
+        """Start publishing the status of lists."""
         self.context.every(STATUS_PERIOD, lambda: self._topics.status(self._lists))
 
-    # -- what comes in -------------------------------------------------------------------------------------------------
+    # -- messages ------------------------------------------------------------------------------------------------------
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Take a message; a list that cannot be taken does not disturb the one under way.
+        """Handle a message; an invalid list does not affect the active one.
 
         Raises
         ------
         InvalidInput
-            A list without waypoints, or with too many; a waypoint that is not finite or without a frame.
+            A list is empty or too long, or a waypoint is not finite or has no frame.
         TransformError
-            The frame of a waypoint is not known.
+            The frame of a waypoint is unknown.
         """
         now = self.context.now()
         match message:
@@ -122,7 +122,7 @@ class WaypointFollowerNode(Node):
             case FollowWaypointsActionGoal():
                 self._on_list(message)
             case _:
-                raise InvalidInput(f"{self.name} takes no {type(message).__name__} on {topic!r}")
+                raise InvalidInput(f"{self.name} does not accept {type(message).__name__} on topic {topic!r}")
 
     def _on_list(self, message: FollowWaypointsActionGoal) -> None:
         now, goal = self.context.now(), message.goal
@@ -135,14 +135,14 @@ class WaypointFollowerNode(Node):
         self._counter += 1
         name = message.goal_id.id or f"{self.name}-{self._counter}-{stamp:.3f}"
         if self._lists.active is not None:
-            self._end(Status.PREEMPTED, f"Another list took its place: {name}")
+            self._end(Status.PREEMPTED, f"Replaced by another list: {name}")
         self._follow(Waypoints(name, stamp, poses, goal.number_of_loops, goal.goal_index))
 
     def _on_cancel(self, event: CancelReceived) -> None:
         active = self._lists.active
         if active is None or not self._lists.cancelled_by(event):
             return
-        # First, or Move Base's word that the goal is cancelled would seem to come of others.
+        # Ended before Move Base's goal is cancelled, whose result would otherwise look like a cancel by a client.
         self._end(Status.PREEMPTED, "The list was cancelled.")
         self.context.publish(topics.MOVE_BASE_CANCEL.name, GoalID(id=active.goal.goal.id))
 
@@ -158,7 +158,7 @@ class WaypointFollowerNode(Node):
             waypoints.miss(status.text)
             self._on_missed(waypoints, status.text)
         else:
-            self._taken_away(status.text)
+            self._preempt(status.text)
 
     def _on_missed(self, waypoints: Waypoints, reason: str) -> None:
         if self._parameters.stop_on_failure:
@@ -167,28 +167,28 @@ class WaypointFollowerNode(Node):
         else:
             self._go_on(waypoints)
 
-    # -- others who want the robot -------------------------------------------------------------------------------------
+    # -- goals of other clients ----------------------------------------------------------------------------------------
 
     def _on_other_goal(self, target: PoseStamped, goal_id: str) -> None:
-        """Heed a goal that somebody gives Move Base while it has none of ours; else its result will tell."""
+        """End the list for a client's goal during a pause; at other times, the result of our own goal shows it."""
         active = self._lists.active
         if active is None or not active.goal.pausing or goal_id == active.goal.goal.id:
             return
         pose_in(self._frames.tree, MAP, target, "a goal")
-        self._taken_away(f"Another goal took its place: {goal_id or 'a simple goal'}")
+        self._preempt(f"Replaced by another goal: {goal_id or 'a simple goal'}")
 
     def _on_other_cancel(self, event: CancelReceived) -> None:
         active = self._lists.active
         if active is not None and active.goal.pausing and cancels(event, active.goal.goal):
-            self._taken_away("The goal was cancelled.")
+            self._preempt("The goal was cancelled.")
 
-    def _taken_away(self, reason: str) -> None:
+    def _preempt(self, reason: str) -> None:
         active = self._lists.active
         assert active is not None
         text = f"The list ended at waypoint {active.goal.index}: {reason}"
         self._end(Status.PREEMPTED, text, FollowWaypointsError.UNKNOWN)
 
-    # -- going along the list ------------------------------------------------------------------------------------------
+    # -- following the list --------------------------------------------------------------------------------------------
 
     def _follow(self, waypoints: Waypoints) -> None:
         self._lists.accept(waypoints)
@@ -249,17 +249,17 @@ class WaypointFollowerNode(Node):
         self._topics.result(ended, error)
         self._topics.status(self._lists)
 
-    # -- going on elsewhere --------------------------------------------------------------------------------------------
+    # -- checkpoints ---------------------------------------------------------------------------------------------------
 
     def checkpoint(self) -> bytes:
-        """Return the list under way, and how far the robot is with it."""
+        """Return the active list with its progress, as JSON."""
         active = self._lists.active
         return msgspec.json.encode(WaypointFollowerState(active.goal if active else None, self._counter))
 
     def restore(self, state: bytes) -> None:
-        """Go on with the waypoint that the robot drove to; a pause begins anew.
+        """Continue to the waypoint of a checkpoint; a pause starts again.
 
-        Move Base may have been restored to the same goal: it has the same id, and is not begun twice.
+        Move Base may have been restored to the same goal; it ignores a goal with a known id.
         """
         restored = msgspec.json.decode(state, type=WaypointFollowerState)
         self._counter = restored.counter

@@ -36,7 +36,7 @@ logger = logging.getLogger(__name__)
 T = TypeVar("T")
 
 
-class LocalHome:
+class LocalExecutor:
     """Runs nodes of a clone on an event loop, and their jobs in a thread.
 
     Parameters
@@ -45,7 +45,7 @@ class LocalHome:
         Takes each frame for the one that started this.
     """
 
-    def __init__(self, write: Callable[[protocol.FromHome], None]) -> None:
+    def __init__(self, write: Callable[[protocol.FromExecutor], None]) -> None:
         self._write = write
         self._loop = asyncio.get_running_loop()
         self._executor = ThreadPoolExecutor(1, "job")
@@ -53,11 +53,11 @@ class LocalHome:
         self._config: protocol.CloneConfig | None = None
         self._layers: MapLayers | None = None
         self.graph = Graph(self._work)
-        self.graph.overhear(self._said)
+        self.graph.tap_published(self._said)
 
     # -- what it is told -----------------------------------------------------------------------------------------------
 
-    def take(self, frame: protocol.ToHome) -> None:
+    def take(self, frame: protocol.ToExecutor) -> None:
         """Do what a frame says; what cannot be done is told."""
         try:
             self._take(frame)
@@ -65,10 +65,10 @@ class LocalHome:
             if isinstance(frame, protocol.Tell):
                 logger.warning("%s was not taken: %s", frame.topic, error)
             else:
-                self._write(protocol.Failed(getattr(error, "slug", PPaaSError.slug), str(error)))
+                self._write(protocol.NodeFailed(getattr(error, "slug", PPaaSError.slug), str(error)))
         self._attend()
 
-    def _take(self, frame: protocol.ToHome) -> None:
+    def _take(self, frame: protocol.ToExecutor) -> None:
         match frame:
             case protocol.Begin():
                 self._begin(frame)
@@ -80,17 +80,17 @@ class LocalHome:
                 self._tell(frame)
             case protocol.AskStates():
                 self._write(protocol.States(self._states()))
-            case protocol.Call():
+            case protocol.NodeCall():
                 self._call(frame)
 
     def _tell(self, frame: protocol.Tell) -> None:
         message = decode(self.graph.topic(frame.topic).type, frame.payload)
         if frame.node:
-            self.graph.tell(frame.node, frame.topic, message)
+            self.graph.deliver_to(frame.node, frame.topic, message)
         else:
             self.graph.inject(frame.topic, message)
 
-    def _call(self, frame: protocol.Call) -> None:
+    def _call(self, frame: protocol.NodeCall) -> None:
         def reply(result: Payload | PPaaSError) -> None:
             if isinstance(result, PPaaSError):
                 self._write(protocol.Replied(frame.call, slug=result.slug, text=str(result)))
@@ -115,7 +115,7 @@ class LocalHome:
             grid, robot_radius=body.robot_radius, keepout=masks.get(KEEPOUT_MASK), speed=masks.get(SPEED_MASK)
         )
         warm_up(self._build, Pose2D(*frame.config.initial_pose))
-        self._write(protocol.Ready())
+        self._write(protocol.ExecutorReady())
 
     def _build(self, graph: Graph, node: str | None = None) -> None:
         if self._config is None or self._layers is None:
@@ -190,9 +190,9 @@ async def serve(output: int) -> None:
     loop = asyncio.get_running_loop()
     await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin.buffer)
     transport, _ = await loop.connect_write_pipe(asyncio.BaseProtocol, os.fdopen(output, "wb", 0))
-    home = LocalHome(lambda frame: transport.write(protocol.line(frame)))
+    home = LocalExecutor(lambda frame: transport.write(protocol.line(frame)))
     while told := await reader.readline():
-        home.take(protocol.to_home.decode(told))
+        home.take(protocol.to_executor.decode(told))
 
 
 def main() -> None:

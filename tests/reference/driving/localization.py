@@ -60,7 +60,7 @@ def score_ranges(particles, beams, distance, info: GridInfo, shares, range_max):
     return np.array(sums)
 
 
-def account_for(pose, ray, distance, info: GridInfo, sigma, somebody):
+def explain_rays(pose, ray, distance, info: GridInfo, sigma, somebody):
     """How well the map accounts for one ray: by a hit, or by somebody who stands in the open."""
     to_x, to_y, from_x, from_y = ray
     begin, end = Pose2D(*pose) @ Pose2D(from_x, from_y), Pose2D(*pose) @ Pose2D(to_x, to_y)
@@ -116,7 +116,7 @@ def draw_low_variance(weights, count, start):
     return np.array(drawn)
 
 
-def enough(particles, weights, picks, least, error, z):
+def kld_sample_size(particles, weights, picks, least, error, z):
     """Draw one by one, and count the bins in a set."""
     bins, cumulative = set(), np.cumsum(weights)
     for drawn, pick in enumerate(picks):

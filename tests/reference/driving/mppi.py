@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.controllers.kernels.mppi import CLOSING, Base, Critics, Terrain
-from tests.reference.driving.outline import between
+from tests.reference.driving.outline import bilinear
 
 Floats = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ def cost_of_disc(
         x += way * math.cos(theta + 0.5 * turned)
         y += way * math.sin(theta + 0.5 * turned)
         theta, v, w = theta + turned, new_v, new_w
-        free, to_go = between(distance, x, y, edge) - radius, between(seconds, x, y, edge)
+        free, to_go = bilinear(distance, x, y, edge) - radius, bilinear(seconds, x, y, edge)
         if free < critics.least_clearance:
             return cost + critics.collision_cost * (2.0 - k / steps) + to_go
         speed = abs(v) / base.max_vel_x
@@ -54,7 +54,7 @@ def _where(movers: Floats, seconds: float) -> list[tuple[tuple[float, float], fl
 
 def _turn(x: float, y: float, theta: float, seconds: NDArray[np.float32], edge: float, base: Base) -> float:
     right, up = (
-        between(seconds, x - edge * dx, y - edge * dy, edge) - between(seconds, x + edge * dx, y + edge * dy, edge)
+        bilinear(seconds, x - edge * dx, y - edge * dy, edge) - bilinear(seconds, x + edge * dx, y + edge * dy, edge)
         for dx, dy in ((1, 0), (0, 1))
     )
     steepness = min(1.0, math.hypot(right, up) * base.max_vel_x / (2.0 * edge))

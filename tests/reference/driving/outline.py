@@ -9,7 +9,7 @@ from scipy.ndimage import map_coordinates
 Floats = NDArray[np.float64]
 
 
-def between(field: NDArray[np.float32], x: float, y: float, edge: float) -> float:
+def bilinear(field: NDArray[np.float32], x: float, y: float, edge: float) -> float:
     """Return a value between the middles of cells; beyond the edge, that of the edge."""
     at = np.array([[y / edge - 0.5], [x / edge - 0.5]])
     return float(map_coordinates(field.astype(np.float64), at, order=1, mode="nearest")[0])

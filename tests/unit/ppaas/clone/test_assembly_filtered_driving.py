@@ -97,14 +97,14 @@ def test_of_a_mask_and_an_operator_the_slower_is_obeyed():
 
 @pytest.mark.parametrize("name", ["keepout_filter", "speed_filter"])
 def test_a_mask_that_is_wanted_and_not_there_is_an_error_and_one_that_is_off_is_none(name):
-    with pytest.raises(Unavailable, match="'kept' is not here"):
+    with pytest.raises(Unavailable, match="'kept' was not loaded"):
         driven(parameters={name: {"filter_mask": "kept"}})
     off = driven(Pose2D(1.0, 1.4), parameters={name: {"filter_mask": "kept", "enabled": False}})
     assert off.last_status() is Status.SUCCEEDED
 
 
 def test_a_speed_mask_that_makes_no_limits_is_an_error_that_names_it():
-    with pytest.raises(InvalidParameter, match="cells of 100 in 'slow' make a limit of 0 %"):
+    with pytest.raises(InvalidParameter, match="cells with value 100 in mask 'slow' give a limit of 0 %"):
         driven(
             masks={"speed": mask(SLOW)},
             parameters={"speed_filter": {"filter_mask": "slow", "base": 100.0, "multiplier": -1.0}},

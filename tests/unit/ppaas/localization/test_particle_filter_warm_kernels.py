@@ -15,7 +15,7 @@ from ppaas.maps.grid import GridInfo, GridMap
         (likelihood_field, likelihood_field.score_serial),
         (motion, motion.move_diff_serial),
         (resample, resample.draw_low_variance),
-        (resample, resample.enough),
+        (resample, resample.kld_sample_size),
         (cluster, cluster.heaviest_bin),
         (cluster, cluster.moments_around),
     ],

@@ -235,11 +235,11 @@ def test_a_node_ends_only_the_topics_that_it_declared_and_takes_no_name_that_is_
 def test_a_topic_is_heard_while_a_node_or_somebody_outside_listens():
     graph = Graph()
     graph.add(Doubler)
-    assert (graph.is_heard("in"), graph.is_heard("out"), graph.is_heard("nothing")) == (True, False, False)
+    assert [graph.has_subscribers(topic) for topic in ("in", "out", "nothing")] == [True, False, False]
     untap = graph.tap("out", lambda *_: None)
-    assert graph.is_heard("out")
+    assert graph.has_subscribers("out")
     untap()
-    assert not graph.is_heard("out")
+    assert not graph.has_subscribers("out")
 
 
 def test_who_watches_is_told_of_topics_that_come_and_go_and_whose_they_are():

@@ -123,7 +123,7 @@ def test_who_waits_for_an_answer_of_a_node_that_leaves_is_told_so_once() -> None
     graph.remove("counter")
     [told] = answers
     assert isinstance(told, Unavailable)
-    assert "counter left for another home" in str(told)
+    assert "node 'counter' moved between cloud and robot" in str(told)
     for reply in open_replies:
         reply(std_srvs.TriggerResponse(True))
     assert answers == [told]
@@ -139,7 +139,7 @@ def test_what_nodes_publish_is_overheard_and_what_comes_from_outside_is_not() ->
     graph = Graph(clock=clock)
     graph.add(Counter)
     heard: list[tuple[str, Payload]] = []
-    graph.overhear(lambda topic, message: heard.append((topic, message)))
+    graph.tap_published(lambda topic, message: heard.append((topic, message)))
     graph.inject("out", std_msgs.Float64(7.0))
     clock.advance(1.0)
     graph.run_due()

@@ -31,7 +31,7 @@ def test_the_clearance_of_an_outline_is_what_it_is_when_measured(seed, pose):
     x, y, theta = pose
     got = clearance(distance, EDGE, body, x, y, math.cos(theta), math.sin(theta))
     measured = twin.outline_distance(lethal, EDGE, np.array(BOX), pose)
-    centre = twin.between(distance, x, y, EDGE)
+    centre = twin.bilinear(distance, x, y, EDGE)
     if centre <= body.inscribed:
         assert got <= 0.0
     elif centre > body.circumscribed + REACH:

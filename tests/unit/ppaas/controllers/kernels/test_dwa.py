@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from ppaas.controllers.footprints import body_of
 from ppaas.controllers.kernels import dwa
 from ppaas.controllers.kernels.clearance import clearance
-from ppaas.controllers.kernels.dwa import BLOCKED, Frame, Outline, Scoring, score_velocities
+from ppaas.controllers.kernels.dwa import BLOCKED, Frame, OutlineCheck, Scoring, score_velocities
 from ppaas.geometry import Pose2D
 from ppaas.maps.kernels.distance import distance_serial
 from tests.reference.driving import pursuit
@@ -24,7 +24,7 @@ def frame(costmap):
     return Frame(x, y, math.cos(theta), math.sin(theta), costmap.info.resolution)
 
 
-DISC = Outline(body_of((), 0.18), np.ones((1, 1), np.float32), 0.0)
+DISC = OutlineCheck(body_of((), 0.18), np.ones((1, 1), np.float32), 0.0)
 BOX = body_of(((0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2)), 0.0)
 
 
@@ -81,7 +81,7 @@ def test_an_outline_is_free_where_no_pose_of_its_rollout_comes_too_near_and_bloc
     cost = int(rng.choice([0, 100, 253]))
     costmap = grids.of(np.full(lethal.shape, cost, np.uint8), 0.05, Pose2D(0.5, -0.3, 0.3))
     pose = costmap.info.origin @ Pose2D(*start)
-    got, remaining = scores(costmap, [velocity], pose, outline=Outline(BOX, distance, least))
+    got, remaining = scores(costmap, [velocity], pose, outline=OutlineCheck(BOX, distance, least))
     poses = pursuit.arc(start, velocity[0] * 1.7, velocity[1] * 1.7, 300)
     # Where a rollout begins the robot is already; it is looked at from its first step on, some centimetres farther.
     nearest = min(clearance(distance, 0.05, BOX, x, y, math.cos(a), math.sin(a)) for x, y, a in poses[10:])

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from ppaas.controllers.footprints import body_of
 from ppaas.controllers.kernels import mppi
-from ppaas.controllers.kernels.clearance import Body
+from ppaas.controllers.kernels.clearance import RobotOutline
 from ppaas.controllers.kernels.mppi import Base, Critics, Terrain, fill_blocked
 from ppaas.maps.kernels.distance import distance_serial
 from tests.reference.driving import mppi as twin
@@ -15,7 +15,7 @@ from tests.reference.driving import mppi as twin
 EDGE = 0.05
 NOBODY = np.zeros((0, 5))
 BASE = Base(0.05, 1.0, 0.9, -0.3, 2.0, 0.1, 0.3, 0.7)
-DISC = Body(np.zeros((0, 5)), 0.18, 0.18)
+DISC = RobotOutline(np.zeros((0, 5)), 0.18, 0.18)
 CRITICS = Critics(100.0, 0.03, 1.5, 0.08, 12.0, 0.1, 5.0, 0.3, 20.0, 0.3)
 BOX = ((0.25, 0.2), (-0.25, 0.2), (-0.25, -0.2), (0.25, -0.2))
 

@@ -13,8 +13,8 @@ seeds = st.integers(0, 2**32 - 1)
 def test_so_many_particles_do_as_by_the_twin(seed, spread, least):
     rng = np.random.default_rng(seed)
     particles, weights, picks = rng.normal(0.0, spread, (300, 3)), rng.uniform(0.0, 1.0, 300), rng.random(400)
-    expected = twin.enough(particles, weights, picks, least, 0.05, 0.99)
-    assert resample.enough(particles, weights, picks, least, 0.05, 0.99) == expected
+    expected = twin.kld_sample_size(particles, weights, picks, least, 0.05, 0.99)
+    assert resample.kld_sample_size(particles, weights, picks, least, 0.05, 0.99) == expected
 
 
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=50), st.integers(1, 200), st.floats(0, 1, exclude_max=True))

@@ -25,13 +25,13 @@ def test_rays_are_accounted_for_as_by_their_twin_but_for_those_that_graze_a_corn
     found, expected = np.empty((20, 20)), np.empty((20, 20))
     for i, pose in enumerate(poses):
         for j, ray in enumerate(rays):
-            told = sight.account_for(pose[None], ray[None], distance, 0.1, np.array(info.origin), 0.1, 0.5)
-            found[i, j], expected[i, j] = told[0], twin.account_for(pose, ray, distance, info, 0.1, 0.5)
+            told = sight.explain_rays(pose[None], ray[None], distance, 0.1, np.array(info.origin), 0.1, 0.5)
+            found[i, j], expected[i, j] = told[0], twin.explain_rays(pose, ray, distance, info, 0.1, 0.5)
     same = np.isclose(found, expected, atol=1e-6)
     assert same.mean() > 0.95
     # A corner that half a cell steps over is taken for open; hardly anything that is open is taken for shut.
     assert (found < expected - 1e-6).mean() < 0.01
-    sums = sight.account_for(poses, rays, distance, 0.1, np.array(info.origin), 0.1, 0.5)
+    sums = sight.explain_rays(poses, rays, distance, 0.1, np.array(info.origin), 0.1, 0.5)
     np.testing.assert_allclose(sums, found.sum(axis=1))
 
 

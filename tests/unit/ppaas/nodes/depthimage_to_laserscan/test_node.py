@@ -95,7 +95,7 @@ def test_rows_may_be_padded():
     [
         (image(wall(), "rgb8"), "rgb8"),
         (image(wall(), data=b"short"), "5 bytes"),
-        (image(wall(), step=3), "3 bytes a row"),
+        (image(wall(), step=3), "3 bytes per row"),
         (image(np.zeros((1, 1), np.uint16)), "32×24"),
         (Image(HEADER, 0, 0, "16UC1", 0, 0, b""), "0×0"),
     ],

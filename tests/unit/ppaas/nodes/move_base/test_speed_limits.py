@@ -70,7 +70,7 @@ def test_a_cell_is_a_limit_or_refused(value, kind, base, multiplier):
         told = slow([value], type=kind, base=base, multiplier=multiplier).at(Pose2D(0.5, 0.5))
         assert told == pytest.approx(SpeedLimit(limit) if kind == 2 else SpeedLimit(part=limit / 100.0))
     else:
-        with pytest.raises(InvalidParameter, match=f"cells of {value} in 'slow'"):
+        with pytest.raises(InvalidParameter, match=f"cells with value {value} in mask 'slow'"):
             slow([value], type=kind, base=base, multiplier=multiplier)
 
 

@@ -73,19 +73,19 @@ def test_what_was_deleted_is_gone_and_only_that(tree):
 @pytest.mark.parametrize(
     ("name", "value", "text"),
     [
-        ("/move_base/controller_frequency", 20.0, "/move_base/controller_frequency is read when .* robot's file"),
-        ("/move_base", {"controller_frequency": 20.0}, "is read when"),
-        ("/move_base", 5, "is read when"),
-        ("/move_base/recovery_behaviors/x", 5, "is read when"),
+        ("/move_base/controller_frequency", 20.0, "/move_base/controller_frequency is read only when .* robot's file"),
+        ("/move_base", {"controller_frequency": 20.0}, "is read only when"),
+        ("/move_base", 5, "is read only when"),
+        ("/move_base/recovery_behaviors/x", 5, "is read only when"),
         ("/move_base/controler_frequency", 20.0, "no parameter /move_base/controler.*known: .*controller_frequency"),
-        ("/", 5, "root"),
-        ("", {}, "root"),
-        ("/a", {"b/c": 1}, "'b/c' within /a"),
-        ("/a", {"": 1}, "'' within /a"),
+        ("/", 5, "'/' is not a parameter"),
+        ("", {}, "'/' is not a parameter"),
+        ("/a", {"b/c": 1}, "'b/c' in /a"),
+        ("/a", {"": 1}, "'' in /a"),
         ("/a", {"ü": 1}, "name"),
-        ("/a b", 1, "not a parameter's name"),
-        ("//a", 1, "not a parameter's name"),
-        ("/" + "a" * 300, 1, "not a parameter's name"),
+        ("/a b", 1, "invalid parameter name"),
+        ("//a", 1, "invalid parameter name"),
+        ("/" + "a" * 300, 1, "invalid parameter name"),
         ("/a" * (MAX_DEPTH + 1), 1, "at most"),
     ],
 )
@@ -106,7 +106,7 @@ def test_setting_a_nodes_parameter_to_what_it_is_anyway_is_no_error(tree):
 
 @pytest.mark.parametrize("name", ["/move_base", "/move_base/on", "/"])
 def test_what_a_node_needs_cannot_be_deleted(tree, name):
-    with pytest.raises(InvalidParameter, match="is read when"):
+    with pytest.raises(InvalidParameter, match="is read only when"):
         tree.delete(name)
 
 

@@ -56,8 +56,8 @@ def test_where_no_way_leads_there_is_no_number():
 @pytest.mark.parametrize(
     ("fields", "error"),
     [
-        ({"starts": [Pose2D(float("nan"), 0.0)]}, "start 0 must have finite numbers"),
-        ({"goals": [*GOALS, Pose2D(0.0, float("inf"))]}, "goal 3 must have finite numbers"),
+        ({"starts": [Pose2D(float("nan"), 0.0)]}, "position and orientation of start 0 must be finite"),
+        ({"goals": [*GOALS, Pose2D(0.0, float("inf"))]}, "position and orientation of goal 3 must be finite"),
         ({"goals": GOALS * MAX_ENDS}, f"at most {MAX_ENDS} goals"),
         ({"starts": STARTS * 200, "goals": GOALS * 50}, f"at most {MAX_COSTS} costs"),
         ({"timeout": 0.0}, "timeout must be above 0"),

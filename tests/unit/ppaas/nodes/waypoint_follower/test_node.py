@@ -142,7 +142,7 @@ def test_a_new_list_takes_the_place_of_the_old_one():
     touring.send([A, B], "old")
     touring.run(1.0)
     touring.send([C], "new")
-    assert touring.outcome == (Status.PREEMPTED, 0, "Another list took its place: new")
+    assert touring.outcome == (Status.PREEMPTED, 0, "Replaced by another list: new")
     touring.run(60.0)
     assert touring.results[-1].status.goal_id.id == "new"
     assert touring.outcome[0] == Status.SUCCEEDED
@@ -188,7 +188,7 @@ def test_a_goal_that_somebody_else_gives_move_base_ends_the_list_and_is_driven_t
     send(touring)
     status, code, text = touring.outcome
     assert (status, code) == (Status.PREEMPTED, error("UNKNOWN"))
-    assert text.startswith("The list ended at waypoint 0: Another goal took its place: ")
+    assert text.startswith("The list ended at waypoint 0: Replaced by another goal: ")
     had = len(touring.driving.results)
     touring.driving.run(60.0)
     assert len(touring.driving.results) == had + 1
@@ -231,7 +231,7 @@ NAN = PoseStamped(Header(frame_id="map"), Pose(Point(math.nan, 1.0), Quaternion(
     [
         ([], {}, InvalidInput, "from 1 to 1000 waypoints, not 0"),
         ([A] * 1001, {}, InvalidInput, "not 1001"),
-        ([A, NAN], {}, InvalidInput, "waypoint 1 must have finite numbers"),
+        ([A, NAN], {}, InvalidInput, "position and orientation of waypoint 1 must be finite"),
         ([A, stamped(B, "mars")], {}, TransformError, "waypoint 1 cannot be transformed into 'map'.*mars"),
         ([stamped(A, "")], {}, InvalidInput, r"waypoint 0 needs header\.frame_id"),
         ([A], {"goal_index": 1}, InvalidInput, "goal_index must be from 0 to 0"),

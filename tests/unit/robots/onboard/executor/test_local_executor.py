@@ -19,29 +19,31 @@ from ppaas.messages.nav_msgs import GetPlanRequest, GetPlanResponse, Odometry
 from ppaas.messages.std_msgs import Header
 from ppaas.nodes.base import Reply
 from robots.onboard.executor import protocol
-from robots.onboard.executor.local_executor import LocalHome
+from robots.onboard.executor.local_executor import LocalExecutor
 
 MAP = msgspec.Raw(encode(to_message(office(seed=1, width=12.0, height=10.0))))
 CONFIG = protocol.CloneConfig("turtlebot2", (2.0, 2.0, 0.0), "dijkstra", "dwa")
 
 
 @pytest.fixture
-def told() -> list[protocol.FromHome]:
+def told() -> list[protocol.FromExecutor]:
     return []
 
 
 @pytest.fixture
-async def home(told: list[protocol.FromHome]) -> LocalHome:
-    return LocalHome(told.append)
+async def home(told: list[protocol.FromExecutor]) -> LocalExecutor:
+    return LocalExecutor(told.append)
 
 
-def begin(home: LocalHome, config: protocol.CloneConfig = CONFIG, grid: msgspec.Raw = MAP) -> None:
+def begin(home: LocalExecutor, config: protocol.CloneConfig = CONFIG, grid: msgspec.Raw = MAP) -> None:
     home.take(protocol.Begin(config, grid))
 
 
-async def test_a_node_goes_on_here_and_goes_back_with_its_state(home: LocalHome, told: list[protocol.FromHome]) -> None:
+async def test_a_node_goes_on_here_and_goes_back_with_its_state(
+    home: LocalExecutor, told: list[protocol.FromExecutor]
+) -> None:
     begin(home)
-    assert told == [protocol.Ready()]
+    assert told == [protocol.ExecutorReady()]
     covariance = "[[0.1,0.0,0.0],[0.0,0.1,0.0],[0.0,0.0,0.1]]"
     state = f'{{"pose":[3.0,2.0,0.5],"covariance":{covariance},"odom":null,"searching":false}}'
     home.take(protocol.Add("amcl", state))
@@ -59,7 +61,7 @@ async def test_a_node_goes_on_here_and_goes_back_with_its_state(home: LocalHome,
 
 
 async def test_what_its_nodes_say_is_told_and_what_they_are_told_is_not(
-    home: LocalHome, told: list[protocol.FromHome]
+    home: LocalExecutor, told: list[protocol.FromExecutor]
 ) -> None:
     begin(home)
     home.take(protocol.Add("move_base", ""))
@@ -73,7 +75,7 @@ async def test_what_its_nodes_say_is_told_and_what_they_are_told_is_not(
 
 
 async def test_a_message_that_cannot_be_taken_does_no_harm(
-    home: LocalHome, told: list[protocol.FromHome], caplog: pytest.LogCaptureFixture
+    home: LocalExecutor, told: list[protocol.FromExecutor], caplog: pytest.LogCaptureFixture
 ) -> None:
     begin(home)
     home.take(protocol.Add("move_base", ""))
@@ -85,25 +87,25 @@ async def test_a_message_that_cannot_be_taken_does_no_harm(
     home.take(protocol.Tell("move_base/cancel", msgspec.Raw(encode(GoalID(id="g")))))
 
 
-async def test_masks_lie_on_the_map_here_too(home: LocalHome, told: list[protocol.FromHome]) -> None:
+async def test_masks_lie_on_the_map_here_too(home: LocalExecutor, told: list[protocol.FromExecutor]) -> None:
     grid = office(seed=1, width=12.0, height=10.0)
     everywhere = msgspec.Raw(encode(to_message(GridMap(np.full(grid.info.shape, 100, np.int8), grid.info))))
     names = {"keepout_filter": {"filter_mask": "kept"}, "speed_filter": {"filter_mask": "slow"}}
     config = msgspec.structs.replace(CONFIG, parameters=names)
     free = PoseStamped(Header(frame_id="map"), Pose.of(Pose2D(2.0, 2.0)))
     home.take(protocol.Begin(config, MAP))
-    assert isinstance(told[-1], protocol.Failed)
-    assert told[-1].text.startswith("keepout_filter: the mask 'kept' is not here")
+    assert isinstance(told[-1], protocol.NodeFailed)
+    assert told[-1].text.startswith("keepout_filter: mask 'kept' was not loaded with the map")
     home.take(protocol.Begin(config, MAP, {"keepout_filter_mask": everywhere, "speed_filter_mask": everywhere}))
-    assert told[-1] == protocol.Ready()
+    assert told[-1] == protocol.ExecutorReady()
     home.take(protocol.Add("move_base", ""))
-    home.take(protocol.Call(1, "move_base/make_plan", msgspec.Raw(encode(GetPlanRequest(free, free)))))
+    home.take(protocol.NodeCall(1, "move_base/make_plan", msgspec.Raw(encode(GetPlanRequest(free, free)))))
     while not isinstance(told[-1], protocol.Replied):
         await asyncio.sleep(0.005)
     assert told[-1].slug == "start-occupied"
 
 
-async def test_its_nodes_answer_calls_by_their_numbers(home: LocalHome, told: list[protocol.FromHome]) -> None:
+async def test_its_nodes_answer_calls_by_their_numbers(home: LocalExecutor, told: list[protocol.FromExecutor]) -> None:
     begin(home)
     home.take(protocol.Add("move_base", ""))
     added = told[-1]
@@ -111,10 +113,10 @@ async def test_its_nodes_answer_calls_by_their_numbers(home: LocalHome, told: li
     assert protocol.ServiceName("move_base/make_plan", "nav_msgs/GetPlan") in added.services
     told.clear()
     free = PoseStamped(Header(frame_id="map"), Pose.of(Pose2D(2.0, 2.0)))
-    home.take(protocol.Call(7, "move_base/make_plan", msgspec.Raw(encode(GetPlanRequest(free, free)))))
-    home.take(protocol.Call(8, "move_base/clear_costmaps", msgspec.Raw(b"{}")))
-    home.take(protocol.Call(9, "move_base/make_plan", msgspec.Raw(b'{"start": 3}')))
-    home.take(protocol.Call(10, "amcl/nothing", msgspec.Raw(b"{}")))
+    home.take(protocol.NodeCall(7, "move_base/make_plan", msgspec.Raw(encode(GetPlanRequest(free, free)))))
+    home.take(protocol.NodeCall(8, "move_base/clear_costmaps", msgspec.Raw(b"{}")))
+    home.take(protocol.NodeCall(9, "move_base/make_plan", msgspec.Raw(b'{"start": 3}')))
+    home.take(protocol.NodeCall(10, "amcl/nothing", msgspec.Raw(b"{}")))
     while len(answers := [frame for frame in told if isinstance(frame, protocol.Replied)]) < 4:
         await asyncio.sleep(0.005)
     assert answers[0] == protocol.Replied(8, msgspec.Raw(b"{}")), "what takes long holds up nothing"
@@ -127,7 +129,7 @@ async def test_its_nodes_answer_calls_by_their_numbers(home: LocalHome, told: li
 
 
 async def test_a_call_that_breaks_a_node_is_refused_and_one_that_it_leaves_behind_too(
-    home: LocalHome, told: list[protocol.FromHome], monkeypatch: pytest.MonkeyPatch
+    home: LocalExecutor, told: list[protocol.FromExecutor], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begin(home)
     home.take(protocol.Add("move_base", ""))
@@ -142,7 +144,7 @@ async def test_a_call_that_breaks_a_node_is_refused_and_one_that_it_leaves_behin
 
     monkeypatch.setattr(home.graph.nodes["move_base"], "on_call", wait_or_break)
     for number in (1, 2):
-        home.take(protocol.Call(number, "move_base/clear_costmaps", msgspec.Raw(b"{}")))
+        home.take(protocol.NodeCall(number, "move_base/clear_costmaps", msgspec.Raw(b"{}")))
     assert told == [protocol.Replied(2, slug="error", text="internal error: ZeroDivisionError")]
     home.take(protocol.Remove("move_base"))
     left = told[1]
@@ -161,10 +163,10 @@ async def test_a_call_that_breaks_a_node_is_refused_and_one_that_it_leaves_behin
     ],
 )
 async def test_what_cannot_be_done_is_told(
-    do: Callable[[LocalHome], object], slug: str, text: str, home: LocalHome, told: list[protocol.FromHome]
+    do: Callable[[LocalExecutor], object], slug: str, text: str, home: LocalExecutor, told: list[protocol.FromExecutor]
 ) -> None:
     do(home)
     failed = told[-1]
-    assert isinstance(failed, protocol.Failed)
+    assert isinstance(failed, protocol.NodeFailed)
     assert failed.slug == slug
     assert text in failed.text
