@@ -12,9 +12,9 @@ from engine.protocols.plan_candidates import stored_plan
 from engine.specs.containers import ContainerSpec
 from ppaas.errors import NotFound, NotPermitted
 from ppaas.geometry import Pose2D
+from ppaas.plans import stored
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from ppaas.plans.reuse.criteria import best_candidates
-from ppaas.plans.stored import PlanQuery, StoredPlan
 from storage.plan_query import PlanQuery
 from storage.ports import Store
 from storage.records import PlanPassage, PlanRecord
@@ -55,7 +55,7 @@ class PlanDesk:
     def find(self, spec: ContainerSpec, asked: machine_link.FindPlans) -> list[machine_link.Candidate]:
         """Return plans worth a look: between both ends, or else such as pass by them."""
         version, tolerance = spec.map.version, asked.tolerance
-        query = PlanQuery(
+        query = stored.PlanQuery(
             Pose2D(*asked.start), Pose2D(*asked.goal), version, asked.planner, asked.parameters, asked.robot_radius,
             tolerance, asked.kinematic,
         )  # fmt: skip
@@ -106,5 +106,5 @@ class PlanDesk:
             self._store.put_link(link)
 
 
-def _seen(head: PlanRecord) -> StoredPlan:
+def _seen(head: PlanRecord) -> stored.StoredPlan:
     return stored_plan(machine_link.Candidate(msgspec.structs.replace(head, poses=b"")))
