@@ -1,60 +1,44 @@
-"""A picture of a recording that was played: the map, where the robot was, and where localization took it to be."""
+"""Picture of a replayed recording: the map, the true path, and the path that localization estimated."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
-from PIL import Image, ImageDraw
-
+from benchmarks.harness.map_figure import map_figure
 from benchmarks.localization.replay import Replay
-from ppaas.errors import InvalidInput
-from ppaas.geometry import Pose2D
-from ppaas.maps.grid import FREE, OCCUPIED, GridMap
-from robots.pictures.path import check_picture
+from ppaas.maps.grid import GridMap
+from robots.pictures.figure_file import write_figure
 
-WALL, FLOOR, UNKNOWN = (52, 60, 72), (255, 255, 255), (214, 219, 226)
-TRUE, TOLD, APART = (20, 140, 85), (23, 95, 214), (205, 38, 74)
-FAR = 0.25
-"""From where on what was told and what is true are joined by a line [m]."""
-EDGE = 1000
-"""Least pixels of the longer edge."""
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TRUE, ESTIMATED, ERROR = "#148c55", "#175fd6", "#cd264a"
+
+LARGE_ERROR = 0.25
+"""Smallest error that is drawn as a line from the true to the estimated position [m]."""
 
 
 def write_picture(path: Path, grid: GridMap, replay: Replay) -> None:
-    """Draw into a PNG file: green where the robot was, blue where it was taken to be, red what lies between.
+    """Draw a replay into a PNG file.
 
     Raises
     ------
     InvalidInput
-        The file cannot be written.
+        The file name does not end with ``.png``, or the file cannot be written.
     """
-    check_picture(path)
-    picture = draw(grid, replay)
-    try:
-        picture.save(path)
-    except OSError as error:
-        raise InvalidInput(f"cannot write the picture: {error}") from error
+    write_figure(path, draw(grid, replay))
 
 
-def draw(grid: GridMap, replay: Replay) -> Image.Image:
-    """Return the picture."""
-    colours = np.full((*grid.data.shape, 3), UNKNOWN, np.uint8)
-    colours[grid.data == FREE] = FLOOR
-    colours[grid.data >= OCCUPIED] = WALL
-    scale = max(1, -(-EDGE // max(grid.data.shape)))
-    picture = Image.fromarray(colours[::-1]).resize(
-        (grid.info.width * scale, grid.info.height * scale), Image.Resampling.NEAREST
-    )
-    pen = ImageDraw.Draw(picture)
-
-    def pixel(pose: Pose2D) -> tuple[float, float]:
-        local = grid.info.origin.inverse() @ pose
-        x, y = local.x / grid.info.resolution, grid.info.height - local.y / grid.info.resolution
-        return scale * x, scale * y
-
+def draw(grid: GridMap, replay: Replay) -> "Figure":
+    """Return the picture: the true path in green, the estimated one in blue, and large errors in red."""
+    figure, axes = map_figure(grid)
     pairs = [(look.true, told) for look, told in zip(replay.looks, replay.told, strict=True)]
-    for true, told in pairs:
-        if true is not None and true.distance_to(told) >= FAR:
-            pen.line([pixel(true), pixel(told)], APART, 1)
-    pen.line([pixel(told) for _, told in pairs], TOLD, 3)
-    pen.line([pixel(true) for true, _ in pairs if true is not None], TRUE, 1)
-    return picture
+    for true, estimated in pairs:
+        if true is not None and true.distance_to(estimated) >= LARGE_ERROR:
+            axes.plot([true.x, estimated.x], [true.y, estimated.y], color=ERROR, linewidth=0.8)
+    for label, poses, colour, width in (
+        ("estimated", [estimated for _, estimated in pairs], ESTIMATED, 2.0),
+        ("true", [true for true, _ in pairs if true is not None], TRUE, 1.0),
+    ):
+        axes.plot([pose.x for pose in poses], [pose.y for pose in poses], color=colour, linewidth=width, label=label)
+    figure.legend(loc="outside upper left", ncols=2, frameon=False)
+    return figure

@@ -82,11 +82,11 @@ def _numbers(text: str) -> list[int]:
 
 
 def check_plot(arguments: argparse.Namespace) -> None:
-    """Refuse a name that no chart can be written to, before anything is measured."""
+    """Raise before the measurement if no chart can be written to the file of ``--plot``."""
     if arguments.plot is not None:
-        from robots.pictures.path import check_picture  # noqa: PLC0415
+        from robots.pictures.figure_file import check_figure  # noqa: PLC0415
 
-        check_picture(arguments.plot)
+        check_figure(arguments.plot)
 
 
 def draw(path: Path, chart: Any) -> None:

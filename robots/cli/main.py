@@ -16,7 +16,7 @@ GROUP = "ppaas.commands"
 EXTRAS = {
     "fastapi": "cloud", "uvicorn": "cloud", "uvloop": "cloud", "zenoh": "cloud", "argon2": "cloud", "psutil": "cloud",
     "rich": "cloud", "pymunk": "sim", "numba": "plan", "yaml": "plan", "PIL": "plan", "defusedxml": "plan",
-    "scipy": "bench", "cryptography": "cloud",
+    "scipy": "bench", "matplotlib": "plot", "cryptography": "cloud",
 }  # fmt: skip
 """Which extra brings a package that a command may miss."""
 

@@ -1,33 +1,37 @@
-"""A picture of one run: the cylinders, the way the robot truly took, and what it saw and thought of the costs."""
+"""Picture of one run: the cylinders, the true path of the robot, and its local costmap half-way."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
 
-from benchmarks.navigation.barn.environment import Course
+from benchmarks.harness.map_figure import empty_figure, show_cells
+from benchmarks.navigation.barn.environment import Environment
 from benchmarks.navigation.barn.jackal import FOOTPRINT
-from benchmarks.navigation.barn.navigator import PERIOD, Pilot
-from benchmarks.navigation.barn.run import Job, Result, drive
-from benchmarks.navigation.barn.worlds import GOAL, GOAL_TOLERANCE, START, World
+from benchmarks.navigation.barn.navigator import PERIOD, Navigator
+from benchmarks.navigation.barn.run import BarnJob, BarnResult, drive
+from benchmarks.navigation.barn.worlds import GOAL, GOAL_TOLERANCE, START, BarnWorld
 from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, Costmap
-from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
+from robots.pictures.figure_file import write_figure
 
-SCALE = 80
-"""Pixels of a metre."""
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 MARGIN = 0.5
-HEAD = 76
-OUTLINE_EVERY = 0.5
-"""Seconds between two outlines of the robot."""
+"""Free space around all that is drawn [m]."""
 
-INK, FAINT, PAPER = (28, 33, 41), (105, 113, 125), (255, 255, 255)
-CYLINDER, SEEN, WAY, THERE = (84, 92, 106), (214, 72, 23), (23, 95, 214), (20, 140, 85)
+OUTLINE_PERIOD = 0.5
+"""Time between two outlines of the robot [s]."""
 
-Point = tuple[float, float]
+CYLINDER, PATH, GOAL_AREA = "#545c6a", "#175fd6", "#148c55"
+
+LETHAL = 214, 72, 23
+"""RGB colour of cells of the costmap that are marked as obstacles."""
 
 
-def write_picture(path: Path, job: Job) -> None:
+def write_picture(path: Path, job: BarnJob) -> None:
     """Drive one run and draw it into a PNG file.
 
     Raises
@@ -37,92 +41,57 @@ def write_picture(path: Path, job: Job) -> None:
     """
     poses, costs = [START], []
 
-    def watch(course: Course, pilot: Pilot) -> None:
-        poses.append(course.pose)
-        costs.append(pilot.costs)
+    def watch(environment: Environment, navigator: Navigator) -> None:
+        poses.append(environment.pose)
+        costs.append(navigator.costs)
 
     result = drive(job, watch)
-    picture = draw(job.world, poses, costs[len(costs) // 2] if costs else None, result)
-    try:
-        picture.save(path)
-    except OSError as error:
-        raise InvalidInput(f"cannot write the picture: {error}") from error
+    write_figure(path, draw(job.world, poses, costs[len(costs) // 2] if costs else None, result))
 
 
-def draw(world: World, poses: list[Pose2D], costs: Costmap | None, result: Result) -> Image.Image:
+def draw(world: BarnWorld, poses: list[Pose2D], costs: Costmap | None, result: BarnResult) -> "Figure":
     """Return the picture of a run.
 
     Parameters
     ----------
-    world : World
+    world : BarnWorld
     poses : list of Pose2D
-        True ones, one each cycle, in the frame of the world.
+        True poses of the robot in the frame of the world, one for each control cycle.
     costs : Costmap, optional
-        Local one of half-way, in the frame of the odometry.
-    result : Result
+        Local costmap half-way, in the odometry frame.
+    result : BarnResult
     """
-    sheet = _Sheet(world, poses)
+    path = np.array([(pose.x, pose.y) for pose in poses])
+    points = np.vstack((world.centres, path, [(GOAL.x, GOAL.y + GOAL_TOLERANCE)]))
+    figure, axes = empty_figure(points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN)
     if costs is not None:
-        sheet.costs(costs)
-    for x, y in world.cylinders:
-        sheet.disc(x, y, world.radius, CYLINDER)
-    sheet.ring(GOAL.x, GOAL.y, GOAL_TOLERANCE, THERE)
-    for pose in poses[:: round(OUTLINE_EVERY / PERIOD)]:
-        sheet.outline(pose)
-    sheet.line(poses)
-    sheet.title(
-        f"BARN world {world.world}: {result.outcome} after {result.seconds:.2f} s",
-        f"least clearance {result.clearance:.3f} m",
-        "grey: cylinders, orange: cells marked half-way, shade: costs",
+        show_cells(axes, _colours(costs), costs.info, START)  # the odometry begins at the start of the run
+    _draw_world(axes, world)
+    for pose in poses[:: round(OUTLINE_PERIOD / PERIOD)]:
+        corners = [pose @ Pose2D(*corner) for corner in (*FOOTPRINT, FOOTPRINT[0])]
+        axes.plot([corner.x for corner in corners], [corner.y for corner in corners], color=PATH, linewidth=0.8)
+    axes.plot(*path.T, color=PATH, linewidth=2.0)
+    axes.set_title(
+        f"BARN world {world.world}: {result.outcome} after {result.seconds:.2f} s\n"
+        f"smallest clearance {result.clearance:.3f} m"
     )
-    return sheet.image
+    axes.set_xlabel("grey: cylinders, orange: obstacle cells half-way, shade: their costs")
+    return figure
 
 
-class _Sheet:
-    """Paper on which metres of the world are pixels."""
+def _draw_world(axes: "Axes", world: BarnWorld) -> None:
+    from matplotlib.patches import Circle  # noqa: PLC0415 - heavy, and of the extra plot
 
-    def __init__(self, world: World, poses: list[Pose2D]) -> None:
-        points = np.vstack((world.centres, [(pose.x, pose.y) for pose in poses], [(GOAL.x, GOAL.y + GOAL_TOLERANCE)]))
-        self._low = points.min(axis=0) - MARGIN
-        width, height = ((points.max(axis=0) + MARGIN - self._low) * SCALE).astype(int).tolist()
-        self.image = Image.new("RGB", (width, height + HEAD), PAPER)
-        self._pen = ImageDraw.Draw(self.image)
+    for centre in world.cylinders:
+        axes.add_patch(Circle(centre, world.radius, color=CYLINDER))
+    axes.add_patch(Circle((GOAL.x, GOAL.y), GOAL_TOLERANCE, edgecolor=GOAL_AREA, fill=False, linewidth=2.0))
 
-    def _pixel(self, x: float, y: float) -> Point:
-        return (x - self._low[0]) * SCALE, self.image.height - (y - self._low[1]) * SCALE
 
-    def costs(self, costmap: Costmap) -> None:
-        """Shade what costs, and colour what was seen; the start of the run is where the odometry begins."""
-        half = 0.5 * costmap.info.resolution * SCALE
-        for row, column in np.argwhere(costmap.data > 0).tolist():
-            cost = int(costmap.data[row, column])
-            pose = START @ Pose2D(*costmap.info.to_world((row, column)).tolist())
-            x, y = self._pixel(pose.x, pose.y)
-            shade = 255 - 45 * min(cost, INSCRIBED_INFLATED_OBSTACLE) // INSCRIBED_INFLATED_OBSTACLE
-            colour = SEEN if cost == LETHAL_OBSTACLE else (255, shade, shade)
-            self._pen.rectangle((x - half, y - half, x + half, y + half), colour)
-
-    def disc(self, x: float, y: float, radius: float, colour: tuple[int, int, int]) -> None:
-        """Draw a cylinder."""
-        (left, low), (right, high) = self._pixel(x - radius, y - radius), self._pixel(x + radius, y + radius)
-        self._pen.ellipse((left, high, right, low), colour)
-
-    def ring(self, x: float, y: float, radius: float, colour: tuple[int, int, int]) -> None:
-        """Draw a circle."""
-        (left, low), (right, high) = self._pixel(x - radius, y - radius), self._pixel(x + radius, y + radius)
-        self._pen.ellipse((left, high, right, low), outline=colour, width=3)
-
-    def outline(self, pose: Pose2D) -> None:
-        """Draw the robot at a pose."""
-        corners = [pose @ Pose2D(x, y) for x, y in FOOTPRINT]
-        self._pen.polygon([self._pixel(corner.x, corner.y) for corner in corners], outline=WAY)
-
-    def line(self, poses: list[Pose2D]) -> None:
-        """Draw the way along poses."""
-        self._pen.line([self._pixel(pose.x, pose.y) for pose in poses], WAY, 3, joint="curve")
-
-    def title(self, title: str, *lines: str) -> None:
-        """Write the headline and lines below."""
-        self._pen.rectangle((0, 0, self.image.width, HEAD), PAPER)
-        self._pen.text((12, 8), title, INK, ImageFont.load_default(20))
-        self._pen.text((12, 36), "\n".join(lines), FAINT, ImageFont.load_default(12))
+def _colours(costs: Costmap) -> np.ndarray:
+    """Return (height, width, 4) RGBA colours of the cells: shades of red by cost, orange where lethal."""
+    part = np.minimum(costs.data, INSCRIBED_INFLATED_OBSTACLE) / INSCRIBED_INFLATED_OBSTACLE
+    colours = np.full((*costs.data.shape, 4), 255, np.uint8)
+    colours[..., 1] = colours[..., 2] = 255 - 45 * part
+    colours[costs.data == LETHAL_OBSTACLE, :3] = LETHAL
+    colours[costs.data == 0, 3] = 0
+    return colours

@@ -1,36 +1,54 @@
-"""A picture of one drive: the map, the way of the robot, and what it knew when somebody was nearest to it."""
+"""Picture of one drive: the map, the robot's path, and its state when a person was closest to it."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw
 
-from benchmarks.navigation.goals.run import Job, Trip, drive
+from benchmarks.harness.map_figure import map_figure, show_cells
+from benchmarks.navigation.goals.run import GoalsJob, Trip, drive
 from ppaas.costmap.costmap import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
-from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.maps.grid import FREE, OCCUPIED, GridMap
+from ppaas.maps.grid import GridMap
+from robots.pictures.figure_file import write_figure
 
-WALL, FLOOR, UNKNOWN = (52, 60, 72), (255, 255, 255), (214, 219, 226)
-WAY, PLAN, PARTICLE, PERSON, ROBOT = (20, 140, 85), (23, 95, 214), (150, 80, 200), (205, 38, 74), (20, 110, 70)
-NEAR, SEEN = (255, 214, 150), (240, 140, 30)
-EDGE = 1400
-"""Least pixels of the longer edge."""
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PATH, PLAN, PARTICLE, PERSON, ROBOT = "#148c55", "#175fd6", "#9650c8", "#cd264a", "#146e46"
+
+NEAR, LETHAL = (255, 214, 150, 255), (240, 140, 30, 255)
+"""RGBA colours of cells near obstacles, and of obstacles, in the local costmap."""
+
+PERSON_RADIUS, ROBOT_RADIUS = 0.25, 0.18
+"""Radii of the discs that are drawn [m]."""
 
 
-class _Moment:
-    """What a drive looks like when somebody is nearest to the robot; and the way to there and on.
+class ClosestEncounter:
+    """State of a drive when a person was closest to the robot, and the robot's whole path.
 
     Attributes
     ----------
-    way : list of (x, y)
-        Of the robot, truly [m].
+    path : list of (x, y)
+        True positions of the robot [m].
+    distance : float
+        From the robot to the closest person [m]; infinite if there was none.
+    costs : Costmap or None
+        Local costmap of the robot.
+    plan : (n, 2) array
+        Points of its plan [m].
+    particles : (n, 3) array
+        Of localization: x, y [m] and heading [rad].
+    people : (n, 2) array
+        Positions of all people [m].
+    robot : Pose2D
+        True pose of the robot.
     """
 
     def __init__(self) -> None:
-        self.way: list[tuple[float, float]] = []
-        self.nearest = np.inf
+        self.path: list[tuple[float, float]] = []
+        self.distance = np.inf
         self.costs: Costmap | None = None
         self.plan: NDArray[np.float64] = np.empty((0, 2))
         self.particles: NDArray[np.float64] = np.empty((0, 3))
@@ -38,78 +56,49 @@ class _Moment:
         self.robot = Pose2D(0.0, 0.0)
 
     def watch(self, trip: Trip) -> None:
-        """Take note of a step."""
+        """Record a step of the drive."""
         pose, people = trip.robot.base.pose, trip.world.people()
-        self.way.append((pose.x, pose.y))
-        apart = float(np.hypot(*(people - np.array(pose[:2])).T).min(initial=np.inf))
-        if apart < self.nearest and trip.clone.costs is not None and trip.clone.plan is not None:
-            self.nearest, self.costs, self.plan = apart, trip.clone.costs, trip.clone.plan.poses[:, :2]
+        self.path.append((pose.x, pose.y))
+        distance = float(np.hypot(*(people - np.array(pose[:2])).T).min(initial=np.inf))
+        if distance < self.distance and trip.clone.costs is not None and trip.clone.plan is not None:
+            self.distance, self.costs, self.plan = distance, trip.clone.costs, trip.clone.plan.poses[:, :2]
             self.particles, self.people, self.robot = trip.clone.particles, people, pose
 
 
-def write_picture(path: Path, job: Job) -> None:
-    """Drive, and draw it into a PNG file.
+def write_picture(path: Path, job: GoalsJob) -> None:
+    """Drive, and draw the drive into a PNG file.
 
     Raises
     ------
     InvalidInput
         The file cannot be written.
     """
-    moment = _Moment()
-    drive(job, moment.watch)
-    try:
-        _draw(job.grid, moment).save(path)
-    except OSError as error:
-        raise InvalidInput(f"cannot write the picture: {error}") from error
+    encounter = ClosestEncounter()
+    drive(job, encounter.watch)
+    write_figure(path, draw(job.grid, encounter))
 
 
-def _draw(grid: GridMap, moment: _Moment) -> Image.Image:
-    sheet = _Sheet(grid)
-    if moment.costs is not None:
-        sheet.costs(moment.costs)
-    sheet.line(moment.way, WAY, 2)
-    sheet.line(moment.plan.tolist(), PLAN, 2)
-    for x, y in moment.particles[:, :2].tolist():
-        sheet.disc(x, y, 0.03, PARTICLE)
-    for x, y in moment.people.tolist():
-        sheet.disc(x, y, 0.25, PERSON)
-    sheet.disc(moment.robot.x, moment.robot.y, 0.18, ROBOT)
-    return sheet.image
+def draw(grid: GridMap, encounter: ClosestEncounter) -> "Figure":
+    """Return the picture of a drive."""
+    from matplotlib.patches import Circle  # noqa: PLC0415 - heavy, and of the extra plot
+
+    figure, axes = map_figure(grid)
+    if encounter.costs is not None:
+        show_cells(axes, _colours(encounter.costs), encounter.costs.info)
+    axes.plot(*np.array(encounter.path).reshape(-1, 2).T, color=PATH, label="path")
+    axes.plot(*encounter.plan.T, color=PLAN, label="plan")
+    axes.plot(*encounter.particles[:, :2].T, ".", color=PARTICLE, markersize=2.0, label="particles")
+    for x, y in encounter.people.tolist():
+        axes.add_patch(Circle((x, y), PERSON_RADIUS, color=PERSON, zorder=3))
+    axes.add_patch(Circle((encounter.robot.x, encounter.robot.y), ROBOT_RADIUS, color=ROBOT, zorder=3))
+    figure.legend(loc="outside upper left", ncols=3, frameon=False)
+    return figure
 
 
-class _Sheet:
-    """The map, on which things are drawn in metres."""
-
-    def __init__(self, grid: GridMap) -> None:
-        self._grid = grid
-        self._scale = max(1, -(-EDGE // max(grid.data.shape)))
-        colours = np.full((*grid.data.shape, 3), UNKNOWN, np.uint8)
-        colours[grid.data == FREE] = FLOOR
-        colours[grid.data >= OCCUPIED] = WALL
-        size = grid.info.width * self._scale, grid.info.height * self._scale
-        self.image = Image.fromarray(colours[::-1]).resize(size, Image.Resampling.NEAREST)
-        self._pen = ImageDraw.Draw(self.image)
-
-    def _pixel(self, x: float, y: float) -> tuple[float, float]:
-        info = self._grid.info
-        local = info.origin.inverse() @ Pose2D(x, y)
-        return self._scale * local.x / info.resolution, self.image.height - self._scale * local.y / info.resolution
-
-    def costs(self, costmap: Costmap) -> None:
-        """Colour what is near to obstacles, and what the robot takes for one."""
-        half = 0.5 * self._scale
-        costly = (costmap.data != FREE_SPACE) & (costmap.data != NO_INFORMATION)
-        for row, column in np.argwhere(costly & (costmap.data >= INSCRIBED_INFLATED_OBSTACLE // 4)).tolist():
-            x, y = self._pixel(*costmap.info.to_world((row, column)).tolist())
-            colour = SEEN if costmap.data[row, column] == LETHAL_OBSTACLE else NEAR
-            self._pen.rectangle((x - half, y - half, x + half, y + half), colour)
-
-    def line(self, points: list[tuple[float, float]], colour: tuple[int, int, int], width: int) -> None:
-        """Draw a line along points."""
-        self._pen.line([self._pixel(x, y) for x, y in points], colour, width)
-
-    def disc(self, x: float, y: float, radius: float, colour: tuple[int, int, int]) -> None:
-        """Draw something round."""
-        right, down = self._pixel(x, y)
-        size = max(radius / self._grid.info.resolution * self._scale, 1.0)
-        self._pen.ellipse((right - size, down - size, right + size, down + size), colour)
+def _colours(costs: Costmap) -> NDArray[np.uint8]:
+    """Return (height, width, 4) RGBA colours of the cells; cheap and unknown cells are transparent."""
+    known = (costs.data != FREE_SPACE) & (costs.data != NO_INFORMATION)
+    colours = np.zeros((*costs.data.shape, 4), np.uint8)
+    colours[known & (costs.data >= INSCRIBED_INFLATED_OBSTACLE // 4)] = NEAR
+    colours[costs.data == LETHAL_OBSTACLE] = LETHAL
+    return colours

@@ -45,9 +45,9 @@ def _configure_evaluate(parser: argparse.ArgumentParser) -> None:
 
 async def _evaluate(arguments: argparse.Namespace) -> None:
     if arguments.plot is not None:
-        from robots.pictures.path import check_picture  # noqa: PLC0415
+        from robots.pictures.figure_file import check_figure  # noqa: PLC0415
 
-        check_picture(arguments.plot)
+        check_figure(arguments.plot)
     query = f"?version={quote(arguments.version, safe='')}" if arguments.version else ""
     found = await logged_in(arguments).get(path_of("maps", arguments.map, "evaluation") + query)
     if arguments.plot is not None:

@@ -1,9 +1,10 @@
-"""Charts show every line, where its numbers are."""
+"""Charts show every line, at its numbers and in its style."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 from PIL import Image
 
 from ppaas.errors import InvalidInput
@@ -13,59 +14,73 @@ from robots.pictures.line_chart import Axis, Line
 LINES = [Line("rising", [(0.0, 0.0), (5.0, 50.0), (10.0, 100.0)]), Line("flat", [(0.0, 20.0), (10.0, 20.0)])]
 
 
-def colours(picture: Image.Image) -> set[tuple[int, ...]]:
-    return set(map(tuple, np.asarray(picture).reshape(-1, 3).tolist()))
+def drawn(lines: list[Line], x: Axis, y: Axis) -> Axes:
+    """Return the axes of a chart after it was rendered once."""
+    figure = line_chart.draw("a chart", lines, x, y)
+    figure.draw_without_rendering()
+    return figure.axes[0]
 
 
-def at(picture: Image.Image, across: float, upward: float) -> tuple[int, ...]:
-    """Return the colour at a share of the width and of the height of where lines are drawn."""
-    width, height = (
-        line_chart.WIDTH - line_chart.LEFT - line_chart.RIGHT,
-        line_chart.HEIGHT - line_chart.TOP - line_chart.BOTTOM,
-    )
-    pixel = picture.getpixel(
-        (round(line_chart.LEFT + across * width), round(line_chart.HEIGHT - line_chart.BOTTOM - upward * height))
-    )
-    assert isinstance(pixel, tuple)
-    return pixel
+def test_lines_have_their_points_names_and_labels() -> None:
+    axes = drawn(LINES, Axis("m"), Axis("ms"))
+    assert (axes.get_title(), axes.get_xlabel(), axes.get_ylabel()) == ("a chart", "m", "ms")
+    assert {line.get_label(): line.get_xydata().tolist() for line in axes.lines} == {
+        line.name: [list(point) for point in line.points] for line in LINES
+    }
+    assert len({line.get_color() for line in axes.lines}) == 2
+    assert [text.get_text() for text in axes.figure.legends[0].get_texts()] == ["rising", "flat"]
 
 
-def test_lines_are_where_their_numbers_are() -> None:
-    picture = line_chart.draw("a chart", LINES, Axis("m"), Axis("ms"))
-    assert at(picture, 0.5, 0.5) == line_chart.COLOURS[0]
-    assert at(picture, 0.8, 0.2) == line_chart.COLOURS[1]
-    assert at(picture, 0.87, 0.53) == line_chart.PAPER
+def test_a_linear_axis_starts_at_zero() -> None:
+    axes = drawn([Line("", [(3.0, 20.0), (4.0, 30.0)])], Axis(""), Axis(""))
+    assert (axes.get_xlim()[0], axes.get_ylim()[0]) == (0.0, 0.0)
 
 
-def test_equal_ratios_are_equally_long_on_a_logarithmic_axis() -> None:
-    lines = [Line("tenfold", [(1.0, 1.0), (10.0, 10.0), (100.0, 100.0)])]
-    picture = line_chart.draw("a chart", lines, Axis("cells", logarithmic=True), Axis("ns", logarithmic=True))
-    assert at(picture, 0.5, 0.5) == line_chart.COLOURS[0]
+def test_a_logarithmic_axis_is_labelled_by_digits_at_1_2_and_5() -> None:
+    lines = [Line("tenfold", [(1.0, 1.0), (1000.0, 1000.0)])]
+    axes = drawn(lines, Axis("cells", logarithmic=True), Axis("ns"))
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
+    assert {"1", "2", "5", "10", "1,000"} <= {label.get_text() for label in axes.get_xticklabels()}
+
+
+def test_given_ticks_are_labelled() -> None:
+    axes = drawn([Line("", [(256.0, 1.0), (512.0, 1.0)])], Axis("", True, (256, 512)), Axis(""))
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["256", "512"]
 
 
 @pytest.mark.parametrize("value", [0.0, 1e-9, 1.0, 12345.6])
 def test_a_single_point_can_be_drawn(value: float) -> None:
-    assert line_chart.COLOURS[0] in colours(line_chart.draw("", [Line("", [(1.0, value)])], Axis(""), Axis("")))
+    [line] = drawn([Line("", [(1.0, value)])], Axis(""), Axis("")).lines
+    assert line.get_marker() == "o"
 
 
 def test_more_lines_than_colours_are_all_drawn() -> None:
-    lines = [Line(str(number), [(0.0, number), (1.0, number)]) for number in range(1, 9)]
-    assert set(line_chart.COLOURS) <= colours(line_chart.draw("", lines, Axis(""), Axis("")))
+    lines = [Line(str(number), [(0.0, number), (1.0, number)]) for number in range(1, 13)]
+    assert len(drawn(lines, Axis(""), Axis("")).lines) == 12
 
 
 def test_a_line_may_be_dashed_and_have_the_colour_of_another() -> None:
     lines = [Line("a", [(0.0, 1.0), (2.0, 1.0)]), Line("b", [(0.0, 2.0), (2.0, 2.0)], colour=0, dashed=True)]
-    picture = line_chart.draw("", lines, Axis(""), Axis(""))
-    assert line_chart.COLOURS[1] not in colours(picture)
-    drawn = {at(picture, share, 0.5) == line_chart.COLOURS[0] for share in np.linspace(0.1, 0.9, 50)}
-    dashes = {at(picture, share, 1.0) == line_chart.COLOURS[0] for share in np.linspace(0.1, 0.9, 50)}
-    assert (drawn, dashes) == ({True}, {True, False})
+    solid, dashed = drawn(lines, Axis(""), Axis("")).lines
+    assert solid.get_color() == dashed.get_color()
+    assert (solid.get_linestyle(), dashed.get_linestyle()) == ("-", "--")
+
+
+def test_points_of_a_long_line_are_not_marked() -> None:
+    points = [(float(x), 1.0) for x in np.arange(line_chart.MOST_MARKED + 1)]
+    assert drawn([Line("", points)], Axis(""), Axis("")).lines[0].get_marker() == ""
 
 
 def test_a_chart_is_a_png_file(tmp_path: Path) -> None:
     line_chart.write_chart(tmp_path / "chart.png", "a chart", LINES, Axis("m"), Axis("ms"))
     with Image.open(tmp_path / "chart.png") as picture:
-        assert picture.size == (line_chart.WIDTH, line_chart.HEIGHT)
+        assert picture.size == tuple(round(100 * inches) for inches in line_chart.SIZE)
     for path in (tmp_path / "chart.svg", tmp_path / "none" / "chart.png"):
         with pytest.raises(InvalidInput):
             line_chart.write_chart(path, "a chart", LINES, Axis("m"), Axis("ms"))
+
+
+def test_equal_charts_are_equal_files(tmp_path: Path) -> None:
+    for name in ("one.png", "two.png"):
+        line_chart.write_chart(tmp_path / name, "a chart", LINES, Axis("m"), Axis("ms"))
+    assert (tmp_path / "one.png").read_bytes() == (tmp_path / "two.png").read_bytes()
