@@ -31,7 +31,7 @@ _BY_COMMAND = {
 
 
 @dataclass(frozen=True, slots=True)
-class Member:
+class CloudProcessInfo:
     """One process.
 
     Parameters
@@ -50,14 +50,14 @@ class Member:
     home: str
 
 
-def members(folder: Path) -> list[Member]:
+def cloud_processes(folder: Path) -> list[CloudProcessInfo]:
     """Return all processes whose folder for temporary files is this one, or lies in it; zombies have none."""
     found = []
     for process in psutil.process_iter():
         try:
             home = Path(process.environ().get("TMPDIR", ""))
             if home.is_relative_to(folder):
-                found.append(Member(process, _kind(process), machine_of(home.relative_to(folder))))
+                found.append(CloudProcessInfo(process, _kind(process), machine_of(home.relative_to(folder))))
         except psutil.Error:  # it ended just now, or is somebody else's
             continue
     return found

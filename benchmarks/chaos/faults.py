@@ -9,7 +9,7 @@ import msgspec
 How = Literal["kill", "stop", "drain"]
 
 
-class Kind(NamedTuple):
+class FaultKind(NamedTuple):
     """A kind of fault: ``kill`` is SIGKILL, ``stop`` SIGSTOP, ``drain`` moves all that a machine carries."""
 
     victim: str
@@ -22,16 +22,16 @@ class Kind(NamedTuple):
 _IN_WORDS = {"kill": "killed", "stop": "stopped", "drain": "drained"}
 
 OF_ONE_MACHINE = (
-    Kind("container", "kill"), Kind("container", "kill"), Kind("container", "stop"),
-    Kind("fork server", "kill"), Kind("fork server", "stop"),
-    Kind("router", "kill"), Kind("router", "stop"),
-    Kind("agent", "kill"), Kind("agent", "stop"),
-    Kind("helper", "kill"),
-    Kind("web", "kill"), Kind("web", "stop"),
+    FaultKind("container", "kill"), FaultKind("container", "kill"), FaultKind("container", "stop"),
+    FaultKind("fork server", "kill"), FaultKind("fork server", "stop"),
+    FaultKind("router", "kill"), FaultKind("router", "stop"),
+    FaultKind("agent", "kill"), FaultKind("agent", "stop"),
+    FaultKind("helper", "kill"),
+    FaultKind("web", "kill"), FaultKind("web", "stop"),
 )  # fmt: skip
 """What can be done to a cloud; containers die more often than all else."""
 
-OF_MORE = (Kind("joined machine", "kill"), Kind("joined machine", "stop"), Kind("machine", "drain"))
+OF_MORE = (FaultKind("joined machine", "kill"), FaultKind("joined machine", "stop"), FaultKind("machine", "drain"))
 """What can be done beside that where it has machines of other hosts."""
 
 PAUSE = {"web": 3.0, "joined machine": 8.0}
@@ -41,7 +41,7 @@ LONGEST_STOP = 25.0
 """Seconds after which all else that was stopped, and is still there, goes on."""
 
 
-class Fault(msgspec.Struct):
+class InjectedFault(msgspec.Struct):
     """One that was done.
 
     Parameters
@@ -65,7 +65,7 @@ class Fault(msgspec.Struct):
     until: float = 0.0
 
 
-def deck(random: Random, machines: int) -> Iterator[Kind]:
+def deck(random: Random, machines: int) -> Iterator[FaultKind]:
     """Yield kinds without end, each as often as the others, in an order that nobody knows."""
     kinds = [*OF_ONE_MACHINE, *(OF_MORE if machines > 1 else ())]
     while True:

@@ -7,7 +7,7 @@ from typing import Literal
 Ending = Literal["result", "status", "lost"]
 
 
-class Goals:
+class GoalResults:
     """Keeps the books of one robot.
 
     Parameters

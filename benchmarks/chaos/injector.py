@@ -12,8 +12,8 @@ from typing import Any
 
 import psutil
 
-from benchmarks.chaos.cloud_processes import FORKED, Member, members
-from benchmarks.chaos.faults import LONGEST_STOP, PAUSE, Fault, Kind, deck
+from benchmarks.chaos.cloud_processes import FORKED, CloudProcessInfo, cloud_processes
+from benchmarks.chaos.faults import LONGEST_STOP, PAUSE, FaultKind, InjectedFault, deck
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
 from robots.client.rest import RestClient
@@ -65,7 +65,7 @@ class Injector:
         self._tell = tell
         self._over = asyncio.Event()
         self._going_on: set[asyncio.Task[None]] = set()
-        self.faults: list[Fault] = []
+        self.faults: list[InjectedFault] = []
 
     async def run(self, seconds: float, every: float) -> None:
         """Do faults for a while; then let all that was stopped go on.
@@ -84,7 +84,7 @@ class Injector:
         self._over.set()
         await asyncio.gather(*self._going_on)
 
-    async def _do(self, kind: Kind) -> None:
+    async def _do(self, kind: FaultKind) -> None:
         try:
             if kind.how == "drain":
                 await self._drain(kind)
@@ -93,14 +93,14 @@ class Injector:
         except (PPaaSError, psutil.Error) as error:  # the cloud is away, or the victim went just now
             logger.info("no fault (%s): %s", kind, error)
 
-    async def _signal(self, kind: Kind) -> None:
-        found = await asyncio.to_thread(members, self._folder)
+    async def _signal(self, kind: FaultKind) -> None:
+        found = await asyncio.to_thread(cloud_processes, self._folder)
         victims = await self._victims(kind, found)
         if not victims:
             logger.info("no fault (%s): there is none", kind)
             return
         victim = self._random.choice(sorted(victims, key=lambda member: member.process.pid))
-        fault = Fault(str(kind), monotonic(), victim.home, victim.process.pid)
+        fault = InjectedFault(str(kind), monotonic(), victim.home, victim.process.pid)
         self.faults.append(fault)
         if kind.how == "kill":
             victim.process.kill()
@@ -109,7 +109,7 @@ class Injector:
         fault.until = math.inf
         self._later(self._go_on(victim.process, PAUSE.get(kind.victim, LONGEST_STOP), fault))
 
-    async def _victims(self, kind: Kind, found: Sequence[Member]) -> list[Member]:
+    async def _victims(self, kind: FaultKind, found: Sequence[CloudProcessInfo]) -> list[CloudProcessInfo]:
         if kind.victim not in ("container", "helper"):
             return [member for member in found if member.kind == kind.victim]
         clones = {one["pid"] for one in await self._rest.items("/v1/containers") if one["robot"] is not None}
@@ -117,7 +117,7 @@ class Injector:
             return [member for member in found if member.process.pid in clones]
         return [member for member in found if member.kind in HELPERS and member.process.pid not in clones]
 
-    async def _go_on(self, process: psutil.Process, pause: float, fault: Fault) -> None:
+    async def _go_on(self, process: psutil.Process, pause: float, fault: InjectedFault) -> None:
         """Set a process going that was stopped and that nobody has ended, at the latest when all is over."""
         end = fault.at + pause
         while _lives(process) and monotonic() < end and not self._over.is_set():
@@ -128,11 +128,11 @@ class Injector:
             process.send_signal(signal.SIGCONT)
         fault.until = monotonic()
 
-    async def _drain(self, kind: Kind) -> None:
+    async def _drain(self, kind: FaultKind) -> None:
         """Drain the machine that carries most, so that robots come to others too."""
         machines = await self._rest.items("/v1/machines")
         fullest = max(machines, key=lambda machine: machine["containers"])["id"]
-        self.faults.append(Fault(str(kind), monotonic(), fullest))
+        self.faults.append(InjectedFault(str(kind), monotonic(), fullest))
         await self._rest.patch(f"/v1/machines/{fullest}", {"draining": True})
         self._later(self._undrain(fullest))
 

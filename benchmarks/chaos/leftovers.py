@@ -5,7 +5,7 @@ from pathlib import Path
 
 import psutil
 
-from benchmarks.chaos.cloud_processes import MACHINES, Member, members
+from benchmarks.chaos.cloud_processes import MACHINES, CloudProcessInfo, cloud_processes
 from ppaas.clock import Clock, monotonic
 
 SHARED_MEMORY = Path("/dev/shm")
@@ -21,7 +21,7 @@ COUNTED = frozenset(("web", "agent", "joined machine", "router"))
 """Processes that live on, so that what they open and do not close adds up."""
 
 
-class Traces:
+class Leftovers:
     """Looks at the processes of a cloud again and again, and at the end at what is left of them.
 
     Parameters
@@ -46,9 +46,9 @@ class Traces:
         self._dead_since: dict[psutil.Process, float] = {}
         self._files: dict[str, int] = {}
 
-    def look(self) -> list[Member]:
+    def look(self) -> list[CloudProcessInfo]:
         """Note what there is now; return the processes that run. It takes tenths of a second on a busy computer."""
-        found = members(self._folder)
+        found = cloud_processes(self._folder)
         new = _names(SHARED_MEMORY) - self._before - self._shared
         for member in found:
             self._seen[member.process] = member.kind
@@ -68,7 +68,7 @@ class Traces:
 
     def count_files(self, more: int | None = None) -> None:
         """Note how many files each kind of process has open; with ``more``, tell of those that have so many more."""
-        for member in members(self._folder):
+        for member in cloud_processes(self._folder):
             if member.kind not in COUNTED:
                 continue
             try:

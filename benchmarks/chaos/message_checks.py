@@ -10,7 +10,7 @@ MOST_CYCLES = 32
 """Control cycles that a clone may have begun within a second. It begins 20, and two clones would begin 40."""
 
 
-class Witness:
+class MessageChecks:
     """Listens for one robot.
 
     A clone stamps what it says of each control cycle (``move_base/feedback``, which goes with each ``cmd_vel``) when it

@@ -13,7 +13,7 @@ PERIOD = 1.0
 """Seconds between two requests."""
 
 
-class Asker:
+class PathRequester:
     """Asks, and counts how it was answered: with a path, or with what kept the cloud from it.
 
     Parameters

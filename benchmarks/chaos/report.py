@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import msgspec
 
-from benchmarks.chaos.faults import Fault
+from benchmarks.chaos.faults import InjectedFault
 from benchmarks.chaos.silences import Gap
 
 BEFORE = 1.0
@@ -26,7 +26,7 @@ class Silence(msgspec.Struct, frozen=True):
     causes: list[str]
 
 
-class Report(msgspec.Struct, frozen=True):
+class ChaosReport(msgspec.Struct, frozen=True):
     """What was done, and what came of it.
 
     Parameters
@@ -56,7 +56,7 @@ class Report(msgspec.Struct, frozen=True):
         That robots began, one each if none was lost.
     cloud_starts : int
         How often the cloud was started again.
-    log : list of Fault
+    log : list of InjectedFault
         What was done, when: seconds since the run began.
     silences : list of Silence
         The longest of them.
@@ -77,7 +77,7 @@ class Report(msgspec.Struct, frozen=True):
     commands: int
     sessions: int
     cloud_starts: int
-    log: list[Fault]
+    log: list[InjectedFault]
     silences: list[Silence]
     wrong: list[str]
 
@@ -113,7 +113,7 @@ class Report(msgspec.Struct, frozen=True):
         ]
 
 
-def longest_by_fault(faults: Sequence[Fault], gaps: Sequence[Gap]) -> dict[str, float]:
+def longest_by_fault(faults: Sequence[InjectedFault], gaps: Sequence[Gap]) -> dict[str, float]:
     """Return the longest gap for each kind of fault, for several at a time, and for none."""
     longest: dict[str, float] = {}
     for gap in gaps:
@@ -123,7 +123,7 @@ def longest_by_fault(faults: Sequence[Fault], gaps: Sequence[Gap]) -> dict[str, 
     return longest
 
 
-def log_of(faults: Sequence[Fault], began: float) -> list[Fault]:
+def log_of(faults: Sequence[InjectedFault], began: float) -> list[InjectedFault]:
     """Return faults by seconds since the run began."""
     return [
         msgspec.structs.replace(
@@ -133,12 +133,12 @@ def log_of(faults: Sequence[Fault], began: float) -> list[Fault]:
     ]
 
 
-def causes_of(faults: Sequence[Fault], gap: Gap) -> list[str]:
+def causes_of(faults: Sequence[InjectedFault], gap: Gap) -> list[str]:
     """Return the faults that were done shortly before a gap or in it, or had stopped what stood still then."""
     return [fault.name for fault in faults if fault.at <= gap.end and max(fault.at, fault.until) >= gap.begin - BEFORE]
 
 
-def longest_silences(faults: Sequence[Fault], gaps: Mapping[str, Sequence[Gap]], began: float) -> list[Silence]:
+def longest_silences(faults: Sequence[InjectedFault], gaps: Mapping[str, Sequence[Gap]], began: float) -> list[Silence]:
     """Return the longest silences of all robots, which are given by their names; ``began`` is when the run did."""
     silences = [
         Silence(robot, round(gap.begin - began, 1), round(gap.end - began, 1), causes_of(faults, gap))

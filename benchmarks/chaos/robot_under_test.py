@@ -5,8 +5,8 @@ import itertools
 import logging
 from collections.abc import Callable
 
-from benchmarks.chaos.goal_results import Goals
-from benchmarks.chaos.message_checks import Witness
+from benchmarks.chaos.goal_results import GoalResults
+from benchmarks.chaos.message_checks import MessageChecks
 from benchmarks.chaos.silences import Silences
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
@@ -22,7 +22,7 @@ from ppaas.messages.move_base_msgs import (
 )
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header
-from robots.client.goal_tracker import Following
+from robots.client.goal_tracker import GoalTracker
 from robots.client.robot_client import RobotClient
 from robots.sim.courses import Course
 from robots.sim.driver import Driver
@@ -40,7 +40,7 @@ RETRY = 1.0
 """Seconds before a client that gave up is replaced."""
 
 
-class Wanderer:
+class RobotUnderTest:
     """One robot, on one connection: it is its own operator.
 
     Parameters
@@ -61,8 +61,8 @@ class Wanderer:
         self, address: tuple[str, str], name: str, robot: SimulatedRobot, course: Course, tell: Callable[[str], None]
     ) -> None:
         self.name = name
-        self.goals = Goals(name, tell)
-        self.witness = Witness(name, tell)
+        self.goals = GoalResults(name, tell)
+        self.witness = MessageChecks(name, tell)
         self.silences = Silences()
         self.sessions = 0
         self._address = address
@@ -70,7 +70,7 @@ class Wanderer:
         self._ways = itertools.cycle((*course.goals, course.start))
         self._numbers = itertools.count(1)
         self._enough = asyncio.Event()
-        self._following: Following | None = None
+        self._following: GoalTracker | None = None
 
     def enough(self) -> None:
         """Take no goal after this one."""
@@ -125,18 +125,18 @@ class Wanderer:
 
     def _on_status(self, message: GoalStatusArray) -> None:
         if self._following is not None:
-            self._following.listed(message, monotonic())
+            self._following.on_status(message, monotonic())
 
     def _on_result(self, message: MoveBaseActionResult) -> None:
         self.goals.result(message.status.goal_id.id)
         if self._following is not None:
-            self._following.ended(message)
+            self._following.on_result(message)
 
     # -- one goal ------------------------------------------------------------------------------------------------------
 
     async def _go(self, client: RobotClient, target: Pose2D) -> None:
         goal = f"{self.name}-goal-{next(self._numbers)}"
-        following = self._following = Following(goal)
+        following = self._following = GoalTracker(goal)
         self.goals.send(goal)
         self.witness.uncommanded.goal_sent(monotonic())
         self.silences.goal_sent(monotonic())
@@ -152,7 +152,7 @@ class Wanderer:
             self.witness.uncommanded.goal_ended(monotonic())
             self.silences.goal_ended(monotonic())
 
-    async def _follow(self, client: RobotClient, following: Following, session: int) -> None:
+    async def _follow(self, client: RobotClient, following: GoalTracker, session: int) -> None:
         began = now = monotonic()
         while now - began < PATIENCE:
             await asyncio.wait([following.result], timeout=LOOK)

@@ -10,11 +10,11 @@ from typing import Any
 from rich.progress import Progress
 
 from benchmarks.chaos.injector import Injector
-from benchmarks.chaos.leftovers import Traces
-from benchmarks.chaos.path_requester import Asker
-from benchmarks.chaos.report import Report, log_of, longest_by_fault, longest_silences
-from benchmarks.chaos.robot_under_test import Wanderer
-from benchmarks.chaos.site import Site
+from benchmarks.chaos.leftovers import Leftovers
+from benchmarks.chaos.path_requester import PathRequester
+from benchmarks.chaos.report import ChaosReport, log_of, longest_by_fault, longest_silences
+from benchmarks.chaos.robot_under_test import RobotUnderTest
+from benchmarks.chaos.site import ChaosSite
 from benchmarks.harness.cloud_under_test import Target
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
@@ -37,7 +37,7 @@ FILES_A_ROBOT = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class ChaosOptions:
     """What is run.
 
     Parameters
@@ -62,7 +62,7 @@ class Options:
     sides: tuple[float, float] = (16.0, 14.0)
 
 
-async def run(options: Options, progress: Progress) -> Report:
+async def run(options: ChaosOptions, progress: Progress) -> ChaosReport:
     """Do faults in a cloud of one's own, and tell what came of them.
 
     Raises
@@ -70,19 +70,19 @@ async def run(options: Options, progress: Progress) -> Report:
     PPaaSError
         The cloud did not start.
     """
-    site = Site(options.machines)
+    site = ChaosSite(options.machines)
     wrong: list[str] = []
     began = monotonic()
 
     def tell(what: str) -> None:
         wrong.append(f"{monotonic() - began:.1f} s: {what}")
 
-    traces = Traces(site.folder, tell)
+    traces = Leftovers(site.folder, tell)
     stage = [_scene(options, number) for number in range(min(MAPS, options.robots))]
     async with site:
         target = await site.login()
         wanderers = [wanderer for scene in stage for wanderer in await scene.enter(target, tell)]
-        asker = Asker(target.rest, stage[0].map_id, stage[0].courses)
+        asker = PathRequester(target.rest, stage[0].map_id, stage[0].courses)
         injector = Injector(target.rest, site.folder, Random(options.seed), options.machines, tell)
         async with asyncio.TaskGroup() as group:
             works = (*(scene.simulator.run() for scene in stage), asker.run(), _look_on(traces))
@@ -105,18 +105,18 @@ class _Scene:
     courses: Sequence[Course]
     simulator: Simulator
 
-    async def enter(self, target: Target, tell: Callable[[str], None]) -> list[Wanderer]:
+    async def enter(self, target: Target, tell: Callable[[str], None]) -> list[RobotUnderTest]:
         await target.publish(self.map_id, self.grid)
         wanderers = []
         for number, course in enumerate(self.courses):
             name = f"{self.map_id}-{number}"
             await target.register(name, self.map_id, course.start, CORES)
             robot = self.world.add_robot(course.start)
-            wanderers.append(Wanderer((target.url, target.token), name, robot, course, tell))
+            wanderers.append(RobotUnderTest((target.url, target.token), name, robot, course, tell))
         return wanderers
 
 
-def _scene(options: Options, number: int) -> _Scene:
+def _scene(options: ChaosOptions, number: int) -> _Scene:
     grid = office(options.seed + number, *options.sides)
     robots = len(range(number, options.robots, MAPS))
     courses = CoursePlanner(grid, options.seed + number).choose(robots, 2)
@@ -124,14 +124,14 @@ def _scene(options: Options, number: int) -> _Scene:
     return _Scene(f"chaos-{number}", grid, world, courses, Simulator(world))
 
 
-async def _look_on(traces: Traces) -> None:
+async def _look_on(traces: Leftovers) -> None:
     while True:
         await asyncio.to_thread(traces.look)
         await asyncio.sleep(LOOK)
 
 
 async def _drive(
-    options: Options, wanderers: list[Wanderer], injector: Injector, traces: Traces, progress: Progress
+    options: ChaosOptions, wanderers: list[RobotUnderTest], injector: Injector, traces: Leftovers, progress: Progress
 ) -> None:
     """Let robots drive, begin with the faults when all of them do, and let each come to the end of its goal."""
     async with asyncio.TaskGroup() as group:
@@ -146,7 +146,7 @@ async def _drive(
     await asyncio.to_thread(traces.count_files, MORE_FILES + FILES_A_ROBOT * options.robots)
 
 
-async def _end(site: Site, traces: Traces, tell: Callable[[str], None]) -> None:
+async def _end(site: ChaosSite, traces: Leftovers, tell: Callable[[str], None]) -> None:
     try:
         await site.stop()
     except Unavailable as error:
@@ -164,11 +164,11 @@ async def _show(faults: "asyncio.Task[None]", seconds: float, injector: Injector
     faults.result()
 
 
-def _reckon(options: Options, wanderers: list[Wanderer], injector: Injector, **rest: Any) -> Report:
+def _reckon(options: ChaosOptions, wanderers: list[RobotUnderTest], injector: Injector, **rest: Any) -> ChaosReport:
     endings = sum((Counter(wanderer.goals.endings) for wanderer in wanderers), Counter())
     gaps = [gap for wanderer in wanderers for gap in wanderer.witness.uncommanded.gaps]
     silences = [gap for wanderer in wanderers for gap in wanderer.silences.gaps]
-    return Report(
+    return ChaosReport(
         seed=options.seed,
         robots=options.robots,
         machines=options.machines,

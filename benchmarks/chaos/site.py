@@ -27,7 +27,7 @@ LINGER = 60.0
 """Seconds for which a robot's clone is kept: a cloud that is killed is back within them on a busy computer too."""
 
 
-class JoinedMachine:
+class SupervisedMachine:
     """A machine that has a ticket; whenever it dies it is started again, as a supervisor does it.
 
     Parameters
@@ -78,7 +78,7 @@ class JoinedMachine:
             raise Unavailable(f"machine {self._name} did not end within {STOP_TIMEOUT:g} s of SIGTERM") from error
 
 
-class Site:
+class ChaosSite:
     """The cloud and its machines.
 
     Parameters
@@ -95,8 +95,8 @@ class Site:
         self._keeper: asyncio.Task[None] | None = None
         self.restarts = 0
 
-    def _machine(self, name: str) -> JoinedMachine:
-        return JoinedMachine(self.folder / MACHINES / name, name)
+    def _machine(self, name: str) -> SupervisedMachine:
+        return SupervisedMachine(self.folder / MACHINES / name, name)
 
     @property
     def folder(self) -> Path:

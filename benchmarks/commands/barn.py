@@ -11,7 +11,7 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from benchmarks.navigation.barn.run import Result
+    from benchmarks.navigation.barn.run import BarnResult
 
 HELP = "a robot without a map among cylinders: how often it arrives, how soon, and how near it comes to them"
 
@@ -44,7 +44,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
 
     CONTROLLERS.load(arguments.planner)  # a name that nobody has is told before any process is begun
     worlds = read_worlds(arguments.file, arguments.worlds, arguments.radius)
-    options = suite.Options(arguments.runs, arguments.planner, arguments.noise, arguments.seed, arguments.jobs)
+    options = suite.BarnOptions(arguments.runs, arguments.planner, arguments.noise, arguments.seed, arguments.jobs)
     if arguments.picture is not None:
         _draw(arguments.picture, suite.jobs_of(worlds, options)[0])
     task = progress.add_task(f"{len(worlds)} worlds", total=len(worlds) * arguments.runs)
@@ -54,17 +54,17 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
 
 def _draw(path: Path, job: Any) -> None:
     from benchmarks.navigation.barn.picture import write_picture  # noqa: PLC0415
-    from robots.pictures.path import check_picture  # noqa: PLC0415
+    from robots.pictures.figure_file import check_figure  # noqa: PLC0415
 
-    check_picture(path)
+    check_figure(path)
     write_picture(path, job)
 
 
-def _rows(results: "list[Result]") -> list[dict[str, str]]:
+def _rows(results: "list[BarnResult]") -> list[dict[str, str]]:
     """Return a row for all, and one for each of the worlds that scored worst."""
     from benchmarks.navigation.barn.suite import summary  # noqa: PLC0415
 
-    of: dict[int, list[Result]] = {}
+    of: dict[int, list[BarnResult]] = {}
     for result in results:
         of.setdefault(result.world, []).append(result)
     told = {number: summary(runs) for number, runs in of.items()}

@@ -43,9 +43,11 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Run it; the exit status is 1 where something is wrong."""
     import msgspec  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
-    from benchmarks.chaos.run import Options, run  # noqa: PLC0415
+    from benchmarks.chaos.run import ChaosOptions, run  # noqa: PLC0415
 
-    options = Options(60.0 * arguments.minutes, arguments.robots, arguments.machines, arguments.every, arguments.seed)
+    options = ChaosOptions(
+        60.0 * arguments.minutes, arguments.robots, arguments.machines, arguments.every, arguments.seed
+    )
     report = event_loop.run(run(options, progress))
     rows = report.rows()
     text = "\n".join([*(table(rows, tuple(rows[0])) if rows else ()), *report.sentences()])

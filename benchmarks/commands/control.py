@@ -36,9 +36,9 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
 
     chosen = cycles.setups(tuple(arguments.planner))
     if arguments.plot is not None:
-        from robots.pictures.path import check_picture  # noqa: PLC0415
+        from robots.pictures.figure_file import check_figure  # noqa: PLC0415
 
-        check_picture(arguments.plot)
+        check_figure(arguments.plot)
     task = progress.add_task(f"drive through {arguments.map}", total=len(chosen) * arguments.goals)
     told = cycles.measure(
         read_map(arguments.map), chosen, arguments.goals,

@@ -35,10 +35,10 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     import uvloop  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
     from benchmarks.engine import suite  # noqa: PLC0415
-    from benchmarks.engine.options import Options  # noqa: PLC0415
+    from benchmarks.engine.options import EngineOptions  # noqa: PLC0415
     from benchmarks.harness.figures import measured  # noqa: PLC0415
 
-    options = Options(
+    options = EngineOptions(
         tuple(arguments.only or ()), arguments.quick, arguments.runtime, arguments.containers,
         arguments.placements, arguments.machines,
     )  # fmt: skip

@@ -11,7 +11,7 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from benchmarks.navigation.goals.run import Job
+    from benchmarks.navigation.goals.run import GoalsJob
 
 HELP = "a robot among people who walk about: how many goals it comes to, and whom and what it touches"
 
@@ -59,7 +59,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     return Measured({"people": arguments.people, "planner": jobs[0].controller, "maps": told, **total}, rows)
 
 
-def _jobs(arguments: argparse.Namespace) -> "list[Job]":
+def _jobs(arguments: argparse.Namespace) -> "list[GoalsJob]":
     """Return a drive for each robot of each map.
 
     Raises
@@ -68,7 +68,7 @@ def _jobs(arguments: argparse.Namespace) -> "list[Job]":
         Of a plug-in or a parameter: told before any process is begun.
     """
     from benchmarks.harness.maps import read_map  # noqa: PLC0415
-    from benchmarks.navigation.goals.run import Job, Trip  # noqa: PLC0415
+    from benchmarks.navigation.goals.run import GoalsJob, Trip  # noqa: PLC0415
     from ppaas.clone.plugins import DEFAULT_CONTROLLER  # noqa: PLC0415
     from ppaas.errors import InvalidInput  # noqa: PLC0415
 
@@ -77,7 +77,7 @@ def _jobs(arguments: argparse.Namespace) -> "list[Job]":
         parameters.setdefault(node, {})[name] = value
     tours = [min(TOUR, arguments.goals - first) for first in range(0, arguments.goals, TOUR)]
     jobs = [
-        Job(
+        GoalsJob(
             name, grid, arguments.people, tour, arguments.planner or DEFAULT_CONTROLLER, parameters,
             arguments.seed, drive, arguments.told,
         )
@@ -107,11 +107,11 @@ def _parameter(text: str) -> tuple[str, str, Any]:
         return node, name, value
 
 
-def _draw(path: Path, job: "Job") -> None:
+def _draw(path: Path, job: "GoalsJob") -> None:
     from benchmarks.navigation.goals.picture import write_picture  # noqa: PLC0415
-    from robots.pictures.path import check_picture  # noqa: PLC0415
+    from robots.pictures.figure_file import check_figure  # noqa: PLC0415
 
-    check_picture(path)
+    check_figure(path)
     write_picture(path, job)
 
 

@@ -71,7 +71,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
 
 def _drive(arguments: argparse.Namespace, grid: Any, progress: "Progress") -> dict[str, Any]:
     from benchmarks.localization import suite  # noqa: PLC0415
-    from benchmarks.localization.run import Job, Kind  # noqa: PLC0415
+    from benchmarks.localization.run import Kind, LocalizationJob  # noqa: PLC0415
     from ppaas.localization.parameters import AmclParameters  # noqa: PLC0415
     from ppaas.parameters import read_parameters  # noqa: PLC0415
 
@@ -80,7 +80,7 @@ def _drive(arguments: argparse.Namespace, grid: Any, progress: "Progress") -> di
     parameters = dict(map(_parameter, arguments.set))
     read_parameters(AmclParameters, "amcl", parameters)  # what cannot be set is told before any process is begun
     given = (grid, kind, arguments.metres, parameters, arguments.seed)
-    jobs = [Job(*given, run, arguments.jam) for run in range(arguments.runs)]
+    jobs = [LocalizationJob(*given, run, arguments.jam) for run in range(arguments.runs)]
     task = progress.add_task(f"{kind} in {arguments.map}", total=len(jobs))
     results = suite.measure(jobs, arguments.jobs, lambda: progress.advance(task))
     return {"map": arguments.map, "kind": kind, **suite.summary(results)}
@@ -97,9 +97,9 @@ def _play(arguments: argparse.Namespace, progress: "Progress") -> dict[str, Any]
     if arguments.kidnap or arguments.jam or arguments.update:
         raise InvalidInput("--kidnap, --jam and --update are not for a recording")
     if arguments.plot is not None:
-        from robots.pictures.path import check_picture  # noqa: PLC0415
+        from robots.pictures.figure_file import check_figure  # noqa: PLC0415
 
-        check_picture(arguments.plot)
+        check_figure(arguments.plot)
     recording = read_recording(arguments.recording)
     looks = recording.looks
     whole_drive = arguments.map is not None or arguments.same

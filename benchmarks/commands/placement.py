@@ -33,7 +33,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     from benchmarks.placement import balancers  # noqa: PLC0415 - ``ppaas bench --help`` loads this
     from engine.master.balancers.registry import BALANCERS  # noqa: PLC0415
 
-    options = balancers.Options(
+    options = balancers.PlacementOptions(
         arguments.robots, arguments.machines, arguments.cores, arguments.maps, arguments.seed,
         tuple(arguments.balancer or BALANCERS.names()), arguments.arrivals,
     )  # fmt: skip

@@ -31,5 +31,5 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     from benchmarks.service import suite  # noqa: PLC0415
 
     token = token_of(arguments) if arguments.url else None
-    options = suite.Options(tuple(arguments.only or ()), arguments.quick, arguments.url, token)
+    options = suite.ServiceOptions(tuple(arguments.only or ()), arguments.quick, arguments.url, token)
     return measured(event_loop.run(suite.measure(options, progress), uvloop.new_event_loop))

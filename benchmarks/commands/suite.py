@@ -27,7 +27,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     from benchmarks.planners import report, suite  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
     measured = report.read(arguments.file)
-    options = suite.Options(arguments.data, tuple(arguments.only or ()), arguments.quick)
+    options = suite.PlannerSuiteOptions(arguments.data, tuple(arguments.only or ()), arguments.quick)
     for part, told in suite.measure(options, progress):
         measured[part] = told
         report.keep(arguments.file, measured)  # at once: what comes later may take long, or fail

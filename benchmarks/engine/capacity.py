@@ -9,9 +9,9 @@ from rich.progress import Progress
 from websockets.asyncio.client import ClientConnection
 
 from benchmarks.engine import baselines
-from benchmarks.engine.first_answer import MAP, Question, opened, prepared
-from benchmarks.engine.options import Options
-from benchmarks.engine.site import Site
+from benchmarks.engine.first_answer import MAP, FirstPathQuestion, opened, prepared
+from benchmarks.engine.options import EngineOptions
+from benchmarks.engine.site import EngineSite
 from benchmarks.harness.figures import Figure, median_of
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
@@ -28,7 +28,7 @@ WEIGHED_TIMEOUT = 30.0
 ROBOT = "bench-crowd-"
 
 
-async def measure(site: Site, options: Options, progress: Progress) -> list[Figure]:
+async def measure(site: EngineSite, options: EngineOptions, progress: Progress) -> list[Figure]:
     """Let the machine give away as many cores as are asked for; then open all robots at a time."""
     wanted = min(options.containers, FEW) if options.quick else options.containers
     question = await prepared(site.target)
@@ -42,7 +42,7 @@ async def measure(site: Site, options: Options, progress: Progress) -> list[Figu
         await site.limit(site.machine, **told)
 
 
-async def _crowd(site: Site, question: Question, wanted: int, progress: Progress) -> list[Figure]:
+async def _crowd(site: EngineSite, question: FirstPathQuestion, wanted: int, progress: Progress) -> list[Figure]:
     urls = [await site.target.register(f"{ROBOT}{n}", MAP, question.start, CORES) for n in range(wanted)]
     task = progress.add_task(f"{wanted} containers at a time", total=wanted)
     async with contextlib.AsyncExitStack() as stack:
@@ -74,13 +74,13 @@ async def _pythons(count: int) -> Figure:
     return Figure(PART, "python -c pass, as many", took, "s", yardstick=True, note="bare interpreters, all at once")
 
 
-async def _asked(question: Question, socket: ClientConnection) -> float:
+async def _asked(question: FirstPathQuestion, socket: ClientConnection) -> float:
     began = monotonic()
     await question.ask(socket)
     return monotonic() - began
 
 
-async def _weights(site: Site, containers: int) -> list[int]:
+async def _weights(site: EngineSite, containers: int) -> list[int]:
     """Return the proportional set size of each [bytes], as its machine tells it; fewer where it does not tell."""
     deadline = monotonic() + WEIGHED_TIMEOUT
     while True:

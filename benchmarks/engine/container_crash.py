@@ -9,9 +9,9 @@ from rich.progress import Progress
 
 from benchmarks.engine import baselines
 from benchmarks.engine.driving_robot import MAP, PATIENCE, Looker, driven, grid_to_drive_on
-from benchmarks.engine.options import PAUSES, Options
+from benchmarks.engine.options import PAUSES, EngineOptions
 from benchmarks.engine.samples import median_and_worst, served_after
-from benchmarks.engine.site import Site
+from benchmarks.engine.site import EngineSite
 from benchmarks.harness.figures import Figure
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
@@ -22,7 +22,7 @@ LIMITS_MS = {"process": 500.0, "ray": 500.0}
 """By the runtime; none is set where containers are in reserve and may have run out."""
 
 
-async def measure(site: Site, options: Options, progress: Progress) -> list[Figure]:
+async def measure(site: EngineSite, options: EngineOptions, progress: Progress) -> list[Figure]:
     """Kill a container of each of some robots, one a robot: what crashes again soon is replaced later each time."""
     grid = grid_to_drive_on()
     await site.target.publish(MAP, grid)
@@ -40,7 +40,7 @@ async def measure(site: Site, options: Options, progress: Progress) -> list[Figu
     ]
 
 
-async def _crash(site: Site, robot: str, looker: Looker) -> float:
+async def _crash(site: EngineSite, robot: str, looker: Looker) -> float:
     before = await site.container(robot)
     killed = monotonic()
     os.kill(before["pid"], signal.SIGKILL)
@@ -49,7 +49,7 @@ async def _crash(site: Site, robot: str, looker: Looker) -> float:
     return served_after(looker.commands, killed)
 
 
-async def served_by_another(site: Site, robot: str, than: dict[str, Any]) -> dict[str, Any]:
+async def served_by_another(site: EngineSite, robot: str, than: dict[str, Any]) -> dict[str, Any]:
     """Return the container of a robot once it is another, and answers.
 
     Raises

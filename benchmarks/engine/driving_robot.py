@@ -4,8 +4,8 @@ import asyncio
 import contextlib
 from collections.abc import AsyncIterator
 
-from benchmarks.engine.site import Site
-from benchmarks.harness.roaming_robot import roaming
+from benchmarks.engine.site import EngineSite
+from benchmarks.harness.roaming_robot import roaming_robot
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
 from ppaas.maps.generate import office
@@ -64,7 +64,7 @@ class Looker:
 
 
 @contextlib.asynccontextmanager
-async def driven(site: Site, robot: str, grid: GridMap) -> AsyncIterator[Looker]:
+async def driven(site: EngineSite, robot: str, grid: GridMap) -> AsyncIterator[Looker]:
     """Have a robot drive on a map that is published; it is under way."""
     url, token = site.target.url, site.target.token
     course = CoursePlanner(grid, 1).choose(1, 3)[0]
@@ -74,7 +74,7 @@ async def driven(site: Site, robot: str, grid: GridMap) -> AsyncIterator[Looker]
     running = asyncio.create_task(Simulator(world).run())
     try:
         async with (
-            roaming(url, token, robot, body, course),
+            roaming_robot(url, token, robot, body, course),
             RobotClient(url, robot=robot, token=token, role="operator", hold=False) as client,
         ):
             looker = Looker()

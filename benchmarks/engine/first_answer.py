@@ -20,7 +20,7 @@ OPEN_TIMEOUT = 120.0
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class FirstPathQuestion:
     """A path that is asked for of a clone: the first answer of which a robot has any use.
 
     Parameters
@@ -79,9 +79,9 @@ def _read(frame: str | bytes) -> _Answer:
     return msgspec.json.decode(frame, type=_Answer)
 
 
-async def prepared(target: Target) -> Question:
+async def prepared(target: Target) -> FirstPathQuestion:
     """Publish the map of the bench; return what can be asked on it."""
     grid = warehouse(seed=1)
     start, goal = ends(grid)
     await target.publish(MAP, grid)
-    return Question(start, compute_path_call(start, goal))
+    return FirstPathQuestion(start, compute_path_call(start, goal))

@@ -15,7 +15,7 @@ JOIN_TIMEOUT = 60.0
 END_TIMEOUT = 10.0
 
 
-class JoinedMachine:
+class JoinedAgent:
     """The process of a machine; ``ppaas machine join`` becomes its agent.
 
     Parameters
@@ -79,13 +79,13 @@ class LocalHosts:
         self._count = 0
 
     @contextlib.asynccontextmanager
-    async def joined(self, target: Target, folder: Path) -> AsyncIterator[JoinedMachine]:
+    async def joined(self, target: Target, folder: Path) -> AsyncIterator[JoinedAgent]:
         """Let a machine join the cloud whose files are in a folder, by a ticket."""
         self._count += 1
         name = f"bench-{self._count}"
         with tempfile.TemporaryDirectory(prefix="m-", ignore_cleanup_errors=True) as own:  # sockets need a short path
             process = await join(name, Path(own), await ticket_of(folder / "data"))
-            machine = JoinedMachine(name, process)
+            machine = JoinedAgent(name, process)
             try:
                 await machine.is_in(target)
                 yield machine

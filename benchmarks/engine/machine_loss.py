@@ -8,9 +8,9 @@ from rich.progress import Progress
 from benchmarks.engine import baselines
 from benchmarks.engine.container_crash import served_by_another
 from benchmarks.engine.driving_robot import MAP, driven, grid_to_drive_on
-from benchmarks.engine.options import Options
+from benchmarks.engine.options import EngineOptions
 from benchmarks.engine.samples import median_and_worst, served_after
-from benchmarks.engine.site import Machine, Site
+from benchmarks.engine.site import EngineSite, SecondMachine
 from benchmarks.harness.figures import Figure
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
@@ -19,14 +19,14 @@ PART = "lost"
 LOSSES, QUICK = 3, 1
 LIMIT_MS = 5000.0
 
-FAULTS: dict[str, tuple[str, Callable[[Machine], None]]] = {
+FAULTS: dict[str, tuple[str, Callable[[SecondMachine], None]]] = {
     "machine killed": ("kill -9 of its agent, on Ray of all of its node", lambda machine: machine.kill()),
     "machine frozen": ("its agent stands still, and says nothing", lambda machine: machine.freeze()),
 }
 """What is done to a machine, by what it is called."""
 
 
-async def measure(site: Site, options: Options, progress: Progress) -> list[Figure]:
+async def measure(site: EngineSite, options: EngineOptions, progress: Progress) -> list[Figure]:
     """Lose machines that a robot drives on, each time another one; the cloud's own goes on."""
     await site.target.publish(MAP, grid_to_drive_on())
     figures: list[Figure] = []
@@ -38,7 +38,7 @@ async def measure(site: Site, options: Options, progress: Progress) -> list[Figu
     return [*figures, baselines.python_figure(PART, [await baselines.python() for _ in range(LOSSES)])]
 
 
-async def _lose(site: Site, robot: str, fault: Callable[[Machine], None]) -> float:
+async def _lose(site: EngineSite, robot: str, fault: Callable[[SecondMachine], None]) -> float:
     async with site.second_machine() as machine, contextlib.AsyncExitStack() as stack:
         async with site.only_on(machine.name):
             looker = await stack.enter_async_context(driven(site, robot, grid_to_drive_on()))

@@ -14,9 +14,9 @@ from typing import Any
 import msgspec
 from rich.progress import Progress
 
-from benchmarks.engine.options import Options
+from benchmarks.engine.options import EngineOptions
 from benchmarks.harness.figures import Figure
-from benchmarks.harness.json_process import Talk, talking
+from benchmarks.harness.json_process import JsonProcess, json_process
 from benchmarks.placement import machines_process, master_process
 from ppaas.clock import monotonic
 
@@ -33,7 +33,7 @@ KEEP_EVERY = 10
 """Of every how many-th container its machine keeps a checkpoint before the master is killed."""
 
 
-class Ordered(msgspec.Struct, frozen=True):
+class PlacedRobot(msgspec.Struct, frozen=True):
     """What a robot got: a container on a machine, which goes on from the checkpoint of another, and kept its own."""
 
     machine: str
@@ -42,7 +42,7 @@ class Ordered(msgspec.Struct, frozen=True):
     kept: bool = False
 
 
-async def measure(options: Options, progress: Progress) -> list[Figure]:
+async def measure(options: EngineOptions, progress: Progress) -> list[Figure]:
     """Place all with each balancer, and once without any; then kill a master in the middle and start it again."""
     machines = min(options.machines, FEW_MACHINES) if options.quick else options.machines
     robots = min(options.placements, FEW_PLACEMENTS) if options.quick else options.placements
@@ -68,19 +68,19 @@ def _rate_figure(balancer: str, placed: dict[str, float], robots: int, machines:
 
 
 @contextlib.asynccontextmanager
-async def _master(folder: Path, balancer: str, robots: int, machines: int) -> AsyncIterator[Talk]:
+async def _master(folder: Path, balancer: str, robots: int, machines: int) -> AsyncIterator[JsonProcess]:
     """Run a master, and wait until its machines are there."""
-    async with talking(master_process, str(folder), balancer, str(robots)) as master:
+    async with json_process(master_process, str(folder), balancer, str(robots)) as master:
         await master.hear()
         await master.ask({"do": "wait", "machines": machines})
         yield master
 
 
 @contextlib.asynccontextmanager
-async def _machines(machines: int, keep_every: int) -> AsyncIterator[tuple[Path, Talk]]:
+async def _machines(machines: int, keep_every: int) -> AsyncIterator[tuple[Path, JsonProcess]]:
     """Run machines, and have a folder for their cloud."""
     with tempfile.TemporaryDirectory(prefix="b-", ignore_cleanup_errors=True) as name:  # sockets need a short path
-        async with talking(machines_process, name, str(machines), str(keep_every)) as carrying:
+        async with json_process(machines_process, name, str(machines), str(keep_every)) as carrying:
             yield Path(name), carrying
 
 
@@ -110,25 +110,29 @@ async def _killed(robots: int, machines: int) -> list[Figure]:
             return survived(before, await _told(carrying), said, await master.ask({"do": "state"}), took)
 
 
-async def _placed_half(carrying: Talk, robots: int) -> None:
+async def _placed_half(carrying: JsonProcess, robots: int) -> None:
     while True:
         if await carrying.ask("count") >= robots // 2:
             return
         await asyncio.sleep(0.01)
 
 
-async def _told(carrying: Talk) -> dict[str, Ordered]:
-    return msgspec.convert(await carrying.ask("told"), dict[str, Ordered])
+async def _told(carrying: JsonProcess) -> dict[str, PlacedRobot]:
+    return msgspec.convert(await carrying.ask("told"), dict[str, PlacedRobot])
 
 
 def survived(
-    before: dict[str, Ordered], after: dict[str, Ordered], said: dict[str, Any], still: dict[str, Any], took: float
+    before: dict[str, PlacedRobot],
+    after: dict[str, PlacedRobot],
+    said: dict[str, Any],
+    still: dict[str, Any],
+    took: float,
 ) -> list[Figure]:
     """Return what a killed master left, by what machines were ordered before and after, and what is said of them.
 
     Parameters
     ----------
-    before, after : dict of str to Ordered
+    before, after : dict of str to PlacedRobot
         What each robot got from the master that was killed, and from the next.
     said, still : dict
         What administrators had said of machines, and what is known of it afterwards.

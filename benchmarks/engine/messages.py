@@ -13,11 +13,11 @@ from rich.progress import Progress
 
 from benchmarks.engine import baselines
 from benchmarks.engine.driving_robot import grid_to_drive_on
-from benchmarks.engine.options import Options
+from benchmarks.engine.options import EngineOptions
 from benchmarks.engine.ping_pong import in_one_container
 from benchmarks.engine.samples import median_and_p99
-from benchmarks.engine.site import Site
-from benchmarks.engine.talking_robot import Speaker, speaking
+from benchmarks.engine.site import EngineSite
+from benchmarks.engine.talking_robot import TalkingRobot, talking_robot
 from benchmarks.harness.figures import Figure, median_of
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
@@ -33,7 +33,7 @@ ACQUAINTED = 30.0
 """Seconds within which both are heard before the first round that counts."""
 
 
-async def measure(site: Site, options: Options, progress: Progress) -> list[Figure]:
+async def measure(site: EngineSite, options: EngineOptions, progress: Progress) -> list[Figure]:
     """Let two nodes of a container, two containers of a machine, and those of two machines speak to each other."""
     grid, rounds = grid_to_drive_on(), options.of(ROUNDS, QUICK)
     within = in_one_container(options.of(1000, 100))
@@ -53,23 +53,25 @@ async def measure(site: Site, options: Options, progress: Progress) -> list[Figu
 
 
 @contextlib.asynccontextmanager
-async def _pair(site: Site, name: str, grid: GridMap, machine: str) -> AsyncIterator[tuple[Speaker, Speaker]]:
+async def _pair(
+    site: EngineSite, name: str, grid: GridMap, machine: str
+) -> AsyncIterator[tuple[TalkingRobot, TalkingRobot]]:
     """Open two robots on a map of their own: the first on the cloud's first machine, the second where it is said."""
     map_id = f"bench-{name}"
     await site.target.publish(map_id, grid)
     first, second = CoursePlanner(grid, 1).choose(2, 1)
     async with contextlib.AsyncExitStack() as stack:
         async with site.only_on(site.machine):
-            speaker = speaking(site.target, f"{map_id}-1", map_id, grid, first.start)
+            speaker = talking_robot(site.target, f"{map_id}-1", map_id, grid, first.start)
             one = await stack.enter_async_context(speaker)
         async with site.only_on(machine):
-            speaker = speaking(site.target, f"{map_id}-2", map_id, grid, second.start)
+            speaker = talking_robot(site.target, f"{map_id}-2", map_id, grid, second.start)
             other = await stack.enter_async_context(speaker)
         yield one, other
 
 
 async def _round_trips(
-    robots: tuple[Speaker, Speaker], rounds: int, description: str, progress: Progress
+    robots: tuple[TalkingRobot, TalkingRobot], rounds: int, description: str, progress: Progress
 ) -> list[float]:
     """Let both speak in turns; return the round trips of which no way was lost [s]."""
     one, other = robots
@@ -83,7 +85,7 @@ async def _round_trips(
     return heard
 
 
-async def _get_acquainted(one: Speaker, other: Speaker, description: str) -> None:
+async def _get_acquainted(one: TalkingRobot, other: TalkingRobot, description: str) -> None:
     """Let both speak until both were heard: what is kept ready for the first message is not measured."""
     until = monotonic() + ACQUAINTED
     while await _round_trip(one, other) is None:
@@ -91,14 +93,14 @@ async def _get_acquainted(one: Speaker, other: Speaker, description: str) -> Non
             raise Unavailable(f"{description}: not heard within {ACQUAINTED:g} s: see the log of the cloud")
 
 
-async def _round_trip(one: Speaker, other: Speaker) -> float | None:
+async def _round_trip(one: TalkingRobot, other: TalkingRobot) -> float | None:
     began = monotonic()
     there, back = await _one_way(one, other), await _one_way(other, one)
     await asyncio.sleep(max(PERIOD - (monotonic() - began), 0.0))
     return None if there is None or back is None else there + back
 
 
-async def _one_way(speaker: Speaker, listener: Speaker) -> float | None:
+async def _one_way(speaker: TalkingRobot, listener: TalkingRobot) -> float | None:
     said, x = await speaker.say()
     heard = await listener.others.of(x)
     return None if heard is None else heard - said

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from benchmarks.harness.parts import Parts
+from benchmarks.harness.parts import PartSelection
 
 READY_LIMIT_MS = {"process": 100.0, "ray": 100.0, "docker": 400.0}
 """In which a container must be ready, by its runtime; on Ray beyond the first start of a node."""
@@ -14,7 +14,7 @@ RUNTIMES = tuple(READY_LIMIT_MS)
 
 
 @dataclass(frozen=True, slots=True)
-class Options(Parts):
+class EngineOptions(PartSelection):
     """What to measure.
 
     Parameters

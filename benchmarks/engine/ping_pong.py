@@ -14,7 +14,7 @@ PING, PONG = Topic("ping", PoseWithCovarianceStamped), Topic("pong", PoseWithCov
 MESSAGE = PoseWithCovarianceStamped(Header(frame_id="map"), PoseWithCovariance(Pose.of(Pose2D(1.0, 2.0, 0.5))))
 
 
-class Answerer(Node):
+class PongNode(Node):
     """Says again what it hears."""
 
     name: ClassVar[str] = "answerer"
@@ -26,7 +26,7 @@ class Answerer(Node):
         self.context.publish(PONG.name, message)
 
 
-class Asker(Node):
+class PingNode(Node):
     """Speaks, and notes when it is answered.
 
     Attributes
@@ -54,6 +54,6 @@ class Asker(Node):
 def in_one_container(rounds: int) -> list[float]:
     """Return how long a pose takes from a node to another of the same graph, and back [s]."""
     graph = Graph()
-    graph.add(Answerer)
-    asker = graph.add(Asker)
+    graph.add(PongNode)
+    asker = graph.add(PingNode)
     return [asker.ask() for _ in range(rounds)]

@@ -31,7 +31,7 @@ CORES = 2
 """That a node says it has."""
 
 
-class RayNode:
+class LocalRayNode:
     """A node: ``ray start``, and all below it.
 
     Parameters
@@ -104,15 +104,15 @@ class RayNode:
         psutil.wait_procs(family, END_TIMEOUT)
 
 
-Node = TypeVar("Node", bound=RayNode)
+Node = TypeVar("Node", bound=LocalRayNode)
 
 
-class RayCluster(Generic[Node]):
+class LocalRayCluster(Generic[Node]):
     """A cluster of which the head has no cores, with a token that whoever takes part in it must have.
 
     Parameters
     ----------
-    kind : type of RayNode
+    kind : type of LocalRayNode
         Of its nodes.
     environment : str
         Variables of all its nodes, beside what this process has.

@@ -5,7 +5,7 @@ import contextlib
 from collections.abc import AsyncIterator
 from pathlib import Path
 
-from benchmarks.engine.ray_cluster import RayCluster, RayNode
+from benchmarks.engine.ray_cluster import LocalRayCluster, LocalRayNode
 from benchmarks.engine.site import machines_beyond
 from benchmarks.harness.cloud_under_test import Target
 
@@ -15,18 +15,18 @@ class RayHosts:
 
     Parameters
     ----------
-    cluster : RayCluster
+    cluster : LocalRayCluster
         That they join.
     """
 
-    def __init__(self, cluster: RayCluster[RayNode]) -> None:
+    def __init__(self, cluster: LocalRayCluster[LocalRayNode]) -> None:
         self._cluster = cluster
         at = ("--ray-address", cluster.address, "--listen-machines", "127.0.0.1:0")
         self.arguments: tuple[str, ...] = ("--runtime", "ray", *at)
         self.environment = cluster.credentials
 
     @contextlib.asynccontextmanager
-    async def joined(self, target: Target, folder: Path) -> AsyncIterator[RayNode]:
+    async def joined(self, target: Target, folder: Path) -> AsyncIterator[LocalRayNode]:
         """Start a node, and wait until it is a machine of a cloud; all of it is gone afterwards."""
         known = [view["id"] for view in await target.rest.items("/v1/machines")]
         node = await asyncio.to_thread(self._cluster.join)
@@ -46,7 +46,7 @@ async def ray_hosts() -> AsyncIterator[RayHosts]:
     Unavailable
         It does not start.
     """
-    starting = asyncio.create_task(asyncio.to_thread(RayCluster, RayNode))
+    starting = asyncio.create_task(asyncio.to_thread(LocalRayCluster, LocalRayNode))
     try:
         cluster = await asyncio.shield(starting)
     except asyncio.CancelledError:

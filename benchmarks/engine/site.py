@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from benchmarks.engine.options import Options
+from benchmarks.engine.options import EngineOptions
 from benchmarks.harness.cloud_under_test import LINGER, Target, logged_in
 from ppaas.clock import monotonic
 from ppaas.errors import NotFound, Unavailable
@@ -22,7 +22,7 @@ JOIN_TIMEOUT = 60.0
 """Seconds in which a machine must have joined: what Ray starts takes its time."""
 
 
-class Machine(Protocol):
+class SecondMachine(Protocol):
     """A machine that joined, and whose end is in our hands."""
 
     name: str
@@ -45,13 +45,13 @@ class Hosts(Protocol):
     environment: dict[str, str]
     """For that cloud."""
 
-    def joined(self, target: Target, folder: Path) -> contextlib.AbstractAsyncContextManager[Machine]:
+    def joined(self, target: Target, folder: Path) -> contextlib.AbstractAsyncContextManager[SecondMachine]:
         """Let one more machine join the cloud in a folder."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
-class Site:
+class EngineSite:
     """A cloud of the bench's own.
 
     Parameters
@@ -71,7 +71,7 @@ class Site:
     folder: Path
     hosts: Hosts
 
-    def second_machine(self) -> contextlib.AbstractAsyncContextManager[Machine]:
+    def second_machine(self) -> contextlib.AbstractAsyncContextManager[SecondMachine]:
         """Let one more machine join; it is gone afterwards."""
         return self.hosts.joined(self.target, self.folder)
 
@@ -111,7 +111,7 @@ class Site:
 
 
 @contextlib.asynccontextmanager
-async def cloud_on(hosts: Hosts, options: Options) -> AsyncIterator[Site]:
+async def cloud_on(hosts: Hosts, options: EngineOptions) -> AsyncIterator[EngineSite]:
     """Start a cloud with a first machine, and end it afterwards.
 
     Raises
@@ -124,7 +124,7 @@ async def cloud_on(hosts: Hosts, options: Options) -> AsyncIterator[Site]:
     arguments = ("--linger", str(LINGER), *quotas, *hosts.arguments)
     async with CloudProcess(arguments=arguments, environment=hosts.environment) as cloud:
         target = await logged_in(cloud)
-        yield Site(target, (await machines_beyond(target, ()))[0], cloud.folder, hosts)
+        yield EngineSite(target, (await machines_beyond(target, ()))[0], cloud.folder, hosts)
 
 
 async def machines_beyond(target: Target, known: Collection[str]) -> list[str]:

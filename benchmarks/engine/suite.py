@@ -7,12 +7,12 @@ from rich.progress import Progress
 
 from benchmarks.engine import capacity, container_crash, machine_loss, master, messages, time_to_ready
 from benchmarks.engine.joined_hosts import LocalHosts
-from benchmarks.engine.options import Options
+from benchmarks.engine.options import EngineOptions
 from benchmarks.engine.ray_hosts import ray_hosts
-from benchmarks.engine.site import Hosts, Site, cloud_on
+from benchmarks.engine.site import EngineSite, Hosts, cloud_on
 from benchmarks.harness.figures import Figure
 
-Measure = Callable[[Site, Options, Progress], Awaitable[list[Figure]]]
+Measure = Callable[[EngineSite, EngineOptions, Progress], Awaitable[list[Figure]]]
 
 PARTS: dict[str, Measure] = {
     time_to_ready.PART: time_to_ready.measure,
@@ -24,7 +24,7 @@ PARTS: dict[str, Measure] = {
 """What is measured at a cloud that is up; the master is measured without one."""
 
 
-async def measure(options: Options, progress: Progress) -> list[Figure]:
+async def measure(options: EngineOptions, progress: Progress) -> list[Figure]:
     """Measure the parts one after the other.
 
     Raises
@@ -44,7 +44,7 @@ async def measure(options: Options, progress: Progress) -> list[Figure]:
 
 
 @contextlib.asynccontextmanager
-async def _hosts(options: Options) -> AsyncIterator[Hosts]:
+async def _hosts(options: EngineOptions) -> AsyncIterator[Hosts]:
     if options.runtime == "ray":
         async with ray_hosts() as hosts:
             yield hosts

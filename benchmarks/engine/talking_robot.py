@@ -32,7 +32,7 @@ PATIENCE = 1.0
 
 
 @dataclass(slots=True)
-class Heard:
+class ReceivedPositions:
     """What was heard on a topic: when [s], and what x [m] it told of one or several robots."""
 
     times: deque[tuple[float, list[float]]] = field(default_factory=lambda: deque(maxlen=100))
@@ -56,7 +56,7 @@ class Heard:
         return None
 
 
-class Speaker:
+class TalkingRobot:
     """A robot with a container.
 
     Parameters
@@ -68,7 +68,7 @@ class Speaker:
 
     Attributes
     ----------
-    others : Heard
+    others : ReceivedPositions
         What its clone tells it of the others on its map.
     """
 
@@ -78,7 +78,7 @@ class Speaker:
         self._scan = scan
         self._said = 0
         self._poses: asyncio.Queue[tuple[float, PoseWithCovarianceStamped]] = asyncio.Queue()
-        self.others = Heard()
+        self.others = ReceivedPositions()
 
     async def listen(self) -> None:
         """Hear where the own robot is, and where the others are."""
@@ -125,11 +125,13 @@ def _moved(odometry: Odometry, x: float, stamp: Time) -> Odometry:
 
 
 @contextlib.asynccontextmanager
-async def speaking(target: Target, robot: str, map_id: str, grid: GridMap, start: Pose2D) -> AsyncIterator[Speaker]:
+async def talking_robot(
+    target: Target, robot: str, map_id: str, grid: GridMap, start: Pose2D
+) -> AsyncIterator[TalkingRobot]:
     """Open a robot that stands somewhere on a map that is published."""
     await target.register(robot, map_id, start)
     body = World(grid, 1).add_robot(start)
     async with RobotClient(target.url, robot=robot, token=target.token) as client:
-        speaker = Speaker(client, body.odometry(), body.scan())
+        speaker = TalkingRobot(client, body.odometry(), body.scan())
         await speaker.listen()
         yield speaker

@@ -5,10 +5,10 @@ import asyncio
 from rich.progress import Progress
 
 from benchmarks.engine import baselines
-from benchmarks.engine.first_answer import MAP, Question, opened, prepared
-from benchmarks.engine.options import PAUSES, READY_LIMIT_MS, Options
+from benchmarks.engine.first_answer import MAP, FirstPathQuestion, opened, prepared
+from benchmarks.engine.options import PAUSES, READY_LIMIT_MS, EngineOptions
 from benchmarks.engine.samples import median_and_p99
-from benchmarks.engine.site import Site
+from benchmarks.engine.site import EngineSite
 from benchmarks.harness.figures import Figure
 from ppaas.clock import monotonic
 
@@ -19,7 +19,7 @@ FIRST_MESSAGE = '{"op":"subscribe","topic":"tf_static"}'
 """Of a topic that is latched: the clone has it ready."""
 
 
-async def measure(site: Site, options: Options, progress: Progress) -> list[Figure]:
+async def measure(site: EngineSite, options: EngineOptions, progress: Progress) -> list[Figure]:
     """Open robots one after the other, each beside a Python; the first, for which the map is new, does not count."""
     pause = PAUSES.get(options.runtime, 0.0)
     opens = options.of(OPENS_WITH_PAUSES if pause else OPENS, QUICK)
@@ -39,7 +39,7 @@ async def measure(site: Site, options: Options, progress: Progress) -> list[Figu
     ]
 
 
-async def _open(site: Site, robot: str, question: Question) -> tuple[float, float]:
+async def _open(site: EngineSite, robot: str, question: FirstPathQuestion) -> tuple[float, float]:
     """Return how long it took to the first message, and to the path [s]."""
     url = await site.target.register(robot, MAP, question.start)
     began = monotonic()

@@ -15,7 +15,7 @@ MOST = 1 << 28
 """Bytes of a line."""
 
 
-class Talk:
+class JsonProcess:
     """A process that is asked.
 
     Parameters
@@ -60,13 +60,13 @@ class Talk:
 
 
 @contextlib.asynccontextmanager
-async def talking(module: ModuleType, *arguments: str) -> AsyncIterator[Talk]:
+async def json_process(module: ModuleType, *arguments: str) -> AsyncIterator[JsonProcess]:
     """Run a module as a process, and end it afterwards."""
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-m", module.__name__, *arguments,
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, limit=MOST,
     )  # fmt: skip
-    talk = Talk(process)
+    talk = JsonProcess(process)
     try:
         yield talk
     finally:

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class Parts:
+class PartSelection:
     """Which parts to measure, and how thoroughly.
 
     Parameters
     ----------
     only : tuple of str
-        Parts; none of them means all.
+        PartSelection; none of them means all.
     quick : bool
         Few samples.
     """

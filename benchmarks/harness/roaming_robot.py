@@ -17,7 +17,7 @@ from robots.sim.driver import Driver
 from robots.sim.robot import SimulatedRobot
 
 
-class Roamer:
+class RoamingRobot:
     """One robot under way, on one connection: it is its own operator.
 
     Parameters
@@ -83,10 +83,12 @@ class Roamer:
 
 
 @contextlib.asynccontextmanager
-async def roaming(url: str, token: str, name: str, robot: SimulatedRobot, course: Course) -> AsyncIterator[Roamer]:
+async def roaming_robot(
+    url: str, token: str, name: str, robot: SimulatedRobot, course: Course
+) -> AsyncIterator[RoamingRobot]:
     """Connect a robot and let it roam."""
     async with RobotClient(url, robot=name, token=token) as client:
-        roamer = Roamer(client, robot, course)
+        roamer = RoamingRobot(client, robot, course)
         task = asyncio.create_task(roamer.run())
         try:
             yield roamer

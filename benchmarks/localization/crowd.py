@@ -9,7 +9,7 @@ from benchmarks.localization.route import Route
 from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Twist, Vector3
 from robots.sim.robot import SimulatedRobot
-from robots.sim.shortest_paths import TRIES, Ways
+from robots.sim.shortest_paths import TRIES, ShortestPaths
 from robots.sim.world import World
 
 NEAREST, FARTHEST = 0.5, 1.4
@@ -28,7 +28,7 @@ class Crowd:
     Parameters
     ----------
     robot : SimulatedRobot
-    ways : Ways
+    ways : ShortestPaths
         Where people may be.
     people : int
         How many.
@@ -41,7 +41,7 @@ class Crowd:
         Where they are: x, y [m].
     """
 
-    def __init__(self, robot: SimulatedRobot, ways: Ways, people: int, rng: np.random.Generator) -> None:
+    def __init__(self, robot: SimulatedRobot, ways: ShortestPaths, people: int, rng: np.random.Generator) -> None:
         self._robot, self._ways, self._rng = robot, ways, rng
         self._goals = np.array([self._place() for _ in range(people)])
         self.places = self._goals.copy()

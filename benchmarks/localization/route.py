@@ -8,7 +8,7 @@ from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.maps.grid import GridMap
 from ppaas.messages.geometry_msgs import Twist, Vector3
 from robots.sim.courses import GoalRules
-from robots.sim.shortest_paths import Way, Ways
+from robots.sim.shortest_paths import PathWalk, ShortestPaths
 
 AHEAD = 0.5
 """How far along the way it steers for [m]."""
@@ -36,7 +36,7 @@ class Route:
     """
 
     def __init__(self, grid: GridMap, rng: np.random.Generator) -> None:
-        self._ways = Ways(grid, GoalRules().clearance, rng)
+        self._ways = ShortestPaths(grid, GoalRules().clearance, rng)
         self.begin(self._ways.anywhere())
 
     def anywhere(self) -> Pose2D:
@@ -45,13 +45,13 @@ class Route:
 
     def begin(self, start: Pose2D) -> None:
         """Go on from elsewhere."""
-        self._end, self._way = start, Way(np.array([start[:2]]))
+        self._end, self._way = start, PathWalk(np.array([start[:2]]))
 
     def steer(self, pose: Pose2D) -> Twist:
         """Return the velocity that leads a robot on."""
         while self._way.ended:
             goal = self._ways.away_from(self._end, NEAREST_GOAL)
-            self._end, self._way = goal, Way(self._ways.between(self._end, goal))
+            self._end, self._way = goal, PathWalk(self._ways.between(self._end, goal))
         x, y = self._way.ahead(pose.x, pose.y, AHEAD)
         bearing = wrap_angle(math.atan2(y - pose.y, x - pose.x) - pose.theta)
         speed = SPEED * math.cos(bearing) if abs(bearing) < SHARP else 0.0

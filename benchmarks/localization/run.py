@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.localization.scene import Scene
+from benchmarks.localization.scene import LocalizationScene
 from ppaas.maps.grid import GridMap
 
 LOST, LOST_TURN = 0.5, math.radians(20.0)
@@ -27,7 +27,7 @@ Kind = Literal["track", "kidnap", "global", "jam"]
 
 
 @dataclass(frozen=True, slots=True)
-class Job:
+class LocalizationJob:
     """What to run.
 
     Parameters
@@ -56,7 +56,7 @@ class Job:
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class LocalizationResult:
     """What came of a run; errors are taken at each scan, once the robot is found.
 
     Parameters
@@ -86,10 +86,10 @@ class Result:
     update: float
 
 
-def drive(job: Job) -> Result:
+def drive(job: LocalizationJob) -> LocalizationResult:
     """Drive one run, faster than real time."""
     rng = np.random.default_rng((job.seed, job.run, len(job.kind)))
-    scene = Scene(job.grid, {"seed": job.run, **job.parameters}, rng, told=job.kind != "global")
+    scene = LocalizationScene(job.grid, {"seed": job.run, **job.parameters}, rng, told=job.kind != "global")
     if job.kind in ("kidnap", "jam"):
         deque(scene.drive(BEFORE), maxlen=0)
     if job.kind == "kidnap":
@@ -119,19 +119,19 @@ def held_from(fine: NDArray[np.bool_]) -> int:
     return int(wrong[-1]) + 1 if len(wrong) else 0
 
 
-def _judge(job: Job, rows: NDArray[np.float64], begin: float, seconds: float) -> Result:
+def _judge(job: LocalizationJob, rows: NDArray[np.float64], begin: float, seconds: float) -> LocalizationResult:
     way, error, turn = rows.T
     way = way - begin
     fine = (error <= LOST) & (turn <= LOST_TURN)
     known = job.kind in ("track", "jam")
     found = 0.0 if known else found_after(way, fine)
     if found is None:
-        return Result(job.run, math.nan, math.nan, math.nan, math.nan, True, None, float(way[-1]), seconds)
+        return LocalizationResult(job.run, math.nan, math.nan, math.nan, math.nan, True, None, float(way[-1]), seconds)
     # The way alone would not do: a robot that turns in place goes none.
     since = 0 if known else held_from(fine)
     error, turn = error[since:], turn[since:]
     lost = known and not bool(fine.all())
-    return Result(
+    return LocalizationResult(
         job.run, float(error.mean()), float(turn.mean()), float(error.max()), float(turn.max()), lost, found,
         float(way[-1]), seconds,
     )  # fmt: skip

@@ -12,7 +12,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.maps.grid import GridMap
 from ppaas.messages.geometry_msgs import Twist
-from robots.sim.shortest_paths import Ways
+from robots.sim.shortest_paths import ShortestPaths
 
 ODOM_STEPS, SCAN_STEPS = 3, 5
 """Steps of the world (20 ms) between two messages: odometry at 17 Hz, scans at 10 Hz."""
@@ -21,7 +21,7 @@ Errors = Iterator[tuple[float, float, float]]
 """How far the robot has come [m], and how far off localization is [m, rad], at each scan."""
 
 
-class Scene:
+class LocalizationScene:
     """A robot somewhere in a map.
 
     Parameters
@@ -63,7 +63,7 @@ class Scene:
     def jam(self, people: int, seconds: float) -> Errors:
         """Have so many people crowd around the robot for so long [s], which creeps on or turns in place meanwhile."""
         world, rng = self._world, self._rng
-        world.crowd = Crowd(self._robot, Ways(world.grid, world.walker_model.clearance, rng), people, rng)
+        world.crowd = Crowd(self._robot, ShortestPaths(world.grid, world.pedestrian_model.clearance, rng), people, rng)
         end = world.time() + seconds
         yield from self._errors(Inching(self._route, world, rng).steer, lambda: world.time() >= end)
         world.crowd = None

@@ -7,18 +7,18 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness.parallel_runs import run_all
-from benchmarks.localization.run import Job, Result, drive
+from benchmarks.localization.run import LocalizationJob, LocalizationResult, drive
 
 WITHIN = 10.0
 """A robot should be found on so short a way [m]."""
 
 
-def measure(jobs: Sequence[Job], processes: int, done: Callable[[], None]) -> list[Result]:
+def measure(jobs: Sequence[LocalizationJob], processes: int, done: Callable[[], None]) -> list[LocalizationResult]:
     """Drive all runs; return them in order, whichever process drove them. ``done`` is called after each."""
     return run_all(drive, jobs, processes, done)
 
 
-def summary(results: Sequence[Result]) -> dict[str, Any]:
+def summary(results: Sequence[LocalizationResult]) -> dict[str, Any]:
     """Return what all runs come to; errors are those of the runs that were not lost, and null where all were."""
     held = [result for result in results if not result.lost]
     ways = [result.found for result in results]

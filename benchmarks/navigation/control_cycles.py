@@ -110,7 +110,7 @@ def measure(
     clock: Clock = monotonic,
     done: Callable[[], object] = lambda: None,
 ) -> list[Cycles]:
-    """Drive by each in turn to the same goals, one goal after the other.
+    """ControlledDrive by each in turn to the same goals, one goal after the other.
 
     Parameters
     ----------
@@ -133,10 +133,10 @@ def measure(
     for start, goal in zip((course.start, *course.goals), course.goals, strict=False):
         plan = create_planner("dijkstra").plan(costmap, PlanRequest(start, goal)).poses
         for cycles in told:
-            drive = Drive(costmap, start, plan, threads)
+            drive = ControlledDrive(costmap, start, plan, threads)
             if not cycles.goals:
                 drive.go(_made(cycles.setup), clock, until=1.0)  # kernels are loaded, and caches are warm
-                drive = Drive(costmap, start, plan, threads)
+                drive = ControlledDrive(costmap, start, plan, threads)
             cycles.seconds += drive.go(_made(cycles.setup), clock)
             cycles.goals, cycles.arrived = cycles.goals + 1, cycles.arrived + drive.arrived
             done()
@@ -147,7 +147,7 @@ def _made(setup: Setup) -> Controller:
     return create(setup.planner, robot_radius=RADIUS, **setup.parameters)
 
 
-class Drive:
+class ControlledDrive:
     """One drive along a plan.
 
     Parameters
@@ -167,7 +167,7 @@ class Drive:
         self.arrived = False
 
     def go(self, controller: Controller, clock: Clock, until: float = MOST) -> list[float]:
-        """Drive to the end; return what each cycle took [s]."""
+        """ControlledDrive to the end; return what each cycle took [s]."""
         controller.set_plan(self._plan)
         return list(self._cycles(controller, clock, round(until * RATE)))
 

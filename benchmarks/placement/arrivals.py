@@ -19,7 +19,7 @@ ZIPF = 0.8
 """The n-th largest map has robots in proportion to n to minus this: some warehouses are large, most homes are small."""
 
 
-class Arrival(msgspec.Struct, frozen=True):
+class RobotArrival(msgspec.Struct, frozen=True):
     """A robot that wants a container.
 
     Parameters
@@ -54,7 +54,7 @@ class Event(NamedTuple):
     spec: ContainerSpec
 
 
-def generated(robots: int, maps: int, seed: int, changes: float = 0.5) -> Iterator[Arrival]:
+def generated(robots: int, maps: int, seed: int, changes: float = 0.5) -> Iterator[RobotArrival]:
     """Yield robots in the order in which they come.
 
     Parameters
@@ -74,10 +74,10 @@ def generated(robots: int, maps: int, seed: int, changes: float = 0.5) -> Iterat
     stays = np.where(random.random(robots) < changes, random.random(robots), np.inf)
     rows = zip(at.tolist(), places.tolist(), sizes.tolist(), stays.tolist(), strict=True)
     for number, (when, place, size, stay) in enumerate(rows):
-        yield Arrival(when, f"r{number}", f"map{place}", size, stay)
+        yield RobotArrival(when, f"r{number}", f"map{place}", size, stay)
 
 
-def recorded(file: Path) -> Iterator[Arrival]:
+def recorded(file: Path) -> Iterator[RobotArrival]:
     """Yield the robots of a file: one JSON object a line, with the fields of ``Arrival``, in the order of their times.
 
     Raises
@@ -85,7 +85,7 @@ def recorded(file: Path) -> Iterator[Arrival]:
     InvalidInput
         A line is no arrival, or earlier than the one before.
     """
-    decoder, before = msgspec.json.Decoder(Arrival), float("-inf")
+    decoder, before = msgspec.json.Decoder(RobotArrival), float("-inf")
     with file.open("rb") as lines:
         for number, line in enumerate(lines, 1):
             try:
@@ -98,7 +98,7 @@ def recorded(file: Path) -> Iterator[Arrival]:
             yield arrival
 
 
-def events(arrivals: Iterator[Arrival]) -> Iterator[Event]:
+def events(arrivals: Iterator[RobotArrival]) -> Iterator[Event]:
     """Yield what happens, in order; those who stay to the end do not go."""
     leaving: list[tuple[float, int, ContainerSpec]] = []
     numbers = count()

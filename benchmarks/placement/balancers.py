@@ -35,7 +35,7 @@ SAMPLES = 200
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class PlacementOptions:
     """What is asked for; ``arrivals`` is a file of recorded ones."""
 
     robots: int
@@ -145,7 +145,7 @@ class Simulation:
         }
 
 
-def measure(options: Options, progress: "Progress") -> dict[str, Any]:
+def measure(options: PlacementOptions, progress: "Progress") -> dict[str, Any]:
     """Place the same robots with each balancer.
 
     Raises
@@ -168,13 +168,15 @@ def measure(options: Options, progress: "Progress") -> dict[str, Any]:
     }
 
 
-def _arrivals(options: Options) -> Callable[[], Iterator[Any]]:
+def _arrivals(options: PlacementOptions) -> Callable[[], Iterator[Any]]:
     if options.arrivals is not None:
         return lambda: recorded(options.arrivals)  # type: ignore[arg-type]  # it is not None
     return lambda: generated(options.robots, options.maps, options.seed)
 
 
-def _simulate(simulation: Simulation, options: Options, total: int, name: str, progress: "Progress") -> dict[str, Any]:
+def _simulate(
+    simulation: Simulation, options: PlacementOptions, total: int, name: str, progress: "Progress"
+) -> dict[str, Any]:
     task, arrived = progress.add_task(name, total=total), 0
     every = max(1, total // SAMPLES)
     for event in events(_arrivals(options)()):

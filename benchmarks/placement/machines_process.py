@@ -40,7 +40,7 @@ KEPT_BY = "bench"
 """Name under which a checkpoint says which container kept it."""
 
 
-class Ordered(msgspec.Struct):
+class CarriedContainer(msgspec.Struct):
     """What a robot got.
 
     Parameters
@@ -71,7 +71,7 @@ class Machines:
 
     Attributes
     ----------
-    ordered : dict of str to Ordered
+    ordered : dict of str to CarriedContainer
         By the robot.
     """
 
@@ -80,7 +80,7 @@ class Machines:
         self._store: Store = open_store(f"sqlite:///{folder / 'ppaas.sqlite'}")
         self._keep_every = keep_every
         self.orders = 0
-        self.ordered: dict[str, Ordered] = {}
+        self.ordered: dict[str, CarriedContainer] = {}
 
     async def be(self, name: str) -> None:
         """Be one machine; dial again whenever the master goes."""
@@ -101,7 +101,7 @@ class Machines:
     async def _start(self, name: str, spec: ContainerSpec, stream: FrameStream[control_link.ToAgent]) -> None:
         self.orders += 1
         assert spec.robot is not None
-        ordered = Ordered(name, spec.id, spec.checkpoint.get(KEPT_BY, b"").decode())
+        ordered = CarriedContainer(name, spec.id, spec.checkpoint.get(KEPT_BY, b"").decode())
         if self._keep_every and self.orders % self._keep_every == 0:
             await asyncio.to_thread(self._keep, spec)
             ordered.kept = True

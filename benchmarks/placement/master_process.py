@@ -20,7 +20,7 @@ from typing import Any, Protocol
 import uvloop
 
 from benchmarks.harness.json_lines import lines, tell
-from benchmarks.placement.arrivals import Arrival, generated
+from benchmarks.placement.arrivals import RobotArrival, generated
 from engine.master.balancers.registry import BALANCERS
 from engine.master.master import Master
 from engine.master.places import PlaceRequest
@@ -50,14 +50,14 @@ AT_A_TIME = 50
 """Places that are opened before anything else is seen to."""
 
 
-class Places(Protocol):
+class Placement(Protocol):
     """What robots are placed by."""
 
     async def start(self) -> None:
         """Listen for machines."""
         ...
 
-    def open(self, arrival: Arrival) -> None:
+    def open(self, arrival: RobotArrival) -> None:
         """Have a container started for a robot."""
         ...
 
@@ -72,7 +72,7 @@ class Places(Protocol):
         ...
 
 
-class Placed:
+class MasterPlacement:
     """By a master.
 
     Parameters
@@ -94,7 +94,7 @@ class Placed:
         """Listen for machines."""
         await self._service.start()
 
-    def open(self, arrival: Arrival) -> None:
+    def open(self, arrival: RobotArrival) -> None:
         """Open the place of a robot."""
         spec = arrival.spec(0)
         self._service.open_place(PlaceRequest(USER, spec.map, spec.cores, spec.robot))
@@ -122,7 +122,7 @@ class Placed:
         return {"settings": self._master.settings, "removed": sorted(self._master.removed)}
 
 
-class Unplaced:
+class RoundRobinPlacement:
     """By nobody: each machine in its turn, without a master or a store."""
 
     def __init__(self, folder: Path) -> None:
@@ -135,7 +135,7 @@ class Unplaced:
         """Listen for machines."""
         await self._server.start()
 
-    def open(self, arrival: Arrival) -> None:
+    def open(self, arrival: RobotArrival) -> None:
         """Order a container."""
         number = next(self._numbers)
         machine = self._machines[number % len(self._machines)]
@@ -166,7 +166,7 @@ async def _until(holds: Callable[[], bool]) -> None:
         await asyncio.sleep(LOOK_PERIOD)
 
 
-async def _place(places: Places, arrivals: list[Arrival]) -> dict[str, Any]:
+async def _place(places: Placement, arrivals: list[RobotArrival]) -> dict[str, Any]:
     """Open places until all machines have said that what they were ordered runs."""
     before, began, used = places.launched, monotonic(), sum(os.times()[:2])
     for number, arrival in enumerate(arrivals):
@@ -178,7 +178,7 @@ async def _place(places: Places, arrivals: list[Arrival]) -> dict[str, Any]:
 
 
 async def _serve(folder: Path, balancer: str, robots: int) -> None:
-    places: Places = Unplaced(folder) if balancer == NO_BALANCER else Placed(folder, balancer)
+    places: Placement = RoundRobinPlacement(folder) if balancer == NO_BALANCER else MasterPlacement(folder, balancer)
     arrivals = list(generated(robots, MAPS, seed=1))
     await places.start()
     tell({"listens": True})
@@ -186,17 +186,17 @@ async def _serve(folder: Path, balancer: str, robots: int) -> None:
         tell(await _done(places, arrivals, said))
 
 
-async def _done(places: Places, arrivals: list[Arrival], said: dict[str, Any]) -> dict[str, Any]:
+async def _done(places: Placement, arrivals: list[RobotArrival], said: dict[str, Any]) -> dict[str, Any]:
     match said:
         case {"do": "wait", "machines": int(count)}:
             await _until(lambda: places.machines >= count)
             return {"machines": places.machines}
         case {"do": "place", "robots": int(count)}:
             return await _place(places, arrivals[:count])
-        case {"do": "configure", "machines": int(count)} if isinstance(places, Placed):
+        case {"do": "configure", "machines": int(count)} if isinstance(places, MasterPlacement):
             places.configure(count)
             return places.state()
-        case {"do": "state"} if isinstance(places, Placed):
+        case {"do": "state"} if isinstance(places, MasterPlacement):
             return places.state()
     raise InvalidInput(f"this cannot be done: {said}")
 

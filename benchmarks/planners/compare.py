@@ -12,7 +12,7 @@ from rich.progress import Progress
 from benchmarks.planners import scenario
 from benchmarks.planners.field import farthest, grow, grow_anew
 from benchmarks.planners.grids import Grid, goal_in
-from benchmarks.planners.peers import BESIDE, NAVFN, PATHS, Peer, Problem
+from benchmarks.planners.peers import BESIDE, NAVFN, PATHS, Peer, PeerProblem
 from benchmarks.planners.timing import announce, cpus, least, on_threads, within
 from ppaas.errors import InvalidPlanner, NotFound, PlanningError, PlanTimeout
 from ppaas.planners import create, planner_names
@@ -70,7 +70,7 @@ def measure(
     announce(progress, f"comparison: {grid.name}")
     field = grow(grid.costmap, goal, max(threads))
     exact = field.values()
-    problem = Problem(grid.costmap, goal, farthest(field))
+    problem = PeerProblem(grid.costmap, goal, farthest(field))
     cheapest = path_cost(grid.costmap, field.path_from(problem.start))
     del field  # its memory is that of the fields that are timed
     work = {
@@ -135,11 +135,11 @@ def _add_ratios(rows: list[Row]) -> None:
 # -- fields ------------------------------------------------------------------------------------------------------------
 
 
-def _our_fields(problem: Problem, threads: Sequence[int]) -> list[_Step]:
+def _our_fields(problem: PeerProblem, threads: Sequence[int]) -> list[_Step]:
     return [_Step(f"dijkstra, {on_threads(n)}", partial(_our_field_row, problem, n)) for n in threads]
 
 
-def _our_field_row(problem: Problem, threads: int) -> Row:
+def _our_field_row(problem: PeerProblem, threads: int) -> Row:
     costmap, goal = problem.costmap, problem.goal
     seconds, field = least(partial(grow_anew, costmap, goal, threads))
     reached = int(np.isfinite(field.values()).sum())
@@ -148,7 +148,7 @@ def _our_field_row(problem: Problem, threads: int) -> Row:
     return {**told, "ns_per_cell": seconds / reached * 1e9, "off": 0.0, "other_cells": 0}
 
 
-def _field_steps(problem: Problem, exact: NDArray[np.float64], only: Sequence[str]) -> list[_Step]:
+def _field_steps(problem: PeerProblem, exact: NDArray[np.float64], only: Sequence[str]) -> list[_Step]:
     peers = [peer for name, peer in BESIDE.items() if name == "navfn" or not only or name in only]
     return [
         _Step(f"{peer.package} {peer.name}", partial(_field_row, peer, problem, exact), peer.why_not(exact.size))
@@ -156,7 +156,7 @@ def _field_steps(problem: Problem, exact: NDArray[np.float64], only: Sequence[st
     ]
 
 
-def _field_row(peer: Peer, problem: Problem, exact: NDArray[np.float64]) -> Row:
+def _field_row(peer: Peer, problem: PeerProblem, exact: NDArray[np.float64]) -> Row:
     prepare_seconds, call = peer.call(problem)
     seconds, found = least(call)
     field = peer.told(found, problem)
@@ -175,12 +175,12 @@ def _field_row(peer: Peer, problem: Problem, exact: NDArray[np.float64]) -> Row:
 # -- one path ----------------------------------------------------------------------------------------------------------
 
 
-def _our_path_steps(problem: Problem, cheapest: float) -> list[_Step]:
+def _our_path_steps(problem: PeerProblem, cheapest: float) -> list[_Step]:
     names = [name for name in OURS if name in planner_names()]
     return [_Step(f"ppaas {name}", partial(_our_path_row, name, problem, cheapest)) for name in names]
 
 
-def _our_path_row(name: str, problem: Problem, cheapest: float) -> Row:
+def _our_path_row(name: str, problem: PeerProblem, cheapest: float) -> Row:
     planner = create(name)
     scenario.warm(planner)
     try:
@@ -193,7 +193,7 @@ def _our_path_row(name: str, problem: Problem, cheapest: float) -> Row:
     return {**row, "prepare_seconds": asked.index_seconds, **_judged(problem, cells, cheapest)}
 
 
-def _path_steps(problem: Problem, cheapest: float, only: Sequence[str]) -> list[_Step]:
+def _path_steps(problem: PeerProblem, cheapest: float, only: Sequence[str]) -> list[_Step]:
     size = problem.costmap.data.size
     return [
         _Step(f"{peer.package} {peer.name}", partial(_path_row, peer, problem, cheapest), peer.why_not(size))
@@ -202,14 +202,14 @@ def _path_steps(problem: Problem, cheapest: float, only: Sequence[str]) -> list[
     ]
 
 
-def _path_row(peer: Peer, problem: Problem, cheapest: float) -> Row:
+def _path_row(peer: Peer, problem: PeerProblem, cheapest: float) -> Row:
     prepare_seconds, call = peer.call(problem)
     seconds, found = least(call)
     row = {**_who(peer), "seconds": seconds, "prepare_seconds": prepare_seconds}
     return {**row, **_judged(problem, peer.told(found, problem), cheapest)}
 
 
-def _judged(problem: Problem, cells: NDArray[np.integer], cheapest: float) -> Row:
+def _judged(problem: PeerProblem, cells: NDArray[np.integer], cheapest: float) -> Row:
     """Return how much dearer than the cheapest a path is, and whether a robot could follow it."""
     length = scenario.walked(problem.free(), cells, [*problem.start, *problem.goal])
     cost = path_cost(problem.costmap, cells.astype(np.int32)) if len(cells) else float("nan")

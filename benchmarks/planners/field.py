@@ -10,7 +10,7 @@ import numpy as np
 from rich.progress import Progress
 
 from benchmarks.planners.grids import Grid, goal_in
-from benchmarks.planners.peers import Peer, Problem
+from benchmarks.planners.peers import Peer, PeerProblem
 from benchmarks.planners.timing import BUDGET, RUNS, announce, compilation, cpus, in_turn, timed
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidParameter, PlanningError
@@ -98,7 +98,7 @@ def measure(
     announce(progress, f"field: {grid.name}")
     with compilation() as compiled:
         reached = reached_once(grid.costmap, goal, threads)
-    works, tried, left_out = _try_others(others or {}, Problem(grid.costmap, goal, goal), progress)
+    works, tried, left_out = _try_others(others or {}, PeerProblem(grid.costmap, goal, goal), progress)
     best = in_turn(_ours(grid.costmap, goal, threads) | works, progress, grid.name, runs)
     seconds = {str(n): best[str(n)] for n in threads}
     return {
@@ -157,7 +157,7 @@ def _ours(costmap: Costmap, goal: Cell, threads: Sequence[int]) -> dict[str, Wor
 
 
 def _try_others(
-    others: Mapping[str, Peer], problem: Problem, progress: Progress
+    others: Mapping[str, Peer], problem: PeerProblem, progress: Progress
 ) -> tuple[dict[str, Work], dict[str, float], dict[str, str]]:
     """Return what computes each field, the seconds that it took the first time, and why some cannot."""
     works, tried, left_out = dict[str, Work](), dict[str, float](), dict[str, str]()

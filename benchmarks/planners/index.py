@@ -8,7 +8,7 @@ import numpy as np
 from rich.progress import Progress
 
 from benchmarks.planners.grids import SEED, Grid
-from benchmarks.planners.scenario import Asked, Scene, ask_all, walked, warm
+from benchmarks.planners.scenario import Asked, ScenarioScene, ask_all, walked, warm
 from benchmarks.planners.timing import announce, cpus, least
 from ppaas.errors import InvalidMap, InvalidParameter
 from ppaas.maps.formats.movingai import Scenario
@@ -76,7 +76,7 @@ def measure(
     }  # fmt: skip
 
 
-def drawn(grid: Grid, count: int) -> Scene:
+def drawn(grid: Grid, count: int) -> ScenarioScene:
     """Return so many queries between cells that are drawn at random, or fewer where most have no way between them."""
     free = passable(True)[grid.costmap.data]
     cells = np.argwhere(free)
@@ -95,4 +95,4 @@ def drawn(grid: Grid, count: int) -> Scene:
     if not found:
         raise InvalidMap("no two cells with a way between them were found on the map")
     starts, goals, lengths = np.split(np.array(found), (2, 4), axis=1)
-    return Scene(grid.name, Scenario(starts.astype(int), goals.astype(int), lengths.ravel()), grid.costmap)
+    return ScenarioScene(grid.name, Scenario(starts.astype(int), goals.astype(int), lengths.ravel()), grid.costmap)

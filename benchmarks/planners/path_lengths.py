@@ -42,7 +42,7 @@ Ask = Callable[[Pose, Pose], Awaitable[float]]
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class PathQuestion:
     """Where a path begins and ends, and how long it is [m]."""
 
     start: Pose
@@ -60,7 +60,7 @@ def default_map() -> GridMap:
     return warehouse(seed=1, width=120.0, height=80.0)
 
 
-def questions(costmap: Costmap, points: int = POINTS) -> list[Question]:
+def questions(costmap: Costmap, points: int = POINTS) -> list[PathQuestion]:
     """Return paths to one goal that are longer and longer, in equal steps, up to nearly the longest there is."""
     edge = farthest(grow(costmap, goal_in(costmap), cpus()))
     field = grow(costmap, edge, cpus())
@@ -70,7 +70,7 @@ def questions(costmap: Costmap, points: int = POINTS) -> list[Question]:
         way = cells[round(share * (len(cells) - 1)) :]
         start, end = (tuple(costmap.info.to_world(cell).tolist()) for cell in (way[0], way[-1]))
         length = path_length(path_poses(costmap, way, Pose2D(*start), Pose2D(*end)))
-        asked.append(Question((*start, 0.0), (*end, 0.0), length))
+        asked.append(PathQuestion((*start, 0.0), (*end, 0.0), length))
     return asked
 
 
@@ -153,7 +153,7 @@ async def measure_locally(costmap: Costmap, threads: Sequence[int], progress: Pr
 
 
 async def _sample(
-    ways: dict[str, Ask], asked: Sequence[Question], costmap: Costmap, progress: Progress
+    ways: dict[str, Ask], asked: Sequence[PathQuestion], costmap: Costmap, progress: Progress
 ) -> dict[str, Any]:
     seconds = {name: [float("inf")] * len(asked) for name in ways}
     for run in progress.track(range(-1, RUNS), description="paths, longer and longer"):

@@ -32,7 +32,7 @@ UNREACHED = 2**31 - 1
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
+class PeerProblem:
     """A grid with what to plan on it.
 
     Parameters
@@ -79,8 +79,8 @@ class Peer:
     package: str
     module: str
     solves: str
-    prepare: Callable[[Any, Problem], Callable[[], Any]]
-    told: Callable[[Any, Problem], Any]
+    prepare: Callable[[Any, PeerProblem], Callable[[], Any]]
+    told: Callable[[Any, PeerProblem], Any]
     most: int | None = None
 
     @property
@@ -94,7 +94,7 @@ class Peer:
             return "not installed: pip install 'ppaas[bench]'"
         return "the grid is too large" if self.most is not None and cells > self.most else None
 
-    def call(self, problem: Problem) -> tuple[float, Callable[[], Any]]:
+    def call(self, problem: PeerProblem) -> tuple[float, Callable[[], Any]]:
         """Return the call that is to be timed, and the seconds that it took to make for it what it takes."""
         module = import_module(self.module)
         return timed(lambda: self.prepare(module, problem))
@@ -103,7 +103,7 @@ class Peer:
 # -- fields ------------------------------------------------------------------------------------------------------------
 
 
-def _tcod_field(tcod: Any, problem: Problem) -> Callable[[], Any]:
+def _tcod_field(tcod: Any, problem: PeerProblem) -> Callable[[], Any]:
     costs = _whole_costs(problem)
 
     def call() -> Any:
@@ -114,57 +114,57 @@ def _tcod_field(tcod: Any, problem: Problem) -> Callable[[], Any]:
     return call
 
 
-def _tcod_told(distance: Any, problem: Problem) -> Field:
+def _tcod_told(distance: Any, problem: PeerProblem) -> Field:
     # Where all cells weigh the same tcod is given 1 for it, and half of the 2 that a cardinal move then costs is one.
     unit = 1.0 / 2.0 if _graded(problem) else float(problem.weights()[problem.goal]) / 2.0
     return np.where(distance == UNREACHED, np.inf, distance * unit)
 
 
-def _whole_costs(problem: Problem) -> NDArray[np.int32]:
+def _whole_costs(problem: PeerProblem) -> NDArray[np.int32]:
     free = problem.free()
     return (np.rint(problem.weights(blocked=0.0)) if _graded(problem) else free).astype(np.int32)
 
 
-def _graded(problem: Problem) -> bool:
+def _graded(problem: PeerProblem) -> bool:
     weights = problem.weights()[problem.free()]
     return bool(weights.min() != weights.max())
 
 
-def _dijkstra3d_field(dijkstra3d: Any, problem: Problem) -> Callable[[], Any]:
+def _dijkstra3d_field(dijkstra3d: Any, problem: PeerProblem) -> Callable[[], Any]:
     weights = problem.weights().astype(np.float32)
     return lambda: dijkstra3d.distance_field(weights, source=problem.goal, connectivity=8)
 
 
-def _scipy_field(csgraph: Any, problem: Problem) -> Callable[[], Any]:
+def _scipy_field(csgraph: Any, problem: PeerProblem) -> Callable[[], Any]:
     graph = graph_of(problem.weights())
     return lambda: csgraph.dijkstra(graph, indices=np.ravel_multi_index(problem.goal, problem.costmap.data.shape))
 
 
-def _mcp_field(skimage: Any, problem: Problem) -> Callable[[], Any]:
+def _mcp_field(skimage: Any, problem: PeerProblem) -> Callable[[], Any]:
     weights = problem.weights(blocked=-1.0)
     return lambda: skimage.MCP_Geometric(weights).find_costs([problem.goal])[0]
 
 
-def _eikonal_field(skfmm: Any, problem: Problem) -> Callable[[], Any]:
+def _eikonal_field(skfmm: Any, problem: PeerProblem) -> Callable[[], Any]:
     free, weights = problem.free(), problem.weights(blocked=1.0)
     front = np.ma.MaskedArray(np.ones(free.shape), ~free)
     front[problem.goal] = -1.0  # the zero contour, where the front begins, is halfway to its neighbours
     return lambda: skfmm.travel_time(front, 1.0 / weights)
 
 
-def _networkx_field(networkx: Any, problem: Problem) -> Callable[[], Any]:
+def _networkx_field(networkx: Any, problem: PeerProblem) -> Callable[[], Any]:
     graph = digraph_of(networkx, problem.weights())
     goal = int(np.ravel_multi_index(problem.goal, problem.costmap.data.shape))
     return lambda: networkx.single_source_dijkstra_path_length(graph, goal)
 
 
-def _from_dict(lengths: Any, problem: Problem) -> Field:
+def _from_dict(lengths: Any, problem: PeerProblem) -> Field:
     field = np.full(problem.costmap.data.size, np.inf)
     field[list(lengths)] = list(lengths.values())
     return field.reshape(problem.costmap.data.shape)
 
 
-def _as_field(values: Any, problem: Problem) -> Field:
+def _as_field(values: Any, problem: PeerProblem) -> Field:
     return np.ma.filled(values, np.inf).astype(np.float64).reshape(problem.costmap.data.shape)
 
 
@@ -185,7 +185,7 @@ FIELDS = (
 )  # fmt: skip
 
 
-def _navfn_field(navfn: Any, problem: Problem) -> Callable[[], Any]:
+def _navfn_field(navfn: Any, problem: PeerProblem) -> Callable[[], Any]:
     def call() -> Any:
         function = navfn.NavigationFunction(problem.costmap, problem.goal)
         function.grow()
@@ -220,17 +220,17 @@ def beside(names: Sequence[str]) -> dict[str, Peer]:
 # -- one path ----------------------------------------------------------------------------------------------------------
 
 
-def _pyastar_path(pyastar2d: Any, problem: Problem) -> Callable[[], Any]:
+def _pyastar_path(pyastar2d: Any, problem: PeerProblem) -> Callable[[], Any]:
     weights = (problem.weights() / exact_weights()[0]).astype(np.float32)
     return lambda: pyastar2d.astar_path(weights, problem.start, problem.goal, allow_diagonal=True)
 
 
-def _nano_path(nano_astar: Any, problem: Problem) -> Callable[[], Any]:
+def _nano_path(nano_astar: Any, problem: PeerProblem) -> Callable[[], Any]:
     blocked = (~problem.free()).astype(np.uint8)
     return lambda: nano_astar.astar(blocked, problem.start, problem.goal, heuristic="octile", diagonal=True)[0]
 
 
-def _tcod_path(tcod: Any, problem: Problem) -> Callable[[], Any]:
+def _tcod_path(tcod: Any, problem: PeerProblem) -> Callable[[], Any]:
     costs = _whole_costs(problem)
 
     def call() -> Any:
@@ -241,17 +241,17 @@ def _tcod_path(tcod: Any, problem: Problem) -> Callable[[], Any]:
     return call
 
 
-def _skimage_path(skimage: Any, problem: Problem) -> Callable[[], Any]:
+def _skimage_path(skimage: Any, problem: PeerProblem) -> Callable[[], Any]:
     weights = problem.weights(blocked=-1.0)
     return lambda: skimage.route_through_array(weights, problem.start, problem.goal)[0]
 
 
-def _dijkstra3d_path(dijkstra3d: Any, problem: Problem) -> Callable[[], Any]:
+def _dijkstra3d_path(dijkstra3d: Any, problem: PeerProblem) -> Callable[[], Any]:
     weights = problem.weights().astype(np.float32)
     return lambda: dijkstra3d.dijkstra(weights, problem.start, problem.goal, connectivity=8, anisotropy=(1.0, 1.0, 1.0))
 
 
-def _networkx_path(networkx: Any, problem: Problem) -> Callable[[], Any]:
+def _networkx_path(networkx: Any, problem: PeerProblem) -> Callable[[], Any]:
     graph = digraph_of(networkx, problem.weights())
     start, goal = (
         int(np.ravel_multi_index(cell, problem.costmap.data.shape)) for cell in (problem.start, problem.goal)
@@ -262,7 +262,7 @@ def _networkx_path(networkx: Any, problem: Problem) -> Callable[[], Any]:
     )
 
 
-def _as_cells(cells: Any, _: Problem) -> Cells:
+def _as_cells(cells: Any, _: PeerProblem) -> Cells:
     return np.empty((0, 2), np.int64) if cells is None else np.asarray(cells, np.int64)
 
 

@@ -33,11 +33,11 @@ the caches to other data: where that was after each 256 queries, those of hub la
 _NO_CELLS = np.empty((0, 2), np.int32)
 _WARM = grids.random(64, 10.0)
 
-Question = Callable[[], PlanResult | NDArray[np.int32]]
+Query = Callable[[], PlanResult | NDArray[np.int32]]
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class ScenarioScene:
     """The queries of a scenario, or some of them, on their map, and what that is called."""
 
     name: str
@@ -59,7 +59,7 @@ class Asked:
         That what it prepared takes.
     """
 
-    question: Callable[[int, int, int, int], Question]
+    question: Callable[[int, int, int, int], Query]
     index_seconds: float = 0.0
     index_bytes: int = 0
 
@@ -103,7 +103,7 @@ def measure(scenario: Path, map_: Path | None, planner: str, limit: int | None, 
     return ask(planner, replace(scene, queries=scene.queries.first(limit)), progress)
 
 
-def read(scenario: Path, map_: Path | None = None) -> Scene:
+def read(scenario: Path, map_: Path | None = None) -> ScenarioScene:
     """Return what a scenario asks; its map lies beside it if it is not told.
 
     Raises
@@ -117,10 +117,10 @@ def read(scenario: Path, map_: Path | None = None) -> Scene:
         raise InvalidMap(f"cannot read the scenario: {error}") from error
     costmap = grids.from_file(map_ or map_beside(scenario)).costmap
     check_belongs(queries, costmap)
-    return Scene(map_beside(scenario).stem, queries, costmap)
+    return ScenarioScene(map_beside(scenario).stem, queries, costmap)
 
 
-def ask(planner: str, scene: Scene, progress: Progress, check: Callable[[], None] = proceed) -> dict[str, Any]:
+def ask(planner: str, scene: ScenarioScene, progress: Progress, check: Callable[[], None] = proceed) -> dict[str, Any]:
     """Time each query by itself, and return what ``measure`` does; ``check`` may end the preparing of the map."""
     what = f"{scene.name} by {planner}"
     announce(progress, f"scenario: {what}, {len(scene.queries):,} queries")
@@ -171,7 +171,7 @@ def on_map(planner: Planner, costmap: Costmap, check: Callable[[], None] = proce
     return Asked(lambda *ends: partial(planner.plan, costmap, _request(costmap, ends, threads)))
 
 
-def ask_all(asked: Asked, scene: Scene, progress: Progress, what: str) -> dict[str, Any]:
+def ask_all(asked: Asked, scene: ScenarioScene, progress: Progress, what: str) -> dict[str, Any]:
     """Time each query by itself, in the round over all of them that took least, and count the answers that are wrong.
 
     There are `RUNS` rounds, fewer where they would take longer than `BUDGET`.
@@ -210,7 +210,7 @@ def ask_all(asked: Asked, scene: Scene, progress: Progress, what: str) -> dict[s
     }
 
 
-def ask_some(questions: Sequence[Question]) -> tuple[list[float], list[NDArray[np.int32]]]:
+def ask_some(questions: Sequence[Query]) -> tuple[list[float], list[NDArray[np.int32]]]:
     """Ask the first of some queries, one at least; return the seconds that each took, and the cells of the answers."""
     seconds, answers, last = list[float](), list[NDArray[np.int32]](), monotonic() + LONGEST
     for question in questions:
@@ -227,7 +227,7 @@ def ask_some(questions: Sequence[Question]) -> tuple[list[float], list[NDArray[n
     return seconds, answers
 
 
-def answer(question: Question) -> NDArray[np.int32]:
+def answer(question: Query) -> NDArray[np.int32]:
     """Return the cells of an answer; none where the planner says that there is no path."""
     try:
         return _cells_of(question())

@@ -42,7 +42,7 @@ Told = list[dict[str, Any]]
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class PlannerSuiteOptions:
     """What to measure.
 
     Parameters
@@ -50,7 +50,7 @@ class Options:
     data : Path, optional
         Folder with real maps, ``ros/`` and ``movingai/``; without it only grids that are made up.
     only : tuple of str
-        Parts; none of them means all.
+        PartSelection; none of them means all.
     quick : bool
         Small grids and few queries: to see that it runs, not to compare.
     """
@@ -70,7 +70,7 @@ class Options:
         return sorted({1, cpus()})
 
 
-def measure(options: Options, progress: Progress) -> Iterator[tuple[str, Told]]:
+def measure(options: PlannerSuiteOptions, progress: Progress) -> Iterator[tuple[str, Told]]:
     """Measure part by part; yield each with what was measured.
 
     Raises
@@ -88,7 +88,7 @@ def measure(options: Options, progress: Progress) -> Iterator[tuple[str, Told]]:
             yield name, part(options, progress)
 
 
-def _fields(options: Options, progress: Progress) -> Told:
+def _fields(options: PlannerSuiteOptions, progress: Progress) -> Told:
     size, others = options.size, peers.beside(BESIDE)
     yet_to_make = [partial(make, size, grids.SEED) for make in grids.KINDS.values()]
     yet_to_make += [partial(grids.maze, size, 4), partial(grids.random, size // 2, 20.0)]
@@ -96,12 +96,12 @@ def _fields(options: Options, progress: Progress) -> Told:
     return [field.measure(make(), None, options.threads, progress, others=others) for make in yet_to_make]
 
 
-def _scenarios(options: Options, progress: Progress) -> Told:
+def _scenarios(options: PlannerSuiteOptions, progress: Progress) -> Told:
     files = sorted((options.data / "movingai").glob("*/*.scen")) if options.data else []
     return [told for file in files for told in _scenario(file, options, progress)]
 
 
-def _scenario(file: Path, options: Options, progress: Progress) -> Iterator[dict[str, Any]]:
+def _scenario(file: Path, options: PlannerSuiteOptions, progress: Progress) -> Iterator[dict[str, Any]]:
     """Ask planners that prepare the map for all that there is to ask, the others for some of it."""
     scene = scenario.read(file)
     for planner in (name for name in (*PREPARED, *SAMPLED) if name in planner_names()):
@@ -114,24 +114,24 @@ def _scenario(file: Path, options: Options, progress: Progress) -> Iterator[dict
         yield {"map": scene.name, **told}
 
 
-def _comparisons(options: Options, progress: Progress) -> Told:
+def _comparisons(options: PlannerSuiteOptions, progress: Progress) -> Told:
     size = options.size
     made = [partial(grids.random, size // 2, 20.0), partial(grids.random, size, 20.0), partial(grids.empty, size // 2)]
     made += [partial(grids.from_file, path) for path in _ros_maps(options) if path.name in COMPARED]
     return [compare.measure(make(), None, options.threads, (), progress) for make in made]
 
 
-def _scaling(options: Options, progress: Progress) -> Told:
+def _scaling(options: PlannerSuiteOptions, progress: Progress) -> Told:
     sizes = scaling.sizes_up_to(512 if options.quick else scaling.LARGEST)
     return [scaling.measure(scaling.KINDS_SHOWN, sizes, options.threads, progress)]
 
 
-def _lengths(options: Options, progress: Progress) -> Told:
+def _lengths(options: PlannerSuiteOptions, progress: Progress) -> Told:
     map_, points = (warehouse(seed=1), 3) if options.quick else (path_lengths.default_map(), path_lengths.POINTS)
     return [event_loop.run(path_lengths.measure(map_, min(2, cpus()), progress, points))]
 
 
-def _indexes(options: Options, progress: Progress) -> Told:
+def _indexes(options: PlannerSuiteOptions, progress: Progress) -> Told:
     size = options.size // 4
     made = [partial(grids.random, size, percent) for percent in STREWN]
     made += [partial(grids.random, size // 2, percent) for percent in (10.0, 20.0, 30.0)]
@@ -141,7 +141,7 @@ def _indexes(options: Options, progress: Progress) -> Told:
     return [_index(make(), options, progress) for make in made]
 
 
-def _index(grid: grids.Grid, options: Options, progress: Progress) -> dict[str, Any]:
+def _index(grid: grids.Grid, options: PlannerSuiteOptions, progress: Progress) -> dict[str, Any]:
     queries = QUICK_SAMPLE if options.quick else index.QUERIES
     try:
         return index.measure(grid, INDEXED, options.threads, progress, queries)
@@ -153,13 +153,13 @@ def _tiled(path: Path, copies: int) -> grids.Grid:
     return grids.tiled(grids.from_file(path), copies)
 
 
-def _ros_maps(options: Options) -> list[Path]:
+def _ros_maps(options: PlannerSuiteOptions) -> list[Path]:
     if options.data is None:
         return []
     return [path for path in (options.data / "ros" / name for name in ROS_MAPS) if path.exists()]
 
 
-PARTS: dict[str, Callable[[Options, Progress], Told]] = {
+PARTS: dict[str, Callable[[PlannerSuiteOptions, Progress], Told]] = {
     "fields": _fields,
     "comparisons": _comparisons,
     "scaling": _scaling,

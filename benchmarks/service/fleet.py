@@ -12,7 +12,7 @@ from rich.progress import Progress
 from benchmarks.harness.cloud_under_test import Target
 from benchmarks.harness.figures import Figure, median_of
 from benchmarks.harness.process_usage import Memory, cpu_seconds, memory_of
-from benchmarks.harness.roaming_robot import Roamer, roaming
+from benchmarks.harness.roaming_robot import RoamingRobot, roaming_robot
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
 from ppaas.maps.generate import warehouse
@@ -116,7 +116,7 @@ async def measure(target: Target, progress: Progress, quick: bool) -> list[Figur
 
     async def drive(robots: int) -> Trial:
         try:
-            trial = await Fleet(target, grid, robots).trial(plan, progress)
+            trial = await SimulatedFleet(target, grid, robots).trial(plan, progress)
         except Unavailable as error:  # so busy that one more is not even let in
             progress.console.print(f"  {robots} robots: {error}")
             return Trial(robots, np.empty(0), {}, 0.0, [])
@@ -125,7 +125,7 @@ async def measure(target: Target, progress: Progress, quick: bool) -> list[Figur
 
     trials = await search(drive, plan.first, plan.most)
     to_weigh = Plan(warm=plan.driven - plan.seconds, seconds=plan.seconds)
-    weighed = [await Fleet(target, grid, robots).trial(to_weigh, progress) for robots in plan.weighed]
+    weighed = [await SimulatedFleet(target, grid, robots).trial(to_weigh, progress) for robots in plan.weighed]
     return [*_of_search(trials), *(figure for trial in weighed for figure in _of_memory(trial, plan.driven))]
 
 
@@ -149,7 +149,7 @@ async def search(drive: Callable[[int], Awaitable[Trial]], first: int, most: int
     return sorted(trials, key=lambda trial: trial.robots)
 
 
-class Fleet:
+class SimulatedFleet:
     """Some robots in one world, each with its container.
 
     Parameters
@@ -178,14 +178,14 @@ class Fleet:
             await self._pass(plan.warm, "warming up", progress)
             return await self._look(plan, roamers, simulator, progress)
 
-    async def _send_out(self, stack: contextlib.AsyncExitStack, number: int, course: Course) -> Roamer:
+    async def _send_out(self, stack: contextlib.AsyncExitStack, number: int, course: Course) -> RoamingRobot:
         name = f"bench-{self._robots}-{number}"
         await self._target.register(name, MAP, course.start)
         robot = self._world.add_robot(course.start)
         url, token = self._target.url, self._target.token
-        return await stack.enter_async_context(roaming(url, token, name, robot, course))
+        return await stack.enter_async_context(roaming_robot(url, token, name, robot, course))
 
-    async def _look(self, plan: Plan, roamers: list[Roamer], simulator: Simulator, progress: Progress) -> Trial:
+    async def _look(self, plan: Plan, roamers: list[RoamingRobot], simulator: Simulator, progress: Progress) -> Trial:
         containers = await self._pids()
         for roamer in roamers:
             roamer.gaps.clear()

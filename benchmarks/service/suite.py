@@ -8,7 +8,7 @@ from rich.progress import Progress
 
 from benchmarks.harness.cloud_under_test import Target, own_cloud, running_cloud
 from benchmarks.harness.figures import Figure
-from benchmarks.harness.parts import Parts
+from benchmarks.harness.parts import PartSelection
 from benchmarks.service import containers, dashboard, fleet, map_publishing, plan_requests, startup
 
 Measure = Callable[[Target, Progress, bool], Awaitable[list[Figure]]]
@@ -24,7 +24,7 @@ PARTS: dict[str, Measure] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Options(Parts):
+class ServiceOptions(PartSelection):
     """What to measure.
 
     Parameters
@@ -37,7 +37,7 @@ class Options(Parts):
     token: str | None = None
 
 
-async def measure(options: Options, progress: Progress) -> list[Figure]:
+async def measure(options: ServiceOptions, progress: Progress) -> list[Figure]:
     """Measure the parts one after the other.
 
     Raises
@@ -56,7 +56,7 @@ async def measure(options: Options, progress: Progress) -> list[Figure]:
     return figures
 
 
-def _target(options: Options) -> contextlib.AbstractAsyncContextManager[Target]:
+def _target(options: ServiceOptions) -> contextlib.AbstractAsyncContextManager[Target]:
     if options.url is None:
         return own_cloud()
     return running_cloud(options.url, options.token or "")

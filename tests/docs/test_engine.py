@@ -6,7 +6,7 @@ from benchmarks.commands import engine
 from benchmarks.engine import container_crash, machine_loss, master
 from benchmarks.engine.capacity import CORES
 from benchmarks.engine.master import BALANCERS
-from benchmarks.engine.options import PAUSES, READY_LIMIT_MS, Options
+from benchmarks.engine.options import PAUSES, READY_LIMIT_MS, EngineOptions
 from tests.support.documents import text_of
 
 PAGE = "docs/engine.md"
@@ -25,7 +25,7 @@ def test_the_limits_are_those_that_are_kept() -> None:
     assert ", ".join(f"{name} {limit:g} ms" for name, limit in container_crash.LIMITS_MS.items()) in text
     assert f"| {machine_loss.LIMIT_MS:g} ms |" in text
     assert f"| {master.RATE_LIMIT:g} a second |" in text
-    default = Options()
+    default = EngineOptions()
     assert f"({default.containers})" in text and f"({default.placements} on {default.machines})" in text
     assert f"containers of {CORES:g} cores" in text
     assert PAUSES == {"docker": 5.0} and "five seconds apart" in text

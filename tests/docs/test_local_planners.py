@@ -32,7 +32,7 @@ from ppaas.perception.unmapped_objects import LARGEST, WALL_MARGIN
 from ppaas.plugins import parameters_in_use
 from ppaas.robot_model.known_models import robot_model
 from robots.cli.main import main
-from robots.sim.pedestrian import WalkerModel
+from robots.sim.pedestrian import PedestrianModel
 from tests.support.documents import blocks
 from tests.support.sources import ROOT
 
@@ -137,9 +137,9 @@ def test_the_noise_is_that_of_the_code() -> None:
 
 
 def test_the_answer_is_told_in_full() -> None:
-    from benchmarks.navigation.barn.run import Result
+    from benchmarks.navigation.barn.run import BarnResult
 
-    told = summary([Result(1, 0, "success", 5.0, 5.0, 0.2)])
+    told = summary([BarnResult(1, 0, "success", 5.0, 5.0, 0.2)])
     paragraph = PAGE[PAGE.index("The result contains") :].split("\n\n")[0]
     assert set(told) == set(names(paragraph))
 
@@ -155,7 +155,7 @@ def test_what_is_told_of_moving_things_and_shut_places_is_what_the_code_has() ->
 
 
 def test_the_people_of_the_bench_of_goals_are_as_told(capsys) -> None:
-    text, people = re.sub(r"\s+", " ", PAGE), WalkerModel()
+    text, people = re.sub(r"\s+", " ", PAGE), PedestrianModel()
     assert f"{2 * people.radius:g} m wide and walk at {people.slowest:g} to {people.fastest:g} m/s" in text
     assert f"stand for up to {people.longest_stay:g} s" in text and f"an arm's length ({people.reach:g} m)" in text
     assert f"after {people.patience:g} s without progress they go elsewhere" in text

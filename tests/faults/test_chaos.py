@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 from rich.progress import Progress
 
-from benchmarks.chaos.run import Options, run
+from benchmarks.chaos.run import ChaosOptions, run
 
 pytestmark = pytest.mark.journey
 
@@ -14,7 +14,7 @@ pytestmark = pytest.mark.journey
 async def test_nothing_is_lost_said_twice_or_left_behind_whatever_dies(
     record_property: Callable[[str, object], None],
 ) -> None:
-    options = Options(seconds=6.0, robots=2, machines=1, every=1.5, seed=3, sides=(9.0, 10.0))
+    options = ChaosOptions(seconds=6.0, robots=2, machines=1, every=1.5, seed=3, sides=(9.0, 10.0))
     report = await run(options, Progress(console=Console(stderr=True), disable=True))
     record_property("longest_gap_s", report.longest_gap_s)
     assert report.wrong == [], report

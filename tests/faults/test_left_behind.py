@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.chaos.cloud_processes import members
+from benchmarks.chaos.cloud_processes import cloud_processes
 from engine.agent import main as agent_main
 from engine.fabric import router
 from tests.faults.test_kill import lives
@@ -34,5 +34,5 @@ async def test_of_a_cloud_that_is_killed_while_it_starts_nothing_is_left_when_it
     up.wait_for(lambda: up.children("multiprocessing.forkserver"))  # so it knows whose machine it is
     up.process.kill()
     up.process.wait()
-    await until(lambda: not members(up.runs), timeout=30.0)
+    await until(lambda: not cloud_processes(up.runs), timeout=30.0)
     up.runs.rmdir()  # so it is empty

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.chaos.message_checks import Witness
+from benchmarks.chaos.message_checks import MessageChecks
 from benchmarks.harness.free_ports import free_ports
 from engine.agent import main as agent_main
 from ppaas.geometry import Pose2D
@@ -73,7 +73,7 @@ def kill(cloud: RunningCloud, wire: Wire, folder: Path) -> None:
 async def goes_on(drive: Drive, wire: Wire, second: RunningCloud, before: dict[str, Any]) -> None:
     """See that a robot finds the clone that it had, which brings it to its goal, once."""
     wrong: list[str] = []
-    witness = Witness("survivor", wrong.append)
+    witness = MessageChecks("survivor", wrong.append)
     wire.mend(second.url)
     rest = await second.admin()
     await until(lambda: drive.robot.connections > 1, 40.0)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.chaos.message_checks import Witness
+from benchmarks.chaos.message_checks import MessageChecks
 from ppaas.maps.grid import GridMap
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback
 from robots.client.rest import RestClient
@@ -100,7 +100,7 @@ async def cut_for_a_while(way: Way, rest: RestClient, drives: dict[str, Drive]) 
     loop = asyncio.get_running_loop()
     wrong: list[str] = []
     for name, drive in drives.items():
-        await listen(drive, Witness(name, wrong.append))
+        await listen(drive, MessageChecks(name, wrong.append))
     cut_off = tuple(drives)[1]
     left = await container_of(rest, cut_off)
     assert left["machine"] == THERE
@@ -121,7 +121,7 @@ async def cut_for_a_while(way: Way, rest: RestClient, drives: dict[str, Drive]) 
     assert wrong == []
 
 
-async def listen(drive: Drive, witness: Witness) -> None:
+async def listen(drive: Drive, witness: MessageChecks) -> None:
     """Let a witness note what a robot hears of control cycles, from now on."""
 
     def cycled(message: MoveBaseActionFeedback) -> None:

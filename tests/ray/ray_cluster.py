@@ -20,7 +20,7 @@ ATTENTIVE = {
 waits for a busy computer answers late, and has as long for it as Ray gives by itself."""
 
 
-class RayNode(ray_cluster.RayNode):
+class RayNode(ray_cluster.LocalRayNode):
     """A node of which tests find the processes."""
 
     def find(self, *words: str) -> list[psutil.Process]:
@@ -47,7 +47,7 @@ class RayNode(ray_cluster.RayNode):
         assert not alive, f"left behind by node {self.address}: {alive}"
 
 
-class RayCluster(ray_cluster.RayCluster[RayNode]):
+class RayCluster(ray_cluster.LocalRayCluster[RayNode]):
     """A cluster that looks at its end at whether something was left.
 
     Parameters

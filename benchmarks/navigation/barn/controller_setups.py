@@ -4,15 +4,15 @@ import math
 from typing import Any
 
 from benchmarks.navigation.barn.jackal import FOOTPRINT, LENGTH, MAX_ANGULAR, MAX_LINEAR, WIDTH
-from benchmarks.navigation.barn.navigator import Pilot
+from benchmarks.navigation.barn.navigator import Navigator
 from ppaas.geometry import Pose2D
-from robots.sim.drivetrain import DriveModel
+from robots.sim.drivetrain import DrivetrainModel
 
 REVERSE = -0.5
 """Fastest backwards [m/s]."""
 
 
-def make_pilot(planner: str, goal: Pose2D, drive: DriveModel) -> Pilot:
+def make_navigator(planner: str, goal: Pose2D, drive: DrivetrainModel) -> Navigator:
     """Return a pilot that drives by a local planner.
 
     Parameters
@@ -21,13 +21,13 @@ def make_pilot(planner: str, goal: Pose2D, drive: DriveModel) -> Pilot:
         By its plug-in name; one that is not known here has its own defaults.
     goal : Pose2D
         From where the robot was switched on [m].
-    drive : DriveModel
+    drive : DrivetrainModel
         What an owner knows of the motors: speeds, accelerations, delay and lag.
     """
-    return Pilot(goal, planner, _parameters(planner, drive))
+    return Navigator(goal, planner, _parameters(planner, drive))
 
 
-def _parameters(planner: str, drive: DriveModel) -> dict[str, Any]:
+def _parameters(planner: str, drive: DrivetrainModel) -> dict[str, Any]:
     if planner == "mppi":
         return {
             "max_vel_x": MAX_LINEAR, "min_vel_x": REVERSE, "max_vel_theta": MAX_ANGULAR,

@@ -19,7 +19,7 @@ STEP, BESIDE = 0.1, 0.3
 """How far apart the places are that it remembers to have come through, and how near to one nothing is shut [m]."""
 
 
-class Impasses:
+class DeadEnds:
     """Watches whether the robot gets on, and shuts the narrowest place ahead where it does not.
 
     Attributes

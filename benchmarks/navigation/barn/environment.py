@@ -6,14 +6,14 @@ import numpy as np
 import pymunk
 
 from benchmarks.navigation.barn.jackal import FOOTPRINT, LENGTH, MASS, WIDTH, Jackal
-from benchmarks.navigation.barn.worlds import START, World
+from benchmarks.navigation.barn.worlds import START, BarnWorld
 from ppaas.controllers.base import Velocity
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.maps.grid import GridInfo
 from ppaas.messages.geometry_msgs import Twist
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
-from robots.sim.drivetrain import Drive
+from robots.sim.drivetrain import Drivetrain
 from robots.sim.kernels.discs import box_clearance
 from robots.sim.laser import Laser
 from robots.sim.odometry import WheelOdometry
@@ -23,12 +23,12 @@ DT = 0.01
 ODOM, BASE_LINK = "odom", "base_link"
 
 
-class Course:
+class Environment:
     """A Jackal among cylinders, on a clock of its own. The same seed and the same commands give the same run.
 
     Parameters
     ----------
-    world : World
+    world : BarnWorld
     jackal : Jackal
         What the robot is made of.
     rng : numpy.random.Generator
@@ -37,12 +37,12 @@ class Course:
         Where the robot stands at first.
     """
 
-    def __init__(self, world: World, jackal: Jackal, rng: np.random.Generator, start: Pose2D = START) -> None:
+    def __init__(self, world: BarnWorld, jackal: Jackal, rng: np.random.Generator, start: Pose2D = START) -> None:
         drive_rng, laser_rng, odometry_rng = rng.spawn(3)
         self._radius = world.radius
         self._centres = world.centres
         self._steps = 0
-        self._drive = Drive(jackal.drive, drive_rng)
+        self._drive = Drivetrain(jackal.drive, drive_rng)
         # Nothing but cylinders can be hit: the laser's grid of walls is one free cell.
         self._laser = Laser(np.zeros((1, 1), np.bool_), GridInfo(1.0, 1, 1), jackal.laser, laser_rng)
         self._odometry = WheelOdometry(jackal.odometry, odometry_rng)

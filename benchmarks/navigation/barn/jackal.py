@@ -3,9 +3,9 @@
 import math
 from dataclasses import dataclass
 
-from robots.sim.drivetrain import DriveModel
+from robots.sim.drivetrain import DrivetrainModel
 from robots.sim.laser import LaserModel
-from robots.sim.odometry import OdometryModel
+from robots.sim.odometry import OdometryNoise
 
 LENGTH, WIDTH = 0.508, 0.430
 """Of a Clearpath Jackal [m]."""
@@ -25,33 +25,33 @@ class Jackal:
 
     Parameters
     ----------
-    drive : DriveModel
+    drive : DrivetrainModel
     laser : LaserModel
-    odometry : OdometryModel
+    odometry : OdometryNoise
     """
 
-    drive: DriveModel
+    drive: DrivetrainModel
     laser: LaserModel
-    odometry: OdometryModel
+    odometry: OdometryNoise
 
 
-def _jackal(drive: DriveModel, laser_sigma: float, scale: float, gyro_scale: float, gyro_bias: float) -> Jackal:
+def _jackal(drive: DrivetrainModel, laser_sigma: float, scale: float, gyro_scale: float, gyro_bias: float) -> Jackal:
     laser = LaserModel(BEAMS, range_min=0.1, range_max=RANGE_MAX, sigma=laser_sigma, field_of_view=FIELD_OF_VIEW)
     # What is left to chance from step to step is the slip of the wheels, which odometry does not see.
-    odometry = OdometryModel(
+    odometry = OdometryNoise(
         scale=scale, gyro_scale=gyro_scale, gyro_bias=gyro_bias, gyro_walk=0.0, noise_linear=0.0, noise_angular=0.0
     )
     return Jackal(drive, laser, odometry)
 
 
 NOISE = {
-    "none": _jackal(DriveModel(MAX_LINEAR, MAX_ANGULAR, 10.0, 20.0), 0.0, 0.0, 0.0, 0.0),
+    "none": _jackal(DrivetrainModel(MAX_LINEAR, MAX_ANGULAR, 10.0, 20.0), 0.0, 0.0, 0.0, 0.0),
     "nominal": _jackal(
-        DriveModel(MAX_LINEAR, MAX_ANGULAR, 10.0, 20.0, slip_linear=0.01, slip_angular=0.03, lag=0.05, delay=0.05),
+        DrivetrainModel(MAX_LINEAR, MAX_ANGULAR, 10.0, 20.0, slip_linear=0.01, slip_angular=0.03, lag=0.05, delay=0.05),
         0.01, 0.01, 0.01, 0.002,
     ),
     "hard": _jackal(
-        DriveModel(MAX_LINEAR, MAX_ANGULAR, 3.0, 6.0, slip_linear=0.05, slip_angular=0.15, lag=0.08, delay=0.10),
+        DrivetrainModel(MAX_LINEAR, MAX_ANGULAR, 3.0, 6.0, slip_linear=0.05, slip_angular=0.15, lag=0.08, delay=0.10),
         0.02, 0.02, 0.03, 0.001,
     ),
 }  # fmt: skip

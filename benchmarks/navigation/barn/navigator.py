@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.navigation.barn.dead_ends import Impasses
+from benchmarks.navigation.barn.dead_ends import DeadEnds
 from benchmarks.navigation.barn.jackal import RANGE_MAX, WIDTH
 from benchmarks.navigation.barn.scan_matching import ScanMatching
 from benchmarks.navigation.barn.scan_smoothing import smoothed
@@ -39,7 +39,7 @@ WINDOW = 10.0
 """Edge of the local costmap [m]."""
 
 
-class Pilot:
+class Navigator:
     """Drives to a goal in the frame that the odometry began with, told only what the robot's sensors tell.
 
     Parameters
@@ -91,7 +91,7 @@ class Pilot:
         self._cycle = 0
         self._plan: Poses | None = None
         self._failed = 0
-        self._impasses = Impasses()
+        self._impasses = DeadEnds()
         self._matching = ScanMatching()
         self.costs: Costmap | None = None
 

@@ -6,11 +6,11 @@ from typing import Literal
 
 import numpy as np
 
-from benchmarks.navigation.barn.controller_setups import make_pilot
-from benchmarks.navigation.barn.environment import DT, Course
+from benchmarks.navigation.barn.controller_setups import make_navigator
+from benchmarks.navigation.barn.environment import DT, Environment
 from benchmarks.navigation.barn.jackal import NOISE
-from benchmarks.navigation.barn.navigator import PERIOD, Pilot
-from benchmarks.navigation.barn.worlds import GOAL, GOAL_TOLERANCE, START, TIME_LIMIT, World
+from benchmarks.navigation.barn.navigator import PERIOD, Navigator
+from benchmarks.navigation.barn.worlds import GOAL, GOAL_TOLERANCE, START, TIME_LIMIT, BarnWorld
 from ppaas.geometry import Pose2D
 
 STEPS = round(PERIOD / DT)
@@ -19,12 +19,12 @@ Outcome = Literal["success", "collision", "timeout"]
 
 
 @dataclass(frozen=True, slots=True)
-class Job:
+class BarnJob:
     """What to run.
 
     Parameters
     ----------
-    world : World
+    world : BarnWorld
     planner : str
         Local planner, by its plug-in name.
     noise : str
@@ -33,7 +33,7 @@ class Job:
         What is left to chance depends on these, the number of the world, and nothing else.
     """
 
-    world: World
+    world: BarnWorld
     planner: str
     noise: str
     seed: int
@@ -41,7 +41,7 @@ class Job:
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class BarnResult:
     """What came of a run.
 
     Parameters
@@ -71,22 +71,22 @@ class Result:
         return self.best_time / float(np.clip(self.seconds, 2.0 * self.best_time, 8.0 * self.best_time))
 
 
-Watch = Callable[[Course, Pilot], None]
+Watch = Callable[[Environment, Navigator], None]
 
 
-def drive(job: Job, watch: Watch | None = None) -> Result:
+def drive(job: BarnJob, watch: Watch | None = None) -> BarnResult:
     """Drive one run, faster than real time.
 
     Parameters
     ----------
-    job : Job
+    job : BarnJob
     watch : callable, optional
         Called after each cycle.
     """
-    course = Course(job.world, NOISE[job.noise], np.random.default_rng((job.seed, job.world.world, job.run)))
+    course = Environment(job.world, NOISE[job.noise], np.random.default_rng((job.seed, job.world.world, job.run)))
     # The goal as the robot is told it: from where it stands.
     x, y, _ = START.inverse() @ GOAL
-    pilot = make_pilot(job.planner, Pose2D(x, y), NOISE[job.noise].drive)
+    pilot = make_navigator(job.planner, Pose2D(x, y), NOISE[job.noise].drive)
     clearance = course.clearance()
     while True:
         course.command(pilot.drive(course.odometry(), course.scan()))
@@ -95,12 +95,12 @@ def drive(job: Job, watch: Watch | None = None) -> Result:
             clearance = min(clearance, course.clearance())
             outcome = _judge(course, clearance)
             if outcome is not None:
-                return Result(job.world.world, job.run, outcome, course.time, job.world.best_time, clearance)
+                return BarnResult(job.world.world, job.run, outcome, course.time, job.world.best_time, clearance)
         if watch is not None:
             watch(course, pilot)
 
 
-def _judge(course: Course, clearance: float) -> Outcome | None:
+def _judge(course: Environment, clearance: float) -> Outcome | None:
     if clearance <= 0.0:
         return "collision"
     if course.pose.distance_to(GOAL) <= GOAL_TOLERANCE:

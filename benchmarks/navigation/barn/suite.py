@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness.parallel_runs import run_all
-from benchmarks.navigation.barn.run import Job, Result, drive
-from benchmarks.navigation.barn.worlds import World
+from benchmarks.navigation.barn.run import BarnJob, BarnResult, drive
+from benchmarks.navigation.barn.worlds import BarnWorld
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class BarnOptions:
     """What is to be run.
 
     Parameters
@@ -20,7 +20,7 @@ class Options:
     runs : int
         Of each world.
     planner, noise : str
-        As `benchmarks.navigation.barn.run.Job` has them.
+        As `benchmarks.navigation.barn.run.BarnJob` has them.
     seed : int
         Of all that is left to chance.
     jobs : int
@@ -34,27 +34,29 @@ class Options:
     jobs: int
 
 
-def measure(worlds: Sequence[World], options: Options, done: Callable[[], None]) -> list[Result]:
+def measure(worlds: Sequence[BarnWorld], options: BarnOptions, done: Callable[[], None]) -> list[BarnResult]:
     """Drive all runs; return them by world and run, whichever process drove them.
 
     Parameters
     ----------
-    worlds : sequence of World
-    options : Options
+    worlds : sequence of BarnWorld
+    options : BarnOptions
     done : callable
         Called after each run.
     """
     return run_all(drive, jobs_of(worlds, options), options.jobs, done)
 
 
-def jobs_of(worlds: Sequence[World], options: Options) -> list[Job]:
+def jobs_of(worlds: Sequence[BarnWorld], options: BarnOptions) -> list[BarnJob]:
     """Return all runs, by world and run."""
     return [
-        Job(world, options.planner, options.noise, options.seed, run) for world in worlds for run in range(options.runs)
+        BarnJob(world, options.planner, options.noise, options.seed, run)
+        for world in worlds
+        for run in range(options.runs)
     ]
 
 
-def summary(results: Sequence[Result]) -> dict[str, Any]:
+def summary(results: Sequence[BarnResult]) -> dict[str, Any]:
     """Return what all runs come to: shares of them by outcome, and means.
 
     ``metric`` is the mean score, ``at_over_ot`` the mean of the time taken by the time that the reference path takes at
@@ -72,5 +74,5 @@ def summary(results: Sequence[Result]) -> dict[str, Any]:
     }
 
 
-def _share(results: Sequence[Result], outcome: str) -> float:
+def _share(results: Sequence[BarnResult], outcome: str) -> float:
     return round(sum(result.outcome == outcome for result in results) / len(results), 4)

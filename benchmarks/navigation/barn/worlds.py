@@ -20,7 +20,7 @@ FULL_SPEED = 2.0
 """By which the time is reckoned that the reference path takes at best [m/s]."""
 
 
-class World(msgspec.Struct, frozen=True):
+class BarnWorld(msgspec.Struct, frozen=True):
     """One world.
 
     Parameters
@@ -51,7 +51,7 @@ class World(msgspec.Struct, frozen=True):
         return self.path_length / FULL_SPEED
 
 
-def read_worlds(path: Path, numbers: tuple[int, ...] = (), radius: float | None = None) -> list[World]:
+def read_worlds(path: Path, numbers: tuple[int, ...] = (), radius: float | None = None) -> list[BarnWorld]:
     """Read a file of worlds.
 
     Parameters
@@ -71,7 +71,7 @@ def read_worlds(path: Path, numbers: tuple[int, ...] = (), radius: float | None 
         It has no world of a number that is wanted.
     """
     try:
-        worlds = msgspec.json.decode(path.read_bytes(), type=list[World])
+        worlds = msgspec.json.decode(path.read_bytes(), type=list[BarnWorld])
     except (OSError, msgspec.MsgspecError) as error:
         raise InvalidInput(f"{path} is no file of BARN worlds: {error}") from error
     known = {each.world: each for each in worlds}
@@ -85,7 +85,7 @@ def read_worlds(path: Path, numbers: tuple[int, ...] = (), radius: float | None 
     return chosen
 
 
-def _checked(world: World) -> World:
+def _checked(world: BarnWorld) -> BarnWorld:
     finite = np.isfinite(world.centres).all() and np.isfinite((world.radius, world.path_length)).all()
     if not (finite and world.radius > 0.0 and world.path_length > 0.0):
         raise InvalidInput(f"world {world.world} needs finite cylinders, a radius and a path length above 0")

@@ -40,14 +40,14 @@ RECOVERING = "recovering by"
 
 
 @dataclass(frozen=True, slots=True)
-class End:
+class GoalEnd:
     """How a goal ended: the status of its action, and Move Base's words."""
 
     status: Status
     text: str
 
 
-class Clone:
+class InProcessClone:
     """All nodes of a clone.
 
     Parameters
@@ -67,7 +67,7 @@ class Clone:
     ----------
     recoveries : int
         How often Move Base began to recover.
-    end : End or None
+    end : GoalEnd or None
         Of the goal that it was given last, once that has ended.
     particles : (n, 3) array
         Of localization, as it told of them last: x, y [m], theta [rad].
@@ -84,7 +84,7 @@ class Clone:
         self, layers: MapLayers, start: Pose2D, controller: str, parameters: dict[str, Any], clock: Clock
     ) -> None:
         self.recoveries = 0
-        self.end: End | None = None
+        self.end: GoalEnd | None = None
         self.particles: NDArray[np.float64] = np.empty((0, 3))
         self.plan: PlanResult | None = None
         self._clock = clock
@@ -156,7 +156,7 @@ class Clone:
             case GoalStatusArray():
                 self._note(message.status_list[-1].text if message.status_list else "")
             case MoveBaseActionResult():
-                self.end = End(Status(message.status.status), message.status.text)
+                self.end = GoalEnd(Status(message.status.status), message.status.text)
 
     def _note(self, text: str) -> None:
         if text.startswith(RECOVERING) and text != self._text:

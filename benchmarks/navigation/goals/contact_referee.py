@@ -71,7 +71,7 @@ class Referee:
             return
         to = people - np.array(base.body.position)
         distance = np.hypot(*to.T)
-        gap = distance - base.model.radius - self._world.walker_model.radius
+        gap = distance - base.model.radius - self._world.pedestrian_model.radius
         heading = np.array(base.body.rotation_vector)
         approach = base.wheels.linear * (to @ heading) / distance
         if abs(base.wheels.linear) > MOVES:

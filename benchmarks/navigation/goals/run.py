@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.navigation.goals.clone import MODEL, Clone
+from benchmarks.navigation.goals.clone import MODEL, InProcessClone
 from benchmarks.navigation.goals.contact_referee import Referee
 from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D, wrap_angle
@@ -15,9 +15,9 @@ from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.robot_model.known_models import robot_model
 from robots.sim.courses import GoalRules
-from robots.sim.driver import Rates, Schedule
+from robots.sim.driver import Schedule, SensorRates
 from robots.sim.robot import SimulatedRobot
-from robots.sim.shortest_paths import Ways
+from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.world import World
 
 EPOCH = 1_000.0
@@ -33,7 +33,7 @@ THERE, TURNED = 0.5, math.radians(30.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Job:
+class GoalsJob:
     """What to run.
 
     Parameters
@@ -66,7 +66,7 @@ class Job:
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class GoalsResult:
     """What came of a goal.
 
     Parameters
@@ -109,24 +109,24 @@ class Trip:
 
     Parameters
     ----------
-    job : Job
+    job : GoalsJob
     """
 
-    def __init__(self, job: Job) -> None:
+    def __init__(self, job: GoalsJob) -> None:
         rng = np.random.default_rng((job.seed, job.drive))
-        self.ways = Ways(job.grid, GoalRules().clearance, rng)
+        self.ways = ShortestPaths(job.grid, GoalRules().clearance, rng)
         start = self.ways.anywhere()
         self.world = World(job.grid, int(rng.integers(1 << 30)), epoch=EPOCH)
         self.robot: SimulatedRobot = self.world.add_robot(start)
-        walkways = Ways(job.grid, self.world.walker_model.clearance, rng)
+        walkways = ShortestPaths(job.grid, self.world.pedestrian_model.clearance, rng)
         for _ in range(job.people):
-            self.world.add_walker(walkways, walkways.away_from(start, ROOM))
+            self.world.add_pedestrian(walkways, walkways.away_from(start, ROOM))
         layers = build_layers(job.grid, robot_radius=robot_model(MODEL).robot_radius)
         parameters = {**job.parameters, "amcl": {"seed": job.drive, **job.parameters.get("amcl", {})}}
-        self.clone = Clone(layers, start, job.controller, parameters, self.world.stamp)
+        self.clone = InProcessClone(layers, start, job.controller, parameters, self.world.stamp)
         self.referee = Referee(self.world, self.robot)
         self._told = job.told
-        rates = Rates()
+        rates = SensorRates()
         self._odometry, self._scan = Schedule(rates.odom, 0.0), Schedule(rates.scan, 0.0)
 
     def step(self) -> None:
@@ -137,7 +137,7 @@ class Trip:
         if self._scan.take(now):
             self.clone.scan(self.robot.scan())
             if self._told:
-                ways = np.array([walker.body.velocity for walker in self.world.walkers]).reshape(-1, 2)
+                ways = np.array([pedestrian.body.velocity for pedestrian in self.world.pedestrians]).reshape(-1, 2)
                 self.clone.people(self.world.people(), ways)
         command = self.clone.command()
         if command is not None:
@@ -149,12 +149,12 @@ class Trip:
 Watch = Callable[[Trip], None]
 
 
-def drive(job: Job, watch: Watch | None = None) -> list[Result]:
+def drive(job: GoalsJob, watch: Watch | None = None) -> list[GoalsResult]:
     """Drive to all goals, faster than real time.
 
     Parameters
     ----------
-    job : Job
+    job : GoalsJob
     watch : callable, optional
         Called after each step.
     """
@@ -162,7 +162,7 @@ def drive(job: Job, watch: Watch | None = None) -> list[Result]:
     return [_send(trip, job, number, watch) for number in range(job.goals)]
 
 
-def _send(trip: Trip, job: Job, number: int, watch: Watch | None) -> Result:
+def _send(trip: Trip, job: GoalsJob, number: int, watch: Watch | None) -> GoalsResult:
     here = trip.ways.nearest(trip.robot.base.pose)
     goal = trip.ways.away_from(here, NEAREST)
     points = trip.ways.between(here, goal)
@@ -177,7 +177,7 @@ def _send(trip: Trip, job: Job, number: int, watch: Watch | None) -> Result:
     outcome = _outcome(trip, goal)
     if clone.end is None:
         clone.cancel()
-    return Result(
+    return GoalsResult(
         job.name, job.drive, number, outcome, trip.world.time() - began,
         trip.robot.base.travelled - driven, clone.recoveries - recovered,
         touches.walls, touches.caused, touches.suffered, touches.nearest,

@@ -10,15 +10,17 @@ import numpy as np
 
 from benchmarks.harness.parallel_runs import run_all
 from benchmarks.navigation.goals import results_file
-from benchmarks.navigation.goals.run import Job, Result, drive
+from benchmarks.navigation.goals.run import GoalsJob, GoalsResult, drive
 
 
-def measure(jobs: Sequence[Job], processes: int, done: Callable[[], None], keep: Path | None = None) -> list[Result]:
+def measure(
+    jobs: Sequence[GoalsJob], processes: int, done: Callable[[], None], keep: Path | None = None
+) -> list[GoalsResult]:
     """Drive all; return what came of each goal, in order, whichever process drove there.
 
     Parameters
     ----------
-    jobs : sequence of Job
+    jobs : sequence of GoalsJob
     processes : int
     done : callable
         Called after each drive.
@@ -41,11 +43,11 @@ def measure(jobs: Sequence[Job], processes: int, done: Callable[[], None], keep:
     return [result for job in jobs for result in known[results_file.key(job)]]
 
 
-def _drive_and_keep(path: Path, job: Job) -> None:
+def _drive_and_keep(path: Path, job: GoalsJob) -> None:
     results_file.append(path, job, drive(job))
 
 
-def summary(results: Sequence[Result]) -> dict[str, Any]:
+def summary(results: Sequence[GoalsResult]) -> dict[str, Any]:
     """Return what all goals come to; times are means over those that were reached."""
     times = [result.seconds for result in results if result.reached]
     nearest = min(result.nearest for result in results)

@@ -4,10 +4,10 @@ import itertools
 from collections import Counter
 from random import Random
 
-from benchmarks.chaos.faults import OF_MORE, OF_ONE_MACHINE, Kind, deck
+from benchmarks.chaos.faults import OF_MORE, OF_ONE_MACHINE, FaultKind, deck
 
 
-def first(count: int, seed: int, machines: int) -> list[Kind]:
+def first(count: int, seed: int, machines: int) -> list[FaultKind]:
     return list(itertools.islice(deck(Random(seed), machines), count))
 
 
@@ -25,4 +25,4 @@ def test_one_machine_is_not_drained_and_none_has_joined() -> None:
 
 
 def test_a_kind_is_told_in_words() -> None:
-    assert str(Kind("fork server", "stop")) == "fork server, stopped"
+    assert str(FaultKind("fork server", "stop")) == "fork server, stopped"

@@ -1,11 +1,11 @@
 """The books of goals."""
 
-from benchmarks.chaos.goal_results import Goals
+from benchmarks.chaos.goal_results import GoalResults
 
 
 def test_each_goal_has_one_result_and_no_more() -> None:
     told: list[str] = []
-    goals = Goals("r", told.append)
+    goals = GoalResults("r", told.append)
     goals.send("a")
     goals.send("b")
     goals.result("a")

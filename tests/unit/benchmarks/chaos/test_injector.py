@@ -13,8 +13,8 @@ import psutil
 import pytest
 
 from benchmarks.chaos import injector
-from benchmarks.chaos.cloud_processes import Member
-from benchmarks.chaos.faults import Kind
+from benchmarks.chaos.cloud_processes import CloudProcessInfo
+from benchmarks.chaos.faults import FaultKind
 from benchmarks.chaos.injector import Injector
 from robots.client.rest import RestClient
 from tests.support.waiting import until
@@ -31,8 +31,8 @@ def victim() -> Iterator[psutil.Process]:
 @pytest.fixture
 def injecting(victim: psutil.Process, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Injector:
     """Return an injector that does one fault: it stops the victim."""
-    monkeypatch.setattr(injector, "members", lambda _: [Member(victim, "router", "local")])
-    monkeypatch.setattr(injector, "deck", lambda *_: iter([Kind("router", "stop")] * 9))
+    monkeypatch.setattr(injector, "cloud_processes", lambda _: [CloudProcessInfo(victim, "router", "local")])
+    monkeypatch.setattr(injector, "deck", lambda *_: iter([FaultKind("router", "stop")] * 9))
     return Injector(cast(RestClient, None), tmp_path, Random(1), 1, pytest.fail)
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.chaos.cloud_processes import MACHINES, OWN, members
-from benchmarks.chaos.leftovers import ZOMBIE_GRACE, Traces
+from benchmarks.chaos.cloud_processes import MACHINES, OWN, cloud_processes
+from benchmarks.chaos.leftovers import ZOMBIE_GRACE, Leftovers
 from ppaas.clock import ManualClock
 
 WAIT = "import sys; sys.stdin.read()"
@@ -29,9 +29,9 @@ def told() -> list[str]:
 
 
 @pytest.fixture
-def traces(tmp_path: Path, told: list[str]) -> Traces:
+def traces(tmp_path: Path, told: list[str]) -> Leftovers:
     """Return what looks at processes in a folder."""
-    return Traces(tmp_path, told.append)
+    return Leftovers(tmp_path, told.append)
 
 
 @pytest.fixture
@@ -46,13 +46,15 @@ def test_processes_are_told_from_others_by_their_folder(tmp_path: Path, running:
     home = tmp_path / MACHINES / "m2" / "t"
     home.mkdir(parents=True)
     with start(home, WAIT, "engine.fabric.router") as router, start(tmp_path.parent) as other:
-        found = {member.process.pid: (member.kind, member.home) for member in members(tmp_path)}
+        found = {member.process.pid: (member.kind, member.home) for member in cloud_processes(tmp_path)}
         assert found == {running.pid: ("other", OWN), router.pid: ("router", "m2")}
         for process in (router, other):
             process.communicate()
 
 
-def test_where_all_has_gone_nothing_is_told(traces: Traces, running: subprocess.Popen[bytes], told: list[str]) -> None:
+def test_where_all_has_gone_nothing_is_told(
+    traces: Leftovers, running: subprocess.Popen[bytes], told: list[str]
+) -> None:
     assert len(traces.look()) == 1
     running.communicate()
     traces.at_end()
@@ -60,7 +62,7 @@ def test_where_all_has_gone_nothing_is_told(traces: Traces, running: subprocess.
 
 
 def test_a_process_and_a_file_that_are_left_are_told_of(
-    traces: Traces, tmp_path: Path, running: subprocess.Popen[bytes], told: list[str]
+    traces: Leftovers, tmp_path: Path, running: subprocess.Popen[bytes], told: list[str]
 ) -> None:
     (tmp_path / "pymp-1").mkdir()
     (tmp_path / "log").write_text("meant to stay")
@@ -69,7 +71,7 @@ def test_a_process_and_a_file_that_are_left_are_told_of(
 
 
 def test_shared_memory_that_a_process_mapped_and_left_is_told_of(
-    traces: Traces, tmp_path: Path, told: list[str]
+    traces: Leftovers, tmp_path: Path, told: list[str]
 ) -> None:
     shared = Path("/dev/shm") / f"chaos-test-{os.getpid()}"
     code = "import mmap, sys; f = open(sys.argv[1], 'w+b'); f.truncate(99); m = mmap.mmap(f.fileno(), 99)\n"
@@ -88,7 +90,7 @@ def test_shared_memory_that_a_process_mapped_and_left_is_told_of(
 
 def test_a_zombie_that_nobody_takes_note_of_is_told_of(tmp_path: Path, told: list[str]) -> None:
     clock = ManualClock()
-    traces = Traces(tmp_path, told.append, clock)
+    traces = Leftovers(tmp_path, told.append, clock)
     code = "import subprocess, sys; c = subprocess.Popen([sys.executable, '-c', 'input()'], stdin=subprocess.PIPE)\n"
     code += "print(c.pid, flush=True); sys.stdin.readline(); c.stdin.close(); import os; "
     code += "os.waitid(os.P_PID, c.pid, os.WEXITED | os.WNOWAIT); print(1, flush=True); sys.stdin.read()"

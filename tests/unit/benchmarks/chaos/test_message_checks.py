@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.chaos.message_checks import Witness
+from benchmarks.chaos.message_checks import MessageChecks
 from benchmarks.chaos.silences import Gap
 
 
@@ -13,12 +13,12 @@ def told() -> list[str]:
 
 
 @pytest.fixture
-def witness(told: list[str]) -> Witness:
+def witness(told: list[str]) -> MessageChecks:
     """Return a witness of robot ``r``."""
-    return Witness("r", told.append)
+    return MessageChecks("r", told.append)
 
 
-def test_a_clone_that_is_replaced_by_another_is_nothing_to_tell_of(witness: Witness, told: list[str]) -> None:
+def test_a_clone_that_is_replaced_by_another_is_nothing_to_tell_of(witness: MessageChecks, told: list[str]) -> None:
     for stamp in (1.0, 1.05, 1.1, 5.0, 5.05):
         witness.cycled(stamp)
     for stamp in (1.0, 1.1, 5.0):
@@ -27,19 +27,21 @@ def test_a_clone_that_is_replaced_by_another_is_nothing_to_tell_of(witness: Witn
     assert told == []
 
 
-def test_a_cycle_that_is_heard_of_twice_is_told_of(witness: Witness, told: list[str]) -> None:
+def test_a_cycle_that_is_heard_of_twice_is_told_of(witness: MessageChecks, told: list[str]) -> None:
     for stamp in (1.0, 1.05, 1.05):
         witness.cycled(stamp)
     assert told == ["r heard of a control cycle again"]
 
 
-def test_a_cycle_of_an_earlier_clone_is_told_of(witness: Witness, told: list[str]) -> None:
+def test_a_cycle_of_an_earlier_clone_is_told_of(witness: MessageChecks, told: list[str]) -> None:
     for stamp in (1.0, 5.0, 4.9, 5.05):
         witness.cycled(stamp)
     assert told == ["r heard of a control cycle that is 0.100 s older than the last one"]
 
 
-def test_two_clones_at_a_time_are_told_of_though_each_says_nothing_twice(witness: Witness, told: list[str]) -> None:
+def test_two_clones_at_a_time_are_told_of_though_each_says_nothing_twice(
+    witness: MessageChecks, told: list[str]
+) -> None:
     for number in range(21):
         witness.cycled(100.0 + 0.05 * number)
     assert told == []
@@ -49,7 +51,7 @@ def test_two_clones_at_a_time_are_told_of_though_each_says_nothing_twice(witness
     assert len(told) == 1 and "control cycles within a second" in told[0]
 
 
-def test_a_scan_that_tells_where_the_robot_is_twice_is_told_of(witness: Witness, told: list[str]) -> None:
+def test_a_scan_that_tells_where_the_robot_is_twice_is_told_of(witness: MessageChecks, told: list[str]) -> None:
     for stamp in (1.0, 1.1):
         witness.scanned(stamp)
     for stamp in (1.0, 1.1, 1.1, 1.0):
@@ -60,14 +62,14 @@ def test_a_scan_that_tells_where_the_robot_is_twice_is_told_of(witness: Witness,
     ]
 
 
-def test_a_pose_by_a_scan_that_was_never_sent_is_told_of(witness: Witness, told: list[str]) -> None:
+def test_a_pose_by_a_scan_that_was_never_sent_is_told_of(witness: MessageChecks, told: list[str]) -> None:
     witness.scanned(1.0)
     for stamp in (1.0, 1.000_001):
         witness.localized(stamp)
     assert told == ["r was told where it is by a scan that was never sent"]
 
 
-def test_a_world_that_stood_still_sends_several_scans_at_a_moment(witness: Witness, told: list[str]) -> None:
+def test_a_world_that_stood_still_sends_several_scans_at_a_moment(witness: MessageChecks, told: list[str]) -> None:
     for _ in range(2):
         witness.scanned(1.0)
     for _ in range(2):
@@ -75,7 +77,7 @@ def test_a_world_that_stood_still_sends_several_scans_at_a_moment(witness: Witne
     assert told == []
 
 
-def test_commands_are_counted_and_a_gap_is_time_without_one(witness: Witness) -> None:
+def test_commands_are_counted_and_a_gap_is_time_without_one(witness: MessageChecks) -> None:
     witness.commanded(0.0)
     witness.uncommanded.goal_sent(10.0)
     for now in (10.1, 10.2, 12.2, 12.3):

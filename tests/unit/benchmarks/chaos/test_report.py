@@ -2,12 +2,12 @@
 
 import msgspec
 
-from benchmarks.chaos.faults import Fault
+from benchmarks.chaos.faults import InjectedFault
 from benchmarks.chaos.report import (
     LONGEST,
     NO_FAULT,
     SEVERAL,
-    Report,
+    ChaosReport,
     Silence,
     log_of,
     longest_by_fault,
@@ -16,36 +16,36 @@ from benchmarks.chaos.report import (
 from benchmarks.chaos.silences import Gap
 
 
-def report(*wrong: str) -> Report:
-    return Report(
+def report(*wrong: str) -> ChaosReport:
+    return ChaosReport(
         seed=1, robots=2, machines=2, seconds=60.0, faults={"container, killed": 3}, longest_gap_s={"web, killed": 4.5},
         longest_silence_s={"web, killed": 3.5},
         goals={"sent": 9, "result": 8, "status": 0, "lost": 1}, statuses={"SUCCEEDED": 8}, paths={"path": 7},
-        commands=1000, sessions=2, cloud_starts=1, log=[Fault("container, killed", 3.0, "m2", 77)],
+        commands=1000, sessions=2, cloud_starts=1, log=[InjectedFault("container, killed", 3.0, "m2", 77)],
         silences=[Silence("r", 3.0, 4.0, ["container, killed"])], wrong=list(wrong),
     )  # fmt: skip
 
 
 def test_a_gap_counts_for_the_one_fault_that_can_have_caused_it() -> None:
-    faults = [Fault("a", 10.0), Fault("b", 14.0), Fault("a", 30.0)]
+    faults = [InjectedFault("a", 10.0), InjectedFault("b", 14.0), InjectedFault("a", 30.0)]
     gaps = [Gap(10.5, 15.0), Gap(14.5, 15.0), Gap(31.2, 32.0), Gap(29.0, 30.5), Gap(10.5, 11.5)]
     assert longest_by_fault(faults, gaps) == {SEVERAL: 4.5, "b": 0.5, NO_FAULT: 0.8, "a": 1.5}
 
 
 def test_what_was_stopped_can_cause_a_gap_until_it_goes_on_or_has_ended() -> None:
-    faults = [Fault("fork server, stopped", 10.0, until=20.0), Fault("container, killed", 18.0)]
+    faults = [InjectedFault("fork server, stopped", 10.0, until=20.0), InjectedFault("container, killed", 18.0)]
     gaps = [Gap(15.0, 16.0), Gap(18.5, 22.0), Gap(21.5, 22.0)]
     assert longest_by_fault(faults, gaps) == {"fork server, stopped": 1.0, SEVERAL: 3.5, NO_FAULT: 0.5}
 
 
 def test_the_longest_silences_are_told_with_their_causes_and_all_by_seconds_of_the_run() -> None:
-    faults = [Fault("web, killed", 105.0), Fault("web, stopped", 110.04, until=113.04)]
+    faults = [InjectedFault("web, killed", 105.0), InjectedFault("web, stopped", 110.04, until=113.04)]
     gaps = {"a": [Gap(105.5, 108.0)] * LONGEST, "b": [Gap(120.0, 125.0)]}
     first, second, *others = longest_silences(faults, gaps, 100.0)
     assert first == Silence("b", 20.0, 25.0, [])
     assert second == Silence("a", 5.5, 8.0, ["web, killed"])
     assert len(others) == LONGEST - 2
-    assert log_of(faults, 100.0) == [Fault("web, killed", 5.0), Fault("web, stopped", 10.0, until=13.0)]
+    assert log_of(faults, 100.0) == [InjectedFault("web, killed", 5.0), InjectedFault("web, stopped", 10.0, until=13.0)]
 
 
 def test_what_is_wrong_fails_a_run() -> None:
@@ -64,4 +64,4 @@ def test_kinds_that_were_not_done_or_left_no_gap_have_their_row() -> None:
 
 
 def test_programs_read_all_of_it() -> None:
-    assert msgspec.convert(msgspec.to_builtins(report("x")), Report) == report("x")
+    assert msgspec.convert(msgspec.to_builtins(report("x")), ChaosReport) == report("x")

@@ -6,18 +6,18 @@ import pytest
 from rich.progress import Progress
 
 from benchmarks.chaos import run as chaos
-from benchmarks.chaos.report import Report
+from benchmarks.chaos.report import ChaosReport
 from robots.cli.main import main
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[chaos.Options]:
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[chaos.ChaosOptions]:
     """Return what is asked for; all is well unless the seed is 13."""
-    seen: list[chaos.Options] = []
+    seen: list[chaos.ChaosOptions] = []
 
-    async def run(options: chaos.Options, progress: Progress) -> Report:
+    async def run(options: chaos.ChaosOptions, progress: Progress) -> ChaosReport:
         seen.append(options)
-        return Report(
+        return ChaosReport(
             seed=options.seed, robots=options.robots, machines=options.machines, seconds=options.seconds,
             faults={"web, killed": 2}, longest_gap_s={"web, killed": 4.5}, longest_silence_s={"web, killed": 3.5},
             goals={"sent": 3, "result": 2, "status": 0, "lost": 1}, statuses={"SUCCEEDED": 2}, paths={"path": 5},
@@ -30,18 +30,18 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[chaos.Options]:
 
 
 def test_it_is_ten_minutes_with_ten_robots_on_three_machines_unless_something_else_is_asked_for(
-    asked: list[chaos.Options], capsys: pytest.CaptureFixture[str]
+    asked: list[chaos.ChaosOptions], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["bench", "chaos"]) == 0
     assert main(["bench", "chaos", "--minutes", "0.5", "--robots", "2", "--machines", "1", "--every", "2"]) == 0
-    assert asked == [chaos.Options(600.0, 10, 3, 5.0, 1), chaos.Options(30.0, 2, 1, 2.0, 1)]
+    assert asked == [chaos.ChaosOptions(600.0, 10, 3, 5.0, 1), chaos.ChaosOptions(30.0, 2, 1, 2.0, 1)]
     heading, row, *_ = (line.split() for line in capsys.readouterr().out.splitlines())
     assert heading == ["fault", "times", "longest", "gap", "s", "served", "by", "nobody", "s"]
     assert row == ["web,", "killed", "2", "4.5", "3.5"]
 
 
 def test_what_is_wrong_is_the_exit_status_for_people_and_programs(
-    asked: list[chaos.Options], capsys: pytest.CaptureFixture[str]
+    asked: list[chaos.ChaosOptions], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["bench", "chaos", "--seed", "13"]) == 1
     assert "WRONG: 3.0 s: a zombie" in capsys.readouterr().out
@@ -56,7 +56,7 @@ def test_what_is_wrong_is_the_exit_status_for_people_and_programs(
         ["--machines", "1.5"], ["--machines", "-1"], ["--every", "inf"], ["--seed", "x"],
     ],
 )  # fmt: skip
-def test_what_cannot_be_run_is_refused(arguments: list[str], asked: list[chaos.Options]) -> None:
+def test_what_cannot_be_run_is_refused(arguments: list[str], asked: list[chaos.ChaosOptions]) -> None:
     with pytest.raises(SystemExit) as refused:
         main(["bench", "chaos", *arguments])
     assert refused.value.code == 2

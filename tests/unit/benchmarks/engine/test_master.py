@@ -2,23 +2,23 @@
 
 from typing import Any
 
-from benchmarks.engine.master import Ordered, survived
+from benchmarks.engine.master import PlacedRobot, survived
 
 SAID: dict[str, Any] = {"settings": {"m1": {"max_containers": 3}, "m2": {"draining": True}}, "removed": ["m9"]}
-BEFORE = {"r1": Ordered("m1", "c1", "", kept=True), "r2": Ordered("m3", "c2", "")}
+BEFORE = {"r1": PlacedRobot("m1", "c1", "", kept=True), "r2": PlacedRobot("m3", "c2", "")}
 
 
-def counted(after: dict[str, Ordered], still: dict[str, Any]) -> dict[str, bool | None]:
+def counted(after: dict[str, PlacedRobot], still: dict[str, Any]) -> dict[str, bool | None]:
     return {figure.name: figure.kept for figure in survived(BEFORE, after, SAID, still, 1.0)}
 
 
 def test_what_is_all_there_keeps_every_limit() -> None:
-    after = {"r1": Ordered("m3", "c7", "c1"), "r2": Ordered("m1", "c8", ""), "r3": Ordered("m1", "c9", "")}
+    after = {"r1": PlacedRobot("m3", "c7", "c1"), "r2": PlacedRobot("m1", "c8", ""), "r3": PlacedRobot("m1", "c9", "")}
     assert False not in counted(after, SAID).values()
 
 
 def test_what_is_lost_is_seen() -> None:
-    kept = counted({"r1": Ordered("m3", "c7", "")}, {"settings": {"m1": {"max_containers": 4}}, "removed": []})
+    kept = counted({"r1": PlacedRobot("m3", "c7", "")}, {"settings": {"m1": {"max_containers": 4}}, "removed": []})
     assert kept["placements made anew"] is False
     assert kept["checkpoints gone on from"] is False
     assert kept["settings of machines kept"] is False
@@ -26,5 +26,5 @@ def test_what_is_lost_is_seen() -> None:
 
 def test_what_is_placed_on_a_machine_that_is_drained_or_removed_is_seen() -> None:
     for machine in ("m2", "m9"):
-        after = {"r1": Ordered(machine, "c7", "c1"), "r2": Ordered("m1", "c8", "")}
+        after = {"r1": PlacedRobot(machine, "c7", "c1"), "r2": PlacedRobot("m1", "c8", "")}
         assert counted(after, SAID)["placed where none may be"] is False

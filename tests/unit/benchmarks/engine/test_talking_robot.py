@@ -2,11 +2,11 @@
 
 import asyncio
 
-from benchmarks.engine.talking_robot import STEP, Heard
+from benchmarks.engine.talking_robot import STEP, ReceivedPositions
 
 
 async def test_a_position_is_found_whether_it_came_before_or_comes_later() -> None:
-    heard = Heard()
+    heard = ReceivedPositions()
     heard.note(1.0, 2.0)
     at = await heard.of(2.0)
     assert at == heard.times[0][0]
@@ -18,6 +18,6 @@ async def test_a_position_is_found_whether_it_came_before_or_comes_later() -> No
 
 
 async def test_a_position_that_was_lost_is_not_waited_for_for_ever() -> None:
-    heard = Heard()
+    heard = ReceivedPositions()
     heard.note(1.0 + STEP)
     assert await heard.of(1.0) is None

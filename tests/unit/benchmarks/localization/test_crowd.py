@@ -6,7 +6,7 @@ from benchmarks.localization.crowd import CREEP, FARTHEST, NEAREST, TURN, Crowd,
 from benchmarks.localization.route import Route
 from ppaas.maps.generate import office
 from robots.sim.robot import SimulatedRobot
-from robots.sim.shortest_paths import Ways
+from robots.sim.shortest_paths import ShortestPaths
 
 GRID = office(seed=1, width=12.0, height=10.0)
 
@@ -14,7 +14,7 @@ GRID = office(seed=1, width=12.0, height=10.0)
 def crowded(people: int, seed: int = 1) -> tuple[CrowdedWorld, SimulatedRobot, Crowd]:
     world, rng = CrowdedWorld(GRID, seed), np.random.default_rng(seed)
     robot = world.add_robot(Route(GRID, rng).anywhere())
-    world.crowd = Crowd(robot, Ways(GRID, world.walker_model.clearance, rng), people, rng)
+    world.crowd = Crowd(robot, ShortestPaths(GRID, world.pedestrian_model.clearance, rng), people, rng)
     return world, robot, world.crowd
 
 

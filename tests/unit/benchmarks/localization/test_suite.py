@@ -2,15 +2,15 @@
 
 import pytest
 
-from benchmarks.localization.run import Job, Kind, Result, drive
+from benchmarks.localization.run import Kind, LocalizationJob, LocalizationResult, drive
 from benchmarks.localization.suite import measure, summary
 from ppaas.maps.generate import office
 
 GRID = office(seed=1, width=12.0, height=10.0)
 
 
-def job(kind: Kind, metres: float, run: int = 0) -> Job:
-    return Job(GRID, kind, metres, {}, seed=5, run=run)
+def job(kind: Kind, metres: float, run: int = 0) -> LocalizationJob:
+    return LocalizationJob(GRID, kind, metres, {}, seed=5, run=run)
 
 
 @pytest.mark.parametrize("kind", ["kidnap", "global"])
@@ -24,7 +24,7 @@ def test_a_robot_that_is_lost_is_found(kind: Kind) -> None:
 
 @pytest.mark.parametrize("run", [4, 16])
 def test_a_robot_in_a_jam_is_not_lost(run: int) -> None:
-    result = drive(Job(office(seed=1), "jam", 2.0, {}, seed=1, run=run, people=10))
+    result = drive(LocalizationJob(office(seed=1), "jam", 2.0, {}, seed=1, run=run, people=10))
     assert not result.lost
     assert result.found == 0.0
     assert result.worst < 0.3
@@ -43,9 +43,9 @@ def test_runs_are_the_same_in_one_process_and_in_two_and_come_in_order() -> None
 
 def test_what_runs_come_to() -> None:
     results = [
-        Result(0, 0.02, 0.01, 0.1, 0.1, lost=False, found=4.0, metres=15.0, update=0.001),
-        Result(1, 0.04, 0.01, 0.2, 0.1, lost=False, found=12.0, metres=15.0, update=0.003),
-        Result(2, 9.0, 3.0, 9.0, 3.0, lost=True, found=None, metres=15.0, update=0.002),
+        LocalizationResult(0, 0.02, 0.01, 0.1, 0.1, lost=False, found=4.0, metres=15.0, update=0.001),
+        LocalizationResult(1, 0.04, 0.01, 0.2, 0.1, lost=False, found=12.0, metres=15.0, update=0.003),
+        LocalizationResult(2, 9.0, 3.0, 9.0, 3.0, lost=True, found=None, metres=15.0, update=0.002),
     ]
     told = summary(results)
     assert (told["runs"], told["metres"], told["lost"]) == (3, 45.0, 1)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.placement.arrivals import Arrival, events, generated, recorded
+from benchmarks.placement.arrivals import RobotArrival, events, generated, recorded
 from benchmarks.placement.balancers import Spread
 from ppaas.errors import InvalidInput
 from robots.cli.main import main
@@ -84,9 +84,9 @@ def test_what_happens_is_in_order_and_who_goes_has_come() -> None:
 
 
 def test_who_stays_for_ever_does_not_go() -> None:
-    assert [event.comes for event in events(iter([Arrival(0.0, "a", "m"), Arrival(1.0, "b", "m", stays=1.0)]))] == [
-        True
-    ] * 2
+    assert [
+        event.comes for event in events(iter([RobotArrival(0.0, "a", "m"), RobotArrival(1.0, "b", "m", stays=1.0)]))
+    ] == [True] * 2
 
 
 @given(st.lists(st.tuples(st.sampled_from("ab"), st.sampled_from("xyz")), max_size=40), st.data())

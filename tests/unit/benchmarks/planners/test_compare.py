@@ -7,7 +7,7 @@ from rich.progress import Progress
 
 from benchmarks.planners import compare, field, grids
 from benchmarks.planners.graph import edges_of
-from benchmarks.planners.peers import FIELDS, NAVFN, PATHS, Peer, Problem
+from benchmarks.planners.peers import FIELDS, NAVFN, PATHS, Peer, PeerProblem
 from ppaas.errors import NotFound
 
 GRID = grids.random(24, 20.0)
@@ -15,9 +15,9 @@ INSTALLED = [peer for peer in (*FIELDS, *PATHS) if peer.installed]
 SCIPY = next(peer for peer in FIELDS if peer.package == "scipy")
 
 
-def problem() -> Problem:
+def problem() -> PeerProblem:
     goal = grids.goal_in(GRID.costmap)
-    return Problem(GRID.costmap, goal, field.farthest(field.grow(GRID.costmap, goal, 1)))
+    return PeerProblem(GRID.costmap, goal, field.farthest(field.grow(GRID.costmap, goal, 1)))
 
 
 def measure(monkeypatch: pytest.MonkeyPatch, fields: tuple[Peer, ...], paths: tuple[Peer, ...] = ()) -> dict:
@@ -41,7 +41,7 @@ def test_the_exact_field_of_scipy_is_ours(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_a_field_that_is_another_is_told_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
-    def told_twice(values: NDArray[np.float64], problem: Problem) -> NDArray[np.float64]:
+    def told_twice(values: NDArray[np.float64], problem: PeerProblem) -> NDArray[np.float64]:
         field = doubled(SCIPY.told(values, problem))
         field[problem.goal] = np.inf
         return field

@@ -63,7 +63,7 @@ def test_a_suite_measures_real_maps_and_every_part_can_be_rendered(data: Path, m
     monkeypatch.setattr(suite, "PREPARED", ("jps",))
     monkeypatch.setattr(suite, "SAMPLED", ("dijkstra",))
     monkeypatch.setattr(suite, "QUICK_SAMPLE", 2)
-    options = suite.Options(data, ("fields", "scaling", "scenarios"), quick=True)
+    options = suite.PlannerSuiteOptions(data, ("fields", "scaling", "scenarios"), quick=True)
     with Progress(disable=True) as progress:
         measured = dict(suite.measure(options, progress))
     assert list(measured) == ["machine", "fields", "scaling", "scenarios"]
@@ -99,7 +99,9 @@ def test_a_map_whose_index_takes_too_long_is_left_out_of_the_scenarios(
     monkeypatch.setattr(suite, "SAMPLED", ())
     monkeypatch.setattr(suite, "PATIENCE", -1.0)
     with Progress(disable=True) as progress:
-        scenarios = dict(suite.measure(suite.Options(tmp_path, ("scenarios",), quick=True), progress))["scenarios"]
+        scenarios = dict(suite.measure(suite.PlannerSuiteOptions(tmp_path, ("scenarios",), quick=True), progress))[
+            "scenarios"
+        ]
     assert {tuple(told["left_out"]) for told in scenarios} == {("jps",)}
     assert "arena2" in report.render({"scenarios": scenarios})
     assert "arena2" in report.render({"scenarios": [{**SCENARIO, "of": 130}, *scenarios]})
@@ -123,4 +125,4 @@ def test_the_spread_is_the_most_over_the_least_of_what_is_large() -> None:
 
 def test_a_folder_that_is_not_there_is_refused(tmp_path: Path) -> None:
     with Progress(disable=True) as progress, pytest.raises(InvalidInput, match="--data"):
-        list(suite.measure(suite.Options(tmp_path / "none"), progress))
+        list(suite.measure(suite.PlannerSuiteOptions(tmp_path / "none"), progress))

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.navigation.barn.dead_ends import Impasses
+from benchmarks.navigation.barn.dead_ends import DeadEnds
 from ppaas.geometry import Pose2D, poses_along
 from tests.support.world import grids
 
@@ -18,7 +18,7 @@ def ground():
 
 
 def test_where_it_gets_no_farther_the_narrowest_place_ahead_is_shut():
-    impasses = Impasses()
+    impasses = DeadEnds()
     here = Pose2D(0.6, 1.0)
     assert not any(impasses.look(0.05 * cycle, here, PLAN, ground()) for cycle in range(40))
     assert impasses.look(2.1, here, PLAN, ground())
@@ -31,18 +31,18 @@ def test_where_it_gets_no_farther_the_narrowest_place_ahead_is_shut():
 
 
 def test_a_robot_that_gets_on_shuts_nothing():
-    impasses = Impasses()
+    impasses = DeadEnds()
     for cycle in range(200):
         assert not impasses.look(0.05 * cycle, Pose2D(0.5 + 0.015 * cycle, 1.0), PLAN, ground())
 
 
 def test_at_the_end_of_its_plan_there_is_nothing_to_shut():
-    impasses = Impasses()
+    impasses = DeadEnds()
     assert not any(impasses.look(0.1 * cycle, Pose2D(3.95, 1.0), PLAN, ground()) for cycle in range(60))
 
 
 def test_where_it_came_through_nothing_is_shut_while_it_turns_round():
-    impasses = Impasses()
+    impasses = DeadEnds()
     for cycle in range(100):
         impasses.look(0.05 * cycle, Pose2D(3.5 - 0.03 * cycle, 1.0, math.pi), PLAN, ground())
     there = Pose2D(0.5, 1.0, 0.0)

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.navigation.barn.environment import Course
+from benchmarks.navigation.barn.environment import Environment
 from benchmarks.navigation.barn.jackal import NOISE
 from benchmarks.navigation.barn.worlds import START
 from ppaas.geometry import Pose2D
@@ -13,11 +13,11 @@ from tests.support.world import barn
 AHEAD = Twist(Vector3(x=2.0))
 
 
-def course(noise: str = "none", seed: int = 1, start: Pose2D = START) -> Course:
-    return Course(barn.world(), NOISE[noise], np.random.default_rng(seed), start)
+def course(noise: str = "none", seed: int = 1, start: Pose2D = START) -> Environment:
+    return Environment(barn.world(), NOISE[noise], np.random.default_rng(seed), start)
 
 
-def go(where: Course, seconds: float, twist: Twist = AHEAD) -> None:
+def go(where: Environment, seconds: float, twist: Twist = AHEAD) -> None:
     where.command(twist)
     for _ in range(round(seconds / 0.01)):
         where.step()

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from benchmarks.navigation.barn.controller_setups import make_pilot
-from benchmarks.navigation.barn.environment import Course
+from benchmarks.navigation.barn.controller_setups import make_navigator
+from benchmarks.navigation.barn.environment import Environment
 from benchmarks.navigation.barn.jackal import NOISE
-from benchmarks.navigation.barn.navigator import PERIOD, Pilot
-from benchmarks.navigation.barn.worlds import START, World
+from benchmarks.navigation.barn.navigator import PERIOD, Navigator
+from benchmarks.navigation.barn.worlds import START, BarnWorld
 from ppaas.costmap.costmap import LETHAL_OBSTACLE
 from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist, TwistWithCovariance
@@ -21,8 +21,8 @@ GOAL = Pose2D(10.0, 0.0)
 JACKAL = NOISE["hard"]
 
 
-def pilot() -> Pilot:
-    return make_pilot("mppi", GOAL, JACKAL.drive)
+def pilot() -> Navigator:
+    return make_navigator("mppi", GOAL, JACKAL.drive)
 
 
 def standing() -> Odometry:
@@ -39,13 +39,13 @@ def scan(ranges: list[float | None]) -> LaserScan:
     )  # fmt: skip
 
 
-def moved(world: World, by: Pose2D) -> World:
+def moved(world: BarnWorld, by: Pose2D) -> BarnWorld:
     places = [by @ Pose2D(x, y) for x, y in world.cylinders]
-    return World(world.world, world.radius, [(place.x, place.y) for place in places], world.path_length)
+    return BarnWorld(world.world, world.radius, [(place.x, place.y) for place in places], world.path_length)
 
 
-def commands(world: World, start: Pose2D) -> list[tuple[float, float]]:
-    course, driver = Course(world, JACKAL, np.random.default_rng(5), start), pilot()
+def commands(world: BarnWorld, start: Pose2D) -> list[tuple[float, float]]:
+    course, driver = Environment(world, JACKAL, np.random.default_rng(5), start), pilot()
     told = []
     for _ in range(12):
         twist = driver.drive(course.odometry(), course.scan())
@@ -68,7 +68,7 @@ def test_nothing_but_two_messages_enters_and_one_leaves() -> None:
     driver = pilot()
     twist = driver.drive(standing(), scan([None] * 91))
     assert twist.linear.x > 0.0
-    held = [value for value in vars(driver).values() if isinstance(value, Course | World)]
+    held = [value for value in vars(driver).values() if isinstance(value, Environment | BarnWorld)]
     assert held == []
 
 

@@ -1,13 +1,13 @@
 import pytest
 
 from benchmarks.navigation.barn import run
-from benchmarks.navigation.barn.run import Job, Result, drive
+from benchmarks.navigation.barn.run import BarnJob, BarnResult, drive
 from ppaas.messages.geometry_msgs import Twist, Vector3
 from tests.support.world import barn
 
 
 def test_a_run_reaches_the_goal_and_the_same_job_gives_the_same_run() -> None:
-    job = Job(barn.world(), "mppi", "nominal", 3, 0)
+    job = BarnJob(barn.world(), "mppi", "nominal", 3, 0)
     result = drive(job)
     assert result.outcome == "success"
     assert result.clearance > 0.05
@@ -29,9 +29,9 @@ class Straight:
 def test_who_drives_on_collides_and_who_stands_runs_out_of_time(
     monkeypatch: pytest.MonkeyPatch, speed: float, outcome: str
 ) -> None:
-    monkeypatch.setattr(run, "make_pilot", lambda *told: Straight(speed))
+    monkeypatch.setattr(run, "make_navigator", lambda *told: Straight(speed))
     monkeypatch.setattr(run, "TIME_LIMIT", 3.0)
-    result = drive(Job(barn.world(), "mppi", "nominal", 3, 0))
+    result = drive(BarnJob(barn.world(), "mppi", "nominal", 3, 0))
     assert result.outcome == outcome
     assert (result.clearance <= 0.0) is (outcome == "collision")
 
@@ -41,4 +41,4 @@ def test_who_drives_on_collides_and_who_stands_runs_out_of_time(
     [("success", 4.0, 0.5), ("success", 15.0, 1.0 / 3.0), ("success", 90.0, 0.125), ("collision", 4.0, 0.0)],
 )
 def test_a_success_scores_by_its_time_and_a_failure_nothing(outcome: str, seconds: float, score: float) -> None:
-    assert Result(1, 0, outcome, seconds, 5.0, 0.1).score == pytest.approx(score)
+    assert BarnResult(1, 0, outcome, seconds, 5.0, 0.1).score == pytest.approx(score)

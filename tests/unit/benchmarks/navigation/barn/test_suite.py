@@ -1,30 +1,30 @@
 import pytest
 
-from benchmarks.navigation.barn.run import Result
-from benchmarks.navigation.barn.suite import Options, jobs_of, measure, summary
+from benchmarks.navigation.barn.run import BarnResult
+from benchmarks.navigation.barn.suite import BarnOptions, jobs_of, measure, summary
 from tests.support.world import barn
 
 
 def test_runs_are_the_same_in_one_process_and_in_two_and_come_in_order() -> None:
     worlds = [barn.world(9), barn.world(3, (-1.0, 7.0))]
     done: list[int] = []
-    one, two = (measure(worlds, Options(1, "mppi", "nominal", 1, jobs), lambda: done.append(1)) for jobs in (1, 2))
+    one, two = (measure(worlds, BarnOptions(1, "mppi", "nominal", 1, jobs), lambda: done.append(1)) for jobs in (1, 2))
     assert one == two
     assert [result.world for result in one] == [9, 3]
     assert len(done) == 4
 
 
 def test_every_world_is_run_as_often_as_asked() -> None:
-    jobs = jobs_of([barn.world(9), barn.world(3)], Options(2, "dwa", "hard", 5, 1))
+    jobs = jobs_of([barn.world(9), barn.world(3)], BarnOptions(2, "dwa", "hard", 5, 1))
     assert [(job.world.world, job.run, job.seed) for job in jobs] == [(9, 0, 5), (9, 1, 5), (3, 0, 5), (3, 1, 5)]
 
 
 def test_what_runs_come_to() -> None:
     results = [
-        Result(1, 0, "success", 5.0, 5.0, 0.2),
-        Result(1, 1, "success", 20.0, 5.0, 0.1),
-        Result(2, 0, "collision", 3.0, 5.0, -0.01),
-        Result(2, 1, "timeout", 100.0, 5.0, 0.3),
+        BarnResult(1, 0, "success", 5.0, 5.0, 0.2),
+        BarnResult(1, 1, "success", 20.0, 5.0, 0.1),
+        BarnResult(2, 0, "collision", 3.0, 5.0, -0.01),
+        BarnResult(2, 1, "timeout", 100.0, 5.0, 0.3),
     ]
     assert summary(results) == {
         "worlds": 2, "runs": 4, "success": 0.5, "collision": 0.25, "timeout": 0.25,

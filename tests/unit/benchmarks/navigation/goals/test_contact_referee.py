@@ -6,7 +6,7 @@ import pytest
 from benchmarks.navigation.goals.contact_referee import Referee, Touches
 from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Twist, Vector3
-from robots.sim.shortest_paths import Ways
+from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.world import World
 from tests.support.world.rooms import room
 
@@ -15,10 +15,10 @@ def touches(robot_x: float, speed: float, push: float, seconds: float = 1.5) -> 
     """Drive a robot, and push a person who stands at x = 5 m along x at some speed [m/s]."""
     world = World(room(10.0, 4.0), 1)
     robot = world.add_robot(Pose2D(robot_x, 2.0))
-    walker = world.add_walker(Ways(world.grid, 0.35, np.random.default_rng(1)), Pose2D(5.0, 2.0))
+    pedestrian = world.add_pedestrian(ShortestPaths(world.grid, 0.35, np.random.default_rng(1)), Pose2D(5.0, 2.0))
     referee = Referee(world, robot)
     counted = referee.begin()
-    walker.body.velocity_func = lambda body, *_: setattr(body, "velocity", (push, 0.0))
+    pedestrian.body.velocity_func = lambda body, *_: setattr(body, "velocity", (push, 0.0))
     for _ in range(round(seconds / world.dt)):
         robot.command(Twist(Vector3(x=speed)))
         world.step()

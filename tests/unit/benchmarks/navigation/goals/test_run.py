@@ -7,13 +7,13 @@ import pytest
 
 from benchmarks.navigation.goals import run
 from benchmarks.navigation.goals.results_file import append, key, read
-from benchmarks.navigation.goals.run import Job, Result, Trip, drive
+from benchmarks.navigation.goals.run import GoalsJob, GoalsResult, Trip, drive
 from benchmarks.navigation.goals.suite import measure, summary
 from ppaas.errors import InvalidInput, NotFound
 from ppaas.maps.generate import office
 
 GRID = office(seed=1, width=12.0, height=10.0)
-JOB = Job("small office", GRID, people=2, goals=1, controller="dwa", parameters={}, seed=3, drive=0)
+JOB = GoalsJob("small office", GRID, people=2, goals=1, controller="dwa", parameters={}, seed=3, drive=0)
 
 
 @pytest.fixture
@@ -54,7 +54,7 @@ def test_what_is_kept_is_not_driven_again_and_counts_for_the_same_drive_alone(tm
 
 
 def test_nobody_that_was_never_near_is_kept_as_far_away(tmp_path: Path) -> None:
-    result = Result("office", 0, 0, "reached", 30.0, 12.0, 0, walls=0, caused=0, suffered=0, nearest=float("inf"))
+    result = GoalsResult("office", 0, 0, "reached", 30.0, 12.0, 0, walls=0, caused=0, suffered=0, nearest=float("inf"))
     append(tmp_path / "kept.jsonl", JOB, [result])
     assert read(tmp_path / "kept.jsonl") == {key(JOB): [result]}
 
@@ -75,7 +75,7 @@ def test_nobody_stands_near_the_robot_at_first_and_plug_ins_are_checked() -> Non
 
 
 def test_what_goals_come_to() -> None:
-    reached = Result("office", 0, 0, "reached", 30.0, 12.0, 1, walls=0, caused=0, suffered=2, nearest=-0.001)
+    reached = GoalsResult("office", 0, 0, "reached", 30.0, 12.0, 1, walls=0, caused=0, suffered=2, nearest=-0.001)
     late = dataclasses.replace(reached, goal=1, outcome="timeout", walls=1, caused=2, suffered=0, nearest=0.3)
     told = summary([reached, late])
     assert (told["goals"], told["reached"], told["mean_seconds"], told["metres"]) == (2, 1, 30.0, 24.0)

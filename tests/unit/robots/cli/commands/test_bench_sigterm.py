@@ -12,7 +12,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from benchmarks.chaos.cloud_processes import members
+from benchmarks.chaos.cloud_processes import cloud_processes
 from robots import cli
 from robots.cli.event_loop import TERMINATED
 from tests.support.world import barn
@@ -30,7 +30,7 @@ def running(folder: Path, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
     try:
         yield process
     finally:
-        for left in members(folder):
+        for left in cloud_processes(folder):
             with suppress(psutil.NoSuchProcess):
                 left.process.kill()
         process.wait()
@@ -51,10 +51,10 @@ def wait_for(process: subprocess.Popen[bytes], holds: Callable[[], object]) -> N
 def test_its_cloud_ends_with_it(short_path: Path, arguments: tuple[str, ...]) -> None:
     with running(short_path, *arguments) as process:
         wait_for(process, lambda: any(short_path.glob("ppaas-*/ready.json")))
-        assert {"web", "agent"} <= {member.kind for member in members(short_path)}
+        assert {"web", "agent"} <= {member.kind for member in cloud_processes(short_path)}
         process.send_signal(signal.SIGTERM)
         assert process.wait(PATIENCE) == TERMINATED
-    assert members(short_path) == []
+    assert cloud_processes(short_path) == []
     assert list(short_path.glob("ppaas-*")) == []
 
 
@@ -71,6 +71,6 @@ def test_its_pool_of_processes_ends_with_it(short_path: Path) -> None:
 def wait_for_none(folder: Path) -> None:
     """Wait until no process is left; Python's resource tracker ends a moment after the process that it serves."""
     deadline = time.monotonic() + 5.0
-    while left := members(folder):
+    while left := cloud_processes(folder):
         assert time.monotonic() < deadline, left
         time.sleep(0.02)
