@@ -1,4 +1,4 @@
-"""What the operating system says of a disk, as ``Unavailable`` with a text that says what to do."""
+"""Translation of ``OSError`` into ``Unavailable`` with advice for the operator."""
 
 import errno
 from collections.abc import Iterator
@@ -11,11 +11,11 @@ _ADVICE = {
     errno.ENOSPC: "the disk is full: free space",
     errno.EDQUOT: "the disk quota is used up: free space",
     errno.EROFS: "the file system is read-only: mount it writable",
-    errno.EACCES: "permission denied: let the user that runs the cloud read and write it",
-    errno.EPERM: "permission denied: let the user that runs the cloud read and write it",
+    errno.EACCES: "permission denied: give the user that runs the cloud read and write access",
+    errno.EPERM: "permission denied: give the user that runs the cloud read and write access",
     errno.EMFILE: "too many open files: raise the limit (ulimit -n)",
     errno.ENFILE: "too many open files on this machine: raise the limit (fs.file-max)",
-    errno.EIO: "the disk fails: look at its health, and restore from a backup",
+    errno.EIO: "the disk fails: check its health, and restore from a backup",
     errno.ENOTDIR: "a file is where a folder should be: move it away",
     errno.EEXIST: "a file is where a folder should be: move it away",
 }
@@ -23,7 +23,7 @@ _ADVICE = {
 
 @contextmanager
 def disk_errors(path: Path, *, but: type[OSError] | tuple[()] = ()) -> Iterator[None]:
-    """Turn an ``OSError`` from inside the block into ``Unavailable``, but for those of one type."""
+    """Turn an ``OSError`` raised in the block into ``Unavailable``, except one of type ``but``."""
     try:
         yield
     except but:

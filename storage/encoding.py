@@ -1,6 +1,6 @@
 """Records as bytes.
 
-MessagePack, so that a field that is added with a default reads from records that were kept before it was there.
+The format is MessagePack with field names, so a new field with a default can be read from older records.
 """
 
 from typing import TypeVar
@@ -18,21 +18,21 @@ def encode(record: msgspec.Struct) -> bytes:
     Raises
     ------
     InvalidInput
-        A free part of it, such as a robot's parameters, holds what cannot be kept.
+        A free-form part of it, such as a robot's parameters, contains a value that MessagePack cannot encode.
     """
     try:
         return msgspec.msgpack.encode(record)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:
-        raise InvalidInput(f"the {type(record).__name__} cannot be kept: {error}") from error
+        raise InvalidInput(f"cannot store this {type(record).__name__}: {error}") from error
 
 
 def decode(data: bytes, kind: type[R]) -> R:
-    """Return the record of these bytes.
+    """Return the record that was encoded.
 
     Raises
     ------
     Unavailable
-        They are damaged, or of a release that kept it otherwise.
+        The bytes are damaged, or were written by a release with another format.
     """
     try:
         return msgspec.msgpack.decode(data, type=kind)

@@ -1,47 +1,47 @@
-"""SHA-256 of what is being written, in a thread beside the writing: each takes about as long as the other."""
+"""SHA-256 of data while it is written, in a second thread: hashing takes about as long as writing."""
 
 import hashlib
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 
 AT_ONCE = 1 << 20
-"""Bytes that a thread is asked to hash: to ask costs as much as some ten thousand of them."""
+"""Bytes that are handed to the thread at once; the handover costs as much as hashing ten thousand bytes."""
 
 Block = bytes | memoryview
 
 
-class HashBeside:
-    """Hashes blocks; of what is short, and for the last of them, no thread is asked."""
+class BackgroundHash:
+    """Hashes blocks in a background thread; short data and the last blocks are hashed by the caller."""
 
     def __init__(self) -> None:
         self._digest = hashlib.sha256()
         self._blocks: list[Block] = []
         self._size = 0
-        self._threads = ThreadPoolExecutor(1, "hash")  # has a thread from the first time on that it is asked
-        self._asked: Future[None] | None = None
+        self._threads = ThreadPoolExecutor(1, "hash")  # starts its thread with the first submit
+        self._hashing: Future[None] | None = None
 
     def add(self, data: Block) -> None:
-        """Hash a block, at the latest at the end: what is in it must not change."""
+        """Add a block, which must not change before ``end``: it may be hashed as late as that."""
         self._blocks.append(data)
         self._size += len(data)
         if self._size >= AT_ONCE:
-            self._settle()  # so that no more waits in memory than twice as much
-            self._asked = self._threads.submit(self._hash, self._blocks)
+            self._wait_for_thread()  # at most twice `AT_ONCE` waits in memory
+            self._hashing = self._threads.submit(self._hash, self._blocks)
             self._blocks, self._size = [], 0
 
     def end(self) -> str:
-        """Return the hash of all blocks, in hex."""
-        self._settle()
+        """Return the SHA-256 of all blocks, in hex."""
+        self._wait_for_thread()
         self._hash(self._blocks)
         return self._digest.hexdigest()
 
     def close(self) -> None:
-        """Let the thread end, whatever has come."""
+        """Stop the thread."""
         self._threads.shutdown()
 
-    def _settle(self) -> None:
-        if self._asked is not None:
-            self._asked.result()
+    def _wait_for_thread(self) -> None:
+        if self._hashing is not None:
+            self._hashing.result()
 
     def _hash(self, blocks: Sequence[Block]) -> None:
         for block in blocks:

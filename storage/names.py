@@ -1,6 +1,6 @@
-"""Names that stores take: of users, maps, robots and plans.
+"""The syntax of names: of users, maps, robots and plans.
 
-One rule for all, narrow enough to be a file name, a column, a URL segment and a Zenoh key at once: no slash, no
+One rule for all, so that a name is also a valid file name, column value, URL segment and Zenoh key: no slash, no
 leading dot, nothing that needs quoting.
 """
 
@@ -13,26 +13,28 @@ _NAME = re.compile(PATTERN)
 
 
 def is_name(name: str) -> bool:
-    """Tell whether stores take a name."""
+    """Return whether a name is valid."""
     return _NAME.fullmatch(name) is not None
 
 
 def check_name(kind: str, name: str) -> str:
-    """Return the name.
+    """Return the name, if it is valid.
 
     Parameters
     ----------
     kind : str
-        What it names, for the text of the error.
+        Kind of the named thing, for the error message.
+    name : str
 
     Raises
     ------
     InvalidInput
-        It cannot be one.
+        The name is not valid.
     """
     if not is_name(name):
         shown = name if len(name) <= 64 else name[:64] + "…"
         raise InvalidInput(
-            f"{shown!r} cannot name a {kind}: take 1 to 64 letters, digits, '_', '.' and '-', a letter or digit first"
+            f"{shown!r} is not a valid name of a {kind}: use 1 to 64 letters, digits, '_', '.' and '-', with a letter"
+            " or digit first"
         )
     return name

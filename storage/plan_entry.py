@@ -1,4 +1,4 @@
-"""A plan as stores keep it: what many plans have in common, what is its own, and the stretches that it shares."""
+"""A plan in parts, as stores keep it: the context that many plans have in common, its body, and shared segments."""
 
 import itertools
 from collections.abc import Iterable, Iterator
@@ -19,11 +19,11 @@ from storage.plan_checks import POSE_BYTES, check_plans
 from storage.records import PlanOrigin, PlanRecord
 
 _AT_ONCE = 128
-"""Plans that are cut together: so many that a call costs nothing, and so few that they stay in the cache."""
+"""Plans that are cut in one call: enough to make its overhead small, few enough to stay in the CPU's cache."""
 
 
 class PlanContext(msgspec.Struct, frozen=True, array_like=True):
-    """What many plans have in common."""
+    """Fields that many plans have in common. Their order is part of the stored format."""
 
     user: str
     map: str
@@ -35,25 +35,28 @@ class PlanContext(msgspec.Struct, frozen=True, array_like=True):
 
 
 class PlanEntry(msgspec.Struct, frozen=True):
-    """What is kept of a plan. No dataclass, as ``ppaas.plans.encoding.body.PlanBody``.
+    """The parts of a plan. A struct, because it is created faster than a dataclass.
 
     Parameters
     ----------
     id, map : str
+        Ids of the plan and of its map.
     context : bytes
-        A ``PlanContext``, encoded.
+        Encoded ``PlanContext``.
     scope : bytes
-        Of its version of a map.
+        Key of the map version in indexes.
     created : float
+        Time of the plan [s since the epoch].
     waypoints : int
-    spot : int
-        Where it is looked for (``ppaas.plans.encoding.end_buckets``).
+        Number of waypoints.
+    index_key : int
+        Key of its length and ends in an index (``ppaas.plans.encoding.end_buckets``).
     body : bytes
-        What is its own (``ppaas.plans.encoding.body``).
+        Data of this plan alone (``ppaas.plans.encoding.body``).
     codes : list of bytes
-        The stretches that it shares, in their order (``ppaas.plans.encoding.codes``).
+        Its shared segments, in order (``ppaas.plans.encoding.codes``).
     shared : int
-        Waypoints in these.
+        Number of waypoints in the shared segments.
     """
 
     id: str
@@ -62,24 +65,30 @@ class PlanEntry(msgspec.Struct, frozen=True):
     scope: bytes
     created: float
     waypoints: int
-    spot: int
+    index_key: int
     body: bytes
     codes: list[bytes]
     shared: int
 
     @property
-    def loose(self) -> int:
-        """Return how many waypoints are kept for this plan alone."""
+    def unshared(self) -> int:
+        """Number of waypoints that are stored for this plan alone."""
         return self.waypoints - self.shared
 
 
 def entries_of(records: Iterable[PlanRecord], granularity: int) -> Iterator[PlanEntry]:
-    """Yield what is kept of plans.
+    """Yield the parts of plans.
+
+    Parameters
+    ----------
+    records : iterable of PlanRecord
+    granularity : int
+        Length from which segments are shared, about [waypoints].
 
     Raises
     ------
     InvalidInput
-        One cannot be kept (``storage.plan_checks``).
+        A plan is not valid (``storage.plan_checks``).
     """
     left = iter(records)
     while batch := list(itertools.islice(left, _AT_ONCE)):
@@ -87,25 +96,25 @@ def entries_of(records: Iterable[PlanRecord], granularity: int) -> Iterator[Plan
 
 
 def context_of(data: bytes) -> PlanContext:
-    """Return what was encoded; its parameters are the caller's own, unless they are none."""
-    common = _remembered(data)
+    """Return the decoded context; the caller may change its parameters, if there are any."""
+    common = _decode_cached(data)
     return decode(data, PlanContext) if common.parameters else common
 
 
 def head_of(context: bytes, own: PlanBody) -> PlanRecord:
-    """Return the head of a plan."""
+    """Return the head of a plan from its context and body."""
     return _record(context_of(context), own, b"")
 
 
 def record_of(context: bytes, body: bytes, shared: list[Poses]) -> PlanRecord:
-    """Return a plan, of the stretches that it shares."""
+    """Return a plan from its parts; ``shared`` are the (n, 7) poses of its shared segments, in order."""
     own = read_body(body)
     return _record(context_of(context), own, own.poses(shared).astype("<f8", copy=False).tobytes())
 
 
 @lru_cache(1 << 10)
-def _remembered(data: bytes) -> PlanContext:
-    """Return what was encoded: of the plans that a search finds most have the same in common."""
+def _decode_cached(data: bytes) -> PlanContext:
+    """Return the decoded context; most plans that a search finds have the same one."""
     return decode(data, PlanContext)
 
 
@@ -114,21 +123,25 @@ def _entries(records: list[PlanRecord], granularity: int) -> Iterator[PlanEntry]
     contexts = [encode(_context(record)) for record in records]
     counts = [len(record.poses) // POSE_BYTES for record in records]
     words, stops = words_of(poses), np.array(list(itertools.accumulate(counts)), np.int64)
+    # Cut all plans at once, and encode the segments; `codes_by_plan` has the segments of each plan.
     cuts = cut_plans(words, stops, granularity)
-    codes, first, mine = codes_of(poses, cuts.begins, cuts.ends), 0, []
+    codes, first, codes_by_plan = codes_of(poses, cuts.begins, cuts.ends), 0, []
     for stop in cuts.parts.tolist():
-        mine.append(codes[first:stop])
+        codes_by_plan.append(codes[first:stop])
         first = stop
     shared = cuts.shared.tolist()
-    between = [None if is_shared or not each else each[0] for each, is_shared in zip(mine, shared, strict=True)]
+    # A plan without shared segments has its waypoints between the ends in its body.
+    between = [
+        None if is_shared or not each else each[0] for each, is_shared in zip(codes_by_plan, shared, strict=True)
+    ]
     bodies, ends = write_bodies([record.id for record in records], list(map(_numbers, records)), words, stops, between)
     scopes = [scope_of(record.map, record.version) for record in records]
-    spots = index_keys_of(scopes, ends, np.array([record.length for record in records], np.float64)).tolist()
-    for record, context, scope, count, spot, body, own, is_shared in zip(
-        records, contexts, scopes, counts, spots, bodies, mine, shared, strict=True
+    index_keys = index_keys_of(scopes, ends, np.array([record.length for record in records], np.float64)).tolist()
+    for record, context, scope, count, index_key, body, own, is_shared in zip(
+        records, contexts, scopes, counts, index_keys, bodies, codes_by_plan, shared, strict=True
     ):
         yield PlanEntry(
-            record.id, record.map, context, scope, record.created, count, spot, body, own if is_shared else [],
+            record.id, record.map, context, scope, record.created, count, index_key, body, own if is_shared else [],
             count - ENDS_BEFORE - ENDS_AFTER if is_shared else 0,
         )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""What plans are looked for, whatever store they are kept in."""
+"""Queries for stored plans, and the exact tests that all backends share."""
 
 from collections.abc import Iterable
 
@@ -12,22 +12,24 @@ from storage.records import PlanPassage, PlanRecord
 from storage.versions import without_poses
 
 
-class PlanSearch(msgspec.Struct, frozen=True):
-    """Plans between two places on a version of a map, of one planner or of any.
+class PlanStoreQuery(msgspec.Struct, frozen=True):
+    """A query for plans between two places on a map version, of one planner or of any.
 
     Parameters
     ----------
     map, version : str
+        Id and version of the map.
     start, goal : tuple of float
-        The places, x, y [m].
+        The two places: x, y [m] in the map frame.
     tolerance : float
-        How far off plans may be [m].
+        Largest distance of a plan from each place [m].
     planner : str, optional
+        Name of the planner; any planner by default.
 
     Raises
     ------
     InvalidInput
-        No name of a map, a place that is not finite, a tolerance that is too large.
+        The name of the map is not valid, a place is not finite, or the tolerance is too large.
     """
 
     map: str
@@ -43,21 +45,21 @@ class PlanSearch(msgspec.Struct, frozen=True):
 
     @property
     def scope(self) -> bytes:
-        """Of the version of the map."""
+        """Key of the map version in indexes (``ppaas.plans.encoding.index_cells``)."""
         return scope_of(self.map, self.version)
 
-    def takes(self, plan: PlanRecord) -> bool:
-        """Tell whether a plan is of this version of the map, and of this planner."""
+    def matches(self, plan: PlanRecord) -> bool:
+        """Return whether a plan is on this map version, and by this planner."""
         return (plan.map, plan.version) == (self.map, self.version) and self.planner in (None, plan.planner)
 
     def joins(self, first: Position, last: Position) -> bool:
-        """Tell whether a plan from ``first`` to ``last`` leads from the start to the goal."""
+        """Return whether a plan from ``first`` to ``last`` connects the start with the goal, within the tolerance."""
         return joins(first, last, self.start, self.goal, self.tolerance)
 
     def passages(self, plans: Iterable[PlanRecord], limit: int) -> list[PlanPassage]:
-        """Return where plans pass near the start and later near the goal, the shortest passage first."""
+        """Return the plans that pass near the start and later near the goal, shortest passage first."""
         found = []
-        for plan in filter(self.takes, plans):
+        for plan in filter(self.matches, plans):
             points = array_of(plan.poses)[:, :2]
             ends = passage(points, self.start, self.goal, self.tolerance)
             if ends is not None:

@@ -1,12 +1,12 @@
-"""The ports: what the engine and the endpoints ask of a store, whatever keeps it.
+"""Ports: the interfaces of all stores, as the engine and the endpoints use them.
 
-All methods are synchronous and may block; callers on an event loop run them in a thread. A store is safe to use from
-several threads. What a store cannot do now it says with ``Unavailable``; what is not there with ``NotFound``. A name
-that no store takes (``storage.names``) is ``InvalidInput`` wherever it is given.
+All methods are synchronous and may block; callers on an event loop run them in a thread. A store is thread-safe. Every
+method may raise ``Unavailable`` if the store cannot do its work now, and ``InvalidInput`` if a name is not valid
+(``storage.names``).
 
-Lists come in pages. A page begins behind a *key*, the last one of the page before (``after`` where keys ascend,
-``before`` where the newest come first), and has ``limit`` records at most; None is all of them. The key need not exist
-any more, so what is added or removed meanwhile neither repeats nor hides the rest.
+Lists are paginated by key. A page begins after the last key of the previous page (``after`` where keys ascend,
+``before`` where the newest records come first) and has at most ``limit`` records; None means all. The key need not
+exist any more: records that are added or removed meanwhile neither repeat nor hide others.
 """
 
 from collections.abc import Collection, Iterable, Sequence
@@ -15,7 +15,7 @@ from typing import Protocol
 
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from storage.opened_maps import OpenMap
-from storage.plan_query import PlanSearch
+from storage.plan_query import PlanStoreQuery
 from storage.records import (
     CloneCheckpoint,
     MapRecord,
@@ -29,7 +29,7 @@ from storage.records import (
     Token,
     User,
 )
-from storage.staged_uploads import MapDraft
+from storage.staged_uploads import StagedUpload
 from storage.versions import PARTS
 
 
@@ -37,252 +37,252 @@ class UserStore(Protocol):
     """Accounts and their tokens."""
 
     def add_user(self, user: User) -> None:
-        """Keep a new user; ``Conflict`` if the id is taken."""
+        """Add a user; ``Conflict`` if the id is taken."""
         ...
 
     def user(self, user_id: str) -> User:
-        """Return a user; ``NotFound`` if there is none."""
+        """Return a user; ``NotFound`` if it does not exist."""
         ...
 
     def users(self, *, after: str = "", limit: int | None = None) -> list[User]:
-        """Return users by id."""
+        """Return users, sorted by id."""
         ...
 
     def change_user(self, user: User, *, keep_token: str | None = None) -> None:
-        """Keep a user in place of the one before; ``NotFound`` if there is none.
+        """Replace a user; ``NotFound`` if it does not exist.
 
-        With another password go all tokens of the user but the one of this hash: who had learned the old one is out.
+        A new password removes all tokens of the user except the one with the hash ``keep_token``, so that a client that
+        knew the old password is logged out.
         """
         ...
 
     def remove_user(self, user_id: str) -> None:
-        """Forget a user with all tokens, robots, their URDFs and checkpoints; ``NotFound`` if there is none.
+        """Remove a user with all tokens, robots, their URDFs and checkpoints; ``NotFound`` if it does not exist.
 
-        All at once, so that nobody who is given the id later comes into what was another's.
+        The removal is atomic: a later user of the same id never sees data of the former one.
         """
         ...
 
     def add_token(self, token: Token) -> None:
-        """Keep a token of a user; ``NotFound`` if the user is no more."""
+        """Store a token; ``NotFound`` if its user does not exist."""
         ...
 
     def token(self, token_hash: str) -> Token:
-        """Return a token, expired or not; ``NotFound`` if there is none."""
+        """Return a token, expired or not; ``NotFound`` if it does not exist."""
         ...
 
     def tokens(self, user_id: str, *, after: str = "", limit: int | None = None) -> list[Token]:
-        """Return the tokens of a user by hash."""
+        """Return the tokens of a user, sorted by hash."""
         ...
 
     def remove_token(self, token_hash: str) -> None:
-        """Forget a token; ``NotFound`` if there is none."""
+        """Remove a token; ``NotFound`` if it does not exist."""
         ...
 
     def remove_tokens(self, *, expired_before: float) -> int:
-        """Forget the tokens that expired before a time; return how many."""
+        """Remove the tokens that expired before a time [s since the epoch]; return their number."""
         ...
 
 
 class MapStore(Protocol):
-    """Maps and their versions. As maps may be large, files are written to drafts and read from open maps in blocks."""
+    """Maps and their versions. Files may be large: they are written to staged uploads and read from opened maps."""
 
-    def drafting(self) -> AbstractContextManager[MapDraft]:
-        """Write the files of a version, which are gone at the end of the block unless they were published in it."""
+    def stage(self) -> AbstractContextManager[StagedUpload]:
+        """Open an upload for the files of a version; unless published, they are removed at the end of the block."""
         ...
 
-    def publish(self, draft: MapDraft, said: Publication) -> MapRecord:
-        """Make files the present version of a map, at once and whole; return its head.
+    def publish(self, upload: StagedUpload, publication: Publication) -> MapRecord:
+        """Make the uploaded files the current version of a map, atomically; return its head.
 
-        Nobody sees a part of it, and what was said of the map stays where nothing else is said. Files that are those of
-        the present version publish nothing, so that whoever is not sure may publish again.
+        Metadata that the publication leaves at None is unchanged. Publishing the files of the current version again
+        adds no version, so a publication may be retried.
 
         Raises
         ------
         Conflict
-            The map is another owner's (two who take an id at the same time can't both have it), or its present version
-            is not the one that was expected.
+            The map belongs to another user (of two users who publish under a new id at the same time, one gets it), or
+            its current version is not ``if_match``.
         InvalidInput
-            A name is none, or the files are not those of a map.
+            A name is not valid, or the files are not those of a map.
         """
         ...
 
-    def roll_back(self, version: str, said: Publication) -> MapRecord:
-        """Make a version that a map had the present one again; return its head.
+    def roll_back(self, version: str, publication: Publication) -> MapRecord:
+        """Make an earlier version of a map current again; return its head.
 
         Raises
         ------
         NotFound
-            There is no such map, or it never had that version.
+            The map does not exist, or never had that version.
         Conflict
-            As ``publish``.
+            For the reasons of ``publish``.
         """
         ...
 
     def open_map(
         self, map_id: str, version: str | None = None, *, only: Collection[str] = PARTS
     ) -> AbstractContextManager[OpenMap]:
-        """Read the files of a version, or only some of them: the present one, or as another was published.
+        """Open a version of a map for reading: the current one by default, and all files or ``only`` some.
 
         Raises
         ------
         NotFound
-            There is no such map, or it never had that version.
+            The map does not exist, or never had that version.
         Unavailable
-            They are not what was published.
+            A file is damaged.
         """
         ...
 
     def map_head(self, map_id: str) -> MapRecord:
-        """Return a map in its present version; ``NotFound`` if there is none."""
+        """Return a map in its current version; ``NotFound`` if it does not exist."""
         ...
 
     def maps(self, visible_to: str | None = None, *, after: str = "", limit: int | None = None) -> list[MapRecord]:
-        """Return the maps that a user may read, or all, by id, in their present versions."""
+        """Return the maps that a user may read, or all, sorted by id, in their current versions."""
         ...
 
     def versions(self, map_id: str, *, before: int | None = None, limit: int | None = None) -> list[MapVersionRecord]:
-        """Return what was published under an id, newest first, the key being a number; ``NotFound`` if there is none.
+        """Return the publications of a map, newest first; ``NotFound`` if the map does not exist.
 
-        What was restored comes twice: as it was published, and as it was restored.
+        The key is the number of a publication. A version that was restored is listed twice: as published and as
+        restored.
         """
         ...
 
     def change_map(
         self, map_id: str, *, readers: tuple[str, ...] | None = None, description: str | None = None
     ) -> MapRecord:
-        """Change what is said of a map, and none of its files; return its head. ``NotFound`` if there is none."""
+        """Change the metadata of a map; return its head. ``NotFound`` if the map does not exist."""
         ...
 
     def remove_map(self, map_id: str) -> None:
-        """Forget a map and its versions; ``NotFound`` if there is none."""
+        """Remove a map and its versions; ``NotFound`` if it does not exist."""
         ...
 
 
 class RobotStore(Protocol):
-    """Robots, each the user's own: two users may have robots of the same id."""
+    """Robots. Each belongs to a user; two users may have robots of the same id."""
 
     def put_robot(self, record: RobotRecord, *, instead_of: RobotRecord | None = None) -> bool:
-        """Keep a robot or change it; tell whether it is new.
+        """Store a robot; return whether it is new.
 
         Raises
         ------
         Conflict
-            What is kept is not what this should take the place of: another was faster.
+            ``instead_of`` is given and differs from the stored record: another client changed it first.
         """
         ...
 
     def robot(self, user: str, robot_id: str) -> RobotRecord:
-        """Return a robot; ``NotFound`` if there is none."""
+        """Return a robot; ``NotFound`` if it does not exist."""
         ...
 
     def robots(self, user: str, *, after: str = "", limit: int | None = None) -> list[RobotRecord]:
-        """Return the robots of a user by id."""
+        """Return the robots of a user, sorted by id."""
         ...
 
     def remove_robot(self, user: str, robot_id: str) -> None:
-        """Forget a robot, its URDF and its clone's checkpoint; ``NotFound`` if there is none."""
+        """Remove a robot, its URDF and its clone's checkpoint; ``NotFound`` if it does not exist."""
         ...
 
     def put_urdf(self, user: str, robot_id: str, urdf: bytes) -> bool:
-        """Keep the URDF of a robot in place of the one before; tell whether it is new.
+        """Store the URDF of a robot; return whether the robot had none before.
 
         Raises
         ------
         NotFound
-            There is no such robot.
+            The robot does not exist.
         """
         ...
 
     def urdf(self, user: str, robot_id: str) -> bytes:
-        """Return the URDF of a robot, byte for byte; ``NotFound`` if there is none."""
+        """Return the URDF of a robot, byte for byte; ``NotFound`` if it has none."""
         ...
 
     def remove_urdf(self, user: str, robot_id: str) -> None:
-        """Forget the URDF of a robot; ``NotFound`` if there is none."""
+        """Remove the URDF of a robot; ``NotFound`` if it has none."""
         ...
 
 
 class PlanStore(Protocol):
-    """The Path Plan Database: plans, of which equal stretches are kept once.
+    """The path plan database: plans, whose equal segments are stored once.
 
-    A place is (x, y) [m] in the frame of the map. A plan that cannot be one (``storage.plan_checks``) is
-    ``InvalidInput``.
+    A place is (x, y) [m] in the map frame. A plan that is not valid (``storage.plan_checks``) raises ``InvalidInput``.
     """
 
     def add_plan(self, record: PlanRecord) -> None:
-        """Keep a plan; keeping the same id twice changes nothing."""
+        """Add a plan; adding the same id again changes nothing."""
         ...
 
     def add_plans(self, records: Iterable[PlanRecord]) -> int:
-        """Keep plans, all or none; return how many were not there before. Of an id that comes twice, the first."""
+        """Add plans, all or none; return the number of new ones. Of plans with the same id, the first is stored."""
         ...
 
     def replace_plan(self, record: PlanRecord, *, instead_of: PlanRecord) -> None:
-        """Keep a plan in place of the one of the same id.
+        """Replace a plan by one of the same id.
 
         Raises
         ------
         Conflict
-            What is kept is not what this should take the place of: another was faster.
+            The stored plan is not ``instead_of``: another client changed it first.
         NotFound
-            None of this id is kept.
+            There is no plan of this id.
         """
         ...
 
     def plan(self, plan_id: str) -> PlanRecord:
-        """Return a plan, its poses bit for bit as they were given; ``NotFound`` if there is none."""
+        """Return a plan, its poses bit for bit as they were stored; ``NotFound`` if it does not exist."""
         ...
 
     def whole_plans(self, plan_ids: Sequence[str]) -> dict[str, PlanRecord]:
-        """Return those of some plans that are kept, by id, as ``plan`` does each."""
+        """Return the stored plans among these ids, with their poses, by id."""
         ...
 
     def plans(
         self, map_id: str, *, before: tuple[float, str] | None = None, limit: int | None = None
     ) -> list[PlanRecord]:
-        """Return the heads of the plans of a map, newest first; the key is when one was made, and its id."""
+        """Return the heads of the plans of a map, newest first; the key is ``created`` and the id of a plan."""
         ...
 
     def plan_maps(self) -> list[str]:
-        """Return the ids of the maps that have plans, sorted; the maps themselves may be gone."""
+        """Return the ids of the maps that have plans, sorted; the maps may have been removed."""
         ...
 
-    def find_plans(self, search: PlanSearch, *, limit: int = 16) -> list[PlanRecord]:
-        """Return the heads of plans whose first pose lies near one place and whose last near another, shortest first.
+    def find_plans(self, search: PlanStoreQuery, *, limit: int = 16) -> list[PlanRecord]:
+        """Return the heads of plans that begin near one place and end near another, shortest first.
 
         Parameters
         ----------
-        search : PlanSearch
-            Which are sought.
+        search : PlanStoreQuery
         limit : int
-            The most that are returned. Where there are more, lengths count to a 16th of a metre, and which of equally
-            long ones are returned is not said; of those that are as long, planned alike, and begin and end within two
-            centimetres of each other, some may be missed.
+            Largest number of plans. If there are more, lengths are compared in units of 1/16 m, and any of equally long
+            plans may be returned. Of many plans that have the same length, planner and parameters, and begin and end
+            within 2 cm of each other, some may be missed.
         """
         ...
 
-    def plans_through(self, search: PlanSearch, *, limit: int = 8) -> list[PlanPassage]:
-        """Return plans that pass near one place and later near another, the shortest passage first.
+    def plans_through(self, search: PlanStoreQuery, *, limit: int = 8) -> list[PlanPassage]:
+        """Return plans that pass near one place and later near another, shortest passage first.
 
-        Parameters are those of ``find_plans``. It looks at a bounded number of plans, so it may miss some: what it
-        returns is right, but another may be shorter.
+        Parameters are those of ``find_plans``. The store examines a bounded number of plans: each result is right, but
+        a shorter passage may exist.
         """
         ...
 
     def plan_parts(self, plan_id: str) -> list[PlanPart]:
-        """Return the stretches of a plan that are entries of their own, in order; ``NotFound`` if there is none."""
+        """Return the shared segments of a plan, in order; ``NotFound`` if the plan does not exist."""
         ...
 
     def plan_statistics(self, map_id: str | None = None) -> PlanStatistics:
-        """Return what the plans of a map take, or all."""
+        """Return the size of the plans of a map, or of all plans."""
         ...
 
     def remove_plan(self, plan_id: str) -> None:
-        """Forget a plan; ``NotFound`` if there is none. Entries that other plans refer to stay."""
+        """Remove a plan; ``NotFound`` if it does not exist. Segments that other plans share stay."""
         ...
 
     def remove_plans(self, map_id: str) -> int:
-        """Forget the plans of a map, some at a time; return how many. What was cut off goes on when it is repeated."""
+        """Remove the plans of a map, some at a time; return their number. An interrupted removal can be repeated."""
         ...
 
 
@@ -290,31 +290,31 @@ class CloneStore(Protocol):
     """Checkpoints of clones."""
 
     def save_clone(self, checkpoint: CloneCheckpoint) -> None:
-        """Keep a checkpoint in place of the one before."""
+        """Store a checkpoint in place of the previous one."""
         ...
 
     def clone(self, user: str, robot: str) -> CloneCheckpoint:
-        """Return the last checkpoint; ``NotFound`` if there is none."""
+        """Return the last checkpoint of a clone; ``NotFound`` if there is none."""
         ...
 
     def remove_clone(self, user: str, robot: str) -> None:
-        """Forget the checkpoint, if there is one."""
+        """Remove the checkpoint of a clone, if there is one."""
         ...
 
 
 class HistoryStore(Protocol):
-    """What became of requests for plans, in sums: some hundred rows a map version, however many requests there were.
+    """Planning history: sums over the requests for plans, some hundred rows per map version.
 
-    A row has a key of four and is added to what is kept under it, so a store may count. What is told twice counts
-    twice, and what could not be kept is lost: nothing but estimates and tables is made of it.
+    Rows are added to the sums of their key: map, version, planner and bucket. A row that is added twice counts twice,
+    and one that could not be stored is lost: only estimates and tables are derived from them.
     """
 
     def add_history(self, rows: Iterable[PlannerHistory]) -> None:
-        """Add each row to what is kept under its key (``storage.history_checks``)."""
+        """Add each row to the sums of its key (``storage.history_checks`` validates it)."""
         ...
 
     def history(self, map_id: str, version: str | None = None) -> list[PlannerHistory]:
-        """Return the rows of a map, or of one of its versions, by key."""
+        """Return the rows of a map, or of one of its versions, sorted by key."""
         ...
 
     def history_maps(self) -> list[str]:
@@ -322,21 +322,21 @@ class HistoryStore(Protocol):
         ...
 
     def remove_history(self, map_id: str) -> None:
-        """Forget the rows of a map, if it has any."""
+        """Remove the rows of a map, if it has any."""
         ...
 
     def put_link(self, row: LinkHistory) -> None:
-        """Keep what was measured of a link in place of what was before."""
+        """Store the measurements of a link in place of the previous ones."""
         ...
 
     def links(self) -> list[LinkHistory]:
-        """Return what was measured of all links, by name."""
+        """Return the measurements of all links, sorted by name."""
         ...
 
 
 class Store(UserStore, RobotStore, PlanStore, HistoryStore, CloneStore, Protocol):
-    """Everything but maps: small records, many of them."""
+    """A store of everything but maps: many small records."""
 
     def close(self) -> None:
-        """Let go of files and connections; use nothing of it afterwards."""
+        """Close files and connections; the store cannot be used afterwards."""
         ...

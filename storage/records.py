@@ -1,4 +1,4 @@
-"""What the stores keep."""
+"""Records of the stores: users, tokens, maps, robots, plans and checkpoints."""
 
 from typing import Any, Literal
 
@@ -10,7 +10,7 @@ PlanOrigin = Literal["computed", "reused", "stitched", "given"]
 
 
 class Limits(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What a user may have, where that is not what every user may; ``engine.master.quotas`` tells what each counts."""
+    """Quotas of one user that differ from the defaults; ``engine.master.quotas`` defines what each of them counts."""
 
     containers: int | None = None
     cores: float | None = None
@@ -20,7 +20,7 @@ class Limits(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class User(msgspec.Struct, frozen=True):
-    """Who may use the cloud. ``password_hash`` is argon2id's own string."""
+    """A user's account. ``password_hash`` is a string in the format of argon2id."""
 
     id: str
     password_hash: str
@@ -29,7 +29,7 @@ class User(msgspec.Struct, frozen=True):
 
 
 class Token(msgspec.Struct, frozen=True):
-    """A login. Only the hash of the token is kept; ``expires`` and ``created`` are seconds since the epoch."""
+    """A login. Only the hash of the token is stored; ``expires`` and ``created`` are seconds since the epoch."""
 
     hash: str
     user: str
@@ -38,17 +38,18 @@ class Token(msgspec.Struct, frozen=True):
 
 
 class MapFile(msgspec.Struct, frozen=True):
-    """A file of a map, told by what is in it; ``size`` is in bytes."""
+    """A file of a map, identified by its content; ``size`` is in bytes."""
 
     sha256: str
     size: int
 
 
 class MapVersionRecord(msgspec.Struct, frozen=True):
-    """A version of a map as it became the present one: who published it, when [s since the epoch] and why.
+    """A publication of a map version: its author, its time [s since the epoch] and the message.
 
-    ``number`` goes up from publication to publication, with gaps. ``files`` are those that there are of ``yaml``,
-    ``image`` and ``octomap``; ``version`` is the hash of all of them. ``restored`` is one that had been there before.
+    ``number`` increases from publication to publication, with gaps. The keys of ``files`` are some of ``yaml``,
+    ``image`` and ``octomap``; ``version`` is the hash over all files. ``restored`` marks a rollback to an earlier
+    version.
     """
 
     number: int
@@ -61,9 +62,9 @@ class MapVersionRecord(msgspec.Struct, frozen=True):
 
 
 class MapRecord(msgspec.Struct, frozen=True):
-    """A map and one of its versions, the present one unless another was asked for; its files are read elsewhere.
+    """A map with one of its versions: the current one, unless another was requested. It does not contain the files.
 
-    A map is seen by its owner and its readers; ``"*"`` among the readers makes it public.
+    The owner and the readers can see a map; ``"*"`` among the readers makes it public.
     """
 
     id: str
@@ -79,31 +80,31 @@ class MapRecord(msgspec.Struct, frozen=True):
 
     @property
     def created(self) -> float:
-        """When this version was published [s since the epoch]."""
+        """Time at which this version was published [s since the epoch]."""
         return self.present.created
 
     def readable_by(self, user: str) -> bool:
-        """Tell whether a user may see the map and plan on it."""
+        """Return whether a user may see the map and plan on it."""
         return user == self.owner or user in self.readers or "*" in self.readers
 
 
 class Publication(msgspec.Struct, frozen=True):
-    """What is said when a version of a map is made the present one.
+    """The metadata of a publication.
 
     Parameters
     ----------
     map, author : str
-        Which map, and who says so.
+        Ids of the map and of the user who publishes it.
     created : float
-        When [s since the epoch].
+        Time of the publication [s since the epoch].
     message : str
-        Why.
+        Description of the change.
     owner : str, optional
-        Whose map it is; its author's, if nothing is said.
+        Owner of the map; the author by default.
     readers, description : optional
-        None is what was before.
+        None leaves them unchanged.
     if_match : str, optional
-        The version that must be the present one, if the publication is to take place.
+        Publish only if this is the current version.
     """
 
     map: str
@@ -117,11 +118,11 @@ class Publication(msgspec.Struct, frozen=True):
 
 
 class RobotRecord(msgspec.Struct, frozen=True):
-    """A robot: the JSON file that its maker writes.
+    """A robot, as its user describes it in a JSON file.
 
-    ``initial_pose`` is x [m], y [m], yaw [rad] in the map; ``cores`` the decimal size of its container; ``properties``
-    is any JSON object, which we keep and do not read; ``labels`` are those that the machine of its container must have.
-    Its URDF is kept beside it.
+    ``initial_pose`` is x [m], y [m], yaw [rad] in the map frame; ``cores`` is the decimal size of its container;
+    ``properties`` is any JSON object, stored unread; ``labels`` are required of the machine of its container. The URDF
+    is stored separately.
     """
 
     id: str
@@ -139,11 +140,11 @@ class RobotRecord(msgspec.Struct, frozen=True):
 
 
 class PlanRecord(msgspec.Struct, frozen=True):
-    """A plan that was made: ``poses`` is the (n, 7) float64 array, little-endian, row by row.
+    """A plan. ``poses`` holds the (n, 7) float64 array, little-endian, row by row.
 
-    ``parameters`` are the planner's; ``origin`` tells whether it was computed, found among stored plans, joined of
-    one and what was computed to reach it, or given by a program, which may say of it what it likes.
-    The *head* of a plan is all but its poses (empty bytes).
+    ``parameters`` are those of the planner. ``origin`` is ``computed``; ``reused``, a stored plan; ``stitched``, a
+    stored plan with computed ends; or ``given`` by a program, whose numbers are not verified. The *head* of a plan is
+    the record without poses (empty bytes).
     """
 
     id: str
@@ -164,7 +165,7 @@ class PlanRecord(msgspec.Struct, frozen=True):
 
 
 class PlanPassage(msgspec.Struct, frozen=True):
-    """A stored plan that passes near two places: its head, and its waypoints nearest to them, the second later."""
+    """A stored plan that passes near two places: its head, and the index of its waypoint nearest to each."""
 
     head: PlanRecord
     first: int
@@ -172,9 +173,10 @@ class PlanPassage(msgspec.Struct, frozen=True):
 
 
 class PlanPart(msgspec.Struct, frozen=True):
-    """A stretch of a plan that is an entry of its own, which any number of plans share.
+    """A segment of a plan that is stored as an entry of its own, which any number of plans share.
 
-    ``first`` is its first waypoint in the plan, ``count`` how many it has, ``plans`` how often plans refer to it.
+    ``first`` is the index of its first waypoint in the plan, ``count`` its number of waypoints, ``plans`` the number of
+    references from plans.
     """
 
     entry: str
@@ -184,10 +186,10 @@ class PlanPart(msgspec.Struct, frozen=True):
 
 
 class PlanStatistics(msgspec.Struct, frozen=True):
-    """What stored plans take.
+    """Size of stored plans.
 
-    ``waypoints`` counts those of all plans, ``kept`` those that are kept for them, ``entries`` the stretches that plans
-    share; ``bytes`` is what plans and entries take, without indexes.
+    ``waypoints`` counts the waypoints of all plans, ``kept`` those that are stored after de-duplication, ``entries``
+    the shared segments; ``bytes`` is the size of plans and entries, without indexes.
     """
 
     plans: int = 0
@@ -198,7 +200,7 @@ class PlanStatistics(msgspec.Struct, frozen=True):
 
 
 class CloneCheckpoint(msgspec.Struct, frozen=True):
-    """What a robot's clone needs to go on in another container: the state of each node, as the node wrote it."""
+    """State from which a clone continues in another container: the bytes that each node wrote, and the time saved."""
 
     user: str
     robot: str

@@ -1,4 +1,4 @@
-"""Files of a map on their way into a store: on a disk, hashed as they are written, and seen by nobody."""
+"""Staged uploads: files of a map that are written to disk and hashed, but not published yet."""
 
 import mmap
 import os
@@ -10,68 +10,67 @@ from typing import BinaryIO
 
 from ppaas.errors import InvalidInput
 from storage.disk_errors import disk_errors
-from storage.hashing import HashBeside
+from storage.hashing import BackgroundHash
 from storage.records import MapFile
 from storage.versions import PARTS, map_version
 
 Buffer = bytes | mmap.mmap
-"""What is in a file, read as it is asked for."""
+"""Content of a file; a memory map reads it on access."""
 
 BLOCK = 1 << 17
-"""Bytes that are read or written at a time: they stay in the cache of a core until they are hashed and written."""
+"""Block size of reads and writes [bytes]: a block stays in the cache of a core until it is hashed and written."""
+
+_WRITEBACK_BYTES = 8 << 20
+"""Bytes after which writeback to the disk is started, so that the final fsync has little left to do."""
 
 
-_BEGIN_EARLY = 8 << 20
-"""Bytes after which the disk is told to begin with them, so that little is left to wait for at the end."""
-
-
-class DraftFile:
+class StagedFile:
     """A file that is being written.
 
     Parameters
     ----------
     file : BinaryIO
-        Open, without a buffer.
-    hashed : HashBeside
-        Gets what is written.
+        Open for writing, unbuffered.
+    hashed : BackgroundHash
+        Hashes the written data.
     """
 
-    def __init__(self, file: BinaryIO, hashed: HashBeside) -> None:
+    def __init__(self, file: BinaryIO, hashed: BackgroundHash) -> None:
         self._file = file
         self._hashed = hashed
         self._size = 0
-        self._begun = 0
+        self._flushed = 0
 
     def write(self, data: bytes | memoryview) -> None:
-        """Add bytes, which must not change until the file has ended."""
+        """Append data, which must not change before ``end``."""
         self._hashed.add(data)
         left = memoryview(data)
-        while left:  # of what has no room some is written, and no error is told until the next try
+        while left:  # on a full disk a write is short, and only the next one raises
             left = left[self._file.write(left) :]
         self._size += len(data)
-        if self._size - self._begun >= _BEGIN_EARLY:
-            self._begin()
+        if self._size - self._flushed >= _WRITEBACK_BYTES:
+            self._start_writeback()
 
-    def _begin(self) -> None:
-        """Have the system write to the disk what has come; it goes on at once."""
-        # This is what Linux does first when told that they are not needed; pages on their way to the disk are kept.
-        os.posix_fadvise(self._file.fileno(), self._begun, self._size - self._begun, os.POSIX_FADV_DONTNEED)
-        self._begun = self._size
+    def _start_writeback(self) -> None:
+        """Start writeback of the data so far; return at once."""
+        # POSIX_FADV_DONTNEED first starts writeback on Linux; pages under writeback stay in the page cache.
+        os.posix_fadvise(self._file.fileno(), self._flushed, self._size - self._flushed, os.POSIX_FADV_DONTNEED)
+        self._flushed = self._size
 
     def end(self) -> MapFile:
-        """Bring it to the disk; return what it is."""
+        """Sync the file to the disk; return its hash and size."""
         self._file.flush()
         os.fsync(self._file.fileno())
         return MapFile(self._hashed.end(), self._size)
 
 
-class MapDraft:
-    """What is to become a version of a map.
+class StagedUpload:
+    """The files of a map version before it is published.
 
     Parameters
     ----------
     folder : Path
-        Of its own.
+        Folder that belongs to this upload alone.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -84,30 +83,30 @@ class MapDraft:
         return map_version(self.files)
 
     def path(self, part: str) -> Path:
-        """Return where a file is."""
+        """Return the path of a file."""
         return self._folder / part
 
     @contextmanager
-    def writing(self, part: str) -> Iterator[DraftFile]:
-        """Write a file, which counts once the block has ended well.
+    def writing(self, part: str) -> Iterator[StagedFile]:
+        """Write a file in the ``with`` block; it is part of the upload if the block ends without an error.
 
         Raises
         ------
         InvalidInput
-            A map has no such file, or the draft has it already.
+            A map has no such file, or the upload has it already.
         Unavailable
-            The disk is full, or the like.
+            The disk is full, or fails otherwise.
         """
         if part not in PARTS or part in self.files:
-            raise InvalidInput(f"a map has one each of {', '.join(PARTS)}, not {part!r} (again)")
+            raise InvalidInput(f"unknown or repeated file {part!r}: a map has at most one each of {', '.join(PARTS)}")
         with (
             disk_errors(self.path(part)),
             self.path(part).open("wb", buffering=0) as file,
-            closing(HashBeside()) as sha,
+            closing(BackgroundHash()) as sha,
         ):
-            draft = DraftFile(file, sha)
-            yield draft
-            self.files[part] = draft.end()
+            staged = StagedFile(file, sha)
+            yield staged
+            self.files[part] = staged.end()
 
     def add(self, part: str, data: Iterable[bytes | memoryview]) -> None:
         """Write a whole file, block by block."""
@@ -116,13 +115,13 @@ class MapDraft:
                 file.write(block)
 
     def buffer(self, part: str) -> Buffer:
-        """Return what is in a file that was written."""
+        """Return the content of a file of the upload."""
         with disk_errors(self.path(part)):
             return mapped(self.path(part))
 
 
 def mapped(path: Path) -> Buffer:
-    """Return what is in a file, mapped into memory: it takes room in it only while it is looked at."""
+    """Return the content of a file as a memory map, which is paged in only where it is read."""
     with path.open("rb") as file:
         if not os.fstat(file.fileno()).st_size:
             return b""
@@ -130,13 +129,13 @@ def mapped(path: Path) -> Buffer:
 
 
 def blocks(data: Buffer, size: int = BLOCK) -> Iterator[bytes]:
-    """Return what is in a file, so many bytes at a time."""
+    """Yield the content of a file in blocks of ``size`` bytes."""
     return (data[start : start + size] for start in range(0, len(data), size))
 
 
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """Make a folder for as long as the block lasts, where this machine keeps what is temporary."""
+    """Create a folder among this machine's temporary files, and remove it at the end of the block."""
     with disk_errors(Path(tempfile.gettempdir())):
         folder = tempfile.TemporaryDirectory(prefix="ppaas-map-")
     with folder as name:

@@ -15,7 +15,7 @@ from ppaas.geometry import Pose2D
 from ppaas.plans import stored
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from ppaas.plans.reuse.criteria import best_candidates
-from storage.plan_query import PlanQuery
+from storage.plan_query import PlanStoreQuery
 from storage.ports import Store
 from storage.records import PlanPassage, PlanRecord
 
@@ -59,7 +59,7 @@ class PlanDesk:
             Pose2D(*asked.start), Pose2D(*asked.goal), version, asked.planner, asked.parameters, asked.robot_radius,
             tolerance, asked.kinematic,
         )  # fmt: skip
-        search = PlanQuery(spec.map.id, version, asked.start, asked.goal, tolerance)
+        search = PlanStoreQuery(spec.map.id, version, asked.start, asked.goal, tolerance)
         heads = {head.id: head for head in self._store.find_plans(search)}
         fit = best_candidates(query, [_seen(head) for head in heads.values()])
         found = [candidate for each in fit for candidate in self._whole(heads[each.id])]

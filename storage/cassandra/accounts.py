@@ -27,24 +27,24 @@ class CassandraAccounts:
     # -- users ---------------------------------------------------------------------------------------------------------
 
     def add_user(self, user: User) -> None:
-        """Keep a new user; ``Conflict`` if the id is taken."""
+        """Add a user; ``Conflict`` if the id is taken."""
         check_name("user", user.id)
         insert = "UPDATE users SET record = ? WHERE shard = 0 AND id = ? IF record = NULL"
         if not self._session.write_if(insert, encode(user), user.id):
-            raise Conflict(f"the user {user.id!r} exists already: take another id")
+            raise Conflict(f"user {user.id!r} already exists: choose another id")
 
     def user(self, user_id: str) -> User:
-        """Return a user; ``NotFound`` if there is none."""
+        """Return a user; ``NotFound`` if it does not exist."""
         check_name("user", user_id)
         return decode(self._known_user(user_id).record, User)
 
     def users(self, *, after: str = "", limit: int | None = None) -> list[User]:
-        """Return users by id."""
+        """Return users, sorted by id."""
         rows = self._session.rows("SELECT record FROM users WHERE shard = 0 AND id > ?", after)
         return [decode(row.record, User) for row in itertools.islice((row for row in rows if row.record), limit)]
 
     def change_user(self, user: User, *, keep_token: str | None = None) -> None:
-        """Keep a user in place of the one before; with another password go all tokens but one."""
+        """Replace a user; a new password removes all of the user's tokens but one."""
         check_name("user", user.id)
         change = """UPDATE users SET record = ?, epoch = ?, kept_token = ? WHERE shard = 0 AND id = ?
                     IF record = ? AND epoch = ?"""
@@ -63,15 +63,15 @@ class CassandraAccounts:
     # -- tokens --------------------------------------------------------------------------------------------------------
 
     def add_token(self, token: Token) -> None:
-        """Keep a token of a user; ``NotFound`` if the user is no more."""
+        """Store a token; ``NotFound`` if its user does not exist."""
         check_name("token", token.hash)
         check_name("user", token.user)
         epoch = self._known_user(token.user).epoch or 0
         expires = token.expires + 0.0  # -0 would come before 0
         row = "INSERT INTO tokens (hash, user, epoch, expires, record) VALUES (?, ?, ?, ?, ?)"
-        self._session.write_together(
+        self._session.write_batch(
             [
-                *self._moving(token),
+                *self._stale_index_deletions(token),
                 (row, (token.hash, token.user, epoch, expires, encode(token))),
                 ("INSERT INTO tokens_by_user (user, hash) VALUES (?, ?)", (token.user, token.hash)),
                 ("INSERT INTO tokens_by_expiry (shard, expires, hash) VALUES (0, ?, ?)", (expires, token.hash)),
@@ -79,7 +79,7 @@ class CassandraAccounts:
         )
 
     def token(self, token_hash: str) -> Token:
-        """Return a token, expired or not; ``NotFound`` if there is none."""
+        """Return a token, expired or not; ``NotFound`` if it does not exist."""
         check_name("token", token_hash)
         row = self._session.row(_TOKEN, token_hash)
         if row is None or not _is_valid(token_hash, row, self._session.row(_USER, row.user)):
@@ -87,7 +87,7 @@ class CassandraAccounts:
         return decode(row.record, Token)
 
     def tokens(self, user_id: str, *, after: str = "", limit: int | None = None) -> list[Token]:
-        """Return the tokens of a user by hash."""
+        """Return the tokens of a user, sorted by hash."""
         check_name("user", user_id)
         user = self._session.row(_USER, user_id)
         found = self._session.rows("SELECT hash FROM tokens_by_user WHERE user = ? AND hash > ?", user_id, after)
@@ -96,19 +96,19 @@ class CassandraAccounts:
         return [decode(row.record, Token) for row in itertools.islice(mine, limit)]
 
     def remove_token(self, token_hash: str) -> None:
-        """Forget a token; ``NotFound`` if there is none."""
+        """Remove a token; ``NotFound`` if it does not exist."""
         self.token(token_hash)
-        self._session.write_together(self._forgetting(token_hash))
+        self._session.write_batch(self._token_deletions(token_hash))
 
     def remove_tokens(self, *, expired_before: float) -> int:
-        """Forget the tokens that expired before a time; return how many."""
+        """Remove the tokens that expired before a time [s since the epoch]; return their number."""
         query = "SELECT hash FROM tokens_by_expiry WHERE shard = 0 AND expires < ?"
         expired = [row.hash for row in self._session.rows(query, expired_before + 0.0)]
         for token_hash in expired:
-            self._session.write_together(self._forgetting(token_hash))
+            self._session.write_batch(self._token_deletions(token_hash))
         return len(expired)
 
-    # -- inside --------------------------------------------------------------------------------------------------------
+    # -- internals -----------------------------------------------------------------------------------------------------
 
     def _known_user(self, user_id: str) -> Any:
         row = self._session.row(_USER, user_id)
@@ -133,7 +133,7 @@ class CassandraAccounts:
         for row in self._session.rows("SELECT hash FROM tokens_by_user WHERE user = ?", user_id):
             token = self._session.row(_TOKEN, row.hash)
             if token and token.user == user_id and not _is_valid(row.hash, token, user):
-                self._session.write_together(self._forgetting(row.hash))
+                self._session.write_batch(self._token_deletions(row.hash))
 
     def _token_to_keep(self, user_id: str, token_hash: str | None) -> str | None:
         """Return the hash if it is that of a token of the user: what was swept away must not come back."""
@@ -142,7 +142,7 @@ class CassandraAccounts:
             return None
         return token_hash if _is_valid(token_hash, row, self._session.row(_USER, user_id)) else None
 
-    def _moving(self, token: Token) -> list[Write]:
+    def _stale_index_deletions(self, token: Token) -> list[Write]:
         """Return what removes the entries under which a token of this hash was found and will not be."""
         row = self._session.row(_TOKEN, token.hash)
         writes: list[Write] = []
@@ -152,7 +152,7 @@ class CassandraAccounts:
             writes.append((_NOT_EXPIRING, (row.expires, token.hash)))
         return writes
 
-    def _forgetting(self, token_hash: str) -> list[Write]:
+    def _token_deletions(self, token_hash: str) -> list[Write]:
         """Return what removes a token; nothing if there is none."""
         row = self._session.row(_TOKEN, token_hash)
         if row is None:

@@ -1,4 +1,4 @@
-"""History in Cassandra."""
+"""Planning history in Cassandra."""
 
 from collections.abc import Iterable, Sequence
 
@@ -14,24 +14,24 @@ _ROW = "map = ? AND version = ? AND planner = ? AND bucket = ?"
 class CassandraHistory:
     """A ``HistoryStore`` in Cassandra.
 
-    Sums are read, added to and written only if they are still those that were read: nothing is lost, and nothing is
-    counted twice, however many write. (Its counters can do neither, once an answer was lost.)
+    Sums are read, increased and written by compare-and-set, so concurrent writers lose nothing and count nothing twice.
+    (Cassandra's counters guarantee neither after a timeout.)
     """
 
     _session: CassandraSession
 
     def add_history(self, rows: Iterable[PlannerHistory]) -> None:
-        """Add each row to what is kept under its key: of one map all or none."""
+        """Add each row to the sums of its key; for each map all rows or none."""
         by_map: dict[str, dict[tuple[str, str, str, int], PlannerHistory]] = {}
         for row in map(check_history, rows):
             mine = by_map.setdefault(row.map, {})
             mine[row.key] = mine[row.key].plus(row) if row.key in mine else row
         for mine in by_map.values():
-            while not self._session.write_together_if(self._sums(list(mine.values()))):
-                continue  # another was faster
+            while not self._session.write_batch_if(self._sums(list(mine.values()))):
+                continue  # another writer changed a row first
 
     def history(self, map_id: str, version: str | None = None) -> list[PlannerHistory]:
-        """Return the rows of a map, or of one of its versions, by key."""
+        """Return the rows of a map, or of one of its versions, sorted by key."""
         check_name("map", map_id)
         query, values = "SELECT record FROM history WHERE map = ?", [map_id]
         if version is not None:
@@ -39,25 +39,25 @@ class CassandraHistory:
         return [decode(row.record, PlannerHistory) for row in self._session.rows(query, *values)]
 
     def history_maps(self) -> list[str]:
-        """Return the ids of the maps that have history, sorted."""
+        """Return the ids of the maps that have rows, sorted."""
         return self._session.partitions("history", "map")
 
     def remove_history(self, map_id: str) -> None:
-        """Forget the rows of a map, if it has any."""
+        """Remove the rows of a map, if it has any."""
         self._session.write("DELETE FROM history WHERE map = ?", check_name("map", map_id))
 
     def put_link(self, row: LinkHistory) -> None:
-        """Keep what was measured of a link in place of what was before."""
+        """Store the measurements of a link in place of the previous ones."""
         insert = "INSERT INTO links (shard, link, record) VALUES (0, ?, ?)"
         self._session.write(insert, check_link(row).link, encode(row))
 
     def links(self) -> list[LinkHistory]:
-        """Return what was measured of all links, by name."""
+        """Return the measurements of all links, sorted by name."""
         rows = self._session.rows("SELECT record FROM links WHERE shard = 0")
         return [decode(row.record, LinkHistory) for row in rows]
 
     def _sums(self, rows: Sequence[PlannerHistory]) -> list[Write]:
-        """Return what adds rows of one map to what is kept, if that stays as it is until then."""
+        """Return conditional writes that add rows of one map to the stored sums, if these have not changed."""
         write = f"UPDATE history SET record = ? WHERE {_ROW} IF record = ?"
         writes: list[Write] = []
         for row in rows:

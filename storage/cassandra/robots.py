@@ -29,7 +29,7 @@ class CassandraRobots:
     # -- robots --------------------------------------------------------------------------------------------------------
 
     def put_robot(self, record: RobotRecord, *, instead_of: RobotRecord | None = None) -> bool:
-        """Keep a robot or change it; ``Conflict`` if what is kept is not what this should take the place of."""
+        """Store a robot; ``Conflict`` if the stored record is not ``instead_of``."""
         check_name("map", record.map)
         key = self._key(record.user, record.id)
         data = encode(record)
@@ -37,23 +37,23 @@ class CassandraRobots:
             row = self._robot_row(key)
             before = row.record if row else None
             if instead_of is not None and (before is None or decode(before, RobotRecord) != instead_of):
-                raise Conflict(f"the robot {record.id!r} was changed meanwhile: look at it and try again")
+                raise Conflict(f"robot {record.id!r} has been changed meanwhile: read it again and retry")
             if self._session.write_if(f"UPDATE robots SET record = ? WHERE {_KEY} IF record = ?", data, *key, before):
                 return before is None
 
     def robot(self, user: str, robot_id: str) -> RobotRecord:
-        """Return a robot; ``NotFound`` if there is none."""
+        """Return a robot; ``NotFound`` if it does not exist."""
         return decode(self._known_robot(self._key(user, robot_id)).record, RobotRecord)
 
     def robots(self, user: str, *, after: str = "", limit: int | None = None) -> list[RobotRecord]:
-        """Return the robots of a user by id."""
+        """Return the robots of a user, sorted by id."""
         check_name("user", user)
         query = "SELECT record FROM robots WHERE user = ? AND generation = ? AND id > ?"
         rows = self._session.rows(query, user, self._generation(user), after)
         return [decode(row.record, RobotRecord) for row in itertools.islice(rows, limit)]
 
     def remove_robot(self, user: str, robot_id: str) -> None:
-        """Forget a robot and its clone's checkpoint; ``NotFound`` if there is none."""
+        """Remove a robot, its URDF and its clone's checkpoint; ``NotFound`` if it does not exist."""
         key = self._key(user, robot_id)
         row = self._known_robot(key)
         self._session.write(f"DELETE FROM clones WHERE {_PART}", *key)  # first: a new robot must not find it
@@ -64,7 +64,7 @@ class CassandraRobots:
     # -- URDFs ---------------------------------------------------------------------------------------------------------
 
     def put_urdf(self, user: str, robot_id: str, urdf: bytes) -> bool:
-        """Keep the URDF of a robot in place of the one before; ``NotFound`` if there is no such robot."""
+        """Store the URDF of a robot; return whether it had none. ``NotFound`` if the robot does not exist."""
         key = self._key(user, robot_id)
         self._known_robot(key)
         number = uuid.uuid4()
@@ -73,7 +73,7 @@ class CassandraRobots:
         return self._name_urdf(key, number) is None
 
     def urdf(self, user: str, robot_id: str) -> bytes:
-        """Return the URDF of a robot; ``NotFound`` if there is none."""
+        """Return the URDF of a robot; ``NotFound`` if it has none."""
         key = self._key(user, robot_id)
         while (row := self._robot_row(key)) is not None and row.urdf is not None:
             found = self._session.row(f"SELECT data FROM urdfs WHERE {_PART} AND id = ?", *key, row.urdf)
@@ -82,7 +82,7 @@ class CassandraRobots:
         raise NotFound("URDF of robot", robot_id)
 
     def remove_urdf(self, user: str, robot_id: str) -> None:
-        """Forget the URDF of a robot; ``NotFound`` if there is none."""
+        """Remove the URDF of a robot; ``NotFound`` if it has none."""
         key = self._key(user, robot_id)
         row = self._robot_row(key)
         if row is None or row.urdf is None or self._name_urdf(key, None) is None:
@@ -91,23 +91,23 @@ class CassandraRobots:
     # -- clones --------------------------------------------------------------------------------------------------------
 
     def save_clone(self, checkpoint: CloneCheckpoint) -> None:
-        """Keep a checkpoint in place of the one before."""
+        """Store a checkpoint in place of the previous one."""
         key = self._key(checkpoint.user, checkpoint.robot)
         insert = "INSERT INTO clones (user, generation, robot, record) VALUES (?, ?, ?, ?)"
         self._session.write(insert, *key, encode(checkpoint))
 
     def clone(self, user: str, robot: str) -> CloneCheckpoint:
-        """Return the last checkpoint; ``NotFound`` if there is none."""
+        """Return the last checkpoint of a clone; ``NotFound`` if there is none."""
         row = self._session.row(f"SELECT record FROM clones WHERE {_PART}", *self._key(user, robot))
         if row is None:
             raise NotFound("checkpoint of robot", robot)
         return decode(row.record, CloneCheckpoint)
 
     def remove_clone(self, user: str, robot: str) -> None:
-        """Forget the checkpoint, if there is one."""
+        """Remove the checkpoint of a clone, if there is one."""
         self._session.write(f"DELETE FROM clones WHERE {_PART}", *self._key(user, robot))
 
-    # -- inside --------------------------------------------------------------------------------------------------------
+    # -- internals -----------------------------------------------------------------------------------------------------
 
     def _sweep_robots(self, user: str, generation: int) -> None:
         """Remove what lies under an old number of a user."""

@@ -36,7 +36,7 @@ class CassandraStore(CassandraAccounts, CassandraRobots, CassandraHistory, Cassa
         self._session.close()
 
     def remove_user(self, user_id: str) -> None:
-        """Forget a user with all tokens, robots and checkpoints; ``NotFound`` if there is none."""
+        """Remove a user with all tokens, robots and checkpoints; ``NotFound`` if it does not exist."""
         generation = self._end_generation(user_id)
         self._sweep_tokens(user_id)
         self._sweep_robots(user_id, generation)

@@ -1,1 +1,1 @@
-"""Maps as immutable files, with a log of versions for each map, on a local disk or any other."""
+"""Maps as immutable files with a log of versions for each map, on a local disk or any other."""

@@ -1,6 +1,6 @@
-"""The port of a disk: the little that ``storage.files.map_log`` asks of it, be it here, in memory or a whole cluster.
+"""Port of a disk: the file operations that ``storage.files.map_log`` needs, local, in memory or in HDFS.
 
-Paths are names with slashes between, beneath the folder that a disk begins at.
+Paths are relative to the root folder of the disk, with slashes between names.
 """
 
 from contextlib import AbstractContextManager
@@ -9,36 +9,36 @@ from typing import Protocol
 
 
 class Disk(Protocol):
-    """Files that appear whole or not at all, and are never changed."""
+    """A disk of immutable files, each of which appears atomically."""
 
     def folders(self) -> list[str]:
-        """Return the names of the folders at the top."""
+        """Return the names of the top-level folders."""
         ...
 
     def names(self, folder: str) -> list[str]:
-        """Return what is in a folder; nothing if there is none."""
+        """Return the names in a folder; an empty list if it does not exist."""
         ...
 
     def read(self, path: str) -> bytes:
-        """Return a small file; ``FileNotFoundError`` if there is none."""
+        """Return the content of a small file; ``FileNotFoundError`` if it does not exist."""
         ...
 
     def create(self, path: str, data: bytes) -> bool:
-        """Keep a small file, for good when this returns; tell whether it is new: one that is there stays as it is."""
+        """Create a small file, durably; return whether it is new. An existing file is left unchanged."""
         ...
 
     def place(self, source: Path, path: str) -> None:
-        """Keep a copy of a local file, for good when this returns; one that is there has the same in it."""
+        """Store a copy of a local file, durably. An existing file has the same content."""
         ...
 
     def opened(self, path: str) -> AbstractContextManager[Path]:
-        """Give a file a path on this machine for a while; ``FileNotFoundError`` if there is none."""
+        """Make a file available under a local path in the block; ``FileNotFoundError`` if it does not exist."""
         ...
 
     def remove(self, path: str) -> None:
-        """Forget a file, or a folder with all that is in it, if there is one."""
+        """Remove a file, or a folder with its content, if it exists."""
         ...
 
-    def drafting(self) -> AbstractContextManager[Path]:
-        """Make a folder on this machine, best where files are placed from; it goes with the block, or its process."""
+    def staging_folder(self) -> AbstractContextManager[Path]:
+        """Create a local folder for files to ``place``; it is removed at the end of the block, or of the process."""
         ...

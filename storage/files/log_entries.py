@@ -1,14 +1,14 @@
-"""Entries of the log of a map: where they are, what is in them, and which record follows from which."""
+"""Entries of a map's log: their paths and content, and the record that follows from a publication."""
 
 import msgspec
 
 from ppaas.errors import NotFound
 from storage.records import MapFile, MapRecord, MapVersionRecord, Publication
-from storage.staged_uploads import MapDraft
+from storage.staged_uploads import StagedUpload
 
 
 class LogEntry(msgspec.Struct, frozen=True):
-    """What is said of a map; one that was removed has no present version."""
+    """One entry of the log: the map's metadata and current version; None for a map that was removed."""
 
     era: int
     owner: str = ""
@@ -18,25 +18,25 @@ class LogEntry(msgspec.Struct, frozen=True):
 
     @classmethod
     def of(cls, record: MapRecord, era: int) -> "LogEntry":
-        """Return the entry that keeps a record."""
+        """Return the entry for a record."""
         return cls(era, record.owner, record.readers, record.description, record.present)
 
     def record(self, map_id: str) -> MapRecord | None:
-        """Return the record that is kept; none if the map was removed."""
+        """Return the record of the entry; None if the map was removed."""
         if self.present is None:
             return None
         return MapRecord(map_id, self.owner, self.present, self.readers, self.description)
 
 
 class LatestEntry(msgspec.Struct, frozen=True):
-    """The last entry of a log, its number, and the map as it says."""
+    """The last entry of a log: its number, the number of the map's first entry (``era``), and the record."""
 
     number: int
     era: int
     record: MapRecord | None
 
     def head(self, map_id: str) -> MapRecord:
-        """Return the map; ``NotFound`` if there is none."""
+        """Return the record; ``NotFound`` if the map does not exist."""
         if self.record is None:
             raise NotFound("map", map_id)
         return self.record
@@ -48,26 +48,26 @@ def entry_path(map_id: str, number: int) -> str:
 
 
 def files_path(map_id: str, era: int) -> str:
-    """Return the path of the folder that has all files of all versions of a map."""
+    """Return the path of the folder with the files of all versions of a map."""
     return f"{map_id}/files-{era}"
 
 
-def published(latest: LatestEntry, said: Publication, draft: MapDraft) -> MapRecord:
-    """Return a map with these files; where they are the present ones already, nothing is published."""
+def published(latest: LatestEntry, publication: Publication, upload: StagedUpload) -> MapRecord:
+    """Return the record after a publication; files that are current already add no version."""
     before = latest.record
-    if before is not None and before.version == draft.version:
-        return _with_present(before, said, before.present)
-    return _with_present(before, said, _version(latest, said, draft.version, dict(draft.files)))
+    if before is not None and before.version == upload.version:
+        return _with_present(before, publication, before.present)
+    return _with_present(before, publication, _version(latest, publication, upload.version, dict(upload.files)))
 
 
-def rolled_back(latest: LatestEntry, said: Publication, found: MapVersionRecord) -> MapRecord:
-    """Return a map whose present version is one that it had before."""
-    present = _version(latest, said, found.version, found.files, restored=True)
-    return _with_present(latest.record, said, present)
+def rolled_back(latest: LatestEntry, publication: Publication, found: MapVersionRecord) -> MapRecord:
+    """Return the record after a rollback to the version ``found``."""
+    present = _version(latest, publication, found.version, found.files, restored=True)
+    return _with_present(latest.record, publication, present)
 
 
 def changed(record: MapRecord, readers: tuple[str, ...] | None, description: str | None) -> MapRecord:
-    """Return a map of which other things are said; None leaves what was."""
+    """Return the record with other metadata; None leaves a field unchanged."""
     return msgspec.structs.replace(
         record,
         readers=record.readers if readers is None else readers,
@@ -76,11 +76,13 @@ def changed(record: MapRecord, readers: tuple[str, ...] | None, description: str
 
 
 def _version(
-    latest: LatestEntry, said: Publication, version: str, files: dict[str, MapFile], *, restored: bool = False
+    latest: LatestEntry, publication: Publication, version: str, files: dict[str, MapFile], *, restored: bool = False
 ) -> MapVersionRecord:
-    return MapVersionRecord(latest.number + 1, version, said.created, said.author, said.message, restored, files)
+    return MapVersionRecord(
+        latest.number + 1, version, publication.created, publication.author, publication.message, restored, files
+    )
 
 
-def _with_present(before: MapRecord | None, said: Publication, present: MapVersionRecord) -> MapRecord:
-    record = MapRecord(said.map, said.owner or said.author, present) if before is None else before
-    return changed(msgspec.structs.replace(record, present=present), said.readers, said.description)
+def _with_present(before: MapRecord | None, publication: Publication, present: MapVersionRecord) -> MapRecord:
+    record = MapRecord(publication.map, publication.owner or publication.author, present) if before is None else before
+    return changed(msgspec.structs.replace(record, present=present), publication.readers, publication.description)

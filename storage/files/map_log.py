@@ -1,15 +1,16 @@
-"""Maps on a disk: files that are named by what is in them, and for each map a log of what became of it.
+"""Maps on a disk: files named by their hash, and for each map a log of its changes.
 
 ::
 
     house/
-    ├── log/00000001, 00000002 …   what was said of the map; the last entry is the present
-    └── files-1/<sha256> …         all files of all its versions; 1 is the entry with which the map began
+    ├── log/00000001, 00000002 …   metadata and version of the map; the last entry is current
+    └── files-1/<sha256> …         files of all versions; 1 is the number of the map's first entry, its *era*
 
-Files come first and the entry last, which nobody can take the place of: of those who write at once, one has the next
-number, and the others look at the map anew. So a reader sees a map as it was or as it is, no change is lost, nobody
-holds a lock, and whoever is killed leaves files at most that no entry names. To remove a map is an entry too: who
-publishes under its id later goes on behind it, with another folder of files, so that the old one can go at any time.
+A writer places the files first and creates the log entry last. An entry is never overwritten: of concurrent writers,
+one gets the next number, and the others read the map again and retry. So a reader sees a map before or after a change,
+no change is lost, no lock is held, and a killed writer leaves at most files that no entry names. A removal is an entry
+too. A later map of the same id continues the log with an era and a folder of its own, so the old files can be deleted
+at any time.
 """
 
 from collections.abc import Collection, Iterator
@@ -25,72 +26,72 @@ from storage.files.verified import open_verified
 from storage.names import check_name, is_name
 from storage.opened_maps import OpenMap
 from storage.records import MapRecord, MapVersionRecord, Publication
-from storage.staged_uploads import MapDraft
+from storage.staged_uploads import StagedUpload
 from storage.versions import PARTS, check_files, check_may_follow, check_publication, no_such_version
 
 _ATTEMPTS = 5
-"""How often a map is looked up that is removed each time while it is read."""
+"""Attempts to read a map that is removed while it is read."""
 
 
 class LoggedMapStore:
-    """A ``MapStore`` on a disk, which any number of threads, processes and machines may use.
+    """A ``MapStore`` on a disk, which any number of threads, processes and machines may use at once.
 
     Parameters
     ----------
     disk : Disk
-        What keeps the files.
+        Disk with the files.
     """
 
     def __init__(self, disk: Disk) -> None:
         self._disk = disk
 
     @contextmanager
-    def drafting(self) -> Iterator[MapDraft]:
-        """Write the files of a version, which are gone at the end of the block unless they were published in it."""
-        with self._disk.drafting() as folder:
-            yield MapDraft(folder)
+    def stage(self) -> Iterator[StagedUpload]:
+        """Open an upload for the files of a version; unless published, they are removed at the end of the block."""
+        with self._disk.staging_folder() as folder:
+            yield StagedUpload(folder)
 
-    def publish(self, draft: MapDraft, said: Publication) -> MapRecord:
-        """Make files the present version of a map, at once and whole; return its head."""
-        check_publication(said)
-        check_files(draft.files)
+    def publish(self, upload: StagedUpload, publication: Publication) -> MapRecord:
+        """Make the uploaded files the current version of a map, atomically; return the map's record."""
+        check_publication(publication)
+        check_files(upload.files)
         placed = set()
         while True:
-            latest = self._latest(said.map)
-            check_may_follow(latest.record, said)
+            latest = self._latest(publication.map)
+            check_may_follow(latest.record, publication)
             era = latest.era if latest.record is not None else latest.number + 1
             if era not in placed:
-                self._place(draft, files_path(said.map, era))
+                self._place(upload, files_path(publication.map, era))
                 placed.add(era)
-            record = published(latest, said, draft)
+            record = published(latest, publication, upload)
             if record == latest.record:
                 return record
             if self._append(latest, record, era):
-                self._sweep(said.map, era)
+                self._sweep(publication.map, era)
                 return record
 
-    def roll_back(self, version: str, said: Publication) -> MapRecord:
-        """Make a version that a map had the present one again; return its head."""
-        check_publication(said)
+    def roll_back(self, version: str, publication: Publication) -> MapRecord:
+        """Make an earlier version of a map current again; return the map's record."""
+        check_publication(publication)
         check_name("version", version)
         while True:
-            latest = self._latest(said.map)
-            before = latest.head(said.map)
-            check_may_follow(before, said)
+            latest = self._latest(publication.map)
+            before = latest.head(publication.map)
+            check_may_follow(before, publication)
             found = self._find(before, latest.era, version)
             if found.version == before.version:
                 return before
-            record = rolled_back(latest, said, found)
+            record = rolled_back(latest, publication, found)
             if self._append(latest, record, latest.era):
                 return record
 
     def map_head(self, map_id: str) -> MapRecord:
-        """Return a map in its present version; ``NotFound`` if there is none."""
+        """Return a map in its current version; ``NotFound`` if it does not exist."""
         check_name("map", map_id)
         return self._latest(map_id).head(map_id)
 
     def maps(self, visible_to: str | None = None, *, after: str = "", limit: int | None = None) -> list[MapRecord]:
-        """Return the maps that a user may read, or all, by id."""
+        """Return the maps that a user may read, or all, sorted by id."""
         ids = sorted(name for name in self._disk.folders() if is_name(name) and name > after)
         heads = (self._latest(map_id).record for map_id in ids)
         records = (record for record in heads if record is not None)
@@ -98,14 +99,14 @@ class LoggedMapStore:
         return list(islice(seen, limit))
 
     def versions(self, map_id: str, *, before: int | None = None, limit: int | None = None) -> list[MapVersionRecord]:
-        """Return what was published under an id, newest first; ``NotFound`` if there is no such map."""
+        """Return the publications of a map, newest first; ``NotFound`` if the map does not exist."""
         check_name("map", map_id)
         latest = self._latest(map_id)
         return list(islice(self._history(latest.head(map_id), latest.era, before), limit))
 
     @contextmanager
     def open_map(self, map_id: str, version: str | None = None, *, only: Collection[str] = PARTS) -> Iterator[OpenMap]:
-        """Read the files of a version, the present one unless told; ``NotFound`` if there is none."""
+        """Open a version of a map for reading, by default the current one; ``NotFound`` if it does not exist."""
         check_name("map", map_id)
         if version is not None:
             check_name("version", version)
@@ -115,7 +116,7 @@ class LoggedMapStore:
     def change_map(
         self, map_id: str, *, readers: tuple[str, ...] | None = None, description: str | None = None
     ) -> MapRecord:
-        """Change what is said of a map; return its head."""
+        """Change the metadata of a map; return its head."""
         check_name("map", map_id)
         while True:
             latest = self._latest(map_id)
@@ -124,7 +125,7 @@ class LoggedMapStore:
                 return record
 
     def remove_map(self, map_id: str) -> None:
-        """Forget a map and its versions; ``NotFound`` if there is none."""
+        """Remove a map and its versions; ``NotFound`` if it does not exist."""
         check_name("map", map_id)
         while True:
             latest = self._latest(map_id)
@@ -144,9 +145,9 @@ class LoggedMapStore:
             try:
                 entry = self._read(map_id, max(numbers))
             except FileNotFoundError:
-                continue  # removed, and published anew, since the names were read
+                continue  # the map was removed and published again after the names were read
             return LatestEntry(max(numbers), entry.era, entry.record(map_id))
-        raise _restless(map_id)
+        raise _unstable(map_id)
 
     def _numbers(self, map_id: str) -> list[int]:
         return [int(name) for name in self._disk.names(f"{map_id}/log") if name.isdecimal()]
@@ -159,7 +160,7 @@ class LoggedMapStore:
             raise Unavailable(f"{path} of the maps is damaged ({error}): restore it from a backup") from error
 
     def _history(self, head: MapRecord, era: int, before: int | None = None) -> Iterator[MapVersionRecord]:
-        """Yield what was published, newest first: each entry says which was the present one by then."""
+        """Yield the publications, newest first. Each entry has the version that was current when it was written."""
         number = head.present.number if before is None else min(head.present.number, before - 1)
         while number >= era:
             present = self._read_version(head.id, number)
@@ -171,12 +172,12 @@ class LoggedMapStore:
             present = self._read(map_id, number).present
         except FileNotFoundError:
             present = None
-        if present is None:  # it was removed since the last entry was read
+        if present is None:  # the map was removed after the last entry was read
             raise NotFound("map", map_id)
         return present
 
     def _find(self, head: MapRecord, era: int, version: str) -> MapVersionRecord:
-        """Return when a version was published with its files, not restored."""
+        """Return the publication of a version with its files, which a rollback does not repeat."""
         for one in self._history(head, era):
             if one.version == version and not one.restored:
                 return one
@@ -193,21 +194,21 @@ class LoggedMapStore:
                 return open_verified(stack, self._disk, files_path(map_id, latest.era), record, only)
             except FileNotFoundError as error:
                 if self._latest(map_id).era == latest.era:
-                    raise Unavailable(f"files of the map {map_id!r} are missing: publish it again") from error
-        raise _restless(map_id)
+                    raise Unavailable(f"files of map {map_id!r} are missing: publish it again") from error
+        raise _unstable(map_id)
 
     # -- writing -------------------------------------------------------------------------------------------------------
 
-    def _place(self, draft: MapDraft, folder: str) -> None:
-        for part, file in draft.files.items():
-            self._disk.place(draft.path(part), f"{folder}/{file.sha256}")
+    def _place(self, upload: StagedUpload, folder: str) -> None:
+        for part, file in upload.files.items():
+            self._disk.place(upload.path(part), f"{folder}/{file.sha256}")
 
     def _append(self, latest: LatestEntry, record: MapRecord, era: int) -> bool:
         data = msgspec.json.encode(LogEntry.of(record, era))
         return self._disk.create(entry_path(record.id, latest.number + 1), data)
 
     def _sweep(self, map_id: str, era: int) -> None:
-        """Remove what is left of the map that had the id before: nobody looks behind the entry of this era."""
+        """Remove entries and files of former maps of this id; no reader looks before the first entry of the era."""
         if era == 1:
             return
         for number in sorted(self._numbers(map_id)):
@@ -219,5 +220,5 @@ class LoggedMapStore:
                 self._disk.remove(f"{map_id}/{name}")
 
 
-def _restless(map_id: str) -> Unavailable:
-    return Unavailable(f"the map {map_id!r} is removed and published again and again: try later")
+def _unstable(map_id: str) -> Unavailable:
+    return Unavailable(f"map {map_id!r} is being removed and published repeatedly: try again later")

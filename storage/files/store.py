@@ -1,8 +1,8 @@
-"""Maps in a folder, as ``storage.files.map_log`` lays them out.
+"""Maps in a local folder, in the layout of ``storage.files.map_log``.
 
-Beside them are ``.incoming``, where files are written before they have their names, and ``.lock``, which is held while
-one looks into it. Each draft is locked by who writes it, and the lock dies with its holder: so the next to come sweeps
-away what a killed one left.
+The folder also contains ``.incoming``, where files are written before they get their names, and ``.lock``, which is
+held while ``.incoming`` is swept. Each writer locks its folder in ``.incoming``. The lock ends with the process, so the
+next writer removes what a killed one left.
 """
 
 import fcntl
@@ -25,12 +25,12 @@ class FileMapStore(LoggedMapStore):
     Parameters
     ----------
     root : Path
-        The folder; it is made if it is not there.
+        The folder; it is created if it is missing.
 
     Raises
     ------
     Unavailable
-        The folder cannot be used; the text says why and what to do.
+        The folder cannot be used; the message says why and what to do.
     """
 
     def __init__(self, root: Path) -> None:
@@ -38,7 +38,7 @@ class FileMapStore(LoggedMapStore):
 
 
 class LocalDisk:
-    """A ``Disk`` that is a folder of this machine, or one that several share."""
+    """A ``Disk`` in a folder of this machine, or in a network folder that several machines share."""
 
     def __init__(self, root: Path) -> None:
         self._root = root
@@ -48,12 +48,12 @@ class LocalDisk:
             (root / ".lock").touch()
 
     def folders(self) -> list[str]:
-        """Return the names of the folders at the top."""
+        """Return the names of the top-level folders."""
         with disk_errors(self._root), os.scandir(self._root) as entries:
             return [entry.name for entry in entries if entry.is_dir()]
 
     def names(self, folder: str) -> list[str]:
-        """Return what is in a folder; nothing if there is none."""
+        """Return the names in a folder; an empty list if it does not exist."""
         with disk_errors(self._root / folder):
             try:
                 return [entry.name for entry in (self._root / folder).iterdir()]
@@ -61,27 +61,27 @@ class LocalDisk:
                 return []
 
     def read(self, path: str) -> bytes:
-        """Return a small file; ``FileNotFoundError`` if there is none."""
+        """Return the content of a small file; ``FileNotFoundError`` if it does not exist."""
         with disk_errors(self._root / path, but=FileNotFoundError):
             return (self._root / path).read_bytes()
 
     def create(self, path: str, data: bytes) -> bool:
-        """Keep a small file, synced; tell whether it is new."""
+        """Create a small file and sync it; return whether it is new."""
         place = self._root / path
-        with disk_errors(place), self.drafting() as aside:
+        with disk_errors(place), self.staging_folder() as aside:
             _make_folder(place.parent)
             _write_synced(aside / "file", data)
             try:
-                (place).hardlink_to(aside / "file")  # unlike a rename it takes no other's place
+                place.hardlink_to(aside / "file")  # unlike a rename, it never replaces an existing file
             except FileExistsError:
                 return False
             _sync_folder(place.parent)
         return True
 
     def place(self, source: Path, path: str) -> None:
-        """Keep a local file, which stays where it is too; in place of one that is there, which may be damaged."""
+        """Store a hard link to a local file. It replaces an existing file, which may be damaged."""
         place = self._root / path
-        with disk_errors(place), self.drafting() as aside:
+        with disk_errors(place), self.staging_folder() as aside:
             _make_folder(place.parent)
             (aside / "file").hardlink_to(source)
             (aside / "file").replace(place)
@@ -89,13 +89,13 @@ class LocalDisk:
 
     @contextmanager
     def opened(self, path: str) -> Iterator[Path]:
-        """Give the path of a file; ``FileNotFoundError`` if there is none."""
+        """Yield the path of a file; ``FileNotFoundError`` if it does not exist."""
         with disk_errors(self._root / path, but=FileNotFoundError):
             (self._root / path).stat()
         yield self._root / path
 
     def remove(self, path: str) -> None:
-        """Forget a file, or a folder with all that is in it, if there is one."""
+        """Remove a file, or a folder with its content, if it exists."""
         place = self._root / path
         with disk_errors(place), suppress(FileNotFoundError):
             if place.is_dir():
@@ -104,8 +104,8 @@ class LocalDisk:
                 place.unlink()
 
     @contextmanager
-    def drafting(self) -> Iterator[Path]:
-        """Make a folder in ``.incoming``, and sweep away those of whoever was killed."""
+    def staging_folder(self) -> Iterator[Path]:
+        """Create a folder in ``.incoming``, and remove the folders of killed writers."""
         folder = self._incoming / uuid.uuid4().hex
         with disk_errors(self._root):
             held = self._take(folder)
@@ -128,10 +128,10 @@ class LocalDisk:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove a draft unless its writer lives."""
+    """Remove a folder of ``.incoming`` unless its writer is alive and holds the lock."""
     try:
         handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    except FileNotFoundError:  # its writer has just ended
+    except FileNotFoundError:  # its writer has just removed it
         return
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -144,7 +144,7 @@ def _sweep(folder: Path) -> None:
 
 
 def _make_folder(folder: Path) -> None:
-    """Make a folder and those above it, so that they last."""
+    """Create a folder and its parents, and sync their entries."""
     if folder.is_dir():
         return
     _make_folder(folder.parent)
@@ -160,7 +160,7 @@ def _write_synced(path: Path, data: bytes) -> None:
 
 
 def _sync_folder(path: Path) -> None:
-    """Make names in a folder last: they are the folder's data."""
+    """Sync a folder, that is the names of its files."""
     handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(handle)

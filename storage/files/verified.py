@@ -1,4 +1,4 @@
-"""Opens files of a map on a disk, once they are proved to be those that were published."""
+"""Opens the files of a map after their hashes have been verified."""
 
 import hashlib
 from collections.abc import Collection
@@ -12,7 +12,7 @@ from storage.staged_uploads import Buffer, mapped
 
 
 def open_verified(stack: ExitStack, disk: Disk, folder: str, record: MapRecord, only: Collection[str]) -> OpenMap:
-    """Return a map with files of a folder, open until the stack is unwound; ``Unavailable`` if they are damaged."""
+    """Return a map with its files, open until the stack is closed; ``Unavailable`` if a file is damaged."""
     opened = OpenMap(record)
     for part, file in record.present.files.items():
         if part in only:
@@ -23,5 +23,5 @@ def open_verified(stack: ExitStack, disk: Disk, folder: str, record: MapRecord, 
 
 def _verified(data: Buffer, record: MapRecord, part: str, file: MapFile) -> Buffer:
     if len(data) != file.size or hashlib.sha256(data).hexdigest() != file.sha256:
-        raise Unavailable(f"the {part} of the map {record.id!r} is not what was published: publish it again")
+        raise Unavailable(f"the {part} of map {record.id!r} is damaged (its hash differs): publish it again")
     return data

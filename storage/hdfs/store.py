@@ -1,8 +1,8 @@
-"""Maps in HDFS, by WebHDFS, as ``storage.files.map_log`` lays them out.
+"""Maps in HDFS, over WebHDFS, in the layout of ``storage.files.map_log``.
 
-A file is written under a name of its own in ``.incoming`` and then renamed, which HDFS does at once and never onto a
-file that is there: so no file under its right name is half-written, and of those who write the same entry of a log one
-does. No lease and no lock is held. What a killed writer left in ``.incoming`` is removed a day later.
+A file is written under a unique name in ``.incoming`` and then renamed. A rename in HDFS is atomic and never replaces a
+file: so no file under its final name is incomplete, and of several writers of the same log entry one succeeds. No lease
+and no lock is held. Files that a killed writer left in ``.incoming`` are removed after a day.
 """
 
 import posixpath
@@ -26,18 +26,18 @@ from storage.staged_uploads import BLOCK, blocks, mapped, temporary_folder
 
 _INCOMING = ".incoming"
 _STALE = 24 * 3600.0
-"""Age at which what lies in ``.incoming`` is nobody's any more [s]."""
+"""Age after which files in ``.incoming`` are removed [s]."""
 
 _ATTEMPTS = 3
-_REMEMBERED = 4096
-"""Heads that are told again while HDFS is away."""
+_MAX_HEADS = 4096
+"""Largest number of heads that are cached for the time when HDFS is unreachable."""
 
 
 class HdfsMapStore(LoggedMapStore):
     """A ``MapStore`` in HDFS.
 
-    While HDFS is away, the heads of maps that were looked up before are told as they were: nobody can change them
-    meanwhile, and a robot whose map is prepared on its machine goes on. Everything else is ``Unavailable``.
+    While HDFS is unreachable, cached heads of maps are returned: nobody can change them meanwhile, and a robot whose
+    map is prepared on its machine continues. Everything else raises ``Unavailable``.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class HdfsMapStore(LoggedMapStore):
     Raises
     ------
     InvalidInput
-        No such URL.
+        The URL is not valid.
     """
 
     def __init__(self, url: str) -> None:
@@ -56,7 +56,7 @@ class HdfsMapStore(LoggedMapStore):
         self._lock = Lock()
 
     def map_head(self, map_id: str) -> MapRecord:
-        """Return a map in its present version, or while HDFS is away in the one that was known last."""
+        """Return a map in its current version, or in the last known one while HDFS is unreachable."""
         try:
             head = super().map_head(map_id)
         except Unavailable:
@@ -67,18 +67,18 @@ class HdfsMapStore(LoggedMapStore):
         with self._lock:
             self._heads[map_id] = head
             self._heads.move_to_end(map_id)
-            if len(self._heads) > _REMEMBERED:
+            if len(self._heads) > _MAX_HEADS:
                 self._heads.popitem(last=False)
         return head
 
 
 class HdfsDisk:
-    """A ``Disk`` that is a folder of HDFS.
+    """A ``Disk`` in a folder of HDFS.
 
     Parameters
     ----------
     address : HdfsAddress
-        Where it is.
+        Address of the folder.
     """
 
     def __init__(self, address: HdfsAddress) -> None:
@@ -86,44 +86,44 @@ class HdfsDisk:
         self._client = address.client()
 
     def folders(self) -> list[str]:
-        """Return the names of the folders at the top."""
+        """Return the names of the top-level folders."""
         return self.names("")
 
     def names(self, folder: str) -> list[str]:
-        """Return what is in a folder; nothing if there is none."""
+        """Return the names in a folder; an empty list if it does not exist."""
         try:
-            with self._told():
+            with self._errors():
                 names: list[str] = self._client.list(self._path(folder))
                 return names
         except FileNotFoundError:
             return []
 
     def read(self, path: str) -> bytes:
-        """Return a small file; ``FileNotFoundError`` if there is none."""
-        with self._told(), self._client.read(self._path(path), chunk_size=BLOCK) as data:
+        """Return the content of a small file; ``FileNotFoundError`` if it does not exist."""
+        with self._errors(), self._client.read(self._path(path), chunk_size=BLOCK) as data:
             return b"".join(data)
 
     def create(self, path: str, data: bytes) -> bool:
-        """Keep a small file; tell whether it is new."""
-        with self._told():
-            return self._take_place(self._written([data]), path)
+        """Create a small file; return whether it is new."""
+        with self._errors():
+            return self._rename_to(self._write_temporary([data]), path)
 
     def place(self, source: Path, path: str) -> None:
-        """Keep a copy of a local file, unless it is there: it was whole when it was renamed."""
+        """Store a copy of a local file, unless a file of the same size exists: renamed files are complete."""
         with disk_errors(source):
             data = mapped(source)
-        with self._told():
-            there = self._client.status(self._path(path), strict=False)
-            if there is None or there["length"] != len(data):
+        with self._errors():
+            existing = self._client.status(self._path(path), strict=False)
+            if existing is None or existing["length"] != len(data):
                 self._client.delete(self._path(path))
-                self._take_place(self._written(blocks(data)), path)
+                self._rename_to(self._write_temporary(blocks(data)), path)
 
     @contextmanager
     def opened(self, path: str) -> Iterator[Path]:
-        """Fetch a file for a while; ``FileNotFoundError`` if there is none."""
+        """Download a file for the time of the block; ``FileNotFoundError`` if it does not exist."""
         with temporary_folder() as folder:
             file = folder / "file"
-            with disk_errors(folder, but=FileNotFoundError), self._told():
+            with disk_errors(folder, but=FileNotFoundError), self._errors():
                 self._fetch(path, file)
             yield file
 
@@ -133,57 +133,57 @@ class HdfsDisk:
                 kept.write(block)
 
     def remove(self, path: str) -> None:
-        """Forget a file, or a folder with all that is in it, if there is one."""
-        with self._told():
+        """Remove a file, or a folder with its content, if it exists."""
+        with self._errors():
             self._client.delete(self._path(path), recursive=True)
 
     @contextmanager
-    def drafting(self) -> Iterator[Path]:
-        """Make a folder on this machine, and remove what killed writers left in HDFS long ago."""
+    def staging_folder(self) -> Iterator[Path]:
+        """Create a local folder, and remove old files of killed writers in HDFS."""
         self._sweep()
         with temporary_folder() as folder:
             yield folder
 
     def _sweep(self) -> None:
         before = 1e3 * (epoch() - _STALE)
-        with suppress(FileNotFoundError), self._told():
+        with suppress(FileNotFoundError), self._errors():
             for name, status in self._client.list(self._path(_INCOMING), status=True):
                 if status["modificationTime"] < before:
                     self._client.delete(self._path(f"{_INCOMING}/{name}"))
 
-    def _written(self, data: Iterable[bytes]) -> str:
-        """Write a file under a name that no other has; return that."""
+    def _write_temporary(self, data: Iterable[bytes]) -> str:
+        """Write a file under a unique name in ``.incoming``; return its path."""
         path = self._path(f"{_INCOMING}/{uuid.uuid4().hex}")
         self._client.write(path, data=iter(data))
         return path
 
-    def _take_place(self, written: str, path: str) -> bool:
-        """Give a file its name; tell whether that was free. What had none goes."""
+    def _rename_to(self, written: str, path: str) -> bool:
+        """Rename a temporary file to its final path; if that exists, delete the temporary file and return False."""
         try:
             for _ in range(_ATTEMPTS):
-                if self._renamed(written, self._path(path)):
+                if self._rename(written, self._path(path)):
                     return True
                 if self._client.status(self._path(path), strict=False) is not None:
                     break
                 self._client.makedirs(posixpath.dirname(self._path(path)))
             else:
-                raise HdfsError(f"{path} can be given to no file")
+                raise HdfsError(f"no file can be renamed to {path}")
         except HdfsError:
             self._client.delete(written)
             raise
         self._client.delete(written)
         return False
 
-    def _renamed(self, source: str, target: str) -> bool:
+    def _rename(self, source: str, target: str) -> bool:
         try:
             self._client.rename(source, target)
         except HdfsError as error:
-            if error.exception is None:  # HDFS answered, and did not: the name is taken, or its folder is missing
+            if error.exception is None:  # refused by HDFS: the path exists, or its folder is missing
                 return False
             raise
         return True
 
-    def _told(self) -> AbstractContextManager[None]:
+    def _errors(self) -> AbstractContextManager[None]:
         return hdfs_errors(self._address)
 
     def _path(self, path: str) -> str:

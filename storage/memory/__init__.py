@@ -1,1 +1,1 @@
-"""Stores in the memory of one process, for tests and for clouds that keep nothing."""
+"""Stores in the memory of one process, for tests and for clouds without persistent data."""

@@ -1,4 +1,4 @@
-"""History in memory."""
+"""Planning history in memory."""
 
 import threading
 from collections.abc import Iterable
@@ -17,7 +17,7 @@ class MemoryHistory:
         self._links: dict[str, LinkHistory] = {}
 
     def add_history(self, rows: Iterable[PlannerHistory]) -> None:
-        """Add each row to what is kept under its key, all or none."""
+        """Add each row to the sums of its key, all or none."""
         checked = [check_history(row) for row in rows]
         with self._history_lock:
             for row in checked:
@@ -25,7 +25,7 @@ class MemoryHistory:
                 self._history[row.key] = row if kept is None else kept.plus(row)
 
     def history(self, map_id: str, version: str | None = None) -> list[PlannerHistory]:
-        """Return the rows of a map, or of one of its versions, by key."""
+        """Return the rows of a map, or of one of its versions, sorted by key."""
         check_name("map", map_id)
         with self._history_lock:
             rows = sorted(self._history.items())
@@ -37,18 +37,18 @@ class MemoryHistory:
             return sorted({row.map for row in self._history.values()})
 
     def remove_history(self, map_id: str) -> None:
-        """Forget the rows of a map, if it has any."""
+        """Remove the rows of a map, if it has any."""
         check_name("map", map_id)
         with self._history_lock:
             self._history = {key: row for key, row in self._history.items() if row.map != map_id}
 
     def put_link(self, row: LinkHistory) -> None:
-        """Keep what was measured of a link in place of what was before."""
+        """Store the measurements of a link in place of the previous ones."""
         checked = check_link(row)
         with self._history_lock:
             self._links[checked.link] = checked
 
     def links(self) -> list[LinkHistory]:
-        """Return what was measured of all links, by name."""
+        """Return the measurements of all links, sorted by name."""
         with self._history_lock:
             return [self._links[name] for name in sorted(self._links)]

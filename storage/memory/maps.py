@@ -1,4 +1,4 @@
-"""Maps in memory, for tests and for trying things out: gone with the process."""
+"""Maps in memory, for tests and experiments: they are lost when the process ends."""
 
 import threading
 from collections.abc import Iterator
@@ -25,29 +25,29 @@ class MemoryDisk:
         self._files: dict[str, bytes] = {}
 
     def folders(self) -> list[str]:
-        """Return the names of the folders at the top."""
+        """Return the names of the top-level folders."""
         return self.names("")
 
     def names(self, folder: str) -> list[str]:
-        """Return what is in a folder; nothing if there is none."""
+        """Return the names in a folder; an empty list if it does not exist."""
         start = f"{folder}/" if folder else ""
         with self._lock:
             return list({path[len(start) :].partition("/")[0] for path in self._files if path.startswith(start)})
 
     def read(self, path: str) -> bytes:
-        """Return a file; ``FileNotFoundError`` if there is none."""
+        """Return the content of a file; ``FileNotFoundError`` if it does not exist."""
         with self._lock:
             if path not in self._files:
                 raise FileNotFoundError(path)
             return self._files[path]
 
     def create(self, path: str, data: bytes) -> bool:
-        """Keep a file; tell whether it is new."""
+        """Create a file; return whether it is new."""
         with self._lock:
             return self._files.setdefault(path, data) is data
 
     def place(self, source: Path, path: str) -> None:
-        """Keep a copy of a local file."""
+        """Store a copy of a local file."""
         with disk_errors(source):
             data = source.read_bytes()
         with self._lock:
@@ -55,19 +55,19 @@ class MemoryDisk:
 
     @contextmanager
     def opened(self, path: str) -> Iterator[Path]:
-        """Write a file to this machine's disk for a while; ``FileNotFoundError`` if there is none."""
+        """Write a file to the local disk for the time of the block; ``FileNotFoundError`` if it does not exist."""
         data = self.read(path)
-        with self.drafting() as folder:
+        with self.staging_folder() as folder:
             with disk_errors(folder):
                 (folder / "file").write_bytes(data)
             yield folder / "file"
 
     def remove(self, path: str) -> None:
-        """Forget a file, or a folder with all that is in it, if there is one."""
+        """Remove a file, or a folder with its content, if it exists."""
         with self._lock:
             kept = self._files.items()
             self._files = {name: data for name, data in kept if name != path and not name.startswith(f"{path}/")}
 
-    def drafting(self) -> AbstractContextManager[Path]:
-        """Make a folder for temporary files."""
+    def staging_folder(self) -> AbstractContextManager[Path]:
+        """Create a folder for temporary files."""
         return temporary_folder()

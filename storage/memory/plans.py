@@ -1,4 +1,4 @@
-"""The Path Plan Database in memory."""
+"""The path plan database in memory."""
 
 import itertools
 import math
@@ -17,16 +17,16 @@ from ppaas.plans.passages import comes_near
 from storage.names import check_name
 from storage.plan_checks import check_replacement
 from storage.plan_entry import PlanEntry, entries_of, head_of, record_of
-from storage.plan_query import PlanSearch
+from storage.plan_query import PlanStoreQuery
 from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
 
-MOST_PLANS = 32
-"""Plans that share an entry near each of two places, which are looked at for plans that pass them."""
+MAX_PLANS = 32
+"""Largest number of plans with a shared segment near each of two places that are examined for passages."""
 
 
 @dataclass(slots=True)
 class _Shared:
-    """An entry: its code, and the plans that refer to it, each as often as it does."""
+    """A shared segment: its code, and how often each plan refers to it."""
 
     code: bytes
     plans: Counter[str] = field(default_factory=Counter)
@@ -38,7 +38,7 @@ class MemoryPlans:
     Parameters
     ----------
     granularity : int
-        The paper's: a stretch that plans share is kept once from about as many waypoints on.
+        Length from which segments of plans are shared, about [waypoints]; the paper's granularity.
     """
 
     def __init__(self, granularity: int = GRANULARITY) -> None:
@@ -50,17 +50,17 @@ class MemoryPlans:
         self._by_place: dict[int, set[bytes]] = {}
 
     def add_plan(self, record: PlanRecord) -> None:
-        """Keep a plan; keeping the same id twice changes nothing."""
+        """Add a plan; adding the same id again changes nothing."""
         self.add_plans((record,))
 
     def add_plans(self, records: Iterable[PlanRecord]) -> int:
-        """Keep plans, all or none; return how many were not there before."""
+        """Add plans, all or none; return the number of new ones."""
         entries = list(entries_of(records, self._granularity))
         with self._plans_lock:
             return sum(self._add(entry) for entry in entries)
 
     def replace_plan(self, record: PlanRecord, *, instead_of: PlanRecord) -> None:
-        """Keep a plan in place of the one of the same id; ``Conflict`` if that was changed meanwhile."""
+        """Replace a plan by one of the same id; ``Conflict`` if the stored plan is not ``instead_of``."""
         [entry] = entries_of([record], self._granularity)
         with self._plans_lock:
             kept = self._plans.get(record.id)
@@ -69,14 +69,14 @@ class MemoryPlans:
             self._add(entry)
 
     def remove_plan(self, plan_id: str) -> None:
-        """Forget a plan; ``NotFound`` if there is none."""
+        """Remove a plan; ``NotFound`` if it does not exist."""
         check_name("plan", plan_id)
         with self._plans_lock:
-            self._known(plan_id)
+            self._existing(plan_id)
             self._remove(plan_id)
 
     def remove_plans(self, map_id: str) -> int:
-        """Forget the plans of a map; return how many."""
+        """Remove the plans of a map; return their number."""
         check_name("map", map_id)
         with self._plans_lock:
             ids = [entry.id for entry in self._plans.values() if entry.map == map_id]
@@ -85,16 +85,16 @@ class MemoryPlans:
         return len(ids)
 
     def plan(self, plan_id: str) -> PlanRecord:
-        """Return a plan; ``NotFound`` if there is none."""
+        """Return a plan; ``NotFound`` if it does not exist."""
         check_name("plan", plan_id)
         with self._plans_lock:
-            return self._whole(self._known(plan_id))
+            return self._whole(self._existing(plan_id))
 
     def whole_plans(self, plan_ids: Sequence[str]) -> dict[str, PlanRecord]:
-        """Return those of some plans that are kept, by id."""
-        asked = [check_name("plan", plan_id) for plan_id in plan_ids]
+        """Return the stored plans among these ids, by id."""
+        wanted = [check_name("plan", plan_id) for plan_id in plan_ids]
         with self._plans_lock:
-            return {plan_id: self._whole(self._plans[plan_id]) for plan_id in asked if plan_id in self._plans}
+            return {plan_id: self._whole(self._plans[plan_id]) for plan_id in wanted if plan_id in self._plans}
 
     def plans(
         self, map_id: str, *, before: tuple[float, str] | None = None, limit: int | None = None
@@ -112,14 +112,14 @@ class MemoryPlans:
         with self._plans_lock:
             return sorted({entry.map for entry in self._plans.values()})
 
-    def find_plans(self, search: PlanSearch, *, limit: int = 16) -> list[PlanRecord]:
-        """Return the heads of plans whose ends lie near two places, shortest first."""
+    def find_plans(self, search: PlanStoreQuery, *, limit: int = 16) -> list[PlanRecord]:
+        """Return the heads of plans that begin and end near two places, shortest first."""
         with self._plans_lock:
             near = [
-                (length_of_key(spot), self._plans[plan_id])
+                (length_of_key(index_key), self._plans[plan_id])
                 for bucket in buckets_near(search.scope, search.start, search.goal, search.tolerance).tolist()
-                for plan_id, spot in self._by_bucket.get(bucket_of_key(bucket[0]), {}).items()
-                if holds(bucket, spot)
+                for plan_id, index_key in self._by_bucket.get(bucket_of_key(bucket[0]), {}).items()
+                if holds(bucket, index_key)
             ]
         found: list[PlanRecord] = []
         for _, entry in sorted(near, key=lambda each: each[0]):
@@ -127,24 +127,24 @@ class MemoryPlans:
                 break
             own = read_body(entry.body)
             head = head_of(entry.context, own)
-            if search.takes(head):
+            if search.matches(head):
                 found += [head] * search.joins(*own.ends())
         return sorted(found, key=lambda head: (head.length, head.id))
 
-    def plans_through(self, search: PlanSearch, *, limit: int = 8) -> list[PlanPassage]:
-        """Return plans that pass near one place and later near another, the shortest passage first."""
+    def plans_through(self, search: PlanStoreQuery, *, limit: int = 8) -> list[PlanPassage]:
+        """Return plans that pass near one place and later near another, shortest passage first."""
         with self._plans_lock:
             near = [self._passing(search.scope, place, search.tolerance) for place in (search.start, search.goal)]
-            both = itertools.islice(sorted(near[0] & near[1]), MOST_PLANS)
+            both = itertools.islice(sorted(near[0] & near[1]), MAX_PLANS)
             records = [self._whole(self._plans[plan_id]) for plan_id in both]
         return search.passages(records, limit)
 
     def plan_parts(self, plan_id: str) -> list[PlanPart]:
-        """Return the stretches of a plan that are entries of their own, in order."""
+        """Return the shared segments of a plan, in order; ``NotFound`` if the plan does not exist."""
         check_name("plan", plan_id)
         parts, first = [], ENDS_BEFORE
         with self._plans_lock:
-            for key in _keys(self._known(plan_id)):
+            for key in _keys(self._existing(plan_id)):
                 shared = self._shared[key]
                 count = waypoints_in(shared.code)
                 parts.append(PlanPart(key.hex(), first, count, shared.plans.total()))
@@ -152,7 +152,7 @@ class MemoryPlans:
         return parts
 
     def plan_statistics(self, map_id: str | None = None) -> PlanStatistics:
-        """Return what the plans of a map take, or all."""
+        """Return the size of the plans of a map, or of all plans."""
         if map_id is not None:
             check_name("map", map_id)
         with self._plans_lock:
@@ -161,14 +161,14 @@ class MemoryPlans:
         return PlanStatistics(
             plans=len(mine),
             waypoints=sum(entry.waypoints for entry in mine),
-            kept=sum(entry.loose for entry in mine) + sum(map(waypoints_in, codes)),
+            kept=sum(entry.unshared for entry in mine) + sum(map(waypoints_in, codes)),
             entries=len(codes),
             bytes=sum(len(entry.context) + len(entry.body) for entry in mine) + sum(map(len, codes)),
         )
 
-    # -- inside, with the lock held ------------------------------------------------------------------------------------
+    # -- internals, with the lock held ---------------------------------------------------------------------------------
 
-    def _known(self, plan_id: str) -> PlanEntry:
+    def _existing(self, plan_id: str) -> PlanEntry:
         if plan_id not in self._plans:
             raise NotFound("plan", plan_id)
         return self._plans[plan_id]
@@ -183,35 +183,35 @@ class MemoryPlans:
         for key, code in zip(_keys(entry), entry.codes, strict=True):
             if key not in self._shared:
                 self._shared[key] = _Shared(code)
-                for square in cells_touched(poses_of(code)[:, :2]):
-                    self._by_place.setdefault(cell_number(entry.scope, square), set()).add(key)
+                for cell in cells_touched(poses_of(code)[:, :2]):
+                    self._by_place.setdefault(cell_number(entry.scope, cell), set()).add(key)
             self._shared[key].plans[entry.id] += 1
         self._plans[entry.id] = entry
-        self._by_bucket.setdefault(bucket_of_key(entry.spot), {})[entry.id] = entry.spot
+        self._by_bucket.setdefault(bucket_of_key(entry.index_key), {})[entry.id] = entry.index_key
         return True
 
     def _remove(self, plan_id: str) -> None:
         entry = self._plans.pop(plan_id)
-        del self._by_bucket[bucket_of_key(entry.spot)][plan_id]
+        del self._by_bucket[bucket_of_key(entry.index_key)][plan_id]
         for key in set(_keys(entry)):
             shared = self._shared[key]
             del shared.plans[plan_id]
             if not shared.plans:
                 del self._shared[key]
-                for square in cells_touched(poses_of(shared.code)[:, :2]):
-                    self._by_place[cell_number(entry.scope, square)].discard(key)
+                for cell in cells_touched(poses_of(shared.code)[:, :2]):
+                    self._by_place[cell_number(entry.scope, cell)].discard(key)
 
     def _passing(self, scope: bytes, place: Position, tolerance: float) -> set[str]:
-        """Return the plans that share an entry near a place."""
+        """Return the ids of plans with a shared segment near a place."""
         found: set[str] = set()
-        for square in cells_near(place, tolerance):
-            for key in self._by_place.get(cell_number(scope, square), ()):
+        for cell in cells_near(place, tolerance):
+            for key in self._by_place.get(cell_number(scope, cell), ()):
                 if comes_near(poses_of(self._shared[key].code)[:, :2], place, tolerance):
                     found.update(self._shared[key].plans)
         return found
 
 
 def _keys(entry: PlanEntry) -> Iterator[bytes]:
-    """Yield the ids of the entries that a plan shares."""
+    """Yield the ids of the shared segments of a plan."""
     for code in entry.codes:
         yield entry_id(entry.scope, code)

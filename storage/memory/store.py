@@ -1,4 +1,4 @@
-"""Stores in memory, for tests and for trying things out: gone with the process."""
+"""Everything but maps in memory, for tests and experiments: it is lost when the process ends."""
 
 import threading
 
@@ -13,7 +13,7 @@ from storage.records import CloneCheckpoint, RobotRecord, Token, User
 class MemoryStore(MemoryPlans, MemoryHistory):
     """A ``Store`` of dictionaries.
 
-    Robots and clones are kept as bytes: they hold dictionaries, which their giver may go on to change.
+    Robots and checkpoints are stored as bytes, because they contain dictionaries that a caller may change afterwards.
     """
 
     def __init__(self) -> None:
@@ -27,20 +27,20 @@ class MemoryStore(MemoryPlans, MemoryHistory):
         self._clones: dict[tuple[str, str], bytes] = {}
 
     def close(self) -> None:
-        """Do nothing: there is nothing to let go of."""
+        """Do nothing: there is nothing to close."""
 
     # -- users ---------------------------------------------------------------------------------------------------------
 
     def add_user(self, user: User) -> None:
-        """Keep a new user; ``Conflict`` if the id is taken."""
+        """Add a user; ``Conflict`` if the id is taken."""
         check_name("user", user.id)
         with self._lock:
             if user.id in self._users:
-                raise Conflict(f"the user {user.id!r} exists already: take another id")
+                raise Conflict(f"user {user.id!r} already exists: choose another id")
             self._users[user.id] = user
 
     def user(self, user_id: str) -> User:
-        """Return a user; ``NotFound`` if there is none."""
+        """Return a user; ``NotFound`` if it does not exist."""
         check_name("user", user_id)
         with self._lock:
             if user_id not in self._users:
@@ -48,12 +48,12 @@ class MemoryStore(MemoryPlans, MemoryHistory):
             return self._users[user_id]
 
     def users(self, *, after: str = "", limit: int | None = None) -> list[User]:
-        """Return users by id."""
+        """Return users, sorted by id."""
         with self._lock:
             return [self._users[key] for key in sorted(self._users) if key > after][:limit]
 
     def change_user(self, user: User, *, keep_token: str | None = None) -> None:
-        """Keep a user in place of the one before; with another password go all tokens but one."""
+        """Replace a user; a new password removes all of the user's tokens but one."""
         check_name("user", user.id)
         with self._lock:
             if user.id not in self._users:
@@ -64,7 +64,7 @@ class MemoryStore(MemoryPlans, MemoryHistory):
             self._users[user.id] = user
 
     def remove_user(self, user_id: str) -> None:
-        """Forget a user with all tokens, robots, their URDFs and checkpoints; ``NotFound`` if there is none."""
+        """Remove a user with all tokens, robots, their URDFs and checkpoints; ``NotFound`` if it does not exist."""
         check_name("user", user_id)
         with self._lock:
             if self._users.pop(user_id, None) is None:
@@ -75,7 +75,7 @@ class MemoryStore(MemoryPlans, MemoryHistory):
             self._clones = {key: clone for key, clone in self._clones.items() if key[0] != user_id}
 
     def add_token(self, token: Token) -> None:
-        """Keep a token of a user; ``NotFound`` if the user is no more."""
+        """Store a token; ``NotFound`` if its user does not exist."""
         check_name("token", token.hash)
         check_name("user", token.user)
         with self._lock:
@@ -84,7 +84,7 @@ class MemoryStore(MemoryPlans, MemoryHistory):
             self._tokens[token.hash] = token
 
     def token(self, token_hash: str) -> Token:
-        """Return a token, expired or not; ``NotFound`` if there is none."""
+        """Return a token, expired or not; ``NotFound`` if it does not exist."""
         check_name("token", token_hash)
         with self._lock:
             if token_hash not in self._tokens:
@@ -92,21 +92,21 @@ class MemoryStore(MemoryPlans, MemoryHistory):
             return self._tokens[token_hash]
 
     def tokens(self, user_id: str, *, after: str = "", limit: int | None = None) -> list[Token]:
-        """Return the tokens of a user by hash."""
+        """Return the tokens of a user, sorted by hash."""
         check_name("user", user_id)
         with self._lock:
             mine = [token for token in self._tokens.values() if token.user == user_id and token.hash > after]
         return sorted(mine, key=lambda token: token.hash)[:limit]
 
     def remove_token(self, token_hash: str) -> None:
-        """Forget a token; ``NotFound`` if there is none."""
+        """Remove a token; ``NotFound`` if it does not exist."""
         check_name("token", token_hash)
         with self._lock:
             if self._tokens.pop(token_hash, None) is None:
                 raise NotFound("token", token_hash)
 
     def remove_tokens(self, *, expired_before: float) -> int:
-        """Forget the tokens that expired before a time; return how many."""
+        """Remove the tokens that expired before a time [s since the epoch]; return their number."""
         with self._lock:
             expired = [key for key, token in self._tokens.items() if token.expires < expired_before]
             for key in expired:
@@ -116,7 +116,7 @@ class MemoryStore(MemoryPlans, MemoryHistory):
     # -- robots --------------------------------------------------------------------------------------------------------
 
     def put_robot(self, record: RobotRecord, *, instead_of: RobotRecord | None = None) -> bool:
-        """Keep a robot or change it; ``Conflict`` if what is kept is not what this should take the place of."""
+        """Store a robot; ``Conflict`` if the stored record is not ``instead_of``."""
         check_name("user", record.user)
         check_name("robot", record.id)
         check_name("map", record.map)
@@ -125,12 +125,12 @@ class MemoryStore(MemoryPlans, MemoryHistory):
         with self._lock:
             before = self._robots.get(key)
             if instead_of is not None and (before is None or decode(before, RobotRecord) != instead_of):
-                raise Conflict(f"the robot {record.id!r} was changed meanwhile: look at it and try again")
+                raise Conflict(f"robot {record.id!r} has been changed meanwhile: read it again and retry")
             self._robots[key] = data
         return before is None
 
     def robot(self, user: str, robot_id: str) -> RobotRecord:
-        """Return a robot; ``NotFound`` if there is none."""
+        """Return a robot; ``NotFound`` if it does not exist."""
         key = _robot_key(user, robot_id)
         with self._lock:
             if key not in self._robots:
@@ -138,14 +138,14 @@ class MemoryStore(MemoryPlans, MemoryHistory):
             return decode(self._robots[key], RobotRecord)
 
     def robots(self, user: str, *, after: str = "", limit: int | None = None) -> list[RobotRecord]:
-        """Return the robots of a user by id."""
+        """Return the robots of a user, sorted by id."""
         check_name("user", user)
         with self._lock:
             keys = sorted(key for key in self._robots if key[0] == user and key[1] > after)[:limit]
             return [decode(self._robots[key], RobotRecord) for key in keys]
 
     def remove_robot(self, user: str, robot_id: str) -> None:
-        """Forget a robot, its URDF and its clone's checkpoint; ``NotFound`` if there is none."""
+        """Remove a robot, its URDF and its clone's checkpoint; ``NotFound`` if it does not exist."""
         key = _robot_key(user, robot_id)
         with self._lock:
             if self._robots.pop(key, None) is None:
@@ -154,7 +154,7 @@ class MemoryStore(MemoryPlans, MemoryHistory):
             self._clones.pop(key, None)
 
     def put_urdf(self, user: str, robot_id: str, urdf: bytes) -> bool:
-        """Keep the URDF of a robot in place of the one before; ``NotFound`` if there is no such robot."""
+        """Store the URDF of a robot; return whether it had none. ``NotFound`` if the robot does not exist."""
         key = _robot_key(user, robot_id)
         with self._lock:
             if key not in self._robots:
@@ -164,7 +164,7 @@ class MemoryStore(MemoryPlans, MemoryHistory):
         return is_new
 
     def urdf(self, user: str, robot_id: str) -> bytes:
-        """Return the URDF of a robot; ``NotFound`` if there is none."""
+        """Return the URDF of a robot; ``NotFound`` if it has none."""
         key = _robot_key(user, robot_id)
         with self._lock:
             if key not in self._urdfs:
@@ -172,7 +172,7 @@ class MemoryStore(MemoryPlans, MemoryHistory):
             return self._urdfs[key]
 
     def remove_urdf(self, user: str, robot_id: str) -> None:
-        """Forget the URDF of a robot; ``NotFound`` if there is none."""
+        """Remove the URDF of a robot; ``NotFound`` if it has none."""
         key = _robot_key(user, robot_id)
         with self._lock:
             if self._urdfs.pop(key, None) is None:
@@ -181,14 +181,14 @@ class MemoryStore(MemoryPlans, MemoryHistory):
     # -- clones --------------------------------------------------------------------------------------------------------
 
     def save_clone(self, checkpoint: CloneCheckpoint) -> None:
-        """Keep a checkpoint in place of the one before."""
+        """Store a checkpoint in place of the previous one."""
         key = _robot_key(checkpoint.user, checkpoint.robot)
         data = encode(checkpoint)
         with self._lock:
             self._clones[key] = data
 
     def clone(self, user: str, robot: str) -> CloneCheckpoint:
-        """Return the last checkpoint; ``NotFound`` if there is none."""
+        """Return the last checkpoint of a clone; ``NotFound`` if there is none."""
         key = _robot_key(user, robot)
         with self._lock:
             if key not in self._clones:
@@ -196,7 +196,7 @@ class MemoryStore(MemoryPlans, MemoryHistory):
             return decode(self._clones[key], CloneCheckpoint)
 
     def remove_clone(self, user: str, robot: str) -> None:
-        """Forget the checkpoint, if there is one."""
+        """Remove the checkpoint of a clone, if there is one."""
         key = _robot_key(user, robot)
         with self._lock:
             self._clones.pop(key, None)

@@ -1,7 +1,7 @@
-"""From one store to another: what the other lacks is copied, and all is read back and compared.
+"""Copies the records that a target store lacks, then reads both stores and compares them.
 
-A migration keeps no notes. It walks the source by pages and looks for each record in the target, so one that was cut
-off, wherever, goes on when it is begun again, and one that is repeated copies nothing.
+A migration keeps no state. It walks the source page by page and looks up each record in the target, so an interrupted
+migration continues when it is started again, and a repeated one copies nothing.
 """
 
 import hashlib
@@ -16,39 +16,40 @@ from ppaas.errors import NotFound
 S = TypeVar("S")
 R = TypeVar("R")
 Key = Any
-"""What a record is found by: its id, or several."""
+"""Key of a record: an id, or a tuple of ids."""
 
 PAGE = 64
-"""Records that are looked at together."""
+"""Records that are read and compared at once."""
 
-MOST_NAMED = 10
-"""Records of a kind that are named where stores differ."""
+MAX_NAMED = 10
+"""Largest number of differing records of a kind that a comparison names."""
 
 
 @dataclass(frozen=True, slots=True)
-class Kind(Generic[S]):
-    """One kind of record, and how stores are asked for it.
+class RecordKind(Generic[S]):
+    """A kind of record, and the functions that read and write it.
 
     Parameters
     ----------
     name : str
-        In the plural, for people.
+        Name of the kind in the plural, for reports.
     pages : callable
-        Walks a store: the keys of all records of the kind, page by page.
+        Takes a store; yields the keys of all records of the kind, page by page.
     read : callable
-        Returns what a store has of some keys, by key.
+        Takes a store and keys; returns the existing records by key.
     add : callable
-        Of a source and a target: keeps records of the one that the other does not have.
+        Takes source, target and records of the source; adds them to the target, which lacks them.
     replace : callable, optional
-        Of a source and a target: keeps a record of the one in place of another, given last; None where a store cannot.
-    is_begun : callable, optional
-        Tells of a record and of that in the target whether that is what is left of a copy that was cut off.
-    prove : callable, optional
-        Reads what belongs to some keys to its last byte, and raises what the store finds wrong.
+        Takes source, target, a record of the source and the differing record of the target; replaces the latter. None
+        if stores cannot replace records of this kind.
+    is_partial : callable, optional
+        Takes a record of the source and that of the target; returns whether the latter is an interrupted copy.
+    verify : callable, optional
+        Takes a store and keys; reads all data of these records and raises the errors that the store finds.
     count : callable, optional
-        Returns how many a store has, where it knows without a walk.
+        Takes a store; returns the number of its records, if it is known without a walk.
     exact : bool
-        Whether a record that differs is a fault: sums go on while a cloud runs.
+        Whether a differing record is an error. It is not for sums, which change while a cloud runs.
     """
 
     name: str
@@ -56,15 +57,15 @@ class Kind(Generic[S]):
     read: Callable[[S, Sequence[Key]], dict[Key, Any]]
     add: Callable[[S, S, Sequence[Any]], object]
     replace: Callable[[S, S, Any, Any], object] | None = None
-    is_begun: Callable[[Any, Any], bool] | None = None
-    prove: Callable[[S, Sequence[Key]], object] | None = None
+    is_partial: Callable[[Any, Any], bool] | None = None
+    verify: Callable[[S, Sequence[Key]], object] | None = None
     count: Callable[[S], int] | None = None
     exact: bool = True
 
 
 @dataclass(slots=True)
 class Copied:
-    """How far the copying of one kind is: records looked at, copied, and left as they were because they differ."""
+    """Progress of copying one kind: records compared, copied, and left unchanged although they differ."""
 
     kind: str
     records: int = 0
@@ -74,18 +75,20 @@ class Copied:
 
 @dataclass(slots=True)
 class Compared:
-    """How far the comparison of one kind is.
+    """Progress of the comparison of one kind.
 
     Parameters
     ----------
-    records, same, different, missing : int
-        Of the source, and of these in the target.
+    records : int
+        Number of records in the source.
+    same, different, missing : int
+        How many of them are equal in the target, differ there, or are missing.
     beyond : int
-        Records that only the target has.
+        Number of records that only the target has.
     digest, digest_there : str
-        SHA-256 of the records of the source in the order of its walk, and of those of the same keys in the target.
+        SHA-256 of the records of the source in the order of its walk, and of the target's records of the same keys.
     named : list of str
-        Some that differ or are missing.
+        Keys of up to ``MAX_NAMED`` records that differ or are missing.
     """
 
     kind: str
@@ -101,25 +104,25 @@ class Compared:
 
     @property
     def is_good(self) -> bool:
-        """Tell whether the target has what it must have."""
+        """Return whether the target has all records of the source, and equal ones where that is required."""
         return not self.missing and (not self.different or not self.exact)
 
 
-def copy(kind: Kind[S], source: S, target: S, *, overwrite: bool = False) -> Iterator[Copied]:
-    """Copy what the target lacks; tell after each page how far it is.
+def copy(kind: RecordKind[S], source: S, target: S, *, overwrite: bool = False) -> Iterator[Copied]:
+    """Copy the records that the target lacks; yield the progress after each page.
 
     Parameters
     ----------
-    kind : Kind
+    kind : RecordKind
     source, target
         Stores of the same port.
     overwrite : bool
-        Whether what differs in the target gives way.
+        Whether differing records in the target are replaced.
 
     Raises
     ------
     Unavailable, InvalidInput, Conflict
-        A store's own; what was copied until then is kept.
+        Errors of the stores; records copied until then stay in the target.
     """
     done = Copied(kind.name)
     for keys in kind.pages(source):
@@ -135,17 +138,17 @@ def copy(kind: Kind[S], source: S, target: S, *, overwrite: bool = False) -> Ite
         yield done
 
 
-def _replace(kind: Kind[S], source: S, target: S, record: Any, there: Any, *, overwrite: bool) -> bool:
-    """Keep a record in place of the one that the target has, if that may be; tell whether it may."""
-    begun = kind.is_begun is not None and kind.is_begun(record, there)
-    if kind.replace is None or not (overwrite or begun):
+def _replace(kind: RecordKind[S], source: S, target: S, record: Any, there: Any, *, overwrite: bool) -> bool:
+    """Replace the target's record if that is allowed; return whether it was replaced."""
+    partial = kind.is_partial is not None and kind.is_partial(record, there)
+    if kind.replace is None or not (overwrite or partial):
         return False
     kind.replace(source, target, record, there)
     return True
 
 
-def compare(kind: Kind[S], source: S, target: S) -> Iterator[Compared]:
-    """Read both stores and compare; tell after each page how far it is. Raises as the stores do."""
+def compare(kind: RecordKind[S], source: S, target: S) -> Iterator[Compared]:
+    """Read both stores and compare them; yield the progress after each page. Raises the errors of the stores."""
     done = Compared(kind.name, kind.exact)
     digests = hashlib.sha256(), hashlib.sha256()
     for keys in kind.pages(source):
@@ -155,9 +158,9 @@ def compare(kind: Kind[S], source: S, target: S) -> Iterator[Compared]:
             if key in theirs:
                 digests[1].update(msgspec.msgpack.encode(theirs[key]))
             _count(done, key, record, theirs)
-        if kind.prove is not None:
-            kind.prove(source, list(ours))
-            kind.prove(target, list(theirs))
+        if kind.verify is not None:
+            kind.verify(source, list(ours))
+            kind.verify(target, list(theirs))
         yield done
     done.beyond = sum(map(len, kind.pages(target))) - done.same - done.different
     done.digest, done.digest_there = (digest.hexdigest() for digest in digests)
@@ -173,33 +176,33 @@ def _count(done: Compared, key: Key, record: Any, theirs: Mapping[Key, Any]) -> 
         return
     else:
         done.different += 1
-    if len(done.named) < MOST_NAMED:
+    if len(done.named) < MAX_NAMED:
         done.named.append("/".join(map(str, key)) if isinstance(key, tuple) else str(key))
 
 
-# -- how kinds are asked for -------------------------------------------------------------------------------------------
+# -- building blocks of kinds ------------------------------------------------------------------------------------------
 
 
 def by_pages(ask: Callable[[Any], list[R]], first: Any, key: Callable[[R], Any]) -> Iterator[list[R]]:
-    """Walk a list of a store, page by page.
+    """Yield a list of a store page by page.
 
     Parameters
     ----------
     ask : callable
-        Returns the page behind a key.
+        Returns the page after a key.
     first
-        The key before all others.
+        Key that precedes all others.
     key : callable
         Returns the key of an item.
     """
-    behind = first
-    while page := ask(behind):
+    last = first
+    while page := ask(last):
         yield page
-        behind = key(page[-1])
+        last = key(page[-1])
 
 
 def each(read: Callable[[S, Key], R]) -> Callable[[S, Sequence[Key]], dict[Key, R]]:
-    """Return what reads some records of a store, out of what reads one or raises ``NotFound``."""
+    """Return a function that reads several records, given one that reads one record or raises ``NotFound``."""
 
     def read_each(store: S, keys: Sequence[Key]) -> dict[Key, R]:
         found = {}

@@ -1,4 +1,4 @@
-"""What a migration copies of map stores: maps, with all that was ever published of them."""
+"""Kinds of records that a migration copies between map stores: maps with all their publications."""
 
 from collections.abc import Iterator, Sequence
 from itertools import chain
@@ -6,14 +6,14 @@ from typing import Any
 
 import msgspec
 
-from storage.migration.copying import PAGE, Key, Kind, by_pages, each
+from storage.migration.copying import PAGE, Key, RecordKind, by_pages, each
 from storage.ports import MapStore
 from storage.records import MapRecord, MapVersionRecord, Publication
 from storage.staged_uploads import blocks
 
 
 class MapLog(msgspec.Struct, frozen=True):
-    """A map and its publications, the oldest first, numbered as they come: each store has numbers of its own."""
+    """A map and its publications, oldest first. They are numbered from zero, because each store has its own numbers."""
 
     id: str
     owner: str
@@ -23,7 +23,7 @@ class MapLog(msgspec.Struct, frozen=True):
 
 
 def _ids(store: MapStore) -> Iterator[list[Key]]:
-    """Walk the maps one by one: each may be large."""
+    """Yield the ids of the maps one by one, because each map may be large."""
     pages = by_pages(lambda after: store.maps(after=after, limit=PAGE), "", lambda head: head.id)
     return ([head.id] for head in chain.from_iterable(pages))
 
@@ -34,7 +34,7 @@ def _log(store: MapStore, key: Key) -> MapLog:
         lambda before: store.versions(head.id, before=before, limit=PAGE), None, lambda version: version.number
     )
     versions = reversed(list(chain.from_iterable(newest_first)))
-    publications = (msgspec.structs.replace(version, number=place) for place, version in enumerate(versions))
+    publications = (msgspec.structs.replace(version, number=number) for number, version in enumerate(versions))
     return MapLog(head.id, head.owner, tuple(head.readers), head.description, tuple(publications))
 
 
@@ -45,8 +45,8 @@ def _add(source: MapStore, target: MapStore, logs: Sequence[MapLog]) -> None:
 
 
 def _publish(source: MapStore, target: MapStore, log: MapLog, publication: MapVersionRecord) -> MapRecord:
-    """Publish once more what was published, by the same author and at the same time."""
-    said = Publication(
+    """Repeat a publication in the target, with the same author and time."""
+    repeated = Publication(
         map=log.id,
         author=publication.author,
         created=publication.created,
@@ -56,15 +56,15 @@ def _publish(source: MapStore, target: MapStore, log: MapLog, publication: MapVe
         description=log.description,
     )
     if publication.restored:
-        return target.roll_back(publication.version, said)
-    with source.open_map(log.id, publication.version) as opened, target.drafting() as draft:
+        return target.roll_back(publication.version, repeated)
+    with source.open_map(log.id, publication.version) as opened, target.stage() as upload:
         for part, buffer in opened.buffers.items():
-            draft.add(part, blocks(buffer))
-        return target.publish(draft, said)
+            upload.add(part, blocks(buffer))
+        return target.publish(upload, repeated)
 
 
-def _is_begun(log: MapLog, there: MapLog) -> bool:
-    """Tell whether a map lacks but the last publications: what is said of it was said with each of them."""
+def _is_partial(log: MapLog, there: MapLog) -> bool:
+    """Return whether the target has the same map without its last publications, that is an interrupted copy."""
     first = log.publications[: len(there.publications)]
     return len(there.publications) < len(log.publications) and there == msgspec.structs.replace(log, publications=first)
 
@@ -78,13 +78,15 @@ def _replace(source: MapStore, target: MapStore, log: MapLog, there: MapLog) -> 
     target.change_map(log.id, readers=log.readers, description=log.description)
 
 
-def _prove(store: MapStore, keys: Sequence[Any]) -> None:
-    """Open each version of maps: their store compares the files with what was published."""
+def _verify(store: MapStore, keys: Sequence[Any]) -> None:
+    """Open each version of the maps; the store compares the files with their hashes."""
     for key in keys:
         for version in dict.fromkeys(publication.version for publication in _log(store, key).publications):
             with store.open_map(key, version):
                 pass
 
 
-MAP_KINDS: tuple[Kind[MapStore], ...] = (Kind("maps", _ids, each(_log), _add, _replace, _is_begun, _prove),)
-"""Maps are one kind: of one that was cut off the publications are there up to some of them."""
+MAP_KINDS: tuple[RecordKind[MapStore], ...] = (
+    RecordKind("maps", _ids, each(_log), _add, _replace, _is_partial, _verify),
+)
+"""Maps are one kind; an interrupted copy has the first publications of a map."""

@@ -1,7 +1,7 @@
-"""What a migration copies of stores: users, tokens, robots, their URDFs and checkpoints, plans and history.
+"""Kinds of records that a migration copies between stores: users, tokens, robots, URDFs, checkpoints, plans, history.
 
-What belongs to no user any more, such as a checkpoint that came after its robot was removed, nobody can ask for, and
-it is left behind.
+Records that belong to no user, such as a checkpoint written after its robot was removed, cannot be reached by any
+request and are not copied.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -9,12 +9,12 @@ from itertools import chain
 from typing import Any
 
 from ppaas.errors import NotFound
-from storage.migration.copying import PAGE, Key, Kind, by_pages, each
+from storage.migration.copying import PAGE, Key, RecordKind, by_pages, each
 from storage.ports import Store
 from storage.records import PlanRecord, RobotRecord, Token
 
 LISTED = 16 * PAGE
-"""Plans that are listed together."""
+"""Plans that are listed at once."""
 
 
 def _user_ids(store: Store) -> Iterator[list[str]]:
@@ -42,7 +42,7 @@ def _robot_keys(store: Store) -> Iterator[list[Key]]:
 
 
 def _beside_robots(read: Callable[[Store, Any], object]) -> Callable[[Store], Iterator[list[Key]]]:
-    """Return what walks the robots that have something beside them."""
+    """Return a function that yields the keys of the robots for which ``read`` finds a record."""
 
     def pages(store: Store) -> Iterator[list[Key]]:
         return ([key for key in page if _has(read, store, key)] for page in _robot_keys(store))
@@ -59,7 +59,7 @@ def _has(read: Callable[[Store, Any], object], store: Store, key: Key) -> bool:
 
 
 def _plan_ids(store: Store) -> Iterator[list[str]]:
-    """Walk the plans; more are listed together than looked at, for of a list a store may read more than a page."""
+    """Yield the ids of plans in pages. Lists are longer than pages, because a store may read more than it returns."""
 
     def of(map_id: str) -> Iterator[list[PlanRecord]]:
         return by_pages(
@@ -75,9 +75,9 @@ def _history_keys(store: Store) -> Iterator[list[Key]]:
 
 
 def _read_history(store: Store, keys: Sequence[Any]) -> dict[Key, Any]:
-    asked = set(keys)
+    wanted = set(keys)
     rows = chain.from_iterable(store.history(map_id) for map_id in dict.fromkeys(key[0] for key in keys))
-    return {row.key: row for row in rows if row.key in asked}
+    return {row.key: row for row in rows if row.key in wanted}
 
 
 def _read_links(store: Store, keys: Sequence[Key]) -> dict[Key, Any]:
@@ -85,7 +85,7 @@ def _read_links(store: Store, keys: Sequence[Key]) -> dict[Key, Any]:
 
 
 def _each(keep: Callable[[Store, Any], object]) -> Callable[[Store, Store, Sequence[Any]], None]:
-    """Return what keeps records one by one in a target."""
+    """Return a function that stores records in a target one by one."""
 
     def keep_each(_source: Store, target: Store, records: Sequence[Any]) -> None:
         for record in records:
@@ -102,43 +102,43 @@ def _clone(store: Store, key: Any) -> Any:
     return store.clone(*key)
 
 
-KINDS: tuple[Kind[Store], ...] = (
-    Kind(
+KINDS: tuple[RecordKind[Store], ...] = (
+    RecordKind(
         "users",
         _user_ids,
         each(lambda store, key: store.user(key)),
         _each(lambda target, user: target.add_user(user)),
         lambda _source, target, user, _before: target.change_user(user),
     ),
-    Kind(
+    RecordKind(
         "tokens",
         _token_hashes,
         each(lambda store, key: store.token(key)),
         _each(lambda target, token: target.add_token(token)),
         lambda _source, target, token, _before: target.add_token(token),
     ),
-    Kind(
+    RecordKind(
         "robots",
         _robot_keys,
         each(lambda store, key: store.robot(*key)),
         _each(lambda target, robot: target.put_robot(robot)),
         lambda _source, target, robot, before: target.put_robot(robot, instead_of=before),
     ),
-    Kind(
+    RecordKind(
         "URDFs",
         _beside_robots(_urdf),
         each(_urdf),
         _each(lambda target, urdf: target.put_urdf(*urdf)),
         lambda _source, target, urdf, _before: target.put_urdf(*urdf),
     ),
-    Kind(
+    RecordKind(
         "checkpoints",
         _beside_robots(_clone),
         each(_clone),
         _each(lambda target, clone: target.save_clone(clone)),
         lambda _source, target, clone, _before: target.save_clone(clone),
     ),
-    Kind(
+    RecordKind(
         "plans",
         _plan_ids,
         lambda store, keys: store.whole_plans(keys),
@@ -146,14 +146,14 @@ KINDS: tuple[Kind[Store], ...] = (
         lambda _source, target, plan, before: target.replace_plan(plan, instead_of=before),
         count=lambda store: store.plan_statistics().plans,
     ),
-    Kind(
+    RecordKind(
         "history",
         _history_keys,
         _read_history,
         lambda _source, target, rows: target.add_history(rows),
         exact=False,
     ),
-    Kind(
+    RecordKind(
         "links",
         lambda store: iter([[row.link for row in store.links()]]),
         _read_links,
@@ -162,4 +162,4 @@ KINDS: tuple[Kind[Store], ...] = (
         exact=False,
     ),
 )
-"""In the order of a migration: whom something belongs to comes before it."""
+"""All kinds in the order of a migration: owners come before what they own."""

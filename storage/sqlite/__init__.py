@@ -1,1 +1,1 @@
-"""Store of everything but maps in an SQLite file."""
+"""Store of everything but maps in one SQLite file."""

@@ -1,7 +1,7 @@
-"""Connections to one SQLite file: opened as threads need them, kept for the next, closed together.
+"""A pool of connections to one SQLite file.
 
-The file is in WAL mode, so that readers and the one writer do not wait for each other, and every commit is synced,
-unless its caller says that it need not be: what was acknowledged is on the disk.
+The file is in WAL mode, so readers and the single writer do not block each other. Every commit is synced to the disk,
+unless the caller opts out: acknowledged data is durable.
 """
 
 import fcntl
@@ -17,17 +17,17 @@ from ppaas.errors import Unavailable
 from storage.disk_errors import disk_errors
 from storage.sqlite.plan_schema import BEFORE_PLAN_TABLES, PLAN_TABLES, renew_plans
 from storage.sqlite.plan_writes import move_plans
-from storage.sqlite.wal_checkpoints import Checkpoints
+from storage.sqlite.wal_checkpoints import WalCheckpointer
 
-APPLICATION_ID = 0x50506153  # "PPaS": tells our files from other programs'
+APPLICATION_ID = 0x50506153  # "PPaS": identifies our files
 
 CHECKPOINT_PAGES = 6144
-"""Pages of 4 KiB in the WAL from which whoever commits brings them to the file, where that was not done beside
-(``storage.sqlite.wal_checkpoints``) or was not done with. Then the WAL is written over from its beginning, and what is
-written over is synced several times as fast as what makes a file grow."""
+"""Size of the WAL [pages of 4 KiB] at which a commit itself runs a checkpoint, if the background thread
+(``storage.sqlite.wal_checkpoints``) has not run one, or has not finished. SQLite then overwrites the WAL from its
+beginning; syncing overwritten pages is several times as fast as syncing a growing file."""
 
 CACHE_KIB = 16384
-"""What a connection may hold of the file in memory."""
+"""Page cache of one connection [KiB]."""
 
 Migration = str | Callable[[sqlite3.Connection], None]
 
@@ -66,20 +66,20 @@ MIGRATIONS: tuple[tuple[Migration, ...], ...] = (
     (*BEFORE_PLAN_TABLES, *PLAN_TABLES, move_plans),
     (renew_plans,),
 )
-"""The schema, a version an entry, of statements and functions: entry *n* brings a file from version *n* to *n* + 1, and
-is never changed again."""
+"""Schema migrations, as SQL statements and functions. Entry *n* migrates a file from version *n* to *n* + 1, and is
+never changed after a release."""
 
 
 @dataclass(frozen=True, slots=True)
 class Schema:
-    """What a kind of file is known by, and how it is made and brought to the present.
+    """Schema of a kind of SQLite file.
 
     Parameters
     ----------
     application_id : int
-        In the head of the file.
+        SQLite's ``application_id`` in the file's header.
     migrations : tuple
-        As ``MIGRATIONS``.
+        Migrations in the form of ``MIGRATIONS``.
     """
 
     application_id: int
@@ -93,29 +93,29 @@ _ADVICE = {
     sqlite3.SQLITE_LOCKED: "locked for too long: try again",
     sqlite3.SQLITE_FULL: "the disk is full: free space",
     sqlite3.SQLITE_CORRUPT: "the file is damaged: restore it from a backup",
-    sqlite3.SQLITE_NOTADB: "this is no SQLite file: give another path, or move it away",
-    sqlite3.SQLITE_READONLY: "it cannot be written: let the user that runs the cloud write the file and its folder",
-    sqlite3.SQLITE_CANTOPEN: "it cannot be opened: let the user that runs the cloud read and write its folder",
-    sqlite3.SQLITE_IOERR: "the disk fails or is full: look at its health and its space",
+    sqlite3.SQLITE_NOTADB: "not an SQLite file: give another path, or move it away",
+    sqlite3.SQLITE_READONLY: "read-only: give the user that runs the cloud write access to the file and its folder",
+    sqlite3.SQLITE_CANTOPEN: "cannot be opened: give the user that runs the cloud read and write access to its folder",
+    sqlite3.SQLITE_IOERR: "the disk fails or is full: check its health and free space",
 }
 
 
 class SqliteConnections:
-    """A pool of connections to a file, which is made if it is not there.
+    """A pool of connections to a file, which is created if it is missing. Thread-safe.
 
     Parameters
     ----------
     path : Path
         The file.
     busy_timeout : float
-        How long a transaction waits for another process's [s].
+        Time limit to wait for the transaction of another process [s].
     schema : Schema
-        What the file is.
+        Schema of the file.
 
     Raises
     ------
     Unavailable
-        The file cannot be used; the text says why and what to do.
+        The file cannot be used; the message says why and what to do.
     """
 
     def __init__(self, path: Path, busy_timeout: float = 5.0, schema: Schema = STORE) -> None:
@@ -126,17 +126,17 @@ class SqliteConnections:
         self._idle: list[sqlite3.Connection] = []
         self._closed = False
         self._errors = _Errors(path)
-        self._checkpoints = Checkpoints(self._connect)
+        self._checkpoints = WalCheckpointer(self._connect)
         if path.is_dir():
-            raise Unavailable(f"{path}: this is a folder: give the path of a file")
+            raise Unavailable(f"{path}: is a folder: give the path of a file")
         with disk_errors(path):
             path.parent.mkdir(parents=True, exist_ok=True)
-            with _one_at_a_time(path):
+            with _exclusively(path):
                 self._prepare()
 
     @contextmanager
     def reading(self) -> Iterator[sqlite3.Connection]:
-        """Lend a connection for a statement that only reads."""
+        """Lend a connection for a single statement that only reads."""
         with self._errors:
             connection = self._take()
             try:
@@ -145,8 +145,8 @@ class SqliteConnections:
                 self._give_back(connection)
 
     @contextmanager
-    def reading_at_once(self) -> Iterator[sqlite3.Connection]:
-        """Lend a connection for statements that all read the same, whatever is written meanwhile."""
+    def reading_snapshot(self) -> Iterator[sqlite3.Connection]:
+        """Lend a connection in a read transaction: all statements see the same snapshot."""
         with self.reading() as connection:
             connection.execute("BEGIN")
             try:
@@ -156,10 +156,10 @@ class SqliteConnections:
 
     @contextmanager
     def writing(self, *, synced: bool = True) -> Iterator[sqlite3.Connection]:
-        """Lend a connection in a transaction that no other can write beside; an error undoes all of it.
+        """Lend a connection in the file's single write transaction; an error rolls it back.
 
-        A commit outlives the process; that it outlives a power cut too, which takes a disk milliseconds, is what
-        ``synced`` asks for. Otherwise such may cost the latest commits, though never half of one.
+        A commit always survives the end of the process. With ``synced`` it also survives a power failure, which costs
+        milliseconds; otherwise a power failure may lose the latest commits, but never a part of one.
         """
         with self.reading() as connection:
             if not synced:
@@ -177,7 +177,7 @@ class SqliteConnections:
                     connection.execute("PRAGMA synchronous = FULL")
 
     def close(self) -> None:
-        """Close what is idle now, and the rest when it comes back."""
+        """Close idle connections now, and the others when they are returned."""
         with self._lock:
             self._closed = True
             idle, self._idle = self._idle, []
@@ -215,12 +215,12 @@ class SqliteConnections:
         return connection
 
     def _prepare(self) -> None:
-        """Make the file if it is not there, and bring it to the present schema."""
+        """Create the file if it is missing, and migrate it to the current schema."""
         if not self._path.exists():
-            # Password hashes are kept here: nobody but the owner reads them. SQLite gives its WAL the same mode.
+            # Readable by its owner only, because it contains password hashes. SQLite gives its WAL the same mode.
             os.close(os.open(self._path, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600))
         with self.reading() as connection:
-            self._schema_version(connection)  # what is not ours is not even turned to WAL
+            self._schema_version(connection)  # refuse a foreign file before it is switched to WAL mode
             connection.execute("PRAGMA journal_mode = WAL")
         with self.writing() as connection:
             self._migrate(connection)
@@ -241,7 +241,7 @@ class SqliteConnections:
         if owner == 0 and _number(connection, "SELECT count(*) FROM sqlite_schema") == 0:
             return 0
         if owner != self._schema.application_id:
-            raise Unavailable(f"{self._path}: this is another program's database: give another path")
+            raise Unavailable(f"{self._path}: this is the database of another program: give another path")
         version = _number(connection, "PRAGMA user_version")
         if version > len(self._schema.migrations):
             raise Unavailable(f"{self._path}: written by a newer release (schema {version}): upgrade this one")
@@ -249,7 +249,7 @@ class SqliteConnections:
 
 
 class _Errors:
-    """Tells SQLite's errors as ours. No generator: it is gone through with each plan that is kept."""
+    """Context that turns SQLite's errors into ``Unavailable``. A class, because it is faster than a generator."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -259,13 +259,13 @@ class _Errors:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: object) -> None:
         if isinstance(error, sqlite3.Error):
-            primary = getattr(error, "sqlite_errorcode", 0) & 0xFF  # the rest of an extended code is detail
+            primary = getattr(error, "sqlite_errorcode", 0) & 0xFF  # the low byte of an extended code
             raise Unavailable(f"{self._path}: {_ADVICE.get(primary, str(error))}") from error
 
 
 @contextmanager
-def _one_at_a_time(path: Path) -> Iterator[None]:
-    """Let one process after the other prepare a file: SQLite does not wait while another turns it to WAL."""
+def _exclusively(path: Path) -> Iterator[None]:
+    """Lock the preparation of a file: SQLite's busy timeout does not cover the switch to WAL mode."""
     lock = os.open(path.with_name(path.name + ".lock"), os.O_CREAT | os.O_RDWR, 0o600)
     try:
         fcntl.flock(lock, fcntl.LOCK_EX)

@@ -1,8 +1,8 @@
-"""Several callers' work in one transaction: what comes while another commits is committed together after it.
+"""Group commit: the work of several callers in one transaction.
 
-A commit that lasts waits for the disk once, however much is in it. So who were committed together and come again are
-waited for a moment, or the first of them would be committed alone while the others wait. Whoever comes alone waits for
-nobody.
+Work that arrives during a commit is committed together after it, because a commit syncs the disk once, however large it
+is. Callers of one group often come again at the same time. The first of them waits a moment for the others, or it would
+be committed alone while they wait. A single caller does not wait.
 """
 
 import threading
@@ -11,94 +11,94 @@ from typing import Generic, TypeVar
 
 from ppaas.clock import monotonic
 
-PATIENCE, LONGEST = 0.5, 0.01
-"""For how much of the time that the last commit took those of it are waited for, and at most [s]: a disk that was slow
-once is not to hold up who comes alone."""
+WAIT_FRACTION, MAX_WAIT = 0.5, 0.01
+"""Time to wait for the rest of the last group: a fraction of the duration of the last commit, and an upper bound [s],
+so that one slow commit does not delay a single caller."""
 
-Given = TypeVar("Given")
-Told = TypeVar("Told")
+Work = TypeVar("Work")
+Result = TypeVar("Result")
 
 
-class _Ticket(Generic[Given, Told]):
-    """What one caller gives, and is told when it is committed."""
+class _PendingWork(Generic[Work, Result]):
+    """The work of one caller, and its result or error once it is committed."""
 
-    def __init__(self, given: Given) -> None:
-        self.given = given
-        self._turn = threading.Lock()  # an event is made of several, and most callers never wait
+    def __init__(self, work: Work) -> None:
+        self.work = work
+        self._turn = threading.Lock()  # cheaper than an event, and most callers never wait
         self._turn.acquire()
-        self.told: Told
+        self.result: Result
         self.error: BaseException | None = None
-        self.over = False
+        self.done = False
 
     def wait(self) -> None:
-        """Return after the next time that it is woken."""
+        """Block until the next ``wake``."""
         self._turn.acquire()
 
     def wake(self) -> None:
-        """Let go on who waits; it is waited for once between two times."""
+        """Wake the caller, which is waiting or will wait; ``wait`` and ``wake`` alternate."""
         self._turn.release()
 
 
-class GroupCommit(Generic[Given, Told]):
-    """Hands what callers give to one of them at a time, all that waits together.
+class GroupCommit(Generic[Work, Result]):
+    """Lets one of the waiting callers at a time, the leader, commit the work of all.
 
     Parameters
     ----------
     commit : callable
-        Commits what several gave, all or nothing; returns what each is told, in their order, or the error that it has
-        of its own. What it raises is raised to all of them.
+        Commits the work of several callers, all or nothing; returns, in order, the result of each, or the error of
+        its work alone. An error that it raises is raised to all of them.
     """
 
-    def __init__(self, commit: Callable[[Sequence[Given]], Sequence[Told | Exception]]) -> None:
+    def __init__(self, commit: Callable[[Sequence[Work]], Sequence[Result | Exception]]) -> None:
         self._commit = commit
         self._lock = threading.Lock()
-        self._waiting: list[_Ticket[Given, Told]] = []
-        self._led = False
-        self._together, self._lasted = 1, 0.0
-        self._all_came = threading.Condition(self._lock)
+        self._waiting: list[_PendingWork[Work, Result]] = []
+        self._has_leader = False
+        self._last_size, self._last_duration = 1, 0.0
+        self._group_complete = threading.Condition(self._lock)
 
-    def submit(self, given: Given) -> Told:
-        """Return when it is committed."""
-        ticket: _Ticket[Given, Told] = _Ticket(given)
+    def submit(self, work: Work) -> Result:
+        """Return the result after the work has been committed; raise its error."""
+        pending: _PendingWork[Work, Result] = _PendingWork(work)
         with self._lock:
-            self._waiting.append(ticket)
-            if len(self._waiting) == self._together > 1:
-                self._all_came.notify()
-            first, self._led = not self._led, True
-        if not first:
-            ticket.wait()
-        if not ticket.over:
+            self._waiting.append(pending)
+            if len(self._waiting) == self._last_size > 1:
+                self._group_complete.notify()
+            leads, self._has_leader = not self._has_leader, True
+        if not leads:
+            pending.wait()
+        if not pending.done:
             self._lead()
-        if ticket.error is not None:
-            raise ticket.error
-        return ticket.told
+        if pending.error is not None:
+            raise pending.error
+        return pending.result
 
     def _lead(self) -> None:
-        """Commit all that waits, then let the next go on with what came meanwhile: nobody works for others for ever."""
-        taken, began = self._taken(), monotonic()
+        """Commit all waiting work, then pass the lead to a caller that arrived meanwhile, so nobody leads for ever."""
+        group, began = self._take_group(), monotonic()
         try:
-            for ticket, told in zip(taken, self._commit([ticket.given for ticket in taken]), strict=True):
-                if isinstance(told, Exception):
-                    ticket.error = told
+            for pending, result in zip(group, self._commit([pending.work for pending in group]), strict=True):
+                if isinstance(result, Exception):
+                    pending.error = result
                 else:
-                    ticket.told = told
-        except BaseException as error:  # noqa: BLE001  # it is raised by each that waits
-            for ticket in taken:
-                ticket.error = error
+                    pending.result = result
+        except BaseException as error:  # noqa: BLE001  # raised to each caller of the group
+            for pending in group:
+                pending.error = error
         with self._lock:
-            self._together, self._lasted = len(taken), monotonic() - began
-            self._led = bool(self._waiting)
-            following = self._waiting[:1]
-        for ticket in taken:
-            ticket.over = True
-        for ticket in taken + following:
-            ticket.wake()
+            self._last_size, self._last_duration = len(group), monotonic() - began
+            self._has_leader = bool(self._waiting)
+            next_leader = self._waiting[:1]
+        for pending in group:
+            pending.done = True
+        for pending in group + next_leader:
+            pending.wake()
 
-    def _taken(self) -> list[_Ticket[Given, Told]]:
-        """Take all that waits, once as many wait as came the last time or are late."""
+    def _take_group(self) -> list[_PendingWork[Work, Result]]:
+        """Take all waiting work, once it is as much as the last group, or the time to wait for that is over."""
         with self._lock:
-            if len(self._waiting) < self._together:
-                patience = min(PATIENCE * self._lasted, LONGEST)
-                self._all_came.wait_for(lambda: len(self._waiting) >= self._together, patience)
-            taken, self._waiting = self._waiting, []
-        return taken
+            if len(self._waiting) < self._last_size:
+                timeout = min(WAIT_FRACTION * self._last_duration, MAX_WAIT)
+                self._group_complete.wait_for(lambda: len(self._waiting) >= self._last_size, timeout)
+            group, self._waiting = self._waiting, []
+        return group

@@ -1,4 +1,4 @@
-"""History in an SQLite file."""
+"""Planning history in an SQLite file."""
 
 from collections.abc import Iterable
 
@@ -20,20 +20,20 @@ class SqliteHistory:
     Parameters
     ----------
     connections : SqliteConnections
-        To the file.
+        Connections to the file.
     """
 
     def __init__(self, connections: SqliteConnections) -> None:
         self._history_connections = connections
 
     def add_history(self, rows: Iterable[PlannerHistory]) -> None:
-        """Add each row to what is kept under its key, all or none."""
+        """Add each row to the sums of its key, all or none."""
         checked = [(*row.key, *row.counts()) for row in map(check_history, rows)]
         with self._history_connections.writing() as connection:
             connection.executemany(_ADD, checked)
 
     def history(self, map_id: str, version: str | None = None) -> list[PlannerHistory]:
-        """Return the rows of a map, or of one of its versions, by key."""
+        """Return the rows of a map, or of one of its versions, sorted by key."""
         check_name("map", map_id)
         query = "SELECT * FROM history WHERE map = ?1 AND (?2 IS NULL OR version = ?2) ORDER BY 1, 2, 3, 4"
         with self._history_connections.reading() as connection:
@@ -45,19 +45,19 @@ class SqliteHistory:
             return [map_id for (map_id,) in connection.execute("SELECT DISTINCT map FROM history ORDER BY map")]
 
     def remove_history(self, map_id: str) -> None:
-        """Forget the rows of a map, if it has any."""
+        """Remove the rows of a map, if it has any."""
         check_name("map", map_id)
         with self._history_connections.writing() as connection:
             connection.execute("DELETE FROM history WHERE map = ?", (map_id,))
 
     def put_link(self, row: LinkHistory) -> None:
-        """Keep what was measured of a link in place of what was before."""
+        """Store the measurements of a link in place of the previous ones."""
         values = check_link(row).link, encode(row)
         with self._history_connections.writing() as connection:
             connection.execute("INSERT OR REPLACE INTO links VALUES (?, ?)", values)
 
     def links(self) -> list[LinkHistory]:
-        """Return what was measured of all links, by name."""
+        """Return the measurements of all links, sorted by name."""
         with self._history_connections.reading() as connection:
             rows = connection.execute("SELECT record FROM links ORDER BY link").fetchall()
         return [decode(row[0], LinkHistory) for row in rows]

@@ -1,8 +1,8 @@
-"""What is counted of plans in an SQLite file: references to entries, sums, and when plans were made.
+"""Deferred counts of plans in an SQLite file: references to entries, sums, and times of plans.
 
-A plan refers to some twenty entries, which lie on as many pages. So what is counted is not brought up to date with each
-plan: up to which plan it is counted stands beside, those after are few, and whoever finds that they are more than
-`MOST_UNCOUNTED` counts them together.
+A plan refers to some twenty entries, which are on as many pages of the file. So the counts are not updated with each
+plan. The table ``tally`` has the last counted plan; a writer that finds more than `MAX_UNCOUNTED` later ones counts
+them together, and readers add the uncounted ones.
 """
 
 import sqlite3
@@ -19,17 +19,17 @@ from ppaas.plans.encoding.chunks import ENDS_AFTER, ENDS_BEFORE
 from ppaas.plans.encoding.recipes import numbers_in
 from storage.sqlite.plan_schema import SPAN
 
-MOST_UNCOUNTED = 2048
-"""Plans; to count four times as many takes twice as long."""
+MAX_UNCOUNTED = 2048
+"""Largest number of uncounted plans; counting four times as many takes twice as long."""
 
 SAMPLES = 8
-"""Plans that are told of an entry, however many refer to it."""
+"""Largest number of plans that are recorded with an entry as a sample of those that refer to it."""
 
 
 class Uncounted(msgspec.Struct, frozen=True):
-    """A plan that is not counted yet: its number, context and scope, when it was made, and what it adds to sums.
+    """A plan that is not counted yet: its sequence number, context, scope, time, and what it adds to the sums.
 
-    No dataclass, as ``ppaas.plans.encoding.body.PlanBody``.
+    A struct, because it is created faster than a dataclass.
     """
 
     sequence: int
@@ -37,26 +37,26 @@ class Uncounted(msgspec.Struct, frozen=True):
     scope: int
     created: float
     waypoints: int
-    loose: int
+    unshared: int
     bytes: int
 
 
 def counted_up_to(connection: sqlite3.Connection) -> int:
-    """Return the number of the last plan that is counted."""
+    """Return the sequence number of the last counted plan."""
     return int(connection.execute("SELECT counted FROM tally").fetchone()[0])
 
 
 def uncounted(connection: sqlite3.Connection) -> tuple[list[Uncounted], NDArray[np.int64], NDArray[np.int64]]:
-    """Return the plans that are not counted, the entries that they refer to, and where in these those of each end."""
+    """Return the uncounted plans, the entries that they refer to, and the end of each plan's part of these."""
     query = """SELECT sequence, context, scope, body, recipe FROM plans JOIN contexts ON contexts.id = context
                WHERE sequence > (SELECT counted FROM tally) ORDER BY sequence"""
     rows = connection.execute(query).fetchall()
     chunks, stops = numbers_in([recipe for *_, recipe in rows])
     plans = []
     for (sequence, context, scope, body, recipe), own in zip(rows, read_bodies([row[3] for row in rows]), strict=True):
-        loose = ENDS_BEFORE + ENDS_AFTER if own.shared else own.count
+        unshared = ENDS_BEFORE + ENDS_AFTER if own.shared else own.count
         created, size = own.numbers()[0], len(body) + len(recipe)
-        plans.append(Uncounted(sequence, context, scope, created, own.count, loose, size))
+        plans.append(Uncounted(sequence, context, scope, created, own.count, unshared, size))
     return plans, chunks, stops
 
 
@@ -70,7 +70,7 @@ def count_plans(connection: sqlite3.Connection) -> None:
     spans: dict[tuple[int, int], tuple[float, float]] = {}
     for plan in plans:
         counted = sums.setdefault(plan.context, [0, 0, 0, 0])
-        for at, added in enumerate((1, plan.waypoints, plan.loose, plan.bytes)):
+        for at, added in enumerate((1, plan.waypoints, plan.unshared, plan.bytes)):
             counted[at] += added
         span, made = (plan.scope, plan.sequence // SPAN), plan.created
         oldest, newest = spans.get(span, (made, made))
@@ -86,7 +86,7 @@ def count_plans(connection: sqlite3.Connection) -> None:
 
 
 def add_to_context(connection: sqlite3.Connection, context: int, sums: Sequence[int]) -> None:
-    """Add to the sums of a context: plans, waypoints, loose ones, bytes."""
+    """Add to the sums of a context: plans, waypoints, unshared waypoints, bytes."""
     connection.execute(
         """UPDATE contexts SET plans = plans + ?, waypoints = waypoints + ?, loose = loose + ?, bytes = bytes + ?
            WHERE id = ?""",
@@ -99,13 +99,13 @@ def _count_references(
 ) -> None:
     places = np.argsort(chunks, kind="stable")
     ids, first, counts = np.unique(chunks[places], return_index=True, return_counts=True)
-    # All entries have their counts, and ids go up.
+    # Every entry has a row in `chunk_refs`, and both arrays are sorted by id.
     query = "SELECT refs FROM {given} AS given JOIN chunk_refs ON chunk = given.id ORDER BY chunk"
     before = np.array(rows_of(connection, query, ids.tolist()), np.int64).reshape(-1)
     after = before + counts
     updates = zip(after.tolist(), ids.tolist(), strict=True)
     samples = []
-    # At the first reference, the second, fourth, eighth …, so that samples are of all times.
+    # Sample the plans of the 1st, 2nd, 4th, 8th … reference, so that samples are spread over time.
     for at in np.flatnonzero(_doublings(before) != _doublings(after)).tolist():
         refs = int(before[at])
         for slot in range(refs.bit_length(), int(after[at]).bit_length()):
@@ -128,5 +128,5 @@ def _put_sample(connection: sqlite3.Connection, chunk: int, slot: int, sequence:
 
 
 def rows_of(connection: sqlite3.Connection, query: str, ids: list[int]) -> list[Any]:
-    """Return the rows of a query that joins ``{given}``, the table of so many ids."""
+    """Return the rows of a query in which ``{given}`` stands for a table of these ids."""
     return connection.execute(query.format(given="(SELECT value AS id FROM json_each(?))"), (str(ids),)).fetchall()

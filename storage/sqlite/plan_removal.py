@@ -1,4 +1,4 @@
-"""All plans of a map out of the tables of an SQLite file, some in each transaction."""
+"""Removal of all plans of a map from an SQLite file, a span of plans per transaction."""
 
 import sqlite3
 from collections.abc import Callable
@@ -8,23 +8,22 @@ from storage.sqlite.plan_schema import SPAN
 
 
 def remove_span(connection: sqlite3.Connection, map_id: str, remove: Callable[[int], None]) -> int | None:
-    """Remove the plans of a map from one span, and what is kept of the span.
+    """Remove the plans of a map that belong to one span, and the span's row.
 
     Parameters
     ----------
     connection : sqlite3.Connection
-        In a transaction.
+        Connection in a write transaction.
     map_id : str
-        Of the map.
     remove : callable
-        Removes the plan of a number in the same transaction.
+        Removes the plan of a sequence number in the same transaction.
 
     Returns
     -------
     int or None
-        How many; None where the map has no span any more, and then nothing tells of it.
+        Number of removed plans. None if the map has no more spans; then its scopes are removed too.
     """
-    count_plans(connection)  # which tells of the spans
+    count_plans(connection)  # brings `plan_spans` up to date
     query = "SELECT scope, span FROM plan_spans JOIN scopes ON id = scope WHERE map = ? LIMIT 1"
     row = connection.execute(query, (map_id,)).fetchone()
     if row is None:

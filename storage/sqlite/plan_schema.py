@@ -1,19 +1,19 @@
-"""The tables of the Path Plan Database in an SQLite file.
+"""Tables of the path plan database in an SQLite file.
 
-Rows are small and many, so what is looked for by has tables of its own that hold nothing else.
+Rows are small and many, so each index is a table of its own without other columns.
 
-- ``scopes``: versions of maps that have plans.
-- ``contexts``: what many plans have in common (``storage.plan_entry.PlanContext``), and the sums of these plans.
-- ``plans``: what is a plan's own, and the ids of the entries that it shares (``ppaas.plans.encoding.recipes``).
+- ``scopes``: map versions that have plans.
+- ``contexts``: fields that many plans have in common (``storage.plan_entry.PlanContext``), and sums over their plans.
+- ``plans``: the body of each plan, and the ids of its shared segments (``ppaas.plans.encoding.recipes``).
 - ``plan_ids``: plans by a hash of their id.
-- ``plan_spots``: plans by where they begin and end (``ppaas.plans.encoding.end_buckets``).
-- ``plan_spans``: for each scope and each ``SPAN`` plans that follow one another, when these were made.
-- ``tally``: one row: up to which plan sums, times and references are counted (``storage.sqlite.plan_counts``), and how
-  often an entry or a context was removed.
-- ``chunks``: the entries, and a few of the plans that refer to each; an id is never given twice.
-- ``chunk_refs``: how often plans refer to an entry; beside it, since it changes often.
-- ``chunk_ids``: entries by what is in them.
-- ``chunk_places``: entries by the squares that they touch.
+- ``plan_spots``: plans by length and ends, the *cell* of a plan (``ppaas.plans.encoding.end_buckets``).
+- ``plan_spans``: for each scope and each run of ``SPAN`` consecutive plans, their oldest and newest times.
+- ``tally``: one row, with the last plan whose sums, times and references are counted (``storage.sqlite.plan_counts``),
+  and the number of removals of entries and contexts.
+- ``chunks``: the shared segments, called entries, and a sample of the plans that refer to each; ids are never reused.
+- ``chunk_refs``: number of references to each entry; a table of its own, because it changes often.
+- ``chunk_ids``: entries by the hash of their content.
+- ``chunk_places``: entries by the cells of the map that they touch.
 """
 
 import sqlite3
@@ -45,7 +45,7 @@ PLAN_TABLES = (
 
 
 def renew_plans(connection: sqlite3.Connection) -> None:
-    """Make the tables anew, and empty, in a file that has them as no release had them: plans can be computed again."""
+    """Recreate the tables, empty, in a file from between two releases: plans can be computed again."""
     tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")}
     if "tally" in tables:
         return

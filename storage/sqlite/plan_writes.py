@@ -1,4 +1,4 @@
-"""Plans into the tables of an SQLite file and out of them, within a transaction beside which nobody else writes."""
+"""Writing and removing plans in the tables of an SQLite file, in a write transaction."""
 
 import itertools
 import logging
@@ -22,12 +22,12 @@ from ppaas.plans.encoding.recipes import read_recipe, recipes_of
 from storage.encoding import decode
 from storage.plan_entry import PlanEntry, context_of, entries_of
 from storage.records import PlanRecord
-from storage.sqlite.plan_counts import MOST_UNCOUNTED, add_to_context, count_plans, rows_of
+from storage.sqlite.plan_counts import MAX_UNCOUNTED, add_to_context, count_plans, rows_of
 
 logger = logging.getLogger(__name__)
 
-MOST_REMEMBERED, MOST_CONTEXTS = 1 << 17, 1 << 12
-"""Entries of which it is remembered where they are, some 30 MB, and contexts, which may have long parameters."""
+MAX_REMEMBERED, MAX_CONTEXTS = 1 << 17, 1 << 12
+"""Sizes of the id cache: entries (some 30 MB), and contexts, whose parameters may be long."""
 
 _AT_ONCE = 512
 
@@ -40,24 +40,24 @@ Value = TypeVar("Value")
 
 @dataclass(slots=True)
 class KnownIds:
-    """The ids of what is in a file.
+    """Row ids in the file.
 
     Parameters
     ----------
     chunks : dict
-        Of entries, by scope and code.
+        Ids of entries by scope and code.
     contexts : dict
-        Of contexts, and of their scopes, by what is in them.
+        Ids of contexts and of their scopes by encoded context.
     """
 
     chunks: dict[bytes, int] = field(default_factory=dict)
     contexts: dict[bytes, tuple[int, int]] = field(default_factory=dict)
 
 
-class Remembered:
-    """Where entries and contexts are, so that nobody needs to look them up.
+class IdCache:
+    """Cache of the row ids of entries and contexts. Thread-safe.
 
-    It holds until one is removed, by whomever: each time that this happens is counted in the file.
+    It is valid until any process removes an entry or a context; the file counts these removals.
     """
 
     def __init__(self) -> None:
@@ -66,12 +66,12 @@ class Remembered:
         self._ids = KnownIds()
 
     def known(self, removals: int) -> KnownIds:
-        """Return their ids, if none was removed since; to be looked at only."""
+        """Return the cached ids, read-only; none if the file's count of removals has changed."""
         with self._lock:
             return self._ids if removals == self._removals else KnownIds()
 
     def learn(self, ids: KnownIds, removals: int) -> None:
-        """Remember what must be committed: an id that was taken back may be given to another."""
+        """Add ids, after they were committed: after a rollback an id may be assigned to another row."""
         if not ids.chunks and not ids.contexts:
             return
         with self._lock:
@@ -79,34 +79,34 @@ class Remembered:
                 return
             if removals > self._removals:
                 self._ids, self._removals = KnownIds(), removals
-            _add(self._ids.chunks, ids.chunks, MOST_REMEMBERED)
-            _add(self._ids.contexts, ids.contexts, MOST_CONTEXTS)
+            _add_bounded(self._ids.chunks, ids.chunks, MAX_REMEMBERED)
+            _add_bounded(self._ids.contexts, ids.contexts, MAX_CONTEXTS)
 
 
 class PlanTransaction:
-    """Adds and removes plans.
+    """Adds and removes plans in one transaction.
 
     Parameters
     ----------
     connection : sqlite3.Connection
-        In a transaction.
-    remembered : Remembered
-        To be told what was learned once that is committed.
+        Connection in a write transaction.
+    id_cache : IdCache
+        Gets the ids that this transaction learns, once it is committed.
     """
 
-    def __init__(self, connection: sqlite3.Connection, remembered: Remembered) -> None:
+    def __init__(self, connection: sqlite3.Connection, id_cache: IdCache) -> None:
         self._connection = connection
-        self._remembered = remembered
+        self._id_cache = id_cache
         self._learned = KnownIds()
         query = "SELECT counted, removals, (SELECT coalesce(max(sequence), 0) FROM plans) FROM tally"
         self._counted, self._removals, self._last = connection.execute(query).fetchone()
 
     def committed(self) -> None:
-        """Have remembered what was learned, now that it stays."""
-        self._remembered.learn(self._learned, self._removals)
+        """Add the learned ids to the cache; call it after the commit."""
+        self._id_cache.learn(self._learned, self._removals)
 
     def add(self, *given: Iterable[PlanEntry]) -> list[int]:
-        """Add plans; return for each that gave some how many were not there. Of an id that comes twice, the first."""
+        """Add plans; return the number of new ones of each argument. Of plans with the same id, the first is added."""
         added = [0] * len(given)
         left = ((number, entry) for number, entries in enumerate(given) for entry in entries)
         while batch := list(itertools.islice(left, _AT_ONCE)):
@@ -122,7 +122,7 @@ class PlanTransaction:
         return added
 
     def remove(self, sequence: int) -> None:
-        """Remove a plan, and the entries that no other refers to."""
+        """Remove a plan, and the entries that no other plan refers to."""
         count_plans(self._connection)
         query = """SELECT context, record, body, recipe FROM plans JOIN contexts ON contexts.id = context
                    WHERE sequence = ?"""
@@ -131,15 +131,15 @@ class PlanTransaction:
         scope = scope_of(common.map, common.version)
         shared = sum(self._release(scope, chunk, refs) for chunk, refs in Counter(read_recipe(recipe)).items())
         length = np.array([own.numbers()[1]])
-        [spot] = index_keys_of([scope], np.array(own.ends()).reshape(1, 4), length).tolist()
+        [index_key] = index_keys_of([scope], np.array(own.ends()).reshape(1, 4), length).tolist()
         execute = self._connection.execute
         execute("DELETE FROM plans WHERE sequence = ?", (sequence,))
         execute("DELETE FROM plan_ids WHERE hash = ? AND plan = ?", (_hash(own.plan_id), sequence))
-        execute("DELETE FROM plan_spots WHERE spot = ? AND plan = ?", (spot, sequence))
+        execute("DELETE FROM plan_spots WHERE spot = ? AND plan = ?", (index_key, sequence))
         add_to_context(self._connection, context, (-1, -own.count, shared - own.count, -len(body) - len(recipe)))
         if execute("DELETE FROM contexts WHERE id = ? AND plans = 0", (context,)).rowcount:
             self._forget()
-        # The number of the last plan is given again.
+        # SQLite reuses the sequence number if the last plan was removed, so `counted` must not be beyond it.
         set_counted = "UPDATE tally SET counted = (SELECT coalesce(max(sequence), 0) FROM plans) RETURNING counted"
         self._counted = self._last = self._one(set_counted)
 
@@ -158,19 +158,19 @@ class PlanTransaction:
                 for (number, entry), recipe in zip(numbered, recipes, strict=True)
             ],
         )
-        # In their order, so that neighbours find the page of the one before.
+        # Sorted, so that neighbouring rows hit the same page.
         many("INSERT INTO plan_ids VALUES (?, ?)", sorted((_hash(entry.id), number) for number, entry in numbered))
-        many("INSERT INTO plan_spots VALUES (?, ?)", sorted((entry.spot, number) for number, entry in numbered))
+        many("INSERT INTO plan_spots VALUES (?, ?)", sorted((entry.index_key, number) for number, entry in numbered))
         self._last += len(entries)
-        if self._last - self._counted > MOST_UNCOUNTED:
+        if self._last - self._counted > MAX_UNCOUNTED:
             count_plans(self._connection)
             self._counted = self._last
 
     # -- contexts ------------------------------------------------------------------------------------------------------
 
     def _contexts(self, wanted: set[bytes]) -> dict[bytes, tuple[int, int]]:
-        """Return the ids of contexts and their scopes, which are made if they are not there."""
-        known, found = self._remembered.known(self._removals).contexts, {}
+        """Return the ids of contexts and of their scopes; create missing ones."""
+        known, found = self._id_cache.known(self._removals).contexts, {}
         for data in wanted:
             context = known.get(data) or self._learned.contexts.get(data)
             if context is None:
@@ -179,7 +179,7 @@ class PlanTransaction:
         return found
 
     def _context(self, data: bytes) -> tuple[int, int]:
-        """Return the ids of a context and its scope, which are made if they are not there."""
+        """Return the ids of a context and its scope; create missing ones."""
         query = "SELECT id, scope FROM contexts WHERE record = ?"
         row = self._connection.execute(query, (data,)).fetchone()
         if row is not None:
@@ -195,21 +195,21 @@ class PlanTransaction:
     # -- entries -------------------------------------------------------------------------------------------------------
 
     def _chunks(self, entries: list[PlanEntry], scopes: dict[bytes, int]) -> list[int]:
-        """Return the ids of the entries of these plans, one after the other, made where they are not there."""
-        # In their order: neighbours in plans get ids that are neighbours, which makes short recipes.
+        """Return the ids of the entries of these plans, one plan after the other; create missing ones."""
+        # In the order of the plans: consecutive segments get consecutive ids, which makes recipes short.
         keys = [entry.scope + code for entry in entries for code in entry.codes]
-        chunks = list(map(self._remembered.known(self._removals).chunks.get, keys))
+        chunks = list(map(self._id_cache.known(self._removals).chunks.get, keys))
         return [self._learn(key, scopes) if chunk is None else chunk for key, chunk in zip(keys, chunks, strict=True)]
 
     def _learn(self, key: bytes, scopes: dict[bytes, int]) -> int:
-        """Return the id of an entry that no earlier transaction remembers, and keep it in mind."""
+        """Return the id of an entry that is not in the cache, and learn it."""
         chunk = self._learned.chunks.get(key)
         if chunk is None:
             chunk = self._learned.chunks[key] = self._look_up(key, scopes)
         return chunk
 
     def _look_up(self, key: bytes, scopes: dict[bytes, int]) -> int:
-        """Return the id of an entry that nobody remembers, made if it is not there."""
+        """Return the id of an entry from the file; create it if it is missing."""
         scope, code = key[:16], key[16:]
         entry = entry_id(scope, code)
         row = self._connection.execute("SELECT chunk FROM chunk_ids WHERE entry = ?", (entry,)).fetchone()
@@ -219,12 +219,12 @@ class PlanTransaction:
         chunk = self._one(insert, scopes[scope], waypoints_in(code), pack(code))
         self._connection.execute("INSERT INTO chunk_ids VALUES (?, ?)", (entry, chunk))
         self._connection.execute("INSERT INTO chunk_refs VALUES (?, 0)", (chunk,))
-        places = [(cell_number(scope, square), chunk) for square in cells_touched(poses_of(code)[:, :2])]
+        places = [(cell_number(scope, cell), chunk) for cell in cells_touched(poses_of(code)[:, :2])]
         self._connection.executemany("INSERT OR IGNORE INTO chunk_places VALUES (?, ?)", places)
         return chunk
 
     def _release(self, scope: bytes, chunk: int, count: int) -> int:
-        """Count references less, and remove an entry without any; return how many waypoints the plan had of it."""
+        """Drop references to an entry, and remove it with the last one; return the plan's waypoints in it."""
         execute = self._connection.execute
         waypoints, data = execute("SELECT waypoints, data FROM chunks WHERE id = ?", (chunk,)).fetchone()
         if self._one("UPDATE chunk_refs SET refs = refs - ? WHERE chunk = ? RETURNING refs", count, chunk) == 0:
@@ -232,7 +232,7 @@ class PlanTransaction:
             execute("DELETE FROM chunks WHERE id = ?", (chunk,))
             execute("DELETE FROM chunk_refs WHERE chunk = ?", (chunk,))
             execute("DELETE FROM chunk_ids WHERE entry = ?", (entry_id(scope, code),))
-            places = [(cell_number(scope, square), chunk) for square in cells_touched(poses_of(code)[:, :2])]
+            places = [(cell_number(scope, cell), chunk) for cell in cells_touched(poses_of(code)[:, :2])]
             self._connection.executemany("DELETE FROM chunk_places WHERE place = ? AND chunk = ?", places)
             self._forget()
         return int(waypoints) * count
@@ -240,7 +240,7 @@ class PlanTransaction:
     # -- both ----------------------------------------------------------------------------------------------------------
 
     def _forget(self) -> None:
-        """Have nobody remember where anything is, now that an entry or a context is not there any more."""
+        """Invalidate the id caches of all processes, because an entry or a context was removed."""
         self._removals = self._one("UPDATE tally SET removals = removals + 1 RETURNING removals")
         self._learned = KnownIds()
 
@@ -250,14 +250,14 @@ class PlanTransaction:
 
 
 def sequence_of(connection: sqlite3.Connection, plan_id: str) -> int | None:
-    """Return the number of the plan of an id, or None."""
+    """Return the sequence number of a plan, or None if it does not exist."""
     return sequences_of(connection, [plan_id]).get(plan_id)
 
 
 def sequences_of(connection: sqlite3.Connection, plan_ids: Collection[str]) -> dict[str, int]:
-    """Return the numbers of the plans of these ids that are there."""
+    """Return the sequence numbers of the existing plans among these ids."""
     hashes = [_hash(plan_id) for plan_id in plan_ids]
-    if len(hashes) == 1:  # as most that come alone; to join a table of one takes twice as long
+    if len(hashes) == 1:  # the common case; joining a table of one row takes twice as long
         rows = connection.execute(_OF_HASH, hashes).fetchall()
     else:
         rows = rows_of(connection, _OF_HASHES, hashes)
@@ -266,22 +266,22 @@ def sequences_of(connection: sqlite3.Connection, plan_ids: Collection[str]) -> d
 
 
 def move_plans(connection: sqlite3.Connection) -> None:
-    """Keep in the tables what an earlier release kept as whole records, and remove these."""
-    transaction = PlanTransaction(connection, Remembered())
+    """Move plans that an earlier release stored as whole records to the new tables."""
+    transaction = PlanTransaction(connection, IdCache())
     for (data,) in connection.execute("SELECT record FROM plans_before ORDER BY sequence"):
         record = decode(data, PlanRecord)
         try:
             transaction.add(entries_of([record], inner_granularity(GRANULARITY)))
         except InvalidInput as error:
-            logger.warning("a plan of an earlier release is left out: %s", error)
+            logger.warning("a plan of an earlier release was skipped: %s", error)
     connection.execute("DROP TABLE plans_before")
 
 
-def _add(kept: dict[bytes, Value], more: dict[bytes, Value], most: int) -> None:
-    """Keep more, and what was kept first no longer where that is too much."""
-    kept |= more
-    for oldest in list(itertools.islice(kept, max(0, len(kept) - most))):
-        del kept[oldest]
+def _add_bounded(cache: dict[bytes, Value], more: dict[bytes, Value], size: int) -> None:
+    """Add items to a cache, and remove the oldest ones beyond its size."""
+    cache |= more
+    for oldest in list(itertools.islice(cache, max(0, len(cache) - size))):
+        del cache[oldest]
 
 
 def _hash(plan_id: str) -> int:

@@ -1,4 +1,4 @@
-"""The Path Plan Database in an SQLite file; ``storage.sqlite.plan_schema`` tells of its tables."""
+"""The path plan database in an SQLite file; ``storage.sqlite.plan_schema`` describes its tables."""
 
 import itertools
 import math
@@ -20,7 +20,7 @@ from ppaas.plans.passages import comes_near
 from storage.names import check_name
 from storage.plan_checks import check_replacement
 from storage.plan_entry import PlanEntry, context_of, entries_of, head_of, record_of
-from storage.plan_query import PlanSearch
+from storage.plan_query import PlanStoreQuery
 from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
 from storage.sqlite.connections import SqliteConnections
 from storage.sqlite.group_commit import GroupCommit
@@ -28,10 +28,10 @@ from storage.sqlite.plan_counts import counted_up_to, rows_of, uncounted
 from storage.sqlite.plan_removal import remove_span
 from storage.sqlite.plan_schema import SPAN
 from storage.sqlite.plan_search import plans_between
-from storage.sqlite.plan_writes import PlanTransaction, Remembered, sequence_of, sequences_of
+from storage.sqlite.plan_writes import IdCache, PlanTransaction, sequence_of, sequences_of
 
-MOST_CHUNKS, MOST_PLANS = 256, 32
-"""Entries near a place, and plans that share them, which are looked at for plans that pass it."""
+MAX_CHUNKS, MAX_PLANS = 256, 32
+"""Largest number of entries of a cell of the map, and of plans, that a search for passages examines."""
 
 _WHOLES = """SELECT record, body, recipe FROM {given} AS sought JOIN plans ON sequence = sought.id
     JOIN contexts ON contexts.id = context"""
@@ -41,94 +41,94 @@ _PLAN = "SELECT record, body FROM plans JOIN contexts ON contexts.id = context W
 class SqlitePlans:
     """A ``PlanStore`` in an SQLite file.
 
-    A plan that was acknowledged is on the disk. Those that several threads add at a time get there together.
+    An acknowledged plan is on the disk. Plans that several threads add at the same time share a transaction.
 
     Parameters
     ----------
     connections : SqliteConnections
-        To the file.
+        Connections to the file.
     granularity : int
-        The paper's: a stretch that plans share is kept once from about as many waypoints on.
+        Length from which segments of plans are shared, about [waypoints]; the paper's granularity.
     """
 
     def __init__(self, connections: SqliteConnections, granularity: int = GRANULARITY) -> None:
         self._plan_connections = connections
         self._granularity = inner_granularity(granularity)
-        self._remembered = Remembered()
+        self._id_cache = IdCache()
         self._adding: GroupCommit[list[PlanRecord], int] = GroupCommit(self._add_all)
 
     def add_plan(self, record: PlanRecord) -> None:
-        """Keep a plan; keeping the same id twice changes nothing."""
+        """Add a plan; adding the same id again changes nothing."""
         self.add_plans((record,))
 
     def add_plans(self, records: Iterable[PlanRecord]) -> int:
-        """Keep plans, all or none; return how many were not there before."""
+        """Add plans, all or none; return the number of new ones."""
         return self._adding.submit(list(records))
 
     def _add_all(self, given: Sequence[list[PlanRecord]]) -> list[int | Exception]:
-        """Keep what several give together, but for what is wrong."""
-        # Here, and not by each: many are cut together in little more time than one, and threads that all
-        # compute wait for each other.
+        """Add the plans of several callers in one transaction; return the number of new ones or the error of each."""
+        # Plans are cut here, not by each caller: cutting many at once takes little more time than one, and threads
+        # that compute compete for the interpreter lock.
         cut = self._cut_all(given)
-        right = [entries for entries in cut if not isinstance(entries, Exception)]
-        added = iter(self._add_entries(right) if right else ())
+        valid = [entries for entries in cut if not isinstance(entries, Exception)]
+        added = iter(self._add_entries(valid) if valid else ())
         return [entries if isinstance(entries, Exception) else next(added) for entries in cut]
 
     def _add_entries(self, given: Sequence[list[PlanEntry]]) -> list[int]:
         with self._plan_connections.writing() as connection:
-            transaction = PlanTransaction(connection, self._remembered)
+            transaction = PlanTransaction(connection, self._id_cache)
             added = transaction.add(*given)
         transaction.committed()
         return added
 
     def _cut_all(self, given: Sequence[list[PlanRecord]]) -> list[list[PlanEntry] | Exception]:
-        """Return what is kept of what each gives, or what is wrong with it."""
+        """Return the entries of each caller's plans, or the error of a caller whose plans are not valid."""
         entries = entries_of(itertools.chain.from_iterable(given), self._granularity)
         try:
             return [list(itertools.islice(entries, len(some))) for some in given]
-        except Exception as error:  # noqa: BLE001  # whoever gave what is wrong is told, and nobody else
+        except Exception as error:  # noqa: BLE001  # returned to the caller at fault alone
             return [error] if len(given) == 1 else [each for some in given for each in self._cut_all([some])]
 
     def replace_plan(self, record: PlanRecord, *, instead_of: PlanRecord) -> None:
-        """Keep a plan in place of the one of the same id; ``Conflict`` if that was changed meanwhile."""
+        """Replace a plan by one of the same id; ``Conflict`` if the stored plan is not ``instead_of``."""
         entries = list(entries_of([record], self._granularity))
         with self._plan_connections.writing() as connection:
             sequence = sequence_of(connection, record.id)
             check_replacement(record, None if sequence is None else _whole(connection, sequence), instead_of)
-            transaction = PlanTransaction(connection, self._remembered)
+            transaction = PlanTransaction(connection, self._id_cache)
             if sequence is not None:
                 transaction.remove(sequence)
             transaction.add(entries)
         transaction.committed()
 
     def remove_plan(self, plan_id: str) -> None:
-        """Forget a plan; ``NotFound`` if there is none."""
+        """Remove a plan; ``NotFound`` if it does not exist."""
         check_name("plan", plan_id)
         with self._plan_connections.writing() as connection:
-            PlanTransaction(connection, self._remembered).remove(_known(connection, plan_id))
+            PlanTransaction(connection, self._id_cache).remove(_existing_sequence(connection, plan_id))
 
     def remove_plans(self, map_id: str) -> int:
-        """Forget the plans of a map, some at a time, so that others come to write; return how many."""
+        """Remove the plans of a map in several transactions, between which others can write; return their number."""
         check_name("map", map_id)
         removed = 0
         while True:
             with self._plan_connections.writing() as connection:
-                some = remove_span(connection, map_id, PlanTransaction(connection, self._remembered).remove)
+                some = remove_span(connection, map_id, PlanTransaction(connection, self._id_cache).remove)
             if some is None:
                 return removed
             removed += some
 
     def plan(self, plan_id: str) -> PlanRecord:
-        """Return a plan; ``NotFound`` if there is none."""
+        """Return a plan; ``NotFound`` if it does not exist."""
         check_name("plan", plan_id)
-        with self._plan_connections.reading_at_once() as connection:
-            return _whole(connection, _known(connection, plan_id))
+        with self._plan_connections.reading_snapshot() as connection:
+            return _whole(connection, _existing_sequence(connection, plan_id))
 
     def whole_plans(self, plan_ids: Sequence[str]) -> dict[str, PlanRecord]:
-        """Return those of some plans that are kept, by id."""
-        asked = [check_name("plan", plan_id) for plan_id in plan_ids]
-        with self._plan_connections.reading_at_once() as connection:
-            sequences = list(sequences_of(connection, asked).values())
+        """Return the stored plans among these ids, by id."""
+        wanted = [check_name("plan", plan_id) for plan_id in plan_ids]
+        with self._plan_connections.reading_snapshot() as connection:
+            sequences = list(sequences_of(connection, wanted).values())
             return {record.id: record for record in _wholes(connection, sequences)}
 
     def plans(
@@ -136,7 +136,7 @@ class SqlitePlans:
     ) -> list[PlanRecord]:
         """Return the heads of the plans of a map, newest first."""
         check_name("map", map_id)
-        with self._plan_connections.reading_at_once() as connection:
+        with self._plan_connections.reading_snapshot() as connection:
             return list(itertools.islice(_newest(connection, map_id, before or (math.inf, "")), limit))
 
     def plan_maps(self) -> list[str]:
@@ -145,24 +145,24 @@ class SqlitePlans:
         with self._plan_connections.reading() as connection:
             return [map_id for (map_id,) in connection.execute(query)]
 
-    def find_plans(self, search: PlanSearch, *, limit: int = 16) -> list[PlanRecord]:
-        """Return the heads of plans whose ends lie near two places, shortest first."""
-        with self._plan_connections.reading_at_once() as connection:
+    def find_plans(self, search: PlanStoreQuery, *, limit: int = 16) -> list[PlanRecord]:
+        """Return the heads of plans that begin and end near two places, shortest first."""
+        with self._plan_connections.reading_snapshot() as connection:
             found = plans_between(connection, search, limit)
         return sorted(found, key=lambda head: (head.length, head.id))
 
-    def plans_through(self, search: PlanSearch, *, limit: int = 8) -> list[PlanPassage]:
-        """Return plans that pass near one place and later near another, the shortest passage first."""
-        with self._plan_connections.reading_at_once() as connection:
+    def plans_through(self, search: PlanStoreQuery, *, limit: int = 8) -> list[PlanPassage]:
+        """Return plans that pass near one place and later near another, shortest passage first."""
+        with self._plan_connections.reading_snapshot() as connection:
             return search.passages((_whole(connection, one) for one in _passing(connection, search)), limit)
 
     def plan_parts(self, plan_id: str) -> list[PlanPart]:
-        """Return the stretches of a plan that are entries of their own, in order."""
+        """Return the shared segments of a plan, in order; ``NotFound`` if the plan does not exist."""
         check_name("plan", plan_id)
         query = "SELECT waypoints, data, refs FROM chunks JOIN chunk_refs ON chunk = id WHERE id = ?"
         parts, first = [], ENDS_BEFORE
-        with self._plan_connections.reading_at_once() as connection:
-            sequence = _known(connection, plan_id)
+        with self._plan_connections.reading_snapshot() as connection:
+            sequence = _existing_sequence(connection, plan_id)
             scope = _scope(connection, sequence)
             later = Counter(uncounted(connection)[1].tolist())
             for chunk in _recipe(connection, sequence):
@@ -172,13 +172,13 @@ class SqlitePlans:
         return parts
 
     def plan_statistics(self, map_id: str | None = None) -> PlanStatistics:
-        """Return what the plans of a map take, or all."""
+        """Return the size of the plans of a map, or of all plans."""
         if map_id is not None:
             check_name("map", map_id)
         of_map = "(SELECT id FROM scopes WHERE map = coalesce(?, map))"
         plans = f"SELECT sum(plans), sum(waypoints), sum(loose), sum(bytes) FROM contexts WHERE scope IN {of_map}"
         chunks = f"SELECT count(*), sum(waypoints), sum(length(data)) FROM chunks WHERE scope IN {of_map}"
-        with self._plan_connections.reading_at_once() as connection:
+        with self._plan_connections.reading_snapshot() as connection:
             count, waypoints, loose, size = (total or 0 for total in connection.execute(plans, (map_id,)).fetchone())
             entries, shared, data = (total or 0 for total in connection.execute(chunks, (map_id,)).fetchone())
             scopes = {scope for (scope,) in connection.execute(of_map[1:-1], (map_id,))}
@@ -186,13 +186,13 @@ class SqlitePlans:
         return PlanStatistics(
             plans=count + len(later),
             waypoints=waypoints + sum(plan.waypoints for plan in later),
-            kept=loose + shared + sum(plan.loose for plan in later),
+            kept=loose + shared + sum(plan.unshared for plan in later),
             entries=entries,
             bytes=size + data + sum(plan.bytes for plan in later),
         )
 
 
-def _known(connection: sqlite3.Connection, plan_id: str) -> int:
+def _existing_sequence(connection: sqlite3.Connection, plan_id: str) -> int:
     sequence = sequence_of(connection, plan_id)
     if sequence is None:
         raise NotFound("plan", plan_id)
@@ -205,7 +205,7 @@ def _whole(connection: sqlite3.Connection, sequence: int) -> PlanRecord:
 
 
 def _wholes(connection: sqlite3.Connection, sequences: list[int]) -> Iterator[PlanRecord]:
-    """Yield plans that are there; what they share is read once."""
+    """Yield the plans of these sequence numbers; segments that they share are read once."""
     rows = rows_of(connection, _WHOLES, sequences)
     recipes = [read_recipe(recipe) for _, _, recipe in rows]
     data = _entries(connection, set(itertools.chain.from_iterable(recipes)))
@@ -228,13 +228,13 @@ def _scope(connection: sqlite3.Connection, sequence: int) -> bytes:
 
 
 def _newest(connection: sqlite3.Connection, map_id: str, before: tuple[float, str]) -> Iterator[PlanRecord]:
-    """Yield the heads of the plans of a map that were made before a time and id, newest first."""
+    """Yield the heads of the plans of a map before the key ``before`` (time, id), newest first."""
     spans = connection.execute(
         """SELECT span, max(newest) AS latest FROM plan_spans JOIN scopes ON id = scope
            WHERE map = ? AND oldest <= ? GROUP BY span ORDER BY latest DESC""",
         (map_id, before[0]),
     ).fetchall()
-    # Of those that are not counted nothing is known.
+    # Spans with uncounted plans have unknown times, and are read first.
     query = "SELECT DISTINCT sequence / ? FROM plans WHERE sequence > ?"
     open_spans = [span for (span,) in connection.execute(query, (SPAN, counted_up_to(connection)))]
     spans = [*((span, math.inf) for span in open_spans), *(each for each in spans if each[0] not in open_spans)]
@@ -255,17 +255,18 @@ def _heads(connection: sqlite3.Connection, map_id: str, span: int) -> Iterator[P
         yield head_of(context, own)
 
 
-def _passing(connection: sqlite3.Connection, search: PlanSearch) -> Iterator[int]:
-    """Yield a few plans that share an entry near each of two places."""
+def _passing(connection: sqlite3.Connection, search: PlanStoreQuery) -> Iterator[int]:
+    """Yield up to `MAX_PLANS` sequence numbers of plans with an entry near each of the two places."""
     scope, tolerance = search.scope, search.tolerance
     near_start, near_goal = (_near(connection, scope, place, tolerance) for place in (search.start, search.goal))
     sampled = [set(itertools.chain(*near.values())) for near in (near_start, near_goal)]
     query = "SELECT sequence FROM plans WHERE sequence > ?"
     later = {sequence for (sequence,) in connection.execute(query, (counted_up_to(connection),))}
-    # Those first that are told of at both places; of one place's, and of those told of nowhere yet, the recipe tells.
+    # Candidates: first plans sampled at both places, then those sampled at one, then uncounted ones, which have no
+    # samples yet. The recipe of a plan shows whether it has entries near both places.
     both = sorted(sampled[0] & sampled[1])
-    either = sorted(sampled[0] ^ sampled[1])[:MOST_CHUNKS]
-    likely = dict.fromkeys((*both[:MOST_CHUNKS], *either, *sorted(later)))
+    either = sorted(sampled[0] ^ sampled[1])[:MAX_CHUNKS]
+    likely = dict.fromkeys((*both[:MAX_CHUNKS], *either, *sorted(later)))
     query = "SELECT recipe, sequence FROM {given} AS sought JOIN plans ON sequence = sought.id"
     recipes = {plan: recipe for recipe, plan in rows_of(connection, query, list(likely))}
     plans = [plan for plan in likely if plan in recipes]
@@ -274,17 +275,17 @@ def _passing(connection: sqlite3.Connection, search: PlanSearch) -> Iterator[int
     begins = np.concatenate(([0], stops[:-1]))
     counts = [np.concatenate(([0], np.cumsum(each))) for each in passes]
     both_near = np.all([count[stops] > count[begins] for count in counts], axis=0)
-    yield from [plan for plan, near in zip(plans, both_near.tolist(), strict=True) if near][:MOST_PLANS]
+    yield from [plan for plan, near in zip(plans, both_near.tolist(), strict=True) if near][:MAX_PLANS]
 
 
 def _near(
     connection: sqlite3.Connection, scope: bytes, place: Position, tolerance: float
 ) -> dict[int, tuple[int, ...]]:
-    """Return entries with a waypoint near a place, and some plans that refer to each."""
+    """Return the entries with a waypoint near a place, and the sampled plans that refer to each."""
     found: dict[int, tuple[int, ...]] = {}
     query = """SELECT id, data, plans FROM chunk_places JOIN chunks ON id = chunk WHERE place = ? ORDER BY id LIMIT ?"""
-    for square in cells_near(place, tolerance):
-        for chunk, data, plans in connection.execute(query, (cell_number(scope, square), MOST_CHUNKS)):
+    for cell in cells_near(place, tolerance):
+        for chunk, data, plans in connection.execute(query, (cell_number(scope, cell), MAX_CHUNKS)):
             if comes_near(poses_in([data])[:, :2], place, tolerance):
                 found[chunk] = struct.unpack(f"<{len(plans) // 4}I", plans)
     return found

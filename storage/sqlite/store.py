@@ -1,7 +1,7 @@
 """Everything but maps in one SQLite file: the embedded default, nothing to install.
 
-A row is what is looked for, in columns, and the record beside it as bytes (``storage.encoding``), so that a record
-may gain a field without a new schema.
+A row has the keys in columns and the record as bytes (``storage.encoding``), so a record may get a new field without a
+new schema.
 """
 
 from pathlib import Path
@@ -18,21 +18,21 @@ from storage.sqlite.plans import SqlitePlans
 
 
 class SqliteStore(SqlitePlans, SqliteHistory):
-    """A ``Store`` in an SQLite file, which any number of threads and processes may have open.
+    """A ``Store`` in an SQLite file, which any number of threads and processes may use at once.
 
     Parameters
     ----------
     path : Path
-        The file; it and its folder are made if they are not there.
+        The file; it and its folder are created if they are missing.
     granularity : int
-        Of plans: a stretch that they share is kept once from about as many waypoints on.
+        Length from which segments of plans are shared, about [waypoints].
     busy_timeout : float
-        How long a write waits for another process's [s].
+        Time limit to wait for the write transaction of another process [s].
 
     Raises
     ------
     Unavailable
-        The file cannot be used; the text says why and what to do.
+        The file cannot be used; the message says why and what to do.
     """
 
     def __init__(self, path: Path, granularity: int = GRANULARITY, busy_timeout: float = 5.0) -> None:
@@ -41,28 +41,28 @@ class SqliteStore(SqlitePlans, SqliteHistory):
         SqliteHistory.__init__(self, self._connections)
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._connections.close()
 
     # -- users ---------------------------------------------------------------------------------------------------------
 
     def add_user(self, user: User) -> None:
-        """Keep a new user; ``Conflict`` if the id is taken."""
+        """Add a user; ``Conflict`` if the id is taken."""
         check_name("user", user.id)
         if not self._write("INSERT INTO users VALUES (?, ?) ON CONFLICT DO NOTHING", user.id, encode(user)):
-            raise Conflict(f"the user {user.id!r} exists already: take another id")
+            raise Conflict(f"user {user.id!r} already exists: choose another id")
 
     def user(self, user_id: str) -> User:
-        """Return a user; ``NotFound`` if there is none."""
+        """Return a user; ``NotFound`` if it does not exist."""
         check_name("user", user_id)
         return self._one(User, ("user", user_id), "SELECT record FROM users WHERE id = ?", user_id)
 
     def users(self, *, after: str = "", limit: int | None = None) -> list[User]:
-        """Return users by id."""
-        return self._all(User, "SELECT record FROM users WHERE id > ? ORDER BY id LIMIT ?", after, _most(limit))
+        """Return users, sorted by id."""
+        return self._all(User, "SELECT record FROM users WHERE id > ? ORDER BY id LIMIT ?", after, _sql_limit(limit))
 
     def change_user(self, user: User, *, keep_token: str | None = None) -> None:
-        """Keep a user in place of the one before; with another password go all tokens but one."""
+        """Replace a user; a new password removes all of the user's tokens but one."""
         check_name("user", user.id)
         with self._connections.writing() as connection:
             row = connection.execute("SELECT record FROM users WHERE id = ?", (user.id,)).fetchone()
@@ -74,7 +74,7 @@ class SqliteStore(SqlitePlans, SqliteHistory):
                 connection.execute(others, (user.id, keep_token))
 
     def remove_user(self, user_id: str) -> None:
-        """Forget a user with all tokens, robots, their URDFs and checkpoints; ``NotFound`` if there is none."""
+        """Remove a user with all tokens, robots, their URDFs and checkpoints; ``NotFound`` if it does not exist."""
         check_name("user", user_id)
         with self._connections.writing() as connection:
             if not connection.execute("DELETE FROM users WHERE id = ?", (user_id,)).rowcount:
@@ -83,7 +83,7 @@ class SqliteStore(SqlitePlans, SqliteHistory):
                 connection.execute(f"DELETE FROM {table} WHERE user = ?", (user_id,))
 
     def add_token(self, token: Token) -> None:
-        """Keep a token of a user; ``NotFound`` if the user is no more."""
+        """Store a token; ``NotFound`` if its user does not exist."""
         check_name("token", token.hash)
         check_name("user", token.user)
         insert = "INSERT OR REPLACE INTO tokens SELECT ?, id, ?, ? FROM users WHERE id = ?"
@@ -91,30 +91,30 @@ class SqliteStore(SqlitePlans, SqliteHistory):
             raise NotFound("user", token.user)
 
     def token(self, token_hash: str) -> Token:
-        """Return a token, expired or not; ``NotFound`` if there is none."""
+        """Return a token, expired or not; ``NotFound`` if it does not exist."""
         check_name("token", token_hash)
         return self._one(Token, ("token", token_hash), "SELECT record FROM tokens WHERE hash = ?", token_hash)
 
     def tokens(self, user_id: str, *, after: str = "", limit: int | None = None) -> list[Token]:
-        """Return the tokens of a user by hash."""
+        """Return the tokens of a user, sorted by hash."""
         check_name("user", user_id)
         query = "SELECT record FROM tokens WHERE user = ? AND hash > ? ORDER BY hash LIMIT ?"
-        return self._all(Token, query, user_id, after, _most(limit))
+        return self._all(Token, query, user_id, after, _sql_limit(limit))
 
     def remove_token(self, token_hash: str) -> None:
-        """Forget a token; ``NotFound`` if there is none."""
+        """Remove a token; ``NotFound`` if it does not exist."""
         check_name("token", token_hash)
         if not self._write("DELETE FROM tokens WHERE hash = ?", token_hash):
             raise NotFound("token", token_hash)
 
     def remove_tokens(self, *, expired_before: float) -> int:
-        """Forget the tokens that expired before a time; return how many."""
+        """Remove the tokens that expired before a time [s since the epoch]; return their number."""
         return self._write("DELETE FROM tokens WHERE expires < ?", expired_before)
 
     # -- robots --------------------------------------------------------------------------------------------------------
 
     def put_robot(self, record: RobotRecord, *, instead_of: RobotRecord | None = None) -> bool:
-        """Keep a robot or change it; ``Conflict`` if what is kept is not what this should take the place of."""
+        """Store a robot; ``Conflict`` if the stored record is not ``instead_of``."""
         check_name("user", record.user)
         check_name("robot", record.id)
         check_name("map", record.map)
@@ -123,24 +123,24 @@ class SqliteStore(SqlitePlans, SqliteHistory):
             query = "SELECT record FROM robots WHERE user = ? AND id = ?"
             row = connection.execute(query, (record.user, record.id)).fetchone()
             if instead_of is not None and (row is None or decode(row[0], RobotRecord) != instead_of):
-                raise Conflict(f"the robot {record.id!r} was changed meanwhile: look at it and try again")
+                raise Conflict(f"robot {record.id!r} has been changed meanwhile: read it again and retry")
             connection.execute("INSERT OR REPLACE INTO robots VALUES (?, ?, ?)", (record.user, record.id, data))
         return row is None
 
     def robot(self, user: str, robot_id: str) -> RobotRecord:
-        """Return a robot; ``NotFound`` if there is none."""
+        """Return a robot; ``NotFound`` if it does not exist."""
         key = _robot_key(user, robot_id)
         query = "SELECT record FROM robots WHERE user = ? AND id = ?"
         return self._one(RobotRecord, ("robot", robot_id), query, *key)
 
     def robots(self, user: str, *, after: str = "", limit: int | None = None) -> list[RobotRecord]:
-        """Return the robots of a user by id."""
+        """Return the robots of a user, sorted by id."""
         check_name("user", user)
         query = "SELECT record FROM robots WHERE user = ? AND id > ? ORDER BY id LIMIT ?"
-        return self._all(RobotRecord, query, user, after, _most(limit))
+        return self._all(RobotRecord, query, user, after, _sql_limit(limit))
 
     def remove_robot(self, user: str, robot_id: str) -> None:
-        """Forget a robot, its URDF and its clone's checkpoint; ``NotFound`` if there is none."""
+        """Remove a robot, its URDF and its clone's checkpoint; ``NotFound`` if it does not exist."""
         key = _robot_key(user, robot_id)
         with self._connections.writing() as connection:
             if not connection.execute("DELETE FROM robots WHERE user = ? AND id = ?", key).rowcount:
@@ -149,7 +149,7 @@ class SqliteStore(SqlitePlans, SqliteHistory):
             connection.execute("DELETE FROM clones WHERE user = ? AND robot = ?", key)
 
     def put_urdf(self, user: str, robot_id: str, urdf: bytes) -> bool:
-        """Keep the URDF of a robot in place of the one before; ``NotFound`` if there is no such robot."""
+        """Store the URDF of a robot; return whether it had none. ``NotFound`` if the robot does not exist."""
         key = _robot_key(user, robot_id)
         with self._connections.writing() as connection:
             is_new = connection.execute("SELECT 1 FROM urdfs WHERE user = ? AND robot = ?", key).fetchone() is None
@@ -159,7 +159,7 @@ class SqliteStore(SqlitePlans, SqliteHistory):
         return is_new
 
     def urdf(self, user: str, robot_id: str) -> bytes:
-        """Return the URDF of a robot; ``NotFound`` if there is none."""
+        """Return the URDF of a robot; ``NotFound`` if it has none."""
         key = _robot_key(user, robot_id)
         with self._connections.reading() as connection:
             row = connection.execute("SELECT urdf FROM urdfs WHERE user = ? AND robot = ?", key).fetchone()
@@ -168,28 +168,28 @@ class SqliteStore(SqlitePlans, SqliteHistory):
         return bytes(row[0])
 
     def remove_urdf(self, user: str, robot_id: str) -> None:
-        """Forget the URDF of a robot; ``NotFound`` if there is none."""
+        """Remove the URDF of a robot; ``NotFound`` if it has none."""
         if not self._write("DELETE FROM urdfs WHERE user = ? AND robot = ?", *_robot_key(user, robot_id)):
             raise NotFound("URDF of robot", robot_id)
 
     # -- clones --------------------------------------------------------------------------------------------------------
 
     def save_clone(self, checkpoint: CloneCheckpoint) -> None:
-        """Keep a checkpoint in place of the one before."""
+        """Store a checkpoint in place of the previous one."""
         key = _robot_key(checkpoint.user, checkpoint.robot)
         self._write("INSERT OR REPLACE INTO clones VALUES (?, ?, ?)", *key, encode(checkpoint))
 
     def clone(self, user: str, robot: str) -> CloneCheckpoint:
-        """Return the last checkpoint; ``NotFound`` if there is none."""
+        """Return the last checkpoint of a clone; ``NotFound`` if there is none."""
         key = _robot_key(user, robot)
         query = "SELECT record FROM clones WHERE user = ? AND robot = ?"
         return self._one(CloneCheckpoint, ("checkpoint of robot", robot), query, *key)
 
     def remove_clone(self, user: str, robot: str) -> None:
-        """Forget the checkpoint, if there is one."""
+        """Remove the checkpoint of a clone, if there is one."""
         self._write("DELETE FROM clones WHERE user = ? AND robot = ?", *_robot_key(user, robot))
 
-    # -- inside --------------------------------------------------------------------------------------------------------
+    # -- internals -----------------------------------------------------------------------------------------------------
 
     def _write(self, statement: str, *values: Any) -> int:
         with self._connections.writing() as connection:
@@ -208,8 +208,8 @@ class SqliteStore(SqlitePlans, SqliteHistory):
         return [decode(row[0], kind) for row in rows]
 
 
-def _most(limit: int | None) -> int:
-    """Return a limit as SQLite takes it: -1 is none."""
+def _sql_limit(limit: int | None) -> int:
+    """Return a limit for SQL, where -1 means no limit."""
     return -1 if limit is None else limit
 
 

@@ -1,6 +1,6 @@
-"""What was committed to an SQLite file's WAL is brought to the file beside those who write, and not by one of them.
+"""WAL checkpoints of an SQLite file in a background thread, so that commits do not have to run them.
 
-Of a large file a checkpoint writes a thousand pages from all over it, and waits for the disk.
+The checkpoint of a large file writes a thousand pages scattered over it, and waits for the disk.
 """
 
 import logging
@@ -12,15 +12,15 @@ from contextlib import closing
 logger = logging.getLogger(__name__)
 
 CHANGED_ROWS = 4096
-"""Rows changed after which a checkpoint begins. A row changes about one page; the same pages change again and again, so
-that one of many rows writes less than several of few."""
+"""Number of changed rows after which a checkpoint starts. A row changes about one page. Because the same pages change
+repeatedly, one checkpoint of many rows writes fewer pages than several of few."""
 
 
-class Checkpoints:
-    """Has a thread of its own bring commits to a file, once there are some.
+class WalCheckpointer:
+    """Runs checkpoints in a thread, once enough rows have changed.
 
-    Whoever commits still does it where the WAL grows too long all the same (``PRAGMA wal_autocheckpoint``): that is how
-    the WAL begins anew while others write all the time, and what becomes of a disk that fails is told to somebody.
+    If the WAL grows too long nevertheless, a commit runs the checkpoint (``PRAGMA wal_autocheckpoint``). So the WAL
+    starts again from its beginning even under constant writes, and a caller gets the error of a failing disk.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class Checkpoints:
         self._closed = False
 
     def committed(self, rows: int) -> None:
-        """Count rows that a commit changed."""
+        """Add the number of rows that a commit changed."""
         with self._lock:
             self._changed += rows
             if self._changed < CHANGED_ROWS or self._closed:
@@ -49,7 +49,7 @@ class Checkpoints:
         self._due.set()
 
     def close(self) -> None:
-        """Return when no checkpoint runs, and none will."""
+        """Stop the thread, after a running checkpoint."""
         with self._lock:
             self._closed = True
         self._due.set()
@@ -63,5 +63,5 @@ class Checkpoints:
                 with closing(self._connect()) as connection:
                     connection.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchone()
             except sqlite3.Error as error:
-                # Whoever finds the WAL too long is told what is wrong.
-                logger.warning("commits were not brought to their file: %s", error)
+                # If it persists, a commit that finds the WAL too long raises it.
+                logger.warning("WAL checkpoint failed: %s", error)

@@ -1,1 +1,1 @@
-"""Store-and-forward in front of a remote store: plans wait on the disk while the store is away."""
+"""Store and forward in front of a remote store: plans wait on the disk while the store is unreachable."""

@@ -1,9 +1,9 @@
-"""The backends of stores, by the scheme of their URLs.
+"""Backends of stores, by URL scheme.
 
-Each is imported by a function of its own when it is asked for, so that nobody needs a driver that they don't use.
+A function for each backend imports it on demand, so a driver must be installed only where it is used.
 """
 
-# ruff: noqa: PLC0415 - a driver is loaded with the backend that needs it
+# ruff: noqa: PLC0415 - a driver is imported with the backend that needs it
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,18 +19,18 @@ S = TypeVar("S")
 
 @dataclass(frozen=True, slots=True)
 class Backend(Generic[S]):
-    """A class of stores, and how it is made of a URL.
+    """A class of stores, and how to construct it from a URL.
 
     Parameters
     ----------
     load : callable
         Imports the class and returns it.
     arguments : callable
-        Makes the arguments of the class from the URL.
+        Parses the URL into the arguments of the class.
     extra : str, optional
-        The extra of ``ppaas`` that brings its driver.
+        Extra of ``ppaas`` that installs its driver.
     remote : bool
-        Whether another program keeps the data, which may be away while this one runs.
+        Whether a server stores the data, which may be unreachable while this process runs.
     """
 
     load: Callable[[], Callable[..., S]]
@@ -75,7 +75,7 @@ def _hdfs() -> Callable[..., MapStore]:
     return HdfsMapStore
 
 
-def _nothing(_url: str) -> tuple[()]:
+def _no_arguments(_url: str) -> tuple[()]:
     return ()
 
 
@@ -83,9 +83,9 @@ def _local_path(url: str) -> tuple[Path]:
     try:
         parts = urlsplit(url)
     except ValueError as error:
-        raise InvalidInput(f"{url!r} is no URL: {error}") from error
+        raise InvalidInput(f"{url!r} is not a URL: {error}") from error
     if parts.netloc or not parts.path.strip("/"):
-        raise InvalidInput(f"{url!r} names no path: write {parts.scheme}:///absolute/path or {parts.scheme}:relative")
+        raise InvalidInput(f"{url!r} has no path: write {parts.scheme}:///absolute/path or {parts.scheme}:relative")
     if parts.query or parts.fragment:
         raise InvalidInput(f"{url!r}: write '?' as %3F and '#' as %23 in a path")
     return (Path(unquote(parts.path)),)
@@ -97,22 +97,22 @@ def _path_and_granularity(url: str) -> tuple[Path] | tuple[Path, int]:
     if not question:
         return _local_path(path)
     if name != "granularity" or not value.isdecimal():
-        raise InvalidInput(f"{url!r}: behind '?' comes granularity=N, in waypoints; write '?' in a path as %3F")
+        raise InvalidInput(f"{url!r}: only granularity=N [waypoints] may follow '?'; write '?' in a path as %3F")
     return (*_local_path(path), int(value))
 
 
-def _whole(url: str) -> tuple[str]:
+def _url_itself(url: str) -> tuple[str]:
     return (url,)
 
 
 STORES: dict[str, Backend[Store]] = {
-    "memory": Backend(_memory, _nothing),
+    "memory": Backend(_memory, _no_arguments),
     "sqlite": Backend(_sqlite, _path_and_granularity),
-    "cassandra": Backend(_cassandra, _whole, extra="cassandra", remote=True),
+    "cassandra": Backend(_cassandra, _url_itself, extra="cassandra", remote=True),
 }
 
 MAP_STORES: dict[str, Backend[MapStore]] = {
-    "memory": Backend(_memory_maps, _nothing),
+    "memory": Backend(_memory_maps, _no_arguments),
     "file": Backend(_files, _local_path),
-    "hdfs": Backend(_hdfs, _whole, extra="hdfs", remote=True),
+    "hdfs": Backend(_hdfs, _url_itself, extra="hdfs", remote=True),
 }

@@ -52,7 +52,7 @@ def test_files_are_read_to_their_end_though_the_map_is_removed_meanwhile(map_sto
 
 @pytest.mark.parametrize("parts", [(), ("yaml",), ("image",), ("yaml", "octomap")])
 def test_what_lacks_a_file_is_no_map(map_store: MapStore, parts: tuple[str, ...]) -> None:
-    with map_store.drafting() as draft:
+    with map_store.stage() as draft:
         for part in parts:
             draft.add(part, [b"x"])
         with pytest.raises(InvalidInput, match="a yaml with its image"):
@@ -61,7 +61,7 @@ def test_what_lacks_a_file_is_no_map(map_store: MapStore, parts: tuple[str, ...]
 
 
 def test_a_file_comes_once_and_has_a_known_name(map_store: MapStore) -> None:
-    with map_store.drafting() as draft:
+    with map_store.stage() as draft:
         draft.add("yaml", [b"a", b"b"])
         for part in ("yaml", "../yaml", "readme"):
             with pytest.raises(InvalidInput, match="one each of"):
@@ -159,7 +159,7 @@ def test_who_expects_another_version_is_refused(map_store: MapStore) -> None:
         put_map(map_store, one, if_match=two.version)
     put_map(map_store, one)
     put_map(map_store, two, if_match=one.version)
-    with pytest.raises(Conflict, match=f"of version {two.version}, not of version {one.version}"):
+    with pytest.raises(Conflict, match=f"at version {two.version}, not at version {one.version}"):
         put_map(map_store, three, if_match=one.version)
     with pytest.raises(Conflict):
         map_store.roll_back(one.version, said(if_match=one.version))

@@ -10,7 +10,7 @@ import pytest
 
 from ppaas.errors import Conflict, InvalidInput, NotFound
 from ppaas.geometry import poses_along
-from storage.plan_query import PlanSearch
+from storage.plan_query import PlanStoreQuery
 from storage.ports import Store
 from storage.records import PlanRecord, PlanStatistics
 from tests.support.storage.records import NOT_NAMES, plan
@@ -60,7 +60,7 @@ def test_what_led_to_a_plan_is_kept_with_it(store: Store) -> None:
 @pytest.mark.parametrize("parameters", [{}, {"names": ["a", {"b": None}]}])
 def test_whoever_changes_the_parameters_of_a_plan_changes_no_other(store: Store, parameters: dict[str, Any]) -> None:
     store.add_plans([path(name, (0, 0), (5, 0), parameters=parameters) for name in "ab"])
-    search = PlanSearch("house", "v1", (0.0, 0.0), (5.0, 0.0), 0.1)
+    search = PlanStoreQuery("house", "v1", (0.0, 0.0), (5.0, 0.0), 0.1)
     for _ in range(2):
         told = [*store.find_plans(search), *store.plans("house"), store.plan("a"), store.plan("b")]
         assert [one.parameters for one in told] == [parameters] * 6
@@ -87,8 +87,8 @@ def test_a_plan_takes_the_place_of_another(store: Store) -> None:
     assert store.plan("p1") == after
     assert store.plans("house") == []
     assert store.plans("depot") == [head(after)]
-    assert store.find_plans(PlanSearch("house", "v1", (0, 0), (1, 0), 0.1)) == []
-    assert store.find_plans(PlanSearch("depot", "v2", (5, 5), (6, 5), 0.1)) == [head(after)]
+    assert store.find_plans(PlanStoreQuery("house", "v1", (0, 0), (1, 0), 0.1)) == []
+    assert store.find_plans(PlanStoreQuery("depot", "v2", (5, 5), (6, 5), 0.1)) == [head(after)]
 
 
 def test_a_plan_that_was_changed_meanwhile_is_not_replaced(store: Store) -> None:
@@ -110,18 +110,18 @@ def test_plans_are_found_by_their_ends_shortest_first(store: Store) -> None:
     way_round = path("b", (0.1, 0), (1, 1), (3, 0.1))
     store.add_plans([way_round, direct, path("back", (3, 0), (0, 0)), path("far", (0, 0), (3, 0.4))])
     store.add_plans([path("old", (0, 0), (3, 0), version="v0"), path("off", (0, 0), (3, 0), map="depot")])
-    found = store.find_plans(PlanSearch("house", "v1", (0, 0), (3, 0), 0.2))
+    found = store.find_plans(PlanStoreQuery("house", "v1", (0, 0), (3, 0), 0.2))
     assert found == [head(direct), head(way_round)]
-    assert store.find_plans(PlanSearch("house", "v1", (0, 0), (3, 0), 0.2), limit=1) == [head(direct)]
-    assert store.find_plans(PlanSearch("house", "v1", (0, 0), (3, 0), 0.2), limit=0) == []
-    assert store.find_plans(PlanSearch("nowhere", "v1", (0, 0), (3, 0), 0.2)) == []
+    assert store.find_plans(PlanStoreQuery("house", "v1", (0, 0), (3, 0), 0.2), limit=1) == [head(direct)]
+    assert store.find_plans(PlanStoreQuery("house", "v1", (0, 0), (3, 0), 0.2), limit=0) == []
+    assert store.find_plans(PlanStoreQuery("nowhere", "v1", (0, 0), (3, 0), 0.2)) == []
 
 
 def test_plans_are_found_by_planner(store: Store) -> None:
     one, other = path("a", (0, 0), (3, 0), planner="astar"), path("b", (0, 0), (3, 0), planner="jps")
     store.add_plans([one, other])
-    assert store.find_plans(PlanSearch("house", "v1", (0, 0), (3, 0), 0.0, planner="jps")) == [head(other)]
-    assert store.find_plans(PlanSearch("house", "v1", (0, 0), (3, 0), 0.0)) == [head(one), head(other)]
+    assert store.find_plans(PlanStoreQuery("house", "v1", (0, 0), (3, 0), 0.0, planner="jps")) == [head(other)]
+    assert store.find_plans(PlanStoreQuery("house", "v1", (0, 0), (3, 0), 0.0)) == [head(one), head(other)]
 
 
 @pytest.mark.parametrize("place", [-1000.25, -0.1, 0.0, 0.24999, 0.5])
@@ -133,28 +133,28 @@ def test_an_end_may_be_as_far_off_as_the_tolerance_says(store: Store, place: flo
     for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1), (0.6, 0.8)):
         for reach, expected in ((inside, 1), (outside, 0)):
             near = (start[0] + reach * dx, start[1] + reach * dy)
-            assert len(store.find_plans(PlanSearch("house", "v1", near, goal, tolerance))) == expected
+            assert len(store.find_plans(PlanStoreQuery("house", "v1", near, goal, tolerance))) == expected
             near = (goal[0] + reach * dx, goal[1] + reach * dy)
-            assert len(store.find_plans(PlanSearch("house", "v1", start, near, tolerance))) == expected
+            assert len(store.find_plans(PlanStoreQuery("house", "v1", start, near, tolerance))) == expected
 
 
 def test_plans_that_pass_two_places_are_found_in_their_order(store: Store) -> None:
     long = path("long", (0, 0), (10, 0), (10, 10), steps=100)
     store.add_plans([long, path("other", (0, 5), (8, 5), steps=100)])
-    [passes] = store.plans_through(PlanSearch("house", "v1", (3.02, 0.1), (10.1, 4.98), 0.25))
+    [passes] = store.plans_through(PlanStoreQuery("house", "v1", (3.02, 0.1), (10.1, 4.98), 0.25))
     assert passes.head == head(long)
     assert (passes.first, passes.last) == (30, 150)
-    assert store.plans_through(PlanSearch("house", "v1", (10, 5), (3, 0), 0.25)) == []
-    assert store.plans_through(PlanSearch("house", "v0", (3, 0), (10, 5), 0.25)) == []
-    assert store.plans_through(PlanSearch("house", "v1", (3, 0), (10, 5), 0.25, planner="astar")) == []
-    assert store.plans_through(PlanSearch("house", "v1", (3, 0), (10, 5), 0.25), limit=0) == []
+    assert store.plans_through(PlanStoreQuery("house", "v1", (10, 5), (3, 0), 0.25)) == []
+    assert store.plans_through(PlanStoreQuery("house", "v0", (3, 0), (10, 5), 0.25)) == []
+    assert store.plans_through(PlanStoreQuery("house", "v1", (3, 0), (10, 5), 0.25, planner="astar")) == []
+    assert store.plans_through(PlanStoreQuery("house", "v1", (3, 0), (10, 5), 0.25), limit=0) == []
 
 
 def test_removed_plans_are_found_no_more(store: Store) -> None:
     store.add_plans([path("a", (0, 0), (5, 0), steps=100), path("b", (0, 0), (5, 0), steps=100)])
     store.remove_plan("a")
-    assert [p.id for p in store.find_plans(PlanSearch("house", "v1", (0, 0), (5, 0), 0.1))] == ["b"]
-    assert [p.head.id for p in store.plans_through(PlanSearch("house", "v1", (1, 0), (4, 0), 0.1))] == ["b"]
+    assert [p.id for p in store.find_plans(PlanStoreQuery("house", "v1", (0, 0), (5, 0), 0.1))] == ["b"]
+    assert [p.head.id for p in store.plans_through(PlanStoreQuery("house", "v1", (1, 0), (4, 0), 0.1))] == ["b"]
     store.remove_plan("b")
     assert store.plan_statistics() == PlanStatistics()
 
@@ -169,8 +169,8 @@ def test_the_plans_of_a_map_are_removed_and_no_others(store: Store) -> None:
     others = [store.plan_statistics(map_id) for map_id in ("house2", "yard")]
     assert store.remove_plans("house") == 300
     assert store.plan_maps() == ["house2", "yard"]
-    assert store.plans("house") == store.find_plans(PlanSearch("house", "v1", (0, 0), (5, 0), 0.1)) == []
-    assert store.plans_through(PlanSearch("house", "v1", (1, 0), (4, 0), 0.1)) == []
+    assert store.plans("house") == store.find_plans(PlanStoreQuery("house", "v1", (0, 0), (5, 0), 0.1)) == []
+    assert store.plans_through(PlanStoreQuery("house", "v1", (1, 0), (4, 0), 0.1)) == []
     assert store.plan_statistics("house") == PlanStatistics()
     assert [store.plan_statistics(map_id) for map_id in ("house2", "yard")] == others
     with pytest.raises(NotFound):
@@ -240,8 +240,8 @@ def test_texts_are_texts(store: Store, text: str) -> None:
     record = path("a", (0, 0), (1, 0), user=text, version=text, planner=text, robot=text, parameters={text: text})
     store.add_plan(record)
     assert store.plan("a") == record
-    assert store.find_plans(PlanSearch("house", text, (0, 0), (1, 0), 0.1, planner=text)) == [head(record)]
-    assert store.find_plans(PlanSearch("house", "v", (0, 0), (1, 0), 0.1)) == []
+    assert store.find_plans(PlanStoreQuery("house", text, (0, 0), (1, 0), 0.1, planner=text)) == [head(record)]
+    assert store.find_plans(PlanStoreQuery("house", "v", (0, 0), (1, 0), 0.1)) == []
 
 
 SEARCHES = {
@@ -256,9 +256,9 @@ SEARCHES = {
 @pytest.mark.parametrize("search", SEARCHES.values(), ids=list(SEARCHES))
 def test_only_places_are_searched(search: tuple[Any, Any, float]) -> None:
     with pytest.raises(InvalidInput):
-        PlanSearch("house", "v", *search)
+        PlanStoreQuery("house", "v", *search)
     with pytest.raises(InvalidInput):
-        PlanSearch("../etc", "v", (0.0, 0.0), (1.0, 0.0), 0.1)
+        PlanStoreQuery("../etc", "v", (0.0, 0.0), (1.0, 0.0), 0.1)
 
 
 def test_unknown_plans_have_no_parts(store: Store) -> None:

@@ -15,7 +15,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 from ppaas.errors import Conflict, NotFound
 from ppaas.geometry import poses_along
 from storage.memory.store import MemoryStore
-from storage.plan_query import PlanSearch
+from storage.plan_query import PlanStoreQuery
 from storage.ports import Store
 from storage.records import PlanRecord
 from storage.sqlite.store import SqliteStore
@@ -112,7 +112,7 @@ class PlansInAnyOrder(RuleBasedStateMachine):
             and plan_chunks.near(record.start[:2], record.goal[:2], (x + off, y), to, tolerance)
         ]
         near.sort(key=lambda record: (record.length, record.id))
-        self.each(lambda store: store.find_plans(PlanSearch("house", version, (x + off, y), to, tolerance)), near)
+        self.each(lambda store: store.find_plans(PlanStoreQuery("house", version, (x + off, y), to, tolerance)), near)
 
     @rule(start=ends, version=versions)
     def pass_through(self, start: int, version: str) -> None:
@@ -120,7 +120,7 @@ class PlansInAnyOrder(RuleBasedStateMachine):
         (ax, ay), (bx, by) = STATIONS[start], STATIONS[(start + 1) % 4]
         first, last = (0.8 * ax + 0.2 * bx, 0.8 * ay + 0.2 * by), (0.2 * ax + 0.8 * bx, 0.2 * ay + 0.8 * by)
         for store in self.stores:
-            for passes in store.plans_through(PlanSearch("house", version, first, last, 0.1)):
+            for passes in store.plans_through(PlanStoreQuery("house", version, first, last, 0.1)):
                 points = np.frombuffer(self.plain[passes.head.id].poses).reshape(-1, 7)[:, :2]
                 assert passes.head == without_poses(self.plain[passes.head.id])
                 assert plan_chunks.near(points[passes.first], points[passes.last], first, last, 0.1)

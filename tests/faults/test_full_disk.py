@@ -10,7 +10,7 @@ import pytest
 from ppaas.errors import Unavailable
 from storage.files.store import FileMapStore
 from storage.sqlite.store import SqliteStore
-from storage.store_and_forward.plan_outbox import Outbox
+from storage.store_and_forward.plan_outbox import PlanOutbox
 from tests.support.sources import ROOT
 from tests.support.storage.records import found_map, pgm, plan
 
@@ -20,12 +20,12 @@ import resource, sys
 from pathlib import Path
 import numpy as np
 from ppaas.errors import Unavailable
-from storage.store_and_forward.plan_outbox import Outbox
+from storage.store_and_forward.plan_outbox import PlanOutbox
 from storage.sqlite.store import SqliteStore
 from tests.support.storage.records import plan, robot
 
 kind = sys.argv[1]
-store = (Outbox if kind == "outbox" else SqliteStore)(Path(sys.argv[2]))
+store = (PlanOutbox if kind == "outbox" else SqliteStore)(Path(sys.argv[2]))
 random = np.random.default_rng(1)
 
 def a_plan(number):
@@ -66,7 +66,7 @@ def test_what_was_taken_before_the_disk_was_full_is_there_and_whole(kind: str, t
 def sizes(kind: str, path: Path) -> dict[str, int]:
     """Return what is kept, and how much of each."""
     if kind == "outbox":
-        return {record.id: len(record.poses) for record in Outbox(path).oldest(10_000).values()}
+        return {record.id: len(record.poses) for record in PlanOutbox(path).oldest(10_000).values()}
     with closing(SqliteStore(path)) as store:
         if kind == "robots":
             return {one.id: len(one.description) for one in store.robots("ann")}
@@ -106,7 +106,7 @@ def test_a_map_for_which_there_is_no_room_is_not_published_and_those_before_are_
 
 
 def test_a_disk_that_has_room_again_is_written_again(tmp_path: Path) -> None:
-    outbox = Outbox(tmp_path / "outbox.sqlite", most_bytes=100_000)
+    outbox = PlanOutbox(tmp_path / "outbox.sqlite", max_bytes=100_000)
     with pytest.raises(Unavailable):
         for number in range(100):
             outbox.put([plan(f"p{number}", poses=bytes(5600))])

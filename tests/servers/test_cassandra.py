@@ -19,7 +19,7 @@ from storage.cassandra.connection.schema import VERSION
 from storage.cassandra.plans.endpoint_cells import ends_of
 from storage.cassandra.store import CassandraStore
 from storage.memory.store import MemoryStore
-from storage.plan_query import PlanSearch
+from storage.plan_query import PlanStoreQuery
 from storage.ports import Store
 from storage.records import PlanRecord
 from tests.contracts.test_plans_in_any_order import PlansInAnyOrder
@@ -212,7 +212,7 @@ def test_plans_are_found_behind_many_shorter_ones_that_begin_just_too_far_off(st
     one, other = stores
     one.add_plans([straight(f"off{n:03}", 0.09, 1.0 + n // 40) for n in range(500)])
     one.add_plans([straight(f"at{n}", 0.0, 20.0 - n // 2) for n in range(6)])
-    search = PlanSearch("house", "v", (10.5, 20.5), (30.5, 20.5), 0.1)
+    search = PlanStoreQuery("house", "v", (10.5, 20.5), (30.5, 20.5), 0.1)
     assert [head.id for head in other.find_plans(search, limit=4)] == ["at4", "at5", "at2", "at3"]
     assert [head.id for head in other.find_plans(search)] == ["at4", "at5", "at2", "at3", "at0", "at1"]
     one.add_plans([straight(f"also{n:03}", 0.02, 1.0) for n in range(200)])
@@ -221,7 +221,7 @@ def test_plans_are_found_behind_many_shorter_ones_that_begin_just_too_far_off(st
 
 # -- plans that are alike ----------------------------------------------------------------------------------------------
 
-HERE = PlanSearch("house", "v", *ends_of(plan("p")), 0.1)
+HERE = PlanStoreQuery("house", "v", *ends_of(plan("p")), 0.1)
 
 
 def alike(first: int, last: int) -> list[PlanRecord]:
@@ -288,7 +288,7 @@ def test_a_sweep_leaves_a_few_in_front_and_finds_what_was_left_out(stores: list[
 
 def found(store: CassandraStore, record: PlanRecord) -> list[str]:
     """Return the ids of plans that are found by the ends of one."""
-    search = PlanSearch(record.map, record.version, *ends_of(record), 0.1)
+    search = PlanStoreQuery(record.map, record.version, *ends_of(record), 0.1)
     return [head.id for head in store.find_plans(search)]
 
 
@@ -312,7 +312,7 @@ def cut_off(store: CassandraStore, name: str, after: int) -> Iterator[None]:
 def test_plans_that_were_named_and_not_kept_are_nowhere_until_they_are_kept(stores: list[CassandraStore]) -> None:
     one, other = stores
     plans = [path("a", seed=1), path("b", seed=2)]
-    with cut_off(one, "write_apart", after=3):  # stretches, contexts, and what names the plans
+    with cut_off(one, "write_unlogged", after=3):  # stretches, contexts, and what names the plans
         one.add_plans(plans)
     assert (other.plans("house"), other.plan_maps(), other.whole_plans(["a", "b"]), found(other, plans[0])) == (
         [], [], {}, [],
@@ -332,7 +332,7 @@ def test_a_plan_that_was_replaced_and_not_found_by_its_new_ends_is_after_a_sweep
     one, other = stores
     old, new = path("a", seed=1), path("a", seed=2)
     one.add_plan(old)
-    with cut_off(one, "write_all", after=0):
+    with cut_off(one, "write_batches", after=0):
         one.replace_plan(new, instead_of=old)
     assert other.plan("a") == new
     assert (found(other, old), found(other, new)) == (["a"], []), "it lies still where it was"

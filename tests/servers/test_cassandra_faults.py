@@ -13,8 +13,8 @@ from ppaas.errors import PPaaSError, Unavailable
 from ppaas.geometry import poses_along
 from storage.cassandra.store import CassandraStore
 from storage.records import PlanRecord
-from storage.store_and_forward.plan_outbox import Outbox
-from storage.store_and_forward.store import PatientStore
+from storage.store_and_forward.plan_outbox import PlanOutbox
+from storage.store_and_forward.store import StoreAndForward
 from tests.servers.cassandra_server import CassandraServer
 from tests.support.storage.records import plan, robot, user
 
@@ -134,7 +134,7 @@ def test_plans_wait_while_cassandra_is_away_and_arrive_in_order_once(
         return count
 
     store.add_plans = noted  # type: ignore[method-assign, assignment]
-    patient = PatientStore(store, Outbox(tmp_path / "outbox.sqlite"), retry=0.1)  # type: ignore[arg-type]
+    patient = StoreAndForward(store, PlanOutbox(tmp_path / "outbox.sqlite"), retry=0.1)  # type: ignore[arg-type]
     store.users()
     cassandra_server.kill()
     names = [f"p{number}" for number in range(150)]

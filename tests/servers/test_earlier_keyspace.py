@@ -12,7 +12,7 @@ from cassandra.cluster import Cluster
 from ppaas.errors import Unavailable
 from robots.client.rest import RestClient
 from storage.cassandra.store import CassandraStore
-from storage.plan_query import PlanSearch
+from storage.plan_query import PlanStoreQuery
 from tests.servers.cassandra_server import PASSWORD, CassandraServer
 from tests.support.cloud.cloud import running_cloud
 from tests.support.storage.earlier import ANN_PASSWORD, EARLIER, KEYSPACE, digest, expected, lost, unpack
@@ -64,7 +64,7 @@ def test_the_store_has_all_that_was_kept(server: CassandraServer, before: dict[s
         }
         assert (plans["by-hand"].cost, plans["by-hand"].parameters) == (42.5, {"weight": 2.5})
         for plan_id, plan in plans.items():
-            search = PlanSearch(plan.map, plan.version, plan.start[:2], plan.goal[:2], 0.01)
+            search = PlanStoreQuery(plan.map, plan.version, plan.start[:2], plan.goal[:2], 0.01)
             assert plan_id in [head.id for head in store.find_plans(search)]
         assert store.sweep_entries(grace=0.0) == 0, "stretches that plans refer to"
         assert store.plan_statistics("house").plans == len(plans)

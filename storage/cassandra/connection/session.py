@@ -28,7 +28,7 @@ PAGE = 128
 
 NO_LIMIT = 2**31 - 1
 
-MOST_TOGETHER, BYTES_TOGETHER = 10, 4 << 10
+MAX_BATCH_ROWS, MAX_BATCH_BYTES = 10, 4 << 10
 """Rows, and bytes of them, that are sent together, about; of more partitions, and of 5 KiB, Cassandra warns."""
 
 Write = tuple[str, Sequence[Any]]
@@ -83,32 +83,32 @@ class CassandraSession:
         with driver_errors(self._address):
             return is_applied(self._execute(cql, values))
 
-    def write_together(self, writes: Iterable[Write]) -> None:
+    def write_batch(self, writes: Iterable[Write]) -> None:
         """Write all or, in the end, nothing; others may see a part of it for a moment."""
         with driver_errors(self._address):
             self._execute_batch(writes)
 
-    def write_together_if(self, writes: Iterable[Write]) -> bool:
+    def write_batch_if(self, writes: Iterable[Write]) -> bool:
         """Write all to one partition if the conditions of all hold, else nothing; tell whether they did."""
         with driver_errors(self._address):
             return is_applied(self._execute_batch(writes))
 
     def write_each(self, cql: str, rows: Iterable[Sequence[Any]]) -> None:
         """Write many rows, each for itself; the first error ends it."""
-        self.write_apart((), ((cql, row) for row in rows))
+        self.write_unlogged((), ((cql, row) for row in rows))
 
-    def write_all(self, groups: Iterable[Sequence[Write]], rows: Iterable[Write] = ()) -> None:
-        """Write many groups, each as ``write_together`` does, and rows, each for itself; the first error ends it."""
+    def write_batches(self, groups: Iterable[Sequence[Write]], rows: Iterable[Write] = ()) -> None:
+        """Write many groups, each as ``write_batch`` does, and rows, each for itself; the first error ends it."""
         with driver_errors(self._address):
-            self._send(itertools.chain(map(self._batch, groups), map(self._apart, _small_groups(rows))))
+            self._send(itertools.chain(map(self._batch, groups), map(self._unlogged_batch, _small_groups(rows))))
 
-    def write_apart(self, groups: Iterable[Sequence[Write]], rows: Iterable[Write] = ()) -> None:
+    def write_unlogged(self, groups: Iterable[Sequence[Write]], rows: Iterable[Write] = ()) -> None:
         """Write many rows, each for itself, those of a group in one message; the first error ends it.
 
         What a group has for one partition comes together.
         """
         with driver_errors(self._address):
-            self._send(map(self._apart, itertools.chain(groups, _small_groups(rows))))
+            self._send(map(self._unlogged_batch, itertools.chain(groups, _small_groups(rows))))
 
     def rows_each(self, cql: str, keys: Iterable[Sequence[Any]]) -> list[list[Any]]:
         """Return the rows of a query for each of many keys, asked for at once."""
@@ -117,7 +117,7 @@ class CassandraSession:
             results = execute_concurrent_with_args(session, statement, list(keys), AT_ONCE, raise_on_first_error=True)
             return [list(result.result_or_exc) for result in results]
 
-    def asked(self, cql: str, *values: Any) -> Callable[[], list[Any]]:
+    def query_async(self, cql: str, *values: Any) -> Callable[[], list[Any]]:
         """Ask for the rows of a query, and return what waits for them: something else can be done meanwhile."""
         with driver_errors(self._address):
             future = self._session().execute_async(self._statement(cql), values)
@@ -134,7 +134,7 @@ class CassandraSession:
         found = self.rows_each(f"SELECT {key} FROM {table} WHERE {key} = ? LIMIT 1", [(one,) for one in keys])
         return [one for one, rows in zip(keys, found, strict=True) if rows]
 
-    # -- inside --------------------------------------------------------------------------------------------------------
+    # -- internals -----------------------------------------------------------------------------------------------------
 
     def _execute(self, cql: str, values: Sequence[Any]) -> ResultSet:
         return self._session().execute(self._statement(cql), values)
@@ -158,7 +158,7 @@ class CassandraSession:
             batch.add(self._statement(cql), values)
         return batch
 
-    def _apart(self, writes: Iterable[Write]) -> BatchStatement:
+    def _unlogged_batch(self, writes: Iterable[Write]) -> BatchStatement:
         return self._batch(writes, BatchType.UNLOGGED)
 
     def _statement(self, cql: str) -> PreparedStatement:
@@ -198,7 +198,7 @@ def _small_groups(rows: Iterable[Write]) -> Iterator[list[Write]]:
     size = 0
     for row in rows:
         mine = sum(len(value) for value in row[1] if isinstance(value, bytes))
-        if group and (len(group) == MOST_TOGETHER or size + mine > BYTES_TOGETHER):
+        if group and (len(group) == MAX_BATCH_ROWS or size + mine > MAX_BATCH_BYTES):
             yield group
             group, size = [], 0
         group.append(row)

@@ -6,7 +6,7 @@ from typing import Generic, TypeVar
 Key = TypeVar("Key")
 
 
-class Counted(Generic[Key]):
+class BoundedCounts(Generic[Key]):
     """Counts by key; whoever uses it from several threads has a lock.
 
     Parameters

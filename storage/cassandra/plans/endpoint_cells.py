@@ -18,7 +18,7 @@ import numpy as np
 from ppaas.plans.encoding.index_cells import Position, scope_of
 from ppaas.plans.encoding.kernels.end_buckets import LENGTH_BITS, PER_METRE
 from storage.encoding import encode
-from storage.plan_query import PlanSearch
+from storage.plan_query import PlanStoreQuery
 from storage.records import PlanRecord
 
 EDGE = 2.0
@@ -33,7 +33,7 @@ _FARTHEST = 2.0**40
 _PLACE = struct.Struct("<2d")
 _POSE_BYTES = 56
 
-Spot = tuple[bytes, int]
+Cell = tuple[bytes, int]
 """A bucket and a spot in it."""
 
 
@@ -43,11 +43,11 @@ def ends_of(record: PlanRecord) -> tuple[Position, Position]:
     return _PLACE.unpack_from(record.poses), _PLACE.unpack_from(record.poses, last)
 
 
-def led(record: PlanRecord) -> tuple[bytes, int, str]:
+def cell_key(record: PlanRecord) -> tuple[bytes, int, str]:
     """Return the key under which a plan lies: its bucket, its spot, and its id."""
     start, goal = ends_of(record)
     parts = [_part(value) for value in (*start, *goal)]
-    spot = length_told(record.length)
+    spot = quantized_length(record.length)
     for part in parts:
         spot = spot << _PART_BITS | part % _PARTS
     spot = spot << 8 * _KIND_BYTES | _kind(record)
@@ -55,41 +55,41 @@ def led(record: PlanRecord) -> tuple[bytes, int, str]:
     return bucket, spot, record.id
 
 
-def length_told(length: float) -> int:
+def quantized_length(length: float) -> int:
     """Return a length [m] as spots tell it: in 16ths of a metre, rounded down; the longest are all the same."""
     return int(min(length * PER_METRE, (1 << LENGTH_BITS) - 1))
 
 
-def length_at(spot: int) -> int:
+def length_of_cell(spot: int) -> int:
     """Return how long the plans at a spot are, as it tells it."""
     return spot >> 4 * _PART_BITS + 8 * _KIND_BYTES
 
 
-class Surroundings:
+class NearbyBuckets:
     """The buckets in which plans lie whose ends are near two places.
 
     Parameters
     ----------
-    search : PlanSearch
+    search : PlanStoreQuery
     """
 
-    def __init__(self, search: PlanSearch) -> None:
+    def __init__(self, search: PlanStoreQuery) -> None:
         self._at = [_limited(value) for value in (*search.start, *search.goal)]
         # What is rounded away must not hide a plan, nor make many buckets of a place far off.
         self._reach = search.tolerance + 2.0**-50 * max(1.0, *map(abs, self._at))
-        sides = [_squares(value - self._reach, value + self._reach) for value in self._at]
-        self._squares = {_bucket(search.scope, squares): squares for squares in itertools.product(*sides)}
+        ranges = [_bucket_range(value - self._reach, value + self._reach) for value in self._at]
+        self._buckets = {_bucket(search.scope, squares): squares for squares in itertools.product(*ranges)}
 
     @property
     def buckets(self) -> list[bytes]:
         """Return the buckets."""
-        return list(self._squares)
+        return list(self._buckets)
 
-    def joining(self, spots: Sequence[Any]) -> list[Spot]:
+    def connecting(self, spots: Sequence[Any]) -> list[Cell]:
         """Return those of some spots, rows with ``bucket`` and ``spot``, whose plans may lead from one to the other."""
         if not spots:
             return []
-        squares = np.array([self._squares[row.bucket] for row in spots], np.float64)
+        squares = np.array([self._buckets[row.bucket] for row in spots], np.float64)
         parts = np.array([row.spot for row in spots], np.int64)[:, None] >> _SHIFTS & _PARTS - 1
         low = (squares * _PARTS + parts) * _WIDTH
         apart = np.maximum(np.maximum(low - self._at, self._at - low - _WIDTH), 0.0)
@@ -119,7 +119,7 @@ def _part(value: float) -> int:
     return math.floor(_limited(value) * (_PARTS / EDGE))
 
 
-def _squares(low: float, high: float) -> range:
+def _bucket_range(low: float, high: float) -> range:
     return range(_part(low) // _PARTS, _part(high) // _PARTS + 1)
 
 

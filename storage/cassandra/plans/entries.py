@@ -15,8 +15,8 @@ from storage.cassandra.plans.rows import ids_in, ids_on
 GRACE = 24 * 3600.0
 """Seconds that an entry is kept after it was written last, though no plan refers to it: a plan may be about to."""
 
-MOST_KNOWN = 1 << 17
-MOST_CACHED = 1 << 14
+MAX_KNOWN = 1 << 17
+MAX_CACHED = 1 << 14
 
 _DATA = "SELECT data FROM plan_entries WHERE id = ?"
 _WRITTEN = "SELECT id, WRITETIME(data) AS written FROM plan_entries WHERE id IN ?"
@@ -40,7 +40,7 @@ class CassandraEntries:
         self._session = session
         self._clock = clock
         self._lock = threading.Lock()
-        self._known = LastWritten[bytes](MOST_KNOWN)
+        self._known = LastWritten[bytes](MAX_KNOWN)
         self._cached: OrderedDict[bytes, bytes] = OrderedDict()
 
     def keep(self, entries: Mapping[bytes, bytes], packing: Callable[[bytes], bytes]) -> set[bytes]:
@@ -56,7 +56,7 @@ class CassandraEntries:
         self._known.note(written | dict.fromkeys(late, now))
         return {number for number in late if number not in written}
 
-    def stretches(self, recipes: Iterable[bytes]) -> list[list[bytes]]:
+    def segment_ids(self, recipes: Iterable[bytes]) -> list[list[bytes]]:
         """Return the ids of the stretches in each of some recipes."""
         read = [ids_in(recipe) for recipe in recipes]
         sheets = self.data(one for ids, on_sheets in read if on_sheets for one in ids)
@@ -90,7 +90,7 @@ class CassandraEntries:
     def _remember(self, found: Mapping[bytes, bytes]) -> None:
         with self._lock:
             self._cached.update(found)
-            while len(self._cached) > MOST_CACHED:
+            while len(self._cached) > MAX_CACHED:
                 self._cached.popitem(last=False)
 
 

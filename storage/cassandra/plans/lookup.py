@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from storage.cassandra.connection.session import CassandraSession
-from storage.cassandra.plans.rows import head_parts, lead_spot
+from storage.cassandra.plans.rows import head_parts, location_cell
 
-_LED = "SELECT id, lead, head, recipe FROM plans WHERE id = ?"
-_LYING = "SELECT head, recipe FROM plans_at_spots WHERE bucket = ? AND spot = ? AND id = ?"
+_LOCATIONS = "SELECT id, lead, head, recipe FROM plans WHERE id = ?"
+_STORED = "SELECT head, recipe FROM plans_at_spots WHERE bucket = ? AND spot = ? AND id = ?"
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +17,7 @@ class KeptPlan:
     Parameters
     ----------
     id : str
-    lead : bytes
+    location : bytes
         Where it lies (``cassandra_plan_rows``).
     replaced : bool
         Whether it was replaced, and so lies under its id too.
@@ -25,7 +25,7 @@ class KeptPlan:
     """
 
     id: str
-    lead: bytes
+    location: bytes
     replaced: bool
     head: bytes
     recipe: bytes
@@ -43,13 +43,13 @@ class KeptPlan:
 
 def kept_plans(session: CassandraSession, plan_ids: Sequence[str]) -> list[KeptPlan | None]:
     """Return what is kept of each of some plans; None where there is none, or one that was never wholly written."""
-    led = session.rows_each(_LED, [(plan_id,) for plan_id in plan_ids])
-    away = [row for rows in led for row in rows if row.head is None]
-    lying = iter(session.rows_each(_LYING, [(*lead_spot(row.lead), row.id) for row in away]))
-    kept: list[KeptPlan | None] = [None] * len(led)
-    for number, rows in enumerate(led):
+    located = session.rows_each(_LOCATIONS, [(plan_id,) for plan_id in plan_ids])
+    not_inline = [row for rows in located for row in rows if row.head is None]
+    stored = iter(session.rows_each(_STORED, [(*location_cell(row.lead), row.id) for row in not_inline]))
+    kept: list[KeptPlan | None] = [None] * len(located)
+    for number, rows in enumerate(located):
         for row in rows:
             replaced = row.head is not None
-            for there in rows if replaced else next(lying):
+            for there in rows if replaced else next(stored):
                 kept[number] = KeptPlan(row.id, row.lead, replaced, there.head, there.recipe)
     return kept

@@ -6,8 +6,8 @@ from operator import attrgetter
 from typing import Any
 
 from storage.cassandra.connection.session import PAGE, CassandraSession
-from storage.cassandra.plans.endpoint_cells import Spot
-from storage.cassandra.plans.representatives import CROWD, PLANS_IN_FRONT, crowding
+from storage.cassandra.plans.endpoint_cells import Cell
+from storage.cassandra.plans.representatives import OVERFULL, REPRESENTATIVES_PER_CELL, overfull_marker
 
 _IDS = "SELECT id FROM plan_fronts WHERE bucket = ? AND spot = ?"
 _FRONT = "SELECT bucket, spot, id, head, WRITETIME(head) AS written FROM plan_fronts"
@@ -18,7 +18,7 @@ _FORGET = "DELETE FROM plan_fronts USING TIMESTAMP ? WHERE bucket = ? AND spot =
 _spot = attrgetter("bucket", "spot")
 
 
-def tell_crowds(session: CassandraSession, lying: Sequence[Any]) -> None:
+def mark_overfull_cells(session: CassandraSession, lying: Sequence[Any]) -> None:
     """Tell the spots of some plans to be crowded where one is not in front, and nothing tells that it is elsewhere.
 
     Parameters
@@ -29,34 +29,36 @@ def tell_crowds(session: CassandraSession, lying: Sequence[Any]) -> None:
     """
     ids = {spot: {row.id for row in rows} for spot, rows in itertools.groupby(lying, _spot)}
     fronts = [{row.id for row in rows} for rows in session.rows_each(_IDS, ids)]
-    left_out = (spot for spot, front in zip(ids, fronts, strict=True) if CROWD not in front and not ids[spot] <= front)
-    session.write_apart((), map(crowding, left_out))
+    left_out = (
+        spot for spot, front in zip(ids, fronts, strict=True) if OVERFULL not in front and not ids[spot] <= front
+    )
+    session.write_unlogged((), map(overfull_marker, left_out))
 
 
-def tidy_front(session: CassandraSession, before: float) -> None:
+def remove_stale_representatives(session: CassandraSession, before: float) -> None:
     """Take from the front what was written before a time [s of the epoch] and is no more, or is more than is wanted."""
     rows = session.rows(_FRONT)
-    crowd: Spot | None = None
+    crowd: Cell | None = None
     count = 0
     while page := list(itertools.islice(rows, PAGE)):
         left: list[Any] = []
-        for row, lies in zip(page, _lie(session, page), strict=True):
-            if row.id == CROWD:  # it comes before the plans of its spot
+        for row, lies in zip(page, _exist(session, page), strict=True):
+            if row.id == OVERFULL:  # it comes before the plans of its spot
                 crowd, count = _spot(row), 0
             elif crowd == _spot(row):
                 count += lies
-            if not lies or (row.id != CROWD and crowd == _spot(row) and count > PLANS_IN_FRONT):
+            if not lies or (row.id != OVERFULL and crowd == _spot(row) and count > REPRESENTATIVES_PER_CELL):
                 left.append(row)
         old = (row for row in left if row.written < before * 1e6)
         session.write_each(_FORGET, ((row.written, *_spot(row), row.id) for row in old))
 
 
-def _lie(session: CassandraSession, front: Sequence[Any]) -> Iterator[bool]:
+def _exist(session: CassandraSession, front: Sequence[Any]) -> Iterator[bool]:
     """Yield of rows of the front whether such a plan lies at the spot, and of a crowd, whether any plan does."""
-    crowds = iter(session.rows_each(_ANY, [_spot(row) for row in front if row.id == CROWD]))
-    plans = iter(session.rows_each(_LYING, [(*_spot(row), row.id) for row in front if row.id != CROWD]))
+    crowds = iter(session.rows_each(_ANY, [_spot(row) for row in front if row.id == OVERFULL]))
+    plans = iter(session.rows_each(_LYING, [(*_spot(row), row.id) for row in front if row.id != OVERFULL]))
     for row in front:
-        yield bool(next(crowds)) if row.id == CROWD else _heads(next(plans)) == [row.head]
+        yield bool(next(crowds)) if row.id == OVERFULL else _heads(next(plans)) == [row.head]
 
 
 def _heads(rows: Iterable[Any]) -> list[bytes]:

@@ -1,6 +1,6 @@
 """A plan as rows: what is its own, where it is found, and the ids of what it refers to.
 
-A plan refers to what many plans have in common, its *context*, and to the stretches that it shares. Both are entries
+A plan refers to what many plans have in common, its *context*, and to the segments that it shares. Both are entries
 under a hash of themselves, so whoever keeps one first or again keeps the same.
 """
 
@@ -14,18 +14,18 @@ from ppaas.errors import Unavailable
 from ppaas.plans.encoding.body import PlanBody
 from ppaas.plans.encoding.chunks import ENDS_AFTER, ENDS_BEFORE
 from ppaas.plans.encoding.codes import ID_BYTES, entry_id
-from storage.cassandra.plans.endpoint_cells import Spot, led
+from storage.cassandra.plans.endpoint_cells import Cell, cell_key
 from storage.plan_entry import PlanEntry, entries_of
 from storage.records import PlanRecord
 
-MOST_PARTS = 256
+MAX_IDS_PER_ROW = 256
 """Ids in a row: a longer recipe is cut into sheets, which are entries of their own, so that no row grows large."""
 
 _IDS, _SHEETS = b"\x00", b"\x01"
-_LEAD = struct.Struct("<16sq8s")
+_LOCATION = struct.Struct("<16sq8s")
 
 _known_id = lru_cache(1 << 15)(entry_id)
-"""Most stretches of a plan are those of plans before it."""
+"""Most segments of a plan are those of plans before it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,20 +40,20 @@ class PlanRow:
     context : bytes
         The id of its context.
     recipe : bytes
-        The ids of its stretches or, of very many, of the sheets that hold these.
-    stretches : dict
-        By their ids the codes of the stretches, in their order, each once.
+        The ids of its segments or, of very many, of the sheets that hold these.
+    segments : dict
+        By their ids the codes of the segments, in their order, each once.
     beside : dict
         By their ids the context and the sheets.
     key : tuple
-        Under which it lies (``cassandra_plan_spots.led``).
+        Under which it lies (``cassandra_plan_spots.cell_key``).
     """
 
     record: PlanRecord
     entry: PlanEntry
     context: bytes
     recipe: bytes
-    stretches: dict[bytes, bytes]
+    segments: dict[bytes, bytes]
     beside: dict[bytes, bytes]
     key: tuple[bytes, int, str]
 
@@ -63,7 +63,7 @@ class PlanRow:
         return len(self.entry.body) + len(self.recipe)
 
     @property
-    def spot(self) -> Spot:
+    def cell(self) -> Cell:
         """Return where it lies."""
         return self.key[:2]
 
@@ -73,10 +73,10 @@ class PlanRow:
         return self.context + self.entry.body
 
     @property
-    def lead(self) -> bytes:
-        """Return where it lies (``lead_spot``), and a hash of what lies there."""
+    def location(self) -> bytes:
+        """Return where it lies (``location_cell``), and a hash of what lies there."""
         content = hashlib.blake2b(self.head + self.recipe, digest_size=8).digest()
-        return _LEAD.pack(*self.spot, content)
+        return _LOCATION.pack(*self.cell, content)
 
 
 def plan_rows(records: Sequence[PlanRecord], granularity: int) -> Iterator[PlanRow]:
@@ -85,15 +85,15 @@ def plan_rows(records: Sequence[PlanRecord], granularity: int) -> Iterator[PlanR
     Raises
     ------
     InvalidInput
-        One cannot be kept (``storage.plan_checks``).
+        A plan is not valid (``storage.plan_checks``).
     """
     for record, entry in zip(records, entries_of(records, granularity), strict=True):
         ids = [_known_id(entry.scope, code) for code in entry.codes]
         context = _known_id(entry.scope, entry.context)
         sheets = dict(_sheets(entry.scope, ids))
         recipe = _SHEETS + b"".join(sheets) if sheets else _IDS + b"".join(ids)
-        stretches = dict(zip(ids, entry.codes, strict=True))
-        yield PlanRow(record, entry, context, recipe, stretches, {context: entry.context, **sheets}, led(record))
+        segments = dict(zip(ids, entry.codes, strict=True))
+        yield PlanRow(record, entry, context, recipe, segments, {context: entry.context, **sheets}, cell_key(record))
 
 
 def ids_in(recipe: bytes) -> tuple[list[bytes], bool]:
@@ -119,24 +119,24 @@ def head_parts(head: bytes) -> tuple[bytes, bytes]:
     return head[:ID_BYTES], head[ID_BYTES:]
 
 
-def lead_spot(lead: bytes) -> Spot:
+def location_cell(location: bytes) -> Cell:
     """Return where a plan lies."""
-    bucket, spot, _ = _LEAD.unpack(lead)
+    bucket, spot, _ = _LOCATION.unpack(location)
     return bucket, spot
 
 
-def loose_in(body: PlanBody) -> int:
+def unshared_in(body: PlanBody) -> int:
     """Return how many waypoints are kept for a plan alone."""
     return ENDS_BEFORE + ENDS_AFTER if body.shared else body.count
 
 
 def _sheets(scope: bytes, ids: list[bytes]) -> Iterator[tuple[bytes, bytes]]:
-    if len(ids) > MOST_PARTS:
-        for at in range(0, len(ids), MOST_PARTS):
-            sheet = b"".join(ids[at : at + MOST_PARTS])
+    if len(ids) > MAX_IDS_PER_ROW:
+        for at in range(0, len(ids), MAX_IDS_PER_ROW):
+            sheet = b"".join(ids[at : at + MAX_IDS_PER_ROW])
             yield entry_id(scope, sheet), sheet
 
 
-def listed(record: PlanRecord) -> tuple[str, float, str]:
-    """Return the key under which a plan is listed: its map, when it was made, and its id."""
+def map_key(record: PlanRecord) -> tuple[str, float, str]:
+    """Return the key under which a plan is map_key: its map, when it was made, and its id."""
     return record.map, record.created + 0.0, record.id  # -0 would come before 0

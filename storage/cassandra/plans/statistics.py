@@ -21,7 +21,7 @@ Sums = dict[str, PlanStatistics]
 _WRITE = "UPDATE plan_sums USING TIMESTAMP ? SET record = ? WHERE map = ? AND writer = ?"
 
 
-def added(one: PlanStatistics, other: PlanStatistics, sign: int = 1) -> PlanStatistics:
+def add(one: PlanStatistics, other: PlanStatistics, sign: int = 1) -> PlanStatistics:
     """Return what two take together, or ``one`` without the other (-1)."""
     return PlanStatistics(
         one.plans + sign * other.plans,
@@ -32,7 +32,7 @@ def added(one: PlanStatistics, other: PlanStatistics, sign: int = 1) -> PlanStat
     )
 
 
-class PlanSums:
+class PlanStatisticsSums:
     """Sums by map. To write them twice is as if they were written once, since each writer tells all that it ever added.
 
     Parameters
@@ -50,7 +50,7 @@ class PlanSums:
         self._mine: Sums = {}
         self._written = 0
 
-    def adding(self, change: Sums, sign: int = 1) -> list[Write]:
+    def writes_for(self, change: Sums, sign: int = 1) -> list[Write]:
         """Return what tells of a change, or that it did not come about (-1)."""
         with self._lock:
             now = int(self._clock() * 1e6)
@@ -58,18 +58,18 @@ class PlanSums:
                 self._writer, self._mine = uuid.uuid4(), {}
             self._written = stamp = max(now, self._written + 1)  # of two writes of this writer the later one counts
             for map_id, sums in change.items():
-                self._mine[map_id] = added(self._mine.get(map_id, PlanStatistics()), sums, sign)
+                self._mine[map_id] = add(self._mine.get(map_id, PlanStatistics()), sums, sign)
             return [(_WRITE, (stamp, encode(self._mine[map_id]), map_id, self._writer)) for map_id in change]
 
     def of(self, map_id: str | None) -> PlanStatistics:
-        """Return what the plans of a map take, or all."""
+        """Return the size of the plans of a map, or of all plans."""
         where, values = ("", ()) if map_id is None else (" WHERE map = ?", (map_id,))
         total = PlanStatistics()
         for row in self._session.rows(f"SELECT record FROM plan_sums{where}", *values):
-            total = added(total, decode(row.record, PlanStatistics))
+            total = add(total, decode(row.record, PlanStatistics))
         return total if total.plans > 0 else PlanStatistics()
 
-    def told(self) -> dict[tuple[str, uuid.UUID], tuple[PlanStatistics, float]]:
+    def by_writer(self) -> dict[tuple[str, uuid.UUID], tuple[PlanStatistics, float]]:
         """Return by map and writer what is told, and when that was written [s of the epoch]."""
         rows = self._session.rows("SELECT map, writer, record, WRITETIME(record) AS written FROM plan_sums")
         return {(row.map, row.writer): (decode(row.record, PlanStatistics), row.written / 1e6) for row in rows}
@@ -94,7 +94,7 @@ class PlanSums:
             map_id: counted.get(map_id, PlanStatistics()) for map_id in {*counted, *(map_id for map_id, _ in told)}
         }
         for key in writers.keys() - ended:
-            bases[key[0]] = added(bases[key[0]], writers[key][0], -1)
+            bases[key[0]] = add(bases[key[0]], writers[key][0], -1)
         stamp = int(began * 1e6)
         self._session.write_each(_WRITE, [(stamp, encode(sums), map_id, RECOUNTED) for map_id, sums in bases.items()])
         self._session.write_each("DELETE FROM plan_sums WHERE map = ? AND writer = ?", ended)

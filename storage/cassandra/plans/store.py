@@ -10,14 +10,14 @@ from ppaas.plans.encoding.body import read_body
 from ppaas.plans.encoding.codes import pack, poses_of, waypoints_in
 from ppaas.plans.encoding.index_cells import scope_of
 from storage.cassandra.connection.session import PAGE, CassandraSession
-from storage.cassandra.plans.endpoint_cells import led
+from storage.cassandra.plans.endpoint_cells import cell_key
 from storage.cassandra.plans.entries import CassandraEntries, code_of
 from storage.cassandra.plans.lookup import KeptPlan, kept_plans
-from storage.cassandra.plans.passage_index import Squares
-from storage.cassandra.plans.representatives import Fronts
-from storage.cassandra.plans.rows import PlanRow, loose_in, plan_rows
-from storage.cassandra.plans.statistics import PlanSums, Sums, added
-from storage.cassandra.plans.writes import forgetting, indexing, laying, naming, unlisting
+from storage.cassandra.plans.passage_index import PassageIndex
+from storage.cassandra.plans.representatives import Representatives
+from storage.cassandra.plans.rows import PlanRow, plan_rows, unshared_in
+from storage.cassandra.plans.statistics import PlanStatisticsSums, Sums, add
+from storage.cassandra.plans.writes import delete_from_map, index_deletions, index_writes, insert_names, insert_plans
 from storage.names import check_name
 from storage.plan_checks import check_plan, check_replacement
 from storage.plan_entry import context_of, head_of, record_of
@@ -43,28 +43,28 @@ class CassandraPlans:
         return CassandraEntries(self._session)
 
     @cached_property
-    def _fronts(self) -> Fronts:
-        return Fronts(self._session)
+    def _representatives(self) -> Representatives:
+        return Representatives(self._session)
 
     @cached_property
-    def _squares(self) -> Squares:
-        return Squares(self._session)
+    def _passage_index(self) -> PassageIndex:
+        return PassageIndex(self._session)
 
     @cached_property
-    def _plan_sums(self) -> PlanSums:
-        return PlanSums(self._session)
+    def _plan_sums(self) -> PlanStatisticsSums:
+        return PlanStatisticsSums(self._session)
 
     def add_plan(self, record: PlanRecord) -> None:
-        """Keep a plan; keeping the same id twice changes nothing."""
+        """Add a plan; adding the same id again changes nothing."""
         self.add_plans((record,))
 
     def add_plans(self, records: Iterable[PlanRecord]) -> int:
-        """Keep plans; return how many were not there before."""
+        """Add plans; return the number of new ones."""
         given: dict[str, PlanRecord] = {}
         for record in records:
             given.setdefault(check_name("plan", record.id), record)
         ids = list(given)
-        asked = [self._session.asked(_KNOWN, ids[at : at + PAGE]) for at in range(0, len(ids), PAGE)]
+        asked = [self._session.query_async(_KNOWN, ids[at : at + PAGE]) for at in range(0, len(ids), PAGE)]
         rows = list(plan_rows(list(given.values()), self._granularity))  # most are new: cut them while that is answered
         named = [row.id for answer in asked for row in answer()]
         known = {kept.id for kept in kept_plans(self._session, named) if kept is not None}
@@ -74,29 +74,29 @@ class CassandraPlans:
         return len(rows)
 
     def replace_plan(self, record: PlanRecord, *, instead_of: PlanRecord) -> None:
-        """Keep a plan in place of the one of the same id; ``Conflict`` if that was changed meanwhile."""
+        """Replace a plan by one of the same id; ``Conflict`` if the stored plan is not ``instead_of``."""
         check_plan(record)
         [kept] = kept_plans(self._session, [record.id])
         check_replacement(record, None if kept is None else self._whole(kept), instead_of)
         assert kept is not None
         [row] = plan_rows([record], self._granularity)
-        fresh = self._refer([row])
-        front = self._fronts.replacing(led(instead_of), row)
-        seen = kept.lead, kept.head if kept.replaced else None
-        if not self._session.write_if(_CHANGE, row.lead, row.head, row.recipe, record.id, *seen):
-            raise Conflict(f"the plan {record.id!r} was changed meanwhile: look at it and try again")
-        change = _taken([row], fresh)
-        gone = taken_by(kept.body, kept.recipe)
-        change[instead_of.map] = added(change.get(instead_of.map, PlanStatistics()), gone, -1)
-        beside = [*self._squares.naming([row]), *self._plan_sums.adding(change)]
-        self._session.write_all([[*forgetting(instead_of, but=record), *indexing(row), *front]], beside)
+        fresh = self._write_referenced([row])
+        front = self._representatives.replacing(cell_key(instead_of), row)
+        seen = kept.location, kept.head if kept.replaced else None
+        if not self._session.write_if(_CHANGE, row.location, row.head, row.recipe, record.id, *seen):
+            raise Conflict(f"plan {record.id!r} has been changed meanwhile: read it again and retry")
+        change = _added_statistics([row], fresh)
+        gone = own_statistics(kept.body, kept.recipe)
+        change[instead_of.map] = add(change.get(instead_of.map, PlanStatistics()), gone, -1)
+        beside = [*self._passage_index.additions([row]), *self._plan_sums.writes_for(change)]
+        self._session.write_batches([[*index_deletions(instead_of, but=record), *index_writes(row), *front]], beside)
 
     def plan(self, plan_id: str) -> PlanRecord:
-        """Return a plan; ``NotFound`` if there is none."""
+        """Return a plan; ``NotFound`` if it does not exist."""
         return self._whole(self._known_plan(plan_id))
 
     def whole_plans(self, plan_ids: Sequence[str]) -> dict[str, PlanRecord]:
-        """Return those of some plans that are kept, by id."""
+        """Return the stored plans among these ids, by id."""
         kept = kept_plans(self._session, [check_name("plan", plan_id) for plan_id in plan_ids])
         return {record.id: record for record in self._wholes([each for each in kept if each is not None])}
 
@@ -113,59 +113,63 @@ class CassandraPlans:
         return [map_id for map_id in named if any(self._heads(map_id, None))]
 
     def remove_plan(self, plan_id: str) -> None:
-        """Forget a plan; ``NotFound`` if there is none."""
+        """Remove a plan; ``NotFound`` if it does not exist."""
         kept = self._known_plan(plan_id)
         record = self._whole(kept)
-        self._session.write_together([*forgetting(record), *self._fronts.leaving([led(record)])])
+        self._session.write_batch([*index_deletions(record), *self._representatives.removing([cell_key(record)])])
         [row] = plan_rows([record], self._granularity)
-        self._squares.remove(row)
+        self._passage_index.remove(row)
         if not self._session.write_if(f"{_REMOVE} IF EXISTS", plan_id):
             raise NotFound("plan", plan_id)
-        self._session.write_all((), self._plan_sums.adding({record.map: taken_by(kept.body, kept.recipe)}, -1))
+        self._session.write_batches(
+            (), self._plan_sums.writes_for({record.map: own_statistics(kept.body, kept.recipe)}, -1)
+        )
 
     def remove_plans(self, map_id: str) -> int:
-        """Forget the plans of a map, a page at a time; return how many."""
+        """Remove the plans of a map, page by page; return their number."""
         removed = 0
         for page in self._listed(check_name("map", map_id)):
             kept = kept_plans(self._session, [row.id for row in page])
             removed += self._remove_all(map_id, page, [each for each in kept if each is not None])
         return removed
 
-    # -- inside --------------------------------------------------------------------------------------------------------
+    # -- internals -----------------------------------------------------------------------------------------------------
 
     def _keep(self, rows: Sequence[PlanRow]) -> None:
-        fresh = self._refer(rows)
-        front = self._fronts.take(rows, naming(rows))
-        change = _taken(rows, fresh)
-        beside = [*self._plan_sums.adding(change), *self._squares.naming(rows), *front]
+        fresh = self._write_referenced(rows)
+        front = self._representatives.choose(rows, insert_names(rows))
+        change = _added_statistics(rows, fresh)
+        beside = [*self._plan_sums.writes_for(change), *self._passage_index.additions(rows), *front]
         try:
-            self._session.write_apart(laying(rows), beside)
+            self._session.write_unlogged(insert_plans(rows), beside)
         except Unavailable:
-            self._plan_sums.adding(change, -1)
+            self._plan_sums.writes_for(change, -1)
             raise
 
     def _remove_all(self, map_id: str, page: Sequence[Any], kept: Sequence[KeptPlan]) -> int:
         """Remove plans of a map of a page of its list, and this; return how many."""
         records = [record for record in self._wholes(kept) if record.map == map_id]  # another was changed meanwhile
         mine = {record.id for record in records}
-        groups = [[*forgetting(record), (_REMOVE, (record.id,))] for record in records]
-        self._squares.clear(plan_rows(records, self._granularity))
-        front = self._fronts.leaving(map(led, records))
-        self._session.write_all(groups, [*front, *(unlisting(map_id, row) for row in page if row.id not in mine)])
+        groups = [[*index_deletions(record), (_REMOVE, (record.id,))] for record in records]
+        self._passage_index.clear(plan_rows(records, self._granularity))
+        front = self._representatives.removing(map(cell_key, records))
+        self._session.write_batches(
+            groups, [*front, *(delete_from_map(map_id, row) for row in page if row.id not in mine)]
+        )
         gone = PlanStatistics()
         for each in kept:
-            gone = added(gone, taken_by(each.body, each.recipe)) if each.id in mine else gone
-        self._session.write_all((), self._plan_sums.adding({map_id: gone}, -1))
+            gone = add(gone, own_statistics(each.body, each.recipe)) if each.id in mine else gone
+        self._session.write_batches((), self._plan_sums.writes_for({map_id: gone}, -1))
         return len(records)
 
-    def _refer(self, rows: Sequence[PlanRow]) -> set[bytes]:
+    def _write_referenced(self, rows: Sequence[PlanRow]) -> set[bytes]:
         """Keep all that plans refer to; return the ids of what was not there before."""
-        stretches: dict[bytes, bytes] = {}
+        segments: dict[bytes, bytes] = {}
         beside: dict[bytes, bytes] = {}
         for row in rows:
-            stretches |= row.stretches
+            segments |= row.segments
             beside |= row.beside
-        return self._entries.keep(stretches, pack) | self._entries.keep(beside, bytes)
+        return self._entries.keep(segments, pack) | self._entries.keep(beside, bytes)
 
     def _heads(self, map_id: str, before: tuple[float, str] | None) -> Iterator[PlanRecord]:
         for page in self._listed(map_id, before):
@@ -199,7 +203,7 @@ class CassandraPlans:
 
     def _wholes(self, kept: Sequence[KeptPlan]) -> Iterator[PlanRecord]:
         """Yield plans with their poses."""
-        recipes = self._entries.stretches(each.recipe for each in kept)
+        recipes = self._entries.segment_ids(each.recipe for each in kept)
         data = self._entries.data(itertools.chain((each.context for each in kept), *recipes))
         for each, numbers in zip(kept, recipes, strict=True):
             context = data[each.context]
@@ -208,22 +212,22 @@ class CassandraPlans:
             yield record_of(context, each.body, [poses_of(code_of(scope, one, data[one])) for one in numbers])
 
 
-def _taken(rows: Sequence[PlanRow], fresh: set[bytes]) -> Sums:
-    """Return what plans and the stretches that are new with them take."""
+def _added_statistics(rows: Sequence[PlanRow], fresh: set[bytes]) -> Sums:
+    """Return what plans and the segments that are new with them take."""
     sums: Sums = {}
     left = set(fresh)
     for row in rows:
         entry = row.entry
-        mine = PlanStatistics(1, entry.waypoints, entry.loose, 0, row.size)
-        for number in left & row.stretches.keys() if left else ():
-            code = row.stretches[number]
-            mine = added(mine, PlanStatistics(0, 0, waypoints_in(code), 1, len(pack(code))))
+        mine = PlanStatistics(1, entry.waypoints, entry.unshared, 0, row.size)
+        for number in left & row.segments.keys() if left else ():
+            code = row.segments[number]
+            mine = add(mine, PlanStatistics(0, 0, waypoints_in(code), 1, len(pack(code))))
             left.remove(number)
-        sums[entry.map] = added(sums.get(entry.map, PlanStatistics()), mine)
+        sums[entry.map] = add(sums.get(entry.map, PlanStatistics()), mine)
     return sums
 
 
-def taken_by(body: bytes, recipe: bytes) -> PlanStatistics:
+def own_statistics(body: bytes, recipe: bytes) -> PlanStatistics:
     """Return what a kept plan takes, without what it shares."""
     own = read_body(body)
-    return PlanStatistics(1, own.count, loose_in(own), 0, len(body) + len(recipe))
+    return PlanStatistics(1, own.count, unshared_in(own), 0, len(body) + len(recipe))

@@ -10,17 +10,17 @@ from ppaas.clock import epoch
 from ppaas.plans.encoding.codes import unpack, waypoints_in
 from storage.cassandra.connection.session import PAGE
 from storage.cassandra.plans.entries import GRACE
-from storage.cassandra.plans.representative_sweep import tell_crowds, tidy_front
-from storage.cassandra.plans.rows import head_parts, ids_in, lead_spot
+from storage.cassandra.plans.representative_sweep import mark_overfull_cells, remove_stale_representatives
+from storage.cassandra.plans.rows import head_parts, ids_in, location_cell
 from storage.cassandra.plans.search import CassandraPlanSearch
-from storage.cassandra.plans.statistics import Sums, added
-from storage.cassandra.plans.store import taken_by
-from storage.cassandra.plans.writes import laying_again, taking_up
+from storage.cassandra.plans.statistics import Sums, add
+from storage.cassandra.plans.store import own_statistics
+from storage.cassandra.plans.writes import delete_plan, rewrite_plan
 from storage.plan_entry import context_of
 from storage.records import PlanStatistics
 
 _REPLACED = "SELECT id, lead, head, recipe, WRITETIME(head) AS written FROM plans"
-_LYING = "SELECT bucket, spot, id, head, recipe, WRITETIME(head) AS written FROM plans_at_spots"
+_STORED = "SELECT bucket, spot, id, head, recipe, WRITETIME(head) AS written FROM plans_at_spots"
 
 
 @dataclass
@@ -50,9 +50,9 @@ class _Marked:
         """Tell whether any plan refers to an entry."""
         return number in self.uses or number in self.maps or number in self.sheets
 
-    def take(self, map_id: str, what: PlanStatistics) -> None:
+    def add(self, map_id: str, what: PlanStatistics) -> None:
         """Add to what the plans of a map take."""
-        self.sums[map_id] = added(self.sums.get(map_id, PlanStatistics()), what)
+        self.sums[map_id] = add(self.sums.get(map_id, PlanStatistics()), what)
 
 
 class CassandraSweep(CassandraPlanSearch):
@@ -69,16 +69,16 @@ class CassandraSweep(CassandraPlanSearch):
             How long an entry is kept after it was written last [s]; longer than any plan takes to be kept.
         """
         began = epoch()
-        told = self._plan_sums.told()
+        told = self._plan_sums.by_writer()
         marked = _Marked()
         for page in self._pages(_REPLACED):
             self._finish_replacing([row for row in page if row.head is not None])
-        for page in self._pages(_LYING):
+        for page in self._pages(_STORED):
             owned = self._owned(page, epoch() - grace)
             self._mark_page(marked, owned, began * 1e6)
-            tell_crowds(self._session, owned)
+            mark_overfull_cells(self._session, owned)
         swept = self._sweep(marked, began, grace)
-        tidy_front(self._session, began - grace)
+        remove_stale_representatives(self._session, began - grace)
         self._plan_sums.recount(marked.sums, told, began)
         uses = "INSERT INTO plan_entry_uses (id, plans) VALUES (?, ?)"
         self._session.write_each(uses, marked.uses.items())
@@ -94,24 +94,24 @@ class CassandraSweep(CassandraPlanSearch):
 
         What is written carries the time of the replacement, so whatever was done to the plan since then stays.
         """
-        self._session.write_apart((), map(laying_again, replaced))
+        self._session.write_unlogged((), map(rewrite_plan, replaced))
 
     def _owned(self, page: Sequence[Any], before: float) -> list[Any]:
         """Return the rows of a page in which plans lie by what names them; of the others the older ones are removed."""
         named = self._session.rows("SELECT id, lead FROM plans WHERE id IN ?", [row.id for row in page])
-        places = {row.id: lead_spot(row.lead) for row in named}
+        places = {row.id: location_cell(row.lead) for row in named}
         owned: list[Any] = []
         lost: list[Any] = []
         for row in page:
             (owned if places.get(row.id) == (row.bucket, row.spot) else lost).append(row)
-        self._session.write_apart((), (taking_up(row) for row in lost if row.written < before * 1e6))
+        self._session.write_unlogged((), (delete_plan(row) for row in lost if row.written < before * 1e6))
         return owned
 
     def _mark_page(self, marked: _Marked, page: Sequence[Any], began: float) -> None:
         parts = [head_parts(row.head) for row in page]
         contexts = self._entries.data({context for context, _ in parts} - marked.maps.keys())
         marked.maps.update((number, context_of(data).map) for number, data in contexts.items())
-        recipes = self._entries.stretches(row.recipe for row in page)
+        recipes = self._entries.segment_ids(row.recipe for row in page)
         for row, (context, body), numbers in zip(page, parts, recipes, strict=True):
             ids, on_sheets = ids_in(row.recipe)
             map_id = marked.maps[context]
@@ -119,7 +119,7 @@ class CassandraSweep(CassandraPlanSearch):
             marked.uses.update(set(numbers))
             marked.owners.update(dict.fromkeys(numbers, map_id))
             if row.written < began:
-                marked.take(map_id, taken_by(body, row.recipe))
+                marked.add(map_id, own_statistics(body, row.recipe))
 
     def _sweep(self, marked: _Marked, began: float, grace: float) -> int:
         """Remove what is not marked, and count the waypoints of what is."""
@@ -134,6 +134,6 @@ class CassandraSweep(CassandraPlanSearch):
         for row in self._session.rows("SELECT id, data, WRITETIME(data) AS written FROM plan_entries"):
             if row.id in marked.uses and row.written < began * 1e6:
                 waypoints = waypoints_in(unpack(row.data))
-                marked.take(marked.owners[row.id], PlanStatistics(0, 0, waypoints, 1, len(row.data)))
+                marked.add(marked.owners[row.id], PlanStatistics(0, 0, waypoints, 1, len(row.data)))
             elif row.written < before and not marked.holds(row.id):
                 yield row.written, row.id

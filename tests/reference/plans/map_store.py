@@ -79,8 +79,8 @@ class PlainMaps:
 
     def _check(self, before: dict[str, Any] | None, map_id: str, owner: str, if_match: str | None) -> None:
         if before is not None and before["owner"] != owner:
-            raise Conflict(f"the map {map_id!r} belongs to another user: take another id")
+            raise Conflict(f"map {map_id!r} belongs to another user: choose another id")
         present = None if before is None else before["history"][-1][0]
         if if_match not in (None, present):
-            said = "gone" if present is None else f"of version {present}"
-            raise Conflict(f"the map {map_id!r} is {said}, not of version {if_match}: look at it again first")
+            current = "does not exist" if present is None else f"is at version {present}"
+            raise Conflict(f"map {map_id!r} {current}, not at version {if_match}: read it again and retry")

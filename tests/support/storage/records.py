@@ -94,7 +94,7 @@ def house(map_id: str = "house", owner: str = "ann", image: bytes | None = pgm()
 def put_map(store: MapStore, given: GivenMap, **said: Any) -> MapRecord:
     """Publish a map, all of which is as it is given."""
     told = {"readers": tuple(given.readers), "description": given.description, "author": given.owner} | said
-    with store.drafting() as draft:
+    with store.stage() as draft:
         for part, data in given.files.items():
             draft.add(part, [data])
         return store.publish(draft, Publication(given.id, created=given.created, owner=given.owner, **told))

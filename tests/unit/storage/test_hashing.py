@@ -5,13 +5,13 @@ from contextlib import closing
 from hypothesis import given
 from hypothesis import strategies as st
 
-from storage.hashing import AT_ONCE, HashBeside
+from storage.hashing import AT_ONCE, BackgroundHash
 
 
 @given(st.lists(st.sampled_from((0, 1, 100, AT_ONCE // 2, AT_ONCE, AT_ONCE + 1)), max_size=6))
 def test_it_is_the_hash_of_all_blocks_in_their_order(sizes: list[int]) -> None:
     blocks = [bytes((number,)) * size for number, size in enumerate(sizes)]
-    with closing(HashBeside()) as hashed:
+    with closing(BackgroundHash()) as hashed:
         for block in blocks:
             hashed.add(memoryview(block))
         assert hashed.end() == hashlib.sha256(b"".join(blocks)).hexdigest()
@@ -19,7 +19,7 @@ def test_it_is_the_hash_of_all_blocks_in_their_order(sizes: list[int]) -> None:
 
 def test_a_thread_is_asked_for_what_is_long_alone_and_ends_with_it() -> None:
     before = set(threading.enumerate())
-    with closing(HashBeside()) as hashed:
+    with closing(BackgroundHash()) as hashed:
         hashed.add(bytes(AT_ONCE - 1))
         assert set(threading.enumerate()) == before
         hashed.add(b"x")

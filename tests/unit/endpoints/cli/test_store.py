@@ -65,7 +65,7 @@ def test_maps_are_migrated_by_the_same_command(tmp_path: Path, capsys: pytest.Ca
         ("memory:", "memory:", "invalid-input: FROM and TO are the same store"),
         ("sqlite:///a.db", "file:///b", "do not keep the same"),
         ("mysql://a", "sqlite:///b.db", "do not keep the same"),
-        ("sqlite://host/a.db", "memory:", "names no path"),
+        ("sqlite://host/a.db", "memory:", "has no path"),
     ],
 )
 def test_stores_that_cannot_be_migrated_say_why(

@@ -67,4 +67,4 @@ def test_a_kind_of_store_that_is_unknown_lists_those_there_are(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str
 ) -> None:
     assert main(["up", "--data", str(tmp_path), "--port", "0", option, "redis://host"]) == 1
-    assert "unknown kind of store 'redis'; known: memory:" in capsys.readouterr().err
+    assert "unknown scheme of a store 'redis'; known: memory:" in capsys.readouterr().err

@@ -34,7 +34,7 @@ def read(path):
             yield block
 
 def publish(name):
-    with store.drafting() as draft:
+    with store.stage() as draft:
         draft.add("yaml", read(folder / "map.yaml"))
         draft.add("image", read(folder / name))
         check_contents(draft)

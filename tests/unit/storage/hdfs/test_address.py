@@ -46,9 +46,9 @@ def test_what_names_no_folder_is_refused(url: str) -> None:
 def test_who_cannot_be_reached_is_unavailable_and_the_text_says_what_to_do() -> None:
     (port,) = free_ports(1)
     store = HdfsMapStore(f"hdfs://127.0.0.1:{port}/maps")
-    calls = [store.maps, lambda: store.map_head("house"), lambda: store.drafting().__enter__()]
+    calls = [store.maps, lambda: store.map_head("house"), lambda: store.stage().__enter__()]
     for call in calls:
-        with pytest.raises(Unavailable, match=f"127.0.0.1:{port}/maps: cannot reach the NameNode.*see that both run"):
+        with pytest.raises(Unavailable, match=f"127.0.0.1:{port}/maps: cannot reach the NameNode.*both are running"):
             call()
 
 

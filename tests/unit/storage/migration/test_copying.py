@@ -16,7 +16,7 @@ from ppaas.plans.history import PlannerHistory
 from storage.files.store import FileMapStore
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
-from storage.migration.copying import Compared, Copied, Kind, compare, copy
+from storage.migration.copying import Compared, Copied, RecordKind, compare, copy
 from storage.migration.map_records import MAP_KINDS
 from storage.migration.store_records import KINDS
 from storage.records import Publication
@@ -29,11 +29,11 @@ from tests.support.storage.records import found_map, house, plan, put_map, robot
 SIZES = {"users": 3, "tokens": 3, "robots": 13, "URDFs": 2, "checkpoints": 1, "plans": 80, "history": 3, "links": 1}
 
 
-def migrate(kinds: tuple[Kind[Any], ...], source: Any, target: Any, **options: Any) -> dict[str, Copied]:
+def migrate(kinds: tuple[RecordKind[Any], ...], source: Any, target: Any, **options: Any) -> dict[str, Copied]:
     return {kind.name: list(copy(kind, source, target, **options))[-1] for kind in kinds}
 
 
-def check(kinds: tuple[Kind[Any], ...], source: Any, target: Any) -> dict[str, Compared]:
+def check(kinds: tuple[RecordKind[Any], ...], source: Any, target: Any) -> dict[str, Compared]:
     return {kind.name: list(compare(kind, source, target))[-1] for kind in kinds}
 
 
@@ -187,7 +187,7 @@ def test_a_file_that_was_damaged_in_the_target_is_found(tmp_path: Path) -> None:
     version = source.map_head("alone").present
     damaged = next(path for path in tmp_path.rglob(version.files["image"].sha256) if "alone" in str(path))
     damaged.write_bytes(damaged.read_bytes()[:-1] + b"!")
-    with pytest.raises(Unavailable, match="not what was published"):
+    with pytest.raises(Unavailable, match="is damaged"):
         check(MAP_KINDS, source, target)
 
 

@@ -91,19 +91,19 @@ def test_who_has_an_error_of_its_own_is_told_it_alone(disk: Disk, threads: Threa
 def test_who_were_committed_together_and_come_again_are_waited_for(
     disk: Disk, threads: ThreadPoolExecutor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(group_commit, "LONGEST", 20.0)
+    monkeypatch.setattr(group_commit, "MAX_WAIT", 20.0)
     group = GroupCommit(disk.commit)
     told = _held_by_one(disk, group, threads, 2, 3)
     disk.open.set()
     assert [each.result(10.0) for each in told] == [1, 4, 9]
-    group._lasted = 20.0
+    group._last_duration = 20.0
     first = threads.submit(group.submit, 4)
     wait_until(lambda: len(group._waiting) == 1)
     assert group.submit(5) == 25
     assert first.result(10.0) == 16
     assert disk.groups == [[1], [2, 3], [4, 5]]
     monkeypatch.undo()
-    group._lasted = 20.0  # nobody else comes
+    group._last_duration = 20.0  # nobody else comes
     assert group.submit(6) == 36
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ppaas.plans.encoding.end_buckets import buckets_near
-from storage.plan_query import PlanSearch
+from storage.plan_query import PlanStoreQuery
 from storage.records import PlanRecord
 from storage.sqlite import plan_search
 from storage.sqlite.store import SqliteStore
@@ -46,7 +46,7 @@ def store(tmp_path: Path, kept: list[PlanRecord]) -> Iterator[SqliteStore]:
 def test_the_shortest_of_those_that_are_near_both_places_are_found(
     store: SqliteStore, kept: list[PlanRecord], tolerance: float, limit: int
 ) -> None:
-    search = PlanSearch("house", "v", (0.0, 0.0), (5.0, 0.0), tolerance)
+    search = PlanStoreQuery("house", "v", (0.0, 0.0), (5.0, 0.0), tolerance)
     near = sorted(one.length for one in kept if search.joins(one.start[:2], one.goal[:2]))
     assert [head.length for head in store.find_plans(search, limit=limit)] == near[:limit]
 
@@ -55,6 +55,6 @@ def test_buckets_that_are_the_same_by_their_hash_tell_of_a_plan_once(
     store: SqliteStore, kept: list[PlanRecord], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(plan_search, "buckets_near", lambda *sought: np.repeat(buckets_near(*sought), 2, axis=0))
-    search = PlanSearch("house", "v", (0.0, 0.0), (5.0, 0.0), 0.12)
+    search = PlanStoreQuery("house", "v", (0.0, 0.0), (5.0, 0.0), 0.12)
     found = [head.id for head in store.find_plans(search, limit=1000)]
     assert sorted(found) == sorted(one.id for one in kept if search.joins(one.start[:2], one.goal[:2]))

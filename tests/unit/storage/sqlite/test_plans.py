@@ -17,11 +17,11 @@ from ppaas.errors import InvalidInput, Unavailable
 from ppaas.geometry import poses_along
 from ppaas.plans.encoding.recipes import read_recipe
 from storage.encoding import encode
-from storage.plan_query import PlanSearch
+from storage.plan_query import PlanStoreQuery
 from storage.records import PlanRecord
 from storage.sqlite.connections import APPLICATION_ID, MIGRATIONS, Schema, SqliteConnections
-from storage.sqlite.plan_counts import MOST_UNCOUNTED
-from storage.sqlite.plan_writes import MOST_REMEMBERED, KnownIds, Remembered, move_plans
+from storage.sqlite.plan_counts import MAX_UNCOUNTED
+from storage.sqlite.plan_writes import MAX_REMEMBERED, IdCache, KnownIds, move_plans
 from storage.sqlite.store import SqliteStore
 from tests.support.storage.records import plan
 
@@ -101,7 +101,7 @@ def test_of_plans_of_a_map_that_is_removed_nothing_is_left(file: Path) -> None:
     with closing(SqliteStore(file)) as store:
         store.add_plans(path(f"p{number}", number % 3, 150 + number % 7) for number in range(600))
         assert store.remove_plans("house") == 600
-        store.add_plan(path("p1"))  # entries that are remembered are gone
+        store.add_plan(path("p1"))  # entries that are id_cache are gone
         assert store.plan("p1") == path("p1")
         assert store.remove_plans("house") == 1
     with closing(sqlite3.connect(file)) as connection:
@@ -210,14 +210,14 @@ def test_entries_that_were_taken_back_are_not_remembered(file: Path) -> None:
 
 
 def test_a_store_remembers_a_bounded_number_of_entries_until_one_is_removed() -> None:
-    remembered = Remembered()
-    remembered.learn(KnownIds({str(number).encode(): number for number in range(MOST_REMEMBERED + 10)}), 3)
-    assert b"9" not in remembered.known(3).chunks
-    assert remembered.known(3).chunks[b"10"] == 10
-    assert remembered.known(4) == KnownIds()
-    remembered.learn(KnownIds({b"new": 1}, {b"robot": (2, 3)}), 4)
-    remembered.learn(KnownIds({b"late": 2}), 3)
-    assert remembered.known(4) == KnownIds({b"new": 1}, {b"robot": (2, 3)})
+    id_cache = IdCache()
+    id_cache.learn(KnownIds({str(number).encode(): number for number in range(MAX_REMEMBERED + 10)}), 3)
+    assert b"9" not in id_cache.known(3).chunks
+    assert id_cache.known(3).chunks[b"10"] == 10
+    assert id_cache.known(4) == KnownIds()
+    id_cache.learn(KnownIds({b"new": 1}, {b"robot": (2, 3)}), 4)
+    id_cache.learn(KnownIds({b"late": 2}), 3)
+    assert id_cache.known(4) == KnownIds({b"new": 1}, {b"robot": (2, 3)})
 
 
 def test_what_plans_had_in_common_is_not_remembered_once_the_last_of_them_is_gone(
@@ -259,21 +259,21 @@ def test_what_is_wrong_is_told_to_who_gave_it_alone(file: Path) -> None:
 
 def test_what_is_not_counted_yet_is_told_too(file: Path) -> None:
     with closing(SqliteStore(file)) as store:
-        store.add_plans(path(f"p{number}", created=float(number)) for number in range(MOST_UNCOUNTED))
-        for number in range(MOST_UNCOUNTED, MOST_UNCOUNTED + 3):
+        store.add_plans(path(f"p{number}", created=float(number)) for number in range(MAX_UNCOUNTED))
+        for number in range(MAX_UNCOUNTED, MAX_UNCOUNTED + 3):
             store.add_plan(path(f"p{number}", created=float(number)))
         told = store.plan_statistics("house")
-        assert (told.plans, told.waypoints) == (MOST_UNCOUNTED + 3, 200 * (MOST_UNCOUNTED + 3))
-        assert {part.plans for part in store.plan_parts("p0")[1:-1]} == {MOST_UNCOUNTED + 3}
+        assert (told.plans, told.waypoints) == (MAX_UNCOUNTED + 3, 200 * (MAX_UNCOUNTED + 3))
+        assert {part.plans for part in store.plan_parts("p0")[1:-1]} == {MAX_UNCOUNTED + 3}
         assert [head.id for head in store.plans("house", limit=2)] == [
-            f"p{MOST_UNCOUNTED + 2}", f"p{MOST_UNCOUNTED + 1}"
+            f"p{MAX_UNCOUNTED + 2}", f"p{MAX_UNCOUNTED + 1}"
         ]  # fmt: skip
         store.add_plan(path("other", 3.0))
-        search = PlanSearch("house", "v1", (1.0, 3.0), (5.0, 3.0), 0.1)
+        search = PlanStoreQuery("house", "v1", (1.0, 3.0), (5.0, 3.0), 0.1)
         assert [passes.head.id for passes in store.plans_through(search)] == ["other"]
         store.remove_plan("other")
         store.add_plan(path("again", 3.0))
-        assert store.plan_statistics("house").plans == MOST_UNCOUNTED + 4
+        assert store.plan_statistics("house").plans == MAX_UNCOUNTED + 4
     assert_sound(file)
 
 

@@ -166,14 +166,14 @@ def test_a_folder_that_may_not_be_written_is_unavailable(as_nobody: Path) -> Non
 
 
 def test_a_folder_in_place_of_the_file_is_unavailable(tmp_path: Path) -> None:
-    with pytest.raises(Unavailable, match="this is a folder"):
+    with pytest.raises(Unavailable, match="is a folder"):
         SqliteStore(tmp_path)
 
 
 def test_a_file_that_is_no_database_is_unavailable_and_left_as_it_is(tmp_path: Path) -> None:
     path = tmp_path / "store.db"
     path.write_bytes(b"# my notes, not a database\n" * 100)
-    with pytest.raises(Unavailable, match="no SQLite file"):
+    with pytest.raises(Unavailable, match="not an SQLite file"):
         SqliteStore(path)
     assert path.read_bytes() == b"# my notes, not a database\n" * 100
 

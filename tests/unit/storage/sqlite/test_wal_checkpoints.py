@@ -12,7 +12,7 @@ import pytest
 
 from storage.sqlite import wal_checkpoints
 from storage.sqlite.store import SqliteStore
-from storage.sqlite.wal_checkpoints import CHANGED_ROWS, Checkpoints
+from storage.sqlite.wal_checkpoints import CHANGED_ROWS, WalCheckpointer
 from tests.support.storage.records import user
 from tests.support.waiting import wait_until
 
@@ -38,7 +38,7 @@ def rows_in_the_file(path: Path) -> int:
 
 def test_commits_are_brought_to_the_file_once_there_are_many(writer: sqlite3.Connection, tmp_path: Path) -> None:
     path = tmp_path / "some.db"
-    with closing(Checkpoints(partial(sqlite3.connect, path))) as checkpoints:
+    with closing(WalCheckpointer(partial(sqlite3.connect, path))) as checkpoints:
         checkpoints.committed(CHANGED_ROWS - 1)
         assert checkpoints._thread is None
         checkpoints.committed(1)
@@ -55,7 +55,7 @@ def test_who_reads_and_writes_meanwhile_is_not_waited_for(writer: sqlite3.Connec
     path = tmp_path / "some.db"
     with (
         closing(sqlite3.connect(path, isolation_level=None)) as reader,
-        closing(Checkpoints(partial(sqlite3.connect, path))) as checkpoints,
+        closing(WalCheckpointer(partial(sqlite3.connect, path))) as checkpoints,
     ):
         reader.execute("BEGIN")
         assert reader.execute("SELECT count(*) FROM numbers").fetchone() == (1,)
@@ -78,7 +78,7 @@ def test_a_disk_that_fails_is_told_and_tried_again(
             raise sqlite3.OperationalError("disk I/O error")
         return sqlite3.connect(path)
 
-    with closing(Checkpoints(connect)) as checkpoints:
+    with closing(WalCheckpointer(connect)) as checkpoints:
         checkpoints.committed(CHANGED_ROWS)
         wait_until(lambda: "disk I/O error" in caplog.text)
         assert rows_in_the_file(path) == 0

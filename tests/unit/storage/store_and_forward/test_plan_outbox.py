@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from ppaas.errors import Unavailable
-from storage.store_and_forward.plan_outbox import Outbox
+from storage.store_and_forward.plan_outbox import PlanOutbox
 from tests.support.sources import ROOT
 from tests.support.storage.records import plan
 
@@ -15,10 +15,10 @@ from tests.support.storage.records import plan
 WRITER = """
 import sys
 from pathlib import Path
-from storage.store_and_forward.plan_outbox import Outbox
+from storage.store_and_forward.plan_outbox import PlanOutbox
 from tests.support.storage.records import plan
 
-outbox, number = Outbox(Path(sys.argv[1])), 0
+outbox, number = PlanOutbox(Path(sys.argv[1])), 0
 while True:
     outbox.put([plan(f"p{number}")])
     print(number, flush=True)
@@ -27,11 +27,11 @@ while True:
 
 
 @pytest.fixture
-def outbox(tmp_path: Path) -> Outbox:
-    return Outbox(tmp_path / "outbox.sqlite")
+def outbox(tmp_path: Path) -> PlanOutbox:
+    return PlanOutbox(tmp_path / "outbox.sqlite")
 
 
-def test_what_waits_is_found_in_the_order_in_which_it_came(outbox: Outbox) -> None:
+def test_what_waits_is_found_in_the_order_in_which_it_came(outbox: PlanOutbox) -> None:
     assert outbox.is_empty()
     assert outbox.put([plan("b"), plan("a")]) == 2
     assert outbox.put([plan("c"), plan("b", cost=1.0)]) == 1
@@ -40,7 +40,7 @@ def test_what_waits_is_found_in_the_order_in_which_it_came(outbox: Outbox) -> No
     assert len(outbox) == 3
 
 
-def test_what_was_sent_goes_and_what_came_meanwhile_stays(outbox: Outbox) -> None:
+def test_what_was_sent_goes_and_what_came_meanwhile_stays(outbox: PlanOutbox) -> None:
     outbox.put([plan("a"), plan("b")])
     sent = list(outbox.oldest(9))
     outbox.put([plan("c")])
@@ -48,7 +48,7 @@ def test_what_was_sent_goes_and_what_came_meanwhile_stays(outbox: Outbox) -> Non
     assert list(outbox.oldest(9).values()) == [plan("c")]
 
 
-def test_a_sequence_is_never_given_twice(outbox: Outbox) -> None:
+def test_a_sequence_is_never_given_twice(outbox: PlanOutbox) -> None:
     outbox.put([plan("a")])
     first = list(outbox.oldest(1))
     outbox.remove(first)
@@ -57,7 +57,7 @@ def test_a_sequence_is_never_given_twice(outbox: Outbox) -> None:
     assert list(outbox.oldest(9).values()) == [plan("b")]
 
 
-def test_a_plan_is_found_by_its_id_until_it_is_forgotten(outbox: Outbox) -> None:
+def test_a_plan_is_found_by_its_id_until_it_is_forgotten(outbox: PlanOutbox) -> None:
     outbox.put([plan("a")])
     assert outbox.find("a") == plan("a")
     assert outbox.forget("a")
@@ -65,16 +65,16 @@ def test_a_plan_is_found_by_its_id_until_it_is_forgotten(outbox: Outbox) -> None
     assert outbox.find("a") is None
 
 
-def test_what_waits_is_there_for_the_next_process(outbox: Outbox, tmp_path: Path) -> None:
+def test_what_waits_is_there_for_the_next_process(outbox: PlanOutbox, tmp_path: Path) -> None:
     outbox.put([plan("a")])
     outbox.close()
-    assert list(Outbox(tmp_path / "outbox.sqlite").oldest(9).values()) == [plan("a")]
+    assert list(PlanOutbox(tmp_path / "outbox.sqlite").oldest(9).values()) == [plan("a")]
 
 
 def test_a_full_outbox_takes_no_more_and_keeps_what_it_took(tmp_path: Path) -> None:
-    outbox = Outbox(tmp_path / "outbox.sqlite", most_bytes=300_000)
+    outbox = PlanOutbox(tmp_path / "outbox.sqlite", max_bytes=300_000)
     taken = 0
-    with pytest.raises(Unavailable, match="bring the store back"):
+    with pytest.raises(Unavailable, match="the outbox is full"):
         while True:
             outbox.put([plan(f"p{taken}", poses=bytes(56 * 300))])
             taken += 1
@@ -92,6 +92,6 @@ def test_what_was_taken_outlives_a_killed_process(tmp_path: Path) -> None:
     writer.kill()
     taken += [int(line) for line in writer.stdout.read().splitlines() if line]
     writer.wait()
-    kept = [record.id for record in Outbox(path).oldest(10**6).values()]
+    kept = [record.id for record in PlanOutbox(path).oldest(10**6).values()]
     assert kept[: len(taken)] == [f"p{number}" for number in taken]
     assert len(kept) - len(taken) <= 1, "at most the one that was being taken"

@@ -10,8 +10,8 @@ import pytest
 from ppaas.errors import InvalidInput, NotFound, Unavailable
 from storage.memory.store import MemoryStore
 from storage.records import PlanRecord
-from storage.store_and_forward.plan_outbox import Outbox
-from storage.store_and_forward.store import PatientStore
+from storage.store_and_forward.plan_outbox import PlanOutbox
+from storage.store_and_forward.store import StoreAndForward
 from tests.support.storage.records import plan, user
 
 
@@ -47,8 +47,8 @@ def far() -> FarStore:
 
 
 @pytest.fixture
-def store(far: FarStore, tmp_path: Path) -> Iterator[PatientStore]:
-    opened = PatientStore(far, Outbox(tmp_path / "outbox.sqlite"), retry=0.01)
+def store(far: FarStore, tmp_path: Path) -> Iterator[StoreAndForward]:
+    opened = StoreAndForward(far, PlanOutbox(tmp_path / "outbox.sqlite"), retry=0.01)
     yield opened
     opened.close()
 
@@ -60,13 +60,13 @@ def wait_for(condition: Callable[[], bool]) -> None:
         time.sleep(0.002)
 
 
-def test_while_the_store_is_there_nothing_waits(store: PatientStore, far: FarStore) -> None:
+def test_while_the_store_is_there_nothing_waits(store: StoreAndForward, far: FarStore) -> None:
     store.add_plan(plan("a"))
     assert far.arrived == ["a"]
     assert store.waiting() == 0
 
 
-def test_plans_wait_and_arrive_in_order_once(store: PatientStore, far: FarStore) -> None:
+def test_plans_wait_and_arrive_in_order_once(store: StoreAndForward, far: FarStore) -> None:
     far.away = True
     names = [f"p{number}" for number in range(200)]
     for name in names:
@@ -79,7 +79,7 @@ def test_plans_wait_and_arrive_in_order_once(store: PatientStore, far: FarStore)
 
 
 def test_nobody_waits_for_a_store_that_does_not_answer_but_the_first(far: FarStore, tmp_path: Path) -> None:
-    store = PatientStore(far, Outbox(tmp_path / "outbox.sqlite"), retry=60.0)
+    store = StoreAndForward(far, PlanOutbox(tmp_path / "outbox.sqlite"), retry=60.0)
     far.away = True
     for name in "abc":
         store.add_plan(plan(name))
@@ -87,7 +87,7 @@ def test_nobody_waits_for_a_store_that_does_not_answer_but_the_first(far: FarSto
     store.close()
 
 
-def test_what_came_while_others_wait_waits_behind_them(store: PatientStore, far: FarStore) -> None:
+def test_what_came_while_others_wait_waits_behind_them(store: StoreAndForward, far: FarStore) -> None:
     far.away = True
     store.add_plan(plan("first"))
     started = threading.Event()
@@ -106,7 +106,7 @@ def test_what_came_while_others_wait_waits_behind_them(store: PatientStore, far:
     assert far.arrived == ["first", *(f"p{number}" for number in range(100))]
 
 
-def test_what_was_taken_and_not_acknowledged_is_there_once(store: PatientStore, far: FarStore) -> None:
+def test_what_was_taken_and_not_acknowledged_is_there_once(store: StoreAndForward, far: FarStore) -> None:
     far.acknowledges = False
     store.add_plan(plan("a"))
     far.acknowledges = True
@@ -114,7 +114,7 @@ def test_what_was_taken_and_not_acknowledged_is_there_once(store: PatientStore, 
     assert [record.id for record in store.plans("house")] == ["a"]
 
 
-def test_a_plan_that_waits_is_found_by_its_id(store: PatientStore, far: FarStore) -> None:
+def test_a_plan_that_waits_is_found_by_its_id(store: StoreAndForward, far: FarStore) -> None:
     far.away = True
     store.add_plan(plan("a"))
     assert store.plan("a") == plan("a")
@@ -122,7 +122,7 @@ def test_a_plan_that_waits_is_found_by_its_id(store: PatientStore, far: FarStore
 
 
 def test_a_plan_that_waits_and_is_removed_does_not_arrive(far: FarStore, tmp_path: Path) -> None:
-    store = PatientStore(far, Outbox(tmp_path / "outbox.sqlite"), retry=60.0)
+    store = StoreAndForward(far, PlanOutbox(tmp_path / "outbox.sqlite"), retry=60.0)
     far.away = True
     store.add_plan(plan("a"))
     store.remove_plan("a")
@@ -133,7 +133,7 @@ def test_a_plan_that_waits_and_is_removed_does_not_arrive(far: FarStore, tmp_pat
 
 
 def test_plans_of_a_map_that_is_removed_do_not_arrive(far: FarStore, tmp_path: Path) -> None:
-    store = PatientStore(far, Outbox(tmp_path / "outbox.sqlite"), retry=60.0)
+    store = StoreAndForward(far, PlanOutbox(tmp_path / "outbox.sqlite"), retry=60.0)
     store.add_plans([plan("a"), plan("b", map="yard")])
     far.away = True
     store.add_plans([plan("c"), plan("d", map="yard")])
@@ -145,14 +145,14 @@ def test_plans_of_a_map_that_is_removed_do_not_arrive(far: FarStore, tmp_path: P
 
 
 def test_plans_that_a_process_before_left_arrive(far: FarStore, tmp_path: Path) -> None:
-    Outbox(tmp_path / "outbox.sqlite").put([plan("a"), plan("b")])
-    store = PatientStore(far, Outbox(tmp_path / "outbox.sqlite"), retry=0.01)
+    PlanOutbox(tmp_path / "outbox.sqlite").put([plan("a"), plan("b")])
+    store = StoreAndForward(far, PlanOutbox(tmp_path / "outbox.sqlite"), retry=0.01)
     wait_for(lambda: far.arrived == ["a", "b"])
     store.close()
 
 
 def test_a_plan_that_the_store_refuses_holds_nobody_up(
-    store: PatientStore, far: FarStore, caplog: pytest.LogCaptureFixture
+    store: StoreAndForward, far: FarStore, caplog: pytest.LogCaptureFixture
 ) -> None:
     far.away = True
     store.add_plans([plan("a"), plan("bad"), plan("b")])
@@ -163,13 +163,13 @@ def test_a_plan_that_the_store_refuses_holds_nobody_up(
     assert "bad" in caplog.text
 
 
-def test_a_bad_plan_does_not_come_to_wait(store: PatientStore, far: FarStore) -> None:
+def test_a_bad_plan_does_not_come_to_wait(store: StoreAndForward, far: FarStore) -> None:
     far.away = True
     with pytest.raises(InvalidInput):
         store.add_plans([plan("a"), plan("bad", poses=b"")])
     assert store.waiting() == 0
 
 
-def test_all_else_is_asked_of_the_store(store: PatientStore, far: FarStore) -> None:
+def test_all_else_is_asked_of_the_store(store: StoreAndForward, far: FarStore) -> None:
     store.add_user(user("ann"))
     assert far.user("ann") == store.user("ann")

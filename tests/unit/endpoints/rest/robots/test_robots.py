@@ -87,8 +87,8 @@ async def test_the_masks_that_a_file_names_must_be_there_when_it_is_put(
     await client.put("/v1/robots/tb1", headers=ann, json=FILE)
     before = services.store.robots("ann")
     for parameters, told in (
-        ({"keepout_filter": {"filter_mask": "nowhere"}}, "keepout_filter: the mask 'nowhere' is no map here"),
-        ({"speed_filter": {"filter_mask": "bobs"}}, "speed_filter: the mask 'bobs' is no map here"),
+        ({"keepout_filter": {"filter_mask": "nowhere"}}, "keepout_filter: the mask 'nowhere' is not a published map"),
+        ({"speed_filter": {"filter_mask": "bobs"}}, "speed_filter: the mask 'bobs' is not a published map"),
         ({"speed_filter": {"type": 3}}, "speed_filter"),
     ):
         put = await client.put("/v1/robots/tb1", headers=ann, json=FILE | {"parameters": parameters})
@@ -182,7 +182,7 @@ async def test_parameters_that_cannot_be_kept_are_told(
     headers = ann | {"Content-Type": "application/json"}
     content = json_with_nan(FILE | {name: value})
     answer = await client.put("/v1/robots/tb1", headers=headers, content=content)
-    assert "cannot be kept" in problem_of(answer, 400, "invalid-input")["detail"]
+    assert "cannot store" in problem_of(answer, 400, "invalid-input")["detail"]
 
 
 async def test_a_robot_id_that_is_no_name_is_refused(

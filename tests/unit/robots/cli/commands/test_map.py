@@ -68,7 +68,7 @@ async def test_another_users_map_is_unknown_and_a_shared_one_stays_its_owners(pp
     refused = await ppaas("map", "delete", "house", user="bob")
     assert (refused.status, refused.err[:22]) == (1, "ppaas: not-permitted: ")
     refused = await ppaas("map", "publish", str(house), user="bob")
-    assert refused.err == "ppaas: conflict: the map 'house' belongs to another user: take another id\n"
+    assert refused.err == "ppaas: conflict: map 'house' belongs to another user: choose another id\n"
 
 
 @pytest.mark.parametrize(
@@ -98,7 +98,7 @@ async def test_an_image_that_is_cut_off_is_refused_by_the_cloud(ppaas: CommandLi
 
 async def test_a_name_that_is_none_is_told_what_one_is(ppaas: CommandLine, house: Path) -> None:
     ended = await ppaas("map", "publish", str(house), "--id", "my house")
-    assert ended.err.startswith("ppaas: invalid-input: 'my house' cannot name a map: take")
+    assert ended.err.startswith("ppaas: invalid-input: 'my house' is not a valid name of a map: use")
 
 
 async def test_a_map_of_nav2_is_published_by_its_rules(ppaas: CommandLine, house: Path, tmp_path: Path) -> None:
@@ -181,7 +181,7 @@ async def test_a_map_is_published_only_in_place_of_the_version_that_is_expected(
     first = json.loads((await ppaas("map", "publish", str(house), "--json")).out)["version"]
     again = ("map", "publish", str(coarse), "--id", "house", "--if-match", first)
     assert (await ppaas(*again)).status == 0
-    assert "not of version" in (await ppaas("map", "publish", str(house), "--if-match", first)).err
+    assert "not at version" in (await ppaas("map", "publish", str(house), "--if-match", first)).err
 
 
 async def test_what_changed_is_told_and_drawn(ppaas: CommandLine, house: Path, tmp_path: Path) -> None:

@@ -7,8 +7,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from storage.cassandra.plans.endpoint_cells import Surroundings, led, length_at, length_told
-from storage.plan_query import PlanSearch
+from storage.cassandra.plans.endpoint_cells import NearbyBuckets, cell_key, length_of_cell, quantized_length
+from storage.plan_query import PlanStoreQuery
 from storage.records import PlanRecord
 from tests.support.storage.records import plan
 
@@ -29,10 +29,10 @@ def between(first: tuple[float, float], last: tuple[float, float], length: float
 @given(places, places, offsets, tolerances)
 def test_what_is_near_is_found_and_hardly_anything_else(start, goal, off, tolerance) -> None:
     first, last = (start[0] + off[0], start[1] + off[1]), (goal[0] + off[2], goal[1] + off[3])
-    bucket, spot, _ = led(between(first, last))
-    around = Surroundings(PlanSearch("house", "v", start, goal, tolerance))
+    bucket, spot, _ = cell_key(between(first, last))
+    around = NearbyBuckets(PlanStoreQuery("house", "v", start, goal, tolerance))
     assert len(around.buckets) == len(set(around.buckets)) <= 81
-    joins = bucket in around.buckets and around.joining([Row(bucket, spot)]) == [(bucket, spot)]
+    joins = bucket in around.buckets and around.connecting([Row(bucket, spot)]) == [(bucket, spot)]
     apart = max(math.dist(first, start), math.dist(last, goal))
     if apart <= tolerance:
         assert joins
@@ -42,22 +42,22 @@ def test_what_is_near_is_found_and_hardly_anything_else(start, goal, off, tolera
 
 @given(st.floats(0.0, 1e12), st.floats(0.0, 1e12))
 def test_shorter_plans_come_first(one, other) -> None:
-    spots = [led(between((0.5, 0.5), (3.5, 0.5), length))[1] for length in (one, other)]
-    assert [length_at(spot) for spot in spots] == [length_told(one), length_told(other)]
+    spots = [cell_key(between((0.5, 0.5), (3.5, 0.5), length))[1] for length in (one, other)]
+    assert [length_of_cell(spot) for spot in spots] == [quantized_length(one), quantized_length(other)]
     assert all(0 <= spot < 2**63 for spot in spots)
-    if length_told(one) < length_told(other):
+    if quantized_length(one) < quantized_length(other):
         assert spots[0] < spots[1]
 
 
 def test_lengths_are_told_to_a_16th_of_a_metre() -> None:
-    assert [length_told(length) for length in (0.0, 0.0624, 0.0625, 1.0, 1e9)] == [0, 0, 1, 16, 2**18 - 1]
+    assert [quantized_length(length) for length in (0.0, 0.0624, 0.0625, 1.0, 1e9)] == [0, 0, 1, 16, 2**18 - 1]
 
 
 def test_versions_of_maps_share_no_bucket() -> None:
     one = between((0.5, 0.5), (3.5, 0.5))
     poses = {"poses": one.poses}
     others = [plan("p", map="house", version="w", **poses), plan("p", map="housev", version="", **poses)]
-    assert len({led(each)[0] for each in (one, *others)}) == 3
+    assert len({cell_key(each)[0] for each in (one, *others)}) == 3
 
 
 def test_what_was_planned_otherwise_lies_at_another_spot() -> None:
@@ -65,9 +65,9 @@ def test_what_was_planned_otherwise_lies_at_another_spot() -> None:
     others = [plan("p", map="house", version="v", poses=one.poses, length=5.0, **how) for how in (
         {}, {"planner": "jps"}, {"parameters": {"robot_radius": 0.3}},
     )]  # fmt: skip
-    assert len({led(each)[0] for each in others}) == 1
-    assert [led(each)[1] == led(one)[1] for each in others] == [True, False, False]
+    assert len({cell_key(each)[0] for each in others}) == 1
+    assert [cell_key(each)[1] == cell_key(one)[1] for each in others] == [True, False, False]
 
 
 def test_nothing_joins_where_there_is_nothing() -> None:
-    assert Surroundings(PlanSearch("house", "v", (0.0, 0.0), (1.0, 0.0), 0.1)).joining([]) == []
+    assert NearbyBuckets(PlanStoreQuery("house", "v", (0.0, 0.0), (1.0, 0.0), 0.1)).connecting([]) == []

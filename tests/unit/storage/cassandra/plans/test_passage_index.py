@@ -9,7 +9,7 @@ import pytest
 from ppaas.geometry import poses_along
 from ppaas.plans.encoding.index_cells import cells_touched
 from storage.cassandra.connection.session import CassandraSession
-from storage.cassandra.plans.passage_index import PLANS_OF_SQUARE, WINDOW, Squares
+from storage.cassandra.plans.passage_index import PLANS_PER_CELL, WINDOW, PassageIndex
 from storage.cassandra.plans.rows import PlanRow, plan_rows
 from storage.plan_checks import array_of
 from tests.support.storage.records import plan
@@ -31,8 +31,8 @@ def now() -> list[float]:
 
 
 @pytest.fixture
-def squares(now: list[float]) -> Squares:
-    return Squares(cast(CassandraSession, Session()), lambda: now[0])
+def index(now: list[float]) -> PassageIndex:
+    return PassageIndex(cast(CassandraSession, Session()), lambda: now[0])
 
 
 def rows_of(seed: int, count: int) -> list[PlanRow]:
@@ -52,21 +52,21 @@ def named(writes: list[tuple[str, Any]]) -> Counter[tuple[int, int]]:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_plan_is_named_wherever_it_passes_until_so_many_are(squares: Squares, seed: int) -> None:
+def test_a_plan_is_named_wherever_it_passes_until_so_many_are(index: PassageIndex, seed: int) -> None:
     passed: Counter[tuple[int, int]] = Counter()
     rows = rows_of(seed, 60)
     for row in rows:
         points = array_of(row.record.poses)[:, :2]
-        passed.update(cells_touched(points[BETWEEN] if row.stretches else points))
-    found = named([write for row in rows for write in squares.naming([row])])
-    assert found == {square: min(count, PLANS_OF_SQUARE) for square, count in passed.items()}
+        passed.update(cells_touched(points[BETWEEN] if row.segments else points))
+    found = named([write for row in rows for write in index.additions([row])])
+    assert found == {cell: min(count, PLANS_PER_CELL) for cell, count in passed.items()}
 
 
-def test_more_are_named_once_the_window_is_over_or_others_were_removed(squares: Squares, now: list[float]) -> None:
+def test_more_are_named_once_the_window_is_over_or_others_were_removed(index: PassageIndex, now: list[float]) -> None:
     rows = rows_of(1, 40)
-    first = named(squares.naming(rows))
-    assert not named(squares.naming(rows)) - first
+    first = named(index.additions(rows))
+    assert not named(index.additions(rows)) - first
     now[0] += 1.01 * WINDOW
-    assert named(squares.naming(rows)) == first
-    squares.clear(rows)
-    assert named(squares.naming(rows)) == first
+    assert named(index.additions(rows)) == first
+    index.clear(rows)
+    assert named(index.additions(rows)) == first

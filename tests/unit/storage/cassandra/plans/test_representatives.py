@@ -7,7 +7,7 @@ import pytest
 
 from storage.cassandra.connection.session import CassandraSession, Write
 from storage.cassandra.plans.entries import GRACE
-from storage.cassandra.plans.representatives import CROWD, PLANS_IN_FRONT, Fronts
+from storage.cassandra.plans.representatives import OVERFULL, REPRESENTATIVES_PER_CELL, Representatives
 from storage.cassandra.plans.rows import PlanRow, plan_rows
 from tests.support.storage.records import plan
 
@@ -17,20 +17,20 @@ class Session:
 
     def __init__(self) -> None:
         self.groups: list[Write] = []
-        self.crowds: list[tuple[Any, ...]] = []
+        self.overfull: list[tuple[Any, ...]] = []
         self.is_away = False
 
-    def write_apart(self, groups: Iterable[Iterable[Write]], rows: Iterable[Write]) -> None:
+    def write_unlogged(self, groups: Iterable[Iterable[Write]], rows: Iterable[Write]) -> None:
         """Note it."""
         if self.is_away:
             raise ConnectionError
         self.groups += [write for group in groups for write in group]
-        self.crowds += [tuple(values) for _, values in rows]
+        self.overfull += [tuple(values) for _, values in rows]
 
 
-def fronts(session: Session, now: list[float] | None = None) -> Fronts:
+def representatives(session: Session, now: list[float] | None = None) -> Representatives:
     times = now or [0.0]
-    return Fronts(cast(CassandraSession, session), lambda: times[0])
+    return Representatives(cast(CassandraSession, session), lambda: times[0])
 
 
 def alike(first: int, last: int) -> list[PlanRow]:
@@ -43,50 +43,50 @@ def ids(writes: list[Write]) -> list[str]:
 
 def test_the_first_at_a_spot_is_in_front_and_before_the_next_it_is_told_to_be_crowded() -> None:
     session = Session()
-    chosen = fronts(session)
-    assert ids(chosen.take(alike(0, 1))) == ["p0"]
-    assert session.crowds == []
-    assert chosen.take(alike(1, 4)) == []
+    chosen = representatives(session)
+    assert ids(chosen.choose(alike(0, 1))) == ["p0"]
+    assert session.overfull == []
+    assert chosen.choose(alike(1, 4)) == []
     [row] = alike(0, 1)
-    assert session.crowds == [(*row.spot, CROWD, b"")]
-    assert chosen.take(alike(4, 9)) == []
-    assert len(session.crowds) == 1, "it is told once"
+    assert session.overfull == [(*row.cell, OVERFULL, b"")]
+    assert chosen.choose(alike(4, 9)) == []
+    assert len(session.overfull) == 1, "it is told once"
 
 
 def test_plans_made_otherwise_are_put_in_front_beside_them() -> None:
     session = Session()
-    chosen = fronts(session)
-    chosen.take(alike(0, 9))
+    chosen = representatives(session)
+    chosen.choose(alike(0, 9))
     others = [plan("jps", planner="jps"), plan("wide", parameters={"robot_radius": 0.5}), plan("long", length=9.0)]
-    assert ids(chosen.take(list(plan_rows(others, 8)))) == ["jps", "wide", "long"]
+    assert ids(chosen.choose(list(plan_rows(others, 8)))) == ["jps", "wide", "long"]
 
 
 def test_what_goes_beside_is_written_whether_there_is_a_crowd_or_not() -> None:
     session = Session()
-    chosen = fronts(session)
-    chosen.take(alike(0, 1), [[("name", ("p0",))]])
-    chosen.take(alike(1, 9), [[("name", ("p1",))]])
+    chosen = representatives(session)
+    chosen.choose(alike(0, 1), [[("name", ("p0",))]])
+    chosen.choose(alike(1, 9), [[("name", ("p1",))]])
     assert session.groups == [("name", ("p0",)), ("name", ("p1",))]
 
 
 def test_a_crowd_that_could_not_be_told_is_told_the_next_time() -> None:
     session = Session()
-    chosen = fronts(session)
+    chosen = representatives(session)
     session.is_away = True
     with pytest.raises(ConnectionError):
-        chosen.take(alike(0, PLANS_IN_FRONT + 1))
+        chosen.choose(alike(0, REPRESENTATIVES_PER_CELL + 1))
     session.is_away = False
-    assert chosen.take(alike(0, PLANS_IN_FRONT + 1)) == [], "they may be there"
-    assert len(session.crowds) == 1
+    assert chosen.choose(alike(0, REPRESENTATIVES_PER_CELL + 1)) == [], "they may be there"
+    assert len(session.overfull) == 1
 
 
 def test_a_crowd_is_told_again_as_long_as_plans_come_and_before_it_may_be_swept_away() -> None:
     session, now = Session(), [0.0]
-    chosen = fronts(session, now)
-    chosen.take(alike(0, 9))
+    chosen = representatives(session, now)
+    chosen.choose(alike(0, 9))
     now[0] = 0.4 * GRACE
-    chosen.take(alike(9, 10))
-    assert len(session.crowds) == 1
+    chosen.choose(alike(9, 10))
+    assert len(session.overfull) == 1
     now[0] = 0.6 * GRACE
-    chosen.take(alike(10, 11))
-    assert len(session.crowds) == 2
+    chosen.choose(alike(10, 11))
+    assert len(session.overfull) == 2

@@ -1,11 +1,11 @@
 """Rows of plans in Cassandra."""
 
-from storage.cassandra.plans.rows import head_parts, lead_spot, plan_rows
+from storage.cassandra.plans.rows import head_parts, location_cell, plan_rows
 from tests.support.storage.records import plan
 
 
 def test_a_lead_tells_where_a_plan_lies_and_is_another_for_another_plan() -> None:
     one, other = plan_rows([plan("p"), plan("p", cost=1.0)], 8)
-    assert lead_spot(one.lead) == one.spot == lead_spot(other.lead)
-    assert one.lead != other.lead
+    assert location_cell(one.location) == one.cell == location_cell(other.location)
+    assert one.location != other.location
     assert head_parts(one.head) == (one.context, one.entry.body)

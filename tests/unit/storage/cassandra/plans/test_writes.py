@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from storage.cassandra.connection.session import BYTES_TOGETHER, MOST_TOGETHER
-from storage.cassandra.plans.endpoint_cells import led
+from storage.cassandra.connection.session import MAX_BATCH_BYTES, MAX_BATCH_ROWS
+from storage.cassandra.plans.endpoint_cells import cell_key
 from storage.cassandra.plans.rows import plan_rows
-from storage.cassandra.plans.writes import laying, naming
+from storage.cassandra.plans.writes import insert_names, insert_plans
 from storage.records import PlanRecord
 from tests.support.storage.records import plan
 
@@ -21,24 +21,24 @@ def from_place(number: int, metres: float) -> PlanRecord:
 
 def test_plans_of_one_bucket_are_sent_together_though_others_come_between() -> None:
     records = [from_place(number, 10.0 * (number % 4)) for number in range(80)]
-    groups = list(laying(list(plan_rows(records, 8))))
+    groups = list(insert_plans(list(plan_rows(records, 8))))
     leading = [values[0] for group in groups for _, values in group]
     assert len(leading) == 80
-    assert len(list(itertools.groupby(leading))) == len({led(record)[0] for record in records}) == 4
+    assert len(list(itertools.groupby(leading))) == len({cell_key(record)[0] for record in records}) == 4
 
 
 @pytest.mark.parametrize("places", [1, 3, 50])
 def test_no_message_is_so_large_or_of_so_many_partitions_that_cassandra_warns(places: int) -> None:
     rows = list(plan_rows([from_place(number, 10.0 * (number % places)) for number in range(50)], 8))
-    for groups in (list(laying(rows)), list(naming(rows))):
-        assert all(len({(cql, values[0]) for cql, values in group}) <= MOST_TOGETHER for group in groups)
+    for groups in (list(insert_plans(rows)), list(insert_names(rows))):
+        assert all(len({(cql, values[0]) for cql, values in group}) <= MAX_BATCH_ROWS for group in groups)
         sizes = [
             sum(len(value) for _, values in each for value in values if isinstance(value, bytes)) for each in groups
         ]
-        assert max(sizes) <= BYTES_TOGETHER
+        assert max(sizes) <= MAX_BATCH_BYTES
     ids = [row.record.id for row in rows]
-    assert sorted(values[2] for group in laying(rows) for _, values in group) == sorted(ids)
-    assert sorted(values[-1] for group in naming(rows) for cql, values in group if "by_map" in cql) == sorted(ids)
-    assert [values for group in naming(rows) for cql, values in group if "INTO plans " in cql] == [
-        (row.record.id, row.lead) for row in rows
+    assert sorted(values[2] for group in insert_plans(rows) for _, values in group) == sorted(ids)
+    assert sorted(values[-1] for group in insert_names(rows) for cql, values in group if "by_map" in cql) == sorted(ids)
+    assert [values for group in insert_names(rows) for cql, values in group if "INTO plans " in cql] == [
+        (row.record.id, row.location) for row in rows
     ]
