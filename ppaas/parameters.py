@@ -1,6 +1,7 @@
 """Base class and checks of the parameters of nodes and plug-ins."""
 
 import math
+from collections.abc import Collection
 from typing import TypeVar
 
 import msgspec
@@ -30,6 +31,33 @@ def read_parameters(cls: type[P], node: str, given: object) -> P:
         raise InvalidParameter(f"parameters of {node!r}: {error}; known: {known}") from error
 
 
+def check_numbers(parameters: Parameters, *, positive: Collection[str], signed: Collection[str] = ()) -> None:
+    """Check that all numbers are finite, and at least 0.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Their other fields are not checked.
+    positive : collection of str
+        Names of the parameters that must be above 0.
+    signed : collection of str
+        Names of the parameters that may be negative.
+
+    Raises
+    ------
+    InvalidParameter
+        A number is not finite or out of range; the text names it.
+    """
+    for name in parameters.__struct_fields__:
+        value = getattr(parameters, name)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            continue
+        if not math.isfinite(value):
+            raise InvalidParameter(f"{name} must be finite, not {value}")
+        if name not in signed and (value < 0 or (value == 0 and name in positive)):
+            raise InvalidParameter(f"{name} must be {'above' if name in positive else 'at least'} 0, not {value}")
+
+
 def check_scalar(name: str, value: object, kind: object) -> None:
     """Check that a value is a boolean or a finite number.
 
@@ -55,15 +83,3 @@ def check_scalar(name: str, value: object, kind: object) -> None:
         raise InvalidParameter(f"{name} must be a number of type {getattr(kind, '__name__', kind)}, not {value!r}")
     if not math.isfinite(value):
         raise InvalidParameter(f"{name} must be finite, not {value}")
-
-
-def check_not_negative(name: str, value: float, *, zero: bool) -> None:
-    """Check that a number is above 0, or at least 0 if ``zero`` is true.
-
-    Raises
-    ------
-    InvalidParameter
-        The number is smaller.
-    """
-    if value < 0 or (value == 0 and not zero):
-        raise InvalidParameter(f"{name} must be {'at least' if zero else 'above'} 0, not {value}")

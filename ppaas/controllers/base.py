@@ -52,9 +52,9 @@ class SpeedLimit(NamedTuple):
     speed: float = math.inf
     part: float = 1.0
 
-    def of(self, limits: VelocityLimits, slowest: float) -> float:
+    def of(self, max_vel_x: float, slowest: float) -> float:
         """Return the fastest speed allowed [m/s], at least ``slowest``, below which the base does not move."""
-        return max(min(self.speed, self.part * limits.max_vel_x), min(slowest, limits.max_vel_x))
+        return max(min(self.speed, self.part * max_vel_x), min(slowest, max_vel_x))
 
 
 NO_LIMIT = SpeedLimit()

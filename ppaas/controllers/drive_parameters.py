@@ -1,17 +1,14 @@
 """Parameters that all local planners share: limits, goal tolerances and the robot's outline."""
 
 import math
-from dataclasses import dataclass, fields
 from typing import ClassVar
 
-from ppaas.controllers.base import VelocityLimits
-from ppaas.controllers.footprints import Footprint, checked_footprint
+from ppaas.controllers.footprints import Footprint, check_footprint
 from ppaas.errors import InvalidParameter
-from ppaas.parameters import check_not_negative, check_scalar
+from ppaas.parameters import Parameters, check_numbers
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DriveParameters(VelocityLimits):
+class DriveParameters(Parameters, frozen=True, kw_only=True):
     """Parameters of a local planner; each algorithm derives from them and adds its own.
 
     Parameters
@@ -46,6 +43,11 @@ class DriveParameters(VelocityLimits):
     POSITIVE: ClassVar[frozenset[str]] = frozenset({"max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta"})
     """Names of the parameters that must be above 0; all others except ``min_vel_x`` must be at least 0."""
 
+    max_vel_x: float = 0.5
+    min_vel_x: float = 0.0
+    max_vel_theta: float = 1.5
+    acc_lim_x: float = 1.0
+    acc_lim_theta: float = 3.0
     min_vel_trans: float = 0.05
     min_vel_theta: float = 0.2
     xy_goal_tolerance: float = 0.10
@@ -58,14 +60,9 @@ class DriveParameters(VelocityLimits):
     allow_unknown: bool = True
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.name == "footprint":
-                object.__setattr__(self, field.name, checked_footprint(value))
-                continue
-            check_scalar(field.name, value, field.type)
-            if field.name != "min_vel_x":
-                check_not_negative(field.name, value, zero=field.name not in self.POSITIVE)
+        """Check the ranges."""
+        check_numbers(self, positive=self.POSITIVE, signed=("min_vel_x",))
+        check_footprint(self.footprint)
         if max(self.min_vel_x, self.min_vel_trans) > self.max_vel_x or self.min_vel_theta > self.max_vel_theta:
             raise InvalidParameter(
                 "min_vel_x and min_vel_trans must be at most max_vel_x, and min_vel_theta at most max_vel_theta"

@@ -32,14 +32,14 @@ class PathFollower(Controller):
         """
         path = FollowedPath(poses)
         if self._arrival.head_for(path.end):
-            self._begin_anew()
+            self._on_new_goal()
         self._path = path
 
     def is_goal_reached(self, pose: Pose2D, velocity: Velocity) -> bool:
         """Return whether the robot stands still at the end of the plan, within the tolerances."""
         return self._arrival.is_reached(pose, velocity, self._plan().end)
 
-    def _begin_anew(self) -> None:
+    def _on_new_goal(self) -> None:
         """Reset the state that belongs to a single goal."""
 
     def _plan(self) -> FollowedPath:

@@ -14,6 +14,7 @@ from ppaas.controllers.followed_path import FollowedPath
 from ppaas.controllers.motion import in_force
 from ppaas.controllers.path_follower import PathFollower
 from ppaas.geometry import wrap_angle
+from ppaas.parameters import read_parameters
 
 ALIGNED = 0.2
 """Angle to the path at which a turn in place ends [rad]."""
@@ -36,7 +37,7 @@ class DynamicWindow(PathFollower):
     purpose: ClassVar[str] = "Dynamic window: drives around obstacles near the plan, within acceleration limits."
 
     def __init__(self, **parameters: Any) -> None:
-        self.parameters = DwaParameters(**parameters)
+        self.parameters = read_parameters(DwaParameters, self.name, parameters)
         super().__init__(self.parameters)
         self._commanded = Velocity()
         self._turning = False
@@ -61,7 +62,7 @@ class DynamicWindow(PathFollower):
             raise
         return self._commanded
 
-    def _begin_anew(self) -> None:
+    def _on_new_goal(self) -> None:
         self._turning = False
 
     def _velocity_now(self, request: ControlRequest) -> Velocity:

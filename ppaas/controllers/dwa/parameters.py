@@ -1,14 +1,12 @@
 """Parameters of the dynamic window approach, with the names and most defaults of dwa_local_planner."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from ppaas.controllers.drive_parameters import DriveParameters
 from ppaas.errors import InvalidParameter
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DwaParameters(DriveParameters):
+class DwaParameters(DriveParameters, frozen=True, kw_only=True):
     """Parameters in addition to those of all local planners.
 
     Parameters
@@ -55,7 +53,8 @@ class DwaParameters(DriveParameters):
     cost_slowdown: float = 0.5
 
     def __post_init__(self) -> None:
-        DriveParameters.__post_init__(self)
+        """Check the ranges."""
+        super().__post_init__()
         if self.cost_slowdown >= 1.0:
             raise InvalidParameter(
                 f"cost_slowdown must be below 1, not {self.cost_slowdown}: the robot would stop near obstacles"

@@ -49,7 +49,7 @@ class Rollouts:
         self._parameters = p
         self._velocity = velocity
         self._period = request.period
-        self._limit = request.speed_limit.of(p, p.min_vel_trans)
+        self._limit = request.speed_limit.of(p.max_vel_x, p.min_vel_trans)
         self._costs = request.costmap.data
         self._frame = frame_of(request.costmap)
         cell = request.costmap.info.cell_of(request.pose.x, request.pose.y)

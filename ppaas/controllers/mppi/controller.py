@@ -22,6 +22,7 @@ from ppaas.controllers.mppi.terrain import terrain_of
 from ppaas.controllers.path_follower import PathFollower
 from ppaas.geometry import Pose2D
 from ppaas.kernel_threads import limit_threads
+from ppaas.parameters import read_parameters
 
 Floats = NDArray[np.float64]
 
@@ -47,7 +48,7 @@ class PathIntegral(PathFollower):
     predicts: ClassVar[bool] = True
 
     def __init__(self, **parameters: Any) -> None:
-        self.parameters = MppiParameters(**parameters)
+        self.parameters = read_parameters(MppiParameters, self.name, parameters)
         p = self.parameters
         super().__init__(p)
         self._noise = draw(p)
@@ -137,7 +138,7 @@ class PathIntegral(PathFollower):
 
     def _improve(self, request: ControlRequest, terrain: Terrain, start: Floats) -> None:
         p = self.parameters
-        base = self._base(request.speed_limit.of(p, p.min_vel_trans))
+        base = self._base(request.speed_limit.of(p.max_vel_x, p.min_vel_trans))
         x, y, theta = start[:3].tolist()
         free = clearance(terrain.distance, terrain.resolution, self._body, x, y, math.cos(theta), math.sin(theta))
         critics = Critics(

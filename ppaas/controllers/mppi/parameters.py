@@ -1,6 +1,5 @@
 """Parameters of the path integral controller: limits named as in base_local_planner, all others as in Nav2's MPPI."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from ppaas.controllers.drive_parameters import DriveParameters
@@ -17,8 +16,7 @@ _BOUNDS = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MppiParameters(DriveParameters):
+class MppiParameters(DriveParameters, frozen=True, kw_only=True):
     """Parameters in addition to those of all local planners. Costs are in seconds of travel time.
 
     Parameters
@@ -95,7 +93,8 @@ class MppiParameters(DriveParameters):
     seed: int = 0
 
     def __post_init__(self) -> None:
-        DriveParameters.__post_init__(self)
+        """Check the ranges."""
+        super().__post_init__()
         if not self.min_vel_x < self.max_vel_x:
             raise InvalidParameter("min_vel_x must be below max_vel_x")
         for name, least, most in _BOUNDS:

@@ -36,10 +36,10 @@ def carrot_at(points: Floats, pose: Pose2D, distance: float) -> Pose2D:
     last = int(np.argmax(outside)) if outside.any() else len(points) - 1
     x, y = points[last].tolist()
     if last > 0 and outside[last]:
-        inner, way = offsets[last - 1], offsets[last] - offsets[last - 1]
-        a, b, c = float(way @ way), float(inner @ way), float(inner @ inner) - distance * distance
+        inner, step = offsets[last - 1], offsets[last] - offsets[last - 1]
+        a, b, c = float(step @ step), float(inner @ step), float(inner @ inner) - distance * distance
         part = (-b + math.sqrt(max(b * b - a * c, 0.0))) / a
-        x, y = (points[last - 1] + part * way).tolist()
+        x, y = (points[last - 1] + part * step).tolist()
     return pose.inverse() @ Pose2D(x, y, pose.theta)
 
 
@@ -54,7 +54,7 @@ def legs_of(poses: Poses) -> list[Poses]:
     poses = np.asarray(poses, dtype=np.float64)
     steps = np.diff(poses[:, :2], axis=0)
     moves = np.flatnonzero(np.hypot(steps[:, 0], steps[:, 1]) > STANDING)
-    ways = steps[moves]
-    back = (ways[:-1] * ways[1:]).sum(axis=1) < 0.0
+    vectors = steps[moves]
+    back = (vectors[:-1] * vectors[1:]).sum(axis=1) < 0.0
     cuts = [0, *moves[1:][back].tolist(), len(poses) - 1]
     return [poses[first : last + 1] for first, last in itertools.pairwise(cuts)]

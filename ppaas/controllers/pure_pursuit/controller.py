@@ -2,8 +2,9 @@
 
 import math
 from collections import deque
-from dataclasses import replace
 from typing import Any, ClassVar
+
+from msgspec.structs import replace
 
 from ppaas.controllers.arrival import turn_by
 from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
@@ -17,6 +18,7 @@ from ppaas.controllers.pure_pursuit.parameters import PurePursuitParameters
 from ppaas.controllers.pure_pursuit.regulation import regulated_speed
 from ppaas.cost_values import NO_INFORMATION
 from ppaas.geometry import Pose2D, Poses, wrap_angle
+from ppaas.parameters import read_parameters
 
 SHORTER = 0.75
 """Factor of the lookahead distance for the next try, if the arc to a point is not free."""
@@ -37,7 +39,7 @@ class PurePursuit(PathFollower):
     purpose: ClassVar[str] = "Regulated pure pursuit: stays on its plan, slower in curves and near obstacles."
 
     def __init__(self, **parameters: Any) -> None:
-        self.parameters = PurePursuitParameters(**parameters)
+        self.parameters = read_parameters(PurePursuitParameters, self.name, parameters)
         p = self.parameters
         super().__init__(p)
         self._turning = replace(p, max_vel_theta=min(p.max_vel_theta, p.rotate_to_heading_angular_vel))
@@ -119,7 +121,7 @@ class PurePursuit(PathFollower):
             return turn_by(off, velocity, self._turning, period)
         curvature = curvature_to(carrot)
         speed = regulated_speed(p, self._ahead(leg, request, curvature), _cost_at(request), leg.to_go(request.pose))
-        speed = min(speed, request.speed_limit.of(p, p.min_vel_trans))
+        speed = min(speed, request.speed_limit.of(p.max_vel_x, p.min_vel_trans))
         wanted = -min(speed, -p.min_vel_x) if backwards else speed
         linear = towards(velocity.linear, wanted, p.acc_lim_x * period)
         turning = min(max(linear * curvature, -p.max_vel_theta), p.max_vel_theta)

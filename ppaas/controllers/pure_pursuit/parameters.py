@@ -1,6 +1,5 @@
 """Parameters of regulated pure pursuit: limits named as in base_local_planner, all others as in Nav2's controller."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from ppaas.controllers.drive_parameters import DriveParameters
@@ -8,8 +7,7 @@ from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR
 from ppaas.errors import InvalidParameter
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PurePursuitParameters(DriveParameters):
+class PurePursuitParameters(DriveParameters, frozen=True, kw_only=True):
     """Parameters in addition to those of all local planners; ``max_vel_x`` is the desired speed in free space.
 
     Parameters
@@ -83,7 +81,8 @@ class PurePursuitParameters(DriveParameters):
     max_allowed_time_to_collision_up_to_carrot: float = 1.0
 
     def __post_init__(self) -> None:
-        DriveParameters.__post_init__(self)
+        """Check the ranges."""
+        super().__post_init__()
         if self.min_lookahead_dist > self.max_lookahead_dist:
             raise InvalidParameter("min_lookahead_dist must be at most max_lookahead_dist")
         if self.cost_scaling_gain > 1.0:

@@ -1,15 +1,18 @@
 import math
+from dataclasses import asdict
 
 import pytest
+from msgspec import structs
 
 from ppaas.controllers.base import VelocityLimits
 from ppaas.controllers.drive_parameters import DriveParameters
 from ppaas.errors import InvalidParameter
+from ppaas.parameters import read_parameters
 
 
-def test_the_limits_are_those_of_every_base():
-    assert isinstance(DriveParameters(), VelocityLimits)
-    assert DriveParameters(max_vel_x=1, min_vel_x=-1).max_vel_x == 1
+def test_the_default_limits_are_those_of_every_base():
+    limits = asdict(VelocityLimits())
+    assert limits.items() <= structs.asdict(DriveParameters()).items()
 
 
 @pytest.mark.parametrize(
@@ -29,4 +32,4 @@ def test_the_limits_are_those_of_every_base():
 )
 def test_what_cannot_be_is_refused_by_name(name, value):
     with pytest.raises(InvalidParameter, match=name):
-        DriveParameters(**{name: value})
+        read_parameters(DriveParameters, "dwa", {name: value})

@@ -4,6 +4,7 @@ import pytest
 
 from ppaas.controllers.dwa.parameters import DwaParameters
 from ppaas.errors import InvalidParameter
+from ppaas.parameters import read_parameters
 
 
 @pytest.mark.parametrize(
@@ -27,8 +28,9 @@ from ppaas.errors import InvalidParameter
 )
 def test_what_cannot_be_is_refused_by_name(name, value):
     with pytest.raises(InvalidParameter, match=name):
-        DwaParameters(**{name: value})
+        read_parameters(DwaParameters, "dwa", {name: value})
 
 
 def test_whole_numbers_will_do_for_fractions_and_backing_up_may_be_allowed():
-    assert DwaParameters(max_vel_x=1, min_vel_x=-1).max_vel_x == 1
+    parameters = read_parameters(DwaParameters, "dwa", {"max_vel_x": 1, "min_vel_x": -1})
+    assert (parameters.max_vel_x, type(parameters.max_vel_x), parameters.min_vel_x) == (1.0, float, -1.0)

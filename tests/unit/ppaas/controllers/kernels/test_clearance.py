@@ -37,9 +37,9 @@ def test_the_clearance_of_an_outline_is_what_it_is_when_measured(seed, pose):
     elif centre > body.circumscribed + REACH:
         assert measured - 0.15 < got < measured + 0.05
     else:
-        # Distances between the middles of cells are interpolated, and steps along an edge skip what is hardly nearer.
+        # Distances are interpolated between the centres of cells, and steps along an edge skip small differences.
         assert got < 1.16 * measured + 0.04
-        # What lies between the inscribed circle and the outline is said to be as near as the circle, if that is less.
+        # For an obstacle between circle and outline, the clearance is the distance to the circle if that is less.
         assert got > measured - 0.04 or twin.outline_holds(lethal, EDGE, np.array(BOX), pose)
 
 
@@ -55,7 +55,7 @@ def test_the_least_clearance_on_an_arc_is_that_of_the_poses_on_it(seed, pose, mo
     _, distance = field(seed, 0.002)
     body = body_of(corners, 0.18)
     got = clearance_along(distance, EDGE, body, pose, motion)
-    # A twentieth of a cell from one to the next: what lies between differs by no more.
+    # Samples are a twentieth of a cell apart, so values between them differ by no more than that.
     poses = pursuit.arc(pose, *motion, 600)
     clearances = [clearance(distance, EDGE, body, x, y, math.cos(a), math.sin(a)) for x, y, a in poses]
     # Half a cell lies between the nearest pose that is looked at and any, and a quarter between the nearest point of an

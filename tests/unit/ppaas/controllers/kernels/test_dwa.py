@@ -77,13 +77,13 @@ def test_an_outline_is_free_where_no_pose_of_its_rollout_comes_too_near_and_bloc
     lethal = rng.random((40, 80)) < 0.002
     lethal[0, 0] = True
     distance, least = distance_serial(lethal.view(np.uint8), 0.05), 0.035
-    # One cost all over: what lies on the edge of a cell may be taken for either. The disc would not fit in a 253.
+    # One cost everywhere, since a point on the edge of a cell may be assigned to either. A disc would not fit in 253.
     cost = int(rng.choice([0, 100, 253]))
     costmap = grids.of(np.full(lethal.shape, cost, np.uint8), 0.05, Pose2D(0.5, -0.3, 0.3))
     pose = costmap.info.origin @ Pose2D(*start)
     got, remaining = scores(costmap, [velocity], pose, outline=OutlineCheck(BOX, distance, least))
     poses = pursuit.arc(start, velocity[0] * 1.7, velocity[1] * 1.7, 300)
-    # Where a rollout begins the robot is already; it is looked at from its first step on, some centimetres farther.
+    # The start of a rollout is not checked, since the robot is there already; its first step is a few centimetres on.
     nearest = min(clearance(distance, 0.05, BOX, x, y, math.cos(a), math.sin(a)) for x, y, a in poses[10:])
     graded = grids.of(np.minimum(costmap.data, 252), 0.05, costmap.info.origin)
     if nearest > least + 0.02:

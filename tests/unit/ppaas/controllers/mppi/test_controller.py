@@ -82,7 +82,7 @@ def test_a_long_robot_passes_a_gap_that_its_disc_would_not():
 
 
 def test_commands_under_way_are_counted_in():
-    """Two robots that are at the same place, one with a turn under way: the latter is told to turn less."""
+    """Of two robots at the same pose, one has already commanded a turn: it is commanded to turn less."""
     costmap = World(np.zeros((60, 80), bool)).costmap
     told = []
     for before in (Velocity(0.3, 0.0), Velocity(0.3, 0.6)):

@@ -4,14 +4,15 @@ import pytest
 
 from ppaas.controllers.mppi.parameters import MppiParameters
 from ppaas.errors import InvalidParameter
+from ppaas.parameters import read_parameters
 
 SQUARE = [[0.2, 0.2], [-0.2, 0.2], [-0.2, -0.2], [0.2, -0.2]]
 
 
 def test_the_defaults_are_valid_and_a_footprint_of_json_is_taken():
     assert MppiParameters().footprint == ()
-    assert MppiParameters(footprint=SQUARE).footprint[1] == (-0.2, 0.2)
-    assert MppiParameters(footprint=SQUARE[::-1]).footprint[0] == (0.2, -0.2)
+    assert read_parameters(MppiParameters, "mppi", {"footprint": SQUARE}).footprint[1] == (-0.2, 0.2)
+    assert read_parameters(MppiParameters, "mppi", {"footprint": SQUARE[::-1]}).footprint[0] == (0.2, -0.2)
 
 
 @pytest.mark.parametrize(
@@ -37,8 +38,10 @@ def test_the_defaults_are_valid_and_a_footprint_of_json_is_taken():
         ({"footprint": [[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]}, "footprint"),
         ({"footprint": [[0.2, math.inf], [-0.2, 0.2], [-0.2, -0.2]]}, "footprint"),
         ({"footprint": "box"}, "footprint"),
+        ({"footprint": [[0.2, 0.2, 0.0], [-0.2, 0.2, 0.0], [-0.2, -0.2, 0.0]]}, "footprint"),
+        ({"footprint": [[0.2, True], [-0.2, 0.2], [-0.2, -0.2]]}, "footprint"),
     ],
 )
 def test_what_cannot_be_is_refused_by_name(wrong, named):
     with pytest.raises(InvalidParameter, match=named):
-        MppiParameters(**wrong)
+        read_parameters(MppiParameters, "mppi", wrong)

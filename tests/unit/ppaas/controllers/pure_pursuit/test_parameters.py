@@ -4,6 +4,7 @@ import pytest
 
 from ppaas.controllers.pure_pursuit.parameters import PurePursuitParameters
 from ppaas.errors import InvalidParameter
+from ppaas.parameters import read_parameters
 
 
 @pytest.mark.parametrize(
@@ -23,7 +24,7 @@ from ppaas.errors import InvalidParameter
 )
 def test_what_cannot_be_is_refused_by_name(wrong, named):
     with pytest.raises(InvalidParameter, match=named):
-        PurePursuitParameters(**wrong)
+        read_parameters(PurePursuitParameters, "pure_pursuit", wrong)
 
 
 def test_it_may_back_up_where_it_is_told_how_fast():

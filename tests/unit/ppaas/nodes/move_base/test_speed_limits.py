@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.controllers.base import NO_LIMIT, SpeedLimit, VelocityLimits
+from ppaas.controllers.base import NO_LIMIT, SpeedLimit
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
@@ -13,7 +13,7 @@ from ppaas.messages import nav2_msgs
 from ppaas.nodes.map_server.costmap_filters import SpeedFilterParameters
 from ppaas.nodes.move_base.speed_limits import SpeedFilter, limit_of, lower_of
 
-LIMITS = VelocityLimits(max_vel_x=0.5)
+MAX_VEL_X = 0.5
 
 
 @pytest.mark.parametrize(
@@ -29,7 +29,7 @@ LIMITS = VelocityLimits(max_vel_x=0.5)
     ],
 )
 def test_it_is_a_speed_or_a_part_of_the_fastest_and_no_less_than_moves_the_robot(message, fastest):
-    assert limit_of(message).of(LIMITS, 0.05) == pytest.approx(fastest)
+    assert limit_of(message).of(MAX_VEL_X, 0.05) == pytest.approx(fastest)
 
 
 @pytest.mark.parametrize(
@@ -46,18 +46,18 @@ def test_what_is_no_limit_is_refused(message):
         limit_of(message)
 
 
-# By where it is.
+# Limits by place.
 
 
 def slow(values, **parameters) -> SpeedFilter:
-    """Return the filter of a mask of one row of cells of 1 m, from 0, 0 on."""
+    """Return the filter of a mask with one row of cells of 1 m, starting at (0, 0)."""
     mask = GridMap(np.array([values], np.int8), GridInfo(1.0, len(values), 1))
     return SpeedFilter(mask, SpeedFilterParameters(filter_mask="slow", **parameters))
 
 
 def test_limits_are_made_of_cells_as_nav2_does_it():
     found = slow([0, 30, 100, -1], type=1, base=100.0, multiplier=-0.5)
-    fastest = [found.at(Pose2D(x, 0.5, 1.0)).of(LIMITS, 0.05) for x in (0.5, 1.5, 2.5, 3.5, 4.5, -0.5)]
+    fastest = [found.at(Pose2D(x, 0.5, 1.0)).of(MAX_VEL_X, 0.05) for x in (0.5, 1.5, 2.5, 3.5, 4.5, -0.5)]
     assert fastest == pytest.approx([0.5, 0.5 * 0.85, 0.5 * 0.5, 0.5, 0.5, 0.5])
     metres = slow([0, 30, 10], type=2, multiplier=0.01)
     assert [metres.at(Pose2D(x, 0.5)).speed for x in (0.5, 1.5, 2.5)] == [math.inf, 0.3, 0.1]
