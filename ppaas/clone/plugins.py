@@ -26,14 +26,17 @@ def planners_of(
     """
     base = PLANNERS.own_name(driving.base_global_planner)
     own = given.take(*PLANNERS.spellings(base))
-    drives, asked = planner_of(body, driving.base_global_planner, own), {base: planner_of(body, base, own)}
-    given.note(base, drives)
+    own_planner, service_planners = (
+        planner_of(body, driving.base_global_planner, own),
+        {base: planner_of(body, base, own)},
+    )
+    given.note(base, own_planner)
     for name in PLANNERS.names():
         spellings = PLANNERS.spellings(name)
         if given.has(*spellings):
-            asked[name] = planner_of(body, name, given.take(*spellings))
-            given.note(name, asked[name])
-    return drives, asked
+            service_planners[name] = planner_of(body, name, given.take(*spellings))
+            given.note(name, service_planners[name])
+    return own_planner, service_planners
 
 
 def controller_for(driving: MoveBaseParameters, given: NodeParameters, body: RobotModel) -> Controller:

@@ -195,9 +195,9 @@ class ParticleFilter:
         moved = found.search.odom.inverse() @ self._odom
         poses = np.array([Pose2D(*pose) @ moved for pose in found.poses.tolist()])
         count = self._parameters.max_particles
-        anew = count if self._scattered else round(count * share)
-        drawn = poses[self._drawn(found.weights, anew)] + BLUR * self._random.standard_normal((anew, 3))
-        self._set(np.concatenate((self.particles[self._drawn(self.weights, count - anew)], drawn)))
+        redrawn = count if self._scattered else round(count * share)
+        drawn = poses[self._drawn(found.weights, redrawn)] + BLUR * self._random.standard_normal((redrawn, 3))
+        self._set(np.concatenate((self.particles[self._drawn(self.weights, count - redrawn)], drawn)))
         self._scattered = False
         self.estimate = estimate(self.particles, self.weights)
         self._relocalizer.judge(poses, found.weights, self.estimate)

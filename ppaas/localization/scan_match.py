@@ -10,7 +10,7 @@ from ppaas.localization.kernels import likelihood_field
 from ppaas.localization.kernels.sight import explain_rays
 from ppaas.localization.parameters import AmclParameters
 
-SOMEBODY = 0.5
+PERSON = 0.5
 """Rating of a beam that ends in free space, where a person may stand."""
 
 
@@ -63,6 +63,6 @@ class ScanMatch:
             x, y of the end and x, y of the origin of each ray, in the robot's frame [m]; at least one.
         """
         sums: NDArray[np.float64] = explain_rays(
-            poses, rays, self._distance, self._resolution, self._origin, self._sigma, SOMEBODY
+            poses, rays, self._distance, self._resolution, self._origin, self._sigma, PERSON
         )
         return sums / len(rays)

@@ -164,7 +164,7 @@ class MoveBase:
         self._recovery_index = 0
         self._last_valid_control = now
         self._oscillation.reset(now)
-        self._plan_anew(now)
+        self._restart_planning(now)
         self._orders += [PublishGoal(goal), PublishStatus()]
 
     def _end(self, now: float, status: Status, text: str) -> None:
@@ -259,7 +259,7 @@ class MoveBase:
             self._recover(event.now, Trigger.CONTROLLING)
             return
         self._cancel_plan()
-        self._plan_anew(event.now)
+        self._restart_planning(event.now)
         self._stop()
 
     def _send(self, velocity: Velocity) -> None:
@@ -272,7 +272,7 @@ class MoveBase:
 
     # -- plans ---------------------------------------------------------------------------------------------------------
 
-    def _plan_anew(self, now: float) -> None:
+    def _restart_planning(self, now: float) -> None:
         self.state = State.PLANNING
         self._last_valid_plan = now
         self._retries = 0
@@ -348,6 +348,6 @@ class MoveBase:
             self._say(f"{self._recoveries[self._recovery_index]} failed: {event.reason}")
         self._recovery_index += 1
         self._oscillation.reset(event.now)
-        self._plan_anew(event.now)
+        self._restart_planning(event.now)
         if self._moving:
             self._stop()

@@ -105,12 +105,12 @@ def explain_rays(
     resolution: float,
     origin: NDArray[np.float64],
     sigma: float,
-    somebody: float,
+    person: float,
 ) -> NDArray[np.float64]:
     """Return for each pose the sum of how well the map explains each ray, from 0 to 1.
 
     A ray is rated by a Gaussian of the distance from its end to the nearest obstacle. If the rating is below
-    ``somebody``, and the ray reaches its end without passing an obstacle, it is rated ``somebody``, since an unmapped
+    ``person``, and the ray reaches its end without passing an obstacle, it is rated ``person``, since an unmapped
     person may stand there. A ray that ends outside the map is rated 0.
 
     Parameters
@@ -127,7 +127,7 @@ def explain_rays(
         Pose of the lower-left corner of cell (0, 0) in the map frame [m, m, rad].
     sigma : float
         Standard deviation of a hit [m].
-    somebody : float
+    person : float
         Rating of a ray that may end at a person.
 
     Returns
@@ -147,10 +147,10 @@ def explain_rays(
             if not (0 <= row < height and 0 <= column < width):
                 continue
             hit = math.exp(-0.5 * (distance[row, column] / sigma) ** 2)
-            if hit < somebody:
+            if hit < person:
                 from_x, from_y = x + c * rays[j, 2] - s * rays[j, 3], y + s * rays[j, 2] + c * rays[j, 3]
                 if _is_clear(distance, from_x, from_y, to_x, to_y, resolution):
-                    hit = somebody
+                    hit = person
             total += hit
         sums[i] = total
     return sums

@@ -84,7 +84,7 @@ class TfStream:
         self._patience = patience
         self._tell = tell
         self._unheard = unheard
-        self._told: dict[str, Rigid] = {}
+        self._last: dict[str, Rigid] = {}
         self._silence = 0.0
         self._period = 1.0 / min(wanted.rate, MAX_RATE)
         self._timer = context.every(self._period, self._look)
@@ -95,7 +95,7 @@ class TfStream:
 
     def _look(self) -> None:
         if not self._context.has_subscribers(self._topic):
-            self._told.clear()  # the next subscriber receives all frames
+            self._last.clear()  # the next subscriber receives all frames
             self._silence += self._period
             if self._silence >= self._patience:
                 self._unheard()
@@ -110,13 +110,13 @@ class TfStream:
             pose = self._frames.lookup(self._target, source)
         except TransformError:
             return None  # it may appear later
-        told = self._told.get(source)
+        last = self._last.get(source)
         always = self._turn == 0.0 or self._move == 0.0
-        if told is not None and not always and self._near(told, pose):
+        if last is not None and not always and self._near(last, pose):
             return None
-        self._told[source] = pose
+        self._last[source] = pose
         header = Header(stamp=Time.of(self._context.now()), frame_id=self._target)
         return TransformStamped(header, source, pose.to_message())
 
-    def _near(self, told: Rigid, pose: Rigid) -> bool:
-        return told.distance_to(pose) <= self._move and told.angle_to(pose) <= self._turn
+    def _near(self, last: Rigid, pose: Rigid) -> bool:
+        return last.distance_to(pose) <= self._move and last.angle_to(pose) <= self._turn

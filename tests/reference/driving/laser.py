@@ -1,4 +1,4 @@
-"""A laser the slow way: each beam is walked in small steps until it stands in a wall or in a disc."""
+"""Twin of the laser: follows each beam in small steps to a wall or a disc."""
 
 import math
 
@@ -17,7 +17,7 @@ def measure(
     range_max: float,
     step: float = 0.002,
 ) -> NDArray[np.float64]:
-    """Return the ranges to walls and to discs (x, y, radius), to within a step; infinite where there is none."""
+    """Return the ranges to walls and to discs (x, y, radius), to within a step; infinite without a hit."""
     ranges = np.full(len(angles), np.inf)
     for beam, angle in enumerate(angles):
         distance = 0.0

@@ -1,4 +1,4 @@
-"""Slow, obvious twins of the kernels of localization."""
+"""Twins of the kernels of localization."""
 
 import math
 
@@ -9,7 +9,7 @@ from ppaas.maps.grid import GridInfo
 
 
 def move_diff(particles, motion, sigmas, normals):
-    """Probabilistic Robotics, table 5.6, one particle after the other."""
+    """Move one particle after the other (*Probabilistic Robotics*, table 5.6)."""
     first, distance, second = motion
     moved = []
     for (x, y, theta), (n1, n2, n3) in zip(particles, normals, strict=True):
@@ -19,7 +19,7 @@ def move_diff(particles, motion, sigmas, normals):
 
 
 def move_omni(particles, motion, sigmas, normals):
-    """Along the bearing and to its right, then the turn."""
+    """Move along the bearing and to its right, then turn."""
     bearing, distance, turn = motion
     moved = []
     for (x, y, theta), (n1, n2, n3) in zip(particles, normals, strict=True):
@@ -29,7 +29,7 @@ def move_omni(particles, motion, sigmas, normals):
 
 
 def score_scan(particles, beams, distance, info: GridInfo, z_hit, z_random, sigma, max_distance):
-    """The likelihood field, beam by beam through the grid's own geometry."""
+    """Return the likelihood field's sums, beam by beam, with the geometry of the grid."""
     weights = []
     for particle in particles:
         weight = 0.0
@@ -44,7 +44,7 @@ def score_scan(particles, beams, distance, info: GridInfo, z_hit, z_random, sigm
 
 
 def score_ranges(particles, beams, distance, info: GridInfo, shares, range_max):
-    """The beam model, by rays that are followed in steps of a tenth of a cell."""
+    """Return the beam model's sums, with rays followed in steps of a tenth of a cell."""
     sums = []
     for particle in particles:
         total = 0.0
@@ -60,8 +60,8 @@ def score_ranges(particles, beams, distance, info: GridInfo, shares, range_max):
     return np.array(sums)
 
 
-def explain_rays(pose, ray, distance, info: GridInfo, sigma, somebody):
-    """How well the map accounts for one ray: by a hit, or by somebody who stands in the open."""
+def explain_rays(pose, ray, distance, info: GridInfo, sigma, person):
+    """Return how well the map explains one ray: by a hit, or by a person in free space."""
     to_x, to_y, from_x, from_y = ray
     begin, end = Pose2D(*pose) @ Pose2D(from_x, from_y), Pose2D(*pose) @ Pose2D(to_x, to_y)
     cell = info.cell_of(end.x, end.y)
@@ -71,16 +71,16 @@ def explain_rays(pose, ray, distance, info: GridInfo, sigma, somebody):
     length, heading = begin.distance_to(end), math.atan2(end.y - begin.y, end.x - begin.x)
     inside = info.cell_of(begin.x, begin.y) is not None
     clear = inside and _followed(Pose2D(begin.x, begin.y, heading), distance, info, length) >= length
-    return max(hit, somebody) if clear else hit
+    return max(hit, person) if clear else hit
 
 
 def to_walls(laser, angle, distance, info: GridInfo, most):
-    """How far a beam would go."""
+    """Return the range of a beam."""
     return _followed(Pose2D(*laser) @ Pose2D(0.0, 0.0, angle), distance, info, most)
 
 
 def stopped_short(pose, point, distance, info: GridInfo, beyond):
-    """Whether the map lets a beam go farther, by so much, than where it ended."""
+    """Return whether a beam could have been longer by ``beyond`` according to the map."""
     begin, length = Pose2D(*pose), math.hypot(*point) + beyond
     if info.cell_of(begin.x, begin.y) is None:
         return False
@@ -89,20 +89,20 @@ def stopped_short(pose, point, distance, info: GridInfo, beyond):
 
 
 def _followed(begin, distance, info, range_max):
-    gone = 0.0
-    while gone < range_max:
-        end = begin @ Pose2D(gone, 0.0)
+    length = 0.0
+    while length < range_max:
+        end = begin @ Pose2D(length, 0.0)
         cell = info.cell_of(end.x, end.y)
         if cell is None:
             return range_max
         if distance[cell] == 0.0:
-            return gone
-        gone += info.resolution / 10
+            return length
+        length += info.resolution / 10
     return range_max
 
 
 def draw_low_variance(weights, count, start):
-    """Each pointer looks for its particle from the beginning."""
+    """Draw particles, searching for each pointer from the start."""
     drawn = []
     for k in range(count):
         pointer = (k + start) / count
@@ -130,13 +130,13 @@ def kld_sample_size(particles, weights, picks, least, error, z):
 
 
 def bin_of(particle):
-    """Half a metre each way, ten degrees."""
+    """Return the bin of half a metre by half a metre by ten degrees."""
     x, y, theta = particle
     return math.floor(x / 0.5), math.floor(y / 0.5), math.floor(theta / math.radians(10))
 
 
 def moments_around(particles, weights, pose, radius, turn):
-    """Weight, mean and covariance of those that are near, turns counted from the pose."""
+    """Return weight, mean and covariance of the particles near a pose, with angles relative to it."""
     near = [
         (x, y, pose[2] + math.remainder(theta - pose[2], 2 * math.pi), weight)
         for (x, y, theta), weight in zip(particles, weights, strict=True)

@@ -1,4 +1,4 @@
-"""Slow, obvious twin of the path integral controller's rollouts, in the words of their definition."""
+"""Twin of the path integral controller's rollouts, written after their definition."""
 
 import math
 
@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 def cost_of_disc(
     commands: Floats, start: Floats, terrain: Terrain, base: Base, radius: float, critics: Critics
 ) -> float:
-    """Return what one sequence of commands costs a disc."""
+    """Return the cost of a command sequence for a disc."""
     distance, seconds, edge, movers = terrain
     x, y, theta, v, w, forward, turning = start.tolist()
     cost, steps = 0.0, len(commands)

@@ -1,10 +1,10 @@
-"""Slow, obvious twin of the kernel that looks for the nearest points."""
+"""Twin of the kernel that finds nearest points."""
 
 import math
 
 
 def nearest(points, others, reach):
-    """Return for each point the index of the nearest other, -1 where none is in reach."""
+    """Return for each point the index of the nearest other point, or -1 if none is in reach."""
     found = []
     for point in points:
         away = [math.dist(point[:2], other[:2]) for other in others]

@@ -1,4 +1,4 @@
-"""Slow, obvious twin of what local planners ask about a robot's outline."""
+"""Twins of the collision checks of a robot's outline."""
 
 import math
 
@@ -10,7 +10,7 @@ Floats = NDArray[np.float64]
 
 
 def bilinear(field: NDArray[np.float32], x: float, y: float, edge: float) -> float:
-    """Return a value between the middles of cells; beyond the edge, that of the edge."""
+    """Return a value interpolated between the centres of cells; outside, that of the nearest edge."""
     at = np.array([[y / edge - 0.5], [x / edge - 0.5]])
     return float(map_coordinates(field.astype(np.float64), at, order=1, mode="nearest")[0])
 
@@ -18,7 +18,7 @@ def bilinear(field: NDArray[np.float32], x: float, y: float, edge: float) -> flo
 def outline_distance(
     lethal: NDArray[np.bool_], edge: float, corners: Floats, pose: tuple[float, float, float]
 ) -> float:
-    """Return how far an outline is from the middle of the nearest lethal cell, measured at points every millimetre."""
+    """Return the distance of an outline to the centre of the nearest lethal cell, measured every millimetre."""
     placed = _placed(corners, pose)
     points = []
     for a, b in zip(placed, np.roll(placed, -1, axis=0), strict=True):
@@ -29,7 +29,7 @@ def outline_distance(
 
 
 def outline_holds(lethal: NDArray[np.bool_], edge: float, corners: Floats, pose: tuple[float, float, float]) -> bool:
-    """Tell whether the middle of a lethal cell lies within a convex outline, whose corners go round to the left."""
+    """Return whether the centre of a lethal cell is in a convex outline with counterclockwise corners."""
     placed = _placed(corners, pose)
     sides = np.roll(placed, -1, axis=0) - placed
     return any(

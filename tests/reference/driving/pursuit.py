@@ -1,4 +1,4 @@
-"""Slow, obvious twins of what pure pursuit steers to and how fast it drives."""
+"""Twins of pure pursuit's carrot and arcs."""
 
 import itertools
 import math
@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 
 def carrot(points: NDArray[np.float64], robot: tuple[float, float], distance: float) -> tuple[float, float]:
-    """Return the first point, of those a millimetre apart along a path, that is so far from the robot; else the last.
+    """Return the first point of a path, sampled every millimetre, at a distance from the robot; otherwise the last.
 
-    Between two points of the path that lie within the circle the path does not leave it, and nobody looks there.
+    The segment between two points within the circle stays within it.
     """
     if math.dist(points[0], robot) >= distance:
         return float(points[0][0]), float(points[0][1])

@@ -1,4 +1,4 @@
-"""Slow, obvious twin of the dynamic window's scoring, in the words of its definition."""
+"""Twin of the dynamic window's scoring, written after its definition."""
 
 import itertools
 import math
@@ -13,7 +13,7 @@ from ppaas.costmap.costmap import Costmap
 
 @dataclass
 class Step:
-    """One point of a rollout."""
+    """Point of a rollout."""
 
     seconds: float
     x: float
@@ -30,7 +30,7 @@ def score(
     velocity: tuple[float, float],
     how: Scoring,
 ) -> float:
-    """Return what the rollout of one velocity scores; infinite if the robot could not stop in time."""
+    """Return the score of the rollout of one velocity; infinite if the robot could not stop in time."""
     speed = abs(velocity[0])
     must_be_free = how.reaction + speed / (2 * how.acc_lim_x)
     seconds = max(how.sim_time, must_be_free)
@@ -74,7 +74,7 @@ def score(
 def roll_out(
     costmap: Costmap, pose: tuple[float, float, float], velocity: tuple[float, float], seconds: float, how: Scoring
 ) -> list[Step]:
-    """Return the points reached by keeping a velocity."""
+    """Return the points reached while keeping a velocity."""
     (x, y, theta), (v, w) = pose, velocity
     count = max(1, math.ceil(abs(v) * seconds / how.sim_granularity), math.ceil(abs(w) * seconds / 0.1))
     dt = seconds / count
@@ -90,13 +90,13 @@ def roll_out(
 
 
 def cost_at(costmap: Costmap, x: float, y: float) -> int:
-    """Return the cost at a point; 255 outside."""
+    """Return the cost at a point; 255 outside the costmap."""
     cell = costmap.info.cell_of(x, y)
     return 255 if cell is None else int(costmap.data[cell])
 
 
 def nearest(path: NDArray[np.float64], remaining: NDArray[np.float64], x: float, y: float) -> tuple[float, float]:
-    """Return the distance to a polyline, and the way still to go from its nearest point."""
+    """Return the distance to a polyline, and the remaining distance from its nearest point."""
     found = [(math.dist(path[0], (x, y)), float(remaining[0]))]
     for (a, left_a), (b, left_b) in itertools.pairwise(zip(path, remaining, strict=True)):
         along = b - a

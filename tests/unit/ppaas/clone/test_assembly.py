@@ -1,4 +1,4 @@
-"""What a clone is made of."""
+"""Assembly of a clone: its nodes and parameters."""
 
 import json
 

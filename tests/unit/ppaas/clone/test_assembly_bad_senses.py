@@ -1,4 +1,4 @@
-"""What a clone does while senses or base of its robot fail: a safe stop, a named reason, and on when that ends."""
+"""A clone while sensors or base of its robot fail: it stops, states the reason, and continues afterwards."""
 
 import math
 from collections.abc import Callable
@@ -27,7 +27,7 @@ Commands = Callable[[float, float], tuple[float, float]]
 
 
 class FailingWorld(World):
-    """A world in which senses and base do something else, for as long as they are told to."""
+    """A world in which sensors and base can be made to fail for a time."""
 
     scans: Scans | None = None
     odometries: Odometries | None = None
@@ -48,7 +48,7 @@ class FailingWorld(World):
 
 
 class Drive(ClosedLoop):
-    """On the way to a goal; what is refused goes to the robot, which goes on."""
+    """A drive to a goal; the robot receives rejections and continues."""
 
     def __init__(self) -> None:
         self.refused: list[str] = []
@@ -73,7 +73,7 @@ class Drive(ClosedLoop):
         return (self.command.linear.x, self.command.angular.z) == (0.0, 0.0)
 
     def end_well(self) -> None:
-        """Mend it all; the robot arrives, and has touched nothing."""
+        """Repair everything; the robot arrives without having touched anything."""
         self.failing.scans = self.failing.odometries = self.failing.commands = None
         self.run(90.0)
         assert self.last_status() is Status.SUCCEEDED, self.results[-1].status.text

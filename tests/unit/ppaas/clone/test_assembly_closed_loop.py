@@ -1,4 +1,4 @@
-"""A clone drives a robot: the whole of it, without I/O."""
+"""A whole clone drives a robot in a closed loop, without I/O."""
 
 import math
 from collections import deque
@@ -95,7 +95,7 @@ def test_a_door_that_opens_again_is_driven_through():
 
 
 def fill_truth(driving: ClosedLoop, box, *, occupied: bool = True) -> None:
-    """Put something into the world, or take it away, that the map does not know of."""
+    """Add or remove something in the world that is not on the map."""
     cells = driving.world.grid.data.copy()
     fill(cells, driving.world.grid.info, box)
     driving.world.truth[cells != driving.world.grid.data] = occupied
@@ -251,7 +251,7 @@ def test_a_clone_goes_on_in_another_home_from_its_checkpoint():
     assert not first.results
     checkpoints = first.graph.checkpoints()
 
-    # Half a second passes between the homes, in which the robot drives on.
+    # Half a second passes between the two executors, during which the robot keeps driving.
     first.world.move(0.3, 0.0, 0.5)
     second = ClosedLoop(first.world, start=first.clock() + 0.5, initial_pose=(0.0, 0.0, 0.0))
     second.graph.restore(checkpoints)
@@ -262,7 +262,7 @@ def test_a_clone_goes_on_in_another_home_from_its_checkpoint():
 
 
 class ThreadHome:
-    """Another home: jobs run in a thread, and what they bring is taken when the loop comes round."""
+    """An executor that runs jobs in a thread, and delivers their results in the loop."""
 
     def __init__(self, pool: ThreadPoolExecutor) -> None:
         self.pool = pool

@@ -1,4 +1,4 @@
-"""A clone whose map has an octomap drives where its robot fits, also where the laser sees nothing in the way."""
+"""A clone whose map has an octomap drives only where its robot fits, even if the laser sees no obstacle."""
 
 import math
 
@@ -23,7 +23,7 @@ LOW, MAST = 0.42, 1.2
 
 
 def octree(board: Box) -> OcTree:
-    """Return a room of 6 × 4 m with a floor and a board in it, in voxels of 0.1 m."""
+    """Return a room of 6 × 4 m with a floor and a board, in voxels of 0.1 m."""
     data = np.zeros((22, 40, 60), np.uint8)
     data[0] = 100
     x0, y0, x1, y1 = (round(10 * edge) for edge in board)
@@ -32,7 +32,7 @@ def octree(board: Box) -> OcTree:
 
 
 def driven(board: Box, height: float, **options) -> tuple[ClosedLoop, float]:
-    """Return the loop at the end of its goal, and how near the robot's middle came to the board [m]."""
+    """Return the loop after its goal, and the smallest distance of the robot's centre to the board [m]."""
     room = walled_map(6, 4, [])
     overhead = height_mask(octree(board), room.info, lowest=None, highest=height)
     driving = ClosedLoop(World(room, START), masks={"overhead": overhead}, **options)

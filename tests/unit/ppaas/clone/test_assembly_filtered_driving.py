@@ -1,4 +1,4 @@
-"""A clone drives by masks: out of some places, and slowly in others."""
+"""A clone with masks: it keeps out of some places, and drives slowly in others."""
 
 import math
 
@@ -23,7 +23,7 @@ SLOW = (2.5, 0.0, 5.5, 8.0)
 
 
 def mask(*boxes: Box) -> GridMap:
-    """Return a mask of cells of 0.1 m, 100 in the boxes; it begins in a corner of its own."""
+    """Return a mask with cells of 0.1 m, 100 in the boxes, with an origin of its own."""
     info = GridInfo(0.1, 100, 100, Pose2D(-1.0, -1.0))
     data = np.zeros(info.shape, np.int8)
     for box in boxes:
@@ -32,7 +32,7 @@ def mask(*boxes: Box) -> GridMap:
 
 
 def driven(goal: Pose2D = BEYOND, start: Pose2D = START, limit: float = 0.0, **options) -> ClosedLoop:
-    """Return the loop at the end of a goal."""
+    """Return the loop after a goal."""
     driving = ClosedLoop(World(walled_map(8, 8, TWO_DOORS), start), **options)
     for _ in range(6):
         driving.step()
@@ -79,7 +79,7 @@ def test_a_robot_is_as_slow_as_the_mask_says_where_it_says_so(planner):
     parameters = {"speed_filter": {"filter_mask": "slow", "type": 2, "base": 0.25, "multiplier": -0.001}}
     driving = driven(base_local_planner=planner, masks={"speed": mask(SLOW)}, parameters=parameters)
     assert driving.last_status() is Status.SUCCEEDED, driving.results[-1].status.text
-    # It is known where it was, to some centimetres, and brakes no faster than it may.
+    # Its pose is known to a few centimetres, and it brakes no faster than its limit.
     inside = [speed for pose, speed in driving.way if SLOW[0] + 0.4 < pose.x < SLOW[2] - 0.2]
     outside = [speed for pose, speed in driving.way if not SLOW[0] < pose.x < SLOW[2]]
     assert max(inside) == pytest.approx(0.15, abs=0.005)

@@ -1,4 +1,4 @@
-"""Plans on request of a robot that stands, and of one that drives meanwhile."""
+"""Path services of a clone whose robot stands or drives."""
 
 import json
 import math
@@ -64,7 +64,7 @@ def test_a_robot_that_stands_stays_where_it_is_and_publishes_no_plan():
 
 
 def test_a_robot_that_drives_is_not_disturbed():
-    """Two robots of the same world: one is asked for plans all the way, and drives as the other does."""
+    """Of two equal robots, one plans for a service all the time, and drives exactly as the other does."""
     asked, left_alone = loop(), loop()
     for driving in (asked, left_alone):
         driving.send_goal(GOAL)
@@ -128,7 +128,7 @@ def test_the_planner_has_the_parameters_that_it_drives_by():
 
 
 def test_a_plan_is_made_before_localization_and_odometry_have_met():
-    """Localization is stamped ahead of its scan, so with the first one there is no moment at which both are known."""
+    """Localization is stamped later than its scan, so at the first one there is no time at which both are known."""
     driving = ClosedLoop(World(walled_map(6, 4, []), START))
     driving.step()
     here, there = ends(ask(driving, stamped(START), stamped(GOAL)))

@@ -1,4 +1,4 @@
-"""A robot in a corridor that something blocks: every recovery behaviour is tried, in order, and any may be the last."""
+"""A robot in a blocked corridor: all recovery behaviours are tried in order, and any of them may succeed."""
 
 import pytest
 
@@ -32,7 +32,7 @@ PARAMETERS = {
 
 
 class Corridor:
-    """The loop, and what Move Base says it does; the crate goes when a behaviour has ended."""
+    """The loop with the status texts of Move Base; the crate is removed when a given behaviour has ended."""
 
     def __init__(self, *, leaves_after: str = "", boxes=(), pose: Pose2D = START) -> None:
         self.driving = ClosedLoop(World(walled_map(6.4, 1.6, list(boxes)), pose, beams=360), parameters=PARAMETERS)

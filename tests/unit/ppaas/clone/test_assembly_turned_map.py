@@ -1,4 +1,4 @@
-"""A map whose file gives its origin a yaw: all that was true of the map as it was is true of it turned."""
+"""A map whose origin has a yaw: everything works as on the same map without it."""
 
 import math
 
@@ -31,7 +31,7 @@ START, GOAL = Pose2D(1.02, 1.03, 1.2), Pose2D(6.52, 1.63, 0.0)
 
 
 def turned(grid: GridMap) -> GridMap:
-    """Return a map turned, by way of its files."""
+    """Return a map with a yaw, written to files and read again."""
     info = grid.info
     moved = GridMap(grid.data, GridInfo(info.resolution, info.width, info.height, TURN @ info.origin))
     return load_map(*save_map(moved, "turned.pgm"))
@@ -39,7 +39,7 @@ def turned(grid: GridMap) -> GridMap:
 
 @pytest.fixture(scope="module")
 def maps() -> tuple[GridMap, GridMap]:
-    """Return a map and the same turned."""
+    """Return a map, and the same map with a yaw."""
     return STRAIGHT, turned(STRAIGHT)
 
 
@@ -80,7 +80,7 @@ def test_a_laser_measures_the_same(maps):
 
 
 def test_localization_finds_the_same_pose_turned(maps):
-    """From the same particles, turned, the same odometry, beams and random numbers."""
+    """The same particles, rotated, with the same odometry, beams and random numbers."""
     angles = np.linspace(-2.0, 2.0, 60)
     ranges = cast_rays(maps[0].data >= 65, maps[0].info, START, angles, 10.0)
     beams = np.stack((ranges * np.cos(angles), ranges * np.sin(angles)), axis=-1)

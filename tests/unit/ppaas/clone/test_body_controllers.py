@@ -1,4 +1,4 @@
-"""Local planners in a clone: each of those installed drives its robot, and is told of its body."""
+"""Local planners in a clone: each installed one drives a robot, with the parameters of its body."""
 
 import math
 

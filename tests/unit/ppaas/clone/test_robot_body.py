@@ -1,4 +1,4 @@
-"""What a clone plans and drives for."""
+"""Body of a robot from model, URDF and parameters."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Scans as points."""
+"""Conversion of scans to points and beams."""
 
 import math
 

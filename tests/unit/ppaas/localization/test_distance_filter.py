@@ -1,4 +1,4 @@
-"""Beams that end at people who crowd around a robot."""
+"""Distance filter: beams that end at people around a robot."""
 
 import math
 
@@ -20,7 +20,7 @@ BESIDE = Pose2D(6.0, 1.2, 0.0)
 
 
 def seen(people: int, others: int, away: float = 1.0) -> np.ndarray:
-    """Return points of beams that end at people so far away, and of others at the left wall, as seen from `HERE`."""
+    """Return end points of beams at people at a distance, and of others at the left wall, as seen from `HERE`."""
     bearings = np.linspace(-0.6, 0.6, people)
     near = away * np.column_stack((np.cos(bearings), np.sin(bearings)))
     walls = np.column_stack((np.full(others, 0.05 - HERE.x), np.linspace(-1.5, 1.5, others)))

@@ -1,4 +1,4 @@
-"""When scans fit worse than they did."""
+"""Detection of scans that fit worse than before."""
 
 from ppaas.localization.fit_averages import AMISS, FitAverages
 

@@ -1,4 +1,4 @@
-"""Localization holds the pose of a robot that drives."""
+"""The particle filter tracks the pose of a moving robot."""
 
 import math
 
@@ -21,14 +21,14 @@ START = Pose2D(1.0, 1.0, math.pi / 2)
 
 
 def look(localization: ParticleFilter) -> bool:
-    """Look for a robot that is lost, at once; tell whether particles were drawn anew."""
+    """Search for a lost robot at once; return whether particles were redrawn."""
     search = localization.next_search()
     found = None if search is None else search.run(bool)
     return found is not None and localization.adopt(found)
 
 
 class Drive:
-    """A robot that is steered by its true pose, and localized beside it."""
+    """A robot that is steered by its true pose, and localized at the same time."""
 
     def __init__(self, world: World, parameters: AmclParameters, spread: float = 0.1) -> None:
         self.world = world
@@ -221,7 +221,7 @@ def test_a_map_without_a_free_cell_has_nowhere_to_look():
 
 
 def lost() -> tuple[ParticleFilter, World, np.ndarray]:
-    """Return localization that knows nothing, after one scan."""
+    """Return a filter with particles all over the map, after one scan."""
     localization, world = ParticleFilter(LAYERS, AmclParameters()), World(GRID, START)
     localization.initialise_globally()
     beams = localization.sensor.beams(world.scan(0.0), Pose2D(0, 0, 0))

@@ -1,4 +1,4 @@
-"""One pose of many particles."""
+"""Pose estimate from particles."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Where in a map a robot may be."""
+"""Global pose search."""
 
 import math
 
@@ -84,7 +84,7 @@ OFFICE_LAYERS = build_layers(OFFICE)
 
 
 def crowded(seed: int, people: int, told: Pose2D | None = None, *, lost: bool = False) -> PoseCandidates:
-    """Look for a robot that has driven around a circle with people around it, others at each look."""
+    """Search for a robot that has driven along a circle among people, who change with each scan."""
     random = np.random.default_rng(seed)
     roomy = OFFICE.info.to_world(np.argwhere(OFFICE_LAYERS.distance > 1.2))
     start = Pose2D(*roomy[random.integers(len(roomy))], random.uniform(-math.pi, math.pi))

@@ -1,4 +1,4 @@
-"""Whether a robot counts as lost."""
+"""Relocalization: whether a robot counts as lost, and which searches are run."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def relocalizer() -> Relocalizer:
 
 
 def drive(relocalizer: Relocalizer, begin: float, end: float, fit: float) -> list[PoseSearch]:
-    """Note a scan each decimetre; return what was to be looked for."""
+    """Add a scan every decimetre; return the searches requested."""
     looked = []
     for x in np.arange(begin, end, 0.1).tolist():
         relocalizer.note(fit, Pose2D(x, 0.0, 0.0), POINTS, HERE)

@@ -1,4 +1,4 @@
-"""What the laser has seen on the last metres."""
+"""History of the scans of the last metres."""
 
 import math
 
@@ -35,7 +35,7 @@ def test_a_wall_is_seen_where_it_is_from_wherever_it_was_seen(odoms: list[Pose2D
     x, y, _ = last.inverse() @ wall
     seen = history.seen()
     np.testing.assert_allclose(seen[:, :2], np.tile((x, y), (len(seen), 1)), atol=1e-9)
-    # Each is as long as when it was seen, and the newest begins where the robot is.
+    # Each ray keeps its length, and those of the newest scan start at the robot.
     begins = [last.inverse() @ odom for odom in odoms]
     assert all(min(math.dist(row, begin[:2]) for begin in begins) < 1e-9 for row in seen[:, 2:].tolist())
     np.testing.assert_allclose(seen[-1, 2:], 0.0, atol=1e-12)

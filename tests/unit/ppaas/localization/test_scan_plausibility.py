@@ -1,4 +1,4 @@
-"""Telling a blind laser from one around which there is nothing."""
+"""Plausibility check: a blind laser is told apart from one with nothing in reach."""
 
 import math
 

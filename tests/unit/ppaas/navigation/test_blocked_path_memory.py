@@ -1,4 +1,4 @@
-"""Places that are shut for a while because a plan was blocked there."""
+"""Memory of blocked paths: places are closed for a while after a plan was blocked there."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ NEAR_DOOR, FAR_DOOR = (2.5, 4.0), (8.5, 4.0)
 
 
 def costs(*, near_open: bool) -> Costmap:
-    """Return a room in two parts, with a door near by, which may be shut, and one farther away."""
+    """Return two rooms with a near door, which may be closed, and another one farther away."""
     grid = room(10.0, 8.0)
     cells = grid.data.copy()
     cells[79:81] = OCCUPIED
@@ -40,7 +40,7 @@ def leads_by(found: PlanResult, door: tuple[float, float]) -> bool:
 
 
 def seen_shut(places: BlockedPathMemory, now: float, pose: Pose2D = START) -> None:
-    """Follow the plan through the near door, and until ``now`` find that shut for as long as it is waited for."""
+    """Follow the plan through the near door, and find it blocked until ``now``, for the whole waiting time."""
     places.take(plan(OPEN), OPEN, START, now - WAIT - 1.0)
     assert places.take(plan(SHUT), SHUT, pose, now - WAIT) > 0.0
     assert places.take(plan(SHUT), SHUT, pose, now) == 0.0

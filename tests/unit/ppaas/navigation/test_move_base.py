@@ -1,4 +1,4 @@
-"""Move Base, transition by transition: goals, cancelling, planning."""
+"""Transitions of Move Base: goals, cancels, planning."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Move Base, transition by transition: control, recovery, and a pose that is not known."""
+"""Transitions of Move Base: control, recovery, and an unknown pose."""
 
 from ppaas.controllers.base import Velocity
 from ppaas.geometry import Pose2D
@@ -38,7 +38,7 @@ def test_when_no_velocity_is_free_it_stops_and_plans_anew():
 
 
 def fail_control(driver: Driver, cycles: int) -> None:
-    """Plans are found, velocities never."""
+    """Let planning succeed and control fail."""
     for _ in range(cycles):
         driver.tick()
         for order in driver.of(RequestPlan):
@@ -128,7 +128,7 @@ def test_a_plan_that_cannot_be_renewed_for_longer_than_patience_is_given_up():
 
 
 def defer(driver: Driver, seconds: float) -> None:
-    """Plans are found, all of them detours that are not to be taken yet."""
+    """Let every plan be a detour that the robot should not take yet."""
     began = driver.now
     while driver.now < began + seconds:
         driver.tick()

@@ -1,4 +1,4 @@
-"""What holds for Move Base whatever comes, in whatever order."""
+"""Invariants of Move Base under arbitrary sequences of events."""
 
 import numpy as np
 from hypothesis import settings
@@ -18,7 +18,7 @@ seconds = st.sampled_from([0.0, 0.1, 0.5, 3.0, 20.0])
 
 
 class Rules(RuleBasedStateMachine):
-    """Answers come, or do not, early or late."""
+    """Feeds answers early, late or never."""
 
     @initialize(
         frequency=st.sampled_from([0.0, 1.0]),

@@ -1,4 +1,4 @@
-"""Telling a robot that gets nowhere."""
+"""Detection of a robot that oscillates."""
 
 from ppaas.geometry import Pose2D
 from ppaas.navigation.oscillation import Oscillation

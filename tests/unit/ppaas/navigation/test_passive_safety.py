@@ -1,4 +1,4 @@
-"""Who comes towards the robot finds it standing."""
+"""Passive safety: the robot stands before an approaching person reaches it."""
 
 import math
 
@@ -21,7 +21,7 @@ def person(x: float, y: float, vx: float, vy: float) -> MovingObstacle:
 
 
 def nearest(gap: float, walks: float, speed: float) -> float:
-    """Return how near somebody is who walks up to a robot by the time that this stands, both straight on."""
+    """Return the distance of a person who walks straight towards a robot at the time when the robot stands."""
     dt, seconds = 0.001, 0.0
     while speed > 0.0:
         gap -= (speed + walks) * dt

@@ -1,4 +1,4 @@
-"""Whether a base does what it is told."""
+"""Progress checker: detects a base that does not follow commands."""
 
 import itertools
 import math
@@ -14,7 +14,7 @@ DT = 0.05
 
 
 class Base:
-    """Does a part of what it was told some looks ago."""
+    """Executes a part of the command of some cycles ago."""
 
     def __init__(self, part: float = 1.0, delay: int = 6) -> None:
         self.part = part
@@ -45,9 +45,7 @@ def test_who_stands_still_while_told_to_drive_is_found_within_two_windows_and_he
     base.drive(2 * WINDOW, 0.3)
     first = next(number for number, each in enumerate(base.found) if each is not None)
     assert (first + 1) * DT <= WINDOW + 2 * DT
-    assert base.complaints[0].reason == (
-        "the base does not follow cmd_vel: 0.30 m/s commanded, 0.00 m/s driven"
-    )
+    assert base.complaints[0].reason == ("the base does not follow cmd_vel: 0.30 m/s commanded, 0.00 m/s driven")
     assert len(base.complaints) * DT <= HOLD
 
 

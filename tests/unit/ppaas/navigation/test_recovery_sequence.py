@@ -1,4 +1,4 @@
-"""What is tried, in what order."""
+"""Recovery behaviours and their order."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What nodes keep of tf."""
+"""Listener of tf."""
 
 import math
 

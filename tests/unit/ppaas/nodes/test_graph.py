@@ -1,4 +1,4 @@
-"""Topics, services, timers and jobs among the nodes of one home."""
+"""Topics, services, timers and jobs of a graph."""
 
 from collections.abc import Callable
 from typing import Any
@@ -18,7 +18,7 @@ LAST = Topic("last", std_msgs.Float64, latched=True)
 
 
 class Doubler(Node):
-    """Doubles what it hears, refuses what is negative, and remembers the last."""
+    """Publishes the double of a number, rejects negative ones, and remembers the last."""
 
     name = "doubler"
     subscribes = (IN,)
@@ -49,7 +49,7 @@ class Doubler(Node):
 
 
 class Listener(Node):
-    """Keeps what it hears of a topic."""
+    """Stores the messages of a topic."""
 
     name = "listener"
     subscribes = (OUT, LAST)

@@ -1,4 +1,4 @@
-"""A node that leaves its home takes its timers and jobs with it, and the time that each node takes is its own."""
+"""Node context: timers and jobs end when a node leaves, and run times are recorded by node."""
 
 from collections.abc import Callable
 from typing import Any
@@ -17,7 +17,7 @@ IN, OUT = Topic("in", std_msgs.Float64), Topic("out", std_msgs.Float64)
 
 
 class Counter(Node):
-    """Counts what its timer tells it, in a job that somebody has to run."""
+    """Counts the ticks of its timer, in a job that the test has to run."""
 
     name = "counter"
     subscribes = (IN,)
@@ -54,7 +54,7 @@ class Counter(Node):
 
 
 class Later:
-    """A worker that runs jobs when it is told to."""
+    """A worker that runs jobs when the test says so."""
 
     def __init__(self) -> None:
         self.waiting: list[Callable[[], None]] = []

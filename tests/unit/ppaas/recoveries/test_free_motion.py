@@ -1,4 +1,4 @@
-"""Where a robot may go blindly."""
+"""Collision check of motions that follow no plan."""
 
 import math
 

@@ -66,7 +66,7 @@ def test_every_behaviour_installed_names_itself_and_its_purpose():
 
 
 class Whistle(Recovery):
-    """A behaviour of another distribution."""
+    """A recovery behaviour from another distribution."""
 
     name = "whistle"
     purpose = "Whistles, so that people step aside."

@@ -24,7 +24,7 @@ def test_ranges_are_scored_as_by_their_twin(seed, turned):
     particles = rng.uniform(-2, 3, (8, 3))
     beams = np.column_stack([rng.uniform(-0.2, 0.2, (10, 2)), rng.uniform(-3, 3, 10), rng.uniform(0.1, 3.0, 10)])
     beams[:3, 3] = 3.0
-    # A wide hit and few of the short ones: half a cell more or less is no great difference.
+    # A wide hit and a low weight of short ranges, so that half a cell makes little difference.
     shares = beam_model.BeamShares(0.9, 0.01, 0.05, 0.05, 0.5, 0.1)
     expected = twin.score_ranges(particles, beams, distance, info, shares, 3.0)
     found = beam_model.score_serial(particles, beams, distance, info.resolution, np.array(info.origin), shares, 3.0)

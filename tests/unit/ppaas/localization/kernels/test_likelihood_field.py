@@ -33,7 +33,7 @@ def test_scans_are_scored_as_by_their_twin(seed, turned):
     found = likelihood_field.score_serial(
         particles, beams, distance, info.resolution, np.array(info.origin), cubes(info.resolution)
     )
-    # A beam that ends within rounding of the edge of a cell may be read off its neighbour.
+    # A beam that ends within rounding of the edge of a cell may be looked up in its neighbour.
     assert np.mean(np.isclose(found, expected, atol=1e-9)) >= 0.8
 
 

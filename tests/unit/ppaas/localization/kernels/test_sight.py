@@ -29,7 +29,7 @@ def test_rays_are_accounted_for_as_by_their_twin_but_for_those_that_graze_a_corn
             found[i, j], expected[i, j] = told[0], twin.explain_rays(pose, ray, distance, info, 0.1, 0.5)
     same = np.isclose(found, expected, atol=1e-6)
     assert same.mean() > 0.95
-    # A corner that half a cell steps over is taken for open; hardly anything that is open is taken for shut.
+    # Steps of half a cell may skip a corner; hardly any free ray is taken to be blocked.
     assert (found < expected - 1e-6).mean() < 0.01
     sums = sight.explain_rays(poses, rays, distance, 0.1, np.array(info.origin), 0.1, 0.5)
     np.testing.assert_allclose(sums, found.sum(axis=1))

@@ -1,4 +1,4 @@
-"""Localization as a node."""
+"""Node ``amcl``."""
 
 import math
 
@@ -25,7 +25,7 @@ START = Pose2D(1.0, 1.0, 0.5)
 
 
 class Home:
-    """A graph with localization in it, and what it publishes."""
+    """A graph with localization, and what it publishes."""
 
     def __init__(self, pose: Pose2D = START, initial: Pose2D | None = None, now: float = 100.0) -> None:
         self.world = World(GRID, pose)

@@ -1,4 +1,4 @@
-"""The node that makes scans of depth images, in a graph and in a clone."""
+"""Node ``depthimage_to_laserscan``, in a graph and in a clone."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""The map server."""
+"""Node ``map_server``."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ LAYERS = build_layers(GRID)
 
 
 def asked(layers: MapLayers, service: str):
-    """Return what the service of a map server answers."""
+    """Return the reply of a map server to a service call."""
     graph, answers = Graph(), []
     graph.add(lambda context: MapServerNode(context, layers))
     graph.call(service, Empty(), answers.append)

@@ -1,4 +1,4 @@
-"""Move Base as a node: its topics and services."""
+"""Node ``move_base``: its topics and services."""
 
 import pytest
 
@@ -163,7 +163,7 @@ def test_a_restored_goal_is_driven_to_once_and_ids_go_on(driving):
 
 
 def test_a_robot_that_waits_runs_no_control_cycle(driving):
-    """The timer of the status is all that is due while there is no goal."""
+    """Without a goal, only the timer of the status runs."""
     ticks = []
     node = driving.graph.nodes["move_base"]
     tick = node._tick

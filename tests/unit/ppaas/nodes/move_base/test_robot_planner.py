@@ -1,4 +1,4 @@
-"""Errors of planning that will pass, and those that will not."""
+"""Plans of the robot: errors that are final, and errors that are not."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The parameter server answers as rosapi does, and is free of charge while nobody sets anything."""
+"""Node ``parameter_server``: it answers as rosapi does, and has no state until a parameter is set."""
 
 import json
 from dataclasses import dataclass

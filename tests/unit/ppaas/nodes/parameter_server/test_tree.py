@@ -1,4 +1,4 @@
-"""Parameters by name: nodes' own are read alone, all others are kept as they were given, and bad ones harm nothing."""
+"""Parameter tree: nodes' parameters are read-only, others are stored, and invalid ones change nothing."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""What it costs from many starts to many goals, as the planner server tells programs."""
+"""Costs from many starts to many goals, by the planner server."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Paths on a map, without a robot."""
+"""Node ``planner_server``: paths on a map, without a robot."""
 
 import json
 import math

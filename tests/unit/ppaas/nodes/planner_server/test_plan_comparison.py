@@ -1,4 +1,4 @@
-"""Some of the plans that need not be the cheapest are compared with those that are."""
+"""Sampled plans of planners that are not always optimal are compared with the cheapest."""
 
 from ppaas import planners
 from ppaas.nodes.graph import Graph
@@ -13,7 +13,7 @@ REQUEST = PlanRequest(centre(MAP, 1, 1), centre(MAP, 20, 38))
 
 
 class Home:
-    """A comparison on a graph that runs jobs at once."""
+    """A plan comparison on a graph that runs jobs at once."""
 
     def __init__(self) -> None:
         self.noted = list[PlannerHistory]()

@@ -1,4 +1,4 @@
-"""Plans one after the other."""
+"""Queue of planning jobs."""
 
 import weakref
 
@@ -10,7 +10,7 @@ from ppaas.nodes.planner_server.planner_queue import MAX_WAITING, PlannerQueue
 
 
 class LateWorker:
-    """Keeps jobs until it is told to run them."""
+    """A worker that stores jobs until the test runs them."""
 
     def __init__(self) -> None:
         self.jobs: list = []
@@ -97,7 +97,7 @@ def test_too_many_waiting_are_refused():
 
 def test_nothing_of_a_job_that_is_done_is_kept_with_its_ticket():
     class Large:
-        """Such as a costmap."""
+        """Stands for a large object such as a costmap."""
 
     plans, large = PlannerQueue(Graph()), Large()
     held = weakref.ref(large)

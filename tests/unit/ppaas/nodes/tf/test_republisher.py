@@ -1,4 +1,4 @@
-"""Transforms are republished to who asks, when they moved and no more often, for as long as somebody hears them."""
+"""Node ``tf2_web_republisher``: transforms are published when they change, while a topic has subscribers."""
 
 import pytest
 
@@ -22,7 +22,7 @@ PERIOD = 0.1
 
 
 class Home:
-    """A graph with a republisher in it, and time in the hand of the test."""
+    """A graph with a republisher, and a clock that the test controls."""
 
     def __init__(self) -> None:
         self.now = 0.0
@@ -56,7 +56,7 @@ class Home:
         self.graph.inject(GOAL.name, TFSubscriptionActionGoal(TFSubscriptionGoal(**wanted), GoalID(Time(5), goal_id)))
 
     def xs(self) -> list[float]:
-        """Return where the frames were told to be, and forget."""
+        """Return the x of the frames published so far, and forget them."""
         arrays = [getattr(message, "feedback", message) for _, message in self.told]
         self.told.clear()
         return [transform.transform.translation.x for array in arrays for transform in array.transforms]

@@ -1,4 +1,4 @@
-"""The state publisher."""
+"""Node ``robot_state_publisher``."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""A robot along a list of waypoints: the whole clone, without I/O."""
+"""Node ``waypoint_follower`` in a whole clone, without I/O."""
 
 import math
 
@@ -263,7 +263,7 @@ def test_a_waypoint_may_be_given_in_the_frame_of_the_robot():
 
 
 def elsewhere(first: Tour, seconds: float = 0.5) -> Tour:
-    """Return the clone in another home, some time later."""
+    """Return the clone in another executor, some time later."""
     checkpoints = first.driving.graph.checkpoints()
     second = Tour(ClosedLoop(first.driving.world, start=first.driving.clock() + seconds, **PAUSING))
     second.driving.graph.restore(checkpoints)
