@@ -1,1 +1,1 @@
-"""Fabric: the Zenoh session and router of a machine, and the key expressions under which robots share messages."""
+"""Fabric: the Zenoh session and router of a machine, and the key expressions by which robots share messages."""

@@ -1,4 +1,4 @@
-"""The way from Zenoh's threads to the event loop: never blocks them, never grows, keeps the newest."""
+"""Bounded queue from Zenoh's threads to the event loop: never blocks the threads, and keeps the newest items."""
 
 import asyncio
 import logging
@@ -12,7 +12,7 @@ T = TypeVar("T")
 logger = logging.getLogger(__name__)
 
 BATCH = 64
-"""Items taken in one turn of the loop, so that a flood on one key leaves the loop time for the others."""
+"""Most items handled in one turn of the loop, so that a flood on one key leaves time for others."""
 
 
 class Inbox(Generic[T]):
@@ -21,11 +21,11 @@ class Inbox(Generic[T]):
     Parameters
     ----------
     loop : AbstractEventLoop
-        On which the callback is called.
+        Event loop to call the callback on.
     callback : callable
-        Takes one item; what it raises is logged.
+        Called with one item; its exceptions are logged.
     limit : int
-        Items that may wait; one more, and the oldest is lost.
+        Capacity of the queue. When it is full, the oldest item is dropped.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, callback: Callable[[T], None], limit: int) -> None:
@@ -42,15 +42,15 @@ class Inbox(Generic[T]):
         self._waiting.append(item)
         if not self._awake:
             self._awake = True
-            with suppress(RuntimeError):  # the loop has ended, and nobody waits any longer
+            with suppress(RuntimeError):  # the loop is closed
                 self._loop.call_soon_threadsafe(self._take)
 
     def close(self) -> None:
-        """Call the callback no more."""
+        """Stop calling the callback."""
         self._closed = True
 
     def _take(self) -> None:
-        # Before the deque is looked at: what is put from now on wakes us again.
+        # Reset before the queue is read: an item that is added from now on schedules another call.
         self._awake = False
         for _ in range(BATCH):
             if self._closed:
@@ -62,7 +62,7 @@ class Inbox(Generic[T]):
             try:
                 self._callback(item)
             except Exception:
-                logger.exception("a callback of the fabric failed")
+                logger.exception("a callback of the fabric raised an exception")
         if self._waiting and not self._awake:
             self._awake = True
             self._loop.call_soon(self._take)

@@ -1,13 +1,13 @@
-"""Key expressions of the fabric: how they are made, and which of them a container may use.
+"""Key expressions of the fabric, and the permissions of containers to use them.
 
 ::
 
-    ppaas/<user>/<group>/<robot>/<topic>      a robot's own
-    ppaas/map/<map>/<user>/<robot>/<topic>    what a robot shows to all robots of its map
+    ppaas/<user>/<group>/<robot>/<topic>      private topics of a robot
+    ppaas/map/<map>/<user>/<robot>/<topic>    topics that a robot shares with all robots of its map
 
-Users, groups, robots and maps may be named with any characters: what a key cannot carry is written as ``%xx``.
-Topics are ROS graph names. Only the agent of a machine speaks on the fabric; it asks a ``Scope`` before it publishes
-or subscribes for a container.
+Names of users, groups, robots and maps may contain any characters; those that a key must not contain are written as
+``%xx``. Topics are ROS graph names. Only the agent of a machine uses the fabric. It checks a ``Scope`` before it
+publishes or subscribes for a container.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ _SPECIAL = frozenset("*$?#")
 
 
 class SharedKey(NamedTuple):
-    """What the key of a shared topic says."""
+    """The parts of the key of a shared topic."""
 
     map: str
     user: str
@@ -40,24 +40,24 @@ def chunk(name: str) -> str:
         The name is empty.
     """
     if not name:
-        raise InvalidParameter("a key needs a name that is not empty")
-    if name == SHARED:  # a user of this name must not be taken for the shared part
+        raise InvalidParameter("names in keys of the fabric must not be empty")
+    if name == SHARED:  # a user of this name must not be mistaken for the shared part
         return f"%{ord(name[0]):02X}{name[1:]}"
     return quote(name, safe="") if name.strip(".") else name.replace(".", "%2E")
 
 
 def topic_key(user: str, group: str, robot: str, topic: str) -> str:
-    """Return the key of a robot's own topic."""
+    """Return the key of a private topic of a robot."""
     return "/".join((ROOT, chunk(user), chunk(group), chunk(robot), _topic(topic)))
 
 
 def shared_key(map_id: str, user: str, robot: str, topic: str) -> str:
-    """Return the key under which a robot shows a topic to the robots of its map."""
+    """Return the key of a topic that a robot shares with the robots of its map."""
     return "/".join((ROOT, SHARED, chunk(map_id), chunk(user), chunk(robot), _topic(topic)))
 
 
 def everyones(map_id: str, topic: str) -> str:
-    """Return the key expression of a topic as all robots of a map show it."""
+    """Return the key expression of a topic that all robots of a map share."""
     return "/".join((ROOT, SHARED, chunk(map_id), "*", "*", _topic(topic)))
 
 
@@ -67,19 +67,19 @@ def parse_shared(key: str) -> SharedKey:
     Raises
     ------
     InvalidParameter
-        It is the key of something else.
+        It is not the key of a shared topic.
     """
     root, _, rest = key.partition(f"/{SHARED}/")
     parts = rest.split("/", 3)
     if root != ROOT or len(parts) != 4 or not all(parts):
-        raise InvalidParameter(f"not the key of a shared topic: {key!r}")
+        raise InvalidParameter(f"{key!r} is not the key of a shared topic")
     map_id, user, robot, topic = parts
     return SharedKey(unquote(map_id), unquote(user), unquote(robot), topic)
 
 
 def _topic(name: str) -> str:
     if _SPECIAL.intersection(name) or ".." in name.split("/"):
-        raise NotPermitted(f"a topic is named without wildcards or '..': {name!r}")
+        raise NotPermitted(f"the topic name {name!r} must not contain wildcards or '..'")
     try:
         return normalise(name).replace("~", "%7E")
     except MalformedMessage as error:
@@ -88,14 +88,14 @@ def _topic(name: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Scope:
-    """What one container may read and write.
+    """The keys that one container may read and write.
 
     Parameters
     ----------
     user, group, robot : str
-        Whose container it is.
+        User, container group and robot of the container.
     map : str
-        The map that its robot stands in.
+        Map of the robot.
     """
 
     user: str
@@ -104,48 +104,50 @@ class Scope:
     map: str
 
     def own(self, topic: str) -> str:
-        """Return the key of a topic that nobody but this robot's own user reads."""
+        """Return the key of a private topic, which only this robot's user may read."""
         return topic_key(self.user, self.group, self.robot, topic)
 
     def shown(self, topic: str) -> str:
-        """Return the key under which this robot shows a topic to the robots of its map."""
+        """Return the key of a topic that this robot shares with the robots of its map."""
         return shared_key(self.map, self.user, self.robot, topic)
 
     def seen(self, topic: str) -> str:
-        """Return the key expression of a topic of all robots of its map, itself among them."""
+        """Return the key expression of a topic of all robots of its map, including itself."""
         return everyones(self.map, topic)
 
     def check_write(self, key: str) -> None:
-        """Make sure that the container may publish under a key.
+        """Raise unless the container may publish under a key.
 
         Raises
         ------
         NotPermitted
-            The key is not the robot's own, or has wildcards.
+            The key does not belong to the robot, or contains wildcards.
         """
-        _no_wildcards(key)
+        _check_plain(key)
         shown = f"{ROOT}/{SHARED}/{chunk(self.map)}/{chunk(self.user)}/{chunk(self.robot)}/"
-        if not key.startswith((self._mine, shown)):
-            raise NotPermitted(f"robot {self.robot!r} of {self.user!r} may not write {key!r}; it writes {self._mine}…")
+        if not key.startswith((self._private, shown)):
+            raise NotPermitted(
+                f"robot {self.robot!r} of user {self.user!r} may not write {key!r}, only keys below {self._private}"
+            )
 
     def check_read(self, key: str) -> None:
-        """Make sure that the container may read a key: one of its own, or one shown to the robots of its map.
+        """Raise unless the container may read a key: a private one, or one shared with the robots of its map.
 
         Raises
         ------
         NotPermitted
-            Anything else, or wildcards.
+            It is another key, or contains wildcards.
         """
-        _no_wildcards(key)
-        if not key.startswith((self._mine, f"{ROOT}/{SHARED}/{chunk(self.map)}/")):
-            raise NotPermitted(f"robot {self.robot!r} of {self.user!r} may not read {key!r}")
+        _check_plain(key)
+        if not key.startswith((self._private, f"{ROOT}/{SHARED}/{chunk(self.map)}/")):
+            raise NotPermitted(f"robot {self.robot!r} of user {self.user!r} may not read {key!r}")
 
     @property
-    def _mine(self) -> str:
+    def _private(self) -> str:
         return f"{ROOT}/{chunk(self.user)}/{chunk(self.group)}/{chunk(self.robot)}/"
 
 
-def _no_wildcards(key: str) -> None:
+def _check_plain(key: str) -> None:
     chunks = key.split("/")
     if _SPECIAL.intersection(key) or any(not part.strip(".") for part in chunks):
-        raise NotPermitted(f"a key is named without wildcards, '..' or empty parts: {key!r}")
+        raise NotPermitted(f"the key {key!r} must not contain wildcards, '..' or empty parts")

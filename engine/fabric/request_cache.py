@@ -1,4 +1,4 @@
-"""What a server remembers of requests, so that one that comes twice is carried out once."""
+"""Cache of requests and their answers, so that a request that arrives twice is executed once."""
 
 import asyncio
 from collections.abc import Callable, Coroutine
@@ -8,20 +8,20 @@ from ppaas.clock import Clock, monotonic
 from ppaas.errors import Unavailable
 
 MARGIN = 10.0
-"""Seconds for which an answer is kept beyond the patience of whoever asks, for a repetition still on its way."""
+"""Time for which an answer is kept after the client's timeout [s], for repetitions that are still under way."""
 
 Answering = Coroutine[Any, Any, bytes]
 
 
 class RequestCache:
-    """Requests under way and answered, by their id.
+    """Requests, executing and answered, by their id.
 
-    Nothing is forgotten that may still be asked for: where there is no room, a new request is refused instead.
+    An answer is kept while its request may be repeated. When the cache is full, new requests are refused.
 
     Parameters
     ----------
     limit : int
-        Most requests that are remembered.
+        Capacity [requests].
     clock : callable
         Monotonic seconds.
     """
@@ -36,21 +36,21 @@ class RequestCache:
         return len(self._known)
 
     def answer(self, request: str, patience: float, begin: Callable[[], Answering]) -> asyncio.Task[bytes]:
-        """Return the task that answers a request: a new one, or that of its first arrival.
+        """Return the task that executes a request: a new one, or that of its first arrival.
 
         Parameters
         ----------
         request : str
-            Its id.
+            Id of the request.
         patience : float
-            Seconds for which it may be repeated.
+            Time for which it may be repeated [s].
         begin : callable
-            Starts to carry it out; called only if the request is new.
+            Returns the coroutine that executes it; called only if the request is new.
 
         Raises
         ------
         Unavailable
-            Too many requests are remembered.
+            The cache is full.
         """
         now = self._clock()
         if now >= self._next_sweep or len(self._known) >= self._limit:
@@ -58,7 +58,7 @@ class RequestCache:
         if request in self._known:
             return self._known[request][0]
         if len(self._known) >= self._limit:
-            raise Unavailable(f"{self._limit} requests are under way or were just answered; try again later")
+            raise Unavailable(f"{self._limit} requests are executing or were just answered; try again later")
         task = asyncio.ensure_future(begin())
         self._known[request] = task, now + patience + MARGIN
         return task
@@ -70,7 +70,7 @@ class RequestCache:
         self._next_sweep = now + 1.0
 
     def cancel(self) -> None:
-        """Stop carrying out what is under way."""
+        """Cancel all executing requests."""
         for task, _ in self._known.values():
             task.cancel()
         self._known.clear()

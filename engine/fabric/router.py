@@ -1,9 +1,9 @@
-"""The Zenoh router of a machine: a process of its own, so that it can die alone.
+"""The Zenoh router of a machine, as a process that can be restarted by itself.
 
-``python -m engine.fabric.router`` reads its settings as JSON from standard input, writes one line when it listens and a
-byte for each that it reads from then on, which shows that it is not frozen. It ends when standard input does, which is
-when whoever started it is gone. Only clients that know a name and password of the credentials file may connect; nothing
-is scouted for and nothing announced.
+``python -m engine.fabric.router`` reads its settings as JSON from standard input and writes one line when it listens.
+From then on it echoes each byte that it reads, which shows that it is not frozen. It exits at the end of standard
+input, which also happens when its parent exits. Clients need a name and password of the credentials file. Scouting is
+off.
 """
 
 import asyncio
@@ -28,17 +28,17 @@ logger = logging.getLogger(__name__)
 READY = b"ready\n"
 START_TIMEOUT = 10.0
 STEADY = 5.0
-"""Seconds after which a router that dies again is started again at once."""
+"""Uptime after which a router that exits is restarted without delay [s]."""
 
 ANSWER_GRACE = 0.1
-"""Seconds that are waited for a beat that is late."""
+"""Additional wait for a late echo [s]."""
 
 RETRY = 0.2
-"""Seconds before a router is started that did not live so long."""
+"""Delay before the restart of a router that exited earlier [s]."""
 
 
 class RouterSettings(msgspec.Struct, frozen=True):
-    """Where a router listens, and whom it lets in.
+    """Addresses and credentials of a router.
 
     Parameters
     ----------
@@ -47,9 +47,9 @@ class RouterSettings(msgspec.Struct, frozen=True):
     credentials : str
         File with a line ``name:password`` for each client.
     own : RouterCredentials
-        By which the router names itself to other routers.
+        Credentials of this router for other routers.
     peering : Peering, optional
-        How it reaches the routers of other hosts.
+        Connection to the routers of other hosts.
     """
 
     listen: tuple[str, ...]
@@ -59,12 +59,12 @@ class RouterSettings(msgspec.Struct, frozen=True):
 
 
 def serve(settings: RouterSettings) -> None:
-    """Be a router until standard input ends."""
+    """Run a router until the end of standard input."""
     zenoh.init_log_from_env_or("error")
     with zenoh.open(router_config(settings.listen, settings.credentials, settings.own, settings.peering)):
         os.write(sys.stdout.fileno(), READY)
-        while asked := os.read(sys.stdin.fileno(), 4096):
-            os.write(sys.stdout.fileno(), asked)
+        while beats := os.read(sys.stdin.fileno(), 4096):
+            os.write(sys.stdout.fileno(), beats)
 
 
 class RouterProcess:
@@ -73,11 +73,11 @@ class RouterProcess:
     Parameters
     ----------
     folder : Path
-        For its socket and its credentials; made with mode 700 if it is not there.
+        Folder of its socket and credentials; created with mode 700 if it does not exist.
     tcp : str, optional
-        A second address, ``host:port``, for the clients that cannot reach the socket.
+        Additional address, ``host:port``, for clients that cannot reach the socket.
     peering : Peering, optional
-        How it reaches the routers of other hosts.
+        Connection to the routers of other hosts.
     """
 
     def __init__(self, folder: Path, *, tcp: str | None = None, peering: Peering | None = None) -> None:
@@ -92,16 +92,16 @@ class RouterProcess:
 
     @property
     def pid(self) -> int | None:
-        """Of the router that runs now."""
+        """Process id of the running router."""
         return self._process.pid if self._process is not None else None
 
     async def start(self) -> None:
-        """Start the router, wait until it listens, and go on starting it.
+        """Start the router, wait until it listens, and restart it whenever it exits.
 
         Raises
         ------
         Unavailable
-            It did not come up.
+            It exited before it listened.
         """
         self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         write_private(self._folder / "credentials", f"{self.credentials.user}:{self.credentials.password}\n".encode())
@@ -109,7 +109,7 @@ class RouterProcess:
         self._keeper = asyncio.create_task(self._keep(self._process))
 
     async def close(self) -> None:
-        """End the router."""
+        """Stop the router."""
         if self._keeper is not None:
             self._keeper.cancel()
             with contextlib.suppress(asyncio.CancelledError):
@@ -120,7 +120,7 @@ class RouterProcess:
             (self._folder / name).unlink(missing_ok=True)
 
     async def _spawn(self) -> Process:
-        # In a session of its own, Ctrl-C in a terminal does not end it before those who still need it.
+        # In its own session, so that Ctrl-C in a terminal does not end it before the processes that use it.
         process = await asyncio.create_subprocess_exec(
             sys.executable, "-m", __spec__.name, stdin=PIPE, stdout=PIPE, start_new_session=True
         )
@@ -136,7 +136,7 @@ class RouterProcess:
             await _end(process)
             raise
         if line != READY:
-            raise Unavailable(f"the router ended with status {await process.wait()} before it listened")
+            raise Unavailable(f"the router exited with status {await process.wait()} before it listened; see its log")
         return process
 
     async def _keep(self, process: Process) -> None:
@@ -144,23 +144,23 @@ class RouterProcess:
         while True:
             began = loop.time()
             status = await _ended(process)
-            logger.error("the router ended with status %s and is started again", status)
+            logger.error("the router exited with status %s and is restarted", status)
             if loop.time() - began < STEADY:
                 await asyncio.sleep(RETRY)
-            process = self._process = await self._insist()
+            process = self._process = await self._respawn()
             self.restarts += 1
 
-    async def _insist(self) -> Process:
+    async def _respawn(self) -> Process:
         while True:
             try:
                 return await self._spawn()
             except (Unavailable, OSError, TimeoutError):
-                logger.exception("the router did not come up; trying again")
+                logger.exception("the router did not start; trying again")
                 await asyncio.sleep(RETRY)
 
 
 async def _ended(process: Process) -> int:
-    """Return the status of a router that ended by itself, or was ended because it is frozen."""
+    """Wait until a router exits, or is killed because it is frozen; return its status."""
     watching = asyncio.create_task(_watch(process))
     try:
         return await process.wait()
@@ -178,7 +178,7 @@ async def _watch(process: Process) -> None:
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(ANSWER_GRACE):
                 beats += len(await process.stdout.read(4096))
-    logger.error("the router missed %d beats: it is frozen, and killed", MISSED)
+    logger.error("the router missed %d heartbeats: it is frozen and is killed", MISSED)
     process.kill()
 
 
@@ -194,7 +194,7 @@ async def _end(process: Process) -> None:
 
 
 def main() -> None:
-    """Run the router with the settings on standard input."""
+    """Run a router with the settings on standard input."""
     serve(msgspec.json.decode(sys.stdin.buffer.readline(), type=RouterSettings))
 
 

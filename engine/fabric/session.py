@@ -1,8 +1,8 @@
-"""The fabric: what containers, machines and stores share, over a Zenoh session to the router of the machine.
+"""Session on the fabric: publications and requests over Zenoh, through the router of the machine.
 
-Publications may be lost: when the router is away, when a reader is slow. What must arrive is a *request*: it has an
-id, is repeated until it is answered or its time is up, and is carried out once however often it arrives. The session
-comes back by itself after the router died, and all that was declared with it.
+Publications may be lost, when the router is unreachable or a reader is slow. A *request* is reliable: it has an id, is
+repeated until it is answered or times out, and is executed once however often it arrives. After the router died, the
+session reconnects by itself with all its declarations.
 """
 
 import asyncio
@@ -24,21 +24,23 @@ from ppaas.errors import InvalidParameter, PPaaSError, Unavailable, rebuild
 logger = logging.getLogger(__name__)
 
 MAX_PATIENCE = 60.0
+"""Longest timeout of a request [s]."""
+
 FIRST_ATTEMPT, LAST_ATTEMPT = 0.25, 1.0
-"""Seconds after which a request is repeated that nobody has answered yet; doubled each time up to the last."""
+"""Time before an unanswered request is repeated [s]; doubled each time, up to the last."""
 
 FIRST_PAUSE, LAST_PAUSE = 0.02, 0.25
-"""Seconds between repetitions while nobody is there to answer; doubled each time up to the last."""
+"""Pause between repetitions while no server is reachable [s]; doubled each time, up to the last."""
 
 _REFUSAL = zenoh.Encoding("application/x-ppaas-refusal")
-"""Marks our own errors among those that Zenoh makes itself."""
+"""Encoding of our own errors, to tell them from those of Zenoh."""
 
 Handler = Callable[[str, bytes], Awaitable[bytes]]
-"""Takes key and payload of a request, returns the answer, or raises a PPaaSError that is told to whoever asked."""
+"""Takes key and payload of a request; returns the answer, or raises a PPaaSError, which is sent to the client."""
 
 
 class _Envelope(msgspec.Struct, frozen=True):
-    """What travels beside the payload of a request."""
+    """Attachment of a request, beside its payload."""
 
     id: str
     patience: float
@@ -49,16 +51,16 @@ class _Entity(Protocol):
 
 
 class Declaration:
-    """Something declared on the fabric: a subscription, a service, a watch or a token of life.
+    """A declaration on the fabric: a subscription, a service, a watch or a liveliness token.
 
     Parameters
     ----------
     loop : AbstractEventLoop
-        Of the fabric.
+        Event loop of the fabric.
     entity : object
-        Zenoh's own.
+        The declared object of Zenoh.
     inbox : Inbox, optional
-        That it fills.
+        Queue that it fills.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, entity: _Entity, inbox: Inbox[Any] | None = None) -> None:
@@ -67,7 +69,7 @@ class Declaration:
         self._inbox = inbox
 
     def close(self) -> None:
-        """Take it back. Its callback is called no more; the router is told in a thread, since that may block."""
+        """Undeclare it. Its callback is not called again. Zenoh is called in a thread, since that may block."""
         if self._inbox is not None:
             self._inbox.close()
         self._loop.run_in_executor(None, self._entity.undeclare)
@@ -79,7 +81,7 @@ class Fabric:
     Parameters
     ----------
     session : zenoh.Session
-        Open, and from now on ours.
+        Open session, owned by this object from now on.
     """
 
     def __init__(self, session: zenoh.Session) -> None:
@@ -97,14 +99,14 @@ class Fabric:
         endpoint : str
             Zenoh endpoint of the router.
         credentials : RouterCredentials
-            That the router knows.
+            Credentials that the router accepts.
         timeout : float
-            Seconds to go on trying.
+            Time limit for connecting [s].
 
         Raises
         ------
         Unavailable
-            No router answers there, or it does not let us in.
+            No router answers there, or it refuses the credentials.
         """
         config = client_config(endpoint, credentials)
         deadline = monotonic() + timeout
@@ -117,8 +119,8 @@ class Fabric:
             await asyncio.sleep(FIRST_PAUSE)
 
     async def close(self) -> None:
-        """Close the session, then stop answering. Closing twice is allowed."""
-        # The other way round, Zenoh's threads would call into a loop that has ended, and wait for it for ever.
+        """Close the session, then cancel all requests that are being answered. Closing twice is allowed."""
+        # In the other order, Zenoh's threads would call into a closed loop and wait for ever.
         await asyncio.to_thread(self._session.close)
         self._answers.cancel()
         for task in self._replying:
@@ -130,15 +132,15 @@ class Fabric:
     # -- publications, which may be lost -------------------------------------------------------------------------------
 
     def publish(self, key: str, payload: bytes) -> None:
-        """Publish; it does not wait, and is lost while there is no router or no room."""
-        # Not "express": that sends each message by itself, and a burst to a healthy reader overruns the queue.
+        """Publish without waiting. The message is lost while there is no router or the queue is full."""
+        # Not "express", which sends each message in its own batch: a burst to a healthy reader would overrun the queue.
         self._session.put(key, payload, congestion_control=zenoh.CongestionControl.DROP)
 
     def subscribe(self, key: str, callback: Callable[[str, bytes], None], *, limit: int = 64) -> Declaration:
-        """Call back on the loop with key and payload of what is published under a key expression.
+        """Subscribe to a key expression; the callback gets key and payload of each publication, on the loop.
 
-        Where the callback is slower than the publishers, the newest ``limit`` publications wait and older ones are
-        lost.
+        When the callback is slower than the publishers, the newest ``limit`` publications are queued and older ones
+        are lost.
         """
 
         def take(sample: zenoh.Sample) -> None:
@@ -147,39 +149,41 @@ class Fabric:
         inbox = Inbox(self._loop, take, limit)
         return self._declare(self._session.declare_subscriber(key, inbox.put), inbox)
 
-    # -- requests, which are not ---------------------------------------------------------------------------------------
+    # -- requests, which are repeated until answered -------------------------------------------------------------------
 
     async def request(
         self,
         key: str,
         payload: bytes,
         *,
-        id: str | None = None,  # noqa: A002  # the word for it
+        id: str | None = None,  # noqa: A002  # the usual word
         timeout: float = 5.0,
     ) -> bytes:
-        """Ask whoever serves a key, again and again until there is an answer.
+        """Send a request to the server of a key, repeatedly until it is answered.
 
         Parameters
         ----------
         key : str
-            Without wildcards.
+            Key, without wildcards.
         payload : bytes
             The request.
         id : str, optional
-            Of the request; give that of an earlier one to ask for its answer again, if it was not longer ago than its
-            timeout. Without it, a new one.
+            Id of the request. The id of an earlier request returns its answer again, within its timeout. Default: a new
+            id.
         timeout : float
-            Seconds, at most 60.
+            Time limit [s], at most 60.
 
         Raises
         ------
         Unavailable
-            No answer came in time; whether the request was carried out is not known.
+            No answer arrived in time; the request may have been executed.
         PPaaSError
-            What the server answered instead.
+            The error that the server answered with.
         """
         if not 0.0 < timeout <= MAX_PATIENCE:
-            raise InvalidParameter(f"a request waits for up to {MAX_PATIENCE:g} s, not {timeout}")
+            raise InvalidParameter(
+                f"the timeout of a request must be greater than 0 and at most {MAX_PATIENCE:g} s, not {timeout}"
+            )
         envelope = msgspec.msgpack.encode(_Envelope(id or uuid.uuid4().hex, timeout))
         deadline = monotonic() + timeout
         pause, attempt = FIRST_PAUSE, FIRST_ATTEMPT
@@ -208,15 +212,16 @@ class Fabric:
             payload=payload,
             attachment=envelope,
             timeout=timeout,
-            congestion_control=zenoh.CongestionControl.DROP,  # a lost one is repeated; a blocked loop stalls all
+            # A lost request is repeated; blocking here would stall the event loop.
+            congestion_control=zenoh.CongestionControl.DROP,
         )
         return await first
 
     def serve(self, key: str, handler: Handler, *, limit: int = 1024) -> Declaration:
-        """Answer the requests under a key expression; each is carried out once, however often it arrives.
+        """Answer the requests under a key expression; each is executed once, however often it arrives.
 
-        What this process carried out it no longer knows after it was started again: a handler keeps what it did
-        under ids of its own, or can be repeated.
+        The ids of executed requests are lost when this process restarts. A handler must therefore be idempotent, or
+        store the results under its own ids.
         """
 
         def take(query: zenoh.Query) -> None:
@@ -230,23 +235,23 @@ class Fabric:
     async def _reply(self, query: zenoh.Query, handler: Handler) -> None:
         with query:
             try:
-                answer = await asyncio.shield(self._carry_out(query, handler))
+                answer = await asyncio.shield(self._execute(query, handler))
                 query.reply(query.key_expr, answer)
             except PPaaSError as error:
                 _refuse(query, error)
             except zenoh.ZError as error:
-                logger.warning("an answer on %s could not be sent: %s", query.key_expr, error)
+                logger.warning("the answer to a request on %s could not be sent: %s", query.key_expr, error)
             except Exception as error:
                 logger.exception("a request on %s failed", query.key_expr)
                 _refuse(query, PPaaSError(f"internal error: {type(error).__name__}"))
 
-    def _carry_out(self, query: zenoh.Query, handler: Handler) -> Awaitable[bytes]:
+    def _execute(self, query: zenoh.Query, handler: Handler) -> Awaitable[bytes]:
         if query.attachment is None:
-            raise InvalidParameter("a request carries an id beside its payload")
+            raise InvalidParameter("the request has no id attached")
         try:
             envelope = msgspec.msgpack.decode(bytes(query.attachment), type=_Envelope)
         except msgspec.DecodeError as error:
-            raise InvalidParameter(f"not the envelope of a request: {error}") from error
+            raise InvalidParameter(f"the attachment of the request is invalid: {error}") from error
         key, payload = str(query.key_expr), bytes(query.payload or b"")
 
         async def begin() -> bytes:
@@ -254,16 +259,17 @@ class Fabric:
 
         return self._answers.answer(f"{key} {envelope.id}", min(envelope.patience, MAX_PATIENCE), begin)
 
-    # -- who is there --------------------------------------------------------------------------------------------------
+    # -- liveliness ----------------------------------------------------------------------------------------------------
 
     def announce(self, key: str) -> Declaration:
-        """Let others see that we live, under a key."""
+        """Declare a liveliness token under a key, which others can watch."""
         return self._declare(self._session.liveliness().declare_token(key))
 
     def watch(self, key: str, callback: Callable[[str, bool], None], *, limit: int = 1024) -> Declaration:
-        """Call back on the loop with the key of each who comes (true) or goes (false), first those who are there.
+        """Watch liveliness tokens; the callback gets the key and true when one appears, false when it disappears.
 
-        When the router dies, all go, and come again with it.
+        It is called on the loop, first for all existing tokens. When the router dies all tokens disappear; they appear
+        again when it is back.
         """
 
         def take(sample: zenoh.Sample) -> None:
@@ -278,7 +284,7 @@ def _refuse(query: zenoh.Query, error: PPaaSError) -> None:
 
 
 def _unpack(reply: zenoh.Reply) -> bytes | None:
-    """Return the answer; None where Zenoh says by itself that there is none, as when it waited in vain."""
+    """Return the answer, or None if Zenoh itself reports an error, such as a timeout; raise the server's error."""
     if reply.ok is not None:
         return bytes(reply.ok.payload)
     if reply.err is None or reply.err.encoding != _REFUSAL:

@@ -1,4 +1,4 @@
-"""How Zenoh is set up: no scouting, no shared memory, nobody without a password, no host without a certificate."""
+"""Configuration of Zenoh: no scouting, no shared memory; passwords for clients, certificates for hosts."""
 
 import json
 from collections.abc import Sequence
@@ -9,23 +9,23 @@ import zenoh
 
 
 class RouterCredentials(msgspec.Struct, frozen=True):
-    """By which a client is known to its router."""
+    """Name and password of a client of a router."""
 
     user: str
     password: str
 
 
 class Peering(msgspec.Struct, frozen=True):
-    """How the routers of a cloud's machines reach each other, over mutual TLS.
+    """Connections between the routers of a cloud's machines, over mutual TLS.
 
-    Those of other hosts connect to that of the cloud, which hands on what they say to each other.
+    The routers of other hosts connect to that of the cloud, which forwards messages between them.
 
     Parameters
     ----------
     key, certificate, authority : str
-        Files in PEM: what this router shows, and by what it knows the others.
+        PEM files: key and certificate of this router, and the certificate of the authority that signed the others'.
     credentials : RouterCredentials
-        Of all routers of the cloud.
+        Credentials that all routers of the cloud share.
     listen, connect : tuple of str
         Zenoh endpoints, ``tls/host:port``.
     """
@@ -50,14 +50,14 @@ def router_config(
     dictionary : str
         File with a line ``name:password`` for each client.
     own : RouterCredentials
-        By which it names itself to other routers.
+        Credentials of this router for other routers.
     peering : Peering, optional
-        How it reaches those of other hosts.
+        Connection to the routers of other hosts.
     """
     settings = {
         "mode": "router",
         "listen/endpoints": [*listen, *(peering.listen if peering else ())],
-        "scouting/delay": 0,  # there is nobody to wait for
+        "scouting/delay": 0,  # no scouting, so nothing to wait for
         "transport/auth/usrpwd/dictionary_file": dictionary,
     }
     return _config(settings | (_between_hosts(peering) if peering else {}), own)
@@ -66,7 +66,7 @@ def router_config(
 def _between_hosts(peering: Peering) -> dict[str, Any]:
     return {
         "connect/endpoints": list(peering.connect),
-        "connect/timeout_ms": -1,  # the other router may come later, and come back
+        "connect/timeout_ms": -1,  # never give up: the other router may start later, or restart
         "connect/exit_on_failure": False,
         "connect/retry": {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2},
         "transport/link/tls": {
@@ -76,14 +76,14 @@ def _between_hosts(peering: Peering) -> dict[str, Any]:
             "listen_certificate": peering.certificate,
             "connect_private_key": peering.key,
             "connect_certificate": peering.certificate,
-            # Of our authority's certificates the cloud's alone is good for a server, whatever its host is called.
+            # Our authority signs only one server certificate, that of the cloud, and it does not name a host.
             "verify_name_on_connect": False,
         },
     }
 
 
 def client_config(endpoint: str, credentials: RouterCredentials) -> zenoh.Config:
-    """Return the configuration of a client that comes back soon after its router does."""
+    """Return the configuration of a client that reconnects soon after its router is back."""
     return _config(
         {
             "mode": "client",
@@ -99,8 +99,8 @@ def _config(settings: dict[str, Any], credentials: RouterCredentials) -> zenoh.C
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
         "transport/shared_memory/enabled": False,
-        "transport/link/tx/lease": 2000,  # ms of silence after which a frozen peer is cut off
-        "transport/link/tx/queue/size/data": 16,  # batches, the most there may be; a burst fills fewer in no time
+        "transport/link/tx/lease": 2000,  # ms of silence after which a frozen peer is disconnected
+        "transport/link/tx/queue/size/data": 16,  # batches, the maximum; a burst overruns a shorter queue
         "transport/auth/usrpwd/user": credentials.user,
         "transport/auth/usrpwd/password": credentials.password,
     }

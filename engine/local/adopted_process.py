@@ -1,25 +1,25 @@
-"""A process that somebody else started, as ``asyncio`` has one that we started."""
+"""Process that was not started by this one, with the interface of ``asyncio.subprocess.Process``."""
 
 import asyncio
 import os
 import signal
 
 UNKNOWN = 255
-"""Status of a process that is no child of ours: nobody tells it."""
+"""Exit status of a process that is not our child: it cannot be read."""
 
 
 class AdoptedProcess:
-    """Watches a process; made within a loop.
+    """Watches a process; created within an event loop.
 
     Parameters
     ----------
     pid : int
-        Of the process.
+        Process id.
 
     Raises
     ------
     ProcessLookupError
-        It has ended.
+        The process has exited.
     """
 
     def __init__(self, pid: int) -> None:
@@ -36,11 +36,11 @@ class AdoptedProcess:
         self._ended.set()
 
     async def wait(self) -> int:
-        """Return its status when it has ended."""
+        """Wait until the process exits; return ``UNKNOWN``."""
         await self._ended.wait()
         return UNKNOWN
 
     def terminate(self) -> None:
-        """Ask it to end."""
+        """Send SIGTERM."""
         if self.returncode is None:
             signal.pidfd_send_signal(self._pidfd, signal.SIGTERM)

@@ -1,4 +1,4 @@
-"""The agent of this very machine, as a process that is started again whenever it dies."""
+"""The agent of the local machine, as a process that is restarted whenever it exits."""
 
 import asyncio
 import contextlib
@@ -18,20 +18,21 @@ from engine.runtimes.memory_tuning import lean_python
 logger = logging.getLogger(__name__)
 
 RESTART_DELAYS = (0.0, 0.5, 2.0, 5.0)
-"""Seconds before the first, second … start after a death; a minute of life begins the row anew."""
+"""Delays before the first, second … restart in a row [s]; an uptime of ``STEADY`` resets the row."""
 
 STEADY = 60.0
 STOP_GRACE = 5.0
+"""Time for the agent to exit by itself after SIGTERM [s]."""
 
 COMMAND = (*lean_python.PYTHON, "-m", agent_main.__name__)
 
 
 class AgentSettings(Protocol):
-    """What an agent is told at its start: a ``msgspec.Struct``."""
+    """Settings of an agent at its start: a ``msgspec.Struct``."""
 
     @property
     def machine(self) -> str:
-        """Name of its machine."""
+        """Name of the agent's machine."""
         ...
 
 
@@ -41,15 +42,15 @@ class AgentProcess:
     Parameters
     ----------
     config : AgentSettings
-        Handed over on its standard input, so that no secret shows among the processes.
+        Settings, passed on standard input so that no secret shows in the process list.
     command : sequence of str
-        That runs it.
+        Command that runs the agent.
     done : int, optional
-        Status by which an agent says that it is not to be started again.
+        Exit status of an agent that must not be restarted.
     environment : mapping of str to str
-        That it and its containers get of this process's.
+        Environment of the agent and its containers.
     started : callable
-        Told the process id of each agent that is started.
+        Called with the process id of each agent that is started.
     """
 
     def __init__(
@@ -65,32 +66,32 @@ class AgentProcess:
         self._done = done
         self._environment = environment
         self._started = started
-        self._found: AdoptedProcess | None = None
+        self._adopted: AdoptedProcess | None = None
         self._process: Process | AdoptedProcess | None = None
         self._keeper: asyncio.Task[None] | None = None
         self._deaths = 0
 
     @property
     def deaths(self) -> int:
-        """How often it died or could not be started, one time soon after the other."""
+        """Number of times in a row that it exited early or could not be started."""
         return self._deaths
 
     @property
     def pid(self) -> int | None:
-        """Of the agent that runs now."""
+        """Process id of the running agent."""
         return self._process.pid if self._process is not None else None
 
     def adopt(self, pid: int) -> None:
-        """Keep an agent that runs already, instead of a first one; nothing happens where it has ended."""
+        """Use an agent that runs already as the first one. Does nothing if it has exited."""
         with contextlib.suppress(ProcessLookupError):
-            self._process = self._found = AdoptedProcess(pid)
+            self._process = self._adopted = AdoptedProcess(pid)
 
     async def start(self) -> None:
-        """Start the agent, and go on starting it."""
+        """Start the agent, and restart it whenever it exits."""
         self._keeper = asyncio.create_task(self._keep())
 
     async def ended(self) -> None:
-        """Wait until it is started no more."""
+        """Wait until it is not restarted any more."""
         if self._keeper is not None:
             await asyncio.wait([self._keeper])
 
@@ -109,17 +110,17 @@ class AgentProcess:
         """Run the agent once; return its status, or None if it could not be started."""
         machine = self._config.machine
         try:
-            process, self._found = self._found or await self._spawn(), None
+            process, self._adopted = self._adopted or await self._spawn(), None
         except OSError as error:
             logger.warning("the agent of machine %r could not be started: %s", machine, error)
             return None
         self._process = process
         status = await process.wait()
-        logger.warning("the agent of machine %r ended: status %s", machine, status)
+        logger.warning("the agent of machine %r exited with status %s", machine, status)
         return status
 
     async def _spawn(self) -> Process:
-        # In a session of its own, a signal to the terminal's processes does not end it before those who need it.
+        # In its own session, so that a signal from the terminal does not end it before the processes that need it.
         process = await asyncio.create_subprocess_exec(
             *self._command, stdin=PIPE, start_new_session=True, env=lean_python.environment(self._environment)
         )
@@ -131,13 +132,13 @@ class AgentProcess:
         return process
 
     def kill(self) -> None:
-        """End the agent by force, with what it started: it is frozen, and is started again."""
+        """Kill the frozen agent with all its child processes; it is restarted."""
         if self._process is not None and self._process.returncode is None:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(self._process.pid, signal.SIGKILL)
 
     async def stop(self) -> None:
-        """End the agent, by force with what it started if it does not go by itself."""
+        """Stop the agent; kill it with all its child processes if it does not exit by itself."""
         if self._keeper is not None:
             self._keeper.cancel()
             with contextlib.suppress(asyncio.CancelledError):
@@ -145,11 +146,13 @@ class AgentProcess:
         process = self._process
         if process is None or process.returncode is not None:
             return
-        process.terminate()  # it may not have dialled yet, and then no link that hangs up tells it
+        process.terminate()  # it may not have a control link yet whose end would stop it
         try:
             async with asyncio.timeout(STOP_GRACE):
                 await process.wait()
         except TimeoutError:
-            logger.warning("the agent of machine %r did not end by itself and is killed", self._config.machine)
+            logger.warning(
+                "the agent of machine %r did not exit within its time limit and is killed", self._config.machine
+            )
             self.kill()
             await process.wait()

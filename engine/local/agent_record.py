@@ -1,4 +1,4 @@
-"""The agent of the cloud's own machine, as a cloud process leaves it behind and the next one finds it."""
+"""Record of the local agent, with which a cloud process finds the agent of a killed cloud process."""
 
 import asyncio
 import logging
@@ -16,22 +16,25 @@ from ppaas import __version__
 logger = logging.getLogger(__name__)
 
 END_GRACE = 5.0
+"""Time for an agent to exit by itself after SIGTERM [s]."""
+
 BLINK = 0.02
+"""Time between two checks whether it has exited [s]."""
 
 
 class AgentRecord(msgspec.Struct, frozen=True):
-    """An agent that was started here.
+    """An agent that was started on this machine.
 
     Parameters
     ----------
     process : str
-        Its name among all processes that live or lived.
+        Instance name of the agent's process.
     cloud : str
-        Name of the cloud process that it serves.
+        Instance name of the cloud process that it serves.
     told : Raw
-        What it was told; read only where it is of this release, since others may tell otherwise.
+        Its ``AgentConfig``. It is only decoded if the release is the same, since others may have another format.
     release : str
-        Of this program, that it runs.
+        Release of this program that the agent runs.
     """
 
     process: str
@@ -41,21 +44,21 @@ class AgentRecord(msgspec.Struct, frozen=True):
 
     @property
     def pid(self) -> int:
-        """Its process id."""
+        """Process id."""
         return pid_of(self.process)
 
     @property
     def is_waiting(self) -> bool:
-        """It is there, and the cloud process that started it is not: it waits for another."""
+        """Whether it runs and its cloud process does not, so that it waits for another one."""
         return not is_dead(self.process) and is_dead(self.cloud)
 
     def matching_config(self, wanted: AgentConfig) -> AgentConfig | None:
-        """Return what it was told, if it runs as an agent would that is started now."""
+        """Return its configuration, or None if a new agent would get another one, apart from addresses and secret."""
         if self.release != __version__:
             return None
         try:
             own = msgspec.json.decode(self.told, type=AgentConfig)
-        except msgspec.DecodeError:  # of a checkout before this one, which says the same of its release
+        except msgspec.DecodeError:  # written by an older checkout with the same release number
             return None
         same = msgspec.structs.replace(
             wanted, control=own.control, secret=own.secret, run_dir=own.run_dir, cloud=own.cloud
@@ -63,23 +66,23 @@ class AgentRecord(msgspec.Struct, frozen=True):
         return own if same == own else None
 
     async def end(self) -> None:
-        """End it with what it carries, by force if it does not go by itself."""
+        """Stop it with its containers; kill it if it does not exit by itself."""
         logger.warning(
-            "the agent of the cloud before, of release %s, ends with what it carries: %s",
-            self.release or "(untold)",
-            f"this cloud is {__version__}" if self.release != __version__ else "it runs otherwise than is wanted now",
+            "the agent of the previous cloud process, of release %s, is stopped with its containers: %s",
+            self.release or "(unknown)",
+            f"this cloud is {__version__}" if self.release != __version__ else "its configuration has changed",
         )
         os.kill(self.pid, signal.SIGTERM)
         try:
             async with asyncio.timeout(END_GRACE):
-                while not is_dead(self.process):  # noqa: ASYNC110 - it is no child of ours
+                while not is_dead(self.process):  # noqa: ASYNC110 - it is not our child
                     await asyncio.sleep(BLINK)
         except TimeoutError:
             os.killpg(self.pid, signal.SIGKILL)
 
 
 def read_record(file: Path) -> AgentRecord | None:
-    """Return the agent that a cloud process which was killed left behind, if it still waits."""
+    """Return the agent of a killed cloud process, if it still waits for another one."""
     try:
         left = msgspec.json.decode(file.read_bytes(), type=AgentRecord)
     except (OSError, msgspec.DecodeError):
@@ -88,12 +91,12 @@ def read_record(file: Path) -> AgentRecord | None:
 
 
 def write_record(file: Path, pid: int, config: AgentConfig) -> None:
-    """Note an agent that was started, for a cloud process after this one."""
+    """Record an agent that was started, for the next cloud process."""
     process = name_of(pid)
     if process is None:
-        return  # it has ended already
+        return  # it has exited already
     left = AgentRecord(process, config.cloud, msgspec.Raw(msgspec.json.encode(config)), __version__)
     try:
         write_private(file, msgspec.json.encode(left))
     except OSError as error:
-        logger.warning("should this process be killed, what runs here cannot be adopted: %s", error)
+        logger.warning("the agent cannot be recorded, so a restarted cloud cannot adopt its containers: %s", error)

@@ -1,4 +1,7 @@
-"""The machines that a cloud has started itself: this one, or the nodes of a Ray cluster (``engine.remote.ray``)."""
+"""The local machine, and the interface for machines that a cloud starts itself.
+
+The nodes of a Ray cluster (``engine.remote.ray``) have the same interface.
+"""
 
 import contextlib
 import secrets
@@ -15,62 +18,62 @@ from engine.protocols.address import UnixAddress
 
 
 class Agents(Protocol):
-    """What keeps the agents of the machines that a cloud has started itself."""
+    """Keeps the agents of the machines that a cloud starts itself running."""
 
     expected_at_start: bool
-    """Tell whether there is a machine for sure, so that the start of a cloud waits for it."""
+    """Whether there is certainly a machine, so that the start of a cloud waits for it."""
 
     was_adopted: bool
-    """Tell whether that machine is one that was left behind."""
+    """Whether that machine has the agent of a killed cloud process."""
 
     @property
     def deaths(self) -> int:
-        """How often the agent of that machine died, one time soon after the other."""
+        """Number of times in a row that the agent of that machine exited early."""
         ...
 
     async def start(self) -> None:
-        """Start the agents, and go on starting them."""
+        """Start the agents, and restart them whenever they exit."""
         ...
 
     def kill(self, machine: str) -> None:
-        """End the agent of a machine by force, if it is one of these: it is frozen, and is started again."""
+        """Kill the frozen agent of a machine, if it is one of these; it is restarted."""
         ...
 
     async def stop(self) -> None:
-        """End all agents."""
+        """Stop all agents."""
         ...
 
 
 def settle_config(wanted: AgentConfig, left: AgentRecord | None) -> AgentConfig:
-    """Return what the agent of this machine is told, with the folder and the secret that it had, or with new ones.
+    """Return the configuration of the local agent, with the folder and secret of the agent to adopt, or new ones.
 
     Raises
     ------
     InvalidInput, OSError
-        As ``make_run_dir`` does.
+        From ``make_run_dir``.
     """
     run_dir, secret = None, secrets.token_urlsafe(24)
-    told = left.matching_config(wanted) if left is not None else None
-    if told is not None:
-        with contextlib.suppress(OSError):  # it has ended just now
-            own(Path(told.run_dir))
-            run_dir, secret = Path(told.run_dir), told.secret
+    adopted = left.matching_config(wanted) if left is not None else None
+    if adopted is not None:
+        with contextlib.suppress(OSError):  # it has just exited
+            own(Path(adopted.run_dir))
+            run_dir, secret = Path(adopted.run_dir), adopted.secret
     run_dir = run_dir or make_run_dir()
     control = str(UnixAddress(run_dir / "control.sock"))
     return msgspec.structs.replace(wanted, control=control, secret=secret, run_dir=str(run_dir))
 
 
 class LocalMachine:
-    """Keeps the agent of this machine.
+    """Keeps the agent of the local machine running.
 
     Parameters
     ----------
     config : AgentConfig
-        What it is told; of one that a cloud process before this one left behind, what it was told.
+        Configuration of the agent, from ``settle_config``.
     file : Path, optional
-        Where the agent is noted for a cloud process after this one.
+        File that records the agent for the next cloud process.
     left : AgentRecord, optional
-        One that was left behind: it goes on if it has the folder of ``config``, and ends first if not.
+        Agent of a killed cloud process. It is adopted if its folder is that of ``config``, and stopped first otherwise.
     """
 
     expected_at_start = True
@@ -79,39 +82,39 @@ class LocalMachine:
         self._config = config
         self._file = file
         self._left = left
-        told = left.matching_config(config) if left is not None else None
-        self.was_adopted = told is not None and told.run_dir == config.run_dir
-        self._agent = AgentProcess(config, started=self._note)
+        adopted = left.matching_config(config) if left is not None else None
+        self.was_adopted = adopted is not None and adopted.run_dir == config.run_dir
+        self._agent = AgentProcess(config, started=self._record)
 
     @property
     def deaths(self) -> int:
-        """How often the agent died, one time soon after the other."""
+        """Number of times in a row that the agent exited early."""
         return self._agent.deaths
 
-    def _note(self, pid: int) -> None:
+    def _record(self, pid: int) -> None:
         if self._file is not None:
             write_record(self._file, pid, self._config)
 
     async def start(self) -> None:
-        """Start the agent, and go on starting it."""
+        """Start or adopt the agent, and restart it whenever it exits."""
         left, self._left = self._left, None
         if left is not None and self.was_adopted:
             self._agent.adopt(left.pid)
-            self._note(left.pid)
+            self._record(left.pid)
         elif left is not None:
             await left.end()
         await self._agent.start()
 
     def kill(self, machine: str) -> None:
-        """End the agent by force if it is of that machine.
+        """Kill the agent if it is of that machine.
 
-        Of one on another host no more is heard when it is frozen, and it does nothing by then.
+        The agent of another host cannot be killed from here; when it is frozen it does nothing, and its link is closed.
         """
         if machine == self._config.machine:
             self._agent.kill()
 
     async def stop(self) -> None:
-        """End the agent."""
+        """Stop the agent."""
         await self._agent.stop()
         if self._file is not None:
             self._file.unlink(missing_ok=True)

@@ -1,1 +1,1 @@
-"""Processes: names, socket folders, background tasks, heartbeats and notes on disk, which every process uses."""
+"""Tools of all processes: process names, socket folders, background tasks, heartbeats and notes on disk."""

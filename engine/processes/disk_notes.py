@@ -1,4 +1,4 @@
-"""What was found out at some cost, noted on the disk for as long as what it was made from stays the same."""
+"""Notes on disk: cached results that are valid while their inputs stay unchanged."""
 
 import contextlib
 import fcntl
@@ -12,33 +12,33 @@ import msgspec
 
 
 def notes_folder() -> Path:
-    """Return the folder in which all that is found out is kept."""
+    """Return the folder of all notes."""
     return Path(os.environ.get("NUMBA_CACHE_DIR") or Path("~/.cache/ppaas").expanduser())
 
 
 def note_file(kind: str, made_from: Iterable[str]) -> Path:
-    """Return where the note of a kind lies that is made from so much."""
+    """Return the path of a note of this kind for these inputs."""
     return notes_folder() / f"{kind}-{hashlib.sha256(chr(10).join(made_from).encode()).hexdigest()[:32]}.json"
 
 
 def source_of(file: Path) -> str:
-    """Return what tells of a file whether it is still the same."""
+    """Return a text that changes when a file changes: its path, modification time and size."""
     return f"{file} {file.stat().st_mtime_ns} {file.stat().st_size}"
 
 
-def write_note(file: Path, told: Any) -> None:
-    """Write a note, whole or not at all; ``OSError`` where it cannot be kept."""
+def write_note(file: Path, content: Any) -> None:
+    """Write a note atomically; raises ``OSError`` if it cannot be written."""
     file.parent.mkdir(parents=True, exist_ok=True)
     partial = file.with_suffix(f".{os.getpid()}")
-    partial.write_bytes(msgspec.json.encode(told))
+    partial.write_bytes(msgspec.json.encode(content))
     partial.replace(file)
 
 
 @contextlib.contextmanager
 def alone(file: Path) -> Iterator[None]:
-    """Wait until no other process is in here by the same file: each would do the same work.
+    """Hold an exclusive lock on a file, so that only one process does the same work.
 
-    Where no file can be kept nobody waits, and nothing that is found out is kept either.
+    Where the file cannot be created nothing is locked; notes cannot be written there either.
     """
     try:
         file.parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""What tells one running cloud from another, and from one that is dead, on the same machine."""
+"""Unique names of processes on one machine, and their folders in shared memory."""
 
 import os
 import re
@@ -11,42 +11,42 @@ _NAME = re.compile(r"(\d+)-(\d+)-(\d+)")
 
 
 def instance_name() -> str:
-    """Return the name of this process among all that live or lived: PID namespace, process id and start."""
+    """Return a name of this process that is never reused on this machine: PID namespace, process id and start time."""
     name = name_of(os.getpid())
     if name is None:
-        raise RuntimeError("/proc tells nothing of this process")
+        raise RuntimeError("/proc has no entry of this process")
     return name
 
 
 def name_of(pid: int) -> str | None:
-    """Return the name of a process of this PID namespace, as ``instance_name`` does; None where it runs no more."""
+    """Return the name of a process of this PID namespace, as ``instance_name`` does; None if it has exited."""
     started = _start_of(pid)
     return f"{_namespace()}-{pid}-{started}" if started is not None else None
 
 
 def pid_of(instance: str) -> int:
-    """Return the process id in a name."""
+    """Return the process id of an instance name."""
     return int(instance.split("-")[1])
 
 
 def folder_of(instance: str, base: Path = SHARED_MEMORY) -> Path:
-    """Return the folder that an instance has in shared memory."""
+    """Return the folder of an instance in shared memory."""
     return base / f"ppaas-{instance}"
 
 
 def sweep_stale(base: Path = SHARED_MEMORY) -> list[Path]:
-    """Remove the folders of instances that are dead, and return them.
+    """Remove the folders of dead instances, and return their paths.
 
-    Those of another PID namespace, which may live, are left alone.
+    Folders of another PID namespace are left alone, since their processes may still run.
     """
     stale = [folder for folder in sorted(base.glob("ppaas-*")) if is_dead(folder.name.removeprefix("ppaas-"))]
     for folder in stale:
-        shutil.rmtree(folder, ignore_errors=True)  # another may sweep at the same time
+        shutil.rmtree(folder, ignore_errors=True)  # another process may remove it at the same time
     return stale
 
 
 def is_dead(instance: str) -> bool:
-    """Tell whether an instance is known to live no more: it was of this PID namespace, and its process is gone."""
+    """Return whether an instance is known to be dead: it is of this PID namespace, and its process has exited."""
     found = _NAME.fullmatch(instance)
     if found is None:
         return False
@@ -59,7 +59,7 @@ def _namespace() -> int:
 
 
 def _start_of(pid: int) -> int | None:
-    """Return when a process started, in ticks since the machine did; None where it runs no more."""
+    """Return the start time of a process [clock ticks since boot], or None if it has exited."""
     try:
         stat = Path(f"/proc/{pid}/stat").read_text()
     except (FileNotFoundError, ProcessLookupError):

@@ -1,4 +1,4 @@
-"""What a process does when the one that started it is gone."""
+"""Ends a process when its parent exits."""
 
 import ctypes
 import os
@@ -9,13 +9,13 @@ _PR_SET_PDEATHSIG = 1
 
 
 def end_with(parent: int) -> None:
-    """Have SIGTERM sent to this process when its parent ends, by whatever death; end at once where that has gone.
+    """Make the kernel send SIGTERM to this process when its parent exits; exit at once if it has exited already.
 
     Parameters
     ----------
     parent : int
-        Process id of the parent, as that told it.
+        Process id of the parent, which the parent has passed to this process.
     """
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
     if os.getppid() != parent:
-        sys.exit(f"process {parent}, which started this one, has gone already")
+        sys.exit(f"the parent process {parent} has exited already")

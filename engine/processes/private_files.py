@@ -1,4 +1,4 @@
-"""Files that only this user may read."""
+"""Files that only their owner may read."""
 
 import os
 from pathlib import Path
@@ -7,7 +7,7 @@ PRIVATE = 0o600
 
 
 def write_private(path: Path, content: bytes) -> None:
-    """Write a file that only this user may read, whole or not at all; ``OSError`` where it cannot be written."""
+    """Write a file atomically, readable only by this user; raises ``OSError`` if it cannot be written."""
     partial = path.with_name(f"{path.name}.{os.getpid()}")
     partial.unlink(missing_ok=True)
     descriptor = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL, PRIVATE)

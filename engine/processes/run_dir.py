@@ -1,4 +1,4 @@
-"""The folder of a process's Unix sockets: short enough that each can be bound."""
+"""Folder of a process's Unix sockets, with a path short enough to bind them."""
 
 import contextlib
 import os
@@ -11,66 +11,64 @@ from engine.processes.instances import instance_name, is_dead
 from ppaas.errors import InvalidInput
 
 LONGEST_PATH = 107
-"""Bytes of a Unix socket's path, without its terminating zero (``sun_path`` in unix(7))."""
+"""Longest path of a Unix socket without the terminating zero [bytes] (``sun_path`` in unix(7))."""
 
 LONGEST_NAME = len("pymp-12345678/listener-12345678")
-"""Bytes of a socket's name in the folder: the longest is that of the fork server, by Python's library."""
-
+"""Longest name of a socket in the folder [bytes]: that of the fork server of the standard library."""
 
 OWNER = "owner"
-"""File in the folder that tells whose it is, a process a line, so that it can be removed when all were killed."""
-
+"""File with the owners of the folder, one process per line: the folder can be removed when all of them are dead."""
 
 AFTER_ALL_OTHERS = -1000
-"""Among the things that are done when a process ends; those of Python's library go down to -100."""
+"""Priority of a clean-up at exit that runs last: those of the standard library go down to -100."""
 
 
 def make_run_dir(longest: int = LONGEST_NAME) -> Path:
-    """Make a folder for sockets, which this user alone may enter, and remove those of processes that are dead.
+    """Create a folder for sockets, private to this user, and remove those of dead processes.
 
     Parameters
     ----------
     longest : int
-        Bytes of the longest name of a socket in it.
+        Length of the longest name of a socket in it [bytes].
 
     Raises
     ------
     InvalidInput
-        The folder for temporary files has so long a path that no socket could be bound in it.
+        The path of the folder for temporary files is too long for sockets.
     OSError
-        The folder could not be made.
+        The folder could not be created.
     """
     sweep_dead(Path(tempfile.gettempdir()))
     folder = Path(tempfile.mkdtemp(prefix="ppaas-"))
     if len(bytes(folder)) + 1 + longest > LONGEST_PATH:
         shutil.rmtree(folder)
-        raise InvalidInput(f"{folder.parent} has too long a path for Unix sockets; set TMPDIR to a shorter one")
+        raise InvalidInput(f"the path {folder.parent} is too long for Unix sockets; set TMPDIR to a shorter one")
     own(folder)
     return folder
 
 
 def own(folder: Path) -> None:
-    """Own a folder, beside those who do already: it stays until all of them are gone."""
+    """Add this process to the owners of a folder; it is kept until all of them have exited."""
     with (folder / OWNER).open("a") as owners:
         owners.write(f"{instance_name()}\n")
 
 
 def sweep_dead(base: Path) -> None:
-    """Remove the folders of processes that ended without removing them."""
+    """Remove the folders of processes that were killed."""
     for owner in base.glob(f"ppaas-*/{OWNER}"):
-        with contextlib.suppress(OSError):  # another sweeps as well, or it is somebody else's
+        with contextlib.suppress(OSError):  # another process removes it, or it belongs to another user
             owners = owner.read_text().split()
             if owners and all(map(is_dead, owners)):
                 shutil.rmtree(owner.parent, ignore_errors=True)
 
 
 def keep_temporary_files_in(folder: Path) -> None:
-    """Have this process and those that it starts make temporary files in a folder that somebody removes for certain."""
+    """Make this process and its children create temporary files in a folder that is certain to be removed."""
     os.environ["TMPDIR"] = tempfile.tempdir = str(folder)
 
 
 def remove_unless_owned(folder: Path) -> None:
-    """Remove a folder that nobody else owns and lives, as ``remove_folder`` does."""
+    """Remove a folder, as ``remove_folder`` does, unless another running process owns it."""
     try:
         owners = (folder / OWNER).read_text().split()
     except FileNotFoundError:
@@ -80,10 +78,10 @@ def remove_unless_owned(folder: Path) -> None:
 
 
 def remove_folder(folder: Path) -> None:
-    """Remove a folder with all in it, as far as that can be done.
+    """Remove a folder and its content, as far as possible.
 
-    Where this process keeps its temporary files there, that is when it ends: Python's library removes its own before,
-    and would miss them.
+    If this process keeps its temporary files there, the folder is removed at exit, after the standard library has
+    removed its own files.
     """
     if Path(tempfile.gettempdir()) == folder:
         Finalize(None, shutil.rmtree, (folder, True), exitpriority=AFTER_ALL_OTHERS)

@@ -1,1 +1,1 @@
-"""Protocols: framing, messages and handshakes of the links between processes, and their sockets."""
+"""Protocols of the links between processes: framing, messages, handshakes and sockets."""

@@ -1,4 +1,4 @@
-"""Where a link is listened at: ``unix:/path`` on one machine, ``tls://host:port`` between machines."""
+"""Addresses of links: ``unix:/path`` on one machine, ``tls://host:port`` between machines."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -10,7 +10,7 @@ MAX_PORT = 65535
 
 
 class UnixAddress(NamedTuple):
-    """A Unix socket, which only its owner may dial."""
+    """Address of a Unix socket, which only its owner may dial."""
 
     path: Path
 
@@ -19,7 +19,7 @@ class UnixAddress(NamedTuple):
 
 
 class TlsAddress(NamedTuple):
-    """A port of a host, which only machines of the cloud may dial. Port 0, to listen at, is any that is free."""
+    """Port of a host, which only machines of the cloud may dial. To listen at port 0 means any free port."""
 
     host: str
     port: int
@@ -29,7 +29,7 @@ class TlsAddress(NamedTuple):
 
     @property
     def authority(self) -> str:
-        """Host and port as a URL writes them."""
+        """Host and port in the syntax of URLs."""
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
 
 
@@ -37,28 +37,28 @@ Address = UnixAddress | TlsAddress
 
 
 def parse_address(text: str) -> Address:
-    """Read an address.
+    """Parse an address.
 
     Raises
     ------
     InvalidInput
-        It is none.
+        The text is not an address.
     """
     scheme, _, rest = text.partition(":")
     if scheme == "unix" and rest.startswith("/"):
         return UnixAddress(Path(rest))
     if scheme == "tls" and rest.startswith("//"):
         return parse_host_port(rest.removeprefix("//"))
-    raise InvalidInput(f"{text!r} is no address of a link: write unix:/path or tls://host:port")
+    raise InvalidInput(f"{text!r} is not an address: write unix:/path or tls://host:port")
 
 
 def parse_host_port(text: str) -> TlsAddress:
-    """Read ``host:port``, an IPv6 address in brackets.
+    """Parse ``host:port``, with an IPv6 address in brackets.
 
     Raises
     ------
     InvalidInput
-        It is something else.
+        The text is not ``host:port``.
     """
     try:
         parts = urlsplit(f"//{text}")

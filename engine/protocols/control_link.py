@@ -1,4 +1,4 @@
-"""The control link: what passes between the master and the agent of a machine. The agent dials."""
+"""Control link: messages between the master and the agent of a machine. The agent dials."""
 
 import msgspec
 
@@ -7,18 +7,18 @@ from engine.specs.containers import ContainerSpec
 
 
 class Carried(msgspec.Struct, frozen=True):
-    """A container that runs on a machine whose master went away.
+    """A container that runs on a machine whose master has exited.
 
     Parameters
     ----------
     spec : ContainerSpec
-        As it was ordered, without its checkpoint.
+        Its spec, without the checkpoint.
     cores : float
-        The size that it has now.
+        Its current size [CPU cores].
     secret : str
-        With which it says who it is on its links.
+        Secret with which it authenticates on its links.
     pid : int
-        Of its process.
+        Its process id.
     """
 
     spec: ContainerSpec
@@ -28,10 +28,10 @@ class Carried(msgspec.Struct, frozen=True):
 
 
 class Register(msgspec.Struct, tag="register"):
-    """A machine joins, with what it carries since a master before this one.
+    """A machine joins, with the containers that it still runs for an earlier master.
 
-    ``memory`` is in bytes, ``network`` what it can send and receive in a second, 0 where that is not known; ``labels``
-    tell what it is like, and ``release`` of this program it runs.
+    ``memory`` is in bytes. ``network`` is the bandwidth in bytes per second, 0 if unknown. ``labels`` describe the
+    machine; ``release`` is the release of this program that it runs.
     """
 
     machine: str
@@ -46,7 +46,7 @@ class Register(msgspec.Struct, tag="register"):
 
 
 class ContainerLoad(msgspec.Struct, frozen=True):
-    """What one container uses: CPU in cores, proportional set size in bytes."""
+    """Load of one container: CPU usage [cores] and proportional set size [bytes]."""
 
     container: str
     cpu: float
@@ -54,10 +54,10 @@ class ContainerLoad(msgspec.Struct, frozen=True):
 
 
 class Heartbeat(msgspec.Struct, tag="heartbeat"):
-    """The machine lives: its load, in cores, and that of its containers.
+    """Load report of a machine and its containers.
 
-    ``network_used`` is what it sent and received in a second [bytes]; ``round_trips`` are those to other machines, by
-    their names [s].
+    ``cpu`` is in cores, ``memory_used`` in bytes, ``network_used`` the traffic in both directions [bytes/s].
+    ``round_trips`` are the round-trip times to other machines, by name [s].
     """
 
     cpu: float
@@ -68,11 +68,11 @@ class Heartbeat(msgspec.Struct, tag="heartbeat"):
 
 
 class AgentBeat(msgspec.Struct, tag="beat"):
-    """The agent lives; its load takes longer to measure the more containers there are."""
+    """Heartbeat of the agent. It is separate from the load report, which takes longer with many containers."""
 
 
 class Launched(msgspec.Struct, tag="launched"):
-    """The process of a container runs; it is ready when it has dialled the robot link."""
+    """The process of a container runs. The container is ready when it has dialled the robot link."""
 
     container: str
     pid: int
@@ -86,7 +86,7 @@ class LaunchFailed(msgspec.Struct, tag="launch_failed"):
 
 
 class Exited(msgspec.Struct, tag="exited"):
-    """The process of a container is gone; status as ``waitpid`` tells it, negative for a signal."""
+    """The process of a container has exited; ``status`` is negative for a signal."""
 
     container: str
     status: int
@@ -96,7 +96,7 @@ FromAgent = Register | AgentBeat | Heartbeat | Launched | LaunchFailed | Exited
 
 
 class StartContainer(msgspec.Struct, tag="start"):
-    """Start a container, and let it dial this Unix socket; from another host it goes by the relay of its machine."""
+    """Start a container, which dials the Unix socket ``link``. On another host, its machine relays that connection."""
 
     spec: ContainerSpec
     secret: str
@@ -104,32 +104,32 @@ class StartContainer(msgspec.Struct, tag="start"):
 
 
 class ResizeContainer(msgspec.Struct, tag="resize"):
-    """Hold a container to another size [cores] from now on; what does not run any more is left alone."""
+    """Resize a container to this number of cores. Ignored if it does not run."""
 
     container: str
     cores: float
 
 
 class StopContainer(msgspec.Struct, tag="stop"):
-    """End a container, by force if it has not gone by itself after ``grace`` seconds."""
+    """Stop a container; kill it if it has not exited by itself after ``grace`` [s]."""
 
     container: str
     grace: float = 2.0
 
 
 class Welcome(msgspec.Struct, tag="welcome"):
-    """The machine is in: it acts for the cloud process of this name, and ends all that it carries but these."""
+    """The machine is registered with the cloud process ``cloud``, and stops all containers except the adopted ones."""
 
     cloud: str
     adopted: tuple[str, ...] = ()
 
 
 class Dismissed(msgspec.Struct, tag="dismissed"):
-    """The machine is to end all that it carries, now: the cloud ends in order, or does not want it."""
+    """The machine must stop all its containers now: the cloud shuts down, or refuses the machine."""
 
 
 class BeatAcknowledged(msgspec.Struct, tag="heard"):
-    """A beat of a machine of another host has come; each is answered, in turn."""
+    """Acknowledges one heartbeat of a machine of another host, in order."""
 
 
 ToAgent = Welcome | StartContainer | StopContainer | ResizeContainer | BeatAcknowledged | Dismissed

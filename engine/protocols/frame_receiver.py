@@ -1,7 +1,7 @@
-"""The receiving end of framing: bytes become frames where they arrive, and are handed over there or wake who waits.
+"""Receiver of frames: an ``asyncio.Protocol`` that splits incoming bytes into frames.
 
-``asyncio.StreamReader`` wakes its reader for the length and again for what follows, and copies twice; half of what a
-frame takes from one process to another on the same machine.
+``asyncio.StreamReader`` wakes its reader once for the length and again for the body, and copies twice. That is half of
+the time that a frame takes between two processes of the same machine.
 """
 
 import asyncio
@@ -12,13 +12,13 @@ from typing import NamedTuple, cast
 from ppaas.errors import MessageTooLarge
 
 LENGTH = 4
-"""Bytes that say how long a frame is."""
+"""Size of the length before each frame [bytes]."""
 
 MAX_FRAME = 256 * 1024 * 1024
-"""Bytes; the JSON of the largest map that fits the memory of a robot's operator is far below."""
+"""Largest frame [bytes]; far above the JSON of the largest map that a client can hold in memory."""
 
 MAX_HELD = 1 << 17
-"""Bytes of whole frames that may wait to be taken before no more are read."""
+"""Bytes of complete frames in the queue above which reading pauses."""
 
 
 class _DirectHandler(NamedTuple):
@@ -27,14 +27,14 @@ class _DirectHandler(NamedTuple):
 
 
 class FrameReceiver(asyncio.Protocol):
-    """Takes the place of the protocol of a connection, and leaves to it all but what arrives.
+    """Replaces the protocol of a connection for incoming data, and forwards all other events to it.
 
     Parameters
     ----------
     reader, writer
-        Of the connection; what the reader holds already is taken from it.
+        Streams of the connection; data that the reader has buffered is taken over.
     most : int
-        Bytes of a frame.
+        Largest frame [bytes].
     """
 
     def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, most: int = MAX_FRAME) -> None:
@@ -54,12 +54,12 @@ class FrameReceiver(asyncio.Protocol):
         self._ended = reader.at_eof()
 
     async def next(self) -> bytes | None:
-        """Return the next frame without its length, or None at the end of the connection, also where it breaks off.
+        """Return the next frame without its length, or None when the connection is closed or lost.
 
         Raises
         ------
         MessageTooLarge
-            It would have more bytes than a frame may have here.
+            The frame is larger than the limit.
         """
         while not self._frames:
             if self._fault is not None:
@@ -74,10 +74,9 @@ class FrameReceiver(asyncio.Protocol):
         return self._pop()
 
     async def each(self, take: Callable[[bytes], bool]) -> None:
-        """Hand each frame to ``take`` where it arrives, until that returns false or the connection ends.
+        """Call ``take`` with each frame as it arrives, until it returns false or the connection ends.
 
-        No task is woken for a frame, which saves a turn of the loop. What ``take`` raises is raised here; the rest
-        is as for ``next``.
+        No task is woken for a frame, which saves a turn of the loop. Raises the exceptions of ``take`` and of ``next``.
         """
         taking = self._taking = _DirectHandler(take, asyncio.get_running_loop().create_future())
         self._hand_over(taking)
@@ -94,7 +93,7 @@ class FrameReceiver(asyncio.Protocol):
                 more = take(self._pop())
             if self._fault is not None and more:
                 raise self._fault
-        except Exception as error:  # noqa: BLE001  # whoever waits for the end is told
+        except Exception as error:  # noqa: BLE001  # raised in the task that waits in each()
             if not over.done():
                 over.set_exception(error)
             return
@@ -109,10 +108,10 @@ class FrameReceiver(asyncio.Protocol):
             self._transport.resume_reading()
         return frame
 
-    # -- what the connection tells -------------------------------------------------------------------------------------
+    # -- callbacks of the connection -----------------------------------------------------------------------------------
 
     def data_received(self, data: bytes) -> None:
-        """Cut what arrived into frames."""
+        """Split incoming data into frames."""
         if self._buffer:
             self._buffer += data
             del self._buffer[: self._cut(self._buffer)]
@@ -125,32 +124,32 @@ class FrameReceiver(asyncio.Protocol):
             self._wake()
 
     def eof_received(self) -> bool | None:
-        """Take no more."""
+        """Stop receiving at the end of the stream."""
         self._end()
         return self._rest.eof_received() if isinstance(self._rest, asyncio.Protocol) else None
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Take no more; nobody need be told why."""
+        """Stop receiving when the connection is lost."""
         self._end()
         self._rest.connection_lost(exc)
 
     def pause_writing(self) -> None:
-        """Tell who writes that the peer is behind."""
+        """Forward to the writer: the peer is slow."""
         self._rest.pause_writing()
 
     def resume_writing(self) -> None:
-        """Tell who writes that the peer is behind no more."""
+        """Forward to the writer: the peer has caught up."""
         self._rest.resume_writing()
 
     def _cut(self, held: bytes | bytearray) -> int:
-        """Take the frames that are whole; return how many bytes these are."""
+        """Queue the complete frames; return their total size [bytes]."""
         begin = 0
         with memoryview(held) as view:
             while len(view) - begin >= LENGTH and self._fault is None:
                 body = begin + LENGTH
                 size = int.from_bytes(view[begin:body], "big")
                 if size > self._most:
-                    self._fault = MessageTooLarge(f"a frame of {size} bytes is over the limit of {self._most}")
+                    self._fault = MessageTooLarge(f"a frame of {size} bytes exceeds the limit of {self._most} bytes")
                 elif len(view) < body + size:
                     break
                 else:
@@ -171,7 +170,7 @@ class FrameReceiver(asyncio.Protocol):
 
 
 def _held_by(reader: asyncio.StreamReader) -> bytes:
-    """Return what a reader can give without waiting."""
+    """Return the buffered data of a reader."""
     reading = reader.read(1 << 30)
     try:
         reading.send(None)

@@ -1,7 +1,7 @@
-"""Typed frames over a byte stream: a length of four bytes, then one MessagePack struct.
+"""Framing: typed messages over a byte stream, each a length of four bytes (big endian) and one MessagePack struct.
 
-The same framing runs over Unix sockets on one machine and, between machines, over TLS. Back-pressure is the stream's
-own: ``send`` waits while the peer reads slower than we write.
+The same framing is used over Unix sockets on one machine and over TLS between machines. Back-pressure is that of the
+stream: ``send`` waits while the peer reads slower than we write.
 """
 
 import asyncio
@@ -15,7 +15,7 @@ from engine.protocols.frame_receiver import LENGTH, MAX_FRAME, FrameReceiver
 from ppaas.errors import MalformedMessage
 
 CLOSE_GRACE = 2.0
-"""Seconds that a peer has to take what was written before it was closed; then it is lost."""
+"""Time for the peer to read the remaining data of a closed stream before it is dropped [s]."""
 
 In = TypeVar("In")
 
@@ -23,7 +23,7 @@ _encoder = msgspec.msgpack.Encoder()
 
 
 def pack(message: msgspec.Struct) -> tuple[bytes, bytes]:
-    """Return the frame of a message in two parts, so that a large one is not copied to be joined."""
+    """Return the frame of a message as length and body, without the copy that joining them would take."""
     body = _encoder.encode(message)
     return len(body).to_bytes(LENGTH, "big"), body
 
@@ -34,11 +34,11 @@ class FrameStream(Generic[In]):
     Parameters
     ----------
     reader, writer
-        Of the connection.
+        Streams of the connection.
     incoming : type
-        The type, or union of tagged structs, that the peer sends.
+        Type, or union of tagged structs, of the messages that the peer sends.
     most : int
-        Bytes of a frame from the peer.
+        Largest frame from the peer [bytes].
     """
 
     def __init__(
@@ -49,20 +49,20 @@ class FrameStream(Generic[In]):
         self._decoder: msgspec.msgpack.Decoder[In] = msgspec.msgpack.Decoder(incoming)
 
     async def receive(self) -> In | None:
-        """Return the next frame, or None at the end of the stream, also where it breaks off.
+        """Return the next message, or None when the stream is closed or lost.
 
         Raises
         ------
         MessageTooLarge, MalformedMessage
-            The peer does not speak this protocol; close the stream.
+            The peer violates the protocol; close the stream.
         """
         body = await self._receiver.next()
         return None if body is None else self._decode(body)
 
     async def each(self, take: Callable[[In], bool]) -> None:
-        """Hand each frame to ``take`` where it arrives, until that returns false or the stream ends.
+        """Call ``take`` with each message as it arrives, until it returns false or the stream ends.
 
-        Raises as ``receive`` does, and what ``take`` raises.
+        Raises the exceptions of ``receive`` and of ``take``.
         """
         await self._receiver.each(lambda body: take(self._decode(body)))
 
@@ -70,32 +70,32 @@ class FrameStream(Generic[In]):
         try:
             return self._decoder.decode(body)
         except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-            raise MalformedMessage(f"not a frame of this link: {error}") from error
+            raise MalformedMessage(f"the frame is not a message of this link: {error}") from error
 
     def write(self, message: msgspec.Struct) -> None:
-        """Queue a frame without waiting; nothing happens on a closed stream."""
+        """Queue a message without waiting. Does nothing on a closed stream."""
         if not self._writer.is_closing():
             self._writer.writelines(pack(message))
 
     async def send(self, message: msgspec.Struct) -> None:
-        """Queue a frame and wait while the peer is behind."""
+        """Queue a message, and wait while the peer is slow."""
         self.write(message)
         with contextlib.suppress(ConnectionError):
             await self._writer.drain()
 
     @property
     def waiting(self) -> int:
-        """Bytes written that the peer has not yet taken."""
+        """Size of the write buffer [bytes]."""
         return self._writer.transport.get_write_buffer_size()
 
     def abort(self) -> None:
-        """Break the connection off, whatever the peer does."""
+        """Abort the connection without waiting for the peer."""
         self._writer.transport.abort()
 
     async def close(self) -> None:
-        """Close both directions, by force where the peer does not take what was written."""
+        """Close the stream; abort it if the peer does not read the remaining data in time."""
         self._writer.close()
-        # In a task of its own: several may wait for the same end, and none may take it from the others.
+        # In a separate task: several callers may wait for the same close, and one may be cancelled.
         closed = asyncio.create_task(self._wait_closed())
         await asyncio.wait({closed}, timeout=CLOSE_GRACE)
         if not closed.done():
@@ -103,6 +103,6 @@ class FrameStream(Generic[In]):
         await closed
 
     async def _wait_closed(self) -> None:
-        # A peer that is gone already is closed as well; whoever asked may have given up waiting to hear it.
+        # A lost connection counts as closed.
         with contextlib.suppress(ConnectionError):
             await self._writer.wait_closed()

@@ -1,6 +1,7 @@
-"""The machine link: what passes between a container and the agent of its machine.
+"""Machine link: messages between a container and the agent of its machine.
 
-A container holds no keys of any store and opens no session on the fabric. It asks its agent, which knows whose it is.
+A container has no credentials of any store and no session on the fabric. It sends requests to its agent, which knows
+its user and robot.
 """
 
 from typing import Any
@@ -13,28 +14,28 @@ from storage.records import PlanRecord
 
 
 class Attach(msgspec.Struct, tag="attach"):
-    """The container says who it is."""
+    """Handshake of a container."""
 
     container: str
     secret: str
 
 
 class SaveClone(msgspec.Struct, tag="save_clone"):
-    """Keep the checkpoint of the clone."""
+    """Store the checkpoint of the clone."""
 
     request: int
     nodes: dict[str, bytes]
 
 
 class KeepPlan(msgspec.Struct, tag="keep_plan"):
-    """Keep a plan."""
+    """Store a plan."""
 
     request: int
     plan: PlanRecord
 
 
 class FindPlans(msgspec.Struct, tag="find_plans"):
-    """Find plans on the container's map version, for who would compute with this planner (``PlanQuery``)."""
+    """Find stored plans on the container's map version that can replace a plan of this planner (``PlanQuery``)."""
 
     request: int
     start: tuple[float, float]
@@ -47,27 +48,27 @@ class FindPlans(msgspec.Struct, tag="find_plans"):
 
 
 class AskHistory(msgspec.Struct, tag="ask_history"):
-    """Tell what is known of planning on the container's map."""
+    """Request the planning history of the container's map."""
 
     request: int
 
 
 class NoteHistory(msgspec.Struct, tag="note_history"):
-    """Add to the history; it may be lost."""
+    """Add to the planning history. The message may be lost."""
 
     rows: list[PlannerHistory]
     link: LinkHistory | None = None
 
 
 class PrepareIndex(msgspec.Struct, tag="prepare_index"):
-    """Put what a planner prepares of the container's map beside its layers, for all containers there."""
+    """Build the index of a planner beside the layers of the container's map, for all containers of the machine."""
 
     request: int
     planner: str
 
 
 class Share(msgspec.Struct, tag="share"):
-    """Publish on the fabric, as JSON; it may be lost."""
+    """Publish JSON on the fabric. The message may be lost."""
 
     topic: str
     payload: bytes
@@ -77,28 +78,28 @@ FromContainer = Attach | SaveClone | KeepPlan | FindPlans | AskHistory | NoteHis
 
 
 class Done(msgspec.Struct, tag="done"):
-    """A request was carried out, or why not."""
+    """A request was executed, or refused."""
 
     request: int
     refusal: Refusal | None = None
 
 
 class Candidate(msgspec.Struct):
-    """A plan that was found: all of it, or the stretch between both ends."""
+    """A stored plan: the whole plan, or its segment between the requested ends."""
 
     plan: PlanRecord
     whole: bool = True
 
 
 class PlansFound(msgspec.Struct, tag="found_plans"):
-    """Plans worth a look, the best first."""
+    """Stored plans, the best first."""
 
     request: int
     plans: list[Candidate]
 
 
 class PlanningHistory(msgspec.Struct, tag="history"):
-    """What is known of planning on a map, and of the link to the store."""
+    """Planning history of a map, and measurements of the link to the store."""
 
     request: int
     rows: list[PlannerHistory]
@@ -107,7 +108,7 @@ class PlanningHistory(msgspec.Struct, tag="history"):
 
 
 class Shared(msgspec.Struct, tag="shared"):
-    """What a robot of the same map published."""
+    """A message that a robot on the same map has published."""
 
     user: str
     robot: str
@@ -116,13 +117,13 @@ class Shared(msgspec.Struct, tag="shared"):
 
 
 class Resized(msgspec.Struct, tag="resized"):
-    """The container has another size from now on: its kernels may use so many threads."""
+    """The container was resized; its kernels may use this number of threads."""
 
     threads: int
 
 
 class EndpointCame(msgspec.Struct, tag="endpoint_came"):
-    """An endpoint is there that awaits the container: what was lost is dialled at once."""
+    """A new endpoint waits for the container, which dials it at once if its robot link is lost."""
 
 
 Answer = Done | PlansFound | PlanningHistory

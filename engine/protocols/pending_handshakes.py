@@ -1,4 +1,4 @@
-"""Who may dial: each by name, with a secret, once."""
+"""Pending handshakes: connections that are expected, each by name, with a secret, once."""
 
 import hmac
 from typing import Generic, TypeVar
@@ -9,38 +9,38 @@ T = TypeVar("T")
 
 
 def is_same(secret: str, given: str) -> bool:
-    """Compare secrets in a time that tells nothing of them; what is given may be any text."""
+    """Compare secrets in constant time."""
     return hmac.compare_digest(secret.encode(), given.encode())
 
 
 class PendingHandshakes(Generic[T]):
-    """Those who have not dialled yet, and what is known of each."""
+    """The expected connections, each with data for its handler."""
 
     def __init__(self) -> None:
-        self._awaited: dict[str, tuple[str, T]] = {}
+        self._pending: dict[str, tuple[str, T]] = {}
 
     def __len__(self) -> int:
-        """Return how many are still to come."""
-        return len(self._awaited)
+        """Return the number of expected connections."""
+        return len(self._pending)
 
     def expect(self, name: str, secret: str, known: T) -> None:
-        """Await somebody, once."""
-        self._awaited[name] = (secret, known)
+        """Expect one connection with this name and secret."""
+        self._pending[name] = (secret, known)
 
     def forget(self, name: str) -> None:
-        """Await somebody no more."""
-        self._awaited.pop(name, None)
+        """Stop expecting a connection."""
+        self._pending.pop(name, None)
 
     def admit(self, name: str, given: str) -> T:
-        """Return what is known of whoever dials now.
+        """Accept a connection; return the data that was passed to ``expect``.
 
-        A wrong secret changes nothing: a stranger cannot take the place of the one who is awaited.
+        After a wrong secret the connection is still expected, so a stranger cannot take its place.
 
         Raises
         ------
         NotPermitted
-            Nobody of that name is awaited, or the secret is wrong.
+            The name is not expected, or the secret is wrong.
         """
-        if name not in self._awaited or not is_same(self._awaited[name][0], given):
-            raise NotPermitted(f"{name[:64]!r} is not awaited, or has the wrong secret")
-        return self._awaited.pop(name)[1]
+        if name not in self._pending or not is_same(self._pending[name][0], given):
+            raise NotPermitted(f"{name[:64]!r} is not expected here, or has the wrong secret")
+        return self._pending.pop(name)[1]

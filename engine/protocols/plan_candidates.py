@@ -1,4 +1,4 @@
-"""Kept plans on their way from a machine to a container, as planning sees them."""
+"""Converts plans received over the machine link for the planners."""
 
 from engine.protocols.machine_link import Candidate
 from ppaas.plans.stored import StoredPlan
@@ -6,7 +6,7 @@ from storage.plan_checks import array_of
 
 
 def stored_plan(candidate: Candidate) -> StoredPlan:
-    """Return a plan that was found as planning sees it."""
+    """Return a candidate as a stored plan."""
     plan = candidate.plan
     poses = array_of(plan.poses)
     return StoredPlan(

@@ -1,14 +1,14 @@
-"""The robot link: what passes between an endpoint and a container.
+"""Robot link: messages between an endpoint and a container.
 
-The container dials; its ``Hello`` is what *ready* means. Whatever must arrive carries a sequence number, is kept by
-the endpoint until the container acknowledges it, and is sent again to the container that takes its place.
+The container dials; it is *ready* when it sends ``Hello``. Messages that must arrive have a sequence number. The
+endpoint keeps them until the container acknowledges them, and sends them again to a container that replaces it.
 """
 
 import msgspec
 
 
 class TopicInfo(msgspec.Struct, frozen=True):
-    """A topic of the clone: its ROS type, and whether its last message is kept for who comes later."""
+    """A topic of the clone: its ROS type, and whether its last message is stored for later subscribers."""
 
     name: str
     type: str
@@ -32,7 +32,7 @@ class NodeInfo(msgspec.Struct, frozen=True):
 
 
 class Refusal(msgspec.Struct, frozen=True):
-    """An error on its way to another process."""
+    """An error that is sent to another process."""
 
     slug: str
     text: str
@@ -42,7 +42,7 @@ class Refusal(msgspec.Struct, frozen=True):
 
 
 class Hello(msgspec.Struct, tag="hello"):
-    """The container is up; ``applied`` is the last sequence number that its checkpoint knows of."""
+    """The container is ready; ``applied`` is the last sequence number in its checkpoint."""
 
     container: str
     secret: str
@@ -54,7 +54,7 @@ class Hello(msgspec.Struct, tag="hello"):
 
 
 class ContainerFailed(msgspec.Struct, tag="failed"):
-    """The container cannot be what it was asked to be; another try would end the same way."""
+    """The container cannot start with this spec; another attempt would fail in the same way."""
 
     container: str
     secret: str
@@ -62,27 +62,27 @@ class ContainerFailed(msgspec.Struct, tag="failed"):
 
 
 class TopicAdded(msgspec.Struct, tag="declared"):
-    """A node has begun to publish a topic that ``Hello`` did not tell of."""
+    """A node has begun to publish a topic that is not in ``Hello``."""
 
     topic: TopicInfo
     node: str
 
 
 class TopicRemoved(msgspec.Struct, tag="undeclared"):
-    """A topic that was declared at run time is no more; whoever hears it will hear it again should it come back."""
+    """A topic of ``TopicAdded`` was removed. Its subscriptions stay, in case it is added again."""
 
     name: str
 
 
 class NodesChanged(msgspec.Struct, tag="offers"):
-    """Nodes have come or gone since ``Hello``: those that are here now, and their services. Topics stay known."""
+    """The nodes of the clone have changed: all current nodes and services. Topics stay known."""
 
     services: list[ServiceInfo]
     nodes: list[NodeInfo]
 
 
 class Published(msgspec.Struct, tag="published"):
-    """A message of a topic, as JSON, for all who hear it or for the client that asked last for a latched one."""
+    """A message of a topic, as JSON, for all subscribers; or a latched one, for the client that has just subscribed."""
 
     topic: str
     payload: bytes
@@ -90,7 +90,7 @@ class Published(msgspec.Struct, tag="published"):
 
 
 class ServiceAnswer(msgspec.Struct, tag="answer"):
-    """The response to a call, as JSON, or why there is none."""
+    """The response to a call, as JSON, or its error."""
 
     call: int
     payload: bytes = b""
@@ -98,19 +98,19 @@ class ServiceAnswer(msgspec.Struct, tag="answer"):
 
 
 class Ack(msgspec.Struct, tag="ack"):
-    """Everything up to this sequence number was taken and checkpointed."""
+    """All messages up to this sequence number are processed and in a stored checkpoint."""
 
     sequence: int
 
 
 class ContainerBeat(msgspec.Struct, tag="beat"):
-    """The container lives, though it may have nothing to say; ``busy`` if it works for a goal."""
+    """Heartbeat of the container; ``busy`` while it works on a goal."""
 
     busy: bool
 
 
 class MessageRefused(msgspec.Struct, tag="refused"):
-    """A message that the clone does not take, for the client that sent it; the sequence is that of ``Deliver``."""
+    """The clone refuses a message of a client; ``sequence`` is that of ``Deliver``."""
 
     client: int
     topic: str
@@ -135,7 +135,7 @@ FromContainer = (
 
 
 class Deliver(msgspec.Struct, tag="deliver"):
-    """A message for a topic, as JSON. Sequence 0: it may be lost; above: it must arrive."""
+    """A message for a topic, as JSON. With sequence 0 it may be lost; with any other it must arrive."""
 
     topic: str
     payload: bytes
@@ -144,14 +144,14 @@ class Deliver(msgspec.Struct, tag="deliver"):
 
 
 class Subscribe(msgspec.Struct, tag="subscribe"):
-    """Send what is published on a topic; if it is sent already and latched, its last message, to this client."""
+    """Send the messages of a topic. If they are sent already and it is latched, send the last one to this client."""
 
     topic: str
     client: int
 
 
 class Unsubscribe(msgspec.Struct, tag="unsubscribe"):
-    """Send it no more."""
+    """Stop sending the messages of a topic."""
 
     topic: str
 
@@ -165,7 +165,7 @@ class ServiceCall(msgspec.Struct, tag="call"):
 
 
 class Shutdown(msgspec.Struct, tag="stop"):
-    """Checkpoint, and end."""
+    """Store a checkpoint, and exit."""
 
 
 ToContainer = Deliver | Subscribe | Unsubscribe | ServiceCall | Shutdown

@@ -1,4 +1,4 @@
-"""To listen and to dial, whatever the address; what is framed over it is the same."""
+"""Listens and dials, at Unix sockets and over TLS."""
 
 import asyncio
 import ssl
@@ -12,27 +12,27 @@ ConnectionHandler = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Await
 Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 
 HANDSHAKE_TIMEOUT = 5.0
-"""Seconds that whoever dials over TLS has to show its certificate."""
+"""Time limit of a TLS handshake [s]."""
 
 
 async def listen(
     address: Address, connected: ConnectionHandler, context: ssl.SSLContext | None = None
 ) -> asyncio.Server:
-    """Listen.
+    """Listen at an address.
 
     Parameters
     ----------
     address : Address
-        Of a Unix socket, which only this user may dial, or of a port.
+        Address of a Unix socket, which only this user may dial, or of a port.
     connected : callable
-        Serves each connection.
+        Called for each connection.
     context : SSLContext, optional
-        For a port, which is not opened without.
+        TLS settings; required for a port.
 
     Raises
     ------
     Unavailable
-        The address is not ours, or taken.
+        The address is in use, or does not belong to this host.
     """
     try:
         if isinstance(address, UnixAddress):
@@ -47,12 +47,12 @@ async def listen(
 
 
 async def dial(address: Address, context: ssl.SSLContext | None = None) -> Streams:
-    """Dial.
+    """Connect to an address.
 
     Raises
     ------
     Unavailable
-        Nobody answers there, or whoever does is not our cloud.
+        There is no answer, or the server is not our cloud.
     """
     try:
         if isinstance(address, UnixAddress):
@@ -61,14 +61,14 @@ async def dial(address: Address, context: ssl.SSLContext | None = None) -> Strea
             address.host,
             address.port,
             ssl=_needed(context),
-            server_hostname=CLOUD_NAME,  # it shows who it is, at whatever host it is reached
+            server_hostname=CLOUD_NAME,  # the name in its certificate, at any host name or address
             ssl_handshake_timeout=HANDSHAKE_TIMEOUT,
         )
-    except OSError as error:  # what TLS raises is one as well
+    except OSError as error:  # errors of TLS are OSErrors as well
         raise Unavailable(f"no answer at {address}: {error.strerror or error}") from error
 
 
 def _needed(context: ssl.SSLContext | None) -> ssl.SSLContext:
     if context is None:
-        raise InvalidInput("a link between machines needs certificates: have this machine join by a ticket first")
+        raise InvalidInput("a link between machines needs a certificate: join the cloud with a ticket first")
     return context

@@ -1,4 +1,4 @@
-"""Who this machine is to others: a key, a certificate, and the authority by which it knows the others'."""
+"""TLS identity of a process: a key, a certificate, and the certificate of the authority that signed it."""
 
 import ssl
 from dataclasses import dataclass
@@ -6,24 +6,24 @@ from pathlib import Path
 from typing import Literal
 
 CLOUD_NAME = "cloud.ppaas"
-"""Whom the certificate of every cloud names; whose cloud it is says the authority that issued it."""
+"""Name in the certificate of every cloud; clouds differ in the authority that issued it."""
 
 Purpose = Literal["control", "robot", "terms", "join"]
-"""What a connection is for; told by ALPN (RFC 7301), so that one port serves all."""
+"""Purpose of a connection, sent as its ALPN protocol (RFC 7301), so that one port serves all purposes."""
 
 PURPOSES: tuple[Purpose, ...] = ("control", "robot", "terms", "join")
 
 
 @dataclass(frozen=True, slots=True)
 class TlsIdentity:
-    """Files in PEM.
+    """Files of a TLS identity, in PEM.
 
     Parameters
     ----------
     key, certificate : Path
-        Own.
+        Key and certificate of this process.
     authority : Path
-        Certificate of the authority of the cloud.
+        Certificate of the cloud's authority.
     """
 
     key: Path
@@ -32,34 +32,37 @@ class TlsIdentity:
 
     @classmethod
     def in_folder(cls, folder: Path, name: str) -> "TlsIdentity":
-        """Return the files of one in a folder."""
+        """Return the identity of this name in a folder."""
         return cls(folder / f"{name}.key", folder / f"{name}.pem", folder / "authority.pem")
 
     def server_context(self) -> ssl.SSLContext:
-        """Return how the cloud takes connections.
+        """Return the TLS settings of the cloud as a server.
 
-        Who shows a certificate must have one of our authority; whoever shows none can only ask to join.
+        A client certificate must be signed by our authority. A client without one can only request to join.
         """
         context = _strict(ssl.PROTOCOL_TLS_SERVER)
-        self._show(context)
+        self._load_files(context)
         context.verify_mode = ssl.CERT_OPTIONAL
         context.set_alpn_protocols(list(PURPOSES))
         return context
 
     def client_context(self, purpose: Purpose) -> ssl.SSLContext:
-        """Return how a machine dials the cloud."""
+        """Return the TLS settings of a machine that dials the cloud."""
         context = _strict(ssl.PROTOCOL_TLS_CLIENT)
-        self._show(context)
+        self._load_files(context)
         context.set_alpn_protocols([purpose])
         return context
 
-    def _show(self, context: ssl.SSLContext) -> None:
+    def _load_files(self, context: ssl.SSLContext) -> None:
         context.load_cert_chain(self.certificate, self.key)
         context.load_verify_locations(self.authority)
 
 
 def stranger_context() -> ssl.SSLContext:
-    """Return how somebody dials who has no certificate yet, and must compare the cloud's with what the ticket says."""
+    """Return the TLS settings of a machine without a certificate.
+
+    It must compare the fingerprint of the cloud's certificate with its ticket.
+    """
     context = _strict(ssl.PROTOCOL_TLS_CLIENT)
     context.check_hostname = False
     context.verify_mode = ssl.CERT_NONE

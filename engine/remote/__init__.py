@@ -1,1 +1,1 @@
-"""Remote machines: how other hosts join the cloud by ticket and certificate, and stay connected over TLS."""
+"""Remote machines: other hosts join the cloud with a ticket, get a certificate and stay connected over TLS."""

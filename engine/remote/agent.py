@@ -1,7 +1,7 @@
 """Agent of another host: ``python -m engine.remote.agent FOLDER``, with ``MachineOptions`` as JSON on standard input.
 
 It requests the settings of the cluster from its cloud and runs the machine's agent until the cloud closes the
-connection. It repeats this until SIGTERM or Ctrl-C, so the machine returns to a cloud that was restarted or unreachable.
+connection. It repeats this until SIGTERM or Ctrl-C, so the machine rejoins a cloud that was restarted or unreachable.
 """
 
 import asyncio
@@ -32,13 +32,23 @@ from storage.urls.opening import check_exists
 logger = logging.getLogger(__name__)
 
 RETRIES = (0.25, 0.5, 1.0, 2.0, 5.0)
-"""Seconds before the first, second … try in a row to reach a cloud that is away; a steady while begins the row anew."""
+"""Delays before the first, second … attempt in a row to reach the cloud [s]; after ``STEADY`` [s] the row restarts."""
 
 STEADY = 30.0
 
 
 class MachineOptions(msgspec.Struct, frozen=True):
-    """What the machine gives: CPUs, all without a number, what it is like; how long the cloud may be away [s]."""
+    """Options of the machine.
+
+    Parameters
+    ----------
+    cores : int, optional
+        CPUs to offer. Default: all.
+    labels : dict of str to str
+        Labels of the machine.
+    patience : float
+        Time for which the cloud may be unreachable [s].
+    """
 
     cores: int | None = None
     labels: dict[str, str] = {}
@@ -46,22 +56,22 @@ class MachineOptions(msgspec.Struct, frozen=True):
 
 
 async def stay(membership: Membership, options: MachineOptions) -> None:
-    """Be a machine of the cloud until SIGTERM.
+    """Run a machine of the cloud until SIGTERM.
 
     Raises
     ------
     Conflict
-        The cloud runs another release of this program: whoever starts this anew may have installed that.
+        The cloud runs another release of this program. It may be installed before this process is started again.
     InvalidInput, NotFound
-        The stores of the cloud cannot be reached from here.
+        The stores of the cloud cannot be reached from this machine.
     Unavailable
-        The cloud was away for longer than the options allow.
+        The cloud was unreachable for longer than the options allow.
     """
     base = Path(tempfile.gettempdir())
-    sweep_stale(base)  # of a life before that was ended by force
+    sweep_stale(base)  # folders of killed processes
     folder = folder_of(instance_name(), base)
     folder.mkdir(mode=0o700)
-    keep_temporary_files_in(folder)  # for as long as this process lives: the fork server listens there
+    keep_temporary_files_in(folder)  # until this process exits: the fork server listens there
     try:
         await _stay(membership, options, folder / "run")
     finally:
@@ -69,36 +79,36 @@ async def stay(membership: Membership, options: MachineOptions) -> None:
 
 
 async def _stay(membership: Membership, options: MachineOptions, run_dir: Path) -> None:
-    told, tries, heard = asyncio.Event(), 0, monotonic()
+    terminated, tries, last_contact = asyncio.Event(), 0, monotonic()
     while True:
         began = monotonic()
-        if await _live(membership, options, run_dir, told):
-            heard = monotonic()
-        if told.is_set():
+        if await _run_once(membership, options, run_dir, terminated):
+            last_contact = monotonic()
+        if terminated.is_set():
             return
-        if monotonic() - heard > options.patience:
-            raise Unavailable(f"the cloud of machine {membership.machine} was away for {options.patience:g} s")
+        if monotonic() - last_contact > options.patience:
+            raise Unavailable(f"the cloud of machine {membership.machine} was unreachable for {options.patience:g} s")
         tries = 0 if monotonic() - began > STEADY else tries + 1
-        with until_told(told):
+        with until_told(terminated):
             await asyncio.sleep(RETRIES[min(tries, len(RETRIES)) - 1])
-        if told.is_set():
+        if terminated.is_set():
             return
 
 
-async def _live(membership: Membership, options: MachineOptions, run_dir: Path, told: asyncio.Event) -> bool:
-    """Be the agent once; return whether the cloud was there, and hung up."""
+async def _run_once(membership: Membership, options: MachineOptions, run_dir: Path, terminated: asyncio.Event) -> bool:
+    """Run the agent once; return whether the cloud was reached."""
     config: AgentConfig | None = None
     try:
-        with until_told(told):
+        with until_told(terminated):
             config = config_of(membership, options, await membership.settings(), run_dir)
-        return config is not None and await run(config, told, lambda: dial_again(membership, options, config))
+        return config is not None and await run(config, terminated, lambda: dial_again(membership, options, config))
     except Unavailable as error:
-        logger.warning("machine %s is not in its cloud: %s", membership.machine, error)
+        logger.warning("machine %s is not connected to its cloud: %s", membership.machine, error)
         return False
 
 
-def config_of(membership: Membership, options: MachineOptions, terms: ClusterSettings, run_dir: Path) -> AgentConfig:
-    """Return what the agent is told.
+def config_of(membership: Membership, options: MachineOptions, settings: ClusterSettings, run_dir: Path) -> AgentConfig:
+    """Return the configuration of the agent.
 
     Raises
     ------
@@ -107,53 +117,53 @@ def config_of(membership: Membership, options: MachineOptions, terms: ClusterSet
     InvalidInput, NotFound
         The stores of the cloud cannot be reached from here.
     """
-    if terms.release != __version__:
+    if settings.release != __version__:
         raise Conflict(
-            f"the cloud runs release {terms.release or '(untold)'} and machine {membership.machine} {__version__}: "
-            "install the cloud's, and start the machine again"
+            f"the cloud runs release {settings.release or '(unknown)'}, but machine {membership.machine} runs "
+            f"{__version__}: install the cloud's release and start the machine again"
         )
-    for url in (terms.store, terms.map_store):
+    for url in (settings.store, settings.map_store):
         check_reachable(url)
-        check_exists(url)  # a path that is not shared would become an empty store
+        check_exists(url)  # opening a path that is not shared would create an empty store
     run_dir.mkdir(mode=0o700, exist_ok=True)
     return AgentConfig(
         machine=membership.machine,
         control=str(membership.cloud),
-        secret="",  # the certificate says who it is
+        secret="",  # the certificate identifies the machine
         run_dir=str(run_dir),
-        cloud=terms.cloud,
-        store=terms.store,
-        map_store=terms.map_store,
+        cloud=settings.cloud,
+        store=settings.store,
+        map_store=settings.map_store,
         outbox=str(membership.folder / "outbox.sqlite"),
         cores=options.cores,
         labels=options.labels,
-        peering=membership.peering(terms),
+        peering=membership.peering(settings),
         identity=str(membership.folder),
-        runtime=terms.runs.runtime,
-        image=terms.runs.image,
-        allowed=terms.runs.allowed,
-        adopt_within=terms.runs.adopt_within,
+        runtime=settings.runs.runtime,
+        image=settings.runs.image,
+        allowed=settings.runs.allowed,
+        adopt_within=settings.runs.adopt_within,
     )
 
 
 async def dial_again(membership: Membership, options: MachineOptions, config: AgentConfig) -> Master:
-    """Dial the cloud as the machine that already runs as it was told.
+    """Connect to the cloud again, with the configuration that the machine already runs.
 
     Raises
     ------
     Conflict
-        The cloud was started with other terms, or runs another release.
+        The cloud was started with other settings, or runs another release.
     Unavailable
-        It is away.
+        The cloud is unreachable.
     """
     now = config_of(membership, options, await membership.settings(), Path(config.run_dir))
     if msgspec.structs.replace(now, cloud=config.cloud) != config:
-        raise Conflict("the cloud was started with other terms: the machine joins anew")
+        raise Conflict("the cloud was restarted with other settings; the machine joins it again")
     return await dial_master(config)
 
 
 def main() -> None:
-    """Run until SIGTERM, or Ctrl-C, which is the same here."""
+    """Run until SIGTERM or Ctrl-C."""
     logging.basicConfig(level=logging.INFO, format="%(levelname)s agent %(name)s: %(message)s")
     signal.signal(signal.SIGINT, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
     options = msgspec.json.decode(sys.stdin.buffer.read(), type=MachineOptions)

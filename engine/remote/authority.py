@@ -1,8 +1,7 @@
-"""The authority of a cloud: it issues certificates to machines and knows which are good.
+"""Certificate authority of a cloud: issues certificates to machines, and checks them.
 
-It is kept in the data folder of the cloud, so that machines stay known when the cloud is started again. A machine has
-one good certificate, the last that was issued to it: who takes the file away, or lets the machine join anew, makes the
-one before worth nothing.
+It is stored in the data folder of the cloud, so that certificates survive a restart. Only the last certificate issued
+to a machine is valid: removing its file, or letting the machine join again, revokes the one before.
 """
 
 import re
@@ -27,16 +26,16 @@ from engine.remote.certificates import (
 from ppaas.errors import InvalidInput, NotPermitted
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
-"""A machine's; a common name has up to 64 characters (RFC 5280, ``ub-common-name``)."""
+"""Names of machines; a common name has up to 64 characters (RFC 5280, ``ub-common-name``)."""
 
 
 class Authority:
-    """Issues certificates, and tells whose one is.
+    """Issues certificates, and identifies their machines.
 
     Parameters
     ----------
     folder : Path
-        For its files; made with all in it, readable by this user alone, where it is not there.
+        Folder of its files; created, private to this user, if it does not exist.
 
     Raises
     ------
@@ -58,7 +57,9 @@ class Authority:
             own = x509.load_pem_x509_certificate(self.identity.certificate.read_bytes())
             self.fingerprint = fingerprint(own.public_bytes(Encoding.DER))
         except (OSError, ValueError) as error:
-            raise InvalidInput(f"the authority of the cloud cannot be read or made in {folder}: {error}") from error
+            raise InvalidInput(
+                f"the certificate authority of the cloud cannot be read or created in {folder}: {error}"
+            ) from error
 
     def _make(self) -> None:
         key, own = new_key(), new_key()
@@ -67,20 +68,20 @@ class Authority:
         write_private(self._key_file, key_pem(key))
         write_private(self._file, certificate.public_bytes(Encoding.PEM))
         write_private(self.identity.key, key_pem(own))
-        # The last of them says that all are there.
+        # Written last: its existence shows that all files are complete.
         write_private(self.identity.certificate, cloud.public_bytes(Encoding.PEM))
 
     def has_issued(self, machine: str) -> bool:
-        """Tell whether a machine of that name has a certificate."""
+        """Return whether a machine of that name has a certificate."""
         return self._path(machine).exists()
 
     def issue(self, machine: str, request: bytes) -> bytes:
-        """Return a certificate in PEM; the one that the machine had before is good no more.
+        """Return a new certificate in PEM; it revokes the machine's earlier one.
 
         Raises
         ------
         InvalidInput
-            The name cannot be in a certificate, or the request is none.
+            The name or the request is invalid.
         """
         check_name(machine)
         certificate = issue(machine, read_request(request), self._certificate, self._key)
@@ -88,19 +89,21 @@ class Authority:
         write_private(self._path(machine), pem)
         return pem
 
-    def machine_of(self, shown: bytes) -> str:
-        """Return the name of the machine that showed a certificate, in DER; that it is of ours, TLS has seen to.
+    def machine_of(self, certificate: bytes) -> str:
+        """Return the name of the machine with this certificate, in DER. TLS has verified its signature already.
 
         Raises
         ------
         NotPermitted
-            The machine was sent away, or has another one by now.
+            The certificate was revoked, or replaced by a newer one.
         """
-        machine = common_name(x509.load_der_x509_certificate(shown))
+        machine = common_name(x509.load_der_x509_certificate(certificate))
         path = self._path(machine)
         known = x509.load_pem_x509_certificate(path.read_bytes()) if path.exists() else None
-        if known is None or known.public_bytes(Encoding.DER) != shown:
-            raise NotPermitted(f"the certificate of machine {machine!r} is good no more: have it join by a new ticket")
+        if known is None or known.public_bytes(Encoding.DER) != certificate:
+            raise NotPermitted(
+                f"the certificate of machine {machine!r} is no longer valid: join again with a new ticket"
+            )
         return machine
 
     def _path(self, machine: str) -> Path:
@@ -108,12 +111,15 @@ class Authority:
 
 
 def check_name(machine: str) -> None:
-    """Make sure that a machine may be called so.
+    """Check the name of a machine.
 
     Raises
     ------
     InvalidInput
-        It may not.
+        The name is invalid.
     """
     if NAME.fullmatch(machine) is None:
-        raise InvalidInput(f"a machine is named with 1 to 64 letters, digits, '.', '_' or '-', not {machine[:80]!r}")
+        raise InvalidInput(
+            f"{machine[:80]!r} is not a valid name of a machine: use 1 to 64 letters, digits, '.', '_' and '-', and a "
+            "letter or digit first"
+        )

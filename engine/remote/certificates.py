@@ -1,6 +1,6 @@
-"""Keys and certificates (X.509): those of the cloud's own authority, of the cloud, and of its machines.
+"""Keys and X.509 certificates of the cloud's certificate authority, of the cloud, and of its machines.
 
-Keys are of the curve P-256. A machine's certificate is good for clients alone, so that no machine can pass for the
+Keys are on the curve P-256. A machine's certificate is valid for clients only, so that no machine can impersonate the
 cloud.
 """
 
@@ -18,7 +18,7 @@ from ppaas.errors import InvalidInput
 
 LIFETIME = datetime.timedelta(days=3650)
 SLACK = datetime.timedelta(hours=1)
-"""By which the clock of another host may be behind."""
+"""Tolerance for a clock of another host that is slow."""
 
 Key = ec.EllipticCurvePrivateKey
 
@@ -34,15 +34,15 @@ def key_pem(key: Key) -> bytes:
 
 
 def read_key(pem: bytes) -> Key:
-    """Read what ``key_pem`` wrote."""
+    """Read a private key written by ``key_pem``."""
     key = load_pem_private_key(pem, None)
     if not isinstance(key, ec.EllipticCurvePrivateKey):
-        raise InvalidInput("the key is not one of an elliptic curve, so it is not ours")
+        raise InvalidInput("the private key is not on an elliptic curve, so this program did not create it")
     return key
 
 
 def authority_certificate(key: Key, name: str) -> x509.Certificate:
-    """Return the certificate of an authority, signed by itself."""
+    """Return the self-signed certificate of an authority."""
     made = _begin(name, name, key.public_key(), ca=True)
     usage = x509.KeyUsage(
         digital_signature=True, key_cert_sign=True, crl_sign=True, content_commitment=False, key_encipherment=False,
@@ -52,14 +52,14 @@ def authority_certificate(key: Key, name: str) -> x509.Certificate:
 
 
 def issue(name: str, public: ec.EllipticCurvePublicKey, issuer: x509.Certificate, key: Key) -> x509.Certificate:
-    """Return the certificate of a machine, good for clients alone."""
+    """Return the certificate of a machine, valid for clients only."""
     made = _begin(name, common_name(issuer), public, ca=False)
     usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.CLIENT_AUTH])
     return made.add_extension(usage, critical=False).sign(key, hashes.SHA256())
 
 
 def issue_for_cloud(name: str, own: Key, issuer: x509.Certificate, key: Key) -> x509.Certificate:
-    """Return the certificate of the cloud, which is dialled by this name."""
+    """Return the certificate of the cloud, which clients verify by this name."""
     made = _begin(name, common_name(issuer), own.public_key(), ca=False)
     usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH])
     dialled = x509.SubjectAlternativeName([x509.DNSName(name)])
@@ -67,26 +67,26 @@ def issue_for_cloud(name: str, own: Key, issuer: x509.Certificate, key: Key) -> 
 
 
 def request_pem(key: Key, name: str) -> bytes:
-    """Return a request for a certificate (PKCS #10), so that the key itself never leaves its machine."""
+    """Return a certificate signing request (PKCS #10), so that the key itself never leaves its machine."""
     builder = x509.CertificateSigningRequestBuilder().subject_name(_named(name))
     return builder.sign(key, hashes.SHA256()).public_bytes(Encoding.PEM)
 
 
 def read_request(pem: bytes) -> ec.EllipticCurvePublicKey:
-    """Return the public key of a request that its owner signed.
+    """Return the public key of a certificate signing request.
 
     Raises
     ------
     InvalidInput
-        It is no such request.
+        The request is invalid, or not signed with its key.
     """
     try:
         request = x509.load_pem_x509_csr(pem)
         public = request.public_key()
         if not isinstance(public, ec.EllipticCurvePublicKey) or not request.is_signature_valid:
-            raise InvalidInput("a machine asks for its certificate with a key of an elliptic curve, and signs for it")
+            raise InvalidInput("the certificate request must have a key on an elliptic curve, and be signed with it")
     except (ValueError, InvalidSignature) as error:
-        raise InvalidInput(f"not a request for a certificate: {error}") from error
+        raise InvalidInput(f"not a certificate signing request: {error}") from error
     return public
 
 
@@ -96,7 +96,7 @@ def fingerprint(certificate: bytes) -> str:
 
 
 def common_name(certificate: x509.Certificate) -> str:
-    """Return whom a certificate names."""
+    """Return the common name of a certificate's subject."""
     (attribute,) = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
     return str(attribute.value)
 

@@ -1,4 +1,4 @@
-"""What the cloud tells a machine of another host each time before it registers: where things are kept, and by whom."""
+"""Settings of the cluster, which the cloud sends to a machine of another host each time before it registers."""
 
 import msgspec
 
@@ -8,18 +8,18 @@ from engine.runtimes.registry import DEFAULT
 
 
 class ContainerSettings(msgspec.Struct, frozen=True):
-    """How containers run, on all machines alike: none must be less strict with them than the administrator wants.
+    """Settings of containers, the same on all machines: none may be less strict than the administrator wants.
 
     Parameters
     ----------
     runtime : str
-        Starts them.
+        Runtime that starts them.
     image : str
-        Image that they run from, for a runtime that has images.
+        Image of the containers, for a runtime that uses images.
     allowed : tuple of str
-        Other people's plug-ins that may run, each as ``group:name`` of its entry point.
+        Third-party plug-ins that may run, each as ``group:name`` of its entry point.
     adopt_within : float
-        Seconds for which they outlive a master that was killed.
+        Time for which they outlive a killed master [s].
     """
 
     runtime: str = DEFAULT
@@ -29,22 +29,22 @@ class ContainerSettings(msgspec.Struct, frozen=True):
 
 
 class ClusterSettings(msgspec.Struct, tag="terms"):
-    """Of one run of the cloud.
+    """Settings of one run of the cloud.
 
     Parameters
     ----------
     cloud : str
-        Name of the cloud process.
+        Instance name of the cloud process.
     store, map_store : str
-        URLs of the stores, which the machine must reach by the same.
+        URLs of the stores, which must be reachable from the machine.
     fabric_port : int
-        Where the cloud's router takes those of other hosts.
+        Port of the cloud's router for routers of other hosts.
     fabric : RouterCredentials
-        Of all routers of the cloud.
+        Credentials that all routers of the cloud share.
     runs : ContainerSettings
-        How containers run.
+        Settings of containers.
     release : str
-        Of this program, that the cloud runs.
+        Release of this program that the cloud runs.
     """
 
     cloud: str

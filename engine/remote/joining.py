@@ -1,6 +1,6 @@
-"""How a machine of another host joins: it shows a ticket, and gets a certificate for a key that never leaves it.
+"""Joining: a machine of another host shows a ticket and gets a certificate for a key that never leaves it.
 
-Both ends are here: the desk in the cloud, and what a machine does at it.
+This module has both ends: the server in the cloud and the client on the machine.
 """
 
 import asyncio
@@ -20,15 +20,14 @@ from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable, rebuil
 logger = logging.getLogger(__name__)
 
 PATIENCE = 5.0
-"""Seconds that either end waits for the other."""
-
+"""Time that either end waits for the other [s]."""
 
 MAX_JOIN = 1 << 14
-"""Bytes that somebody may say who has no certificate."""
+"""Largest message from a client without a certificate [bytes]."""
 
 
 class Join(msgspec.Struct, tag="join"):
-    """A machine wants to join; ``request`` is for its certificate (PKCS #10, PEM)."""
+    """Request to join; ``request`` is the certificate signing request (PKCS #10, PEM)."""
 
     secret: str
     machine: str
@@ -36,29 +35,29 @@ class Join(msgspec.Struct, tag="join"):
 
 
 class Joined(msgspec.Struct, tag="joined"):
-    """It has; its certificate and that of the authority, in PEM."""
+    """Accepted: the machine's certificate and that of the authority, in PEM."""
 
     certificate: bytes
     authority: bytes
 
 
 class NotJoined(msgspec.Struct, tag="not_joined"):
-    """It has not."""
+    """Refused."""
 
     refusal: Refusal
 
 
 class JoinServer:
-    """Serves machines that have a ticket.
+    """Issues certificates to machines that have a ticket.
 
     Parameters
     ----------
     authority : Authority
-        Issues their certificates.
+        Issues the certificates.
     tickets : Tickets
-        That were not used yet.
+        The unused tickets.
     taken : frozenset of str
-        Names that no machine of another host may have.
+        Names that machines of other hosts must not have.
     """
 
     def __init__(self, authority: Authority, tickets: Tickets, taken: frozenset[str]) -> None:
@@ -71,50 +70,50 @@ class JoinServer:
         stream: FrameStream[Join] = FrameStream(reader, writer, Join, most=MAX_JOIN)
         try:
             async with asyncio.timeout(PATIENCE):
-                asked = await stream.receive()
-            if asked is not None:
-                await stream.send(await asyncio.to_thread(self._answer, asked))
+                request = await stream.receive()
+            if request is not None:
+                await stream.send(await asyncio.to_thread(self._answer, request))
         except (PPaaSError, TimeoutError) as error:
-            logger.warning("somebody did not ask to join: %s", error or "it said nothing")
+            logger.warning("a client sent no valid request to join: %s", error or "it timed out")
         finally:
             await stream.close()
 
-    def _answer(self, asked: Join) -> Joined | NotJoined:
+    def _answer(self, request: Join) -> Joined | NotJoined:
         try:
-            certificate = self._admit(asked)
+            certificate = self._admit(request)
         except PPaaSError as error:
-            logger.warning("a machine that calls itself %r did not join: %s", asked.machine[:64], error)
+            logger.warning("the request of machine %r to join was refused: %s", request.machine[:64], error)
             return NotJoined(Refusal(error.slug, str(error)))
-        logger.info("machine %s has got its certificate", asked.machine)
+        logger.info("machine %s has its certificate", request.machine)
         return Joined(certificate, self._authority.pem)
 
-    def _admit(self, asked: Join) -> bytes:
-        named = self._tickets.use(asked.secret, asked.machine)
-        if asked.machine in self._taken or (not named and self._authority.has_issued(asked.machine)):
+    def _admit(self, request: Join) -> bytes:
+        named = self._tickets.use(request.secret, request.machine)
+        if request.machine in self._taken or (not named and self._authority.has_issued(request.machine)):
             raise Conflict(
-                f"a machine is called {asked.machine!r} already: join by a new ticket with another --name, "
-                f"or by one made with --name {asked.machine} if it is the same machine"
+                f"there is a machine named {request.machine!r} already: join with a new ticket and another --name; "
+                f"if it is the same machine, join with a ticket made with --name {request.machine}"
             )
-        return self._authority.issue(asked.machine, asked.request)
+        return self._authority.issue(request.machine, request.request)
 
 
-async def ask_to_join(ticket: Ticket, machine: str, request: bytes) -> Joined:
-    """Show a ticket; return the certificate.
+async def request_certificate(ticket: Ticket, machine: str, request: bytes) -> Joined:
+    """Request a certificate with a ticket.
 
     Raises
     ------
     NotPermitted
-        Whoever answers is not the cloud that the ticket is of; it was told nothing.
+        The server is not the cloud that made the ticket; nothing was sent to it.
     Unavailable
-        Nobody answers.
+        The cloud does not answer.
     PPaaSError
-        What the cloud says instead.
+        The error that the cloud answered with.
     """
     reader, writer = await dial(ticket.address, stranger_context())
     shown = writer.get_extra_info("ssl_object").getpeercert(binary_form=True)
     if fingerprint(shown) != ticket.cloud:
         writer.transport.abort()
-        raise NotPermitted(f"what answers at {ticket.address} is not the cloud that made this ticket")
+        raise NotPermitted(f"the server at {ticket.address} is not the cloud that made this ticket")
     stream: FrameStream[Joined | NotJoined] = FrameStream(reader, writer, Joined | NotJoined)
     try:
         async with asyncio.timeout(PATIENCE):
@@ -127,5 +126,5 @@ async def ask_to_join(ticket: Ticket, machine: str, request: bytes) -> Joined:
     if isinstance(answer, Joined):
         return answer
     if answer is None:
-        raise Unavailable(f"the cloud at {ticket.address} hung up; try again")
+        raise Unavailable(f"the cloud at {ticket.address} closed the connection; try again")
     raise rebuild(answer.refusal.slug, answer.refusal.text)

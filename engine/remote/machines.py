@@ -1,4 +1,4 @@
-"""The cloud's side of machines on other hosts: its authority, its tickets, and the port at which they arrive."""
+"""The cloud's side of remote machines: its certificate authority, its tickets, and the port that they connect to."""
 
 import asyncio
 import secrets
@@ -22,38 +22,38 @@ from ppaas import __version__
 from ppaas.errors import InvalidInput, NotFound, Unavailable
 
 ADDRESS = "address"
-"""File that says where the cloud takes machines, while it does."""
+"""File with the address for machines; it exists while the cloud listens there."""
 
 FABRIC = "fabric.json"
-"""File with what the cloud's routers know each other by: those of machines go on when the cloud is started anew."""
+"""File with the credentials of the cloud's routers, so that routers of machines reconnect to a restarted cloud."""
 
 EVERYWHERE = ("0.0.0.0", "::")
 
 
 class RemoteMachines:
-    """Takes machines of other hosts.
+    """Accepts machines of other hosts.
 
     Parameters
     ----------
     folder : Path
-        For certificates and tickets, kept with the cloud.
+        Folder of certificates and tickets, in the data folder of the cloud.
     address : TlsAddress
-        Where to listen. The router listens at the next port, or at any where any was to be taken.
+        Address to listen at. The router listens at the next port, or at any free one if the port is 0.
     cloud : str
-        Name of the cloud process.
+        Instance name of the cloud process.
     store, map_store : str
         URLs of the stores.
     own : str
-        Name of the cloud's own machine.
+        Name of the local machine.
     runs : ContainerSettings
-        How containers run.
+        Settings of containers.
 
     Raises
     ------
     InvalidInput
-        The folder cannot be used, or another host cannot reach the stores.
+        The folder cannot be used, or other hosts cannot reach the stores.
     Unavailable
-        The address is not ours.
+        The address does not belong to this host.
     """
 
     def __init__(
@@ -72,51 +72,51 @@ class RemoteMachines:
         self._folder = folder
         self._authority = Authority(folder)
         self._address = address
-        self._desk = JoinServer(self._authority, Tickets(folder / "tickets"), frozenset((own,)))
+        self._join_server = JoinServer(self._authority, Tickets(folder / "tickets"), frozenset((own,)))
         router = address._replace(port=address.port + 1 if address.port else _free_port(address.host))
         credentials = _credentials(folder / FABRIC)
-        self._terms = ClusterSettings(cloud, store, map_store, router.port, credentials, runs, __version__)
+        self._settings = ClusterSettings(cloud, store, map_store, router.port, credentials, runs, __version__)
         identity = self._authority.identity
         self.peering = Peering(
             str(identity.key), str(identity.certificate), str(identity.authority), credentials,
             listen=(f"tls/{router.authority}",),
         )  # fmt: skip
-        self._door: TlsListener | None = None
+        self._listener: TlsListener | None = None
 
     @property
     def host(self) -> str | None:
-        """By which machines reach the cloud, where it listens at one address alone."""
+        """Host name or address of the cloud for machines, or None if it listens at all addresses."""
         return None if self._address.host in EVERYWHERE else self._address.host
 
     async def start(self, control: ControlServer, robots: LinkServer) -> None:
-        """Listen, and say where, for those who make tickets.
+        """Listen, and write the address to a file, for tickets.
 
         Raises
         ------
         Unavailable
-            The address is not ours, or taken.
+            The address is in use, or does not belong to this host.
         """
-        self._door = TlsListener(
+        self._listener = TlsListener(
             self._address,
             self._authority,
             control=control.connected,
             robot=robots.connected,
-            terms=self._tell_terms,
-            join=self._desk.connected,
+            settings=self._send_settings,
+            join=self._join_server.connected,
         )
-        await self._door.start()
-        write_private(self._folder / ADDRESS, str(self._door.address).encode())
+        await self._listener.start()
+        write_private(self._folder / ADDRESS, str(self._listener.address).encode())
 
-    async def _tell_terms(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, machine: str) -> None:
+    async def _send_settings(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, machine: str) -> None:
         stream: FrameStream[ClusterSettings] = FrameStream(reader, writer, ClusterSettings)
-        await stream.send(self._terms)
+        await stream.send(self._settings)
         await stream.close()
 
     async def close(self) -> None:
-        """Hang up on all, and listen no more."""
-        if self._door is not None:
+        """Close all connections and stop listening."""
+        if self._listener is not None:
             (self._folder / ADDRESS).unlink(missing_ok=True)
-            await self._door.close()
+            await self._listener.close()
 
 
 def _credentials(file: Path) -> RouterCredentials:
@@ -125,51 +125,54 @@ def _credentials(file: Path) -> RouterCredentials:
             write_private(file, msgspec.json.encode(RouterCredentials("agent", secrets.token_urlsafe(32))))
         return msgspec.json.decode(file.read_bytes(), type=RouterCredentials)
     except (OSError, msgspec.DecodeError) as error:
-        raise InvalidInput(f"{file} is not what was kept for routers: mend it, or remove it: {error}") from error
+        raise InvalidInput(
+            f"the credentials of routers in {file} cannot be read; repair or remove the file: {error}"
+        ) from error
 
 
 def check_reachable(url: str) -> None:
-    """Make sure that a store can be one of a cloud with machines on other hosts.
+    """Check that machines of other hosts can reach a store.
 
     Raises
     ------
     InvalidInput
-        It is in the memory of one process.
+        The store is in the memory of one process.
     """
     if url.startswith("memory:"):
         raise InvalidInput(
-            "machines of other hosts cannot reach a store in memory: give --store and --map-store that they can, "
-            "as cassandra: and hdfs:, or a folder that all hosts share"
+            "machines of other hosts cannot reach a store in memory: set --store and --map-store to shared ones, "
+            "such as cassandra: and hdfs:, or to a folder that all hosts share"
         )
 
 
 def make_ticket(folder: Path, *, valid: float, machine: str | None = None, host: str | None = None) -> Ticket:
-    """Make a ticket for a cloud that runs.
+    """Make a ticket for a running cloud.
 
     Parameters
     ----------
     folder : Path
-        Of its certificates and tickets.
+        Folder of the cloud's certificates and tickets.
     valid : float
-        Seconds for which it is good.
+        Time for which the ticket is valid [s].
     machine : str, optional
-        Name of the machine that it is for; without it, of any new one.
+        Name of the machine that may use it. Default: any new machine.
     host : str, optional
-        By which the machine reaches this host; without it, as the cloud listens, or by the name of this host.
+        Host name or address by which the machine reaches this host. Default: the address that the cloud listens at, or
+        the name of this host.
 
     Raises
     ------
     NotFound
-        No cloud that takes machines runs with this folder.
+        No cloud that accepts machines runs with this folder.
     InvalidInput
-        No machine may be named so.
+        The name of the machine is invalid.
     """
     try:
         address = parse_address((folder / ADDRESS).read_text())
     except OSError as error:
-        raise NotFound("cloud that takes machines (start it with --listen-machines)", str(folder)) from error
+        raise NotFound("cloud that accepts machines (start it with --listen-machines)", str(folder)) from error
     if not isinstance(address, TlsAddress):
-        raise Unavailable(f"{folder / ADDRESS} does not say where the cloud takes machines; start the cloud anew")
+        raise Unavailable(f"{folder / ADDRESS} has no address for machines; restart the cloud")
     reached = host or (socket.gethostname() if address.host in EVERYWHERE else address.host)
     cloud = Authority(folder).fingerprint
     return Tickets(folder / "tickets").make(address._replace(host=reached), cloud, valid=valid, machine=machine)
@@ -181,4 +184,6 @@ def _free_port(host: str) -> int:
         with socket.create_server((host, 0), family=family) as listener:
             return int(listener.getsockname()[1])
     except OSError as error:
-        raise Unavailable(f"cannot listen at {host} for machines: {error.strerror}; give an address of ours") from error
+        raise Unavailable(
+            f"cannot listen at {host} for machines: {error.strerror}; use an address of this host"
+        ) from error

@@ -1,4 +1,4 @@
-"""What a machine of another host keeps of the cloud that it has joined."""
+"""Membership of a machine of another host: its files about the cloud that it has joined."""
 
 import hashlib
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from engine.protocols.tls_identity import TlsIdentity
 from engine.remote.authority import check_name
 from engine.remote.certificates import Key, key_pem, new_key, request_pem
 from engine.remote.cluster_settings import ClusterSettings
-from engine.remote.joining import Joined, ask_to_join
+from engine.remote.joining import Joined, request_certificate
 from engine.remote.tickets import read_ticket
 from ppaas.errors import InvalidInput, NotFound, Unavailable
 
@@ -31,16 +31,16 @@ class _MembershipFile(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True, slots=True)
 class Membership:
-    """A machine and its cloud.
+    """A machine and the cloud that it has joined.
 
     Parameters
     ----------
     folder : Path
-        With the machine's key and certificates.
+        Folder of the machine's key and certificates.
     machine : str
-        Its name.
+        Name of the machine.
     cloud : TlsAddress
-        Where the cloud takes it.
+        Address of the cloud for machines.
     """
 
     folder: Path
@@ -49,86 +49,86 @@ class Membership:
 
     @property
     def identity(self) -> TlsIdentity:
-        """Return the machine's key and certificates."""
+        """Key and certificates of the machine."""
         return TlsIdentity.in_folder(self.folder, "machine")
 
     async def settings(self) -> ClusterSettings:
-        """Ask the cloud what the machine must know to register.
+        """Request the settings of the cluster from the cloud.
 
         Raises
         ------
         Unavailable
-            The cloud is away, or hangs up on this machine.
+            The cloud is unreachable, or refuses this machine.
         """
         stream: FrameStream[ClusterSettings] = FrameStream(
             *await dial(self.cloud, self.identity.client_context("terms")), ClusterSettings
         )
         try:
-            told = await stream.receive()
+            settings = await stream.receive()
         finally:
             await stream.close()
-        if told is None:
+        if settings is None:
             raise Unavailable(
-                f"the cloud at {self.cloud} hung up; if it logs that the certificate of {self.machine!r} is good no "
-                "more, join by a new ticket"
+                f"the cloud at {self.cloud} closed the connection; if it logs that the certificate of {self.machine!r} "
+                "is no longer valid, join again with a new ticket"
             )
-        return told
+        return settings
 
-    def peering(self, terms: ClusterSettings) -> Peering:
-        """Return how the machine's router reaches that of the cloud."""
-        identity, router = self.identity, self.cloud._replace(port=terms.fabric_port)
+    def peering(self, settings: ClusterSettings) -> Peering:
+        """Return the connection of the machine's router to that of the cloud."""
+        identity, router = self.identity, self.cloud._replace(port=settings.fabric_port)
         return Peering(
-            str(identity.key), str(identity.certificate), str(identity.authority), terms.fabric,
+            str(identity.key), str(identity.certificate), str(identity.authority), settings.fabric,
             connect=(f"tls/{router.authority}",),
         )  # fmt: skip
 
 
 def membership_in(folder: Path) -> Membership:
-    """Read what is kept.
+    """Read the membership in a folder.
 
     Raises
     ------
     NotFound
-        Nothing is: the machine has joined no cloud.
+        The machine has not joined a cloud.
     InvalidInput
-        It cannot be read.
+        The file cannot be read.
     """
-    kept = _kept_in(folder)
-    if kept is None:
-        raise NotFound("cloud of this machine (join by a ticket first)", str(folder))
-    return Membership(folder, kept.machine, TlsAddress(kept.host, kept.port))
+    known = _read(folder)
+    if known is None:
+        raise NotFound("cloud of this machine (join with a ticket first)", str(folder))
+    return Membership(folder, known.machine, TlsAddress(known.host, known.port))
 
 
 async def join(folder: Path, text: str, machine: str) -> Membership:
-    """Join by a ticket; by the one that this machine joined with, nothing is to be done.
+    """Join with a ticket. Does nothing if this machine has joined with the same ticket before.
 
     Parameters
     ----------
     folder : Path
-        For the machine's key and certificates; made, readable by this user alone, if it is not there.
+        Folder of the machine's key and certificates; created, private to this user, if it does not exist.
     text : str
         The ticket.
     machine : str
-        Name that the machine wants.
+        Name of the machine.
 
     Raises
     ------
     InvalidInput
-        It is no ticket, no name, or the folder cannot be used.
+        The ticket or the name is invalid, or the folder cannot be used.
     PPaaSError
-        What the cloud says.
+        The error of ``request_certificate``.
     """
     ticket, used = read_ticket(text), hashlib.sha256(text.strip().encode()).hexdigest()
     check_name(machine)
-    kept = _kept_in(folder)
-    if kept is None or kept.ticket != used:
+    known = _read(folder)
+    if known is None or known.ticket != used:
         key = new_key()
-        joined = await ask_to_join(ticket, machine, request_pem(key, machine))
-        _keep(folder, key, joined, _MembershipFile(machine, ticket.host, ticket.port, used))
+        joined = await request_certificate(ticket, machine, request_pem(key, machine))
+        _write(folder, key, joined, _MembershipFile(machine, ticket.host, ticket.port, used))
     return membership_in(folder)
 
 
-def _keep(folder: Path, key: Key, joined: Joined, membership: _MembershipFile) -> None:
+def _write(folder: Path, key: Key, joined: Joined, membership: _MembershipFile) -> None:
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         identity = TlsIdentity.in_folder(folder, "machine")
@@ -137,12 +137,12 @@ def _keep(folder: Path, key: Key, joined: Joined, membership: _MembershipFile) -
         write_private(identity.authority, joined.authority)
         write_private(folder / FILE, msgspec.json.encode(membership))
     except OSError as error:
-        raise InvalidInput(f"what the cloud gave cannot be kept: {error}") from error
+        raise InvalidInput(f"the certificate cannot be stored in {folder}: {error}") from error
 
 
-def _kept_in(folder: Path) -> _MembershipFile | None:
+def _read(folder: Path) -> _MembershipFile | None:
     path = folder / FILE
     try:
         return msgspec.json.decode(path.read_bytes(), type=_MembershipFile) if path.exists() else None
     except (OSError, msgspec.DecodeError) as error:
-        raise InvalidInput(f"{path} cannot be read: {error}; remove the folder and join by a new ticket") from error
+        raise InvalidInput(f"{path} cannot be read: {error}; remove the folder and join with a new ticket") from error

@@ -1,7 +1,7 @@
-"""Tickets: who has one may have a machine join the cloud, once and soon.
+"""Tickets, with which a machine joins the cloud: valid once, for a limited time.
 
-A ticket is made by whoever may write into the data folder of the cloud: that is its administrator anyway, and no
-request over the network can make one. Of its secret the folder has a hash alone.
+Tickets are made by users who may write to the data folder of the cloud, its administrators; no request over the network
+can make one. The folder only contains a hash of each secret.
 """
 
 import base64
@@ -21,16 +21,16 @@ PREFIX = "ppaas-join-"
 
 
 class Ticket(msgspec.Struct, frozen=True, array_like=True):
-    """What the machine is handed.
+    """A ticket as it is given to a machine.
 
     Parameters
     ----------
     host, port
-        Where the cloud takes machines.
+        Address of the cloud for machines.
     cloud : str
-        SHA-256 of the cloud's certificate, in hexadecimal: the machine tells its secret to no other.
+        SHA-256 of the cloud's certificate, in hexadecimal; the machine does not send the secret to any other server.
     secret : str
-        Shows that the administrator wants the machine to join.
+        Proof that an administrator has invited the machine.
     """
 
     host: str
@@ -43,42 +43,42 @@ class Ticket(msgspec.Struct, frozen=True, array_like=True):
 
     @property
     def address(self) -> TlsAddress:
-        """Where the cloud takes machines."""
+        """Address of the cloud for machines."""
         return TlsAddress(self.host, self.port)
 
 
 class _TicketFile(msgspec.Struct, frozen=True):
-    """What the cloud knows of a ticket: until when it is good, in seconds since the epoch, and for which machine."""
+    """The cloud's record of a ticket: its expiry [s since the epoch], and the machine that may use it (None: any)."""
 
     until: float
     machine: str | None
 
 
 def read_ticket(text: str) -> Ticket:
-    """Read a ticket.
+    """Decode a ticket.
 
     Raises
     ------
     InvalidInput
-        It is none.
+        The text is not a ticket.
     """
     body = text.strip().removeprefix(PREFIX)
     try:
         packed = base64.b64decode(body + "=" * (-len(body) % 4), b"-_", validate=True)
         return msgspec.msgpack.decode(packed, type=Ticket)
     except (ValueError, msgspec.DecodeError) as error:
-        raise InvalidInput("this is no ticket: copy all that 'ppaas machine ticket' printed") from error
+        raise InvalidInput("not a ticket: copy the whole text that 'ppaas machine ticket' printed") from error
 
 
 class Tickets:
-    """The tickets of a cloud that were not used yet.
+    """The unused tickets of a cloud.
 
     Parameters
     ----------
     folder : Path
-        For a file of each; made if it is not there.
+        Folder with a file for each ticket; created if it does not exist.
     clock : callable
-        Seconds since the epoch.
+        Time [s since the epoch].
     """
 
     def __init__(self, folder: Path, clock: Clock = epoch) -> None:
@@ -91,18 +91,18 @@ class Tickets:
         Parameters
         ----------
         address : TlsAddress
-            At which the machine reaches the cloud.
+            Address by which the machine reaches the cloud.
         cloud : str
             SHA-256 of the cloud's certificate.
         valid : float
-            Seconds for which it is good.
+            Time for which the ticket is valid [s].
         machine : str, optional
-            Name of the machine that it is for, which may have joined before; without it, of any that has not.
+            Name of the machine that may use it, also if it has joined before. Default: any new machine.
 
         Raises
         ------
         InvalidInput
-            No machine may be named so, or the folder cannot be used.
+            The name of the machine is invalid, or the folder cannot be used.
         """
         if machine is not None:
             check_name(machine)
@@ -111,28 +111,28 @@ class Tickets:
             self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             write_private(self._path(ticket.secret), msgspec.json.encode(_TicketFile(self._clock() + valid, machine)))
         except OSError as error:
-            raise InvalidInput(f"the ticket cannot be kept: {error}") from error
+            raise InvalidInput(f"the ticket cannot be stored in {self._folder}: {error}") from error
         return ticket
 
     def use(self, secret: str, machine: str) -> bool:
-        """Use a ticket up; return whether it was made for the machine of that name.
+        """Use up a ticket; return whether it was made for a machine by name.
 
         Raises
         ------
         NotPermitted
-            There is no such ticket, or no longer, or it is for another machine.
+            The ticket is unknown, used, expired, or for another machine.
         """
         path = self._path(secret)
         try:
-            kept = msgspec.json.decode(path.read_bytes(), type=_TicketFile)
-            if kept.machine not in (None, machine):
-                raise NotPermitted(f"this ticket is for machine {kept.machine!r}: join with --name {kept.machine}")
-            path.unlink()  # of two that use it at a time one finds it gone
+            known = msgspec.json.decode(path.read_bytes(), type=_TicketFile)
+            if known.machine not in (None, machine):
+                raise NotPermitted(f"this ticket is for machine {known.machine!r}: join with --name {known.machine}")
+            path.unlink()  # if two machines use it at once, one does not find it any more
         except FileNotFoundError as error:
-            raise NotPermitted("this ticket is not known, or was used: make a new one") from error
-        if self._clock() > kept.until:
-            raise NotPermitted("this ticket is too old: make a new one")
-        return kept.machine is not None
+            raise NotPermitted("this ticket is unknown or was used: make a new one") from error
+        if self._clock() > known.until:
+            raise NotPermitted("this ticket has expired: make a new one")
+        return known.machine is not None
 
     def _path(self, secret: str) -> Path:
         return self._folder / f"{hashlib.sha256(secret.encode()).hexdigest()}.json"

@@ -1,4 +1,4 @@
-"""The port of a cloud at which machines of other hosts arrive: each connection is handed on by what it is for."""
+"""TLS listener of a cloud for machines of other hosts: dispatches each connection by its purpose."""
 
 import asyncio
 import logging
@@ -13,22 +13,22 @@ from ppaas.errors import NotPermitted, PPaaSError
 logger = logging.getLogger(__name__)
 
 FromMachine = Callable[[asyncio.StreamReader, asyncio.StreamWriter, str], Awaitable[None]]
-"""Serves a connection of a machine, by its name."""
+"""Serves a connection of a machine; the last argument is the machine's name."""
 
 
 class TlsListener:
-    """Takes connections over mutual TLS.
+    """Accepts connections over mutual TLS.
 
     Parameters
     ----------
     address : TlsAddress
-        Where to listen.
+        Address to listen at.
     authority : Authority
-        Knows the machines.
-    control, robot, terms : callable
-        Serve the control links, the robot links, and machines that ask what they must know first.
+        Certificate authority, which identifies machines.
+    control, robot, settings : callable
+        Serve control links, robot links, and requests for the settings of the cluster.
     join : callable
-        Serves who has no certificate yet.
+        Serves machines without a certificate, which request to join.
     """
 
     def __init__(
@@ -38,23 +38,23 @@ class TlsListener:
         *,
         control: FromMachine,
         robot: FromMachine,
-        terms: FromMachine,
+        settings: FromMachine,
         join: ConnectionHandler,
     ) -> None:
         self.address = address
         self._authority = authority
-        self._serve: dict[str | None, FromMachine] = {"control": control, "robot": robot, "terms": terms}
+        self._serve: dict[str | None, FromMachine] = {"control": control, "robot": robot, "terms": settings}
         self._join = join
         self._server: asyncio.Server | None = None
         self._open: set[asyncio.StreamWriter] = set()
 
     async def start(self) -> None:
-        """Listen; from now on ``address`` has the port, also where any was to be taken.
+        """Listen. Afterwards ``address`` has the actual port, even if it was 0.
 
         Raises
         ------
         Unavailable
-            The address is not ours, or taken.
+            The address is in use, or does not belong to this host.
         """
         context = self._authority.identity.server_context()
         self._server = await listen(self.address, self._connected, context)
@@ -63,24 +63,24 @@ class TlsListener:
     async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._open.add(writer)
         try:
-            await self._hand_on(reader, writer, writer.get_extra_info("ssl_object"))
+            await self._dispatch(reader, writer, writer.get_extra_info("ssl_object"))
         except PPaaSError as error:
-            logger.warning("somebody at %s was turned away: %s", self.address, error)
+            logger.warning("a connection at %s was refused: %s", self.address, error)
         finally:
             self._open.discard(writer)
             writer.close()
 
-    async def _hand_on(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, tls: ssl.SSLObject) -> None:
-        purpose, shown = tls.selected_alpn_protocol(), tls.getpeercert(binary_form=True)
+    async def _dispatch(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, tls: ssl.SSLObject) -> None:
+        purpose, certificate = tls.selected_alpn_protocol(), tls.getpeercert(binary_form=True)
         if purpose == "join":
             await self._join(reader, writer)
             return
-        if shown is None or purpose not in self._serve:
-            raise NotPermitted("it shows no certificate, or does not say what it comes for")
-        await self._serve[purpose](reader, writer, self._authority.machine_of(shown))
+        if certificate is None or purpose not in self._serve:
+            raise NotPermitted("the client has no certificate or no known purpose")
+        await self._serve[purpose](reader, writer, self._authority.machine_of(certificate))
 
     async def close(self) -> None:
-        """Hang up on all, and listen no more."""
+        """Close all connections and stop listening."""
         if self._server is not None:
             self._server.close()
         for writer in tuple(self._open):

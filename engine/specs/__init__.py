@@ -1,1 +1,1 @@
-"""Specifications exchanged by master, machines and containers: containers, sizes, settings, checkpoints, map layers."""
+"""Specifications shared by master, machines and containers: containers, sizes, settings, checkpoints, map layers."""

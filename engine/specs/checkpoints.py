@@ -1,4 +1,4 @@
-"""From what checkpoint a container goes on, if from any."""
+"""Selection of the checkpoint that a container continues from."""
 
 from collections.abc import Mapping
 
@@ -12,7 +12,7 @@ from storage.records import CloneCheckpoint
 
 
 class Origin(msgspec.Struct, frozen=True):
-    """What a checkpoint was made for, in which cloud process, and by which container."""
+    """Origin of a checkpoint: cloud process, map version, robot and container."""
 
     instance: str
     map: MapVersion
@@ -21,29 +21,29 @@ class Origin(msgspec.Struct, frozen=True):
 
 
 def marks(spec: ContainerSpec, instance: str) -> dict[str, bytes]:
-    """Return what is kept with each checkpoint of a container, beside the state of its nodes."""
+    """Return the entries that each checkpoint of a container has beside the states of its nodes."""
     origin = Origin(instance, spec.map, spec.robot, spec.id)
     return {SESSION_STATE: spec.session.encode(), ORIGIN_STATE: msgspec.json.encode(origin)}
 
 
 class CheckpointSelection:
-    """Gives containers the checkpoints of their clones. All of it may block.
+    """Selects the checkpoint of each new container. All methods may block.
 
-    A container that replaces another goes on where that was. The first of a session begins as the robot's file says,
-    but for two cases: the robot was let go because it was idle, or the cloud process that served it is gone and the
-    robot is back as soon as if it had only lost its connection. Both go on from the last checkpoint, if robot and map
-    are still what they were.
+    A container that replaces another continues from its checkpoint. The first container of a session starts from the
+    robot's configuration, with two exceptions: the robot lost its place because it was idle; or the cloud process that
+    served it has died, and the robot is back as soon as after a lost connection. Both continue from the last
+    checkpoint, if robot and map are unchanged.
 
     Parameters
     ----------
     store : Store
-        Has them.
+        Store of the checkpoints.
     instance : str
-        Name of this cloud process.
+        Instance name of this cloud process.
     within : float
-        Seconds for which a checkpoint of a process that is gone is good.
+        Time for which a checkpoint of a dead cloud process is valid [s].
     clock : callable
-        Seconds since the epoch.
+        Time [s since the epoch].
     """
 
     def __init__(self, store: Store, instance: str = "", within: float = 0.0, clock: Clock = epoch) -> None:
@@ -55,15 +55,15 @@ class CheckpointSelection:
 
     @property
     def instance(self) -> str:
-        """Name of this cloud process."""
+        """Instance name of this cloud process."""
         return self._instance
 
     def park(self, user: str, robot: str) -> None:
-        """Let the next session of a robot go on where this one ends."""
+        """Make the next session of a robot continue from the last checkpoint of this one."""
         self._parked.add((user, robot))
 
     def with_checkpoint(self, spec: ContainerSpec) -> ContainerSpec:
-        """Return the spec of a container with the checkpoint that it goes on from."""
+        """Return the spec of a container with its checkpoint, if there is one to continue from."""
         if spec.robot is None:
             return spec
         parked = (spec.user, spec.robot.id) in self._parked
@@ -73,22 +73,21 @@ class CheckpointSelection:
         except NotFound:
             return spec
         if spec.id != spec.session:
-            # One of a session before may still be kept by its last container, which ended late.
+            # The last container of an earlier session may have stored one, if it exited late.
             same = checkpoint.nodes.get(SESSION_STATE) == spec.session.encode()
             return _with(spec, checkpoint.nodes) if same else spec
         if not (self._is_for(checkpoint, spec) and (parked or self._was_cut_off(checkpoint))):
             self._store.remove_clone(spec.user, spec.robot.id)
             return spec
-        # The messages of this session are counted from the start.
+        # The sequence numbers of a new session start again.
         nodes = checkpoint.nodes | marks(spec, self._instance) | {LINK_STATE: b"0"}
         self._store.save_clone(msgspec.structs.replace(checkpoint, nodes=nodes))
         return _with(spec, nodes)
 
     def runs_on(self, spec: ContainerSpec) -> bool:
-        """Tell whether a container that was started by another cloud process is the clone of its robot still.
+        """Return whether a container of another cloud process is still the current clone of its robot.
 
-        It is, if it kept the last checkpoint of the robot: what has taken its place since has kept one, too, and it
-        had none to keep any more by then.
+        It is if it stored the robot's last checkpoint: a container that has replaced it would have stored a later one.
         """
         if spec.robot is None:
             return False
@@ -120,4 +119,4 @@ def _origin_of(checkpoint: CloneCheckpoint) -> Origin | None:
     try:
         return msgspec.json.decode(checkpoint.nodes.get(ORIGIN_STATE, b"null"), type=Origin | None)
     except msgspec.DecodeError:
-        return None  # of a version of this program that wrote it otherwise
+        return None  # written by another release of this program

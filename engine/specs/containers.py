@@ -1,4 +1,4 @@
-"""What the engine speaks of: machines, containers, and what a container is told at its start."""
+"""Specifications of containers, map layers and robots, and the launch of a container."""
 
 from typing import Any, Literal
 
@@ -10,13 +10,13 @@ ContainerKind = Literal["robot", "planning"]
 Heights = tuple[float | None, float]
 
 SESSION_STATE = "session"
-"""Name under which a checkpoint keeps the session that it was made in."""
+"""Key in a checkpoint: the session that it was made in."""
 
 ORIGIN_STATE = "origin"
-"""Name under which a checkpoint keeps what it was made for, and by which cloud process."""
+"""Key in a checkpoint: its ``Origin``."""
 
 LINK_STATE = "link"
-"""Name under which a checkpoint keeps the last sequence number that was applied."""
+"""Key in a checkpoint: the last sequence number of the robot link that was applied."""
 
 
 class MapVersion(msgspec.Struct, frozen=True):
@@ -27,16 +27,16 @@ class MapVersion(msgspec.Struct, frozen=True):
 
 
 class LayerSpec(msgspec.Struct, frozen=True):
-    """Of what the layers of a map are made.
+    """Inputs of the layers of a map.
 
     Parameters
     ----------
     robot_radius : float
-        For which it is inflated [m].
+        Radius for the inflation [m].
     masks : dict of str to MapVersion
-        What lies on it, by the names of the costmap filters.
+        Masks, by the names of the costmap filters.
     heights : tuple of float, optional
-        From where to where what its octomap has is in the way [m]; from one voxel on, if the first is None.
+        Range of heights in which voxels of the octomap are obstacles [m]. Without the first it begins at one voxel.
     """
 
     map: MapVersion
@@ -46,16 +46,16 @@ class LayerSpec(msgspec.Struct, frozen=True):
 
 
 class RobotConfig(msgspec.Struct, frozen=True):
-    """What a clone must know of its robot.
+    """Configuration of a robot, for its clone.
 
     Parameters
     ----------
     urdf : RobotDescription, optional
-        What its URDF tells.
+        Description from its URDF.
     masks : dict of str to MapVersion
-        Which versions of masks its costmap filters go by, by the names of the filters.
+        Versions of the masks, by the names of the costmap filters.
     in_space : bool
-        Whether its map has an octomap, too.
+        Whether its map also has an octomap.
     """
 
     id: str
@@ -70,25 +70,24 @@ class RobotConfig(msgspec.Struct, frozen=True):
 
 
 class ContainerSpec(msgspec.Struct, frozen=True):
-    """What to start.
+    """Specification of a container.
 
     Parameters
     ----------
     id : str
-        Unique among all containers, for ever.
+        Unique id, never reused.
     cores : float
-        Size in CPU cores; decimal.
+        Size [CPU cores], a decimal number.
     robot : RobotConfig, optional
-        The robot whose clone runs in it; without one it only plans.
+        Robot whose clone runs in it. Without one, it only plans.
     checkpoint : dict of str to bytes
-        State of each node to go on from.
+        Initial state of each node.
     session : str
-        Id of the first container that filled the place: those that replace it go on from its checkpoints, and from
-        no others.
+        Id of the first container in the same place. Its replacements continue only from checkpoints of this session.
     container_group : str
-        Containers of one group are kept on one machine where a balancer can; without a name it is those of its map.
+        Containers of one group are placed on the same machine if possible. Default: the group of its map version.
     labels : dict of str to str
-        Its machine has all of these.
+        Labels that its machine must have.
     """
 
     id: str
@@ -108,34 +107,34 @@ class ContainerSpec(msgspec.Struct, frozen=True):
 
     @property
     def group(self) -> str:
-        """The group that it is in."""
+        """Name of its container group."""
         return self.container_group or f"{self.map.id}@{self.map.version}"
 
     @property
     def serves(self) -> str:
-        """Whom it serves: a robot, or whoever plans on its map."""
+        """The user and robot that it serves, or the user that it plans for."""
         return f"{self.user}/{self.robot.id}" if self.robot is not None else self.user
 
 
 class Launch(msgspec.Struct, frozen=True):
-    """What a machine hands to the process that becomes a container.
+    """Arguments that a machine passes to the process of a container.
 
     Parameters
     ----------
     layers : str
-        Folder of the map's layers in shared memory.
+        Folder of the map layers in shared memory.
     link : str
-        Unix socket of the endpoint, to which the robot link is dialled; that handshake is *ready*.
+        Unix socket of the endpoint, for the robot link. The container is *ready* after that handshake.
     machine : str
-        Unix socket of the machine, for what goes to the stores and to other containers.
+        Unix socket of the machine, for the machine link.
     secret : str
-        Shows both that the container is the one they await.
+        Secret of the container for both handshakes.
     cpus : tuple of int
-        CPUs it may run on.
+        CPUs that it may run on.
     threads : int
-        Most threads its kernels may use.
+        Most threads of its kernels.
     allowed : tuple of str
-        Other people's plug-ins that may run in it, each as ``group:name`` of its entry point.
+        Third-party plug-ins that may run in it, each as ``group:name`` of its entry point.
     """
 
     spec: ContainerSpec

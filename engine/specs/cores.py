@@ -1,6 +1,6 @@
-"""Cores: how many threads a container of some size gets, on which CPUs, and how many containers a machine takes.
+"""Sizes in CPU cores: threads, CPUs and memory of a container, and the capacity of a machine.
 
-All sizes are decimal CPU cores: 0.25, 1, 2.
+Sizes are decimal numbers of CPU cores: 0.25, 1, 2.
 """
 
 import math
@@ -9,63 +9,64 @@ from collections.abc import Iterable, Mapping
 from ppaas.errors import InvalidParameter, QuotaExceeded
 
 OVERSUBSCRIPTION = 4.0
-"""Cores that a machine gives away for each that it has: containers plan in bursts and idle between them."""
+"""Factor by which the cores given to containers may exceed those of the machine: containers plan in bursts."""
 
 MEMORY_PER_CORE = 128 << 20
-"""Bytes that a container counts for with each core of its size. A clone has 13 MB of its own, and shares its map."""
+"""Memory that counts for each core of a container's size [bytes]. A clone has 13 MB of its own, and shares its map."""
 
 MEMORY_LIMIT = 512 << 20
-"""Bytes that a container of any size may take, where it is held to some: its interpreter, and what planning takes."""
+"""Memory limit of a container of size 0 [bytes], where limits are enforced: its interpreter and planning."""
 
 MEMORY_LIMIT_PER_CORE = 512 << 20
+"""Additional limit for each core of its size [bytes]."""
 
 MEMORY_LIMIT_PER_CELL = 64
-"""Bytes more for each cell of its map: twice what the hungriest of our planners takes."""
+"""Additional limit for each cell of its map [bytes]: twice the usage of our largest planner."""
 
 
 def check(size: float, machine_cores: int) -> None:
-    """Make sure that a machine can hold a container at all.
+    """Check that a container of this size fits an empty machine.
 
     Raises
     ------
     InvalidParameter
-        Not a positive, finite number.
+        The size is not a positive, finite number.
     QuotaExceeded
-        More than the machine has.
+        The size exceeds the cores of the machine.
     """
     if not (math.isfinite(size) and size > 0.0):
-        raise InvalidParameter(f"the size of a container is a positive number of cores, not {size}")
+        raise InvalidParameter(f"the size of a container must be a positive number of cores, not {size}")
     if size > machine_cores:
-        raise QuotaExceeded(f"a container of {size:g} cores does not fit a machine of {machine_cores}")
+        raise QuotaExceeded(f"a container of {size:g} cores does not fit a machine of {machine_cores} cores")
 
 
 def threads(size: float) -> int:
-    """Return how many threads the kernels of a container may use: ⌊size⌋, at least one."""
+    """Return the number of threads that the kernels of a container may use: ⌊size⌋, at least one."""
     return max(1, math.floor(size))
 
 
 def width(size: float) -> int:
-    """Return on how many CPUs a container runs: ⌈size⌉."""
+    """Return the number of CPUs that a container may run on: ⌈size⌉."""
     return math.ceil(size)
 
 
 def memory(size: float) -> int:
-    """Return how many bytes a container counts for: memory goes with size."""
+    """Return the memory that a container counts for [bytes], in proportion to its size."""
     return math.ceil(size * MEMORY_PER_CORE)
 
 
 def memory_limit(size: float, cells: int) -> int:
-    """Return how many bytes a container may take on a map of so many cells, where it is held to some."""
+    """Return the memory limit of a container [bytes], by its size and the number of cells of its map."""
     return MEMORY_LIMIT + math.ceil(size * MEMORY_LIMIT_PER_CORE) + cells * MEMORY_LIMIT_PER_CELL
 
 
 def capacity(machine_cores: int, machine_memory: int, oversubscription: float = OVERSUBSCRIPTION) -> float:
-    """Return the sum of the sizes that a machine takes, by its CPUs and its memory [bytes]."""
+    """Return the capacity of a machine for containers [cores], by its CPUs and its memory [bytes]."""
     return min(machine_cores * oversubscription, machine_memory / MEMORY_PER_CORE)
 
 
 def used(containers: Iterable[tuple[float, tuple[int, ...]]]) -> dict[int, float]:
-    """Return the cores given away on each CPU, from the size and the CPUs of each container."""
+    """Return the cores given to containers on each CPU, from the size and the CPUs of each container."""
     load: dict[int, float] = {}
     for size, cpus in containers:
         for cpu in cpus:
@@ -74,21 +75,21 @@ def used(containers: Iterable[tuple[float, tuple[int, ...]]]) -> dict[int, float
 
 
 def pick(size: float, cpus: Iterable[int], load: Mapping[int, float]) -> tuple[int, ...]:
-    """Return the CPUs for a container: those of which least was given away, the lower number first.
+    """Return the CPUs for a container: the least loaded ones, lower numbers first.
 
     Parameters
     ----------
     size : float
-        Of the container [cores].
+        Size of the container [cores].
     cpus : iterable of int
-        All CPUs of the machine that may be used.
+        All usable CPUs of the machine.
     load : mapping of int to float
-        Cores given away on each CPU; a CPU that is missing is idle.
+        Cores given to containers on each CPU; a missing CPU has none.
 
     Raises
     ------
     InvalidParameter, QuotaExceeded
-        As ``check`` says.
+        From ``check``.
     """
     present = sorted(set(cpus))
     check(size, len(present))

@@ -1,4 +1,4 @@
-"""Masks of costmap filters: maps that a robot's parameters name."""
+"""Versions of the masks of costmap filters that a robot's parameters name."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,21 +11,21 @@ from storage.versions import YAML
 
 
 def mask_versions(maps: MapStore, user: str, parameters: Mapping[str, Any]) -> dict[str, MapVersion]:
-    """Return the present versions of the masks that a robot's parameters want, by the names of their filters.
+    """Return the head versions of the masks in a robot's parameters, by the names of their filters. May block.
 
     Parameters
     ----------
     maps : MapStore
-        Has them; this may block.
+        Store of the masks.
     user : str
-        Who must be allowed to read them.
+        User who must be allowed to read them.
     parameters : mapping
-        Of the robot's file.
+        Parameters of the robot.
 
     Raises
     ------
     InvalidParameter
-        A mask is no map that this user may read, or has no grid; or the parameters of a filter are none.
+        A mask is not a map that this user may read, or has no grid; or the parameters of a filter are invalid.
     """
     return {name: _version(maps, user, name, mask) for name, mask in filter_masks(parameters).items()}
 
@@ -36,21 +36,21 @@ def _version(maps: MapStore, user: str, name: str, mask: str) -> MapVersion:
     except NotFound as error:
         raise no_mask(name, mask) from error
     if not head.readable_by(user):
-        raise no_mask(name, mask)  # as if there were none, so that ids are not given away
+        raise no_mask(name, mask)  # the same error as for an unknown map, so that ids are not revealed
     if YAML not in head.present.files:
         raise no_grid_in(name, mask)
     return MapVersion(head.id, head.version)
 
 
 def no_mask(name: str, mask: str) -> InvalidParameter:
-    """Return the error for a mask that is not there."""
+    """Return the error for a mask that does not exist."""
     return InvalidParameter(
-        f"{name}: the mask {mask!r} is no map here: publish it, or change {name} in the parameters of the robot"
+        f"{name}: the mask {mask!r} is not a published map: publish it, or change {name} in the parameters of the robot"
     )
 
 
 def no_grid_in(name: str, mask: str) -> InvalidParameter:
-    """Return the error for a mask that lies in space alone."""
+    """Return the error for a mask that only has an octomap."""
     return InvalidParameter(
         f"{name}: the mask {mask!r} has an octomap and no grid: publish a YAML with its image, or change {name} in the "
         "parameters of the robot"

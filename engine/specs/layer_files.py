@@ -1,4 +1,4 @@
-"""The layers of a map as files: one ``.npy`` a layer, which every process of a machine maps into its memory."""
+"""Files of map layers: one ``.npy`` for each layer, which all processes of a machine map into memory."""
 
 import mmap
 import os
@@ -19,10 +19,10 @@ from ppaas.messages import encode
 from ppaas.messages.std_msgs import Time
 
 MAP_JSON = "map.json"
-"""The map as JSON of ``nav_msgs/OccupancyGrid``, ready to be sent."""
+"""File with the map as JSON of ``nav_msgs/OccupancyGrid``, ready to be sent."""
 
 INDEX = ".index"
-"""Ending of the file in which something lies that a planner, whose name comes before it, has prepared of the map."""
+"""Suffix of a planner's index of the map, after the name of the planner."""
 
 _INFO = "info.json"
 
@@ -46,16 +46,16 @@ def write_layers(folder: Path, layers: MapLayers, created: float) -> None:
     Parameters
     ----------
     folder : Path
-        Where to.
+        The folder.
     layers : MapLayers
-        What.
+        The layers.
     created : float
-        When the map was made [s since the epoch].
+        Time when the map was made [s since the epoch].
 
     Raises
     ------
     Unavailable
-        There is no room.
+        The files cannot be written, for example because shared memory is full.
     """
     message = encode(to_message(layers.grid, stamp=Time.of(created)))
     info = layers.grid.info
@@ -66,7 +66,7 @@ def write_layers(folder: Path, layers: MapLayers, created: float) -> None:
         origin = (info.origin.x, info.origin.y, info.origin.theta)
         header = _Info(info.resolution, info.width, info.height, origin, written)
         (folder / _INFO).write_bytes(msgspec.json.encode(header))
-    except OSError as error:  # numpy tells a full disk without its number
+    except OSError as error:  # numpy raises it without errno when the disk is full
         size = (len(message) + sum(array.nbytes for array in arrays.values())) / 2**20
         raise Unavailable(f"{size:.1f} MB of map layers cannot be written to {folder.parent}: {error}") from error
 
@@ -90,12 +90,12 @@ def _write(path: Path, array: NDArray[Any]) -> _Layer:
 
 
 def open_layers(folder: Path) -> MapLayers:
-    """Map the layers in a folder into this process; nothing is copied, and nothing can be written.
+    """Map the layers in a folder into memory, read-only and without a copy.
 
     Raises
     ------
     Unavailable
-        They are not there, or not whole.
+        The layers do not exist, or are incomplete.
     """
     try:
         header = msgspec.json.decode((folder / _INFO).read_bytes(), type=_Info)
@@ -110,11 +110,11 @@ def open_layers(folder: Path) -> MapLayers:
             **grids,
         )
     except (OSError, KeyError, ValueError, InvalidMap, msgspec.DecodeError) as error:
-        raise Unavailable(f"no layers of a map in {folder}: {error}") from error
+        raise Unavailable(f"no complete map layers in {folder}: {error}") from error
 
 
 def cells_in(folder: Path) -> int:
-    """Return how many cells the map has of which the layers are in a folder; none where there are no layers."""
+    """Return the number of cells of the map in a folder of layers, or 0 if it has no layers."""
     try:
         header = msgspec.json.decode((folder / _INFO).read_bytes(), type=_Info)
     except (OSError, msgspec.DecodeError):
@@ -123,39 +123,39 @@ def cells_in(folder: Path) -> int:
 
 
 def _map_array(path: Path, layer: _Layer, shape: tuple[int, int]) -> NDArray[Any]:
-    # Not by numpy's own loader: it parses the header as Python, which takes a container 1 ms and 0.6 MB of its own.
+    # numpy's own loader parses the header as Python code, which takes each container 1 ms and 0.6 MB.
     with path.open("rb") as file:
         memory = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
     return np.frombuffer(memory, layer.dtype, offset=layer.offset).reshape(shape)
 
 
 def write_index(folder: Path, planner: str, content: memoryview) -> None:
-    """Put what a planner has prepared of a map beside its layers; it appears whole or not at all.
+    """Write the index of a planner into the folder of a map's layers, atomically.
 
     Raises
     ------
     Unavailable
-        There is no room, or the folder is gone.
+        The file cannot be written, or the folder does not exist any more.
     """
-    aside = folder / f".{planner}-{os.getpid()}"
+    partial = folder / f".{planner}-{os.getpid()}"
     try:
         try:
-            aside.write_bytes(content)
-            aside.rename(folder / f"{planner}{INDEX}")
+            partial.write_bytes(content)
+            partial.rename(folder / f"{planner}{INDEX}")
         finally:
-            aside.unlink(missing_ok=True)
+            partial.unlink(missing_ok=True)
     except OSError as error:
         size = content.nbytes / 2**20
         raise Unavailable(f"an index of {size:.1f} MB cannot be written to {folder}: {error}") from error
 
 
 def open_index(folder: Path, planner: str) -> memoryview | None:
-    """Map what a planner has prepared into this process, so that nobody can write to it; None if it is not there.
+    """Map the index of a planner into memory, read-only; return None if it does not exist.
 
     Raises
     ------
     Unavailable
-        It cannot be read.
+        The index cannot be read.
     """
     try:
         with (folder / f"{planner}{INDEX}").open("rb") as file:
@@ -163,4 +163,4 @@ def open_index(folder: Path, planner: str) -> memoryview | None:
     except FileNotFoundError:
         return None
     except (OSError, ValueError) as error:
-        raise Unavailable(f"the index of {planner} in {folder} cannot be read: {error}") from error
+        raise Unavailable(f"the index of planner {planner} in {folder} cannot be read: {error}") from error

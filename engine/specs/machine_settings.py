@@ -1,4 +1,4 @@
-"""What an administrator says of a machine: how much it may be given, what it is like, whether it is given anything."""
+"""Settings of a machine by an administrator: limits, labels, draining."""
 
 import math
 
@@ -21,15 +21,15 @@ class MachineSettings(msgspec.Struct, frozen=True):
     Parameters
     ----------
     labels : dict of str to str
-        What it is like, beside what its agent said of it: a robot may ask for a machine with some labels.
+        Labels in addition to those of its agent; a robot may require labels of its machine.
     max_containers : int
-        Upper limit of containers.
+        Most containers.
     oversubscription : float
-        Cores that it gives away for each that it has; 1 where none is to be shared.
+        Factor by which the cores given to containers may exceed those of the machine; 1 means no sharing.
     max_memory : int, optional
-        Bytes that it may give to containers; without it all that it has.
+        Memory for containers [bytes]. Default: all memory of the machine.
     draining : bool
-        It is given nothing new, and what it carries is moved to others.
+        Whether it gets no new containers and its containers are moved to other machines.
     """
 
     labels: dict[str, str] = {}
@@ -40,42 +40,44 @@ class MachineSettings(msgspec.Struct, frozen=True):
 
 
 def check_settings(settings: MachineSettings) -> MachineSettings:
-    """Return settings that can be meant.
+    """Return the settings if they are valid.
 
     Raises
     ------
     InvalidParameter
-        A limit is out of range, or a label is none.
+        A limit is out of range, or a label is invalid.
     """
     check_labels(settings.labels)
     if not 0 <= settings.max_containers <= MOST_CONTAINERS:
-        raise InvalidParameter(f"max_containers is from 0 to {MOST_CONTAINERS}, not {settings.max_containers}")
+        raise InvalidParameter(f"max_containers must be from 0 to {MOST_CONTAINERS}, not {settings.max_containers}")
     factor = settings.oversubscription
     if not (math.isfinite(factor) and 0.0 < factor <= MOST_OVERSUBSCRIPTION):
-        raise InvalidParameter(f"oversubscription is more than 0 and at most {MOST_OVERSUBSCRIPTION:g}, not {factor}")
+        raise InvalidParameter(
+            f"oversubscription must be greater than 0 and at most {MOST_OVERSUBSCRIPTION:g}, not {factor}"
+        )
     if settings.max_memory is not None and settings.max_memory <= 0:
-        raise InvalidParameter(f"max_memory is a positive number of bytes, not {settings.max_memory}")
+        raise InvalidParameter(f"max_memory must be a positive number of bytes, not {settings.max_memory}")
     return settings
 
 
 def check_labels(labels: dict[str, str]) -> None:
-    """Make sure that labels are names with names.
+    """Check the keys and values of labels.
 
     Raises
     ------
     InvalidParameter
-        There are too many, or one is none.
+        There are too many labels, or one is invalid.
     """
     if len(labels) > MOST_LABELS:
-        raise InvalidParameter(f"there may be {MOST_LABELS} labels, not {len(labels)}")
+        raise InvalidParameter(f"there may be at most {MOST_LABELS} labels, not {len(labels)}")
     for key, value in labels.items():
         if not (is_name(key) and is_name(value)):
             raise InvalidParameter(
-                f"{key[:64]!r}={value[:64]!r} is no label: key and value have 1 to 64 letters, digits, '_', '.' "
-                "and '-', a letter or digit first"
+                f"{key[:64]!r}={value[:64]!r} is not a valid label: key and value have 1 to 64 letters, digits, '_', "
+                "'.' and '-', and begin with a letter or digit"
             )
 
 
 def labels_text(labels: dict[str, str]) -> str:
-    """Return labels as people write them."""
+    """Return labels as a text, for messages."""
     return ", ".join(f"{key}={value}" for key, value in sorted(labels.items()))

@@ -1,4 +1,4 @@
-"""Which layers of its map a container needs, by the robot that it is for."""
+"""Map layers that a container needs, by its robot."""
 
 from typing import Any
 
@@ -9,14 +9,14 @@ from ppaas.robot_model.known_models import PLANNING_MODEL
 
 
 def layers_of(spec: ContainerSpec) -> LayerSpec:
-    """Return of what the layers of a container are made.
+    """Return the inputs of the map layers of a container.
 
     Raises
     ------
     NotFound
-        The robot is of a model that nobody knows.
+        The model of the robot is unknown.
     InvalidParameter
-        What its file says of its body is none.
+        The parameters of its body are invalid.
     """
     robot = spec.robot
     if robot is None:
@@ -27,7 +27,7 @@ def layers_of(spec: ContainerSpec) -> LayerSpec:
 
 
 def filters_of(layers: LayerSpec) -> dict[str, Any]:
-    """Return what keeps a robot out of places of its map, by name, as conditions of plans."""
+    """Return the filters that close parts of the map to a robot, by name, as conditions of its plans."""
     mask = layers.masks.get(KEEPOUT_FILTER)
     filters: dict[str, Any] = {} if mask is None else {KEEPOUT_FILTER: f"{mask.id}@{mask.version}"}
     return filters if layers.heights is None else filters | {VOXEL_LAYER: layers.heights}

@@ -60,7 +60,7 @@ async def test_the_masks_of_a_robot_are_those_that_its_file_names(cloud: Running
     await publish_map(rest, "masked-room", ROOM)
     named = {"keepout_filter": {"filter_mask": "masked-room-keepout"}}
     token = await register_robot(rest, "careful", "masked-room", tuple(START))
-    with pytest.raises(InvalidParameter, match="keepout_filter: the mask 'masked-room-keepout' is no map here"):
+    with pytest.raises(InvalidParameter, match="keepout_filter: the mask 'masked-room-keepout' is not a published map"):
         await rest.patch("/v1/robots/careful", {"parameters": named})
     await publish_map(rest, "masked-room-keepout", mask(slice(0, 4)))
     await rest.patch("/v1/robots/careful", {"parameters": named})
@@ -80,7 +80,7 @@ async def test_a_robot_whose_mask_is_gone_is_refused(cloud: RunningCloud) -> Non
     with pytest.raises(InvalidStatus) as refused:
         await connect(f"{cloud.ws_url}/?robot=late&token={token}")
     assert refused.value.response.status_code == 422
-    assert b"keepout_filter: the mask 'late-keepout' is no map here" in refused.value.response.body
+    assert b"keepout_filter: the mask 'late-keepout' is not a published map" in refused.value.response.body
 
 
 async def test_a_node_that_runs_on_the_robot_keeps_out_of_the_same_places(cloud: RunningCloud) -> None:

@@ -1,4 +1,4 @@
-"""Ray machines: nodes of a Ray cluster, which tells what nodes there are and runs an agent on each.
+"""Ray machines: Ray reports the nodes of its cluster and runs an agent on each.
 
-No message of a robot or of the master goes through Ray.
+No message of a robot or of the master passes through Ray.
 """

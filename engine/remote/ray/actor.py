@@ -1,7 +1,7 @@
-"""The actor that keeps the agent of its node running.
+"""Ray actor that keeps the agent of its node running.
 
-The agent is a process of its own below the actor: neither Ray's threads nor its packages get into what containers are
-forked from. When the actor dies, the agent ends with it.
+The agent is a child process of the actor, so neither Ray's threads nor its packages get into the fork server of
+containers. When the actor dies, the agent exits as well.
 """
 
 import asyncio
@@ -24,29 +24,29 @@ if TYPE_CHECKING:
     from engine.remote.ray import agent  # noqa: F401
 
 AGENT = "engine.remote.ray.agent"
-"""By its name, since it is too large to be loaded in a Ray worker that only starts it."""
+"""Module of the agent, by name: it is too large to be imported in a Ray worker that only starts it."""
 
 COMMAND = (*lean_python.PYTHON, "-m", AGENT)
 
 
 def without_ray(environment: Mapping[str, str]) -> dict[str, str]:
-    """Return an environment without what is Ray's, such as the token with which its nodes can be told what to do."""
+    """Return an environment without Ray's variables, such as the token that gives access to its cluster."""
     return {name: value for name, value in environment.items() if not name.startswith("RAY_")}
 
 
 class AgentActor:
-    """Keeps an agent running. Ray calls all of it on one event loop.
+    """Keeps an agent running. Ray calls all methods on one event loop.
 
     Parameters
     ----------
     config : bytes
-        ``NodeConfig`` as JSON, without what only the node itself can say.
+        ``NodeConfig`` as JSON, without the fields that only the node itself knows.
     """
 
     def __init__(self, config: bytes) -> None:
         self._folder = folder_of(instance_name(), Path(tempfile.gettempdir()))
-        told = msgspec.json.decode(config, type=NodeConfig)
-        here = msgspec.structs.replace(told, folder=str(self._folder), keeper=os.getpid())
+        received = msgspec.json.decode(config, type=NodeConfig)
+        here = msgspec.structs.replace(received, folder=str(self._folder), keeper=os.getpid())
         self._agent = AgentProcess(here, COMMAND, done=DONE, environment=without_ray(os.environ))
         self._keeping = asyncio.get_running_loop().create_task(self._keep())
 
@@ -57,18 +57,18 @@ class AgentActor:
         await asyncio.to_thread(shutil.rmtree, self._folder, ignore_errors=True)
 
     async def is_up(self) -> bool:
-        """Answer, which it cannot before it runs."""
+        """Return true, as soon as the actor runs."""
         return True
 
     async def live(self) -> None:
-        """Go on until the agent is started no more; that the actor ended is told by Ray to whoever asked."""
+        """Run until the agent is not restarted any more. Callers then get Ray's error that the actor has exited."""
         await asyncio.shield(self._keeping)
         ray.actor.exit_actor()  # type: ignore[no-untyped-call]
 
     async def kill_agent(self) -> None:
-        """End the agent by force, with what it started: it is started again."""
+        """Kill the agent with all its child processes; it is restarted."""
         self._agent.kill()
 
     async def stop(self) -> None:
-        """End the agent, and then the actor."""
+        """Stop the agent, and then the actor."""
         await self._agent.stop()

@@ -1,6 +1,6 @@
-"""The agent of a Ray node: ``python -m engine.remote.ray.agent`` with a ``NodeConfig`` as JSON on standard input.
+"""Agent of a Ray node: ``python -m engine.remote.ray.agent``, with a ``NodeConfig`` as JSON on standard input.
 
-It joins the cloud by its ticket, and is a machine of it as any on another host, until SIGTERM or the end of its actor.
+It joins the cloud with its ticket and runs as any machine of another host, until SIGTERM or the exit of its actor.
 """
 
 import logging
@@ -22,28 +22,28 @@ from ppaas.errors import PPaaSError, Unavailable
 logger = logging.getLogger(__name__)
 
 PATIENCE = 60.0
-"""Seconds for which the cloud may be away, as when it was killed and is started anew; then the node is given back."""
+"""Time for which the cloud may be unreachable, as during a restart [s]; after that the node is released."""
 
 
 async def run(config: NodeConfig) -> int:
-    """Join, and be a machine until SIGTERM; return the exit status.
+    """Join and run the machine until SIGTERM; return the exit status.
 
     Raises
     ------
     PPaaSError
-        The cloud does not want this machine, or was away for too long.
+        The cloud refuses this machine, or was unreachable for too long.
     """
     try:
         membership = await join(Path(config.folder), config.ticket, config.machine)
     except Unavailable as error:
-        logger.warning("machine %s has not joined its cloud, and tries again: %s", config.machine, error)
+        logger.warning("machine %s could not join its cloud and tries again: %s", config.machine, error)
         return 1
     await stay(membership, MachineOptions(config.cores, config.labels, PATIENCE))
     return 0
 
 
 def main() -> None:
-    """Run; what the actor had is removed here if it is dead."""
+    """Run the agent; remove the folder of the actor if that has died."""
     logging.basicConfig(level=logging.INFO, format="%(levelname)s agent %(name)s: %(message)s")
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     config = msgspec.json.decode(sys.stdin.buffer.read(), type=NodeConfig)
@@ -51,7 +51,7 @@ def main() -> None:
     try:
         status = uvloop.run(run(config))
     except PPaaSError as error:
-        logger.error("the node is no machine any more: %s", error)
+        logger.error("the node is not a machine any more: %s", error)
         status = DONE
     finally:
         if os.getppid() != config.keeper:

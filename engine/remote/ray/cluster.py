@@ -1,4 +1,4 @@
-"""The Ray cluster behind what the supervisor knows of it."""
+"""Implementation of the supervisor's ``Cluster`` and ``Keeper`` by Ray."""
 
 import contextlib
 import logging
@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 import ray
-from ray._private.state import available_resources_per_node  # nothing public tells it by node
+from ray._private.state import available_resources_per_node  # Ray has no public function for it
 from ray.exceptions import RayError
 from ray.util import get_node_ip_address
 from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
@@ -20,16 +20,16 @@ from engine.remote.ray.nodes import ClusterNode, read_nodes
 from ppaas.errors import Unavailable
 
 TICKET_VALID = 300.0
-"""Seconds; the first worker of a node may take some of them to start."""
+"""Validity of a node's ticket [s]; the first worker of a node may take some time to start."""
 
 
 class RayKeeper:
-    """An actor that keeps an agent (``engine.remote.ray.actor``).
+    """Handle of an actor that keeps an agent (``engine.remote.ray.actor``).
 
     Parameters
     ----------
     actor : ActorHandle
-        Of it.
+        Ray's handle of the actor.
     """
 
     def __init__(self, actor: Any) -> None:
@@ -38,11 +38,11 @@ class RayKeeper:
         self._life = actor.live.remote()
 
     def started(self) -> bool:
-        """Tell whether it runs, or has ended."""
+        """Return whether it runs, or has exited."""
         return _is_done(self._up)
 
     def ended(self) -> str | None:
-        """Return why it ended, or None while it has not."""
+        """Return the reason of its exit, or None while it runs."""
         if _is_done(self._life):
             try:
                 ray.get(self._life)
@@ -51,43 +51,43 @@ class RayKeeper:
         return None
 
     def kill_agent(self) -> None:
-        """End the agent by force: it is started again."""
+        """Kill the agent; it is restarted."""
         self._actor.kill_agent.remote()
 
     def end(self) -> None:
-        """Begin to end the agent and what keeps it."""
+        """Begin to stop the agent and its actor."""
         self._actor.stop.remote()
 
     def join(self, timeout: float) -> None:
-        """Wait until it has ended; by force, if it takes longer than so many seconds."""
-        with contextlib.suppress(RayError):  # which tells that it has gone, or that it is time
+        """Wait until it has exited; kill it after ``timeout`` [s]."""
+        with contextlib.suppress(RayError):  # raised when the actor has exited, or at the timeout
             ray.get(self._life, timeout=timeout)
         self.kill()
 
     def kill(self) -> None:
-        """End it by force."""
+        """Kill the actor."""
         ray.kill(self._actor, no_restart=True)
 
 
 class RayCluster:
-    """A cluster that this process takes part in.
+    """A Ray cluster that this process is connected to.
 
     Parameters
     ----------
     config : WatchConfig
-        Which, and for which cloud. The names of the agents are the cloud's own, so that it finds them again when it was
-        started anew.
+        The cluster, and the cloud that uses it. The actors are in a Ray namespace of the cloud, so that it finds them
+        again after a restart.
 
     Raises
     ------
     Unavailable
-        There is none, or it does not let us in.
+        The cluster does not exist, or refuses the connection.
     """
 
     def __init__(self, config: WatchConfig) -> None:
         self._folder = Path(config.folder)
         self._host = config.host
-        # Of several nodes on a host with one network each, ours is the one at the head's address.
+        # If several nodes run on this host, each with its own loopback address, ours is the one at the head's address.
         host = config.address.rpartition(":")[0]
         own: dict[str, Any] = {"_node_ip_address": host} if host.startswith("127.") else {}
         cloud = Authority(self._folder).fingerprint
@@ -95,25 +95,25 @@ class RayCluster:
             ray.init(config.address, namespace=cloud, log_to_driver=False, logging_level=logging.WARNING, **own)
         except (ConnectionError, RuntimeError, ValueError, RayError) as error:
             raise Unavailable(
-                f"the Ray cluster at {config.address} does not let us in: {error}; see that this host is a node of it "
-                "(ray start), and that RAY_AUTH_MODE, RAY_AUTH_TOKEN and RAY_AUTH_TOKEN_PATH are as there"
+                f"the Ray cluster at {config.address} refuses the connection: {error}; check that this host is "
+                "a node of it (ray start), and that RAY_AUTH_MODE, RAY_AUTH_TOKEN and RAY_AUTH_TOKEN_PATH are as there"
             ) from error
 
     def nodes(self) -> list[ClusterNode]:
-        """Return those that can be machines."""
+        """Return the nodes that can be machines."""
         return read_nodes(ray.nodes(), available_resources_per_node())  # type: ignore[no-untyped-call]
 
     def find(self, node: ClusterNode) -> RayKeeper | None:
-        """Return what keeps the agent of a node already."""
+        """Return the existing keeper of a node's agent, or None."""
         try:
             return RayKeeper(ray.get_actor(_name(node)))
         except ValueError:
             return None
 
     def keep(self, node: ClusterNode, cores: int) -> RayKeeper:
-        """Have an agent kept on a node.
+        """Start an actor that keeps an agent on a node.
 
-        The actor is detached: it goes on while this process, or the node on which it runs, is started anew.
+        The actor is detached: it runs on while this process, or the node that this process runs on, is restarted.
         """
         host = self._host or get_node_ip_address()  # type: ignore[no-untyped-call]
         ticket = make_ticket(self._folder, valid=TICKET_VALID, machine=node.machine, host=host)
@@ -122,7 +122,7 @@ class RayCluster:
             name=_name(node),
             lifetime="detached",
             num_cpus=cores,
-            max_restarts=0,  # who watches starts another, on the nodes that there are then
+            max_restarts=0,  # the supervisor starts another, on the nodes that exist then
             scheduling_strategy=NodeAffinitySchedulingStrategy(node.id, soft=False),
         )
         return RayKeeper(actor.remote(msgspec.json.encode(config)))

@@ -1,4 +1,4 @@
-"""What the processes of a Ray cluster's machines are told at their start, and what the watcher answers."""
+"""Settings of the processes on a Ray cluster, and the answers of the watcher."""
 
 import msgspec
 
@@ -6,18 +6,18 @@ from engine.protocols.robot_link import Refusal
 
 
 class WatchConfig(msgspec.Struct, frozen=True):
-    """Which cluster to watch, and for which cloud.
+    """The cluster to watch, and the cloud that uses it.
 
     Parameters
     ----------
     address : str
-        ``host:port`` of the cluster's head, or ``auto`` for the one that was started on this host.
+        ``host:port`` of the cluster's head, or ``auto`` for the cluster on this host.
     folder : str
-        Of the cloud's certificates and tickets.
+        Folder of the cloud's certificates and tickets.
     host : str, optional
-        By which nodes reach the cloud; without it, by the address that this host has in the cluster.
+        Host name or address by which nodes reach the cloud. Default: the address of this host in the cluster.
     cores : int, optional
-        Most CPUs to take of a node; without it, all that are free.
+        Most CPUs to use of a node. Default: all free ones.
     """
 
     address: str
@@ -31,7 +31,7 @@ class WatchStarted(msgspec.Struct, tag="connected"):
 
 
 class WatchRefused(msgspec.Struct, tag="refused"):
-    """It cannot be."""
+    """The cluster cannot be watched."""
 
     refusal: Refusal
 
@@ -39,26 +39,26 @@ class WatchRefused(msgspec.Struct, tag="refused"):
 WatchAnswer = WatchStarted | WatchRefused
 
 DONE = 3
-"""Status with which the agent of a node ends that is not to be started again: its cloud does not want it or is gone."""
+"""Exit status of a node's agent that must not be restarted: its cloud refuses it or is unreachable."""
 
 
 class NodeConfig(msgspec.Struct, frozen=True):
-    """What the agent of a node is told.
+    """Settings of the agent of a node.
 
     Parameters
     ----------
     machine : str
         Name of the machine.
     ticket : str
-        With which it joins the cloud.
+        Ticket with which it joins the cloud.
     cores : int
-        CPUs that are held for it.
+        CPUs that the actor has reserved.
     labels : dict of str to str
-        Of the node.
+        Labels of the node.
     folder : str
-        For its certificate; known on its host alone.
+        Folder of its certificate; set on the node.
     keeper : int
-        Process id of the actor that keeps it, with which it ends.
+        Process id of the actor that keeps it; set on the node. The agent exits with the actor.
     """
 
     machine: str

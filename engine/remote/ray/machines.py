@@ -1,18 +1,18 @@
-"""The machines of a cloud that are nodes of a Ray cluster, as the cloud has them started and ended."""
+"""Machines of a cloud that are nodes of a Ray cluster; the cloud starts and stops their agents."""
 
 from engine.fabric.router import RouterProcess
 from engine.remote.ray.watcher_process import WatcherProcess
 
 
 class RayMachines:
-    """Has an agent kept on each node, in place of the one agent of this machine.
+    """Keeps an agent on each node, in place of the agent of the local machine.
 
     Parameters
     ----------
     watcher : WatcherProcess
-        Of the cluster.
+        Watcher of the cluster.
     router : RouterProcess
-        Of the cloud: the routers of the nodes meet there, as there is no agent here that has one.
+        Router of the cloud, which the routers of the nodes connect to. There is no local agent to start it.
     """
 
     expected_at_start = False  # nodes may join at any time
@@ -24,21 +24,21 @@ class RayMachines:
         self._router = router
 
     async def start(self) -> None:
-        """Begin to have agents started; there may be no node yet.
+        """Start the watcher, which starts agents. There may be no node yet.
 
         Raises
         ------
         Unavailable
-            There is no such cluster, or it does not let us in.
+            The cluster does not exist, or refuses the connection.
         """
         await self._router.start()
         await self._watcher.start()
 
     def kill(self, machine: str) -> None:
-        """End the agent of a machine by force: it is frozen, and is started again."""
+        """Kill the frozen agent of a machine; it is restarted."""
         self._watcher.kill(machine)
 
     async def stop(self) -> None:
-        """End all agents."""
+        """Stop all agents."""
         await self._watcher.stop()
         await self._router.close()

@@ -1,4 +1,4 @@
-"""The nodes of a Ray cluster, as far as machines are made of them."""
+"""The nodes of a Ray cluster that can be machines."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -10,25 +10,25 @@ from storage.names import is_name
 NODE_LABEL = "ray.io/node-id"
 
 MACHINE_NAME = 10
-"""Characters of a node's id that its machine is called by: sockets are named after it, so it is short."""
+"""Number of characters of a node's id that name its machine; short, since names of sockets contain it."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClusterNode:
-    """A node that lives.
+    """A running node.
 
     Parameters
     ----------
     id : str
-        Never given to another node, nor to the same host when it joins again.
+        Unique id; a host that joins again gets a new one.
     address : str
-        Of its host.
+        Address of its host.
     cores : int
-        CPUs that it brought, whole ones.
+        Number of whole CPUs.
     free : int
-        Those that no work in Ray holds.
+        Number of whole CPUs that are not reserved in Ray.
     labels : dict of str to str
-        That it was started with, and those that Ray gives to all, as a machine can have them.
+        Labels that it was started with or got from Ray, as labels of a machine.
     """
 
     id: str
@@ -39,19 +39,19 @@ class ClusterNode:
 
     @property
     def machine(self) -> str:
-        """Name of the machine that it is."""
+        """Name of its machine."""
         return self.id[:MACHINE_NAME]
 
 
 def read_nodes(table: Iterable[Mapping[str, Any]], free: Mapping[str, Mapping[str, float]]) -> list[ClusterNode]:
-    """Return the nodes that can be machines: those that live and brought a whole CPU.
+    """Return the nodes that can be machines: those that run and have at least one whole CPU.
 
     Parameters
     ----------
     table : iterable of mappings
-        As ``ray.nodes()`` tells of nodes, dead ones as well.
+        Result of ``ray.nodes()``, which contains dead nodes too.
     free : mapping of str to mapping of str to float
-        By id of a node, what is left of each of its resources.
+        Free amount of each resource, by id of the node.
     """
     nodes = []
     for row in table:
@@ -64,9 +64,9 @@ def read_nodes(table: Iterable[Mapping[str, Any]], free: Mapping[str, Mapping[st
 
 
 def machine_labels(labels: Mapping[str, str]) -> dict[str, str]:
-    """Return the labels of a node that a machine can have, with ``.`` for ``/``, but not that by which Ray names it.
+    """Return the labels of a node that are valid for a machine, with ``.`` for ``/``, without that of its id.
 
-    Ray's may be as long as those of Kubernetes, and empty; what does not fit is left out.
+    Labels of Ray may be empty, or as long as those of Kubernetes. Those that are not valid for a machine are omitted.
     """
     named = {key.replace("/", "."): value for key, value in labels.items() if key != NODE_LABEL}
     fitting = sorted((key, value) for key, value in named.items() if is_name(key) and is_name(value))

@@ -1,4 +1,4 @@
-"""What keeps agents on the nodes of a cluster, as the supervisor knows it."""
+"""Interfaces of the supervisor: a cluster, and the keepers of agents on its nodes."""
 
 from typing import Protocol
 
@@ -6,44 +6,44 @@ from engine.remote.ray.nodes import ClusterNode
 
 
 class Keeper(Protocol):
-    """What keeps the agent of one node running."""
+    """Keeps the agent of one node running."""
 
     def started(self) -> bool:
-        """Tell whether it runs, or has ended."""
+        """Return whether it runs, or has exited."""
         ...
 
     def ended(self) -> str | None:
-        """Return why it ended, or None while it has not."""
+        """Return the reason of its exit, or None while it runs."""
         ...
 
     def kill_agent(self) -> None:
-        """End the agent by force: it is started again."""
+        """Kill the agent; it is restarted."""
         ...
 
     def end(self) -> None:
-        """Begin to end the agent and what keeps it."""
+        """Begin to stop the agent and this keeper."""
         ...
 
     def join(self, timeout: float) -> None:
-        """Wait until it has ended; by force, if it takes longer than so many seconds."""
+        """Wait until it has exited; kill it after ``timeout`` [s]."""
         ...
 
     def kill(self) -> None:
-        """End it by force."""
+        """Kill it."""
         ...
 
 
 class Cluster(Protocol):
-    """Tells of nodes, and has agents kept on them."""
+    """A cluster: lists its nodes, and keeps agents on them."""
 
     def nodes(self) -> list[ClusterNode]:
-        """Return those that can be machines."""
+        """Return the nodes that can be machines."""
         ...
 
     def find(self, node: ClusterNode) -> Keeper | None:
-        """Return what keeps the agent of a node already, from before the supervisor was started anew."""
+        """Return the existing keeper of a node's agent, from before a restart of the supervisor, or None."""
         ...
 
     def keep(self, node: ClusterNode, cores: int) -> Keeper:
-        """Have an agent kept on a node, which holds so many of its cores."""
+        """Start a keeper of an agent on a node, and reserve this number of its cores."""
         ...

@@ -1,4 +1,4 @@
-"""Sees to it that each node of a cluster has an agent, whatever joins, leaves or dies."""
+"""Supervisor: makes sure that each node of a cluster has an agent."""
 
 import logging
 from dataclasses import dataclass
@@ -10,38 +10,38 @@ from ppaas.clock import Clock, monotonic
 logger = logging.getLogger(__name__)
 
 START_TIMEOUT = 30.0
-"""Seconds after which an agent that Ray has not started is given up: other work took the cores in between."""
+"""Time limit for Ray to start an agent [s]; it cannot if other work has reserved the cores meanwhile."""
 
 END_TIMEOUT = 10.0
-"""Seconds that all agents together have to end by themselves, before Ray ends those that are left by force."""
+"""Time for all agents together to exit by themselves before Ray kills the rest [s]."""
 
 STEADY = 60.0
-"""Seconds after which an agent has run so long that the next try is a first one again."""
+"""Uptime of an agent after which the next attempt counts as the first one again [s]."""
 
 RETRY_DELAYS = (0.0, 1.0, 5.0, 15.0)
-"""Seconds before the second, third … try on a node."""
+"""Delays before the second, third … attempt on a node [s]."""
 
 
 @dataclass(slots=True)
 class _Tries:
-    """How often an agent was begun on a node, and when the next may be."""
+    """Number of starts of an agent on a node, time of the next one, and whether a warning was logged."""
 
     count: int = 0
     not_before: float = 0.0
-    told: bool = False
+    warned: bool = False
 
 
 class Supervisor:
-    """Looks at the cluster from time to time, and does what is missing.
+    """Compares the nodes of a cluster with the running agents, and starts the missing ones.
 
     Parameters
     ----------
     cluster : Cluster
-        That is looked at.
+        The cluster.
     cores : int, optional
-        Most CPUs to take of a node; without it, all that are free.
+        Most CPUs to use of a node. Default: all free ones.
     clock : callable
-        Monotonic seconds.
+        Monotonic time [s].
     """
 
     def __init__(self, cluster: Cluster, cores: int | None = None, clock: Clock = monotonic) -> None:
@@ -54,11 +54,11 @@ class Supervisor:
 
     @property
     def machines(self) -> list[str]:
-        """Names of the machines on which an agent is kept."""
+        """Names of the machines that have an agent."""
         return [self._nodes[node].machine for node in self._keepers]
 
     def look(self) -> None:
-        """Forget nodes that left and agents that ended, and begin those that are missing."""
+        """Drop nodes that have left and agents that have exited, and start missing agents. Called periodically."""
         now = {node.id: node for node in self._cluster.nodes()}
         for node in self._nodes.keys() - now.keys():
             logger.warning("node %s (%s) left the cluster", self._nodes[node].machine, self._nodes[node].address)
@@ -66,11 +66,11 @@ class Supervisor:
             self._tries.pop(node, None)
         self._nodes = now
         for node in tuple(self._keepers):
-            self._look_after(node)
+            self._check(node)
         for node in now.keys() - self._keepers.keys():
-            self._begin(now[node])
+            self._start(now[node])
 
-    def _look_after(self, node: str) -> None:
+    def _check(self, node: str) -> None:
         keeper, tries = self._keepers[node], self._tries[node]
         reason = keeper.ended()
         if reason is None:
@@ -78,39 +78,39 @@ class Supervisor:
                 return
             reason = f"Ray did not start it within {START_TIMEOUT:g} s"
             keeper.kill()
-        logger.warning("the agent of node %s is gone and begun anew: %s", self._nodes[node].machine, reason)
+        logger.warning("the agent of node %s has exited and is restarted: %s", self._nodes[node].machine, reason)
         del self._keepers[node]
         if self._clock() - tries.not_before > STEADY:
             tries.count = 1
         tries.not_before = self._clock() + RETRY_DELAYS[min(tries.count, len(RETRY_DELAYS)) - 1]
 
-    def _begin(self, node: ClusterNode) -> None:
+    def _start(self, node: ClusterNode) -> None:
         tries = self._tries.setdefault(node.id, _Tries(not_before=self._clock()))
         if self._clock() < tries.not_before:
             return
-        keeper = self._cluster.find(node) or self._begin_new(node, tries)
+        keeper = self._cluster.find(node) or self._start_new(node, tries)
         if keeper is not None:
             self._keepers[node.id] = keeper
-            tries.count, tries.not_before, tries.told = tries.count + 1, self._clock(), False
+            tries.count, tries.not_before, tries.warned = tries.count + 1, self._clock(), False
 
-    def _begin_new(self, node: ClusterNode, tries: _Tries) -> Keeper | None:
+    def _start_new(self, node: ClusterNode, tries: _Tries) -> Keeper | None:
         cores = min(node.free, self._cores or node.free)
-        if cores < 1:  # Ray would let it wait without a word
-            if not tries.told:
-                tries.told = True
-                logger.warning("node %s has no free core of its %d: other work holds them", node.machine, node.cores)
+        if cores < 1:  # Ray would queue it without an error
+            if not tries.warned:
+                tries.warned = True
+                logger.warning("node %s has no free core: other work has reserved all %d", node.machine, node.cores)
             return None
-        logger.info("node %s (%s) is taken in with %d cores", node.machine, node.address, cores)
+        logger.info("node %s (%s) becomes a machine with %d cores", node.machine, node.address, cores)
         return self._cluster.keep(node, cores)
 
     def kill_agent(self, machine: str) -> None:
-        """End the agent of a machine by force: it is started again."""
+        """Kill the agent of a machine; it is restarted."""
         for node, keeper in self._keepers.items():
             if self._nodes[node].machine == machine:
                 keeper.kill_agent()
 
     def end_all(self) -> None:
-        """End all agents, and wait until they have."""
+        """Stop all agents, and wait until they have exited."""
         for keeper in self._keepers.values():
             keeper.end()
         deadline = self._clock() + END_TIMEOUT

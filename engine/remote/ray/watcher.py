@@ -1,9 +1,9 @@
-"""Watches a Ray cluster: ``python -m engine.remote.ray.watcher`` with a ``WatchConfig`` as a line of standard input.
+"""Watcher of a Ray cluster: ``python -m engine.remote.ray.watcher``.
 
-It is a process of its own, since Ray ends whoever takes part in a cluster when the node it is on dies. It answers in
-one line whether it is connected. After that a line on standard input names a machine whose agent is frozen, and an
-empty one has all agents ended. The end of standard input ends the watcher alone: a cloud that was killed finds its
-agents again when it is started anew.
+It reads a ``WatchConfig`` as one line of JSON from standard input. It is a separate process, since Ray ends the
+processes that are connected to a node when that node dies. It writes one line, which says whether it is connected. Then
+each line on standard input names a machine whose agent is frozen; an empty line stops all agents. At the end of
+standard input only the watcher exits: a killed cloud finds its agents again when it is restarted.
 """
 
 import logging
@@ -20,11 +20,11 @@ from engine.remote.ray.supervisor import Supervisor
 from ppaas.errors import PPaaSError
 
 PERIOD = 0.25
-"""Seconds between two looks at the cluster; Ray itself tells of a node that joined after a second or two."""
+"""Time between two checks of the cluster [s]; Ray itself reports a new node after a second or two."""
 
 
 def serve(supervisor: Supervisor, commands: int) -> None:
-    """Look after the cluster, and do what the file descriptor of commands says, until it ends or says so."""
+    """Supervise the cluster and execute the commands of a file descriptor, until its end or a command to stop."""
     with selectors.DefaultSelector() as selector:
         selector.register(commands, selectors.EVENT_READ)
         rest = b""
@@ -42,7 +42,7 @@ def serve(supervisor: Supervisor, commands: int) -> None:
 
 
 def _read_line(file: int) -> bytes:
-    # Not by a buffered file: it would read on, and what it had read would never show as ready.
+    # A buffered file would read ahead, and the selector would not see the lines in its buffer.
     line = b""
     while not line.endswith(b"\n") and (byte := os.read(file, 1)):
         line += byte
@@ -50,10 +50,10 @@ def _read_line(file: int) -> bytes:
 
 
 def main() -> None:
-    """Run with standard input and output as they are told of above."""
+    """Run the watcher, with standard input and output as described above."""
     logging.basicConfig(level=logging.INFO, format="%(levelname)s ray %(name)s: %(message)s")
     answers = os.dup(sys.stdout.fileno())
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what Ray prints is no answer
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # keeps Ray's output out of the answers
     config = msgspec.json.decode(_read_line(sys.stdin.fileno()), type=WatchConfig)
     answer: WatchAnswer = WatchStarted()
     try:

@@ -1,4 +1,4 @@
-"""The watcher of a Ray cluster as a process that is started again whenever it dies."""
+"""The watcher of a Ray cluster, as a process that is restarted whenever it exits."""
 
 import asyncio
 import contextlib
@@ -22,19 +22,20 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 AUTO = "auto"
+"""Address of the cluster on this host."""
 
 PROBE_TIMEOUT = 3.0
 CONNECT_TIMEOUT = 60.0
 STOP_GRACE = 20.0
 
 CONNECT_TRIES = {"RAY_NUM_REDIS_GET_RETRIES": "5"}
-"""Seconds, one a try, after which Ray takes it that a cluster will not let us in; its port was tried before."""
+"""Number of attempts, one per second, before Ray gives up connecting; the port was probed before."""
 
 RETRY = 1.0
-"""Seconds before a watcher is started again; agents go on meanwhile, but none joins."""
+"""Delay before a watcher is restarted [s]; agents run on meanwhile, but none joins."""
 
 WATCHER = "engine.remote.ray.watcher"
-"""By its name, since this process must not load Ray."""
+"""Module of the watcher, by name: this process must not import Ray."""
 
 COMMAND = (sys.executable, "-m", WATCHER)
 
@@ -45,19 +46,19 @@ class WatcherProcess:
     Parameters
     ----------
     config : WatchConfig
-        What it is told.
+        Settings of the watcher.
     command : sequence of str
-        That runs the watcher.
+        Command that runs the watcher.
 
     Raises
     ------
     InvalidInput
-        The extra is not installed, or the address is none.
+        The extra ``ray`` is not installed, or the address is invalid.
     """
 
     def __init__(self, config: WatchConfig, command: Sequence[str] = COMMAND) -> None:
         if importlib.util.find_spec("ray") is None:
-            raise InvalidInput("machines that are Ray nodes want: pip install 'ppaas[ray]'")
+            raise InvalidInput("machines on Ray need the extra 'ray': pip install 'ppaas[ray]'")
         self._config = config
         self._command = command
         self._endpoint = read_address(config.address)
@@ -66,16 +67,16 @@ class WatcherProcess:
 
     @property
     def pid(self) -> int | None:
-        """Of the watcher that runs now."""
+        """Process id of the running watcher."""
         return self._process.pid if self._process is not None else None
 
     async def start(self) -> None:
-        """Connect, and watch from now on.
+        """Connect to the cluster, and watch it from now on.
 
         Raises
         ------
         Unavailable
-            There is no such cluster, or it does not let us in.
+            The cluster does not exist, or refuses the connection.
         """
         if self._endpoint is not None:
             await _probe(*self._endpoint)
@@ -85,19 +86,19 @@ class WatcherProcess:
     async def _keep(self, process: Process) -> None:
         while True:
             status = await process.wait()
-            logger.error("the watcher of the Ray cluster ended with status %s and is started again", status)
-            process = self._process = await self._insist()
+            logger.error("the watcher of the Ray cluster exited with status %s and is restarted", status)
+            process = self._process = await self._respawn()
 
-    async def _insist(self) -> Process:
+    async def _respawn(self) -> Process:
         while True:
             await asyncio.sleep(RETRY)
             try:
                 return await self._spawn()
             except (Unavailable, OSError) as error:
-                logger.warning("the Ray cluster is not watched: %s", error)
+                logger.warning("the watcher of the Ray cluster cannot be restarted; trying again: %s", error)
 
     async def _spawn(self) -> Process:
-        # In a session of its own, Ctrl-C in a terminal does not end it before the agents have.
+        # In its own session, so that Ctrl-C in a terminal does not end it before the agents.
         process = await asyncio.create_subprocess_exec(
             *self._command, stdin=PIPE, stdout=PIPE, start_new_session=True, env=CONNECT_TRIES | os.environ
         )
@@ -113,7 +114,7 @@ class WatcherProcess:
                 raise Unavailable(f"the Ray cluster at {self._config.address} does not answer") from error
             raise
         if not line:
-            raise Unavailable(f"the watcher of the Ray cluster ended with status {await process.wait()}; see its log")
+            raise Unavailable(f"the watcher of the Ray cluster exited with status {await process.wait()}; see its log")
         answer: WatchAnswer = msgspec.json.decode(line, type=WatchAnswer)
         if isinstance(answer, WatchRefused):
             await process.wait()
@@ -121,12 +122,12 @@ class WatcherProcess:
         return process
 
     def kill(self, machine: str) -> None:
-        """End the agent of a machine by force: it is frozen, and is started again."""
+        """Kill the frozen agent of a machine; it is restarted."""
         if self._process is not None and self._process.stdin is not None:
             self._process.stdin.write(machine.encode() + b"\n")
 
     async def stop(self) -> None:
-        """Have all agents ended, and watch no more."""
+        """Stop all agents, and the watcher."""
         if self._keeper is not None:
             self._keeper.cancel()
             with contextlib.suppress(asyncio.CancelledError):
@@ -142,7 +143,7 @@ def read_address(text: str) -> tuple[str, int] | None:
     Raises
     ------
     InvalidInput
-        It is neither.
+        The text is neither ``host:port`` nor ``auto``.
     """
     if text == AUTO:
         return None
@@ -151,16 +152,16 @@ def read_address(text: str) -> tuple[str, int] | None:
         if parts.hostname and parts.port and parts.netloc == text:
             return parts.hostname, parts.port
     except ValueError as error:
-        raise InvalidInput(_no_address(text)) from error
-    raise InvalidInput(_no_address(text))
+        raise InvalidInput(_invalid_address(text)) from error
+    raise InvalidInput(_invalid_address(text))
 
 
-def _no_address(text: str) -> str:
-    return f"{text!r} is no address of a Ray cluster: write host:port of its head, or {AUTO}"
+def _invalid_address(text: str) -> str:
+    return f"{text!r} is not the address of a Ray cluster: write host:port of its head, or {AUTO}"
 
 
 async def _probe(host: str, port: int) -> None:
-    """Make sure that somebody listens: Ray itself tries for more than a minute, and then ends the process."""
+    """Check that the port is open: Ray itself tries for more than a minute, and then ends the process."""
     try:
         async with asyncio.timeout(PROBE_TIMEOUT):
             _, writer = await asyncio.open_connection(host, port)

@@ -1,1 +1,1 @@
-"""Compilation: compiles the numba kernels into the cache, and chooses the threads that run them."""
+"""Compilation: compiles the numba kernels into the cache, and chooses the threading layer."""

@@ -1,4 +1,4 @@
-"""Compiles kernels into the cache, on all processors, in processes that end with this one."""
+"""Compiles kernels into the cache on all processors, in processes that end with this one."""
 
 import gc
 import importlib
@@ -20,36 +20,37 @@ def compile_all(names: Callable[[], Iterable[str]]) -> list[str]:
     Parameters
     ----------
     names : callable
-        Returns the names of their modules; called in one of the processes, and so to be found by its name.
+        Returns the names of the kernel modules. It is called in a process of the pool, so it must be picklable.
 
     Returns
     -------
     list of str
-        Index files of the cache in which they lie.
+        Index files of the compiled kernels in the cache.
 
     Raises
     ------
     Exception
-        Whatever a kernel cannot be compiled for.
+        The error of a kernel that cannot be compiled.
     """
     spawning = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(len(os.sched_getaffinity(0)), spawning, _begin) as pool:
-        given = pool.submit(_largest_first, names).result()
-        files = [file for files in pool.map(_compile, given) for file in files]
+        modules = pool.submit(_largest_first, names).result()
+        files = [file for files in pool.map(_compile, modules) for file in files]
     _end_tracker()
     return files
 
 
 def _end_tracker() -> None:
-    """End the process that keeps count of what the pool shared, which ends after this one otherwise, as a zombie of who
-    adopts orphans: the agent.
+    """End the resource tracker of the pool.
+
+    Otherwise it exits after this process and becomes a zombie of the process that adopts orphans: the agent.
     """
-    gc.collect()  # what is given back later would have it started again
+    gc.collect()  # resources that are released later would start it again
     resource_tracker._resource_tracker._stop()  # type: ignore[attr-defined]
 
 
 def _begin() -> None:
-    """Prepare a process of the pool, which ends with this one: when that is killed, it would wait for work for ever."""
+    """Prepare a process of the pool. It exits with its parent: if that is killed, it would wait for work for ever."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     threading_layer.choose()
 
@@ -62,7 +63,7 @@ def _end_with_parent() -> None:
 
 
 def _largest_first(names: Callable[[], Iterable[str]]) -> list[str]:
-    """Return the modules that can be warmed, the largest first: they take longest."""
+    """Return the modules that have a ``warm`` function, the largest first: they take longest."""
     modules = map(importlib.import_module, names())
     warmable = [module for module in modules if hasattr(module, "warm")]
     return [module.__name__ for module in sorted(warmable, key=_size, reverse=True)]

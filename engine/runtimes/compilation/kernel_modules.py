@@ -1,4 +1,4 @@
-"""Finds the kernels of the domain, and calls once what of them is loaded."""
+"""Finds the kernel modules of the domain, and calls the kernels of the imported ones once."""
 
 import importlib
 import pkgutil
@@ -12,12 +12,12 @@ from engine.runtimes.compilation.stamp import KERNELS
 
 
 def modules() -> list[ModuleType]:
-    """Import all modules of the ``kernels`` packages of the domain, and return them by name.
+    """Import all modules of the ``kernels`` packages of the domain, and return them in the order of their names.
 
     Raises
     ------
     ImportError
-        One of them, or a package on the way, cannot be imported.
+        One of them, or one of their packages, cannot be imported.
     """
     walk = pkgutil.walk_packages(ppaas.__path__, "ppaas.", onerror=importlib.import_module)
     names = sorted(found.name for found in walk if _holds_kernels(found.name))
@@ -25,27 +25,28 @@ def modules() -> list[ModuleType]:
 
 
 def record_compilations() -> event.RecordingListener:
-    """Return what records, from now on, each kernel that is compiled instead of loaded from the cache."""
+    """Return a recorder of all kernels that are compiled, instead of loaded from the cache, from now on."""
     recorder = event.RecordingListener()  # type: ignore[no-untyped-call]
     event.register("numba:compile", recorder)  # type: ignore[no-untyped-call]
     return recorder
 
 
 def loaded() -> list[ModuleType]:
-    """Return the modules of kernels that this process has loaded, by name."""
+    """Return the kernel modules that this process has imported, in the order of their names."""
     return [module for name, module in sorted(sys.modules.items()) if _holds_kernels(name)]
 
 
 def warm_loaded() -> None:
-    """Call ``warm`` of every kernels module that this process has loaded, if it offers it."""
+    """Call ``warm`` of all imported kernel modules that have it."""
     for module in loaded():
         if hasattr(module, "warm"):
             module.warm()
 
 
 def warm_package(package: ModuleType) -> list[ModuleType]:
-    """Import all modules of one package of kernels, and call ``warm`` of each: what is in the cache is loaded, all else
-    is compiled. Return them.
+    """Import all modules of one package of kernels, call ``warm`` of each, and return them.
+
+    Kernels in the cache are loaded, all others are compiled.
     """
     found = pkgutil.iter_modules(package.__path__, f"{package.__name__}.")
     modules = [importlib.import_module(module.name) for module in found]

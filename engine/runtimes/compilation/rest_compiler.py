@@ -1,9 +1,10 @@
-"""Compiles the kernels that not every container uses, beside a machine that runs already.
+"""Compiles the kernels that not every container uses, in the background of a running machine.
 
-A cloud has many planners, and most robots one. To compile the kernels of all before the first container takes minutes
-on a new computer, and to load them all takes seconds of every start and memory of every container. So the fork server
-loads what every container uses, and this, in a process of low priority, compiles the others into the cache. A kernel
-that is called later is loaded from there, in milliseconds; one called earlier is compiled where it is called.
+A cloud has many planners, and most robots use one. Compiling the kernels of all planners before the first container
+takes minutes on a new computer; loading them all takes seconds at every start and memory in every container. So the
+fork server loads the kernels that every container uses, and a process of low priority compiles the others into the
+cache. A kernel that is called later is loaded from there within milliseconds; one that is called earlier is compiled
+by its caller.
 """
 
 import asyncio
@@ -28,7 +29,7 @@ LOWEST_PRIORITY = 19
 
 @contextlib.asynccontextmanager
 async def compiling_the_rest() -> AsyncIterator[None]:
-    """Have the rest compiled as long as this lasts; what is not finished then, the next start goes on with."""
+    """Compile the remaining kernels while this context is open; the next start continues with unfinished ones."""
     background = Background()
     background.run(_compile_beside())
     try:
@@ -42,7 +43,7 @@ async def _compile_beside() -> None:
     try:
         status = await process.wait()
         if status:
-            logger.warning("the compiler of kernels ended with status %d: planners may be slow when first used", status)
+            logger.warning("the kernel compiler exited with status %d: planners may be slow at their first use", status)
     finally:
         if process.returncode is None:
             process.kill()
@@ -50,7 +51,10 @@ async def _compile_beside() -> None:
 
 
 def main() -> None:
-    """Compile all kernels on all processors, unless it is known that they are; for a parent, as long as that lives."""
+    """Compile all kernels on all processors, unless a note says that they are compiled.
+
+    The first command-line argument, if any, is the id of the parent process, with which this process exits.
+    """
     for parent in sys.argv[1:2]:
         end_with(int(parent))
     os.nice(LOWEST_PRIORITY)
@@ -58,12 +62,12 @@ def main() -> None:
     if stamp.all_compiled(noted):
         return
     with alone(noted.with_suffix(".lock")):
-        if not stamp.all_compiled(noted):  # another may just have done it
+        if not stamp.all_compiled(noted):  # another process may just have done it
             stamp.note(noted, compile_pool.compile_all(_names))
 
 
 def _names() -> list[str]:
-    from engine.runtimes.compilation import kernel_modules  # noqa: PLC0415  # numba, after the choice of its layer
+    from engine.runtimes.compilation import kernel_modules  # noqa: PLC0415  # imports numba, after its layer is chosen
 
     return [module.__name__ for module in kernel_modules.modules()]
 

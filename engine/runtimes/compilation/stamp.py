@@ -1,7 +1,7 @@
-"""A note that all kernels lie compiled in the cache.
+"""Stamp file: a note on disk that all kernels are compiled in the cache.
 
-numba looks into its cache kernel by kernel, and can be asked only by loading what it finds, which takes seconds for all
-of them. So whoever has compiled them all notes what they were made from and where they lie.
+numba has no query for its cache: the only check is to load each kernel, which takes seconds for all of them. So the
+process that compiled them notes their sources and their files in the cache.
 """
 
 import logging
@@ -19,20 +19,22 @@ from engine.processes.disk_notes import note_file, source_of, write_note
 logger = logging.getLogger(__name__)
 
 KERNELS = "kernels"
-"""Name of the packages in which kernels lie."""
+"""Name of the packages with kernels."""
 
 
 def stamp_file(root: Path, layer: str) -> Path:
-    """Return where the note lies for what the kernels below a folder are made from now.
+    """Return the path of the note for the current sources of the kernels below a folder.
+
+    The name depends on these sources, on the versions of Python, numba and llvmlite, and on the processor.
 
     Parameters
     ----------
     root : Path
-        Folder of the domain's package.
+        Folder of the package.
     layer : str
-        Threading layer that they are compiled for.
+        Threading layer that the kernels are compiled for.
     """
-    from llvmlite import binding  # noqa: PLC0415  # with LLVM, which the agent needs not
+    from llvmlite import binding  # noqa: PLC0415  # imports LLVM, which the agent does not need
 
     sources = sorted(file for file in root.rglob("*.py") if KERNELS in file.relative_to(root).parts)
     made_from = [
@@ -45,7 +47,7 @@ def stamp_file(root: Path, layer: str) -> Path:
 
 
 def all_compiled(stamp: Path) -> bool:
-    """Tell whether the note is there, and all that it names."""
+    """Return whether the note exists, and all files that it names."""
     try:
         return all(map(os.path.exists, msgspec.json.decode(stamp.read_bytes(), type=list[str])))
     except (OSError, msgspec.DecodeError):
@@ -53,19 +55,19 @@ def all_compiled(stamp: Path) -> bool:
 
 
 def note(stamp: Path, files: Iterable[str]) -> None:
-    """Note that all kernels are compiled, into these files; nothing is noted where they were not kept."""
+    """Note that all kernels are compiled into these files. Does nothing if one of the files does not exist."""
     files = sorted(set(files))
     if not all(map(os.path.exists, files)):
         return
     try:
         write_note(stamp, files)
     except OSError as error:
-        logger.warning("not noted that all kernels are compiled, so they are loaded to see it: %s", error)
+        logger.warning("cannot note that all kernels are compiled, so the next start loads them all again: %s", error)
 
 
 def cache_files(module: ModuleType) -> Sequence[str]:
-    """Return the index files of the cache for the kernels of a module that were called."""
-    from numba.core.dispatcher import Dispatcher  # noqa: PLC0415  # after the choice of its threading layer
+    """Return the index files in the cache of those kernels of a module that were called."""
+    from numba.core.dispatcher import Dispatcher  # noqa: PLC0415  # after its threading layer is chosen
 
     called = [found for found in vars(module).values() if isinstance(found, Dispatcher) and found.signatures]
     return [str(vars(kernel)["_cache"]._cache_file._index_path) for kernel in called if kernel.stats.cache_path]

@@ -1,4 +1,4 @@
-"""The kernels by which stores write and read plans, for processes that keep plans while they serve others."""
+"""Prepares the kernels that stores use to write and read plans."""
 
 import sys
 from pathlib import Path
@@ -8,13 +8,13 @@ from ppaas.plans import encoding
 
 
 def prepare() -> None:
-    """Load them, from the cache where they are compiled: done with the first plan, it would hold up all robots.
+    """Load the kernels from the cache, or compile them: at the first plan this would block all robots.
 
-    Call it in a thread, once, before anything else calls a kernel. Of several processes that do so on a new computer
-    one compiles, and the others wait for it. Once it is noted that they are compiled, nobody waits for anybody: who
-    compiles for another cloud, or stands still meanwhile, must not keep this one from serving its robots.
+    Call it once, in a thread, before any kernel is called. If several processes do so on a new computer, one compiles
+    and the others wait for it. Once the stamp file exists no process waits: another one that compiles for a different
+    cloud, or is stopped, must not block this one.
     """
-    # So here: with numba, which takes a third of a second.
+    # Imported here because numba takes a third of a second.
     from engine.runtimes.compilation import kernel_modules, stamp  # noqa: PLC0415
     from engine.runtimes.memory_tuning import cached_kernels  # noqa: PLC0415
 
@@ -31,7 +31,7 @@ def prepare() -> None:
 
 
 def stamp_of_stores() -> Path:
-    """Return where it is noted that they are compiled as this process needs them: without texts, code is another."""
+    """Return the stamp file of these kernels for this process; it depends on ``-O``, which changes the bytecode."""
     from engine.runtimes.compilation import stamp  # noqa: PLC0415  # as above
 
     return stamp.stamp_file(Path(encoding.__path__[0]), f"stores, -O{sys.flags.optimize}")

@@ -1,11 +1,11 @@
-"""Which threads run the parallel kernels.
+"""Threading layer of numba's parallel kernels: TBB, or none.
 
-Containers are forked from a process that has run kernels already, and call kernels from several threads at once. Of
-numba's three threading layers only *tbb* stands both: *omp* dies in the child, and *workqueue* aborts the process as
-soon as two threads call kernels, even with one thread each. So where TBB cannot be loaded, ``parallel=True`` is taken
-from every kernel before it is compiled: it runs serially, with the same result, on every platform.
+Containers are forked from a process that has run kernels already, and they call kernels from several threads at once.
+Of numba's three threading layers only *tbb* supports both: *omp* dies in the child, and *workqueue* aborts the process
+as soon as two threads call kernels, even with one thread each. So where TBB cannot be loaded, ``parallel=True`` is
+removed from every kernel before it is compiled: it runs serially, with the same result, on every platform.
 
-``choose`` comes before the first import of a kernel. How many threads a container then uses, ``threads`` tells.
+Call ``choose`` before the first import of a kernel. ``threads`` sets the number of threads of a container.
 """
 
 import ctypes
@@ -24,16 +24,16 @@ _chosen: list[Layer] = []
 
 
 def choose() -> Layer:
-    """Set numba up for this process and all that are forked from it; call it once, before any kernel is imported.
+    """Configure numba for this process and its forks. Call it once, before any kernel is imported.
 
     Raises
     ------
     RuntimeError
-        Kernels could have been compiled already, because numba was imported before.
+        numba was imported before, so kernels may have been compiled already.
     """
     if "numba" in sys.modules:
-        raise RuntimeError("choose the threading layer before numba is imported")
-    # Left open, numba would count the CPUs of a container's affinity at its next compilation and refuse the change.
+        raise RuntimeError("numba is imported already; choose the threading layer before")
+    # Without it numba would count the CPUs of a container's affinity at its next compilation, and refuse the change.
     os.environ["NUMBA_NUM_THREADS"] = str(len(os.sched_getaffinity(0)))
     if _load_tbb():
         os.environ["NUMBA_THREADING_LAYER"] = "tbb"
@@ -45,20 +45,23 @@ def choose() -> Layer:
 
 
 def chosen() -> Layer:
-    """Return the layer that was chosen in this process, or in one that it is forked from.
+    """Return the layer that was chosen in this process, or in the process that it is forked from.
 
     Raises
     ------
     RuntimeError
-        None was.
+        No layer was chosen.
     """
     if not _chosen:
-        raise RuntimeError("no threading layer of kernels was chosen")
+        raise RuntimeError("no threading layer was chosen; call choose() before kernels are imported")
     return _chosen[-1]
 
 
 def _load_tbb() -> bool:
-    for path in (Path(sys.prefix, "lib", _TBB), Path(_TBB)):  # PyPI's wheel lies where no loader looks
+    for path in (
+        Path(sys.prefix, "lib", _TBB),
+        Path(_TBB),
+    ):  # PyPI's wheel puts it outside the search path of the loader
         try:
             ctypes.CDLL(str(path), mode=ctypes.RTLD_GLOBAL)
             importlib.import_module("numba.np.ufunc.tbbpool")
@@ -70,7 +73,7 @@ def _load_tbb() -> bool:
 
 def _run_serially() -> None:
     os.environ["NUMBA_NUM_THREADS"] = "1"
-    # Code compiled for threads may lie in the usual cache; the key of an entry does not tell the two apart.
+    # The default cache may contain code compiled for threads, and its keys do not distinguish the two.
     cache = os.environ.get("NUMBA_CACHE_DIR") or str(Path("~/.cache/ppaas").expanduser())
     os.environ["NUMBA_CACHE_DIR"] = str(Path(cache, "serial"))
     import numba  # noqa: PLC0415

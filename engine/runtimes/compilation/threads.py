@@ -1,30 +1,30 @@
-"""How many threads the kernels of a container use."""
+"""Number of threads of the parallel kernels of a container."""
 
 import numba
 
 
 def use_threads(threads: int) -> None:
-    """Let the parallel kernels that the calling thread starts use so many threads.
+    """Set the number of threads of the parallel kernels that the calling thread starts.
 
-    It holds for the calling thread alone: each thread that calls kernels says it for itself. More than the machine
-    has, or more than one where kernels run serially, is cut down.
+    Each thread that calls kernels must set it for itself. The number is limited to the CPUs of the machine, and to one
+    where kernels run serially.
     """
     numba.set_num_threads(min(threads, vars(numba.config)["NUMBA_NUM_THREADS"]))
 
 
 class KernelThreads:
-    """How many threads the kernels of this container may use, which changes with its size.
+    """Number of threads that the kernels of this container may use; it changes with the container's size.
 
     Parameters
     ----------
     count : int
-        At its start.
+        Number at the start.
     """
 
     def __init__(self, count: int) -> None:
         self.count = count
 
     def __call__(self) -> int:
-        """Return how many, and hold the kernels to it that the calling thread starts."""
+        """Return the number, and set it for the kernels that the calling thread starts."""
         use_threads(self.count)
         return self.count

@@ -1,1 +1,1 @@
-"""Fork server: loads once what containers use, and forks each container from that."""
+"""Fork server: imports once the modules of containers, and forks each container from that process."""

@@ -1,4 +1,4 @@
-"""The first lines that run in the process of a container, before anything of the container itself."""
+"""Start of a container process, before the code of the container itself."""
 
 import fcntl
 import importlib
@@ -19,7 +19,7 @@ _THREADS_OF_LIBRARIES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THR
 
 
 class ServerReport(NamedTuple):
-    """What a fork server is: its process, its threading layer, and the kernels modules that it has loaded."""
+    """Report of a fork server: its process id, its threading layer, and the kernel modules that it has imported."""
 
     pid: int
     layer: str
@@ -32,7 +32,7 @@ def resolve(entry: str) -> Main:
     Raises
     ------
     ImportError, AttributeError
-        There is none of that name.
+        There is no such module or function.
     """
     module, _, function = entry.partition(":")
     found: Main = getattr(importlib.import_module(module), function)
@@ -40,55 +40,58 @@ def resolve(entry: str) -> Main:
 
 
 def run(entry: str, launch: Launch) -> None:
-    """Settle in, and be the container: what ``entry`` returns becomes the exit status."""
+    """Set this process up and run the container; the result of ``entry`` becomes the exit status."""
     die_with_parent()
-    os.sched_setaffinity(0, launch.cpus)  # threads take it over from the thread that starts them
+    os.sched_setaffinity(0, launch.cpus)  # inherited by all threads
     os.setsid()
     settle(launch)
     sys.exit(resolve(entry)(launch))
 
 
 def settle(launch: Launch) -> None:
-    """Take the place that this container was given on its machine. No other thread may exist yet."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in a terminal is for the agent, which ends its containers
+    """Set up signals and numbers of threads for a container. No other thread may exist yet."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in a terminal is for the agent, which stops its containers
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    # NUMBA_NUM_THREADS stays as it is: numba refuses another value once its threads run.
+    # NUMBA_NUM_THREADS stays unchanged: numba refuses another value once its threads run.
     os.environ.update(dict.fromkeys(_THREADS_OF_LIBRARIES, str(launch.threads)))
 
-    # Loaded already where the fork server is warm.
+    # Imported already if the fork server is warm.
     from engine.runtimes.compilation.threads import use_threads  # noqa: PLC0415
 
     use_threads(launch.threads)
 
 
 def die_with_parent() -> None:
-    """End with the agent whose fork server forked this process, as ``die_with`` does."""
+    """Die when the agent of this fork server exits; see ``die_with``."""
     parent = multiprocessing.parent_process()
     if parent is None:
-        raise RuntimeError("a container is started by the fork server of an agent")
+        raise RuntimeError("this process was not started by the fork server of an agent")
     die_with(int(parent.sentinel))
 
 
 def die_with(pipe: int) -> None:
-    """Let the kernel kill this process when the agent is gone, even if it is stopped or holds the interpreter's lock.
+    """Make the kernel kill this process when the agent exits, even if it is stopped or holds the interpreter's lock.
 
-    The agent holds the other end of a pipe, or of a socket, and never writes to it from now on. Its end, by whatever
-    death, is an event on our end, for which we ask to be sent SIGKILL.
+    The agent holds the other end of a pipe or socket and never writes to it from now on. However the agent exits, our
+    end gets an event, for which the kernel sends SIGKILL.
     """
     fcntl.fcntl(pipe, fcntl.F_SETOWN, os.getpid())
     fcntl.fcntl(pipe, fcntl.F_SETSIG, signal.SIGKILL)
     fcntl.fcntl(pipe, fcntl.F_SETFL, fcntl.fcntl(pipe, fcntl.F_GETFL) | os.O_ASYNC)
     poll = select.poll()
-    poll.register(pipe, 0)  # a hang-up is told in any case
+    poll.register(pipe, 0)  # a hang-up is always reported
     if poll.poll(0):
-        os._exit(0)  # it had gone before we asked
+        os._exit(0)  # the agent had exited before
 
 
 def probe(entry: str, answer: Connection) -> None:
-    """Be a probe: tell the agent what the fork server is and has loaded, or why containers cannot start from it."""
+    """Send the agent a report of the fork server, or the reason why containers cannot start from it.
+
+    Runs in a process that was forked for it.
+    """
     try:
         resolve(entry)
-        from engine.runtimes.compilation import kernel_modules, threading_layer  # noqa: PLC0415  # numba, which is there
+        from engine.runtimes.compilation import kernel_modules, threading_layer  # noqa: PLC0415  # numba, which a warm server has imported
 
         layer = threading_layer.chosen()
     except (ImportError, AttributeError, RuntimeError) as error:

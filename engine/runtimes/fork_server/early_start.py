@@ -1,6 +1,6 @@
-"""What a fork server loads, and its early start: it takes as long as all that its agent loads for itself.
+"""Modules of the fork server, and its early start: its imports run in parallel to those of the agent.
 
-Nothing of the kind is imported here.
+This module must not import any of them.
 """
 
 import multiprocessing
@@ -14,11 +14,11 @@ _context = multiprocessing.get_context("forkserver")
 
 
 def choose(modules: Sequence[str]) -> None:
-    """Have the fork server of this process, when it is started, load modules in this order."""
+    """Set the modules that the fork server of this process imports when it starts, in this order."""
     _context.set_forkserver_preload(list(modules))
 
 
 def begin(modules: Sequence[str]) -> None:
-    """Start the fork server of containers, and wait for nothing: whoever forks the first one does that."""
+    """Start the fork server of containers without waiting; the first fork waits for it."""
     choose(modules)
     forkserver.ensure_running()

@@ -24,29 +24,29 @@ from ppaas.errors import Unavailable
 T = TypeVar("T")
 
 UNHEARD = 255
-"""Exit status of a process of which its dead fork server told nothing."""
+"""Exit status of a process whose fork server died before it could report one."""
 
 _context = multiprocessing.get_context("forkserver")
 _main_lock = threading.Lock()
-_warm: list["ForkServer"] = []  # in the order in which they were warm; the last one watches the server that runs
+_warm: list["ForkServer"] = []  # in the order in which they became warm; the last one watches the running server
 
 PROBE_TIMEOUT = 600.0
-"""Seconds until the fork server must be warm; the very first start on a machine compiles all kernels."""
+"""Time limit for the fork server to become warm [s]. The first start on a machine compiles all kernels."""
 
 ENDING_TIMEOUT = 5.0
-"""Seconds until a fork server that no longer listens must have ended."""
+"""Time limit for a fork server that no longer listens to exit [s]."""
 
 FORK_TIMEOUT = MISSED * BEAT_PERIOD
-"""Seconds until a warm fork server must have forked; a frozen one never does, and is given up as soon as all else that
-is frozen. It takes 0.05 s, and tenths of a second on a busy machine. Another must be warm before the master gives the
-container up for which it was asked."""
+"""Time limit for a warm fork server to fork [s]; a frozen one never does. The limit is that of all other heartbeats.
+A fork takes 0.05 s, and tenths of a second on a busy machine. The next server must be warm before the master gives up
+the requested container."""
 
 
 def start_process(target: Callable[..., None], *arguments: object) -> Popen:
     """Start a process from the fork server; blocks until it has forked.
 
-    Its ``sentinel`` becomes readable when it ends; then ``poll`` returns its exit status, or ``UNHEARD`` if the server
-    died before it could know. Its ``close`` kills what still runs.
+    The ``sentinel`` of the process becomes readable when it exits; then ``poll`` returns its exit status, or
+    ``UNHEARD`` if the server died before. Its ``close`` kills a process that still runs.
 
     Raises
     ------
@@ -56,41 +56,43 @@ def start_process(target: Callable[..., None], *arguments: object) -> Popen:
     deadline = monotonic() + ENDING_TIMEOUT
     while True:
         try:
-            # Not ``Process.start``: that would poll, in this thread, processes that an event loop polls.
-            with _nothing_to_import_again():
+            # ``Process.start`` would poll, in this thread, processes that an event loop polls.
+            with _without_main_module():
                 return Popen(_context.Process(target=target, args=arguments))
-        except ConnectionRefusedError:  # by one that is about to end, for which the library starts no other yet
+        except ConnectionRefusedError:  # by a server that is about to exit, so the library does not start another yet
             if monotonic() > deadline:
                 raise
             time.sleep(0.02)
 
 
 async def fork(target: Callable[..., None], *arguments: object) -> Popen:
-    """Start a process, as ``start_process`` does, from whichever fork server is there or comes.
+    """Start a process, as ``start_process`` does, from the running fork server or from a new one.
 
-    One that is warm and does not fork is frozen: it is killed, and the next one asked.
+    A warm server that does not fork in time is frozen: it is killed, and a new one is used.
 
     Raises
     ------
     EOFError, OSError
-        The servers died meanwhile, or were killed.
+        The servers died, or were killed.
     """
     if _warm:
         with suppress(EOFError, OSError):
             return await _warm[-1].fork(target, *arguments)
-    return await asyncio.to_thread(start_process, target, *arguments)  # it may have to load first: no time-out
+    return await asyncio.to_thread(
+        start_process, target, *arguments
+    )  # it may have to import modules first: no time-out
 
 
 class ForkServer:
     """Starts processes by fork.
 
-    Its calls block and are made from a thread of their own, one at a time. There is one fork server a process: two
-    objects of this class share it.
+    Its blocking calls run one at a time in a thread. There is one fork server per process: all objects of this class
+    share it.
 
     Parameters
     ----------
     entry : Entry
-        What these processes run, and what the server loads before it forks them.
+        Function that the processes run, and the modules that the server imports before it forks them.
     """
 
     def __init__(self, entry: Entry) -> None:
@@ -100,11 +102,11 @@ class ForkServer:
 
     @property
     def is_warm(self) -> bool:
-        """It was warm, and its death was not noticed yet."""
+        """Whether it became warm and its death has not been noticed."""
         return self._pidfd is not None
 
     async def warm(self, died: Callable[[], None]) -> ServerReport:
-        """Start the server if none runs, and wait until it has loaded everything.
+        """Start the server if none runs, and wait until it has imported everything.
 
         Parameters
         ----------
@@ -114,7 +116,7 @@ class ForkServer:
         Raises
         ------
         Unavailable
-            It ended, could not load what containers need, or took too long.
+            The server exited, could not import the modules of containers, or took too long.
         """
         early_start.choose(self._entry.of_fork_server)
         try:
@@ -125,7 +127,7 @@ class ForkServer:
             self._pidfd = os.pidfd_open(answer.pid)
             _warm.append(self)
         except (EOFError, OSError) as error:
-            raise Unavailable("the fork server ended while it loaded; see its error output") from error
+            raise Unavailable("the fork server exited during its imports; see its error output") from error
         asyncio.get_running_loop().add_reader(self._pidfd, died)
         return answer
 
@@ -147,7 +149,7 @@ class ForkServer:
         Raises
         ------
         EOFError, OSError
-            The server is dead, or was so slow that it was killed.
+            The server is dead, or was killed because it took too long.
         """
         return await self._call(lambda: start_process(target, *arguments), FORK_TIMEOUT)
 
@@ -156,7 +158,7 @@ class ForkServer:
             async with asyncio.timeout(timeout):
                 return await asyncio.get_running_loop().run_in_executor(self._thread, blocking)
         except TimeoutError:
-            self.kill()  # which sets the thread free
+            self.kill()  # unblocks the thread
             raise
 
     def kill(self) -> None:
@@ -177,7 +179,7 @@ class ForkServer:
         self.forget()
 
     def forget(self) -> None:
-        """Watch the server no longer; if it is dead, the next ``warm`` starts another."""
+        """Stop watching the server; if it is dead, the next ``warm`` starts another."""
         if self._pidfd is not None:
             asyncio.get_running_loop().remove_reader(self._pidfd)
             os.close(self._pidfd)
@@ -185,14 +187,14 @@ class ForkServer:
             _warm.remove(self)
 
     def close(self) -> None:
-        """Make no more calls. The server itself ends with this process."""
+        """Stop making calls. The server itself ends with this process."""
         self.forget()
         self._thread.shutdown(wait=False)
 
 
 @contextmanager
-def _nothing_to_import_again() -> Iterator[None]:
-    # A child imports the parent's main module again, be it a whole command line. Ours need nothing of it.
+def _without_main_module() -> Iterator[None]:
+    # A child would import the main module of its parent, such as a command-line program. Ours do not need it.
     with _main_lock:
         main = sys.modules["__main__"]
         sys.modules["__main__"] = ModuleType("__main__")

@@ -1,1 +1,1 @@
-"""Memory tuning of the fork server: saves memory, nothing depends on it; ``PPAAS_LEAN=0`` turns it off."""
+"""Memory tuning of the fork server. It only saves memory; ``PPAAS_LEAN=0`` turns it off."""

@@ -1,4 +1,4 @@
-"""Has the C library give free memory back to the system: a fork server does, and so do the processes it forks."""
+"""Makes the C library return free memory to the system, in a fork server and the processes forked from it."""
 
 import ctypes
 
@@ -6,16 +6,17 @@ from engine.runtimes.memory_tuning.switch import LEAN
 
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
 _LARGE, _MUCH = 256 * 1024, 512 * 1024
+"""Bytes from which a block is mapped by itself, and free bytes at the end of the heap above which it shrinks."""
 
 
 def trim_early() -> None:
-    """Let the C library give memory back as soon as it is free: a plan takes some megabytes once a second.
+    """Make the C library return large blocks as soon as they are free: a plan takes some megabytes once a second.
 
-    What the text of a path takes stays: each of its pages is a fault of some microseconds if it has to come anew.
+    Blocks up to 256 kB, such as the text of a path, are kept: returning them would cost page faults of some
+    microseconds each. By default the C library raises its threshold after the first large array, keeps the memory of
+    such arrays, and does so for each thread.
 
-    Left alone it takes the first large array for a hint, keeps what such arrays leave, and does so for each thread.
-    It holds for this process and for all that are forked from it. Nothing happens where the C library has no such
-    settings.
+    The settings apply to this process and its forks. Does nothing if the C library has no ``mallopt``.
     """
     if not LEAN:
         return
@@ -26,7 +27,7 @@ def trim_early() -> None:
 
 
 def trim() -> None:
-    """Give back the pages of the C library's heap that are free; nothing happens where it cannot."""
+    """Return the free pages of the C library's heap to the system. Does nothing if it has no ``malloc_trim``."""
     if not LEAN:
         return
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)

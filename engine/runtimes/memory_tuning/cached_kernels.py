@@ -1,15 +1,20 @@
-"""Kernels that are in the cache are loaded without what numba compiles with, and nothing of it is kept for them.
+"""Loads cached kernels without numba's compiler.
 
-Before numba looks into its cache it loads all that it would compile with, which takes a quarter of a second and 10 MB
-of the memory that all containers share. Only its runtime is needed for code that is compiled. With that code comes the
-bitcode from which other kernels could be compiled, which numba unpacks to 6 MB of objects; it is set aside in a file
-without a name, and read where something is linked with it. The cache is no place to read it from again: another process
-may have compiled the same kernel meanwhile, under other names. And a kernel names the modules of numba that its parts
-were written in, which only code that runs as Python looks into: 5 MB more. What is not in the cache is compiled as
-ever: whatever compiles loads the compiler itself, and reads what it asks for.
+Three changes to numba's loader, by which a kernel that is in the cache takes less memory:
 
-Bytecode may differ where Python leaves documentation out (``-OO``), and numba looks for a kernel by its bytecode too. A
-kernel that was compiled with its documentation is taken all the same: an index is of one function of one source file.
+- Before numba reads its cache it initializes its whole compiler, which takes a quarter of a second and 10 MB of the
+  memory that all containers share. Compiled code only needs numba's runtime.
+- With the code comes LLVM bitcode, for kernels that are compiled later and call this one. numba unpacks it to 6 MB of
+  objects. Here it is written to a file without a name, and read when another kernel is linked with it. It cannot be
+  read from the cache again: another process may have compiled the same kernel meanwhile, under other symbol names.
+- A kernel names the modules of numba that its parts were written in, and numba imports them: 5 MB more. Only code that
+  runs as Python reads them.
+
+A kernel that is not in the cache is compiled as usual: numba then initializes its compiler and reads the bitcode.
+
+Without docstrings (``-OO``) the bytecode of a function may differ, and numba's cache keys contain the bytecode. A
+kernel that was compiled with docstrings is loaded all the same: an index file belongs to one function of one source
+file.
 """
 
 import errno
@@ -31,7 +36,7 @@ from engine.runtimes.memory_tuning.switch import LEAN
 
 
 def load_without_compiler() -> None:
-    """Let numba load what it compiles with only when it compiles; call it once, before any kernel is called."""
+    """Make numba load its compiler only when it compiles. Call it once, before any kernel is called."""
     if not LEAN:
         return
     loading: Callable[..., Any] = Cache.load_overload
@@ -45,7 +50,7 @@ def load_without_compiler() -> None:
             del vars(context)["refresh"]
         if loaded is None:
             return None
-        return loaded._replace(type_annotation="", metadata={})  # what it tells of itself, for nobody here to read
+        return loaded._replace(type_annotation="", metadata={})  # its documentation is not used here
 
     Cache.load_overload = load_overload  # type: ignore[method-assign]
     CPUCodeLibrary._unserialize = classmethod(_without_bitcode)  # type: ignore[method-assign,assignment]
@@ -58,7 +63,7 @@ _with_module = environment._rebuild_env
 
 
 def _environment_without_module(module: str, constants: list[Any], name: str) -> environment.Environment:
-    """Return what a part of a kernel takes at run time, without loading the module of numba that it was written in."""
+    """Return the run-time environment of a part of a kernel, without importing its module of numba."""
     known = environment.lookup_environment(name)  # type: ignore[no-untyped-call]
     if known is not None or module in sys.modules or not module.startswith("numba."):
         return _with_module(module, constants, name)  # type: ignore[no-any-return, no-untyped-call]
@@ -73,7 +78,7 @@ _load: Callable[..., Any] = IndexDataCacheFile.load
 
 
 def _load_documented_too(file: IndexDataCacheFile, key: tuple[Any, Any, tuple[str, str]]) -> Any:
-    """Return what lies in the cache for a signature, target and closure, whatever the bytecode."""
+    """Return the cache entry of a signature, target and closure, for any bytecode."""
     found = _load(file, key)
     if found is not None:
         return found
@@ -90,7 +95,7 @@ _unserialize: Callable[..., CPUCodeLibrary] = CPUCodeLibrary._unserialize.__func
 
 
 def _without_bitcode(kind: type[CPUCodeLibrary], codegen: Any, state: tuple[str, str, Any]) -> CPUCodeLibrary:
-    """Return a library that reads its bitcode when something is linked with it."""
+    """Return a library that reads its bitcode only when another library is linked with it."""
     library = _unserialize(kind, codegen, state)
     module: llvm.ModuleRef | None = library._shared_module
     if module is None:
@@ -98,7 +103,7 @@ def _without_bitcode(kind: type[CPUCodeLibrary], codegen: Any, state: tuple[str,
     _, bitcode = state[2]
     try:
         read_back = _spill_file.put(bitcode)
-    except OSError:  # no room for it: it stays in memory
+    except OSError:  # no disk space: the bitcode stays in memory
         return library
 
     def read() -> llvm.ModuleRef:
@@ -113,23 +118,23 @@ def _without_bitcode(kind: type[CPUCodeLibrary], codegen: Any, state: tuple[str,
 
 
 class _SpillFile:
-    """Bytes in a file without a name, which is gone with the last process that could read it."""
+    """A file without a name, which the system removes with the last process that has it open."""
 
     def __init__(self) -> None:
         self._file: IO[bytes] | None = None
         os.register_at_fork(after_in_child=self._begin_another)
 
     def put(self, content: bytes) -> Callable[[], bytes]:
-        """Write bytes to the file; return what reads them, here and in processes that are forked from this one."""
+        """Append bytes to the file; return a function that reads them, here and in processes forked from this one."""
         if self._file is None:
-            self._file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # as long as a kernel may ask
+            self._file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # open as long as this process
         file, begin, size = self._file, self._file.seek(0, os.SEEK_END), len(content)
         if file.write(content) < size:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        return lambda: os.pread(file.fileno(), size, begin)  # which must not hold the content itself
+        return lambda: os.pread(file.fileno(), size, begin)  # must not hold a reference to the content
 
     def _begin_another(self) -> None:
-        self._file = None  # both would write to the same place
+        self._file = None  # parent and child would write to the same offset
 
 
 _spill_file = _SpillFile()

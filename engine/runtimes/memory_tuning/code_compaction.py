@@ -1,8 +1,9 @@
-"""Moves the code that containers run side by side, before they are forked.
+"""Code compaction: copies the code that containers run to adjacent memory, before they are forked.
 
-The interpreter writes into code as it runs it: it counts calls, and notes what it has met. Code lies in memory in the
-order in which modules were loaded, so what a container runs is strewn among what it never does, and each function that
-it calls costs it a copy of a page or two. Copies that are made one after the other lie on a fifth of these pages.
+The interpreter writes into code objects as it runs them: call counters and inline caches. Code objects are in memory
+in the order in which modules were imported, so those that a container runs are scattered among those that it never
+runs, and each function that it calls costs it a private copy of a page or two. Code objects that are copied one after
+the other take a fifth of these pages.
 """
 
 import gc
@@ -16,17 +17,17 @@ from engine.runtimes.memory_tuning.switch import LEAN
 
 
 def compact(run: Callable[[], object]) -> int:
-    """Run something, and give all functions copies of such code as that ran; return how many copies were made.
+    """Run a function, replace all code that it ran by copies in all functions, and return the number of copies.
 
-    What the interpreter has learnt of the code is not copied. Each container learns it again, on pages that it would
-    write to anyway; to run all once more here saves it 0.1 MB and takes longer than all else.
+    The inline caches of the interpreter are not copied. Each container fills them again, on pages that it would write
+    to anyway. Running everything again here would save 0.1 MB and take longer than all other steps.
     """
     if not LEAN:
         run()
         return 0
-    with _noted() as ran:
+    with _recorded() as ran:
         run()
-    functions = [each for each in gc.get_objects() if type(each) is FunctionType]  # a proxy would say it were one
+    functions = [each for each in gc.get_objects() if type(each) is FunctionType]  # a proxy would pass isinstance()
     copies: dict[int, CodeType] = {}
     for function in functions:
         code = _copied(function.__code__, ran, copies)
@@ -36,9 +37,9 @@ def compact(run: Callable[[], object]) -> int:
 
 
 @contextmanager
-def _noted() -> Iterator[Collection[int]]:
-    """Note the ids of code that this thread runs, and each that is started meanwhile."""
-    ran: dict[int, CodeType] = {}  # and the code: no other is to get the id of one that is gone
+def _recorded() -> Iterator[Collection[int]]:
+    """Record the ids of the code objects that run, in this thread and in threads that are started meanwhile."""
+    ran: dict[int, CodeType] = {}  # keeps the code alive, so that its id is not reused
 
     def note(frame: FrameType, _event: str, _argument: object) -> None:
         ran[id(frame.f_code)] = frame.f_code
@@ -53,7 +54,7 @@ def _noted() -> Iterator[Collection[int]]:
 
 
 def _copied(code: CodeType, ran: Collection[int], copies: dict[int, CodeType]) -> CodeType:
-    """Return the copy of some code, or itself where neither it nor what is defined in it was run."""
+    """Return the copy of a code object, or itself if neither it nor code defined in it ran."""
     if id(code) not in copies:
         constants = tuple(_copied(c, ran, copies) if isinstance(c, CodeType) else c for c in code.co_consts)
         if id(code) not in ran and all(a is b for a, b in zip(constants, code.co_consts, strict=True)):

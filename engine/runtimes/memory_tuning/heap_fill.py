@@ -1,8 +1,8 @@
-"""Fills the gaps between the objects of a process, before others are forked from it.
+"""Heap fill: fills the gaps between the objects of a process, before others are forked from it.
 
-A child puts its new objects where it finds room, first between those that it shares with its parent; each of them costs
-it a copy of the page around. Once the gaps are filled, new objects come to lie side by side on pages of their own. What
-is taken here is never given back; it lies on pages that all share anyway.
+A child allocates new objects in free gaps, first between the objects that it shares with its parent. Each of them costs
+it a private copy of that page. Once the gaps are filled, new objects are adjacent, on new pages. The blocks that are
+allocated here are never freed; they are on pages that are shared anyway.
 """
 
 import ctypes
@@ -12,30 +12,31 @@ from collections.abc import Callable
 from engine.runtimes.memory_tuning.switch import LEAN
 
 POOL = 1 << 14
-"""Bytes from which the interpreter hands out blocks of one size."""
+"""Size of a pool of the interpreter, from which it allocates blocks of one size [bytes]."""
 
 POOL_HEADER = 48
+"""Size of a pool's header [bytes]."""
 SMALL = range(16, 513, 16)
-"""Sizes of such blocks."""
+"""Sizes of the blocks of pools [bytes]."""
 
 LARGE = (1 << 17, 1 << 16, 1 << 15, 1 << 14, 1 << 13, 1 << 12, 2_048, 1_024, 512, 256, 128, 64, 24)
-"""Sizes of blocks that the C library is asked for: what of a gap is left goes to the next smaller ones.
+"""Sizes of blocks to allocate from the C library [bytes]; smaller ones fill the rest of a gap.
 
-What is free over whole pages takes no memory before it is used, nor when it is taken. But a child's large arrays would
-come to lie there, and memory that they leave is given back from behind all others only.
+Whole free pages take no memory, not even when they are allocated here. But large arrays of a child would be placed
+there, and the heap can return memory to the system only from its end.
 """
 
 MOST = 1 << 21
-"""Bytes that are taken of one size at most, if memory is laid out otherwise than is thought here."""
+"""Upper limit of the bytes allocated in one size, in case the layout of the heap is not the expected one."""
 
 Allocate = Callable[[int], int]
 Free = Callable[[int], None]
 
 
 def fill() -> int:
-    """Take all room between objects, and between blocks of the C library; return how many bytes that was.
+    """Fill all gaps between objects, and between blocks of the C library; return the number of bytes.
 
-    Nothing is done about the latter where the C library has no heap that grows.
+    The heap of the C library is only filled if the library has ``sbrk``.
     """
     if not LEAN:
         return 0
@@ -48,12 +49,12 @@ def fill() -> int:
     if hasattr(library, "sbrk"):
         library.sbrk.restype = ctypes.c_void_p
         taken += _fill_heap(large, library.free, library.sbrk(0))
-    sys._clear_type_cache()  # else a child lets go of cached names one by one, each on a page of its own
+    sys._clear_type_cache()  # otherwise a child frees cached names one by one, each on another page
     return taken
 
 
 def _fill_pools(allocate: Allocate, size: int) -> int:
-    """Take blocks of one size until a whole pool of them had been free."""
+    """Allocate blocks of one size until they have filled a whole new pool."""
     taken, pool, of_this_pool = 0, -1, 0
     while of_this_pool < (POOL - POOL_HEADER) // size and taken < MOST:
         here = allocate(size) // POOL
@@ -63,7 +64,7 @@ def _fill_pools(allocate: Allocate, size: int) -> int:
 
 
 def _fill_heap(allocate: Allocate, free: Free, end: int) -> int:
-    """Take blocks of each size as long as they come from before the end that the heap had."""
+    """Allocate blocks of each size while they are placed below the former end of the heap."""
     taken, behind = 0, []
     for size in LARGE:
         most = taken + MOST * (size >> 10 or 1)

@@ -1,7 +1,7 @@
-"""How Python is started for what containers are forked from: documentation left out, a tenth of what they share.
+"""Options of Python for fork servers: without docstrings, which are a tenth of the memory that containers share.
 
-Modules compiled so lie in a folder of our own. Where those of Python itself cannot be written beside it, or nothing may
-be, each start would compile nine hundred of them anew.
+Modules compiled this way are cached in a folder of our own. If Python's own folder is not writable, or bytecode must
+not be written, each start would otherwise compile nine hundred modules again.
 """
 
 import os
@@ -15,18 +15,18 @@ OPTIONS = ("-OO",) if LEAN else ()
 PYTHON = (sys.executable, *OPTIONS)
 
 PYTHON_OF_IMAGE = ("python", *OPTIONS) if LEAN else ("env", f"{NAME}={OFF}", "python")
-"""How it is started in an image, which has an environment of its own."""
+"""Command that starts Python in an image, which has its own environment."""
 
 _FOLDER, _NOWHERE = "PYTHONPYCACHEPREFIX", "PYTHONDONTWRITEBYTECODE"
 
 
 def environment(given: Mapping[str, str] = os.environ) -> dict[str, str]:
-    """Return what such a process and its children are to be started with.
+    """Return the environment of a fork server and its children.
 
     Parameters
     ----------
     given : mapping
-        Environment of this process; a folder that it names for compiled modules is kept.
+        Environment of this process. A folder for compiled modules that it names is kept.
     """
     if not LEAN:
         return dict(given)

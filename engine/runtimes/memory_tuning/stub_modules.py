@@ -1,8 +1,8 @@
-"""Keeps from memory what numba and uvloop load in any case and hardly use, 3 MB of it.
+"""Stub modules: replace modules that numba and uvloop always import and hardly use, which saves 3 MB.
 
-numba makes pictures of code as HTML, and knows two classes of numpy as arguments of kernels: masked arrays, which it
-refuses, and polynomials. uvloop looks for TLS, which nobody speaks in a container. While one of them looks for such a
-module it is shown an empty one; who asks later gets the real one.
+numba renders code as HTML, and accepts two classes of numpy as arguments of kernels: masked arrays, which it refuses,
+and polynomials. uvloop imports TLS, which is not used in a container. While they import such a module they get a stub;
+later imports get the real module.
 """
 
 import sys
@@ -13,8 +13,10 @@ from types import ModuleType, SimpleNamespace
 from engine.runtimes.memory_tuning.switch import LEAN
 
 UNUSED_EXTRAS = ("_hashlib", "cffi", "scipy", "ssl", "typing_extensions", "yaml")
-"""What numba, msgspec and Python's own library load where it is installed. Nothing of ours needs them for it, and they
-take 14 MB. Without OpenSSL Python makes sums by itself, and asyncio has no TLS: a container speaks to its machine only.
+"""Optional modules that numba, msgspec and the standard library import if they are installed.
+
+We do not use the features that need them, and they take 14 MB. Without OpenSSL, hashlib uses its own implementations,
+and asyncio has no TLS: a container only talks to its machine.
 """
 
 HTML, MASKED, POLYNOMIAL, TLS = "html", "numpy.ma", "numpy.polynomial", "ssl"
@@ -32,9 +34,9 @@ _CONTENT: dict[str, dict[str, object]] = {
 
 @contextmanager
 def without_extras() -> Iterator[None]:
-    """Let nothing load the unused extras; afterwards everything may, such as a plug-in that needs them itself."""
+    """Hide the unused extras from imports; afterwards they can be imported again, as by a plug-in that needs them."""
     hidden = [name for name in UNUSED_EXTRAS if LEAN and name not in sys.modules]
-    sys.modules.update(dict.fromkeys(hidden))  # type: ignore[arg-type]  # None: the import system finds no such module
+    sys.modules.update(dict.fromkeys(hidden))  # type: ignore[arg-type]  # None hides it from the import system
     try:
         yield
     finally:
@@ -45,39 +47,40 @@ def without_extras() -> Iterator[None]:
 
 @contextmanager
 def stubbed(*names: str) -> Iterator[None]:
-    """Show stand-ins for modules, as far as they are not loaded yet; one that is kept from being loaded remains so.
+    """Put stubs in place of modules that are not imported yet; a module that was hidden is hidden again afterwards.
 
     Parameters
     ----------
     *names : str
-        Of the four of this module. That for polynomials is enough to import numba and not to compile anything.
+        Names of modules, out of the four of this module. The stub for polynomials is enough to import numba, but not to
+        compile kernels.
     """
-    shown = [_Stub(name) for name in names if LEAN and sys.modules.get(name) is None]
+    stubs = [_Stub(name) for name in names if LEAN and sys.modules.get(name) is None]
     try:
         yield
     finally:
-        for stand_in in shown:
-            stand_in.hide()
+        for stub in stubs:
+            stub.remove()
 
 
 class _Stub:
-    """A stand-in that is found where the real module would be."""
+    """A stub in ``sys.modules`` in place of the real module."""
 
     def __init__(self, name: str) -> None:
         self._module = ModuleType(name)
         vars(self._module).update(_CONTENT[name])
         parent, _, self._own_name = name.rpartition(".")
-        self._kept_away = name in sys.modules
-        self._parent = sys.modules.get(parent)  # an attribute of its package, once that was loaded
+        self._was_hidden = name in sys.modules
+        self._parent = sys.modules.get(parent)  # after an import, a module is an attribute of its package
         sys.modules[name] = self._module
         if self._parent is not None:
             setattr(self._parent, self._own_name, self._module)
 
-    def hide(self) -> None:
+    def remove(self) -> None:
         name = self._module.__name__
         if sys.modules.get(name) is self._module:
             del sys.modules[name]
-            if self._kept_away:
-                sys.modules[name] = None  # type: ignore[assignment]  # so the import system finds no such module
+            if self._was_hidden:
+                sys.modules[name] = None  # type: ignore[assignment]  # hides it from the import system
         if self._parent is not None and getattr(self._parent, self._own_name) is self._module:
             delattr(self._parent, self._own_name)

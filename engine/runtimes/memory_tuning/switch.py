@@ -1,6 +1,6 @@
-"""The switch for all memory tuning: the environment variable ``PPAAS_LEAN``, which is on unless it is ``0``.
+"""Switch of all memory tuning: the environment variable ``PPAAS_LEAN``; any value but ``0`` is on.
 
-It is read once a process, and inherited with the environment, so a cloud, its agents and its containers agree on it.
+Each process reads it once. It is inherited with the environment, so a cloud, its agents and its containers agree.
 """
 
 import os

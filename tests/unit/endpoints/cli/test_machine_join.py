@@ -17,14 +17,14 @@ def refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
 
 
 def test_a_machine_that_has_not_joined_needs_a_ticket(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "join by a ticket" in refused(["join", "--data", str(tmp_path / "m")], capsys)
+    assert "join with a ticket" in refused(["join", "--data", str(tmp_path / "m")], capsys)
 
 
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["rubbish"], "this is no ticket"),
-        ([TICKET, "--name", "a/b"], "named with"),
+        (["rubbish"], "not a ticket"),
+        ([TICKET, "--name", "a/b"], "not a valid name"),
         ([TICKET, "--name", "m2"], "no answer at tls://127.0.0.1:1"),
     ],
 )
@@ -37,7 +37,7 @@ def test_what_cannot_join_is_told_why_and_keeps_nothing(
 
 def test_what_is_kept_and_cannot_be_read_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "membership.json").write_text("{")
-    assert "join by a new ticket" in refused(["join", "--data", str(tmp_path)], capsys)
+    assert "join with a new ticket" in refused(["join", "--data", str(tmp_path)], capsys)
 
 
 @pytest.mark.parametrize("arguments", [["--cores", "0"], ["--cores", "x"], ["--label", "zone"], ["--label", "=x"]])

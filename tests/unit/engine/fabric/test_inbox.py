@@ -57,7 +57,7 @@ async def test_a_callback_that_fails_does_not_end_the_flow(caplog):
         inbox.put(i)
     await drain()
     assert taken == [0, 1, 2]
-    assert "a callback of the fabric failed" in caplog.text
+    assert "a callback of the fabric raised an exception" in caplog.text
 
 
 async def test_after_close_nothing_is_taken():

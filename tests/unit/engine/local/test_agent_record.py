@@ -117,7 +117,7 @@ async def test_one_of_another_release_ends_and_says_why(
     monkeypatch.setattr("engine.local.agent_process.AgentProcess.start", lambda _: asyncio.sleep(0))
     await machine.start()
     assert config.run_dir != str(run_dir) and not machine.was_adopted and is_dead(left.process)
-    assert f"of release {left.release}, ends" in caplog.text
+    assert f"of release {left.release}, is stopped" in caplog.text
 
 
 async def test_one_that_goes_on_is_noted_as_ours_watched_and_ended(

@@ -1,4 +1,4 @@
-"""The door over real TLS: who is let in, as whom, and who is not."""
+"""The TLS listener over real TLS: admitted and refused clients."""
 
 import asyncio
 import contextlib
@@ -35,7 +35,7 @@ async def door(authority: Authority) -> AsyncIterator[TlsListener]:
 
     opened = TlsListener(
         ANYWHERE, authority,
-        control=answering("control"), robot=answering("robot"), terms=answering("terms"), join=answering("join"),
+        control=answering("control"), robot=answering("robot"), settings=answering("terms"), join=answering("join"),
     )  # fmt: skip
     await opened.start()
     yield opened
@@ -43,12 +43,12 @@ async def door(authority: Authority) -> AsyncIterator[TlsListener]:
 
 
 async def answer(door: TlsListener, context: ssl.SSLContext) -> str:
-    """Return the line that the door answers; nothing where it hangs up."""
+    """Return the line that the listener answers; empty if it closes the connection."""
     reader, writer = await dial(door.address, context)
     try:
         async with asyncio.timeout(5.0):
             return (await reader.readline()).decode().strip()
-    except OSError:  # TLS 1.3 tells of a certificate that is refused after the client took the handshake for done
+    except OSError:  # TLS 1.3 reports a refused certificate after the client has finished its handshake
         return ""
     finally:
         writer.transport.abort()
@@ -67,7 +67,7 @@ async def test_whoever_has_no_certificate_can_only_ask_to_join(door: TlsListener
     assert await answer(door, stranger) == "join nobody"
     for purposes in (["control"], ["robot"], ["other"], []):
         stranger.set_alpn_protocols(purposes or ["http/1.1"])
-        with contextlib.suppress(Unavailable):  # refused in the handshake already
+        with contextlib.suppress(Unavailable):  # refused during the handshake
             assert await answer(door, stranger) == ""
 
 
@@ -77,9 +77,9 @@ async def test_a_certificate_of_another_authority_is_refused(
     theirs = joined(Authority(tmp_path / "other"), tmp_path / "m", "m2")
     ours = TlsIdentity(
         theirs.key, theirs.certificate, authority.identity.authority
-    )  # it knows our cloud, not the reverse
+    )  # it trusts our cloud, but not vice versa
     assert await answer(door, ours.client_context("control")) == ""
-    with pytest.raises(Unavailable, match="certificate"):  # and a machine does not talk to another cloud than its own
+    with pytest.raises(Unavailable, match="certificate"):  # a machine does not talk to another cloud
         await dial(door.address, theirs.client_context("control"))
 
 
@@ -114,7 +114,7 @@ async def test_what_is_no_tls_is_hung_up_on(door: TlsListener) -> None:
 async def test_a_port_that_is_taken_says_so(door: TlsListener, authority: Authority) -> None:
     async def nobody(*_: object) -> None: ...
 
-    second = TlsListener(door.address, authority, control=nobody, robot=nobody, terms=nobody, join=nobody)
+    second = TlsListener(door.address, authority, control=nobody, robot=nobody, settings=nobody, join=nobody)
     with pytest.raises(Unavailable, match="cannot listen"):
         await second.start()
 
@@ -133,7 +133,7 @@ async def test_the_certificates_outlive_the_cloud(authority: Authority, tmp_path
 
 @pytest.mark.parametrize("name", ["", ".", "..", "a/b", "../cloud", "x" * 65, "ä", "a b", "-x"])
 def test_a_name_that_cannot_be_one_is_refused(authority: Authority, name: str, tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="named with"):
+    with pytest.raises(InvalidInput, match="not a valid name"):
         authority.issue(name, b"")
 
 

@@ -68,10 +68,10 @@ def test_layers_that_are_not_whole_are_unavailable(tmp_path, layers, broken):
     whole = (tmp_path / broken).read_bytes()
     for content in (b"", whole[: len(whole) // 2]):
         (tmp_path / broken).write_bytes(content)
-        with pytest.raises(Unavailable, match="no layers of a map"):
+        with pytest.raises(Unavailable, match="no complete map layers"):
             open_layers(tmp_path)
     (tmp_path / broken).unlink()
-    with pytest.raises(Unavailable, match="no layers of a map"):
+    with pytest.raises(Unavailable, match="no complete map layers"):
         open_layers(tmp_path)
 
 

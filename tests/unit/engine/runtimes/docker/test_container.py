@@ -129,4 +129,4 @@ async def test_memory_that_is_in_use_stays_and_the_cpus_follow(
     await work.join()
     assert engine.held["cpu_quota"] == engine.held["cpu_period"]
     assert "mem_limit" not in engine.held
-    assert "keeps the memory that it had" in caplog.text
+    assert "keeps its old memory limit" in caplog.text

@@ -34,7 +34,7 @@ async def test_a_warm_server_tells_what_it_is_and_has_loaded_what_its_containers
 
 async def test_a_server_that_cannot_load_says_so_and_the_next_try_is_a_new_one():
     broken = ForkServer(Entry(ENTRY, ("tests.support.engine.broken_preload",)))
-    with pytest.raises(Unavailable, match="the fork server ended while it loaded"):
+    with pytest.raises(Unavailable, match="the fork server exited during its imports"):
         await broken.warm(unexpected)
     assert not broken.is_warm
     server = ForkServer(loaded_before(ENTRY))

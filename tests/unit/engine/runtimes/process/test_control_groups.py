@@ -122,7 +122,7 @@ def test_a_group_in_which_something_is_about_to_end_is_removed_a_moment_later(tm
 def test_a_group_that_stays_busy_is_told(tmp_path: Path, instance: str, caplog: pytest.LogCaptureFixture) -> None:
     (tmp_path / f"ppaas-{instance}.c1" / "busy").mkdir(parents=True)
     ControlGroups(instance, [Hierarchy(tmp_path, {})])
-    assert f"ppaas-{instance}.c1 is left" in caplog.text
+    assert f"ppaas-{instance}.c1 cannot be removed" in caplog.text
 
 
 # -- over a real kernel ------------------------------------------------------------------------------------------------
