@@ -91,7 +91,7 @@ def test_a_base_that_turns_as_told_is_obedient_across_the_ends_of_the_circle():
     assert not base.complaints
 
 
-def test_odometry_that_jumps_and_looks_that_are_missing_are_no_disobedience():
+def test_jumps_of_odometry_and_missing_cycles_are_no_failure():
     base = Base()
     base.drive(1.0, 0.3)
     base.odom = Pose2D(-20.0, 3.0, 1.0)
