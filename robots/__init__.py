@@ -1,1 +1,4 @@
-"""The client side: what runs on a robot, simulated robots, and the command line. The modules here are aliases."""
+"""Robot side: clients of a cloud, programs for the robot's computer, simulated robots, and the command line ``ppaas``.
+
+The modules directly in this package are aliases of earlier import paths.
+"""

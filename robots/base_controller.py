@@ -1,4 +1,4 @@
-"""Alias of ``robots.onboard``, for programs that import the base controller by its earlier path."""
+"""Earlier import path of the base controller; new programs import it from ``robots.onboard``."""
 
 from robots.onboard.base_controller import STOP, BaseController, BaseLimits
 

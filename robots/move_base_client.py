@@ -1,4 +1,4 @@
-"""Alias of ``robots.client``, for programs that import the Move Base client by its earlier path."""
+"""Earlier import path of the Move Base client; new programs import it from ``robots.client``."""
 
 from robots.client.move_base import GoalOutcome, MoveBaseClient
 

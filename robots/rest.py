@@ -1,4 +1,4 @@
-"""Alias of ``robots.client``, for programs that import the REST client by its earlier path."""
+"""Earlier import path of the REST client; new programs import it from ``robots.client``."""
 
 from robots.client.rest import Login, RestClient
 

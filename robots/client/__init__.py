@@ -1,6 +1,6 @@
 """Clients of a cloud: WebSocket (rosbridge), Move Base and REST, and the files that they upload.
 
-The names are loaded when they are first asked for: a program that uses one client does not load the others.
+Each name is imported on first access, so a program that uses one client does not load the others.
 """
 
 from typing import TYPE_CHECKING
@@ -16,7 +16,7 @@ __all__ = ["Login", "MoveBaseClient", "RestClient", "RobotClient", "RobotFile", 
 
 def __getattr__(name: str) -> object:
     if name == "MoveBaseClient":
-        from robots.client.move_base import MoveBaseClient  # noqa: PLC0415 - so here and below: see above
+        from robots.client.move_base import MoveBaseClient  # noqa: PLC0415 - here and below: imported on first access
 
         return MoveBaseClient
     if name == "RobotClient":

@@ -1,4 +1,4 @@
-"""The services that a client offers: each call is answered in a task of its own, so that none holds up the socket."""
+"""Services that a client advertises. Each call runs in its own task, so a slow handler does not block the socket."""
 
 import asyncio
 import inspect
@@ -12,111 +12,111 @@ from ppaas.messages import Message, ServiceType, decode
 from ppaas.wire.names import normalise
 from ppaas.wire.operations import CallService
 from ppaas.wire.rosbridge_client import RosbridgeClientSession
-from robots.client.send_queue import SUBSCRIPTION, Outbox
+from robots.client.send_queue import SUBSCRIPTION, SendQueue
 
 logger = logging.getLogger(__name__)
 
 Handler = Callable[[Any], Message | Awaitable[Message]]
-"""Takes a request; returns the response, now or as a coroutine, or raises a ``PPaaSError``."""
+"""Takes a request and returns the response or an awaitable of it; may raise a ``PPaaSError``."""
 
 ANSWER = "answer"
-"""What answers are bound to: in another session their numbers are those of other calls."""
+"""Key of queued responses: call numbers are valid in one session only, so they are discarded with it."""
 
 MAX_CALLS = 100
-"""Calls that may be worked on at a time; more are refused."""
+"""Maximum number of calls in progress; further calls are refused."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Offer:
+class _AdvertisedService:
     kind: ServiceType
     handler: Handler
 
 
-class Offers:
-    """What one client offers.
+class AdvertisedServices:
+    """Registry of the services of one client.
 
     Parameters
     ----------
     session : RosbridgeClientSession
-        Makes the frames, and says again what is offered where a session begins anew.
-    outbox : Outbox
-        Where they go.
+        Builds the frames; advertises the services again when a new session begins.
+    queue : SendQueue
+        Queue of frames to the cloud.
     """
 
-    def __init__(self, session: RosbridgeClientSession, outbox: Outbox) -> None:
+    def __init__(self, session: RosbridgeClientSession, queue: SendQueue) -> None:
         self._session = session
-        self._outbox = outbox
-        self._offers: dict[str, _Offer] = {}
-        self._working: set[asyncio.Task[None]] = set()
+        self._queue = queue
+        self._services: dict[str, _AdvertisedService] = {}
+        self._in_progress: set[asyncio.Task[None]] = set()
 
     async def advertise(self, service: str, kind: ServiceType, handler: Handler) -> None:
-        """Offer a service.
+        """Advertise a service.
 
         Raises
         ------
         Conflict
-            It is offered already.
+            This client already advertises the service.
         PPaaSError
-            Not a ROS graph name, or nothing is sent any more.
+            The name is not a valid ROS graph name, or the queue is closed.
         """
         name = normalise(service)
-        if name in self._offers:
-            raise Conflict(f"this client offers service {name!r} already: unadvertise it first")
+        if name in self._services:
+            raise Conflict(f"this client already advertises service {name!r}; unadvertise it first")
         frame = self._session.advertise_service(service, kind)
-        self._offers[name] = _Offer(kind, handler)
-        await self._outbox.put(frame, SUBSCRIPTION)
+        self._services[name] = _AdvertisedService(kind, handler)
+        await self._queue.put(frame, SUBSCRIPTION)
 
     async def unadvertise(self, service: str) -> None:
-        """Offer a service no more; what is under way is still answered.
+        """Withdraw a service; calls in progress are still answered.
 
         Raises
         ------
         NotFound
-            It is not offered.
+            This client does not advertise the service.
         PPaaSError
-            Nothing is sent any more.
+            The queue is closed.
         """
         name = normalise(service)
-        if self._offers.pop(name, None) is None:
-            raise NotFound("offered service", name, list(self._offers))
-        await self._outbox.put(self._session.unadvertise_service(service), SUBSCRIPTION)
+        if self._services.pop(name, None) is None:
+            raise NotFound("advertised service", name, list(self._services))
+        await self._queue.put(self._session.unadvertise_service(service), SUBSCRIPTION)
 
-    def called(self, call: CallService) -> None:
-        """Take a call, which is answered whatever becomes of it."""
-        task = asyncio.create_task(self._serve(call, full=len(self._working) >= MAX_CALLS))
-        self._working.add(task)
-        task.add_done_callback(self._working.discard)
+    def handle_call(self, call: CallService) -> None:
+        """Start a task that runs the handler and sends a response in every case."""
+        task = asyncio.create_task(self._serve(call, full=len(self._in_progress) >= MAX_CALLS))
+        self._in_progress.add(task)
+        task.add_done_callback(self._in_progress.discard)
 
-    def lost(self) -> None:
-        """Work no more on what the cloud has told its callers is lost."""
+    def session_lost(self) -> None:
+        """Cancel all calls: the cloud has already failed them towards their callers."""
         self.end()
-        self._outbox.discard(ANSWER)
+        self._queue.discard(ANSWER)
 
     def end(self) -> None:
-        """Give up all that is under way."""
-        for task in self._working:
+        """Cancel all calls in progress."""
+        for task in self._in_progress:
             task.cancel()
 
     async def _serve(self, call: CallService, *, full: bool) -> None:
         try:
             if full:
-                raise QuotaExceeded(f"a client works on {MAX_CALLS} calls at a time: call {call.service!r} again later")
+                raise QuotaExceeded(f"this client already handles {MAX_CALLS} calls; call {call.service!r} again later")
             frame = self._session.respond(call, await self._response(call))
         except PPaaSError as error:
             frame = self._session.refuse(call, error)
         except Exception as error:
-            logger.exception("the handler of %r failed", call.service)
-            failure = PPaaSError(f"the handler of {call.service!r} failed: {type(error).__name__}")
+            logger.exception("the handler of service %r failed", call.service)
+            failure = PPaaSError(f"the handler of service {call.service!r} failed: {type(error).__name__}")
             frame = self._session.refuse(call, failure)
-        await self._outbox.put(frame, ANSWER)
+        await self._queue.put(frame, ANSWER)
 
     async def _response(self, call: CallService) -> Message:
-        offer = self._offers.get(normalise(call.service))
-        if offer is None:
-            raise Unavailable(f"{call.service!r} is offered here no more; call again, to find who offers it now")
-        answer = offer.handler(decode(offer.kind.request, call.args))
+        advertised = self._services.get(normalise(call.service))
+        if advertised is None:
+            raise Unavailable(f"service {call.service!r} is no longer advertised here; call it again")
+        answer = advertised.handler(decode(advertised.kind.request, call.args))
         response = await answer if inspect.isawaitable(answer) else answer
-        if not isinstance(response, offer.kind.response):
-            wanted, got = offer.kind.response.__name__, type(response).__name__
-            raise PPaaSError(f"the handler of {call.service!r} returned {got}, not {wanted}")
+        if not isinstance(response, advertised.kind.response):
+            wanted, got = advertised.kind.response.__name__, type(response).__name__
+            raise PPaaSError(f"the handler of service {call.service!r} must return {wanted}, not {got}")
         return response

@@ -1,4 +1,4 @@
-"""Opening the WebSocket to the cloud, and saying why it was refused."""
+"""WebSocket connection to the cloud: its URL, its options, and the errors of a refused handshake."""
 
 import random
 from collections.abc import Iterator
@@ -19,20 +19,21 @@ _SCHEMES = {"ws": "ws", "wss": "wss", "http": "ws", "https": "wss"}
 
 
 @dataclass(frozen=True, slots=True)
-class Link:
-    """How a client holds its connection.
+class ConnectionOptions:
+    """Time-outs and sizes of a client's connection.
 
     Parameters
     ----------
     open_timeout : float
-        Seconds in which one attempt to connect must succeed; the cloud answers when the robot's container is ready.
-    ping_interval, ping_timeout : float
-        The link is lost when no pong came for so many seconds after a ping [s].
+        Time limit of one attempt to connect [s]; the cloud completes the handshake when the container is ready.
+    ping_interval : float
+        Time between two pings [s].
+    ping_timeout : float
+        The connection counts as lost if the pong does not arrive within this time [s].
     max_size : int
-        Largest frame taken [bytes]; a map is the largest there is.
+        Largest frame accepted [bytes]; maps are the largest messages.
     write_limit : int
-        Bytes given to the operating system's care before sending waits: the less, the fresher is what a slow link
-        carries.
+        High-water mark of the write buffer [bytes]. Smaller values keep the data on a slow link fresher.
     """
 
     open_timeout: float = 20.0
@@ -43,29 +44,29 @@ class Link:
 
 
 class Address:
-    """Of the WebSocket of a robot, for one client of it.
+    """URL of a robot's WebSocket, for one client of the robot.
 
     Parameters
     ----------
     url : str
-        Of the cloud: ``http://host:port``, or the same with https, ws or wss.
+        URL of the cloud: ``http://host:port``, or the same with https, ws or wss.
     robot, token, role : str
-        Who connects.
+        Id of the robot, token of the user, and role of the client.
     session : str
         Name of the client's session.
     hold : bool
-        Open a place for the robot if it has none, and hold it.
+        Whether the connection opens a place for the robot and keeps it open.
 
     Raises
     ------
     InvalidInput
-        Not such a URL.
+        The URL has another form.
     """
 
     def __init__(self, url: str, *, robot: str, token: str, role: Role, session: str, hold: bool = True) -> None:
         parts = urlsplit(url)
         if parts.scheme not in _SCHEMES or not parts.hostname:
-            raise InvalidInput(f"the cloud's URL must look like http://host:port, not {url!r}")
+            raise InvalidInput(f"URL of the cloud must have the form http://host:port, not {url!r}")
         self._base = (_SCHEMES[parts.scheme], parts.netloc, parts.path or "/")
         self._query: dict[str, object] = {"robot": robot, "token": token, "role": role, "status": 1, SESSION: session}
         if not hold:
@@ -73,32 +74,32 @@ class Address:
         self.hold = hold
 
     def at(self, point: ResumptionPoint | None) -> str:
-        """Return the URL with which to go on where a session was left; without one, to begin anew."""
+        """Return the URL that resumes a session at ``point``, or begins a new session if it is None."""
         return urlunsplit((*self._base, urlencode(self._query | {RESUME: point or ANEW}), ""))
 
 
 def session_of(socket: ClientConnection) -> tuple[str, int | None]:
-    """Return what the handshake told.
+    """Return the session that the server reported in the handshake.
 
     Returns
     -------
     id : str
-        Of the session; empty if the server keeps none.
+        Id of the session; empty if the server does not keep sessions.
     taken : int or None
-        Frames that the cloud took in it, if it goes on; None if it is new.
+        Number of frames that the cloud has received in a resumed session; None for a new session.
     """
     headers = socket.response.headers if socket.response is not None else {}
     resumed = headers.get(STATE_HEADER) == RESUMED
     return headers.get(ID_HEADER, ""), int(headers.get(TAKEN_HEADER, "0")) if resumed else None
 
 
-async def open_socket(url: str, link: Link) -> ClientConnection:
-    """Connect.
+async def open_socket(url: str, link: ConnectionOptions) -> ClientConnection:
+    """Open the WebSocket.
 
     Raises
     ------
     PPaaSError
-        What the refusal says; ``Unavailable`` where it is worth trying again.
+        The reason of the refusal; ``Unavailable`` if another attempt may succeed.
     """
     try:
         return await connect(
@@ -121,9 +122,9 @@ async def open_socket(url: str, link: Link) -> ClientConnection:
         raise Unavailable(f"cannot connect to {host}: {error or type(error).__name__}") from error
 
 
-def backoff(first: float = 0.2, factor: float = 2.0, most: float = 10.0) -> Iterator[float]:
-    """Yield the seconds to wait before each next attempt; spread at random, lest a fleet comes back at once."""
+def backoff(first: float = 0.2, factor: float = 2.0, longest: float = 10.0) -> Iterator[float]:
+    """Yield the delays between attempts to connect [s]: exponential backoff, with jitter to spread a fleet."""
     delay = first
     while True:
         yield delay * random.uniform(0.5, 1.0)
-        delay = min(delay * factor, most)
+        delay = min(delay * factor, longest)

@@ -1,4 +1,4 @@
-"""Holds a connection to the cloud for as long as the cloud lets it: sends, receives, and connects again."""
+"""Reconnecting WebSocket: sends and receives frames, and reconnects until the cloud refuses."""
 
 import asyncio
 import logging
@@ -12,41 +12,41 @@ from ppaas.clock import monotonic
 from ppaas.errors import Conflict, Idle, Unavailable
 from ppaas.wire.refusals import error_of_close
 from ppaas.wire.resumption import LEFT, ResumptionPoint
-from robots.client.connection import Address, Link, open_socket, session_of
-from robots.client.send_queue import Outbox
+from robots.client.connection import Address, ConnectionOptions, open_socket, session_of
+from robots.client.send_queue import SendQueue
 
 logger = logging.getLogger(__name__)
 
-STEADY = 5.0
-"""Seconds after which a connection counts as good: the waits before the next one begin small again."""
+STABLE_AFTER = 5.0
+"""Age at which a connection counts as stable [s]; reconnect delays then start from the shortest again."""
 
 
 class ConnectionKeeper:
-    """Keeps one WebSocket.
+    """Maintains one WebSocket to the cloud.
 
     Parameters
     ----------
     address : Address
-        Of the WebSocket.
-    link : Link
+        URL of the WebSocket.
+    link : ConnectionOptions
         Time-outs and sizes.
-    outbox : Outbox
-        What to send.
+    queue : SendQueue
+        Frames to send.
     reconnect_delays : callable
-        Makes the seconds to wait before each attempt to connect again.
+        Returns an iterator of the delays between attempts to connect [s].
     greeting : callable
-        Returns the frames with which each session begins.
+        Returns the frames that begin each new session.
     received : callable
-        Given each frame that comes.
+        Called with each frame received.
     lost : callable
-        Called when a session begins in which the cloud knows nothing of the one before.
+        Called when the cloud begins a new session although there was one before.
     """
 
     def __init__(
         self,
         address: Address,
-        link: Link,
-        outbox: Outbox,
+        link: ConnectionOptions,
+        queue: SendQueue,
         reconnect_delays: Callable[[], Iterator[float]],
         *,
         greeting: Callable[[], list[str]],
@@ -55,7 +55,7 @@ class ConnectionKeeper:
     ) -> None:
         self._address = address
         self._link = link
-        self._outbox = outbox
+        self._queue = queue
         self._reconnect_delays = reconnect_delays
         self._greeting = greeting
         self._received = received
@@ -68,23 +68,23 @@ class ConnectionKeeper:
         self.resumptions = 0
 
     async def run(self) -> None:
-        """Keep the connection until this is cancelled.
+        """Maintain the connection until cancelled.
 
         Raises
         ------
         PPaaSError
-            What the cloud refuses with, unless it is ``Unavailable``: that is tried again.
+            The reason why the cloud refused the client. ``Unavailable`` is retried instead.
         """
         delays = self._reconnect_delays()
         while True:
             try:
-                await self._converse(await self._open())
+                await self._exchange_frames(await self._open())
             except Unavailable as error:
                 logger.info("not connected: %s", error)
                 if isinstance(error, Idle) and self._address.hold:
-                    await self._outbox.filled()  # without anything to say, a container would be held for nothing
+                    await self._queue.filled()  # a connection without messages would hold a container for nothing
                     continue
-            if self._was_steady():
+            if self._was_stable():
                 delays = self._reconnect_delays()
             await asyncio.sleep(next(delays))
 
@@ -95,14 +95,14 @@ class ConnectionKeeper:
         except Conflict as error:
             if not self.connections:
                 raise
-            raise Unavailable(f"the cloud may not have noticed yet that our old connection is dead: {error}") from error
+            raise Unavailable(f"the cloud may still hold the previous connection of this client: {error}") from error
 
-    def _was_steady(self) -> bool:
+    def _was_stable(self) -> bool:
         since, self._since = self._since, math.inf
-        return monotonic() - since > STEADY
+        return monotonic() - since > STABLE_AFTER
 
-    async def _converse(self, socket: ClientConnection) -> None:
-        """Send and receive until the connection ends; raise why it did."""
+    async def _exchange_frames(self, socket: ClientConnection) -> None:
+        """Send and receive until the connection ends; raise the reason."""
         self._find_session(socket)
         sender = asyncio.create_task(self._send(socket))
         try:
@@ -110,29 +110,29 @@ class ConnectionKeeper:
                 self._count += 1
                 self._received(frame)
         except ConnectionClosed:
-            logger.debug("the connection broke with code %s", socket.close_code)
+            logger.debug("the connection was lost with code %s", socket.close_code)
         finally:
             sender.cancel()
             await asyncio.gather(sender, return_exceptions=True)
             self.connected.clear()
-            await socket.close(reason=LEFT)  # says something only where it is we who go
+            await socket.close(reason=LEFT)  # the reason is sent only if this side closes first
         raise error_of_close(socket.close_code, socket.close_reason or "")
 
     def _find_session(self, socket: ClientConnection) -> None:
         session, taken = session_of(socket)
         if taken is not None and session == self._session:
             self.resumptions += 1
-            self._outbox.resume(taken)
+            self._queue.resume(taken)
         else:
             self._session, self._count = session, 0
             if self.connections:
                 self._lost()
-            self._outbox.begin(self._greeting())
+            self._queue.begin(self._greeting())
         self.connected.set()
         self.connections += 1
         self._since = monotonic()
 
     async def _send(self, socket: ClientConnection) -> None:
         while True:
-            await socket.send(await self._outbox.next())
-            self._outbox.sent()
+            await socket.send(await self._queue.next())
+            self._queue.sent()

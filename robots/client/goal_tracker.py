@@ -1,7 +1,8 @@
-"""One goal, from the moment that it was sent, by what is told of it.
+"""Tracking of one goal by its result and by the periodic status lists.
 
-A result may be lost: where the cloud was killed, or the robot's session had ended before it came. How goals stand is
-told again and again, so the lists of statuses tell how such a goal ended, or that nobody knows it any more.
+A result message is lost if the cloud was killed, or if the robot's session ended before the result was delivered. Move
+Base publishes the status list periodically, so the tracker can still learn how the goal ended, or that Move Base does
+not know it any more.
 """
 
 import asyncio
@@ -10,26 +11,26 @@ from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, S
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
 
 SETTLED = 5.0
-"""Seconds for which the lists of statuses must agree before they are believed where no result came."""
+"""Time for which the status lists must agree before they replace a missing result [s]."""
 
-LISTS = 4
-"""How many of them must, at least."""
+MIN_LISTS = 4
+"""Number of consecutive status lists without the goal before it counts as unknown."""
 
 
-class Following:
-    """Follows one goal.
+class GoalTracker:
+    """State of one goal.
 
     Parameters
     ----------
     goal : str
-        Its id.
+        Id of the goal.
 
     Attributes
     ----------
     result : Future
-        How it ended, once its result is there.
+        Final status; set when the goal has ended.
     status : GoalStatus
-        How it stands, as it was told last.
+        Status in the last list that contained the goal.
     """
 
     def __init__(self, goal: str) -> None:
@@ -40,28 +41,28 @@ class Following:
         self._unknown_since: float | None = None
         self._lists = 0
 
-    def ended(self, message: MoveBaseActionResult) -> None:
-        """Take a result, perhaps of another goal."""
+    def on_result(self, message: MoveBaseActionResult) -> None:
+        """Process a result; results of other goals are ignored."""
         if message.status.goal_id.id == self.goal and not self.result.done():
             self.result.set_result(message.status)
 
-    def listed(self, message: GoalStatusArray, now: float) -> None:
-        """Take a list of statuses."""
-        mine = [one for one in message.status_list if one.goal_id.id == self.goal]
-        if not mine:
+    def on_status(self, message: GoalStatusArray, now: float) -> None:
+        """Process a status list received at the time ``now`` [s]."""
+        own = [one for one in message.status_list if one.goal_id.id == self.goal]
+        if not own:
             self._lists += 1
             self._unknown_since = now if self._unknown_since is None else self._unknown_since
             return
-        self.status, self._unknown_since, self._lists = mine[-1], None, 0
+        self.status, self._unknown_since, self._lists = own[-1], None, 0
         if not Status(self.status.status).terminal:
             self._over_since = None
         elif self._over_since is None:
             self._over_since = now
 
     def is_over(self, now: float) -> bool:
-        """Tell whether the lists say that it has ended, and its result does not come."""
+        """Return whether the status lists show a final status, and the result is overdue."""
         return self._over_since is not None and now - self._over_since > SETTLED
 
     def is_unknown(self, now: float) -> bool:
-        """Tell whether the lists do not have it, one after the other."""
-        return self._unknown_since is not None and self._lists >= LISTS and now - self._unknown_since > SETTLED
+        """Return whether the last status lists did not contain the goal."""
+        return self._unknown_since is not None and self._lists >= MIN_LISTS and now - self._unknown_since > SETTLED

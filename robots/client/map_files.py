@@ -1,4 +1,4 @@
-"""A map on the disk: the YAML of map_server and the image that it names."""
+"""Map files: the YAML file of map_server and the image that it names."""
 
 from pathlib import Path
 
@@ -9,25 +9,25 @@ from ppaas.maps.grid import GridMap
 
 
 def find_map_files(path: Path) -> tuple[bytes, Path]:
-    """Return the bytes of the YAML file, and where its image is: it is looked for beside it.
+    """Return the bytes of the YAML file and the path of its image, in the same folder.
 
     Raises
     ------
     InvalidMap
-        One of the two is not there, or the YAML is not a map's.
+        A file is missing, or the YAML does not describe a map.
     """
     try:
         record = path.read_bytes()
         image = path.parent / parse_yaml(record).image
         if not image.is_file():
-            raise InvalidMap(f"cannot read the map: there is no file {str(image)!r}")
+            raise InvalidMap(f"cannot read the map: image {str(image)!r} does not exist")
     except (OSError, ValueError) as error:
         raise InvalidMap(f"cannot read the map: {error}") from error
     return record, image
 
 
 def read_map_files(path: Path) -> tuple[bytes, bytes]:
-    """Return the bytes of the YAML file and of its image; raises as ``find_map_files`` does."""
+    """Return the bytes of the YAML file and of its image. Raises as ``find_map_files`` does."""
     record, image = find_map_files(path)
     try:
         return record, image.read_bytes()
@@ -36,25 +36,27 @@ def read_map_files(path: Path) -> tuple[bytes, bytes]:
 
 
 def beside(folder: Path, map_id: str, yaml: bytes) -> tuple[Path, Path]:
-    """Return where in a folder the YAML of a map goes, ``<map_id>.yaml``, and its image by the name that this gives it.
+    """Return the paths for a map in a folder: ``<map_id>.yaml``, and the image under the name that the YAML gives it.
 
     Raises
     ------
     InvalidMap
-        The YAML is not a map's, or names an image that is elsewhere.
+        The YAML does not describe a map, or names an image in another folder.
     """
     record, name = folder / f"{map_id}.yaml", parse_yaml(yaml).image
     if name != Path(name).name or name in (".", "..", record.name):
-        raise InvalidMap(f"the YAML names the image {name!r}, which would not be beside it: fetch both by REST")
+        raise InvalidMap(
+            f"the YAML names the image {name!r}, which is not in the same folder; download both files by REST"
+        )
     return record, folder / name
 
 
 def read_map_file(path: Path) -> GridMap:
-    """Return the map of a YAML file.
+    """Load the map of a YAML file.
 
     Raises
     ------
     InvalidMap
-        It or its image cannot be read.
+        The file or its image cannot be read.
     """
     return load_map(*read_map_files(path))

@@ -1,4 +1,4 @@
-"""The operator's side of Move Base: sends goals and follows what becomes of them."""
+"""Move Base client of an operator: sends goals and waits for their results."""
 
 import asyncio
 import math
@@ -14,24 +14,24 @@ from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceSt
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
 from ppaas.messages.nav_msgs import Path
 from ppaas.messages.std_msgs import Header, Time
-from robots.client.goal_tracker import Following
+from robots.client.goal_tracker import GoalTracker
 from robots.client.robot_client import RobotClient
 
 
 @dataclass(frozen=True, slots=True)
 class GoalOutcome:
-    """What became of a goal.
+    """Outcome of a goal.
 
     Parameters
     ----------
     status : Status
-        ``SUCCEEDED``, ``ABORTED`` …; ``LOST`` where no result came in time, or nobody knows the goal any more.
+        ``SUCCEEDED``, ``ABORTED`` …; ``LOST`` if no result arrived in time, or Move Base does not know the goal.
     text : str
-        Move Base's.
+        Move Base's explanation.
     seconds : float
-        From the goal sent to the result.
+        Time from sending the goal to its result [s].
     plan_seconds : float
-        From the goal sent to the first plan; NaN if none came.
+        Time from sending the goal to the first plan [s]; NaN if there was no plan.
     """
 
     status: Status
@@ -41,17 +41,17 @@ class GoalOutcome:
 
     @property
     def reached(self) -> bool:
-        """Tell whether Move Base says that the robot is there."""
+        """Return whether Move Base reported success."""
         return self.status is Status.SUCCEEDED
 
 
 class MoveBaseClient:
-    """Sends goals to one robot, one at a time.
+    """Sends goals to one robot, one after the other.
 
     Parameters
     ----------
     client : RobotClient
-        Open, in the role of an operator.
+        Connected client in the role of an operator.
     clock, stamp_clock : callable
         Monotonic seconds; seconds since the epoch.
     """
@@ -60,13 +60,13 @@ class MoveBaseClient:
         self._client = client
         self._clock = clock
         self._stamp_clock = stamp_clock
-        self._following: Following | None = None
+        self._tracker: GoalTracker | None = None
         self._planned: float | None = None
         self._posed = asyncio.Event()
         self.estimate: Pose2D | None = None
 
     async def start(self) -> Self:
-        """Subscribe to what tells how a goal goes."""
+        """Subscribe to results, statuses, plans and the estimated pose."""
         await self._client.subscribe("move_base/result", MoveBaseActionResult, self._on_result)
         await self._client.subscribe("move_base/status", GoalStatusArray, self._on_status, queue_size=1)
         await self._client.subscribe("plan", Path, self._on_plan, queue_size=1)
@@ -74,46 +74,48 @@ class MoveBaseClient:
         return self
 
     async def localized(self, timeout: float = 30.0) -> Pose2D:
-        """Wait for the first pose that localization gives, and return it.
+        """Wait for the first pose estimate of localization, and return it.
 
         Raises
         ------
         Unavailable
-            None came in time.
+            There was no estimate within ``timeout`` seconds.
         """
         try:
             async with asyncio.timeout(timeout):
                 await self._posed.wait()
         except TimeoutError as error:
-            raise Unavailable(f"localization gave no pose in {timeout:g} s; do scans and odometry arrive?") from error
+            raise Unavailable(
+                f"no pose estimate within {timeout:g} s; check that the robot publishes scan and odom"
+            ) from error
         assert self.estimate is not None
         return self.estimate
 
     async def go(self, target: Pose2D, timeout: float = 120.0) -> GoalOutcome:
-        """Send a goal and wait for what becomes of it.
+        """Send a goal and wait for its outcome.
 
         Parameters
         ----------
         target : Pose2D
-            In the frame ``map``.
+            Goal in the frame ``map``.
         timeout : float
-            Seconds after which the goal is cancelled and counts as lost.
+            Time after which the goal is cancelled and counts as lost [s].
 
         Raises
         ------
         PPaaSError
-            The client gave up.
+            The client has lost its connection for good.
         """
         stamp = Time.of(self._stamp_clock())
         header = Header(stamp=stamp, frame_id="map")
-        following = self._following = Following(uuid4().hex)
+        tracker = self._tracker = GoalTracker(uuid4().hex)
         self._planned = None
         pose = PoseStamped(header, Pose.of(target))
         sent = self._clock()
         await self._client.publish(
-            "move_base/goal", MoveBaseActionGoal(MoveBaseGoal(pose), GoalID(stamp, following.goal), header)
+            "move_base/goal", MoveBaseActionGoal(MoveBaseGoal(pose), GoalID(stamp, tracker.goal), header)
         )
-        status = await self._wait(following, timeout)
+        status = await self._wait(tracker, timeout)
         return GoalOutcome(
             status=Status(status.status),
             text=status.text,
@@ -121,38 +123,40 @@ class MoveBaseClient:
             plan_seconds=math.nan if self._planned is None else self._planned - sent,
         )
 
-    async def _wait(self, following: Following, timeout: float) -> GoalStatus:
-        """Return how the goal ended; a client that gives up ends the waiting."""
-        gave_up = asyncio.ensure_future(self._client.closed())
-        either: set[asyncio.Future[Any]] = {following.result, gave_up}
+    async def _wait(self, tracker: GoalTracker, timeout: float) -> GoalStatus:
+        """Return the final status of the goal; raise if the client fails meanwhile."""
+        failed = asyncio.ensure_future(self._client.closed())
+        either: set[asyncio.Future[Any]] = {tracker.result, failed}
         try:
             await asyncio.wait(either, timeout=timeout, return_when=asyncio.FIRST_COMPLETED)
-            if not following.result.done() and gave_up.done():
-                gave_up.result()
-            status = following.result.result() if following.result.done() else _lost(following, f"in {timeout:g} s")
+            if not tracker.result.done() and failed.done():
+                failed.result()
+            status = (
+                tracker.result.result() if tracker.result.done() else _lost_status(tracker, f"within {timeout:g} s")
+            )
             if status.status == Status.LOST:
-                await self._client.publish("move_base/cancel", GoalID(id=following.goal))
+                await self._client.publish("move_base/cancel", GoalID(id=tracker.goal))
             return status
         finally:
-            gave_up.cancel()
+            failed.cancel()
 
     def _on_result(self, message: MoveBaseActionResult) -> None:
-        if self._following is not None:
-            self._following.ended(message)
+        if self._tracker is not None:
+            self._tracker.on_result(message)
 
     def _on_status(self, message: GoalStatusArray) -> None:
-        following, now = self._following, self._clock()
-        if following is None or following.result.done():
+        tracker, now = self._tracker, self._clock()
+        if tracker is None or tracker.result.done():
             return
-        following.listed(message, now)
-        if following.is_over(now):
-            following.result.set_result(following.status)
-        elif following.is_unknown(now):
-            following.result.set_result(_lost(following, "and its clone does not know the goal: send it again"))
+        tracker.on_status(message, now)
+        if tracker.is_over(now):
+            tracker.result.set_result(tracker.status)
+        elif tracker.is_unknown(now):
+            tracker.result.set_result(_lost_status(tracker, "and Move Base does not know the goal; send it again"))
 
     def _on_plan(self, message: Path) -> None:
-        # A plan is published while a goal is under way and no other time; an empty one says that there is none.
-        if self._following is not None and self._planned is None and message.poses:
+        # Move Base publishes plans only while a goal is active; an empty path means that it found none.
+        if self._tracker is not None and self._planned is None and message.poses:
             self._planned = self._clock()
 
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
@@ -160,5 +164,5 @@ class MoveBaseClient:
         self._posed.set()
 
 
-def _lost(following: Following, why: str) -> GoalStatus:
-    return GoalStatus(GoalID(id=following.goal), Status.LOST, f"no result {why}")
+def _lost_status(tracker: GoalTracker, why: str) -> GoalStatus:
+    return GoalStatus(GoalID(id=tracker.goal), Status.LOST, f"no result {why}")

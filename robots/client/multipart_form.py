@@ -1,13 +1,14 @@
-"""Forms with files (RFC 7578), sent a piece at a time: a large file is never whole in memory."""
+"""Multipart forms (RFC 7578), streamed in blocks: a file is never loaded whole."""
 
 import secrets
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 Content = bytes | Path
-"""A file: what is in it, or where it is."""
+"""Content of a file, or its path."""
 
 BLOCK = 1 << 17
+"""Size of the blocks that are read and sent [bytes]."""
 
 
 class Form:
@@ -21,7 +22,7 @@ class Form:
     Raises
     ------
     OSError
-        A file is not there.
+        A file cannot be read.
     """
 
     def __init__(self, fields: Sequence[tuple[str, str]], files: Sequence[tuple[str, str, Content]]) -> None:
@@ -39,7 +40,7 @@ class Form:
         self._pieces += [f"--{boundary}\r\nContent-Disposition: {disposition}\r\n\r\n".encode(), content, b"\r\n"]
 
     def __iter__(self) -> Iterator[bytes]:
-        """Yield all of it."""
+        """Yield the encoded form, block by block."""
         for piece in self._pieces:
             if isinstance(piece, bytes):
                 yield piece

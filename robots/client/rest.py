@@ -1,4 +1,4 @@
-"""A client of the REST service, for a robot's owner and for the commands."""
+"""REST client for users and for the command line."""
 
 import asyncio
 import http.client
@@ -18,11 +18,11 @@ from robots.client.rest_paths import path_of
 from robots.client.robot_file import RobotFile
 
 MAX_PAGE = 500
-"""Most items that the cloud gives at a time."""
+"""Largest page of a list."""
 
 
 class Login(msgspec.Struct, frozen=True):
-    """A token, and when it ends [seconds since the epoch]."""
+    """A token and its time of expiry [seconds since the epoch]."""
 
     token: str
     expires: float
@@ -45,32 +45,32 @@ def _parse(data: bytes) -> Any:
     try:
         return msgspec.json.decode(data)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise PPaaSError(f"the answer is not JSON, so it is not from this cloud: {error}") from error
+        raise PPaaSError(f"the response is not JSON; check that the URL is that of a PPaaS cloud: {error}") from error
 
 
 def _json(value: Any, content_type: str = "application/json") -> _Body:
     try:
         return _Body(content_type, msgspec.json.encode(value))
     except UnicodeEncodeError as error:
-        raise InvalidInput(f"there is something in it that is no text: {error.object!a}") from error
+        raise InvalidInput(f"{error.object!a} is not valid Unicode text") from error
 
 
 class RestClient:
-    """Asks the cloud's REST service. One connection a request; the calls run in a thread.
+    """Client of the cloud's REST service. Each request opens its own connection and runs in a thread.
 
     Parameters
     ----------
     url : str
         ``http://host:port`` or ``https://host:port``.
     token : str, optional
-        From an earlier ``login``.
+        Token of an earlier ``login``.
     timeout : float
-        Seconds that one request may take.
+        Time limit of one request [s].
 
     Raises
     ------
     InvalidInput
-        Not such a URL.
+        The URL has another form.
     """
 
     def __init__(self, url: str, token: str | None = None, timeout: float = 30.0) -> None:
@@ -80,7 +80,7 @@ class RestClient:
         except ValueError:
             good = False
         if not good or not url.isascii():
-            raise InvalidInput(f"the cloud's URL must look like http://host:port, not {url!a}")
+            raise InvalidInput(f"URL of the cloud must have the form http://host:port, not {url!a}")
         self._url = url
         self._https = parts.scheme == "https"
         self._netloc = parts.netloc
@@ -88,18 +88,18 @@ class RestClient:
         self.token = token
 
     async def login(self, user: str, password: str) -> Login:
-        """Get a token, and use it from now on.
+        """Obtain a token and use it for all later requests.
 
         Raises
         ------
         PPaaSError
-            What the cloud refuses with; ``Unavailable`` if it cannot be reached. So do all methods here.
+            The error that the cloud returned; ``Unavailable`` if it cannot be reached. All methods raise these.
         """
-        data = await self._ask("POST", "/v1/tokens", _json({"user": user, "password": password}))
+        data = await self._request("POST", "/v1/tokens", _json({"user": user, "password": password}))
         try:
             login = msgspec.json.decode(data, type=Login)
         except (msgspec.DecodeError, UnicodeDecodeError) as error:
-            raise PPaaSError(f"{self._netloc} answers, but not as this cloud does: {error}") from error
+            raise PPaaSError(f"{self._netloc} did not answer like a PPaaS cloud: {error}") from error
         self.token = login.token
         return login
 
@@ -114,123 +114,125 @@ class RestClient:
         if_match: str | None = None,
         **fields: str | None,
     ) -> dict[str, Any]:
-        """Publish a map, or its new version; return what the cloud says of it.
+        """Publish a map or a new version of it; return its description.
 
         Parameters
         ----------
         map_id : str
-            Of the map.
+            Id of the map.
         yaml, image, octomap : bytes or Path, optional
-            Its files: the first two, the last, or all.
+            Files of the map: YAML and image, an octomap, or all three.
         readers : tuple of str
-            Who else may see it; ``*`` is everybody.
+            Other users who may use the map; ``*`` is everybody.
         if_match : str, optional
-            The version that must be the present one; ``Conflict`` if another is.
+            Version that must be the current one; ``Conflict`` if it is not.
         **fields : str, optional
-            ``message``, why it is published; ``description``; ``rules``, whose tell free from occupied: ``map_server``
-            or ``nav2``.
+            ``message``: why the map is published; ``description``; ``rules``: how pixels become free or occupied,
+            ``map_server`` or ``nav2``.
         """
-        given = [("yaml", "map.yaml", yaml), ("image", "map.pgm", image), ("octomap", "map.bt", octomap)]
-        said = [(name, value) for name, value in fields.items() if value is not None]
+        files = [("yaml", "map.yaml", yaml), ("image", "map.pgm", image), ("octomap", "map.bt", octomap)]
+        texts = [(name, value) for name, value in fields.items() if value is not None]
         try:
             form = Form(
-                [("id", map_id), *(("readers", reader) for reader in readers), *said],
-                [(name, file_name, data) for name, file_name, data in given if data is not None],
+                [("id", map_id), *(("readers", reader) for reader in readers), *texts],
+                [(name, file_name, data) for name, file_name, data in files if data is not None],
             )
         except OSError as error:
             raise InvalidInput(f"cannot read the map: {error}") from error
         answer: dict[str, Any] = _parse(
-            await self._ask("POST", "/v1/maps", _Body(form.content_type, form), _expecting(if_match))
+            await self._request("POST", "/v1/maps", _Body(form.content_type, form), _if_match(if_match))
         )
         return answer
 
     async def roll_back_map(
         self, map_id: str, version: str, message: str = "", if_match: str | None = None
     ) -> dict[str, Any]:
-        """Make a version that a map had the present one again; return what the cloud says of it."""
+        """Make an earlier version of a map the current one; return its description."""
         body = _json({"version": version, "message": message})
         path = path_of("maps", map_id, "roll_back")
-        answer: dict[str, Any] = _parse(await self._ask("POST", path, body, _expecting(if_match)))
+        answer: dict[str, Any] = _parse(await self._request("POST", path, body, _if_match(if_match)))
         return answer
 
     async def put_robot(self, robot_id: str, robot: RobotFile) -> None:
-        """Tell of a robot, or change what is known of it."""
-        await self._ask("PUT", path_of("robots", robot_id), _Body("application/json", robot.encode()))
+        """Register a robot, or replace its robot file."""
+        await self._request("PUT", path_of("robots", robot_id), _Body("application/json", robot.encode()))
 
     async def put_urdf(self, robot_id: str, urdf: bytes) -> dict[str, Any]:
-        """Give a robot its URDF, or another in place of its own; return what it tells."""
+        """Set or replace the URDF of a robot; return the description derived from it."""
         answer: dict[str, Any] = _parse(
-            await self._ask("PUT", path_of("robots", robot_id, "urdf"), _Body("application/xml", urdf))
+            await self._request("PUT", path_of("robots", robot_id, "urdf"), _Body("application/xml", urdf))
         )
         return answer
 
     async def plan(
         self, map_id: str, start: Sequence[float], goal: Sequence[float], **options: float | str
     ) -> dict[str, Any]:
-        """Have a path planned without a robot; options are ``planner``, ``tolerance`` [m] and ``timeout`` [s]."""
+        """Request a path on a map. Options: ``planner``, ``tolerance`` [m] and ``timeout`` [s]."""
         path = path_of("maps", map_id, "plans")
         answer: dict[str, Any] = await self.post(path, {"start": list(start), "goal": list(goal), **options})
         return answer
 
     async def get(self, path: str) -> Any:
         """Return the JSON at a path such as ``/v1/users/me``."""
-        return _parse(await self._ask("GET", path))
+        return _parse(await self._request("GET", path))
 
     async def fetch(self, path: str) -> bytes:
-        """Return the file at a path."""
-        return await self._ask("GET", path)
+        """Download the file at a path."""
+        return await self._request("GET", path)
 
     async def fetch_to(self, path: str, file: Path) -> None:
-        """Write the file at a path to the disk, block by block, in a folder that is made; it is there when it is whole.
+        """Download the file at a path to the disk, block by block. Creates the folder; the file appears when complete.
 
         Raises
         ------
         InvalidInput
-            It cannot be written.
+            The file cannot be written.
         """
-        aside = file.with_name(f".{file.name}.{secrets.token_hex(4)}")
+        partial = file.with_name(f".{file.name}.{secrets.token_hex(4)}")
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
-            with aside.open("xb") as kept:
-                await self._ask("GET", path, into=kept)
-            aside.replace(file)
+            with partial.open("xb") as output:
+                await self._request("GET", path, into=output)
+            partial.replace(file)
         except OSError as error:
             raise InvalidInput(f"cannot write {file}: {error}") from error
         finally:
-            aside.unlink(missing_ok=True)
+            partial.unlink(missing_ok=True)
 
     async def items(self, path: str, limit: int | None = None) -> list[Any]:
-        """Return what is in the list at a path, page by page: all of it, or as many as the limit says."""
+        """Return the items of the list at a path, fetched page by page: all, or the first ``limit``."""
         found: list[Any] = []
         cursor: str | None = ""
         while cursor is not None and (limit is None or len(found) < limit):
-            most = MAX_PAGE if limit is None else min(limit - len(found), MAX_PAGE)
-            query = {"limit": most} | ({"cursor": cursor} if cursor else {})
-            page = _parse(await self._ask("GET", f"{path}?{urlencode(query)}"))
+            page_size = MAX_PAGE if limit is None else min(limit - len(found), MAX_PAGE)
+            query = {"limit": page_size} | ({"cursor": cursor} if cursor else {})
+            page = _parse(await self._request("GET", f"{path}?{urlencode(query)}"))
             try:
                 found += page["items"]
                 cursor = page["next"]
             except (TypeError, KeyError) as error:
-                raise PPaaSError(f"{self._netloc} answers, but {path} is no list of this cloud") from error
+                raise PPaaSError(
+                    f"{self._netloc} did not answer with a list at {path}; check that the URL is that of a PPaaS cloud"
+                ) from error
         return found
 
     async def patch(self, path: str, change: dict[str, Any]) -> Any:
-        """Change some of what is at a path by a JSON merge patch (RFC 7396); return what it is then."""
-        return _parse(await self._ask("PATCH", path, _json(change, "application/merge-patch+json")))
+        """Change the resource at a path by a JSON merge patch (RFC 7396); return the changed resource."""
+        return _parse(await self._request("PATCH", path, _json(change, "application/merge-patch+json")))
 
     async def post(self, path: str, value: Any) -> Any:
-        """Send JSON to a path and return the answer's."""
-        return _parse(await self._ask("POST", path, _json(value)))
+        """Post JSON to a path; return the JSON of the response."""
+        return _parse(await self._request("POST", path, _json(value)))
 
     async def put(self, path: str, value: Any) -> Any:
-        """Put JSON at a path and return the answer's."""
-        return _parse(await self._ask("PUT", path, _json(value)))
+        """Put JSON at a path; return the JSON of the response."""
+        return _parse(await self._request("PUT", path, _json(value)))
 
     async def delete(self, path: str) -> None:
-        """Delete what is at a path."""
-        await self._ask("DELETE", path)
+        """Delete the resource at a path."""
+        await self._request("DELETE", path)
 
-    async def _ask(
+    async def _request(
         self,
         method: str,
         path: str,
@@ -250,10 +252,12 @@ class RestClient:
                 data = response.read()
             else:
                 data = b""
-                _pour(response, into)
+                _copy(response, into)
         except (OSError, http.client.HTTPException) as error:
-            why = error or type(error).__name__
-            raise Unavailable(f"cannot reach {self._netloc}: {why}; is the cloud up at {self._url}?") from error
+            reason = error or type(error).__name__
+            raise Unavailable(
+                f"cannot reach {self._netloc}: {reason}; check that a cloud runs at {self._url}"
+            ) from error
         finally:
             connection.close()
         if response.status >= 300:
@@ -265,15 +269,15 @@ class RestClient:
         if self.token is None:
             return headers
         if not (self.token.isascii() and self.token.isprintable()):
-            raise NotAuthenticated("the token is none that a cloud gave: log in again")
+            raise NotAuthenticated("the token has characters that no token has; log in again")
         return headers | {"Authorization": f"Bearer {self.token}"}
 
 
-def _expecting(version: str | None) -> dict[str, str]:
+def _if_match(version: str | None) -> dict[str, str]:
     return {} if version is None else {"If-Match": f'"{version}"'}
 
 
-def _pour(response: http.client.HTTPResponse, into: BinaryIO) -> None:
+def _copy(response: http.client.HTTPResponse, into: BinaryIO) -> None:
     while block := response.read(BLOCK):
         try:
             into.write(block)

@@ -1,4 +1,4 @@
-"""A robot's, or an operator's, connection to the cloud.
+"""Client of the cloud's WebSocket for a robot or its operator.
 
 ::
 
@@ -6,16 +6,15 @@
         await client.subscribe("cmd_vel", Twist, base.command)
         await client.publish("odom", odometry)
 
-The connection is kept: when it is lost, the client connects again and finds its session as it left it, or begins a new
-one and renews its subscriptions and what it offers. It gives up only where the cloud says no, and then every method
-raises why.
+A lost connection is reestablished: the client resumes its session, or begins a new one and renews its subscriptions and
+advertised services. The client fails for good only if the cloud refuses it; every method then raises the reason.
 """
 
 import asyncio
 import logging
 from collections.abc import Callable, Iterator
 from types import TracebackType
-from typing import Protocol, Self, TypeVar, cast
+from typing import Self, TypeVar
 from uuid import uuid4
 
 import msgspec
@@ -25,57 +24,46 @@ from ppaas.messages import Message, ServiceType
 from ppaas.wire.names import normalise
 from ppaas.wire.operations import CallService
 from ppaas.wire.rosbridge_client import ReceivedMessage, RosbridgeClientSession, ServiceResult, StatusReport
-from robots.client.advertised_services import Handler, Offers
-from robots.client.connection import Address, Link, Role, backoff
+from robots.client.advertised_services import AdvertisedServices, Handler
+from robots.client.connection import Address, ConnectionOptions, Role, backoff
 from robots.client.connection_keeper import ConnectionKeeper
-from robots.client.send_queue import SUBSCRIPTION, Outbox
-from robots.client.service_calls import Calls
-from robots.client.subscription import Subscription
+from robots.client.nearby_nodes import NearbyNodes
+from robots.client.send_queue import SUBSCRIPTION, SendQueue
+from robots.client.service_calls import ServiceCalls
+from robots.client.subscription import TopicSubscription, TopicSubscriptions
 
 logger = logging.getLogger(__name__)
 
 M = TypeVar("M", bound=Message)
 
 
-class Nearby(Protocol):
-    """Nodes of the robot that run beside the client."""
-
-    def published(self, topic: str, message: Message) -> bool:
-        """Take what the client publishes; tell whether the cloud has to hear it as well."""
-        ...
-
-    def owns(self, topic: str) -> bool:
-        """Tell whether these nodes alone say things on a topic, so that the cloud's word on it is not heard."""
-        ...
-
-
 def _log_status(error: PPaaSError) -> None:
-    logger.warning("the cloud says: %s", error)
+    logger.warning("the cloud reported an error: %s", error)
 
 
 class RobotClient:
-    """Publishes, subscribes, calls services and offers them for one robot.
+    """Publishes, subscribes, calls services and advertises services for one robot.
 
     Parameters
     ----------
     url : str
-        Of the cloud: ``http://host:port`` (or https, ws, wss).
+        URL of the cloud: ``http://host:port`` (or https, ws, wss).
     robot, token, role : str
-        Whose topics these are, who asks, and whether as the robot itself or as its operator.
+        Id of the robot, token of the user, and role of this client: ``robot`` or ``operator``.
     session : str, optional
-        Name under which the cloud keeps what belongs to this client while it is away: one of its own, if none is given.
+        Name under which the cloud keeps this client's session while it is disconnected; a random one by default.
     hold : bool
-        Open a place for the robot if it has none, and hold it; an operator that only looks on need not.
-    link : Link, optional
+        Whether this client opens a place for the robot and keeps it open; False for an operator that only watches.
+    link : ConnectionOptions, optional
         Time-outs and sizes of the connection.
     connect_timeout : float
-        Seconds in which the first connection must stand, all attempts together.
+        Time limit for the first connection, over all attempts [s].
     capacity : int
-        Frames that may wait to be sent; ``publish`` waits when there are more.
+        Maximum number of queued frames; ``publish`` waits while the queue is full.
     reconnect_delays : callable
-        Makes the seconds to wait before each attempt to connect again.
+        Returns an iterator of the delays between attempts to connect [s].
     on_status : callable
-        Told of each error that the cloud reports; logged by default.
+        Called with each error that the cloud reports; logs it by default.
     """
 
     def __init__(
@@ -87,7 +75,7 @@ class RobotClient:
         role: Role = "robot",
         session: str = "",
         hold: bool = True,
-        link: Link | None = None,
+        link: ConnectionOptions | None = None,
         connect_timeout: float = 30.0,
         capacity: int = 256,
         reconnect_delays: Callable[[], Iterator[float]] = backoff,
@@ -96,24 +84,24 @@ class RobotClient:
         self._connect_timeout = connect_timeout
         self._on_status = on_status
         self._session = RosbridgeClientSession()
-        self._outbox = Outbox(capacity)
+        self._queue = SendQueue(capacity)
         self._keeper = ConnectionKeeper(
             Address(url, robot=robot, token=token, role=role, session=session or uuid4().hex, hold=hold),
-            link or Link(),
-            self._outbox,
+            link or ConnectionOptions(),
+            self._queue,
             reconnect_delays,
             greeting=self._session.reconnected,
-            received=self._take,
+            received=self._handle_frame,
             lost=self._session_lost,
         )
-        self._subscriptions: dict[str, list[Subscription[Message]]] = {}
-        self._calls = Calls(self._session, self._outbox)
-        self._offers = Offers(self._session, self._outbox)
-        self._nearby: Nearby | None = None
+        self._subscriptions = TopicSubscriptions()
+        self._calls = ServiceCalls(self._session, self._queue)
+        self._services = AdvertisedServices(self._session, self._queue)
+        self._nearby: NearbyNodes | None = None
         self._failure: PPaaSError | None = None
         self._runner: asyncio.Task[None] | None = None
 
-    # -- life ------------------------------------------------------------------------------------------------------
+    # -- connection ----------------------------------------------------------------------------------------------------
 
     async def __aenter__(self) -> Self:
         """Connect.
@@ -121,7 +109,7 @@ class RobotClient:
         Raises
         ------
         PPaaSError
-            The cloud's refusal, or ``Unavailable`` when it was not reached in ``connect_timeout``.
+            The reason of the cloud's refusal, or ``Unavailable`` if it was not reached within ``connect_timeout``.
         """
         self._runner = asyncio.create_task(self._run())
         waiting = asyncio.create_task(self._keeper.connected.wait())
@@ -131,7 +119,7 @@ class RobotClient:
             )
             self._check()
             if not self._keeper.connected.is_set():
-                raise Unavailable(f"the cloud was not reached in {self._connect_timeout:g} s; is it up?")
+                raise Unavailable(f"no connection to the cloud within {self._connect_timeout:g} s; check that it runs")
         except BaseException:
             await self._stop()
             raise
@@ -146,11 +134,11 @@ class RobotClient:
             await self._flush()
         await self._stop()
 
-    async def _flush(self, patience: float = 2.0) -> None:
+    async def _flush(self, timeout: float = 2.0) -> None:
         try:
-            await asyncio.wait_for(self._outbox.drained(), patience)
+            await asyncio.wait_for(self._queue.drained(), timeout)
         except (TimeoutError, PPaaSError):
-            logger.warning("%d frames were not sent before the client closed", len(self._outbox))
+            logger.warning("%d frames were not sent before the client closed", len(self._queue))
 
     async def _stop(self) -> None:
         if self._runner is not None:
@@ -160,26 +148,26 @@ class RobotClient:
 
     @property
     def connected(self) -> bool:
-        """Tell whether the connection stands now."""
+        """Whether the client is connected now."""
         return self._keeper.connected.is_set()
 
     @property
     def connections(self) -> int:
-        """Count the connections that there have been."""
+        """Number of connections so far."""
         return self._keeper.connections
 
     @property
     def resumptions(self) -> int:
-        """Count the connections that found the session of the one before."""
+        """Number of connections that resumed the previous session."""
         return self._keeper.resumptions
 
     @property
     def dropped(self) -> int:
-        """Count the newest-only messages that gave way to newer ones before they were sent."""
-        return self._outbox.dropped
+        """Number of newest-only messages that were replaced or dropped before they were sent."""
+        return self._queue.dropped
 
     async def closed(self) -> None:
-        """Wait until the client gives up, and raise why."""
+        """Wait until the client has failed for good, and raise the reason."""
         if self._runner is not None:
             await asyncio.wait({self._runner})
         self._check()
@@ -190,15 +178,12 @@ class RobotClient:
 
     def _end(self, for_senders: PPaaSError, for_readers: PPaaSError | None) -> None:
         self._failure = self._failure or for_senders
-        self._outbox.close(self._failure)
+        self._queue.close(self._failure)
         self._calls.fail(self._failure)
-        self._offers.end()
-        for subscriptions in self._subscriptions.values():
-            for subscription in subscriptions:
-                subscription.close(for_readers)
-        self._subscriptions.clear()
+        self._services.end()
+        self._subscriptions.close(for_readers)
 
-    # -- what the user asks ----------------------------------------------------------------------------------------
+    # -- topics and services -------------------------------------------------------------------------------------------
 
     async def publish(self, topic: str, message: Message, *, newest_only: bool = False) -> None:
         """Publish a message.
@@ -206,26 +191,26 @@ class RobotClient:
         Parameters
         ----------
         topic : str
-            Of this robot.
+            Topic of this robot.
         message : Message
-            What to say.
+            Message to publish.
         newest_only : bool
-            On a slow link drop what waits of this topic in favour of this message, and do not wait. Without it nothing
-            is dropped: the call waits while too much is to be sent.
+            Replace a queued message of this topic, and never wait: for streams on a slow link. Otherwise no message is
+            dropped, and the call waits while the queue is full.
 
         Raises
         ------
         PPaaSError
-            The client has given up, or is closed.
+            The client has failed or is closed.
         """
         self._check()
         if self._nearby is not None and not self._nearby.published(normalise(topic), message):
             return
         frame = self._session.publish(topic, message)
         if newest_only:
-            self._outbox.put_newest(normalise(topic), frame)
+            self._queue.put_newest(normalise(topic), frame)
         else:
-            await self._outbox.put(frame)
+            await self._queue.put(frame)
 
     async def subscribe(
         self,
@@ -235,119 +220,109 @@ class RobotClient:
         *,
         queue_size: int = 100,
         throttle: float = 0.0,
-    ) -> Subscription[M]:
-        """Hear a topic: by the callback, or by iterating over what is returned.
+    ) -> TopicSubscription[M]:
+        """Subscribe to a topic; messages go to the callback, or to an iteration over the returned subscription.
 
         Parameters
         ----------
         topic : str
-            Of this robot.
+            Topic of this robot.
         kind : type of Message
-            What it carries.
+            Message type of the topic.
         callback : callable, optional
             Called with each message on the event loop.
         queue_size : int
             Messages kept for a slow reader, here and in the cloud; 1 keeps only the newest.
         throttle : float
-            Hear it at most once in this many seconds.
+            Least time between two messages [s].
 
         Raises
         ------
         PPaaSError
-            The client has given up, or is closed.
+            The client has failed or is closed.
         """
         self._check()
-        subscription = Subscription(topic, kind, callback, queue_size)
+        subscription = TopicSubscription(topic, kind, callback, queue_size)
         frame = self._session.subscribe(topic, kind, throttle, queue_size)
-        self._subscriptions.setdefault(normalise(topic), []).append(cast(Subscription[Message], subscription))
-        await self._tell(frame)
+        self._subscriptions.add(subscription)
+        await self._queue.put(frame, SUBSCRIPTION)
         return subscription
 
-    async def unsubscribe(self, subscription: Subscription[M]) -> None:
-        """Hear it no more."""
-        name = normalise(subscription.topic)
-        left = [other for other in self._subscriptions.get(name, []) if other is not subscription]
-        subscription.close()
-        if left:
-            self._subscriptions[name] = left
-            return
-        if self._subscriptions.pop(name, None) is not None:
-            await self._tell(self._session.unsubscribe(name))
-
-    async def _tell(self, frame: str) -> None:
-        """Send what changes a subscription; should the session begin anew meanwhile, its greeting tells it."""
-        await self._outbox.put(frame, SUBSCRIPTION)
+    async def unsubscribe(self, subscription: TopicSubscription[M]) -> None:
+        """End a subscription."""
+        if self._subscriptions.remove(subscription):
+            frame = self._session.unsubscribe(normalise(subscription.topic))
+            await self._queue.put(frame, SUBSCRIPTION)
 
     async def call(self, service: str, kind: ServiceType, request: Message, timeout: float = 10.0) -> Message:
-        """Call a service of this robot's clone, or of a client, and return its response, a ``kind.response``.
+        """Call a service of the robot's clone or of another client; return the response, a ``kind.response``.
 
         Raises
         ------
         Unavailable
-            No answer in ``timeout`` seconds, or the connection was lost meanwhile.
+            There was no response within ``timeout`` seconds, or the session was lost.
         PPaaSError
-            What the service says it failed with.
+            The error that the service returned.
         """
         self._check()
         return await self._calls.call(service, kind, request, timeout)
 
     async def advertise_service(self, service: str, kind: ServiceType, handler: Handler) -> None:
-        """Offer a service to all who may speak to this robot, or for it.
+        """Advertise a service to the robot's clone and to all its clients.
 
-        What the cloud refuses, such as a name of the clone's own, it tells of as a status.
+        The cloud reports a refusal, such as for the name of a service of the clone, through ``on_status``.
 
         Parameters
         ----------
         service : str
-            Of this robot.
+            Name of the service.
         kind : ServiceType
-            What it takes and gives.
+            Its request and response types.
         handler : callable
             Called on the event loop with each request, a ``kind.request``; returns the response, a ``kind.response``,
-            or is a coroutine function that does. Several calls may be under way at once. A ``PPaaSError`` that it
-            raises is what the caller is told. It is cancelled when the session is lost: nobody waits for it any more.
+            or an awaitable of it. Several calls may be in progress at once. The caller gets a ``PPaaSError`` that it
+            raises. A coroutine is cancelled if the session is lost, since the caller no longer waits.
 
         Raises
         ------
         Conflict
-            This client offers the service already.
+            This client already advertises the service.
         PPaaSError
-            Not a ROS graph name; the client has given up, or is closed.
+            The name is not a valid ROS graph name, or the client has failed or is closed.
         """
         self._check()
-        await self._offers.advertise(service, kind, handler)
+        await self._services.advertise(service, kind, handler)
 
     async def unadvertise_service(self, service: str) -> None:
-        """Offer a service no more; calls under way are still answered.
+        """Withdraw a service; calls in progress are still answered.
 
         Raises
         ------
         NotFound
-            This client does not offer it.
+            This client does not advertise the service.
         PPaaSError
-            The client has given up, or is closed.
+            The client has failed or is closed.
         """
         self._check()
-        await self._offers.unadvertise(service)
+        await self._services.unadvertise(service)
 
-    # -- nodes beside it -------------------------------------------------------------------------------------------
+    # -- local nodes ---------------------------------------------------------------------------------------------------
 
-    def attach(self, nearby: Nearby | None) -> None:
-        """Let nodes beside the client hear what it publishes, and speak for the cloud; None ends it."""
+    def attach(self, nearby: NearbyNodes | None) -> None:
+        """Attach local nodes, which get this client's messages and publish to its subscriptions; None detaches."""
         self._nearby = nearby
 
-    def hear(self, topic: str, payload: msgspec.Raw) -> None:
-        """Take a message of a node beside the client, for those who subscribed here.
+    def deliver(self, topic: str, payload: msgspec.Raw) -> None:
+        """Deliver a message of a local node or of the cloud to the subscriptions of its topic.
 
         Raises
         ------
         MalformedMessage
-            It is not of the topic's type.
+            The message is not of the topic's type.
         """
-        for subscription in tuple(self._subscriptions.get(normalise(topic), ())):
-            subscription.deliver(payload)
+        self._subscriptions.deliver(topic, payload)
 
-    # -- what the connection tells -----------------------------------------------------------------------------------
+    # -- incoming frames -----------------------------------------------------------------------------------------------
 
     async def _run(self) -> None:
         try:
@@ -355,25 +330,25 @@ class RobotClient:
         except PPaaSError as error:
             self._end(error, error)
         except Exception as error:
-            logger.exception("a callback failed; the client ends")
+            logger.exception("a callback failed; the client stops")
             failure = PPaaSError(f"a callback of the client failed: {error!r}")
             self._end(failure, failure)
 
     def _session_lost(self) -> None:
-        self._calls.lost()
-        self._offers.lost()
+        self._calls.session_lost()
+        self._services.session_lost()
 
-    def _take(self, frame: str | bytes) -> None:
+    def _handle_frame(self, frame: str | bytes) -> None:
         try:
             operation = self._session.receive(frame)
             if isinstance(operation, ReceivedMessage):
                 if self._nearby is None or not self._nearby.owns(normalise(operation.topic)):
-                    self.hear(operation.topic, operation.msg)
+                    self.deliver(operation.topic, operation.msg)
             elif isinstance(operation, ServiceResult):
-                self._calls.answered(operation)
+                self._calls.handle_response(operation)
             elif isinstance(operation, CallService):
-                self._offers.called(operation)
+                self._services.handle_call(operation)
             elif isinstance(operation, StatusReport):
                 self._on_status(operation.error())
         except PPaaSError as error:
-            logger.warning("a frame of the cloud was refused: %s", error)
+            logger.warning("ignored an invalid frame of the cloud: %s", error)

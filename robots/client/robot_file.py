@@ -1,4 +1,4 @@
-"""The robot file: the JSON that a robot's maker writes, and the cloud keeps."""
+"""Robot file: the JSON description of a robot that its owner uploads to the cloud."""
 
 import math
 from pathlib import Path
@@ -13,28 +13,28 @@ _encoder = msgspec.json.Encoder()
 
 
 class RobotFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the cloud must know of a robot.
+    """Description of a robot.
 
     Parameters
     ----------
     map : str
-        Id of the map it stands in.
+        Id of the map that the robot is in.
     model : str
-        What it is; ``turtlebot2``.
+        Robot model, as ``turtlebot2``.
     initial_pose : tuple of float
-        Where it starts: x, y [m], yaw [rad] in the map.
+        Pose at the start in the frame ``map``: x, y [m], yaw [rad].
     cores : float
-        Size of its container in CPU cores; decimals are parts of a core.
+        Size of the robot's container [CPU cores]; fractions are allowed.
     base_global_planner, base_local_planner : str
-        Move Base's planners, by our names or those of ROS.
+        Move Base's global and local planner, by their PPaaS or ROS names.
     parameters : dict
-        Of the clone's nodes, by node: ``{"move_base": {"controller_frequency": 10.0}}``.
+        Parameters of the clone's nodes, by node: ``{"move_base": {"controller_frequency": 10.0}}``.
     description : str
-        For people.
+        Free text for people.
     properties : dict
-        Whatever else there is to say; the cloud keeps it and does not read it.
+        Further data of any kind; the cloud stores it and does not interpret it.
     labels : dict of str to str
-        Those that the machine of its container must have.
+        Labels that the machine of the container must have.
     """
 
     map: str
@@ -50,7 +50,7 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
     def __post_init__(self) -> None:
         if not self.map:
-            raise ValueError("map must name a map")
+            raise ValueError("map must be the id of a map")
         if not all(map(math.isfinite, self.initial_pose)):
             raise ValueError("initial_pose must be three finite numbers: x [m], y [m], yaw [rad]")
         if not (math.isfinite(self.cores) and self.cores > 0.0):
@@ -62,36 +62,36 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         return Pose2D(*self.initial_pose)
 
     def encode(self) -> bytes:
-        """Return the file's JSON."""
+        """Return the robot file as JSON."""
         return _encoder.encode(self)
 
 
 def parse_robot_file(text: bytes | str) -> RobotFile:
-    """Read a robot file.
+    """Parse a robot file.
 
     Raises
     ------
     InvalidInput
-        Not JSON.
+        The text is not JSON.
     InvalidParameter
-        A key is unknown, missing, or cannot be what it says; the text names it and lists the valid keys.
+        A key is unknown or missing, or has an invalid value; the text names it and lists the valid keys.
     """
     try:
         return msgspec.json.decode(text, type=RobotFile)
     except msgspec.ValidationError as error:
         keys = ", ".join(RobotFile.__struct_fields__)
-        raise InvalidParameter(f"not a robot file: {error}; the keys are {keys}") from error
+        raise InvalidParameter(f"invalid robot file: {error}; the keys are {keys}") from error
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise InvalidInput(f"the robot file is not JSON: {error}") from error
 
 
 def load_robot_file(path: Path) -> RobotFile:
-    """Read a robot file from the disk.
+    """Load a robot file from the disk.
 
     Raises
     ------
     InvalidInput
-        It cannot be read.
+        The file cannot be read.
     InvalidParameter
         See ``parse_robot_file``.
     """

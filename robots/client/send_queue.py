@@ -1,4 +1,4 @@
-"""What waits to be sent: bounded, in order, and patient or not as each frame wants."""
+"""Send queue of a client: bounded and ordered; publishers either wait for space or replace their older frame."""
 
 import asyncio
 from collections import deque
@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from ppaas.errors import PPaaSError
 
 SUBSCRIPTION = "subscription"
-"""What frames are bound to that tell what is subscribed or offered: where a session begins anew, its greeting says it
-all."""
+"""Key of frames that change subscriptions or advertised services; the greeting of a new session replaces them."""
 
 
 @dataclass(slots=True)
@@ -19,22 +18,22 @@ class _Entry:
     bound: str | None = None
 
 
-class Outbox:
-    """A queue of frames between those who publish and the one task that sends.
+class SendQueue:
+    """Queue of frames between the publishers and the task that sends.
 
-    Frames are sent in the order in which they came, and counted, as the cloud counts those that it takes. A frame that
-    was sent is remembered: if the connection breaks and the cloud kept the session, it says how many it took, and what
-    it did not is sent again, once. Where the session begins anew nobody knows what arrived, and what was sent is lost.
+    Frames are sent in order and counted; the cloud counts the frames that it receives. Sent frames are kept for a
+    while. If the connection breaks and the cloud resumes the session, it reports its count, and the frames that it did
+    not receive are sent again. If a new session begins, nobody knows which frames arrived, and sent frames are lost.
 
     Parameters
     ----------
     capacity : int
-        Frames that may wait, and those that are remembered.
+        Maximum number of queued frames, and of sent frames that are kept.
     """
 
     def __init__(self, capacity: int = 256) -> None:
         if capacity < 1:
-            raise ValueError(f"an outbox holds one frame or more, not {capacity}")
+            raise ValueError(f"capacity of a send queue must be 1 or more, not {capacity}")
         self._capacity = capacity
         self._entries: deque[_Entry] = deque()
         self._sending: _Entry | None = None
@@ -48,41 +47,41 @@ class Outbox:
         return len(self._entries)
 
     def _notify(self) -> None:
-        """Wake all who wait; each looks again whether its time has come."""
+        """Wake all waiting tasks; each checks its condition again."""
         self._changed.set()
         self._changed = asyncio.Event()
 
-    async def _until(self, condition: Callable[[], bool]) -> None:
+    async def _wait_until(self, condition: Callable[[], bool]) -> None:
         while not condition():
             if self._error is not None:
                 raise self._error
             await self._changed.wait()
 
-    # -- what waits ----------------------------------------------------------------------------------------------------
+    # -- queued frames -------------------------------------------------------------------------------------------------
 
     async def put(self, frame: str, bound: str | None = None) -> None:
-        """Queue a frame that must not be lost; waits while the queue is full.
+        """Queue a frame that must not be dropped; wait while the queue is full.
 
         Parameters
         ----------
         frame : str
             The frame.
         bound : str, optional
-            A key, if the frame means nothing in another session: of a call, an answer, or ``SUBSCRIPTION``.
+            Key of a frame that is valid in this session only: the id of a call, ``ANSWER`` or ``SUBSCRIPTION``.
 
         Raises
         ------
         PPaaSError
-            The one that ``close`` was given.
+            The error passed to ``close``.
         """
-        await self._until(lambda: len(self._entries) < self._capacity)
+        await self._wait_until(lambda: len(self._entries) < self._capacity)
         self._entries.append(_Entry(frame, bound=bound))
         self._notify()
 
     def put_newest(self, key: str, frame: str) -> None:
-        """Queue a frame that takes the place of one of the same key that still waits.
+        """Queue a frame in place of a queued frame of the same key, if there is one.
 
-        Where the queue is full of other frames, this one is dropped; ``dropped`` counts both.
+        The frame is dropped if the queue is full of other frames. ``dropped`` counts replaced and dropped frames.
         """
         for entry in self._entries:
             if entry.newest_of == key and entry is not self._sending:
@@ -96,33 +95,33 @@ class Outbox:
         self._notify()
 
     def discard(self, bound: str) -> None:
-        """Drop the frames of that key that still wait."""
+        """Remove the queued frames of a key."""
         self._entries = deque(e for e in self._entries if e.bound != bound or e is self._sending)
         self._notify()
 
     def waiting(self) -> frozenset[str]:
-        """Return the keys to which frames are bound that were not sent yet."""
+        """Return the keys of the frames that have not been sent yet."""
         waiting = (entry for entry in self._entries if entry is not self._sending)
         return frozenset(entry.bound for entry in waiting if entry.bound is not None)
 
     async def filled(self) -> None:
-        """Wait until there is something to send."""
-        await self._until(lambda: bool(self._entries))
+        """Wait until the queue is not empty."""
+        await self._wait_until(lambda: bool(self._entries))
 
     async def drained(self) -> None:
-        """Wait until nothing waits any more."""
-        await self._until(lambda: not self._entries)
+        """Wait until the queue is empty."""
+        await self._wait_until(lambda: not self._entries)
 
-    # -- what is sent --------------------------------------------------------------------------------------------------
+    # -- sending -------------------------------------------------------------------------------------------------------
 
     async def next(self) -> str:
-        """Return the frame to send now; it stays until ``sent``."""
+        """Wait for the next frame and return it; it stays queued until ``sent`` is called."""
         await self.filled()
         self._sending = self._entries[0]
         return self._sending.frame
 
     def sent(self) -> None:
-        """Take away the frame that ``next`` returned."""
+        """Remove the frame that ``next`` returned, and count it as sent."""
         if self._entries and self._entries[0] is self._sending:
             self._entries.popleft()
             self._count += 1
@@ -132,14 +131,14 @@ class Outbox:
         self._notify()
 
     def resume(self, taken: int) -> None:
-        """Go on in the session of the connection that was lost.
+        """Resume the session of the lost connection.
 
         Parameters
         ----------
         taken : int
-            Frames that the cloud took in it.
+            Number of frames that the cloud has received in the session.
         """
-        if self._sending is not None and taken > self._count:  # the last frame arrived, though we never heard so
+        if self._sending is not None and taken > self._count:  # the frame that was being sent did arrive
             self._entries.popleft()
         self._sending = None
         again = [entry for number, entry in self._remembered if number > taken]
@@ -149,16 +148,16 @@ class Outbox:
         self._notify()
 
     def begin(self, greeting: list[str]) -> None:
-        """Begin a new session with a greeting: what was sent in another one is forgotten.
+        """Begin a new session: frames sent in the previous one are forgotten.
 
         Parameters
         ----------
         greeting : list of str
-            Frames that tell what is subscribed and offered.
+            Frames that renew subscriptions and advertised services.
         """
-        doubtful, self._sending = self._sending, None
-        if doubtful is not None and doubtful.bound is not None:
-            self._entries.popleft()  # a call that may have been carried out is not made again unasked
+        unconfirmed, self._sending = self._sending, None
+        if unconfirmed is not None and unconfirmed.bound is not None:
+            self._entries.popleft()  # the call may have been executed: do not repeat it
         others = (entry for entry in self._entries if entry.bound != SUBSCRIPTION)
         self._entries = deque([*(_Entry(frame, bound=SUBSCRIPTION) for frame in greeting), *others])
         self._remembered.clear()
@@ -166,6 +165,6 @@ class Outbox:
         self._notify()
 
     def close(self, error: PPaaSError) -> None:
-        """Send nothing any more: who waits, or comes later and would have to wait, gets the error."""
+        """Close the queue: calls that wait, now or later, raise the error."""
         self._error = error
         self._notify()

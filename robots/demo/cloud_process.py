@@ -17,7 +17,7 @@ from ppaas.errors import Unavailable
 from robots import cli
 
 
-class Ready(msgspec.Struct, frozen=True):
+class CloudReady(msgspec.Struct, frozen=True):
     """What the cloud writes once it is up."""
 
     url: str
@@ -53,7 +53,7 @@ class CloudProcess:
         self._stop_timeout = stop_timeout
         self._folder = tempfile.TemporaryDirectory(prefix="ppaas-", ignore_cleanup_errors=True)
         self._process: asyncio.subprocess.Process | None = None
-        self.ready = Ready("", 0, "")
+        self.ready = CloudReady("", 0, "")
 
     @property
     def folder(self) -> Path:
@@ -131,7 +131,7 @@ class CloudProcess:
                 start_new_session=True,
             )
 
-    async def _wait_ready(self, patience: float) -> Ready:
+    async def _wait_ready(self, patience: float) -> CloudReady:
         assert self._process is not None
         ended = asyncio.create_task(self._process.wait())
         try:
@@ -147,10 +147,10 @@ class CloudProcess:
             ended.cancel()
         raise Unavailable(f"the cloud ended with status {self._process.returncode}{self._log_end()}")
 
-    def _read_ready(self) -> Ready | None:
+    def _read_ready(self) -> CloudReady | None:
         """Return what the ready file says; None while it is not there or not yet whole."""
         try:
-            return msgspec.json.decode((self.folder / "ready.json").read_bytes(), type=Ready)
+            return msgspec.json.decode((self.folder / "ready.json").read_bytes(), type=CloudReady)
         except (FileNotFoundError, msgspec.DecodeError):
             return None
 

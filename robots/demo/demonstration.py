@@ -19,9 +19,9 @@ from robots.client.robot_file import RobotFile
 from robots.demo.cloud_process import CloudProcess
 from robots.demo.mission import Mission
 from robots.demo.progress_view import show
-from robots.demo.report import Report
+from robots.demo.report import DemoReport
 from robots.sim.courses import CoursePlanner
-from robots.sim.robot import RobotModel
+from robots.sim.robot import SimulatedRobotModel
 from robots.sim.simulator import Simulator
 from robots.sim.world import World
 
@@ -95,12 +95,12 @@ def set_stage(options: DemoOptions) -> Stage:
     world = World(grid, options.seed)
     missions = []
     for index, course in enumerate(courses):
-        world.add_robot(course.start, RobotModel())
+        world.add_robot(course.start, SimulatedRobotModel())
         missions.append(Mission(world, index, f"turtlebot-{index + 1}", course))
     return Stage(path.stem if path else "warehouse", grid, world, missions)
 
 
-async def demonstrate(options: DemoOptions) -> Report:
+async def demonstrate(options: DemoOptions) -> DemoReport:
     """Run the demo in the cloud given, or in one of its own; return how it went.
 
     Raises
@@ -119,7 +119,7 @@ async def demonstrate(options: DemoOptions) -> Report:
         async with _simulated(stage, options):
             await _run_missions(stage, access.url, login.token, options.keep_going)
         seconds = monotonic() - began
-    return Report(stage.map_id, round(seconds, 2), [mission.close() for mission in stage.missions])
+    return DemoReport(stage.map_id, round(seconds, 2), [mission.close() for mission in stage.missions])
 
 
 async def _own_cloud(stack: contextlib.AsyncExitStack) -> CloudAccess:

@@ -28,7 +28,7 @@ PATIENCE = 45.0
 
 
 @dataclass(slots=True)
-class Progress:
+class MissionProgress:
     """How far a robot is, for those who watch."""
 
     robot: str
@@ -59,11 +59,11 @@ class Mission:
     robot: str
     course: Course
     report: RobotReport = field(init=False)
-    progress: Progress = field(init=False)
+    progress: MissionProgress = field(init=False)
 
     def __post_init__(self) -> None:
         self.report = RobotReport(self.robot, goals_asked=len(self.course.goals))
-        self.progress = Progress(self.robot, goals=len(self.course.goals))
+        self.progress = MissionProgress(self.robot, goals=len(self.course.goals))
 
     async def run(self, url: str, token: str, *, keep_going: bool = False) -> None:
         """Drive the course; with ``keep_going`` again and again, until cancelled.

@@ -8,7 +8,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from robots.demo.mission import Mission
-from robots.demo.report import Report
+from robots.demo.report import DemoReport
 from robots.demo.scorer import Scorer
 
 PERIOD = 0.25
@@ -44,7 +44,7 @@ async def show(missions: list[Mission], console: Console) -> None:
             live.update(progress_table(missions), refresh=True)
 
 
-def summary(report: Report, console: Console) -> None:
+def summary(report: DemoReport, console: Console) -> None:
     """Print what came of it."""
     for robot in report.robots:
         worst = f", at most {max(robot.final_errors_m):.2f} m off" if robot.final_errors_m else ""

@@ -42,7 +42,7 @@ class RobotReport(msgspec.Struct):
         self.plan_seconds.append(round(plan_seconds, 4) if math.isfinite(plan_seconds) else None)
 
 
-class Report(msgspec.Struct):
+class DemoReport(msgspec.Struct):
     """A whole run: the map, how long the robots were under way [s], and each of them."""
 
     map: str

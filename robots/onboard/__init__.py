@@ -1,6 +1,6 @@
-"""Programs on the robot's computer: the base controller, and the manager of the nodes that run there.
+"""Programs for the robot's computer: the base controller and the local node manager.
 
-The names are loaded when they are first asked for: a program that drives motors does not load the node manager.
+Each name is imported on first access, so a program that only drives motors does not load the node manager.
 """
 
 from typing import TYPE_CHECKING
@@ -16,7 +16,7 @@ __all__ = ["BaseController", "BaseLimits", "LocalNodes", "run_local_nodes", "thi
 
 def __getattr__(name: str) -> object:
     if name in ("BaseController", "BaseLimits"):
-        from robots.onboard import base_controller  # noqa: PLC0415 - so here and below: see above
+        from robots.onboard import base_controller  # noqa: PLC0415 - here and below: imported on first access
 
         return getattr(base_controller, name)
     if name == "this_computer":

@@ -1,4 +1,4 @@
-"""The base controller: from ``cmd_vel`` to the velocity that the base shall drive now."""
+"""Base controller: turns ``cmd_vel`` into the velocity that the base must drive now."""
 
 import math
 from dataclasses import dataclass
@@ -9,25 +9,26 @@ from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.messages.geometry_msgs import Twist
 
 STOP = Velocity(0.0, 0.0)
+"""Velocity of a base at rest."""
 
 
 @dataclass(frozen=True, slots=True)
 class BaseLimits:
-    """What the base may be told to do.
+    """Limits of the commands to the base.
 
     Parameters
     ----------
     max_linear : float
-        Fastest forwards and backwards [m/s].
+        Greatest linear speed, forwards and backwards [m/s].
     max_angular : float
-        Fastest turn [rad/s].
+        Greatest angular speed [rad/s].
     timeout : float
-        Without a ``cmd_vel`` for so long the base stops [s].
+        Time without a ``cmd_vel`` after which the base stops [s].
 
     Raises
     ------
     InvalidParameter
-        One of them is not a positive number.
+        A limit is not a positive number.
     """
 
     max_linear: float = 0.65
@@ -42,12 +43,12 @@ class BaseLimits:
 
 
 class BaseController:
-    """Holds the last command and forgets it when it is too old: a robot that the cloud lost must not drive on.
+    """Applies the last command until it times out, so a robot that loses the cloud stops.
 
     Parameters
     ----------
     limits : BaseLimits, optional
-        Of the base.
+        Limits of the base.
     clock : callable
         Monotonic seconds.
     """
@@ -59,12 +60,12 @@ class BaseController:
         self._commanded = -math.inf
 
     def command(self, twist: Twist) -> None:
-        """Take a command; what is too fast is clamped.
+        """Accept a command; speeds above the limits are clamped.
 
         Raises
         ------
         InvalidInput
-            Not finite. The command before it is forgotten: who sends such things is not to be trusted to go on.
+            The command is not finite. The base stops, because the sender cannot be trusted.
         """
         linear, angular = twist.linear.x, twist.angular.z
         if not (math.isfinite(linear) and math.isfinite(angular)):
@@ -77,6 +78,6 @@ class BaseController:
         self._commanded = self._clock()
 
     def velocity(self) -> Velocity:
-        """Return what the base shall drive now."""
+        """Return the velocity that the base must drive now."""
         fresh = self._clock() - self._commanded <= self.limits.timeout
         return self._velocity if fresh else STOP

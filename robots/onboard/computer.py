@@ -1,4 +1,4 @@
-"""What the computer of a robot is worth: its cores, their clock, and how fast one is at a fixed kernel."""
+"""Computing power of the robot's computer: number of cores, clock rate, and speed of one core in a benchmark."""
 
 import json
 import logging
@@ -14,12 +14,14 @@ from ppaas.clock import Clock, monotonic
 logger = logging.getLogger(__name__)
 
 REFERENCE_SECONDS = 0.028
-"""What the kernel would take on a Raspberry Pi 4, by what such a core does beside others; not measured on one."""
+"""Time of the benchmark on a Raspberry Pi 4 [s]; estimated from its core's relative speed, not measured."""
 REFERENCE_CLOCK = 1.5
-"""Of a Raspberry Pi 4 [GHz], where a computer does not tell its own."""
+"""Clock rate of a Raspberry Pi 4 [GHz]: the default if a computer does not report its own."""
 
 ROUNDS = 7
+"""Number of runs of the benchmark; the fastest counts."""
 CACHE = Path.home() / ".cache" / "ppaas" / "benchmark.json"
+"""File with the result of an earlier benchmark."""
 
 _CPU_FREQUENCY = Path("/sys/devices/system/cpu/cpu0/cpufreq/cpuinfo_max_freq")
 _CPU_INFO = Path("/proc/cpuinfo")
@@ -27,16 +29,16 @@ _CPU_INFO = Path("/proc/cpuinfo")
 
 @dataclass(frozen=True, slots=True)
 class Computer:
-    """What a robot has to run nodes on.
+    """Computer of a robot.
 
     Parameters
     ----------
     cores : int
-        Of its processor.
+        Number of CPU cores.
     clock : float
-        [GHz].
+        Clock rate [GHz].
     benchmark : float
-        How fast one core is, where a Raspberry Pi 4 is 1.
+        Speed of one core, relative to a Raspberry Pi 4.
     """
 
     cores: int
@@ -45,7 +47,7 @@ class Computer:
 
 
 def kernel(size: int = 65536, steps: int = 20000) -> tuple[float, int]:
-    """Do what nodes do, always the same: numbers by the array, a sort, and a loop of Python's own."""
+    """Run a fixed workload like that of nodes: array arithmetic, a sort, and a loop in pure Python."""
     values = np.sin(np.arange(size) * 12.9898) * 43758.5453
     values -= np.floor(values)
     state = 0
@@ -55,7 +57,7 @@ def kernel(size: int = 65536, steps: int = 20000) -> tuple[float, int]:
 
 
 def measure(clock: Clock = monotonic) -> float:
-    """Return how fast one core is; what else runs on the computer disturbs only the slower rounds."""
+    """Return the speed of one core, relative to a Raspberry Pi 4; other load affects only the slower runs."""
     best = float("inf")
     for _ in range(ROUNDS):
         began = clock()
@@ -65,7 +67,7 @@ def measure(clock: Clock = monotonic) -> float:
 
 
 def clock_rate(frequency: Path = _CPU_FREQUENCY, info: Path = _CPU_INFO) -> float:
-    """Return the clock of the processor [GHz], as Linux tells it; elsewhere that of a Raspberry Pi 4."""
+    """Return the clock rate of the processor as Linux reports it [GHz]; elsewhere that of a Raspberry Pi 4."""
     if frequency.exists():
         return int(frequency.read_text()) / 1e6
     if info.exists():
@@ -76,26 +78,26 @@ def clock_rate(frequency: Path = _CPU_FREQUENCY, info: Path = _CPU_INFO) -> floa
 
 
 def this_computer(cache: Path = CACHE) -> Computer:
-    """Return what this computer is worth; the kernel is run once on it, and what came of it is kept in a file."""
+    """Return the computing power of this computer; the benchmark runs once, and its result is cached in a file."""
     key = f"{platform.node()} {platform.machine()} {platform.python_version()} {np.__version__}"
-    benchmark = _kept(cache, key)
+    benchmark = _cached(cache, key)
     if benchmark is None:
         benchmark = measure()
-        _keep(cache, key, benchmark)
+        _store(cache, key, benchmark)
     return Computer(os.cpu_count() or 1, clock_rate(), benchmark)
 
 
-def _kept(cache: Path, key: str) -> float | None:
+def _cached(cache: Path, key: str) -> float | None:
     try:
-        kept = json.loads(cache.read_bytes())[key]
-    except (OSError, ValueError, KeyError, TypeError):  # there is none yet, or it is not ours
+        value = json.loads(cache.read_bytes())[key]
+    except (OSError, ValueError, KeyError, TypeError):  # no file yet, or of another computer
         return None
-    return float(kept) if isinstance(kept, int | float) and 0.0 < kept < 1e6 else None
+    return float(value) if isinstance(value, int | float) and 0.0 < value < 1e6 else None
 
 
-def _keep(cache: Path, key: str, benchmark: float) -> None:
+def _store(cache: Path, key: str, benchmark: float) -> None:
     try:
         cache.parent.mkdir(parents=True, exist_ok=True)
         cache.write_text(json.dumps({key: benchmark}))
     except OSError as error:
-        logger.warning("the benchmark is measured again next time, since it cannot be kept: %s", error)
+        logger.warning("cannot cache the benchmark, so it will run again next time: %s", error)

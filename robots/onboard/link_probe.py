@@ -1,4 +1,4 @@
-"""How far away the cloud is: there and back, and bytes a second."""
+"""Measurement of the link to the cloud: round-trip time and bandwidth."""
 
 from typing import NamedTuple
 
@@ -8,20 +8,21 @@ from ppaas.messages import ppaas_msgs
 from robots.client.robot_client import RobotClient
 
 SMALL, LARGE = 0, 256 << 10
-"""Bytes that are asked for: by the one how long it takes is measured, by the other how much comes in a second."""
+"""Sizes of the probes [bytes]: the small one measures the round trip, the large one the bandwidth."""
 
 ROUNDS = 5
+"""Number of small probes; the fastest counts."""
 
 
 class LinkMeasure(NamedTuple):
-    """What was measured.
+    """Result of a measurement.
 
     Attributes
     ----------
     rtt : float
-        There and back [s], the shortest of some.
+        Round-trip time, the shortest of several [s].
     bandwidth : float
-        From the cloud to the robot [bytes/s].
+        Bandwidth from the cloud to the robot [bytes/s].
     """
 
     rtt: float
@@ -29,7 +30,7 @@ class LinkMeasure(NamedTuple):
 
 
 async def measure_link(client: RobotClient, clock: Clock = monotonic) -> LinkMeasure:
-    """Measure the link of a client that is connected.
+    """Measure the link of a connected client.
 
     Raises
     ------
@@ -43,9 +44,9 @@ async def measure_link(client: RobotClient, clock: Clock = monotonic) -> LinkMea
             "node_monitor/probe_link", ppaas_msgs.ProbeLink, ppaas_msgs.ProbeLinkRequest(size), timeout=30.0
         )
         if not (isinstance(answer, ppaas_msgs.ProbeLinkResponse) and len(answer.data) == size):
-            raise PPaaSError(f"a probe of {size} bytes was asked for, and something else came")
+            raise PPaaSError(f"node_monitor/probe_link did not return the {size} bytes requested")
         return clock() - began
 
     rtt = min([await probe(SMALL) for _ in range(ROUNDS)])
-    # What the large one takes beyond the small one is the bytes; on a link of this machine there is next to nothing.
+    # The extra time of the large probe is its transfer time; on a local link that is close to zero.
     return LinkMeasure(rtt, LARGE / max(await probe(LARGE) - rtt, 1e-4))

@@ -1,4 +1,4 @@
-"""A local node manager as programs run it: it has nodes where they are wanted, and tells where each runs and why."""
+"""Local node manager for programs: requests the homes of nodes, and reports where each node runs and why."""
 
 from collections.abc import Callable, Mapping
 
@@ -8,19 +8,19 @@ from ppaas.messages.ppaas_msgs import ListNodes, NodeHome, NodeHomes
 from robots.client.robot_client import RobotClient
 from robots.onboard.computer import Computer
 from robots.onboard.node_manager import NODES, LocalNodes
-from robots.onboard.task_group import together
+from robots.onboard.task_group import run_together
 
 AUTO = "auto"
-"""In place of names: all nodes, each where it does best."""
+"""Value of ``--local-nodes`` for all nodes, each in the home where it performs best."""
 
 
-def wanted_homes(text: str) -> dict[str, str]:
-    """Return the home to ask for by node, empty for the best, from ``auto`` or names of nodes with commas between.
+def parse_wanted_homes(text: str) -> dict[str, str]:
+    """Return the requested home of each node, given ``auto`` or a comma-separated list of nodes; empty means the best.
 
     Raises
     ------
     NotFound
-        A node that no robot can run.
+        A node cannot run on a robot.
     """
     if text.strip() == AUTO:
         return dict.fromkeys(NODES, "")
@@ -31,73 +31,73 @@ def wanted_homes(text: str) -> dict[str, str]:
     return dict.fromkeys(names, "robot")
 
 
-class ToldHomes:
-    """Tells where nodes run and why: of each once, and again whenever that changes.
+class PlacementReporter:
+    """Reports where nodes run and why, once per node and again after each change.
 
     Parameters
     ----------
-    tell : callable
-        Takes each sentence.
+    report : callable
+        Called with each sentence.
     """
 
-    def __init__(self, tell: Callable[[str], None]) -> None:
-        self._tell = tell
-        self._told: dict[str, str] = {}
+    def __init__(self, report: Callable[[str], None]) -> None:
+        self._report = report
+        self._reported: dict[str, str] = {}
 
     def note(self, home: NodeHome) -> None:
-        """Take what is known of a node, which is of interest from now on."""
+        """Report a node, and its later changes."""
         text = sentence(home)
-        if self._told.get(home.node) != text:
-            self._told[home.node] = text
-            self._tell(text)
+        if self._reported.get(home.node) != text:
+            self._reported[home.node] = text
+            self._report(text)
 
     def changed(self, homes: NodeHomes) -> None:
-        """Take what is known of all nodes."""
+        """Report the changes of the nodes that were passed to ``note``."""
         for home in homes.nodes:
-            if home.node in self._told:
+            if home.node in self._reported:
                 self.note(home)
 
 
 def sentence(home: NodeHome) -> str:
-    """Return where a node runs, or is about to, and why."""
+    """Return a sentence that states where a node runs, or is moving to, and why."""
     if home.home == home.wanted:
-        what = "runs on the robot" if home.home == "robot" else "runs in the cloud"
+        place = "runs on the robot" if home.home == "robot" else "runs in the cloud"
     else:
-        what = "goes to the robot" if home.wanted == "robot" else "goes back to the cloud"
-    return f"{home.node} {what}: {'; '.join(home.reasons)}"
+        place = "moves to the robot" if home.wanted == "robot" else "moves back to the cloud"
+    return f"{home.node} {place}: {'; '.join(home.reasons)}"
 
 
 async def run_local_nodes(
-    client: RobotClient, computer: Computer, wanted: Mapping[str, str], tell: Callable[[str], None]
+    client: RobotClient, computer: Computer, wanted: Mapping[str, str], report: Callable[[str], None]
 ) -> None:
-    """Run nodes beside a client until cancelled; then all goes on in the cloud.
+    """Run local nodes beside a client until cancelled; they then continue in the cloud.
 
     Parameters
     ----------
     client : RobotClient
-        Of the robot, open.
+        Connected client of the robot.
     computer : Computer
-        What it has to run them on.
+        The robot's computer.
     wanted : mapping of str to str
-        The nodes to ask for, and the home of each: ``robot``, or empty for where it does best.
-    tell : callable
-        Told in sentences where each runs and why.
+        Requested home of each node: ``robot``, or empty for the home where it performs best.
+    report : callable
+        Called with sentences that state where each node runs and why.
 
     Raises
     ------
     PPaaSError
-        The cloud has no node monitor for this robot, or the client has given up.
+        The robot's clone has no node monitor, or the client has failed.
     """
-    told, manager = ToldHomes(tell), LocalNodes(client, computer)
-    await client.subscribe("node_monitor/homes", NodeHomes, told.changed)
+    reporter, manager = PlacementReporter(report), LocalNodes(client, computer)
+    await client.subscribe("node_monitor/homes", NodeHomes, reporter.changed)
 
-    async def ask() -> None:
+    async def request_homes() -> None:
         await manager.ready.wait()
         listed = await client.call("node_monitor/list_nodes", ListNodes, Empty())
         assert isinstance(listed, NodeHomes)
-        there = {known.node for known in listed.nodes}
+        existing = {known.node for known in listed.nodes}
         for node, home in wanted.items():
-            if home or node in there:  # of all nodes that robots run, only those that this one's clone has
-                told.note(await manager.ask(node, home))
+            if home or node in existing:  # not every clone has every node
+                reporter.note(await manager.ask(node, home))
 
-    await together(manager.run(), ask())
+    await run_together(manager.run(), request_homes())

@@ -1,4 +1,4 @@
-"""Client of a clone's node monitor: tells it of the robot, and takes, holds and gives back nodes."""
+"""Client of a clone's node monitor: registers the robot, takes nodes over, renews their leases, and returns them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -15,15 +15,15 @@ from robots.onboard.link_probe import measure_link
 
 
 @dataclass(frozen=True)
-class Known:
-    """State of a node, and the fingerprints of what must arrive and had reached the node before that state.
+class NodeSnapshot:
+    """State of a node, with the fingerprints of the guaranteed messages that it had received by then.
 
     Parameters
     ----------
     state : str
-        As the node wrote it.
+        Checkpoint as the node wrote it.
     heard : list of str, optional
-        Fingerprints of messages.
+        Fingerprints of the messages.
     """
 
     state: str = ""
@@ -36,11 +36,11 @@ class NodeMonitorClient:
     Parameters
     ----------
     client : RobotClient
-        Of the robot, open.
+        Connected client of the robot.
     computer : Computer
-        What it has to run nodes on.
+        The robot's computer.
     nodes : sequence of str
-        Those that it can run.
+        Nodes that the computer can run.
     clock : callable
         Monotonic seconds.
     """
@@ -54,9 +54,9 @@ class NodeMonitorClient:
         self._robot: ppaas_msgs.TellRobotRequest | None = None
 
     async def tell_robot(self) -> protocol.CloneConfig:
-        """Say what this robot is; return the settings of its clone.
+        """Register this robot; return the configuration of its clone.
 
-        The link is measured once; its round trip is that of the last call that was measured.
+        The link is measured once; later registrations report the round-trip time of the last lease renewal.
         """
         if self._robot is None:
             link, computer = await measure_link(self._client, self._clock), self._computer
@@ -66,33 +66,33 @@ class NodeMonitorClient:
                 ),
                 link.rtt,
             )
-        told = msgspec.structs.replace(self._robot, rtt=self._round_trip)
-        answer = await self._call("tell_robot", ppaas_msgs.TellRobot, told)
+        request = msgspec.structs.replace(self._robot, rtt=self._round_trip)
+        answer = await self._call("tell_robot", ppaas_msgs.TellRobot, request)
         assert isinstance(answer, ppaas_msgs.TellRobotResponse)
         return msgspec.json.decode(answer.config, type=protocol.CloneConfig)
 
     async def run_node(self, node: str, home: str) -> ppaas_msgs.NodeHome:
-        """Ask for a node to run somewhere, or where the monitor finds best; return where it is and shall be.
+        """Request a home for a node, empty for the best; return its current and its wanted home.
 
         Raises
         ------
         NotFound
-            No such node.
+            The clone has no such node.
         InvalidParameter
-            No such place.
+            There is no such home.
         """
         answer = await self._call("run_node", ppaas_msgs.RunNode, ppaas_msgs.RunNodeRequest(node, home))
         assert isinstance(answer, ppaas_msgs.NodeHome)
         return answer
 
     async def list_nodes(self) -> list[ppaas_msgs.NodeHome]:
-        """Return where each node is and shall be."""
+        """Return the current and the wanted home of each node."""
         answer = await self._call("list_nodes", ppaas_msgs.ListNodes, Empty())
         assert isinstance(answer, ppaas_msgs.NodeHomes)
         return answer.nodes
 
     async def take_node(self, node: str) -> ppaas_msgs.HoldNodeResponse:
-        """Take a node over; return its lease and its state."""
+        """Take a node over; return its lease and its checkpoint."""
         answer = await self._call("hold_node", ppaas_msgs.HoldNode, ppaas_msgs.HoldNodeRequest(node))
         assert isinstance(answer, ppaas_msgs.HoldNodeResponse)
         return answer
@@ -100,19 +100,19 @@ class NodeMonitorClient:
     async def hold_node(
         self, node: str, lease: int, state: protocol.NodeState, heard: list[str]
     ) -> ppaas_msgs.HoldNodeResponse:
-        """Renew the lease of a node with its state and what it has heard; the call measures the round trip."""
-        told = ppaas_msgs.HoldNodeRequest(node, lease, state.state, state.seconds, self._round_trip, heard)
+        """Renew the lease of a node with its state and received messages; also measures the round-trip time."""
+        request = ppaas_msgs.HoldNodeRequest(node, lease, state.state, state.seconds, self._round_trip, heard)
         began = self._clock()
-        answer = await self._call("hold_node", ppaas_msgs.HoldNode, told)
+        answer = await self._call("hold_node", ppaas_msgs.HoldNode, request)
         self._round_trip = self._clock() - began
         assert isinstance(answer, ppaas_msgs.HoldNodeResponse)
         return answer
 
-    async def give_node(self, node: str, lease: int, known: Known | None = None, failure: str = "") -> None:
-        """Give a node back with what is known of it, or say why it cannot run here."""
-        last = known or Known()
-        told = ppaas_msgs.GiveNodeRequest(node, lease, last.state, failure, last.heard)
-        await self._call("give_node", ppaas_msgs.GiveNode, told)
+    async def give_node(self, node: str, lease: int, snapshot: NodeSnapshot | None = None, failure: str = "") -> None:
+        """Return a node to the cloud with its snapshot, or with the reason why it cannot run here."""
+        last = snapshot or NodeSnapshot()
+        request = ppaas_msgs.GiveNodeRequest(node, lease, last.state, failure, last.heard)
+        await self._call("give_node", ppaas_msgs.GiveNode, request)
 
     async def _call(self, service: str, kind: ServiceType, request: Message) -> Message:
         return await self._client.call(f"node_monitor/{service}", kind, request)

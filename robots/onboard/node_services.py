@@ -1,4 +1,4 @@
-"""The services of local nodes, which the robot's client offers while they are on the robot."""
+"""Services of local nodes, advertised by the robot's client while the nodes run on the robot."""
 
 import logging
 
@@ -13,52 +13,52 @@ logger = logging.getLogger(__name__)
 
 
 class NodeServices:
-    """Offers what local nodes can be asked, and lets their process answer.
+    """Advertises the services of local nodes and forwards the calls to the executor process.
 
-    In the cloud a service of the clone goes before one of a client. So a node that goes on there serves at once, though
-    the robot has not heard of it yet.
+    In the cloud, a service of the clone takes precedence over one of a client. A node that continues there therefore
+    serves at once, even before the robot has withdrawn the service.
 
     Parameters
     ----------
     client : RobotClient
-        Of the robot.
+        Client of the robot.
     """
 
     def __init__(self, client: RobotClient) -> None:
         self._client = client
-        self._offered: dict[str, list[str]] = {}
+        self._advertised: dict[str, list[str]] = {}
 
     async def open(self, added: protocol.Added, process: NodeProcess) -> None:
-        """Offer the services of a node.
+        """Advertise the services of a node.
 
         Raises
         ------
         PPaaSError
-            The client has given up.
+            The client has failed.
         """
-        self._offered[added.node] = []
+        self._advertised[added.node] = []
         for service in added.services:
             kind = service_type(service.type)
             try:
-                await self._client.advertise_service(service.name, kind, _answering(process, service.name, kind))
-            except Conflict as error:  # it is the robot's own, and not this node's
-                logger.warning("%s cannot be asked on the robot: %s", added.node, error)
+                await self._client.advertise_service(service.name, kind, _forwarding(process, service.name, kind))
+            except Conflict as error:  # the robot advertises a service of this name itself
+                logger.warning("a service of %s is not available on the robot: %s", added.node, error)
             else:
-                self._offered[added.node].append(service.name)
+                self._advertised[added.node].append(service.name)
 
     async def close(self, node: str) -> None:
-        """Offer the services of a node no more.
+        """Withdraw the services of a node.
 
         Raises
         ------
         PPaaSError
-            The client has given up.
+            The client has failed.
         """
-        for service in self._offered.pop(node, ()):
+        for service in self._advertised.pop(node, ()):
             await self._client.unadvertise_service(service)
 
 
-def _answering(process: NodeProcess, service: str, kind: ServiceType) -> Handler:
+def _forwarding(process: NodeProcess, service: str, kind: ServiceType) -> Handler:
     async def answer(request: Message) -> Message:
         return decode(kind.response, await process.call(service, encode(request)))
 

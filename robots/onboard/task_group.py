@@ -1,24 +1,24 @@
-"""Works that belong together, each of which may have something to leave in order."""
+"""Concurrent coroutines that end together, each with time to clean up."""
 
 import asyncio
 from collections.abc import Coroutine
 from typing import Any
 
 
-async def together(*works: Coroutine[Any, Any, None]) -> None:
-    """Run all works to their ends; where one fails, or this is cancelled, end the others, and wait until they have.
+async def run_together(*coroutines: Coroutine[Any, Any, None]) -> None:
+    """Run coroutines concurrently. If one fails, or this is cancelled, cancel the others and wait for their end.
 
     Raises
     ------
     Exception
-        What the first that failed did.
+        The error of the coroutine that failed first.
     """
-    tasks = [asyncio.create_task(work) for work in works]
+    tasks = [asyncio.create_task(each) for each in coroutines]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_EXCEPTION)
     finally:
         for task in tasks:
-            task.cancel()  # once: a second time would break off what it does to leave
+            task.cancel()  # only once: a second cancel would interrupt its clean-up
         await asyncio.gather(*tasks, return_exceptions=True)
     for task in done:
         task.result()

@@ -31,7 +31,7 @@ _TWO_CELLS = Costmap(np.zeros((1, 2), np.uint8), GridInfo(1.0, 2, 1))
 
 
 @dataclass(frozen=True, slots=True)
-class Robot:
+class PlannedRobot:
     """For whom a path is: a model by name, a URDF that goes before it, and a radius [m] that goes before both."""
 
     model: str = MODEL
@@ -89,7 +89,7 @@ def costmap_of_file(path: Path, radius: float, rules: Rules | None = None) -> Co
 
 
 def plan(
-    costmap: Costmap, start: Pose2D, goal: Pose2D, planner: str, tolerance: float, *, robot: Robot | None = None
+    costmap: Costmap, start: Pose2D, goal: Pose2D, planner: str, tolerance: float, *, robot: PlannedRobot | None = None
 ) -> PlanResult:
     """Plan on as many threads as there are CPUs, for as long as it takes; a robot's outline counts where a planner can.
 
@@ -102,7 +102,7 @@ def plan(
     PlanningError
         There is no path; one of its subclasses.
     """
-    chosen = planner_of((robot or Robot()).body(), planner, {})
+    chosen = planner_of((robot or PlannedRobot()).body(), planner, {})
     # A first plan loads the kernels, so that the time told of the second is the planner's alone.
     threads = len(os.sched_getaffinity(0))
     chosen.plan(_TWO_CELLS, PlanRequest(Pose2D(0.5, 0.5), Pose2D(1.5, 0.5), threads=threads))

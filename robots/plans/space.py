@@ -19,7 +19,7 @@ HEIGHT = 0.42
 
 
 @dataclass(frozen=True, slots=True)
-class Body:
+class SpaceBody:
     """For whom a path in space is.
 
     Parameters
@@ -38,7 +38,7 @@ class Body:
     flies: bool = False
 
 
-def costmap_of_file(path: Path, body: Body, depth: int = DEPTH) -> VoxelCostmap:
+def costmap_of_file(path: Path, body: SpaceBody, depth: int = DEPTH) -> VoxelCostmap:
     """Return where a robot can be in a map on the disk.
 
     Raises

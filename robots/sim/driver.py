@@ -15,7 +15,7 @@ logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
-class Rates:
+class SensorRates:
     """How often the sensors speak [Hz].
 
     Raises
@@ -72,18 +72,18 @@ class Driver:
         The robot.
     client : RobotClient
         Its connection, open, in the role of the robot.
-    rates : Rates, optional
+    rates : SensorRates, optional
         Of its sensors.
     clock : callable
         Monotonic seconds.
     """
 
     def __init__(
-        self, robot: SimulatedRobot, client: RobotClient, rates: Rates | None = None, clock: Clock = monotonic
+        self, robot: SimulatedRobot, client: RobotClient, rates: SensorRates | None = None, clock: Clock = monotonic
     ) -> None:
         self._robot = robot
         self._client = client
-        self._rates = rates or Rates()
+        self._rates = rates or SensorRates()
         self._clock = clock
         self.commands = 0
 

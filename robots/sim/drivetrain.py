@@ -10,7 +10,7 @@ from ppaas.controllers.base import Velocity
 
 
 @dataclass(frozen=True, slots=True)
-class DriveModel:
+class DrivetrainModel:
     """What the drive can.
 
     Parameters
@@ -40,18 +40,18 @@ class DriveModel:
     delay: float = 0.0
 
 
-class Drive:
+class Drivetrain:
     """Motors and wheels of one robot.
 
     Parameters
     ----------
-    model : DriveModel
+    model : DrivetrainModel
         What they can.
     rng : numpy.random.Generator
         Of the floor.
     """
 
-    def __init__(self, model: DriveModel, rng: np.random.Generator) -> None:
+    def __init__(self, model: DrivetrainModel, rng: np.random.Generator) -> None:
         self.model = model
         self.wheels = Velocity()
         self._target = Velocity()

@@ -14,7 +14,7 @@ from ppaas.messages.std_msgs import Header, Time
 
 
 @dataclass(frozen=True, slots=True)
-class OdometryModel:
+class OdometryNoise:
     """How wrong it is; each number is a standard deviation.
 
     Parameters
@@ -49,13 +49,13 @@ class WheelOdometry:
 
     Parameters
     ----------
-    model : OdometryModel
+    model : OdometryNoise
         How wrong it is.
     rng : numpy.random.Generator
         Decides how this robot's sensors are wrong.
     """
 
-    def __init__(self, model: OdometryModel, rng: np.random.Generator) -> None:
+    def __init__(self, model: OdometryNoise, rng: np.random.Generator) -> None:
         self.pose = Pose2D(0.0, 0.0, 0.0)
         self.velocity = Velocity()
         self._model = model

@@ -14,7 +14,7 @@ import pymunk
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
-from robots.sim.shortest_paths import Way, Ways
+from robots.sim.shortest_paths import PathWalk, ShortestPaths
 
 AHEAD = 0.5
 """How far along their way people walk for [m]."""
@@ -29,7 +29,7 @@ NEAREST = 5.0
 
 
 @dataclass(frozen=True, slots=True)
-class WalkerModel:
+class PedestrianModel:
     """What people are like.
 
     Parameters
@@ -70,24 +70,24 @@ class WalkerModel:
         return self.radius + 0.1
 
 
-class Walker:
+class Pedestrian:
     """One person.
 
     Parameters
     ----------
     space : pymunk.Space
         The world's.
-    ways : Ways
+    ways : ShortestPaths
         Where they may walk.
     pose : Pose2D
         Where they stand at first.
-    model : WalkerModel
+    model : PedestrianModel
     rng : numpy.random.Generator
         Their own.
     """
 
     def __init__(
-        self, space: pymunk.Space, ways: Ways, pose: Pose2D, model: WalkerModel, rng: np.random.Generator
+        self, space: pymunk.Space, ways: ShortestPaths, pose: Pose2D, model: PedestrianModel, rng: np.random.Generator
     ) -> None:
         self.model = model
         self.body = pymunk.Body(model.mass, math.inf)
@@ -100,7 +100,7 @@ class Walker:
         self._rng = rng
         self._speed = float(rng.uniform(model.slowest, model.fastest))
         self._wanted = self._velocity = np.zeros(2)
-        self._way: Way | None = None
+        self._way: PathWalk | None = None
         self._stays_until = 0.0
         self._came, self._came_at = 0, 0.0
         # People do not look up all at the same moment.
@@ -146,17 +146,17 @@ class Walker:
                 return speed * np.array((math.cos(ahead + turn), math.sin(ahead + turn)))
         return np.zeros(2)
 
-    def _is_stuck(self, now: float, way: Way) -> bool:
+    def _is_stuck(self, now: float, way: PathWalk) -> bool:
         """Tell whether they lost patience: who steps to and fro before somebody gets no farther either."""
         if way.come > self._came:
             self._came, self._came_at = way.come, now
         return now - self._came_at > self.model.patience
 
-    def _choose(self) -> Way:
+    def _choose(self) -> PathWalk:
         here = Pose2D(*self.body.position)
         # Who stepped aside may stand nearer to a wall than ways lead.
         start = here if self._ways.allows(here.x, here.y) else self._ways.nearest(here)
-        return Way(self._ways.between(start, self._ways.away_from(here, NEAREST)))
+        return PathWalk(self._ways.between(start, self._ways.away_from(here, NEAREST)))
 
     def _is_free(self, heading: float, others: NDArray[np.float64]) -> bool:
         """Tell whether nobody is within reach that way, nor a wall."""

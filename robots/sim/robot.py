@@ -14,23 +14,23 @@ from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
 from robots.onboard.base_controller import BaseController, BaseLimits
 from robots.sim.laser import Discs, Laser, LaserModel
-from robots.sim.odometry import OdometryModel, WheelOdometry
+from robots.sim.odometry import OdometryNoise, WheelOdometry
 from robots.sim.turtlebot import Turtlebot, TurtlebotModel
 
 
 @dataclass(frozen=True, slots=True)
-class RobotModel:
+class SimulatedRobotModel:
     """What a robot is made of."""
 
     base: TurtlebotModel = field(default_factory=TurtlebotModel)
     laser: LaserModel = field(default_factory=LaserModel)
-    odometry: OdometryModel = field(default_factory=OdometryModel)
+    odometry: OdometryNoise = field(default_factory=OdometryNoise)
     odom_frame: str = "odom"
     base_frame: str = "base_link"
     command_timeout: float = 0.5
 
 
-class Surroundings(Protocol):
+class RobotSurroundings(Protocol):
     """What a robot needs of the world that it stands in."""
 
     grid: GridMap
@@ -54,20 +54,25 @@ class SimulatedRobot:
 
     Parameters
     ----------
-    world : Surroundings
+    world : RobotSurroundings
         Where it is.
     space : pymunk.Space
         Of the world.
     pose : Pose2D
         Where it stands at first.
-    model : RobotModel
+    model : SimulatedRobotModel
         What it is made of.
     rng : numpy.random.Generator
         Its own.
     """
 
     def __init__(
-        self, world: Surroundings, space: pymunk.Space, pose: Pose2D, model: RobotModel, rng: np.random.Generator
+        self,
+        world: RobotSurroundings,
+        space: pymunk.Space,
+        pose: Pose2D,
+        model: SimulatedRobotModel,
+        rng: np.random.Generator,
     ) -> None:
         body_rng, laser_rng, odometry_rng = rng.spawn(3)
         limits = BaseLimits(model.base.max_linear, model.base.max_angular, model.command_timeout)

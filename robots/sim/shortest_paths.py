@@ -17,7 +17,7 @@ Points = NDArray[np.float64]
 TRIES = 32
 
 
-class Ways:
+class ShortestPaths:
     """Where one may be in a map, and how one gets from here to there.
 
     Parameters
@@ -81,7 +81,7 @@ class Ways:
         return self._planner.plan(self._costmap, PlanRequest(start, goal)).poses[:, :2]
 
 
-class Way:
+class PathWalk:
     """How far one has come along the points of a way.
 
     Parameters

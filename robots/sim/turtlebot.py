@@ -8,7 +8,7 @@ import pymunk
 
 from ppaas.controllers.base import Velocity
 from ppaas.geometry import Pose2D, wrap_angle
-from robots.sim.drivetrain import Drive, DriveModel
+from robots.sim.drivetrain import Drivetrain, DrivetrainModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +41,9 @@ class TurtlebotModel:
     slip_time: float = 1.0
 
     @property
-    def drive(self) -> DriveModel:
+    def drive(self) -> DrivetrainModel:
         """What its motors and wheels can; they follow a command at once."""
-        return DriveModel(
+        return DrivetrainModel(
             self.max_linear, self.max_angular, self.acc_linear, self.acc_angular, self.slip, self.slip, self.slip_time
         )
 
@@ -67,7 +67,7 @@ class Turtlebot:
         self.model = model
         self.travelled = 0.0
         self._space = space
-        self._drive = Drive(model.drive, rng)
+        self._drive = Drivetrain(model.drive, rng)
         self.body = pymunk.Body(model.mass, pymunk.moment_for_circle(model.mass, 0.0, model.radius))
         self.body.position = pose.x, pose.y
         self.body.angle = pose.theta

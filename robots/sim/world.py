@@ -9,9 +9,9 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridMap
 from robots.sim.contacts import ContactCounter
 from robots.sim.laser import Discs
-from robots.sim.pedestrian import Walker, WalkerModel
-from robots.sim.robot import RobotModel, SimulatedRobot
-from robots.sim.shortest_paths import Ways
+from robots.sim.pedestrian import Pedestrian, PedestrianModel
+from robots.sim.robot import SimulatedRobot, SimulatedRobotModel
+from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.wall_rectangles import merge_rectangles
 
 
@@ -36,8 +36,8 @@ class World:
         self.steps = 0
         self.epoch = epoch
         self.robots: list[SimulatedRobot] = []
-        self.walkers: list[Walker] = []
-        self.walker_model = WalkerModel()
+        self.pedestrians: list[Pedestrian] = []
+        self.pedestrian_model = PedestrianModel()
         self.occupied: NDArray[np.bool_] = grid.data >= OCCUPIED_THRESHOLD
         self._seed = seed
         self._space = pymunk.Space()
@@ -64,7 +64,7 @@ class World:
         """Return the present moment as a stamp [seconds since the epoch]."""
         return self.epoch + self.time()
 
-    def add_robot(self, pose: Pose2D, model: RobotModel | None = None) -> SimulatedRobot:
+    def add_robot(self, pose: Pose2D, model: SimulatedRobotModel | None = None) -> SimulatedRobot:
         """Put a robot into the world.
 
         Raises
@@ -76,35 +76,35 @@ class World:
             raise InvalidInput(f"a robot needs a finite pose, not {tuple(pose)}")
         index = len(self.robots)
         rng = np.random.default_rng((self._seed, index))
-        robot = SimulatedRobot(self, self._space, pose, model or RobotModel(), rng)
+        robot = SimulatedRobot(self, self._space, pose, model or SimulatedRobotModel(), rng)
         self.contacts.watch(robot.base.body, index)
         self.robots.append(robot)
         return robot
 
-    def add_walker(self, ways: Ways, pose: Pose2D) -> Walker:
+    def add_pedestrian(self, ways: ShortestPaths, pose: Pose2D) -> Pedestrian:
         """Put a person into the world, who walks about.
 
         Parameters
         ----------
-        ways : Ways
+        ways : ShortestPaths
             Where to.
         pose : Pose2D
             Where they stand at first.
         """
-        rng = np.random.default_rng((self._seed, len(self.walkers), 1))
-        walker = Walker(self._space, ways, pose, self.walker_model, rng)
-        self.contacts.know_person(walker.body)
-        self.walkers.append(walker)
-        return walker
+        rng = np.random.default_rng((self._seed, len(self.pedestrians), 1))
+        pedestrian = Pedestrian(self._space, ways, pose, self.pedestrian_model, rng)
+        self.contacts.know_person(pedestrian.body)
+        self.pedestrians.append(pedestrian)
+        return pedestrian
 
     def others(self, robot: SimulatedRobot) -> tuple[Discs, ...]:
         """Return where the other robots and people truly are."""
         robots = [tuple(other.base.body.position) for other in self.robots if other is not robot]
-        return (_positions(robots), robot.model.base.radius), (self.people(), self.walker_model.radius)
+        return (_positions(robots), robot.model.base.radius), (self.people(), self.pedestrian_model.radius)
 
     def people(self) -> NDArray[np.float64]:
         """Return where people truly are, (n, 2) x, y [m]."""
-        return _positions([tuple(walker.body.position) for walker in self.walkers])
+        return _positions([tuple(pedestrian.body.position) for pedestrian in self.pedestrians])
 
     def step(self) -> None:
         """Let one step pass."""
@@ -119,13 +119,13 @@ class World:
 
     def _walk(self) -> None:
         """Let everybody look where they go: at robots and at each other."""
-        if not self.walkers:
+        if not self.pedestrians:
             return
         robots = [(*robot.base.body.position, robot.model.base.radius) for robot in self.robots]
-        people = [(*walker.body.position, self.walker_model.radius) for walker in self.walkers]
+        people = [(*pedestrian.body.position, self.pedestrian_model.radius) for pedestrian in self.pedestrians]
         around = np.array(robots + people)
-        for walker in self.walkers:
-            walker.walk(self.time(), around, self.dt)
+        for pedestrian in self.pedestrians:
+            pedestrian.walk(self.time(), around, self.dt)
 
 
 def _positions(found: list[tuple[float, ...]]) -> NDArray[np.float64]:

@@ -56,7 +56,7 @@ from ppaas.wire.rosbridge_client import RosbridgeClientSession
 from robots.cli.command_parser import CommandParser
 from robots.client.robot_file import load_robot_file
 from robots.onboard.base_controller import BaseLimits
-from robots.sim.driver import Rates
+from robots.sim.driver import SensorRates
 from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import blocks, table, text_of
 from tests.support.sources import ROOT
@@ -177,7 +177,7 @@ def test_what_is_kept_for_a_slow_client_is_what_the_page_says() -> None:
 
 
 def test_the_times_and_rates_are_those_of_the_code() -> None:
-    amcl, move_base, rates = AmclParameters(), MoveBaseParameters(), Rates()
+    amcl, move_base, rates = AmclParameters(), MoveBaseParameters(), SensorRates()
     assert says(f"no container became ready within {READY_TIMEOUT:g} s")
     assert says(f"waited {CMD_VEL.expiry:g} s for a slow connection")
     assert says(f"no `cmd_vel` has come for {BaseLimits().timeout:g} s")

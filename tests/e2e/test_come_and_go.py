@@ -10,10 +10,10 @@ import pytest
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
-from robots.client.connection import Link
+from robots.client.connection import ConnectionOptions
 from robots.client.rest import RestClient
 from robots.client.robot_client import RobotClient
-from robots.sim.robot import RobotModel, SimulatedRobot
+from robots.sim.robot import SimulatedRobot, SimulatedRobotModel
 from robots.sim.world import World
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot, running_cloud
 from tests.support.cloud.drive import Drive, driving
@@ -93,7 +93,9 @@ async def test_a_robot_whose_line_goes_silent_takes_its_place_over_at_once(
     token = await register_robot(rest, "silent", "office", start)
     async with (
         wire_to(cloud.url) as wire,
-        driving(wire.url, token, "silent", office_map, start, link=Link(ping_interval=1.0, ping_timeout=2.0)) as drive,
+        driving(
+            wire.url, token, "silent", office_map, start, link=ConnectionOptions(ping_interval=1.0, ping_timeout=2.0)
+        ) as drive,
     ):
         await drive.send(goal, goal_id="far")
         await drives(drive)
@@ -110,7 +112,9 @@ async def test_an_idle_robot_is_let_go_until_it_has_something_to_say(tmp_path: P
         rest = await cloud.admin()
         await publish_map(rest, "office", office_map)
         token = await register_robot(rest, "idler", "office", start)
-        await comes_back_to_say_something(cloud, rest, token, World(office_map, seed=0).add_robot(start, RobotModel()))
+        await comes_back_to_say_something(
+            cloud, rest, token, World(office_map, seed=0).add_robot(start, SimulatedRobotModel())
+        )
 
 
 async def comes_back_to_say_something(

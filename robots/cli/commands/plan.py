@@ -17,7 +17,7 @@ from robots.client.rest_paths import path_of
 if TYPE_CHECKING:
     from ppaas.costmap.costmap import Costmap
     from robots.client.rest import RestClient
-    from robots.plans.offline import Robot
+    from robots.plans.offline import PlannedRobot
 
 NAME = "plan"
 HELP = "plan a path, on a map file or in the cloud; list, show and delete the cloud's"
@@ -107,11 +107,11 @@ def _is_file(name: str) -> bool:
     return path.is_file() or path.suffix.lower() in FILES
 
 
-def _robot(arguments: argparse.Namespace) -> "Robot":
+def _robot(arguments: argparse.Namespace) -> "PlannedRobot":
     from robots.plans import offline  # noqa: PLC0415
 
     urdf = None if arguments.urdf is None else read_urdf(arguments.urdf)
-    return offline.Robot(arguments.model or offline.MODEL, arguments.radius, urdf)
+    return offline.PlannedRobot(arguments.model or offline.MODEL, arguments.radius, urdf)
 
 
 def _costmap(arguments: argparse.Namespace) -> "Costmap":
@@ -148,7 +148,7 @@ def _plan_here(arguments: argparse.Namespace) -> None:
     show(answer, HERE, as_json=arguments.json)
 
 
-def _plan_in_space(arguments: argparse.Namespace, path: Path, robot: "Robot") -> None:
+def _plan_in_space(arguments: argparse.Namespace, path: Path, robot: "PlannedRobot") -> None:
     from ppaas.planners.volume import Pose3D  # noqa: PLC0415
     from robots.plans import offline, space  # noqa: PLC0415
 
@@ -157,7 +157,7 @@ def _plan_in_space(arguments: argparse.Namespace, path: Path, robot: "Robot") ->
     start, goal = (Pose3D(*pose) for pose in _ends(arguments, "x y z"))
     told = robot.body()
     height = (told.height or space.HEIGHT) if arguments.height is None else arguments.height
-    body = space.Body(told.robot_radius, height, arguments.step, arguments.fly)
+    body = space.SpaceBody(told.robot_radius, height, arguments.step, arguments.fly)
     costmap = space.costmap_of_file(path, body, 16 if arguments.depth is None else arguments.depth)
     result = space.plan(costmap, start, goal, arguments.planner or space.PLANNER, arguments.tolerance)
     show(offline.answer_of(result), HERE, as_json=arguments.json)
@@ -220,7 +220,7 @@ async def _plot_kept(client: "RestClient", kept: Mapping[str, Any], picture: Pat
 
     files = [path_of("maps", kept["map"], "versions", kept["version"], part) for part in ("yaml", "image")]
     record, image = [await client.fetch(file) for file in files]
-    radius = offline.Robot().radius_of()
+    radius = offline.PlannedRobot().radius_of()
     _draw(picture, offline.inflated(record, image, radius), kept, radius, kept["map"])
 
 

@@ -44,23 +44,23 @@ async def _run(arguments: argparse.Namespace) -> None:
     from robots.client.robot_client import RobotClient  # noqa: PLC0415
     from robots.client.robot_file import load_robot_file  # noqa: PLC0415
     from robots.onboard.computer import this_computer  # noqa: PLC0415
-    from robots.onboard.local_nodes import run_local_nodes, wanted_homes  # noqa: PLC0415
-    from robots.onboard.task_group import together  # noqa: PLC0415
+    from robots.onboard.local_nodes import parse_wanted_homes, run_local_nodes  # noqa: PLC0415
+    from robots.onboard.task_group import run_together  # noqa: PLC0415
     from robots.sim.driver import Driver  # noqa: PLC0415
-    from robots.sim.odometry import OdometryModel  # noqa: PLC0415
-    from robots.sim.robot import RobotModel  # noqa: PLC0415
+    from robots.sim.odometry import OdometryNoise  # noqa: PLC0415
+    from robots.sim.robot import SimulatedRobotModel  # noqa: PLC0415
     from robots.sim.simulator import Simulator  # noqa: PLC0415
     from robots.sim.world import World  # noqa: PLC0415
 
-    wanted = wanted_homes(arguments.local_nodes) if arguments.local_nodes is not None else {}
+    wanted = parse_wanted_homes(arguments.local_nodes) if arguments.local_nodes is not None else {}
     robot_file = load_robot_file(arguments.robot)
     robot_id = arguments.id or arguments.robot.stem
     world = World(read_map_file(arguments.map), arguments.seed)
-    robot = world.add_robot(robot_file.pose, RobotModel(odometry=OdometryModel(drift=arguments.drift)))
+    robot = world.add_robot(robot_file.pose, SimulatedRobotModel(odometry=OdometryNoise(drift=arguments.drift)))
     await logged_in(arguments).put_robot(robot_id, robot_file)
     async with RobotClient(arguments.url, robot=robot_id, token=token_of(arguments)) as client:
         logger.info("robot %s is connected to %s; Ctrl-C ends it", robot_id, arguments.url)
         running = [Simulator(world).run(), Driver(robot, client).run()]
         if wanted:
             running.append(run_local_nodes(client, await asyncio.to_thread(this_computer), wanted, logger.info))
-        await together(*running)
+        await run_together(*running)

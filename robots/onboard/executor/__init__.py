@@ -1,1 +1,1 @@
-"""The local executor: the child process in which nodes of a clone run on the robot."""
+"""Local executor: the child process in which nodes of a clone run on the robot."""

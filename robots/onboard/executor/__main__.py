@@ -1,4 +1,4 @@
-"""``python -m robots.onboard.executor`` is the process of local nodes."""
+"""Entry point ``python -m robots.onboard.executor``: the process of the local nodes."""
 
 from robots.onboard.executor.local_executor import main
 

@@ -1,7 +1,7 @@
-"""The robot's home of nodes: a process of its own, so that a node that plans or falls holds up nothing else.
+"""Local executor: runs nodes in their own process, so a planning or crashing node does not block the robot's program.
 
-It reads what it is told from its standard input, and writes what its nodes say to its standard output. It ends when
-the one that started it closes either, or is gone.
+It reads commands from its standard input and writes answers and messages to its standard output. It exits when the
+parent closes its input.
 """
 
 import asyncio
@@ -37,12 +37,12 @@ T = TypeVar("T")
 
 
 class LocalExecutor:
-    """Runs nodes of a clone on an event loop, and their jobs in a thread.
+    """Runs nodes of a clone on an event loop and their jobs in a thread.
 
     Parameters
     ----------
     write : callable
-        Takes each frame for the one that started this.
+        Called with each frame for the parent process.
     """
 
     def __init__(self, write: Callable[[protocol.FromExecutor], None]) -> None:
@@ -53,20 +53,20 @@ class LocalExecutor:
         self._config: protocol.CloneConfig | None = None
         self._layers: MapLayers | None = None
         self.graph = Graph(self._work)
-        self.graph.tap_published(self._said)
+        self.graph.tap_published(self._on_published)
 
-    # -- what it is told -----------------------------------------------------------------------------------------------
+    # -- commands ------------------------------------------------------------------------------------------------------
 
     def take(self, frame: protocol.ToExecutor) -> None:
-        """Do what a frame says; what cannot be done is told."""
+        """Execute a command; report its error if it fails."""
         try:
             self._take(frame)
         except (PPaaSError, msgspec.MsgspecError, ValueError) as error:
             if isinstance(frame, protocol.Tell):
-                logger.warning("%s was not taken: %s", frame.topic, error)
+                logger.warning("a message of %s was rejected: %s", frame.topic, error)
             else:
                 self._write(protocol.NodeFailed(getattr(error, "slug", PPaaSError.slug), str(error)))
-        self._attend()
+        self._run_timers()
 
     def _take(self, frame: protocol.ToExecutor) -> None:
         match frame:
@@ -102,8 +102,8 @@ class LocalExecutor:
             self.graph.call(frame.service, request, reply)
         except PPaaSError as error:
             reply(error)
-        except Exception as error:  # who asks must not end what drives
-            logger.exception("a call of %s broke a node", frame.service)
+        except Exception as error:  # a faulty call must not end the process that drives the robot
+            logger.exception("service %s failed in its node", frame.service)
             reply(PPaaSError(f"internal error: {type(error).__name__}"))
 
     def _begin(self, frame: protocol.Begin) -> None:
@@ -119,7 +119,7 @@ class LocalExecutor:
 
     def _build(self, graph: Graph, node: str | None = None) -> None:
         if self._config is None or self._layers is None:
-            raise PPaaSError("there is no map yet")
+            raise PPaaSError("the executor has no map yet; send Begin first")
         config = self._config
         build_clone(
             graph,
@@ -147,17 +147,17 @@ class LocalExecutor:
         states = {checkpoint.node: checkpoint.state.decode() for checkpoint in self.graph.checkpoints()}
         return {node: protocol.NodeState(states.get(node, ""), _mean(times.get(node))) for node in self.graph.nodes}
 
-    # -- what nodes do -------------------------------------------------------------------------------------------------
+    # -- execution of nodes --------------------------------------------------------------------------------------------
 
-    def _said(self, topic: str, payload: Payload) -> None:
+    def _on_published(self, topic: str, payload: Payload) -> None:
         message = _message(payload)
         self._write(protocol.Said(topic, type_name(type(message)), msgspec.Raw(encode(message))))
 
     def _work(self, work: Work[T], cancelled: Callable[[], bool], done: Callable[[T | PPaaSError], None]) -> None:
-        def hand_over(ended: "Future[T]") -> None:
+        def schedule_finish(ended: "Future[T]") -> None:
             self._loop.call_soon_threadsafe(self._finish, ended, done)
 
-        self._executor.submit(work, cancelled).add_done_callback(hand_over)
+        self._executor.submit(work, cancelled).add_done_callback(schedule_finish)
 
     def _finish(self, ended: "Future[T]", done: Callable[[T | PPaaSError], None]) -> None:
         error = ended.exception()
@@ -165,15 +165,15 @@ class LocalExecutor:
             done(ended.result())
         else:
             if not isinstance(error, PPaaSError):
-                logger.error("a job failed", exc_info=error)
+                logger.error("a job of a node failed", exc_info=error)
             done(error if isinstance(error, PPaaSError) else PPaaSError(f"internal error: {type(error).__name__}"))
-        self._attend()
+        self._run_timers()
 
-    def _attend(self) -> None:
-        """Fire the timers that are due, and set the alarm for the next."""
+    def _run_timers(self) -> None:
+        """Fire the due timers, and schedule the next call."""
         if self._alarm is not None:
             self._alarm.cancel()
-        self._alarm = self._loop.call_later(min(self.graph.run_due(), 3600.0), self._attend)
+        self._alarm = self._loop.call_later(min(self.graph.run_due(), 3600.0), self._run_timers)
 
 
 def _message(payload: Payload) -> Message:
@@ -185,20 +185,20 @@ def _mean(times: tuple[int, float] | None) -> float:
 
 
 async def serve(output: int) -> None:
-    """Be the home until the standard input ends."""
+    """Execute commands until the standard input ends."""
     reader = asyncio.StreamReader(limit=protocol.MAX_LINE)
     loop = asyncio.get_running_loop()
     await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin.buffer)
     transport, _ = await loop.connect_write_pipe(asyncio.BaseProtocol, os.fdopen(output, "wb", 0))
-    home = LocalExecutor(lambda frame: transport.write(protocol.line(frame)))
-    while told := await reader.readline():
-        home.take(protocol.to_executor.decode(told))
+    executor = LocalExecutor(lambda frame: transport.write(protocol.line(frame)))
+    while line := await reader.readline():
+        executor.take(protocol.to_executor.decode(line))
 
 
 def main() -> None:
-    """Serve on the standard input and output; what others print goes to the standard error."""
+    """Serve on the standard input and output; output of other code goes to the standard error."""
     output = os.dup(1)
     os.dup2(2, 1)
     logging.basicConfig(format="%(levelname)s local node: %(message)s", stream=sys.stderr)
     asyncio.run(serve(output))
-    os._exit(0)  # a job under way in a thread is nobody's any more
+    os._exit(0)  # do not wait for a job that still runs in the thread

@@ -1,4 +1,4 @@
-"""What passes between the local node manager and the process that its nodes run in: lines of JSON on its pipes."""
+"""Protocol between the local node manager and the executor process: lines of JSON on its pipes."""
 
 import msgspec
 
@@ -6,7 +6,7 @@ from ppaas.robot_model.description import RobotDescription
 
 
 class CloneConfig(msgspec.Struct, frozen=True):
-    """What the nodes of a clone are made of, as the node monitor of the cloud tells it."""
+    """Configuration of a clone's nodes, as the node monitor sends it."""
 
     model: str
     initial_pose: tuple[float, float, float]
@@ -30,11 +30,11 @@ class ServiceName(msgspec.Struct, frozen=True):
     type: str
 
 
-# -- to the process ----------------------------------------------------------------------------------------------------
+# -- commands to the executor ------------------------------------------------------------------------------------------
 
 
 class Begin(msgspec.Struct, tag="begin"):
-    """Get ready for nodes on a map and its masks, by the services that give them; each ``nav_msgs/OccupancyGrid``."""
+    """Prepare for nodes on a map and its masks, by the service of each mask; all are ``nav_msgs/OccupancyGrid``."""
 
     config: CloneConfig
     map: msgspec.Raw
@@ -42,20 +42,20 @@ class Begin(msgspec.Struct, tag="begin"):
 
 
 class Add(msgspec.Struct, tag="add"):
-    """Let a node go on here from its checkpoint."""
+    """Add a node and restore its checkpoint."""
 
     node: str
     state: str
 
 
 class Remove(msgspec.Struct, tag="remove"):
-    """Let a node leave."""
+    """Remove a node."""
 
     node: str
 
 
 class Tell(msgspec.Struct, tag="tell"):
-    """A message for the nodes, or for one alone."""
+    """Deliver a message to all nodes, or to the one named."""
 
     topic: str
     payload: msgspec.Raw
@@ -63,28 +63,28 @@ class Tell(msgspec.Struct, tag="tell"):
 
 
 class AskStates(msgspec.Struct, tag="ask_states"):
-    """Say how the nodes are."""
+    """Request the states of all nodes."""
 
 
-class Call(msgspec.Struct, tag="call"):
-    """A call of a service of a node; several may be under way, and each is answered by its number."""
+class NodeCall(msgspec.Struct, tag="call"):
+    """Call a service of a node. Several calls may be in progress; the reply has the number of its call."""
 
     call: int
     service: str
     request: msgspec.Raw
 
 
-ToHome = Begin | Add | Remove | Tell | AskStates | Call
+ToExecutor = Begin | Add | Remove | Tell | AskStates | NodeCall
 
-# -- from the process --------------------------------------------------------------------------------------------------
+# -- answers and messages of the executor ------------------------------------------------------------------------------
 
 
-class Ready(msgspec.Struct, tag="ready"):
-    """Nodes may come."""
+class ExecutorReady(msgspec.Struct, tag="ready"):
+    """The executor is ready for nodes."""
 
 
 class Added(msgspec.Struct, tag="added"):
-    """A node is here: what it hears, what it says, and what it can be asked."""
+    """A node was added: the topics that it subscribes and publishes, and its services."""
 
     node: str
     subscribes: list[TopicName]
@@ -93,14 +93,14 @@ class Added(msgspec.Struct, tag="added"):
 
 
 class Removed(msgspec.Struct, tag="removed"):
-    """A node has left, and this is its checkpoint."""
+    """A node was removed, with its last checkpoint."""
 
     node: str
     state: str
 
 
 class Said(msgspec.Struct, tag="said"):
-    """A node here has published something."""
+    """A node has published a message."""
 
     topic: str
     kind: str
@@ -108,7 +108,7 @@ class Said(msgspec.Struct, tag="said"):
 
 
 class Replied(msgspec.Struct, tag="replied"):
-    """What came of a call: the response, or an error by its slug and text."""
+    """Result of a call: the response, or the slug and text of an error."""
 
     call: int
     response: msgspec.Raw = msgspec.Raw(b"null")
@@ -117,37 +117,37 @@ class Replied(msgspec.Struct, tag="replied"):
 
 
 class NodeState(msgspec.Struct):
-    """How a node is: its checkpoint, and what it took in the mean for each thing that it was told [s]."""
+    """State of a node: its checkpoint, and its mean time to process a message [s]."""
 
     state: str
     seconds: float = 0.0
 
 
 class States(msgspec.Struct, tag="states"):
-    """How the nodes are, by their names."""
+    """States of the nodes, by name."""
 
     nodes: dict[str, NodeState]
 
 
-class Failed(msgspec.Struct, tag="failed"):
-    """What was asked for last cannot be done, by the slug of an error and its text."""
+class NodeFailed(msgspec.Struct, tag="failed"):
+    """The last command failed, with the slug and text of an error."""
 
     slug: str
     text: str
 
 
-Answer = Ready | Added | Removed | States | Failed
-FromHome = Answer | Said | Replied
+Answer = ExecutorReady | Added | Removed | States | NodeFailed
+FromExecutor = Answer | Said | Replied
 
-to_home = msgspec.json.Decoder(ToHome)
-from_home = msgspec.json.Decoder(FromHome)
+to_executor = msgspec.json.Decoder(ToExecutor)
+from_executor = msgspec.json.Decoder(FromExecutor)
 _encoder = msgspec.json.Encoder()
 
 
-def line(frame: ToHome | FromHome) -> bytes:
-    """Return a frame as a line."""
+def line(frame: ToExecutor | FromExecutor) -> bytes:
+    """Encode a frame as a line of JSON."""
     return _encoder.encode(frame) + b"\n"
 
 
 MAX_LINE = 1 << 28
-"""Bytes; a map is the longest there is."""
+"""Longest line [bytes]; maps are the longest frames."""

@@ -1,4 +1,4 @@
-"""A short drive that nobody sees, before the first node is taken over: what is compiled then holds up no robot."""
+"""Warm-up of the executor: a short simulated drive before the first node is taken over, which compiles all kernels."""
 
 import contextlib
 import math
@@ -14,20 +14,24 @@ from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes.graph import Graph
 
 CYCLES = 30
+"""Number of sensor cycles."""
 PERIOD = 0.05
+"""Simulated time of a cycle [s]."""
 BEAMS = 360
+"""Number of beams of the simulated scan."""
 EPOCH = 1e9
+"""Stamp of the start [seconds since the epoch]."""
 
 
 def warm_up(build: Callable[[Graph], None], initial_pose: Pose2D) -> None:
-    """Let a clone drive for a moment, in a time of its own.
+    """Drive a clone for a moment in simulated time.
 
     Parameters
     ----------
     build : callable
-        Adds all its nodes to a graph.
+        Adds all nodes of the clone to a graph.
     initial_pose : Pose2D
-        Where it stands.
+        Pose of the robot in the frame ``map``.
     """
     clock = ManualClock()
     graph = Graph(clock=clock, stamp_clock=lambda: EPOCH + clock())
@@ -35,7 +39,7 @@ def warm_up(build: Callable[[Graph], None], initial_pose: Pose2D) -> None:
     ahead = initial_pose @ Pose2D(0.5, 0.0, 0.0)
     for cycle in range(CYCLES):
         clock.advance(PERIOD)
-        # Where it stands may be within a wall: then less is warmed up, which is no fault.
+        # The pose may be inside an obstacle: the warm-up then covers less, which is not an error.
         with contextlib.suppress(PPaaSError):
             _sense(graph, 0.02 * cycle)
             if cycle == CYCLES // 3:

@@ -12,12 +12,12 @@ from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
 from ppaas.messages.std_msgs import Header
-from robots.client.connection import Link
+from robots.client.connection import ConnectionOptions
 from robots.client.robot_client import RobotClient
 from robots.demo.scorer import Scorer
 from robots.sim.driver import Driver
-from robots.sim.odometry import OdometryModel
-from robots.sim.robot import RobotModel
+from robots.sim.odometry import OdometryNoise
+from robots.sim.robot import SimulatedRobotModel
 from robots.sim.simulator import Simulator
 from robots.sim.world import World
 
@@ -68,9 +68,9 @@ class Drive:
         return self.poses[-1].pose.pose.planar()
 
 
-def odometry_with_drift(drift: float) -> RobotModel:
+def odometry_with_drift(drift: float) -> SimulatedRobotModel:
     """Return a Turtlebot whose odometry is so many times worse."""
-    return RobotModel(odometry=OdometryModel(drift=drift))
+    return SimulatedRobotModel(odometry=OdometryNoise(drift=drift))
 
 
 @asynccontextmanager
@@ -83,7 +83,7 @@ async def driving(
     *,
     drift: float = 1.0,
     seed: int = 0,
-    link: Link | None = None,
+    link: ConnectionOptions | None = None,
     client: type[RobotClient] = RobotClient,
 ) -> AsyncIterator[Drive]:
     """Put one Turtlebot into a world and connect it, by a client of some kind."""

@@ -64,14 +64,14 @@ async def test_what_is_offered_is_answered_until_it_is_offered_no_more(
             "values": {"success": True, "message": "on"},
         }
     ]
-    with pytest.raises(Conflict, match="offers service 'lights' already"):
+    with pytest.raises(Conflict, match="already advertises service 'lights'"):
         await client.advertise_service("lights", SetBool, switch)
     await client.unadvertise_service("lights")
     assert [told["service"] for told in await server.heard("unadvertise_service")] == ["lights"]
-    with pytest.raises(NotFound, match="unknown offered service 'lights'"):
+    with pytest.raises(NotFound, match="unknown advertised service 'lights'"):
         await client.unadvertise_service("lights")
     await ask(server, 2, args={"data": True})
-    assert (await answers(server, 2))["2"].startswith("unavailable: 'lights' is offered here no more")
+    assert (await answers(server, 2))["2"].startswith("unavailable: service 'lights' is no longer advertised")
 
 
 async def test_a_name_that_is_none_is_not_offered(server: RosbridgeServer, client: RobotClient) -> None:
@@ -111,9 +111,13 @@ async def test_calls_are_worked_on_side_by_side_while_the_client_hears_all_else(
         (switch, {"data": "yes"}, "malformed-message: "),
         (switch, 5, "malformed-message: "),
         (lambda _: _raise(Unavailable("no bulb")), {}, "unavailable: no bulb"),
-        (lambda _: _raise(ZeroDivisionError("secret")), {}, "error: the handler of 'lights' failed: ZeroDivisionError"),
-        (lambda _: Empty(), {}, "error: the handler of 'lights' returned Empty, not SetBoolResponse"),
-        (lambda _: SetBoolResponse(object()), {}, "error: the handler of 'lights' failed: TypeError"),  # type: ignore[arg-type]
+        (
+            lambda _: _raise(ZeroDivisionError("secret")),
+            {},
+            "error: the handler of service 'lights' failed: ZeroDivisionError",
+        ),
+        (lambda _: Empty(), {}, "error: the handler of service 'lights' must return SetBoolResponse, not Empty"),
+        (lambda _: SetBoolResponse(object()), {}, "error: the handler of service 'lights' failed: TypeError"),  # type: ignore[arg-type]
     ],
 )
 async def test_what_has_no_answer_has_a_reason(

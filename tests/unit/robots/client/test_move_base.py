@@ -141,7 +141,7 @@ async def test_a_refusal_of_the_cloud_ends_the_waiting(server: RosbridgeServer) 
 async def test_localization_is_waited_for(server: RosbridgeServer) -> None:
     async with RobotClient(server.url, robot="tb1", token="t", role="operator") as client:
         move_base = await MoveBaseClient(client).start()
-        with pytest.raises(Unavailable, match="scans and odometry"):
+        with pytest.raises(Unavailable, match="check that the robot publishes scan and odom"):
             await move_base.localized(0.02)
         await server.heard("subscribe", 4)
         await server.say(op="publish", topic="amcl_pose", msg={"header": {}, "pose": {"pose": POSE}})

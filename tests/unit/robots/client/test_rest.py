@@ -92,7 +92,7 @@ async def test_a_problem_becomes_its_error() -> None:
 
 
 async def test_another_server_than_this_cloud_is_told_as_such() -> None:
-    with serving((200, b"<html>")) as url, pytest.raises(PPaaSError, match="not as this cloud does"):
+    with serving((200, b"<html>")) as url, pytest.raises(PPaaSError, match="did not answer like a PPaaS cloud"):
         await RestClient(url).login("ann", "pass")
 
 
@@ -131,7 +131,7 @@ async def test_of_a_list_no_more_is_fetched_than_is_wanted() -> None:
 
 @pytest.mark.parametrize("answer", [b"[]", b"null", b'{"items": []}', b"{"])
 async def test_what_is_no_page_is_not_from_this_cloud(answer: bytes) -> None:
-    with serving((200, answer)) as url, pytest.raises(PPaaSError, match=r"no list of this cloud|not JSON"):
+    with serving((200, answer)) as url, pytest.raises(PPaaSError, match=r"did not answer with a list|not JSON"):
         await RestClient(url, "abc").items("/v1/robots")
 
 

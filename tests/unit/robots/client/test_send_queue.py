@@ -3,10 +3,10 @@ import asyncio
 import pytest
 
 from ppaas.errors import Unavailable
-from robots.client.send_queue import SUBSCRIPTION, Outbox
+from robots.client.send_queue import SUBSCRIPTION, SendQueue
 
 
-async def drain(outbox: Outbox) -> list[str]:
+async def drain(outbox: SendQueue) -> list[str]:
     frames = []
     while len(outbox):
         frames.append(await outbox.next())
@@ -15,14 +15,14 @@ async def drain(outbox: Outbox) -> list[str]:
 
 
 async def test_frames_leave_in_the_order_in_which_they_came() -> None:
-    outbox = Outbox()
+    outbox = SendQueue()
     for frame in "abc":
         await outbox.put(frame)
     assert await drain(outbox) == ["a", "b", "c"]
 
 
 async def test_the_newest_takes_the_place_of_the_older_of_its_key_alone() -> None:
-    outbox = Outbox()
+    outbox = SendQueue()
     outbox.put_newest("scan", "scan 1")
     await outbox.put("odom 1")
     outbox.put_newest("depth", "depth 1")
@@ -32,7 +32,7 @@ async def test_the_newest_takes_the_place_of_the_older_of_its_key_alone() -> Non
 
 
 async def test_a_frame_being_sent_is_not_replaced_under_the_sender() -> None:
-    outbox = Outbox()
+    outbox = SendQueue()
     outbox.put_newest("scan", "scan 1")
     assert await outbox.next() == "scan 1"
     outbox.put_newest("scan", "scan 2")
@@ -41,8 +41,8 @@ async def test_a_frame_being_sent_is_not_replaced_under_the_sender() -> None:
     assert outbox.dropped == 0
 
 
-async def test_a_full_outbox_drops_the_newest_only_and_lets_the_others_wait() -> None:
-    outbox = Outbox(capacity=1)
+async def test_a_full_send_queue_drops_the_newest_only_and_lets_the_others_wait() -> None:
+    outbox = SendQueue(capacity=1)
     await outbox.put("odom 1")
     outbox.put_newest("scan", "scan 1")
     waiting = asyncio.create_task(outbox.put("odom 2"))
@@ -55,7 +55,7 @@ async def test_a_full_outbox_drops_the_newest_only_and_lets_the_others_wait() ->
     assert outbox.dropped == 1
 
 
-async def send(outbox: Outbox, count: int) -> list[str]:
+async def send(outbox: SendQueue, count: int) -> list[str]:
     frames = []
     for _ in range(count):
         frames.append(await outbox.next())
@@ -64,7 +64,7 @@ async def send(outbox: Outbox, count: int) -> list[str]:
 
 
 async def test_of_what_was_sent_the_cloud_gets_again_what_it_did_not_take_in_order_and_first() -> None:
-    outbox = Outbox()
+    outbox = SendQueue()
     for frame in "abcd":
         await outbox.put(frame)
     await send(outbox, 3)
@@ -75,7 +75,7 @@ async def test_of_what_was_sent_the_cloud_gets_again_what_it_did_not_take_in_ord
 
 
 async def test_a_newest_only_frame_counts_and_is_not_sent_again() -> None:
-    outbox = Outbox()
+    outbox = SendQueue()
     for frame in ("odom 1", "goal", "odom 2"):
         if frame == "goal":
             await outbox.put(frame)
@@ -90,7 +90,7 @@ async def test_a_newest_only_frame_counts_and_is_not_sent_again() -> None:
 async def test_a_frame_whose_sending_broke_off_is_sent_again_only_if_it_did_not_arrive(
     taken: int, left: list[str]
 ) -> None:
-    outbox = Outbox()
+    outbox = SendQueue()
     for frame in "abc":
         await outbox.put(frame)
     await send(outbox, 1)
@@ -100,7 +100,7 @@ async def test_a_frame_whose_sending_broke_off_is_sent_again_only_if_it_did_not_
 
 
 async def test_a_session_that_begins_anew_begins_with_its_greeting_and_makes_no_call_twice() -> None:
-    outbox = Outbox()
+    outbox = SendQueue()
     await outbox.put("sent")
     await outbox.put("call under way", "call:1")
     await outbox.put("subscribe", SUBSCRIPTION)
@@ -114,7 +114,7 @@ async def test_a_session_that_begins_anew_begins_with_its_greeting_and_makes_no_
 
 
 async def test_what_nobody_waits_for_any_more_is_discarded() -> None:
-    outbox = Outbox()
+    outbox = SendQueue()
     await outbox.put("call 1", "call:1")
     await outbox.put("call 2", "call:2")
     outbox.discard("call:1")
@@ -122,7 +122,7 @@ async def test_what_nobody_waits_for_any_more_is_discarded() -> None:
 
 
 async def test_closing_wakes_all_who_wait_with_the_reason() -> None:
-    outbox = Outbox(capacity=1)
+    outbox = SendQueue(capacity=1)
     await outbox.put("a")
     waiting = [asyncio.create_task(outbox.put("b")), asyncio.create_task(outbox.drained())]
     await asyncio.sleep(0)
@@ -132,6 +132,6 @@ async def test_closing_wakes_all_who_wait_with_the_reason() -> None:
             await task
 
 
-def test_an_outbox_without_room_is_refused() -> None:
-    with pytest.raises(ValueError, match="one frame or more"):
-        Outbox(0)
+def test_an_send_queue_without_capacity_is_refused() -> None:
+    with pytest.raises(ValueError, match="must be 1 or more"):
+        SendQueue(0)

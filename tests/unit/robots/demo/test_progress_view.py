@@ -5,7 +5,7 @@ from rich.console import Console
 from ppaas.geometry import Pose2D
 from robots.demo.mission import Mission
 from robots.demo.progress_view import progress_table, summary
-from robots.demo.report import Report, RobotReport
+from robots.demo.report import DemoReport, RobotReport
 from robots.sim.courses import Course
 from robots.sim.world import World
 from tests.support.world.rooms import room
@@ -29,7 +29,7 @@ def test_the_summary_says_what_was_reached_and_touched() -> None:
     robot = RobotReport(
         "tb1", goals_asked=2, goals_reached=1, distance_m=12.34, final_errors_m=[0.03, 1.5], collisions=1
     )
-    summary(Report("depot", 61.0, [robot]), console)
+    summary(DemoReport("depot", 61.0, [robot]), console)
     text = console.file.getvalue()  # type: ignore[attr-defined]
     assert "tb1: 1 of 2 goals reached, at most 1.50 m off, 12.3 m travelled, 1 contacts" in text
     assert "failed in 61 s on map 'depot'" in text

@@ -3,14 +3,14 @@ import math
 
 import pytest
 
-from robots.demo.report import Report, RobotReport
+from robots.demo.report import DemoReport, RobotReport
 
 
 def test_it_is_one_line_of_json_without_what_json_does_not_know() -> None:
     robot = RobotReport("tb1", goals_asked=2)
     robot.add_goal(reached=True, error=0.123456, plan_seconds=0.05)
     robot.add_goal(reached=False, error=3.0, plan_seconds=math.nan)
-    line = Report("depot", 12.5, [robot]).to_json()
+    line = DemoReport("depot", 12.5, [robot]).to_json()
     assert "\n" not in line
     assert json.loads(line) == {
         "map": "depot",
@@ -37,4 +37,4 @@ def test_it_passes_only_with_every_goal_reached_and_nothing_touched(
     asked: int, reached: int, collisions: int, passed: bool
 ) -> None:
     robot = RobotReport("tb1", goals_asked=asked, goals_reached=reached, collisions=collisions)
-    assert Report("depot", 1.0, [RobotReport("tb0"), robot]).passed is passed
+    assert DemoReport("depot", 1.0, [RobotReport("tb0"), robot]).passed is passed

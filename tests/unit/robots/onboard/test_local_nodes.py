@@ -4,24 +4,24 @@ import pytest
 
 from ppaas.errors import NotFound
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes
-from robots.onboard.local_nodes import ToldHomes, wanted_homes
+from robots.onboard.local_nodes import PlacementReporter, parse_wanted_homes
 from robots.onboard.node_manager import NODES
 
 
 def test_auto_asks_for_all_nodes_and_names_for_those_on_the_robot() -> None:
-    assert wanted_homes("auto") == dict.fromkeys(NODES, "")
-    assert wanted_homes("move_base, amcl") == {"move_base": "robot", "amcl": "robot"}
+    assert parse_wanted_homes("auto") == dict.fromkeys(NODES, "")
+    assert parse_wanted_homes("move_base, amcl") == {"move_base": "robot", "amcl": "robot"}
 
 
 @pytest.mark.parametrize("text", ["", "move_bas", "amcl,", "auto,amcl", "map_server"])
 def test_what_no_robot_can_run_is_refused_with_what_can_be_asked_for(text: str) -> None:
     with pytest.raises(NotFound, match=r"unknown local node .*; known: .*amcl.*auto.*move_base"):
-        wanted_homes(text)
+        parse_wanted_homes(text)
 
 
 def test_each_node_of_interest_is_told_of_once_and_whenever_it_changes() -> None:
     told: list[str] = []
-    homes = ToldHomes(told.append)
+    homes = PlacementReporter(told.append)
     homes.changed(NodeHomes([NodeHome("amcl"), NodeHome("move_base")]))
     assert told == [], "nobody has asked for them"
     going = NodeHome("move_base", "cloud", "robot", -1.0, ["it was asked for there"])
@@ -32,8 +32,8 @@ def test_each_node_of_interest_is_told_of_once_and_whenever_it_changes() -> None
         homes.changed(NodeHomes([NodeHome("amcl"), home]))
     homes.changed(NodeHomes([NodeHome("move_base", "cloud", "cloud", 1.0, failed)]))
     assert told == [
-        "move_base goes to the robot: it was asked for there",
+        "move_base moves to the robot: it was asked for there",
         "move_base runs on the robot: it was asked for there",
-        "move_base goes back to the cloud: it could not be run on the robot: it fell; which is bad",
+        "move_base moves back to the cloud: it could not be run on the robot: it fell; which is bad",
         "move_base runs in the cloud: it could not be run on the robot: it fell; which is bad",
     ]

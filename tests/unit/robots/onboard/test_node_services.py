@@ -70,6 +70,6 @@ async def test_what_the_robot_offers_itself_stays_its_own(caplog: pytest.LogCapt
     services = NodeServices(client)  # type: ignore[arg-type]
     await client.advertise_service("horn", Trigger, lambda _: TriggerResponse(True))
     await services.open(ADDED, process)  # type: ignore[arg-type]
-    assert "move_base cannot be asked on the robot" in caplog.text
+    assert "a service of move_base is not available on the robot" in caplog.text
     await services.close("move_base")
     assert list(client.handlers) == ["horn"]

@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from ppaas.errors import Unavailable
-from robots.onboard.task_group import together
+from robots.onboard.task_group import run_together
 
 
 class Work:
@@ -27,7 +27,7 @@ class Work:
 
 async def test_who_is_cancelled_waits_until_all_have_left() -> None:
     works = Work(0.0), Work()
-    task = asyncio.create_task(together(*(work.run() for work in works)))
+    task = asyncio.create_task(run_together(*(work.run() for work in works)))
     await works[1].begun.wait()
     task.cancel()
     with pytest.raises(asyncio.CancelledError):
@@ -43,7 +43,7 @@ async def test_one_that_fails_ends_the_others_and_says_why() -> None:
         raise Unavailable("the one")
 
     with pytest.raises(Unavailable, match="the one"):
-        await together(work.run(), fail())
+        await run_together(work.run(), fail())
     assert work.left
 
 
@@ -53,7 +53,7 @@ async def test_one_that_has_ended_ends_nobody() -> None:
     async def end() -> None:
         ended.set()
 
-    task = asyncio.create_task(together(end(), work.run()))
+    task = asyncio.create_task(run_together(end(), work.run()))
     await ended.wait()
     await asyncio.sleep(0)
     assert not work.left and not task.done()

@@ -16,7 +16,7 @@ from ppaas.messages.std_msgs import Header
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.message_fingerprint import fingerprint
 from robots.onboard.executor import protocol
-from robots.onboard.topic_bridge import Crossing
+from robots.onboard.topic_bridge import TopicBridge
 
 FAST = Twist(Vector3(x=0.5))
 TF = protocol.TopicName("tf", "tf2_msgs/TFMessage")
@@ -41,7 +41,7 @@ class FakeClient:
     async def publish(self, topic: str, message: Message, *, newest_only: bool) -> None:
         self.sent.append((topic, message, newest_only))
 
-    def hear(self, topic: str, payload: msgspec.Raw) -> None:
+    def deliver(self, topic: str, payload: msgspec.Raw) -> None:
         self.heard.append(topic)
         if topic in self.subscriptions:
             self.subscriptions[topic](payload)
@@ -61,9 +61,9 @@ class FakeProcess:
             self.told.append(topic)
 
 
-async def crossing(*nodes: protocol.Added) -> tuple[Crossing, FakeClient, FakeProcess]:
+async def bridge(*nodes: protocol.Added) -> tuple[TopicBridge, FakeClient, FakeProcess]:
     client, process = FakeClient(), FakeProcess()
-    made = Crossing(client, ("odom", "camera/depth/image_raw"))  # type: ignore[arg-type]
+    made = TopicBridge(client, ("odom", "camera/depth/image_raw"))  # type: ignore[arg-type]
     for node in nodes:
         made.expect(node.node)
         await made.open(node, process)  # type: ignore[arg-type]
@@ -75,7 +75,7 @@ LOCATOR = protocol.Added("locator", [TF], ["tf", "pose"])
 
 
 async def test_what_the_robot_senses_reaches_its_nodes_without_the_cloud() -> None:
-    made, client, process = await crossing(DRIVER)
+    made, client, process = await bridge(DRIVER)
     assert list(client.subscriptions) == ["tf"]
     made.published("odom", decode(Odometry, ODOMETRY))
     made.published("chatter", Twist())
@@ -88,7 +88,7 @@ CAMERA = protocol.Added("camera", [protocol.TopicName("camera/depth/image_raw", 
 
 
 async def test_images_go_to_the_cloud_only_while_nobody_here_makes_scans_of_them() -> None:
-    made, _, process = await crossing(DRIVER)
+    made, _, process = await bridge(DRIVER)
     image, odometry = Image(Header(), 0, 0, "16UC1", 0, 0, b""), decode(Odometry, ODOMETRY)
     assert made.published("camera/depth/image_raw", image)
     made.expect("camera")
@@ -101,9 +101,9 @@ async def test_images_go_to_the_cloud_only_while_nobody_here_makes_scans_of_them
 
 
 async def test_what_a_node_says_is_heard_here_at_once_and_told_to_the_cloud() -> None:
-    made, client, process = await crossing(LOCATOR)
+    made, client, process = await bridge(LOCATOR)
     running = asyncio.create_task(made.run())
-    made.said(protocol.Said("tf", "tf2_msgs/TFMessage", msgspec.Raw(encode(TFMessage([])))))
+    made.on_message(protocol.Said("tf", "tf2_msgs/TFMessage", msgspec.Raw(encode(TFMessage([])))))
     assert client.heard == ["tf"]
     assert process.told == [], "its own word does not come back to it"
     await asyncio.sleep(0)
@@ -113,12 +113,12 @@ async def test_what_a_node_says_is_heard_here_at_once_and_told_to_the_cloud() ->
 
 
 async def test_results_and_goals_wait_for_the_link_and_commands_do_not() -> None:
-    made, client, _ = await crossing(DRIVER)
+    made, client, _ = await bridge(DRIVER)
     result = encode(
         decode(MoveBaseActionResult, b'{"header":{},"status":{"goal_id":{"id":"g"},"status":3},"result":{}}')
     )
-    made.said(protocol.Said("move_base/result", "move_base_msgs/MoveBaseActionResult", msgspec.Raw(result)))
-    made.said(protocol.Said("cmd_vel", "geometry_msgs/Twist", msgspec.Raw(encode(FAST))))
+    made.on_message(protocol.Said("move_base/result", "move_base_msgs/MoveBaseActionResult", msgspec.Raw(result)))
+    made.on_message(protocol.Said("cmd_vel", "geometry_msgs/Twist", msgspec.Raw(encode(FAST))))
     running = asyncio.create_task(made.run())
     await asyncio.sleep(0)
     await asyncio.sleep(0)
@@ -127,7 +127,7 @@ async def test_results_and_goals_wait_for_the_link_and_commands_do_not() -> None
 
 
 async def test_only_what_nobody_else_says_is_an_echo() -> None:
-    made, _, _ = await crossing(DRIVER, LOCATOR)
+    made, _, _ = await bridge(DRIVER, LOCATOR)
     assert made.owns("cmd_vel")
     assert made.owns("pose")
     assert not made.owns("tf")
@@ -137,7 +137,7 @@ async def test_only_what_nobody_else_says_is_an_echo() -> None:
 
 
 async def test_a_topic_is_heard_while_some_node_wants_it() -> None:
-    made, client, _ = await crossing(DRIVER, LOCATOR)
+    made, client, _ = await bridge(DRIVER, LOCATOR)
     await made.close("driver")
     assert list(client.subscriptions) == ["tf"]
     await made.close("locator")
@@ -149,33 +149,33 @@ SECOND = protocol.Added("second", PLANNER.subscribes, [])
 
 
 async def test_what_came_while_a_node_moved_reaches_it_once() -> None:
-    made, client, process = await crossing(PLANNER)
+    made, client, process = await bridge(PLANNER)
     hear = client.subscriptions["move_base/goal"]
     hear(_goal("first"))
     client.subscriptions["tf"](encode(TFMessage([])))
     assert made.heard("planner") == [_mark("first")]
     came = [TopicMessage("move_base/goal", _goal(name).decode()) for name in ("first", "second")]
     for _ in range(2):
-        made.tell_unheard("planner", came, process)  # type: ignore[arg-type]
+        made.deliver_missed("planner", came, process)  # type: ignore[arg-type]
     assert process.told == ["move_base/goal", "tf"]
     assert process.told_alone == [("planner", "second")]
     assert made.heard("planner") == [_mark("first"), _mark("second")]
 
 
 async def test_a_node_that_comes_later_has_heard_nothing_of_what_another_has() -> None:
-    made, client, process = await crossing(PLANNER)
+    made, client, process = await bridge(PLANNER)
     client.subscriptions["move_base/goal"](_goal("first"))
     made.expect("second")
     await made.open(SECOND, process)  # type: ignore[arg-type]
     assert made.heard("second") == []
-    made.tell_unheard("second", [TopicMessage("move_base/goal", _goal("first").decode())], process)  # type: ignore[arg-type]
+    made.deliver_missed("second", [TopicMessage("move_base/goal", _goal("first").decode())], process)  # type: ignore[arg-type]
     assert process.told_alone == [("second", "first")]
     assert made.heard("planner") == [_mark("first")]
 
 
 async def test_what_a_local_node_says_has_reached_the_others() -> None:
-    made, _, _ = await crossing(PLANNER)
-    made.said(protocol.Said("move_base/goal", "move_base_msgs/MoveBaseActionGoal", msgspec.Raw(_goal("own"))))
+    made, _, _ = await bridge(PLANNER)
+    made.on_message(protocol.Said("move_base/goal", "move_base_msgs/MoveBaseActionGoal", msgspec.Raw(_goal("own"))))
     assert made.heard("planner") == [_mark("own")]
 
 

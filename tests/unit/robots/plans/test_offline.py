@@ -20,7 +20,7 @@ OFFICE = ROOT / "docs" / "examples" / "office.yaml"
 
 def test_the_costmap_is_that_of_a_clone():
     grid = load_map(OFFICE.read_bytes(), OFFICE.with_suffix(".pgm").read_bytes())
-    radius = offline.Robot().radius_of()
+    radius = offline.PlannedRobot().radius_of()
     assert radius == robot_model("turtlebot2").robot_radius
     assert np.array_equal(
         offline.costmap_of_file(OFFICE, radius).data, build_layers(grid, robot_radius=radius).costmap.data
@@ -41,14 +41,14 @@ def test_the_rules_may_be_chosen(tmp_path):
 
 
 def test_the_radius_goes_before_the_model():
-    assert offline.Robot("turtlebot3_burger").radius_of() == 0.105
-    assert offline.Robot("turtlebot3_burger", 0.3).radius_of() == 0.3
+    assert offline.PlannedRobot("turtlebot3_burger").radius_of() == 0.105
+    assert offline.PlannedRobot("turtlebot3_burger", 0.3).radius_of() == 0.3
 
 
 @pytest.mark.parametrize("radius", [-0.1, 100.0, float("nan"), float("inf")])
 def test_a_radius_that_is_none_is_refused(radius):
     with pytest.raises(InvalidParameter, match="radius of a robot"):
-        offline.Robot(radius=radius).radius_of()
+        offline.PlannedRobot(radius=radius).radius_of()
 
 
 @pytest.mark.parametrize("planner", ["dijkstra", "astar", "global_planner/GlobalPlanner"])
@@ -68,23 +68,23 @@ def test_an_unknown_planner_is_told_with_those_there_are():
 
 
 def test_a_urdf_goes_before_the_model_and_a_radius_before_it():
-    robot = offline.Robot(urdf=example("turtlebot3_waffle"))
+    robot = offline.PlannedRobot(urdf=example("turtlebot3_waffle"))
     assert (robot.radius_of(), robot.body().height) == (0.238, pytest.approx(0.148, abs=1e-3))
-    assert offline.Robot(radius=0.1, urdf=example("turtlebot3_waffle")).radius_of() == 0.1
+    assert offline.PlannedRobot(radius=0.1, urdf=example("turtlebot3_waffle")).radius_of() == 0.1
 
 
 def test_a_urdf_that_tells_no_footprint_is_refused_rather_than_guessed():
     mesh = urdf(link("base_link", part('<mesh filename="arm.stl"/>')))
     with pytest.raises(InvalidInput, match=r"no footprint: link 'base_link': the extent of mesh 'arm\.stl' is unknown"):
-        offline.Robot(urdf=mesh).radius_of()
-    assert offline.Robot(radius=0.1, urdf=mesh).radius_of() == 0.1
+        offline.PlannedRobot(urdf=mesh).radius_of()
+    assert offline.PlannedRobot(radius=0.1, urdf=mesh).radius_of() == 0.1
 
 
 def test_the_outline_of_a_urdf_counts_where_a_planner_minds_one():
     slim = urdf(link("base_link", part(box(2.0, 0.2, 0.2))))
     costmap = offline.costmap_of_file(OFFICE, 0.18)
     ends = Pose2D(2, 2), Pose2D(10, 8)
-    assert offline.plan(costmap, *ends, "dijkstra", 0.0, robot=offline.Robot(urdf=slim)).length > 12.0
-    standing = offline.Robot(radius=0.18, urdf=urdf(link("base_link", part(box(12.0, 0.2, 0.2)))))
+    assert offline.plan(costmap, *ends, "dijkstra", 0.0, robot=offline.PlannedRobot(urdf=slim)).length > 12.0
+    standing = offline.PlannedRobot(radius=0.18, urdf=urdf(link("base_link", part(box(12.0, 0.2, 0.2)))))
     with pytest.raises(PlanningError):
         offline.plan(costmap, *ends, "lattice", 0.0, robot=standing)

@@ -15,7 +15,7 @@ from ppaas.messages import decode
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
 from robots.client.robot_client import RobotClient
-from robots.sim.driver import Driver, Rates, Schedule
+from robots.sim.driver import Driver, Schedule, SensorRates
 from robots.sim.robot import SimulatedRobot
 from robots.sim.world import World
 from tests.support.endpoints.rosbridge_server import RosbridgeServer, rosbridge_server
@@ -40,7 +40,7 @@ async def test_it_sends_odometry_and_scans_and_never_where_it_truly_is(
     server: RosbridgeServer, robot: SimulatedRobot
 ) -> None:
     async with RobotClient(server.url, robot="tb1", token="t") as client:
-        driving = asyncio.create_task(Driver(robot, client, Rates(odom=100.0, scan=50.0)).run())
+        driving = asyncio.create_task(Driver(robot, client, SensorRates(odom=100.0, scan=50.0)).run())
         await until(lambda: sum(frame["topic"] == "scan" for frame in server.of("publish")) >= 5)
         driving.cancel()
     frames = server.of("publish")
@@ -104,4 +104,4 @@ def test_a_schedule_is_on_time_for_a_long_time() -> None:
 @pytest.mark.parametrize("rate", [0.0, -1.0, math.nan, math.inf])
 def test_a_rate_that_is_none_is_refused(rate: float) -> None:
     with pytest.raises(InvalidParameter, match="Hz"):
-        Rates(scan=rate)
+        SensorRates(scan=rate)

@@ -5,14 +5,14 @@ import pytest
 
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
-from robots.sim.odometry import OdometryModel, WheelOdometry
+from robots.sim.odometry import OdometryNoise, WheelOdometry
 
 DT = 0.02
 
 
 def run(drift: float, seed: int) -> Pose2D:
     """Drive a square of 5 m twice, which ends where it began; return where the odometry thinks that it is."""
-    odometry = WheelOdometry(OdometryModel(drift=drift), np.random.default_rng(seed))
+    odometry = WheelOdometry(OdometryNoise(drift=drift), np.random.default_rng(seed))
     for _ in range(8):
         for _ in range(500):
             odometry.update(0.5, 0.0, DT)
@@ -26,7 +26,7 @@ def test_without_drift_it_is_where_the_wheels_brought_it() -> None:
 
 
 def test_it_begins_at_its_own_origin() -> None:
-    odometry = WheelOdometry(OdometryModel(), np.random.default_rng(1))
+    odometry = WheelOdometry(OdometryNoise(), np.random.default_rng(1))
     message = odometry.message(5.0, "odom", "base_link")
     assert message.pose.pose.planar() == Pose2D(0.0, 0.0, 0.0)
     assert (message.header.frame_id, message.child_frame_id) == ("odom", "base_link")
@@ -40,7 +40,7 @@ def test_drift_takes_it_from_the_truth_and_three_times_the_drift_about_three_tim
 
 
 def test_a_slow_curve_is_followed_as_a_curve() -> None:
-    odometry = WheelOdometry(OdometryModel(drift=0.0), np.random.default_rng(1))
+    odometry = WheelOdometry(OdometryNoise(drift=0.0), np.random.default_rng(1))
     for _ in range(round(math.pi / 0.5 / DT)):
         odometry.update(0.5, 0.5, DT)
     assert odometry.pose.x == pytest.approx(0.0, abs=0.02)
@@ -48,7 +48,7 @@ def test_a_slow_curve_is_followed_as_a_curve() -> None:
 
 
 def test_its_velocity_is_near_the_true_one() -> None:
-    odometry = WheelOdometry(OdometryModel(), np.random.default_rng(1))
+    odometry = WheelOdometry(OdometryNoise(), np.random.default_rng(1))
     odometry.update(0.4, -0.3, DT)
     twist = odometry.message(0.0, "odom", "base_link").twist.twist
     assert (twist.linear.x, twist.angular.z) == pytest.approx((0.4, -0.3), rel=0.05)
@@ -57,11 +57,11 @@ def test_its_velocity_is_near_the_true_one() -> None:
 @pytest.mark.parametrize("drift", [-1.0, math.nan, math.inf])
 def test_a_drift_that_is_none_is_refused(drift: float) -> None:
     with pytest.raises(InvalidParameter, match="drift"):
-        OdometryModel(drift=drift)
+        OdometryNoise(drift=drift)
 
 
 def test_wheels_and_gyro_have_a_scale_of_their_own() -> None:
-    model = OdometryModel(scale=0.0, gyro_scale=0.2, gyro_bias=0.0, gyro_walk=0.0, noise_linear=0.0, noise_angular=0.0)
+    model = OdometryNoise(scale=0.0, gyro_scale=0.2, gyro_bias=0.0, gyro_walk=0.0, noise_linear=0.0, noise_angular=0.0)
     odometry = WheelOdometry(model, np.random.default_rng(1))
     odometry.update(1.0, 1.0, DT)
     assert odometry.velocity.linear == 1.0

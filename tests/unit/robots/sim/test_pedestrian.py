@@ -8,13 +8,13 @@ import pytest
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import office
 from ppaas.messages.geometry_msgs import Twist, Vector3
-from robots.sim.pedestrian import Walker
-from robots.sim.shortest_paths import Way, Ways
+from robots.sim.pedestrian import Pedestrian
+from robots.sim.shortest_paths import PathWalk, ShortestPaths
 from robots.sim.world import World
 from tests.support.world.rooms import room
 
 
-class Towards(Ways):
+class Towards(ShortestPaths):
     """Everybody walks to one place."""
 
     goal = Pose2D(9.0, 2.0)
@@ -23,16 +23,16 @@ class Towards(Ways):
         return self.goal
 
 
-def crowd(world: World, count: int) -> list[Walker]:
-    ways = Ways(world.grid, world.walker_model.clearance, np.random.default_rng(4))
-    return [world.add_walker(ways, ways.anywhere()) for _ in range(count)]
+def crowd(world: World, count: int) -> list[Pedestrian]:
+    ways = ShortestPaths(world.grid, world.pedestrian_model.clearance, np.random.default_rng(4))
+    return [world.add_pedestrian(ways, ways.anywhere()) for _ in range(count)]
 
 
 def test_people_walk_about_at_speeds_of_their_own_and_touch_neither_walls_nor_each_other() -> None:
     world = World(office(seed=1, width=12.0, height=10.0), 2)
-    walkers = crowd(world, 4)
+    pedestrians = crowd(world, 4)
     ways, fastest, nearest = np.zeros(4), np.zeros(4), math.inf
-    free = Ways(world.grid, 0.2, np.random.default_rng(1))
+    free = ShortestPaths(world.grid, 0.2, np.random.default_rng(1))
     for _ in range(1500):
         before = world.people()
         world.step()
@@ -43,9 +43,9 @@ def test_people_walk_about_at_speeds_of_their_own_and_touch_neither_walls_nor_ea
         nearest = min(nearest, float(apart[~np.eye(4, dtype=bool)].min()))
         assert all(free.allows(x, y) for x, y in after.tolist())
     assert (ways > 5.0).all()
-    assert len(walkers) == len(set(np.round(fastest, 2)))
-    assert (fastest <= world.walker_model.fastest + 1e-6).all()
-    assert nearest > 2.0 * world.walker_model.radius
+    assert len(pedestrians) == len(set(np.round(fastest, 2)))
+    assert (fastest <= world.pedestrian_model.fastest + 1e-6).all()
+    assert nearest > 2.0 * world.pedestrian_model.radius
 
 
 def test_the_same_seed_makes_the_same_walks() -> None:
@@ -63,25 +63,25 @@ def test_the_same_seed_makes_the_same_walks() -> None:
 def test_a_robot_that_stands_in_the_way_is_stepped_around(aside: float) -> None:
     world = World(room(10.0, 4.0), 3)
     robot = world.add_robot(Pose2D(5.0, 2.0 + aside))
-    walker = world.add_walker(Towards(world.grid, 0.35, np.random.default_rng(1)), Pose2D(2.0, 2.0))
+    pedestrian = world.add_pedestrian(Towards(world.grid, 0.35, np.random.default_rng(1)), Pose2D(2.0, 2.0))
     nearest = math.inf
     for _ in range(1000):
         world.step()
-        nearest = min(nearest, math.dist(walker.body.position, robot.base.body.position))
-    assert nearest > world.walker_model.radius + robot.model.base.radius + 0.05
-    assert walker.body.position.x > 6.0
+        nearest = min(nearest, math.dist(pedestrian.body.position, robot.base.body.position))
+    assert nearest > world.pedestrian_model.radius + robot.model.base.radius + 0.05
+    assert pedestrian.body.position.x > 6.0
 
 
 def test_in_a_corridor_they_stop_before_a_robot_and_turn_back() -> None:
     grid = room(10.0, 1.2)
     world = World(grid, 3)
     robot = world.add_robot(Pose2D(5.0, 0.6))
-    ways = Ways(grid, 0.35, np.random.default_rng(1))
-    walker = world.add_walker(ways, Pose2D(2.0, 0.6))
+    ways = ShortestPaths(grid, 0.35, np.random.default_rng(1))
+    pedestrian = world.add_pedestrian(ways, Pose2D(2.0, 0.6))
     for _ in range(2000):
         world.step()
-        assert math.dist(walker.body.position, robot.base.body.position) > 0.6
-    assert walker.body.position.x < 5.0
+        assert math.dist(pedestrian.body.position, robot.base.body.position) > 0.6
+    assert pedestrian.body.position.x < 5.0
 
 
 def test_who_only_steps_to_and_fro_before_somebody_goes_elsewhere_too() -> None:
@@ -89,11 +89,11 @@ def test_who_only_steps_to_and_fro_before_somebody_goes_elsewhere_too() -> None:
     grid = room(10.0, 1.8)
     world = World(grid, 3)
     robot = world.add_robot(Pose2D(5.0, 0.9))
-    walker = world.add_walker(Ways(grid, 0.35, np.random.default_rng(1)), Pose2D(2.0, 0.9))
+    pedestrian = world.add_pedestrian(ShortestPaths(grid, 0.35, np.random.default_rng(1)), Pose2D(2.0, 0.9))
     before, longest = 0.0, 0.0
     for _ in range(3000):
         world.step()
-        before = before + world.dt if math.dist(walker.body.position, robot.base.body.position) < 1.3 else 0.0
+        before = before + world.dt if math.dist(pedestrian.body.position, robot.base.body.position) < 1.3 else 0.0
         longest = max(longest, before)
     assert longest < 50.0, "not all of the minute"
 
@@ -101,7 +101,7 @@ def test_who_only_steps_to_and_fro_before_somebody_goes_elsewhere_too() -> None:
 def test_who_is_driven_into_is_no_wall() -> None:
     world = World(room(10.0, 4.0), 3)
     robot = world.add_robot(Pose2D(8.4, 2.0))
-    world.add_walker(Towards(world.grid, 0.35, np.random.default_rng(1)), Towards.goal)
+    world.add_pedestrian(Towards(world.grid, 0.35, np.random.default_rng(1)), Towards.goal)
     for _ in range(50):
         robot.command(Twist(Vector3(x=0.6)))
         world.step()
@@ -113,15 +113,15 @@ def test_who_is_driven_into_is_no_wall() -> None:
 def test_the_laser_sees_people() -> None:
     world = World(room(10.0, 4.0), 3)
     robot = world.add_robot(Pose2D(5.0, 2.0))
-    world.add_walker(Towards(world.grid, 0.35, np.random.default_rng(1)), Pose2D(7.0, 2.0))
+    world.add_pedestrian(Towards(world.grid, 0.35, np.random.default_rng(1)), Pose2D(7.0, 2.0))
     ahead = robot.scan().ranges[robot.model.laser.beams // 2]
-    assert ahead == pytest.approx(2.0 - world.walker_model.radius, abs=0.05)
+    assert ahead == pytest.approx(2.0 - world.pedestrian_model.radius, abs=0.05)
 
 
 def test_a_way_that_comes_back_near_to_where_one_is_is_not_cut_short() -> None:
     out = [(0.1 * step, 0.0) for step in range(30)]
     back = [(3.0 - 0.1 * step, 0.3) for step in range(30)]
-    way = Way(np.array(out + back))
+    way = PathWalk(np.array(out + back))
     assert way.ahead(1.5, 0.0, 0.5) == (0.0, 0.0), "far from where the way was left, one goes back there"
     for step in range(10):
         x, y = way.ahead(0.1 * step, 0.0, 0.5)
@@ -130,7 +130,7 @@ def test_a_way_that_comes_back_near_to_where_one_is_is_not_cut_short() -> None:
 
 
 def test_where_one_may_not_be_the_nearest_place_is_found() -> None:
-    ways = Ways(room(4.0, 4.0), 0.5, np.random.default_rng(1))
+    ways = ShortestPaths(room(4.0, 4.0), 0.5, np.random.default_rng(1))
     assert not ways.allows(0.2, 2.0)
     there = ways.nearest(Pose2D(0.2, 2.0, 1.0))
     assert ways.allows(there.x, there.y)

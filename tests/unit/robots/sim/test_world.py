@@ -12,12 +12,12 @@ from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.maps.grid import UNKNOWN, GridInfo, GridMap
 from ppaas.messages.geometry_msgs import Twist, Vector3
 from robots.demo.scorer import Scorer
-from robots.sim.robot import RobotModel, SimulatedRobot
+from robots.sim.robot import SimulatedRobot, SimulatedRobotModel
 from robots.sim.turtlebot import TurtlebotModel
 from robots.sim.world import World
 from tests.support.world.rooms import room
 
-NO_SLIP = RobotModel(base=TurtlebotModel(slip=0.0))
+NO_SLIP = SimulatedRobotModel(base=TurtlebotModel(slip=0.0))
 
 
 def drive(
@@ -158,7 +158,7 @@ def test_the_chance_of_one_robot_does_not_depend_on_the_others() -> None:
 
 def test_slip_takes_the_true_way_off_what_the_wheels_did() -> None:
     world = World(room(40.0, 10.0), seed=3)
-    robot = world.add_robot(Pose2D(5.0, 5.0, 0.0), RobotModel(base=TurtlebotModel(slip=0.1)))
+    robot = world.add_robot(Pose2D(5.0, 5.0, 0.0), SimulatedRobotModel(base=TurtlebotModel(slip=0.1)))
     drive(world, 20.0, {robot: (0.5, 0.0)})
     rolled = 20.0 * 0.5 - 0.125
     assert 0.001 < abs(robot.base.travelled - rolled) < 0.1 * rolled

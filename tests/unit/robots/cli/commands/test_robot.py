@@ -87,9 +87,9 @@ async def test_a_robot_that_is_connected_is_kept(ppaas: CommandLine, file: Path)
     [
         (None, "invalid-input: cannot read the robot file: "),
         ("{", "invalid-input: the robot file is not JSON: "),
-        ("{}", "invalid-parameter: not a robot file: "),
-        ('{"map": "house", "colour": "red"}', "invalid-parameter: not a robot file: "),
-        ('{"map": "house", "cores": 0}', "invalid-parameter: not a robot file: "),
+        ("{}", "invalid-parameter: invalid robot file: "),
+        ('{"map": "house", "colour": "red"}', "invalid-parameter: invalid robot file: "),
+        ('{"map": "house", "cores": 0}', "invalid-parameter: invalid robot file: "),
         ('{"map": "house", "cores": 4096}', "invalid-input: body.cores: "),
     ],
 )
@@ -130,7 +130,7 @@ async def test_a_robot_is_changed_by_names_and_values(ppaas: CommandLine, file: 
         (["cores=NaN"], "invalid-input: a number must be finite"),
         (['parameters.amcl={"a": [1e999]}'], "invalid-input: a number must be finite"),
         (["map=atlantis"], "not-found: unknown map 'atlantis'"),
-        (["model=\udcff"], "invalid-input: there is something in it that is no text"),
+        (["model=\udcff"], "invalid-input: '\\udcff' is not valid Unicode text"),
     ],
 )
 async def test_a_change_that_cannot_be_is_told_in_one_line(
