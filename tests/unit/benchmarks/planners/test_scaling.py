@@ -1,0 +1,12 @@
+"""The spread of a scaling bench compares grids from 512² on."""
+
+from rich.progress import Progress
+
+from benchmarks.planners import scaling
+
+
+def test_the_spread_is_the_most_over_the_least_of_what_is_large() -> None:
+    with Progress(disable=True) as progress:
+        told = scaling.measure(["empty"], [64, 512, 600], [1], progress)
+    _, first, second = told["ns_per_cell"]["empty"]["1"]
+    assert told["spread"]["empty"]["1"] == max(first, second) / min(first, second)
