@@ -1,6 +1,6 @@
-"""Run as a script in place of an agent: it writes down what it is and does what the machine's name says.
+"""Script that replaces an agent: it writes down its process id and behaves as the name of its machine says.
 
-``stay`` ends on SIGTERM as a process does, ``stubborn`` does not and has a child, ``die`` ends at once.
+``stay`` exits on SIGTERM, ``stubborn`` ignores it and has a child, ``die`` exits at once.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""What tests run in forked containers, in place of the real thing; each is told its work by ``Launch``."""
+"""Entry points of test containers, in place of the real one; each takes a ``Launch``."""
 
 import os
 import socket
@@ -10,14 +10,14 @@ from pathlib import Path
 from engine.specs.containers import Launch
 
 BURNING = 0.5
-"""Seconds."""
+"""Duration of ``burn`` [s]."""
 
 HELD = 1100
-"""MiB."""
+"""Memory that ``hold_memory`` takes [MiB]."""
 
 
 def report(launch: Launch, text: str) -> socket.socket:
-    """Dial ``launch.link``, say something, and return the connection, still open."""
+    """Dial ``launch.link``, send a text, and return the open connection."""
     connection = socket.socket(socket.AF_UNIX)
     connection.connect(launch.link)
     connection.sendall(f"{launch.spec.id} {os.getpid()} {text}\n".encode())
@@ -25,14 +25,14 @@ def report(launch: Launch, text: str) -> socket.socket:
 
 
 def dial_and_stay(launch: Launch) -> None:
-    """Say that it runs, and run until it is killed."""
+    """Report that it runs, and run until it is killed."""
     with report(launch, "ready"):
         while True:
             time.sleep(60)
 
 
 def describe(launch: Launch) -> int:
-    """Say where it runs and what it was born with; end with status 7."""
+    """Report CPUs, threads, session and environment; exit with status 7."""
     import numba
 
     facts = {
@@ -49,7 +49,7 @@ def describe(launch: Launch) -> int:
 
 
 def hold_the_interpreter(launch: Launch) -> None:
-    """Say that it runs, then never give the interpreter's lock back."""
+    """Report that it runs, then hold the interpreter's lock for ever."""
     import re
 
     with report(launch, "ready"):
@@ -57,7 +57,7 @@ def hold_the_interpreter(launch: Launch) -> None:
 
 
 def live_again(launch: Launch) -> int:
-    """Live a container's life in a forked process, and say what was loaded for it, modules and compiled kernels."""
+    """Run the warm-up in a forked process, and report the modules and kernels that it had to load."""
     from engine.container.warm_up.scripted_session import warm_up
     from engine.runtimes.compilation.kernel_modules import modules
 
@@ -75,7 +75,7 @@ def live_again(launch: Launch) -> int:
 
 
 def tell_tuning(launch: Launch) -> int:
-    """Live a container's life, and say whether it drove, and how the memory of this process is tuned."""
+    """Run the warm-up, and report whether the robot drove, and how the memory of this process is tuned."""
     from numba.core.caching import Cache
 
     from engine.container.warm_up.scripted_session import warm_up
@@ -91,7 +91,7 @@ def tell_tuning(launch: Launch) -> int:
 
 
 def burn(launch: Launch) -> None:
-    """Keep two processes busy for half a second, and tell how many CPUs they got on the average."""
+    """Keep two processes busy for half a second, and report how many CPUs they got on average."""
     began = time.monotonic()
     children = [_burn(BURNING) for _ in range(2)]
     used = sum(usage.ru_utime + usage.ru_stime for _, _, usage in (os.wait4(child, 0) for child in children))
@@ -109,7 +109,7 @@ def _burn(seconds: float) -> int:
 
 
 def compete(launch: Launch) -> None:
-    """Be busy for a second, and tell how much of it there was a CPU for."""
+    """Be busy for a second, and report the CPU time [s]."""
     began, used = time.monotonic(), time.process_time()
     while time.monotonic() - began < 1.0:
         pass
@@ -117,7 +117,7 @@ def compete(launch: Launch) -> None:
 
 
 def read_layers(launch: Launch) -> None:
-    """Tell what layers it sees, then what is put beside them."""
+    """Report the layers that it sees, then a file that is added to them."""
     folder = Path(launch.layers)
     with report(launch, (folder / "info.json").read_text()) as connection:
         while not (late := folder / "late.index").exists():
@@ -126,7 +126,7 @@ def read_layers(launch: Launch) -> None:
 
 
 def tell_cpus(launch: Launch) -> None:
-    """Say on which CPUs it may run, and again whenever these change."""
+    """Report the CPUs that it may run on, and again whenever they change."""
     with report(launch, cpus := _cpus()) as connection:
         while True:
             if (now := _cpus()) != cpus:
@@ -140,7 +140,7 @@ def _cpus() -> str:
 
 
 def hold_memory(launch: Launch) -> None:
-    """Take most of the memory that a container of two cores has, say so, and keep it."""
+    """Take most of the memory of a container of two cores, report it, and keep it."""
     taken = bytearray(os.urandom(1 << 20)) * HELD
     with report(launch, f"{len(taken) >> 20} MiB"):
         while True:
@@ -148,7 +148,7 @@ def hold_memory(launch: Launch) -> None:
 
 
 def take_memory_if_told(launch: Launch) -> None:
-    """Take more and more memory if the secret says so, else stay."""
+    """Take more and more memory if the secret is ``take``, otherwise stay."""
     if launch.secret == "take":
         take_memory(launch)
     dial_and_stay(launch)

@@ -1,4 +1,4 @@
-"""An agent that only has containers: starts one from an image, tells it, and stays until it is killed."""
+"""Script: a minimal agent that starts one container from an image and runs until it is killed."""
 
 import asyncio
 import sys

@@ -1,4 +1,4 @@
-"""The Docker engine of tests: asked for by ``$PPAAS_DOCKER_UP``, a command that returns when it runs."""
+"""The Docker Engine of tests, started by the command in ``$PPAAS_DOCKER_UP``."""
 
 import functools
 import os
@@ -14,7 +14,7 @@ UP = "PPAAS_DOCKER_UP"
 UP_TIMEOUT = BUILD_TIMEOUT = 1200.0
 
 ENGINE_IMAGE, TEST_IMAGE = "ppaas-engine", "ppaas-engine-test"
-"""What users build, and the same with what tests run in containers."""
+"""The image that users build, and the same with the test entry points."""
 
 TEST_FILES = """\
 FROM {image}
@@ -33,16 +33,16 @@ def run(*command: str, folder: Path = ROOT, timeout: float = BUILD_TIMEOUT) -> s
 
 @functools.cache
 def bring_up() -> None:
-    """Make sure that an engine runs; skip where nobody says how, and fail where it was said and is not so."""
+    """Make sure that an engine runs; skip the test if the variable is not set, and fail if its command fails."""
     command = os.environ.get(UP)
     if not command:
-        pytest.skip(f"no Docker engine: set {UP}")
+        pytest.skip(f"no Docker Engine: set {UP}")
     run("bash", "-c", command, timeout=UP_TIMEOUT)
 
 
 @functools.cache
 def engine_image() -> str:
-    """Build the image of this checkout, as the documents tell it; return its name."""
+    """Build the image of this checkout, as documented; return its name."""
     bring_up()
     run("docker", "build", "--quiet", "-f", "docker/engine.Dockerfile", "-t", ENGINE_IMAGE, ".")
     return ENGINE_IMAGE
@@ -50,7 +50,7 @@ def engine_image() -> str:
 
 @functools.cache
 def image_for_tests() -> str:
-    """Build the image with the support of tests in it, and a plug-in that is hostile; return its name."""
+    """Build the image with the test entry points and a hostile plug-in; return its name."""
     base = engine_image()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -63,6 +63,6 @@ def image_for_tests() -> str:
 
 
 def containers(instance: str) -> list[str]:
-    """Return the ids of the containers that a cloud has, running or not."""
+    """Return the ids of the containers of a cloud, running or not."""
     listed = run("docker", "ps", "--all", "--quiet", "--no-trunc", "--filter", f"label=ppaas.instance={instance}")
     return listed.split()

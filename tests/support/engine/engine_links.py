@@ -1,4 +1,4 @@
-"""The far ends of the engine's links, over its real sockets."""
+"""Peers of the engine's links, over its real sockets."""
 
 import asyncio
 import socket
@@ -35,13 +35,13 @@ async def dial_control(path: Path | str) -> FrameStream[control_link.ToAgent]:
     return await _dial(path, control_link.ToAgent)
 
 
-async def dial_gate(path: Path | str) -> FrameStream[machine_link.ToContainer]:
-    """Dial the gate of a machine as a container does."""
+async def dial_gateway(path: Path | str) -> FrameStream[machine_link.ToContainer]:
+    """Dial the container gateway of a machine as a container does."""
     return await _dial(path, machine_link.ToContainer)
 
 
 async def pair(near: Any, far: Any) -> tuple[FrameStream[Any], FrameStream[Any]]:
-    """Return the two ends of a new connection, by what each receives."""
+    """Return the two ends of a new connection, by the types that they receive."""
     ours, theirs = socket.socketpair()
     return (
         FrameStream(*await asyncio.open_connection(sock=ours), near),
@@ -50,20 +50,20 @@ async def pair(near: Any, far: Any) -> tuple[FrameStream[Any], FrameStream[Any]]
 
 
 async def connection(incoming: Any) -> tuple[FrameStream[Any], asyncio.StreamReader, asyncio.StreamWriter]:
-    """Return our end of a new connection, by what it receives, and the other as what listens is handed it."""
+    """Return our end of a new connection, by the type that it receives, and the streams of the server's end."""
     ours, theirs = socket.socketpair()
     stream: FrameStream[Any] = FrameStream(*await asyncio.open_connection(sock=ours), incoming)
     return (stream, *await asyncio.open_connection(sock=theirs))
 
 
 async def receive(stream: FrameStream[Any]) -> Any:
-    """Return the next frame, which must come soon, or None if the other end hung up."""
+    """Return the next frame, which must come soon, or None if the other end closed the connection."""
     async with asyncio.timeout(10.0):
         return await stream.receive()
 
 
 def hello(container: str, secret: str, pid: int = 42, applied: int = 0) -> robot_link.Hello:
-    """Return what a container says first."""
+    """Return the first message of a container."""
     return robot_link.Hello(container, secret, pid, applied, HELLO_TOPICS, HELLO_SERVICES, HELLO_NODES)
 
 
@@ -74,5 +74,5 @@ def register(
     carries: tuple[control_link.Carried, ...] = (),
     release: str = __version__,
 ) -> control_link.Register:
-    """Return what an agent says first."""
+    """Return the first message of an agent."""
     return control_link.Register(machine, secret, 1000, cores, 1 << 30, carries=carries, release=release)

@@ -1,6 +1,6 @@
-"""Run as a script: subscribes to ``feed/**``; a slow one sleeps over each message. Writes a line for each.
+"""Script that subscribes to ``feed/**``, sleeps after each message, and writes a line for it.
 
-``python -m tests.support.engine.fabric_reader SECONDS``, settings as JSON on standard input; ends with it.
+``python -m tests.support.engine.fabric_reader SECONDS``, with ``Settings`` as JSON on standard input; ends with it.
 """
 
 import asyncio

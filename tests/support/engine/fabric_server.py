@@ -1,6 +1,6 @@
-"""Run as a script: serves ``count`` on the fabric and remembers, in order, what it carried out.
+"""Script that serves ``count`` on the fabric and records the executed requests in order.
 
-``python -m tests.support.engine.fabric_server``, settings as JSON on standard input; ends with it.
+``python -m tests.support.engine.fabric_server``, with ``Settings`` as JSON on standard input; ends with it.
 """
 
 import asyncio
@@ -18,15 +18,17 @@ class Settings(msgspec.Struct):
 
 
 async def run(settings: Settings) -> None:
-    carried_out: list[str] = []
+    executed: list[str] = []
 
     async def count(key: str, payload: bytes) -> bytes:
-        carried_out.append(payload.decode())
-        await asyncio.sleep(0.002 * (len(carried_out) % 10))  # some are under way whenever the router dies
+        executed.append(payload.decode())
+        await asyncio.sleep(
+            0.002 * (len(executed) % 10)
+        )  # so that some requests are executing whenever the router dies
         return payload[::-1]
 
     async def tell(key: str, payload: bytes) -> bytes:
-        return msgspec.json.encode(carried_out)
+        return msgspec.json.encode(executed)
 
     fabric = await Fabric.open(settings.endpoint, settings.credentials)
     fabric.serve("count", count)

@@ -1,4 +1,4 @@
-"""A fabric without a router: it remembers what is published and brings it to whoever hears the key."""
+"""A fabric without a router: it records publications and delivers them to its subscriptions."""
 
 from collections.abc import Callable
 
@@ -6,7 +6,7 @@ import zenoh
 
 
 class Subscription:
-    """One who hears a key expression."""
+    """A subscription to a key expression."""
 
     def __init__(self, fabric: "FakeFabric", key: str, callback: Callable[[str, bytes], None]) -> None:
         self._fabric = fabric
@@ -18,7 +18,7 @@ class Subscription:
 
 
 class FakeFabric:
-    """Takes the keys that Zenoh takes, and matches them as Zenoh does."""
+    """Accepts and matches keys as Zenoh does."""
 
     def __init__(self) -> None:
         self.published: list[tuple[str, bytes]] = []

@@ -1,4 +1,4 @@
-"""A machine whose containers are in the hands of the test: real links, no processes."""
+"""A machine without processes: the test controls its containers over real links."""
 
 import asyncio
 from pathlib import Path
@@ -12,20 +12,20 @@ from tests.support.engine.engine_links import dial_control, dial_link, hello, re
 
 
 class FarContainer:
-    """The far end of a robot link."""
+    """The container's end of a robot link."""
 
     def __init__(self, order: control_link.StartContainer, stream: FrameStream[robot_link.ToContainer]) -> None:
         self.spec = order.spec
         self.stream = stream
 
     async def next(self) -> robot_link.ToContainer | None:
-        """Return what the endpoint sends next, or None if it hung up."""
+        """Return the next message of the endpoint, or None if it closed the connection."""
         frame: robot_link.ToContainer | None = await receive(self.stream)
         return frame
 
 
 class FakeMachine:
-    """An agent that does with its orders what the test wants."""
+    """An agent whose orders the test executes."""
 
     def __init__(self, stream: FrameStream[control_link.ToAgent]) -> None:
         self._stream = stream
@@ -60,43 +60,43 @@ class FakeMachine:
         self._orders.put_nowait(None)
 
     async def order(self) -> control_link.ToAgent | None:
-        """Return the next order, or None if the master hung up."""
+        """Return the next order, or None if the master closed the connection."""
         async with asyncio.timeout(10):
             return await self._orders.get()
 
     async def started(self) -> control_link.StartContainer:
-        """Return the next order, which is to start a container."""
+        """Return the next order, which must be to start a container."""
         order = await self.order()
         assert isinstance(order, control_link.StartContainer), order
         return order
 
     async def stopped(self) -> str:
-        """Return the container that is to be ended by the next order."""
+        """Return the container of the next order, which must be to stop it."""
         order = await self.order()
         assert isinstance(order, control_link.StopContainer), order
         return order.container
 
     def has_orders(self) -> bool:
-        """Tell whether an order waits to be looked at."""
+        """Return whether there are unread orders."""
         return not self._orders.empty()
 
     def tell(self, event: msgspec.Struct) -> None:
-        """Send news to the master."""
+        """Send a message to the master."""
         self._stream.write(event)
 
     async def boot(self, order: control_link.StartContainer, pid: int = 42, applied: int = 0) -> FarContainer:
-        """Be the process that was ordered: it runs, and dials the robot link."""
+        """Act as the process of the ordered container: report it, and dial the robot link."""
         self.tell(control_link.Launched(order.spec.id, pid))
         stream = await dial_link(order.link)
         stream.write(hello(order.spec.id, order.secret, pid, applied))
         return FarContainer(order, stream)
 
     async def kill(self, container: FarContainer, status: int = -9) -> None:
-        """Let the process of a container end."""
+        """Report the exit of a container's process."""
         await container.stream.close()
         self.tell(control_link.Exited(container.spec.id, status))
 
     async def leave(self) -> None:
-        """Vanish."""
+        """Close the control link."""
         await self._stream.close()
         await self._receiving

@@ -1,4 +1,4 @@
-"""A runtime without processes: the test says when one runs, and when it ends."""
+"""A runtime without processes: the test controls when a container starts and exits."""
 
 import asyncio
 import os
@@ -8,7 +8,7 @@ from ppaas.errors import PPaaSError
 
 
 class FakeProcess:
-    """Ends when it is killed, or when the test says so."""
+    """A process that exits when it is killed, or when the test calls ``end``."""
 
     def __init__(self, launch: Launch) -> None:
         self.launch = launch
@@ -39,7 +39,7 @@ class FakeProcess:
 
 
 class FakeRuntime:
-    """Launches when it is let, and fails as it is told."""
+    """Launches while ``go`` is set, and raises ``error`` if it is set."""
 
     def __init__(self) -> None:
         self.launches: list[Launch] = []

@@ -1,4 +1,4 @@
-"""Plans on the map of a container that only plans, kept by somebody else."""
+"""Stored plans of another user on the map of a planning container."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ SPEC = planning_spec()
 
 
 def record(plan_id: str, first: float, last: float, **changes: object) -> PlanRecord:
-    """Return a plan along the x axis, as another user's robot may have made it."""
+    """Return a plan of another user along the x axis."""
     poses = poses_along(np.stack((np.arange(first, last + 0.5), np.zeros(int(last - first) + 1)), axis=1))
     fields = {
         "id": plan_id, "user": "bob", "map": SPEC.map.id, "version": SPEC.map.version, "planner": "dijkstra",

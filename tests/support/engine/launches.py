@@ -1,4 +1,4 @@
-"""Launches for the containers of tests, and the socket on which these report."""
+"""Launches of test containers, and the socket on which they report."""
 
 import asyncio
 import itertools
@@ -11,7 +11,7 @@ _numbers = itertools.count(1)
 
 
 class Report(NamedTuple):
-    """What a container said: its id, its process, and the rest of the line."""
+    """Report of a container: its id, its process id, and a text."""
 
     container: str
     pid: int
@@ -19,17 +19,17 @@ class Report(NamedTuple):
 
 
 class Reports:
-    """A socket that containers dial.
+    """A socket that test containers dial.
 
     Parameters
     ----------
     folder : Path
-        Where the socket is made.
+        Folder of the socket.
 
     Attributes
     ----------
     hung_up : set of str
-        Containers that said something and closed the connection, or are gone.
+        Containers whose connection was closed after a report.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -47,7 +47,7 @@ class Reports:
         self._server.close()
 
     async def connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, _: str = "") -> None:
-        """Hear what a container says; it may have come by a machine of another host."""
+        """Read the reports of a container, which may come through a machine of another host."""
         container = ""
         while line := (await reader.readline()).decode():
             container, pid, text = line.strip().split(" ", 2)

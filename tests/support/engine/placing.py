@@ -1,4 +1,4 @@
-"""Machines and containers for who places them."""
+"""Machines and containers for tests of placement."""
 
 from typing import Any
 
@@ -14,6 +14,6 @@ def machine(name: str, cores: int = 2, **fields: Any) -> Machine:
 def spec(
     container: str, cores: float = 1.0, map_id: str = "office", robot: str | None = None, **fields: Any
 ) -> ContainerSpec:
-    """Return a container of ann's, of a robot if one is named."""
+    """Return a container of the user ann, for a robot if one is named."""
     config = None if robot is None else RobotConfig(robot, "turtlebot2", (0.0, 0.0, 0.0), "dijkstra", "dwa")
     return ContainerSpec(container, "ann", MapVersion(map_id, "v1"), cores, config, **fields)

@@ -1,11 +1,11 @@
-"""What tests ask about processes."""
+"""Queries of processes for tests."""
 
 from pathlib import Path
 
 import psutil
 
 SOON = 5.0
-"""Seconds within which what must happen has to: generous, since machines that run tests are busy."""
+"""Time limit for events that must happen soon [s]; generous, since machines that run tests are busy."""
 
 
 def state(pid: int) -> str | None:
@@ -17,12 +17,12 @@ def state(pid: int) -> str | None:
 
 
 def is_gone(pid: int) -> bool:
-    """There is no such process, not even a zombie."""
+    """Return whether a process does not exist, not even as a zombie."""
     return state(pid) is None
 
 
 def has_ended(pid: int) -> bool:
-    """It runs no more, though whoever has to may not have taken note of it yet."""
+    """Return whether a process has exited; it may still be a zombie."""
     return state(pid) in (None, "Z", "X")
 
 

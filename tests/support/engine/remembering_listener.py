@@ -1,4 +1,4 @@
-"""A listener that remembers what it is told of a cloud."""
+"""A listener of a cloud that records all events."""
 
 from collections.abc import Collection
 
@@ -6,7 +6,7 @@ from engine.service.listener import CloudListener
 
 
 class RememberingListener(CloudListener):
-    """Remembers what it is told, in the order in which it comes."""
+    """Records events in order."""
 
     def __init__(self) -> None:
         self.frozen: list[str] = []

@@ -1,4 +1,4 @@
-"""What containers of tests are asked to be."""
+"""Specifications of test containers."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ HOUSE = MapVersion("house", "v1")
 
 
 def robot_config(robot: str = "tb1", **fields: Any) -> RobotConfig:
-    """Return what a clone must know of a robot."""
+    """Return the configuration of a robot."""
     given = {"model": "turtlebot2", "initial_pose": (0.0, 0.0, 0.0)}
     planners = {"base_global_planner": "dijkstra", "base_local_planner": "dwa"}
     return RobotConfig(robot, **(given | planners | fields))
@@ -36,5 +36,5 @@ def robot_request(
     labels: dict[str, str] | None = None,
     **fields: Any,
 ) -> PlaceRequest:
-    """Return the wish for a place with the clone of a robot."""
+    """Return a request for a place with the clone of a robot."""
     return PlaceRequest(user, version, cores, robot_config(robot, **fields), labels=labels or {})

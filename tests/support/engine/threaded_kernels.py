@@ -1,4 +1,4 @@
-"""Run as a script: a parallel kernel, cached on disk, called from two threads at once; prints what came of it.
+"""Script that calls a parallel kernel, cached on disk, from two threads at once, and prints the results.
 
 ``python -m tests.support.engine.threaded_kernels [without-tbb]``
 """
@@ -21,7 +21,7 @@ def main() -> None:
     from tests.support.stress.kernels import relax, warm
 
     warm()
-    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # as a container does, after the kernels were compiled
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # as in a container, after the kernels were compiled
     right = []
 
     def call() -> None:

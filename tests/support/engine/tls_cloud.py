@@ -1,4 +1,4 @@
-"""A cloud's authority, and machines that have joined it, without a cloud."""
+"""Machines that have joined a certificate authority, without a cloud."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ from engine.remote.certificates import key_pem, new_key, request_pem
 
 
 def joined(authority: Authority, folder: Path, machine: str) -> TlsIdentity:
-    """Return the identity of a machine that got its certificate."""
+    """Return the identity of a machine that has joined."""
     folder.mkdir(parents=True)
     identity = TlsIdentity.in_folder(folder, "machine")
     key = new_key()

@@ -1,7 +1,7 @@
-"""Run as a script in place of the watcher of a Ray cluster: it writes down what it is told.
+"""Script that replaces the watcher of a Ray cluster: it writes down its input.
 
-For a host ``refuse`` it does not connect, for ``crash`` it ends without an answer, for any other it connects and stays
-until its input ends.
+For the host ``refuse`` it refuses the connection, for ``crash`` it exits without an answer, for any other it connects
+and runs until the end of its input.
 """
 
 import os

@@ -18,7 +18,7 @@ from engine.specs.containers import ContainerSpec, MapVersion
 from ppaas.errors import NotFound, Unavailable
 from storage.memory.store import MemoryStore
 from storage.records import CloneCheckpoint
-from tests.support.engine.engine_links import dial_gate, receive
+from tests.support.engine.engine_links import dial_gateway, receive
 from tests.support.engine.fake_fabric import FakeFabric
 from tests.support.engine.specs import planning_spec, robot_spec
 from tests.support.storage import records
@@ -68,7 +68,7 @@ Attach = Callable[[ContainerSpec], Awaitable[Stream]]
 def attach(gate: Gate, fabric: FakeFabric) -> Attach:
     async def attached(spec: ContainerSpec) -> Stream:
         gate.expect(spec, "secret")
-        stream = await dial_gate(gate.path)
+        stream = await dial_gateway(gate.path)
         stream.write(machine_link.Attach(spec.id, "secret"))
         await until(lambda: gate.awaited == 0)
         return stream
@@ -140,7 +140,7 @@ async def test_a_stranger_is_hung_up_on_and_the_awaited_container_still_comes(
     gate: Gate, first: msgspec.Struct, attach: Attach
 ) -> None:
     gate.expect(robot_spec("c1"), "secret")
-    stranger = await dial_gate(gate.path)
+    stranger = await dial_gateway(gate.path)
     stranger.write(first)
     assert await receive(stranger) is None
     stream = await attach(robot_spec("c1"))
@@ -149,7 +149,7 @@ async def test_a_stranger_is_hung_up_on_and_the_awaited_container_still_comes(
 
 async def test_a_container_attaches_once(gate: Gate, attach: Attach) -> None:
     first = await attach(robot_spec("c1"))
-    second = await dial_gate(gate.path)
+    second = await dial_gateway(gate.path)
     second.write(machine_link.Attach("c1", "secret"))
     assert await receive(second) is None
     assert slug(await ask(first, machine_link.SaveClone(1, {}))) is None
@@ -166,7 +166,7 @@ async def test_a_container_that_wants_to_be_another_is_cut_off(gate: Gate, attac
 async def test_who_is_forgotten_is_not_let_in(gate: Gate) -> None:
     gate.expect(robot_spec("c1"), "secret")
     gate.forget("c1")
-    stream = await dial_gate(gate.path)
+    stream = await dial_gateway(gate.path)
     stream.write(machine_link.Attach("c1", "secret"))
     assert await receive(stream) is None
 
@@ -174,7 +174,7 @@ async def test_who_is_forgotten_is_not_let_in(gate: Gate) -> None:
 async def test_silence_is_cut_off(tmp_path: Path, store: SlowStore, fabric: FakeFabric) -> None:
     gate = Gate(tmp_path / "gate.sock", store, fabric, attach_timeout=0.05)
     await gate.start()
-    stream = await dial_gate(gate.path)
+    stream = await dial_gateway(gate.path)
     assert await receive(stream) is None
     await gate.close()
 
@@ -237,7 +237,7 @@ async def test_a_container_has_what_planners_prepare_of_its_own_map_put_beside_i
         prepared.append(planner)
 
     gate.expect(planning_spec("c1"), "secret", prepare)
-    stream = await dial_gate(gate.path)
+    stream = await dial_gateway(gate.path)
     stream.write(machine_link.Attach("c1", "secret"))
     assert slug(await ask(stream, machine_link.PrepareIndex(1, "hub_labels"))) is None
     assert slug(await ask(stream, machine_link.PrepareIndex(2, "astar"))) == "not-found"
@@ -393,7 +393,7 @@ async def test_a_container_that_goes_is_told_nothing_more(gate: Gate, attach: At
 
 
 async def test_closing_hangs_up_on_all_even_those_that_have_not_attached(gate: Gate, attach: Attach) -> None:
-    known, silent = await attach(robot_spec("c1")), await dial_gate(gate.path)
+    known, silent = await attach(robot_spec("c1")), await dial_gateway(gate.path)
     await until(lambda: len(gate._streams) == 2)
     await gate.close()
     assert await receive(known) is None

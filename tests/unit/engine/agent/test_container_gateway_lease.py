@@ -8,7 +8,7 @@ from engine.agent.container_gateway import Gate
 from engine.protocols import machine_link
 from ppaas.errors import NotFound
 from storage.memory.store import MemoryStore
-from tests.support.engine.engine_links import dial_gate, receive
+from tests.support.engine.engine_links import dial_gateway, receive
 from tests.support.engine.fake_fabric import FakeFabric
 from tests.support.engine.specs import robot_spec
 
@@ -18,7 +18,7 @@ async def test_checkpoints_are_kept_only_while_the_lease_holds(tmp_path: Path) -
     gate = Gate(tmp_path / "gate.sock", store, FakeFabric(), acts=lambda: may)
     await gate.start()
     gate.expect(robot_spec("c1", "ann", "tb1"), "secret")
-    stream = await dial_gate(gate.path)
+    stream = await dial_gateway(gate.path)
     stream.write(machine_link.Attach("c1", "secret"))
     stream.write(machine_link.SaveClone(1, {"n": b"old"}))
     refused = await receive(stream)
@@ -38,7 +38,7 @@ async def test_for_who_is_shut_out_nothing_is_done_though_the_machine_acts(tmp_p
     gate = Gate(tmp_path / "gate.sock", store, fabric)
     await gate.start()
     gate.expect(robot_spec("c1", "ann", "tb1"), "secret")
-    stream = await dial_gate(gate.path)
+    stream = await dial_gateway(gate.path)
     stream.write(machine_link.Attach("c1", "secret"))
     stream.write(machine_link.SaveClone(1, {"n": b"old"}))
     assert await receive(stream) == machine_link.Done(1)

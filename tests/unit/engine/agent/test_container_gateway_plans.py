@@ -10,7 +10,7 @@ from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from ppaas.plans.history import LinkHistory, failed_row
 from storage.memory.store import MemoryStore
-from tests.support.engine.engine_links import dial_gate, receive
+from tests.support.engine.engine_links import dial_gateway, receive
 from tests.support.engine.fake_fabric import FakeFabric
 from tests.support.engine.kept_plans import PARAMETERS, record
 from tests.support.engine.specs import planning_spec
@@ -31,7 +31,7 @@ async def container(tmp_path: Path, store: MemoryStore) -> AsyncIterator[Stream]
     gate = Gate(tmp_path / "gate.sock", store, FakeFabric(), link="m1")
     await gate.start()
     gate.expect(SPEC, "secret")
-    stream = await dial_gate(gate.path)
+    stream = await dial_gateway(gate.path)
     stream.write(machine_link.Attach(SPEC.id, "secret"))
     await until(lambda: gate.awaited == 0)
     yield stream

@@ -19,7 +19,7 @@ from ppaas.errors import InvalidMap, NotFound, Unavailable
 from ppaas.robot_model.describe import describe
 from ppaas.robot_model.known_models import robot_model
 from storage.memory.store import MemoryStore
-from tests.support.engine.engine_links import dial_gate, receive
+from tests.support.engine.engine_links import dial_gateway, receive
 from tests.support.engine.fake_fabric import FakeFabric
 from tests.support.engine.fake_runtime import FakeRuntime
 from tests.support.engine.specs import planning_spec, robot_config, robot_spec
@@ -355,7 +355,7 @@ async def test_what_runs_is_told_as_it_was_ordered_and_what_is_not_to_be_kept_en
         await host.told(control_link.Exited(ended, -9))
     assert [carried.spec.id for carried in host.hosting.carried()] == ["c1"]
     await host.gate.start()
-    attached = await dial_gate(host.gate.path)
+    attached = await dial_gateway(host.gate.path)
     attached.write(machine_link.Attach("c1", "secret"))
     await until(lambda: host.gate.awaited == 0)
     host.hosting.endpoint_came()

@@ -153,7 +153,7 @@ async def test_a_mask_that_is_gone_or_has_no_grid_is_told_and_what_to_do(tmp_pat
     store = kept(house())
     put_map(store, house("cave", image=None, octomap=b"..."))
     cache = MapCache(tmp_path / "shm", build=LayerBuilder(store))
-    for mask, why in ((house("gone"), "is not a published map: publish it"), (house("cave"), "has an octomap and no grid")):
+    for mask, why in ((house("gone"), "is not a published map"), (house("cave"), "has an octomap and no grid")):
         version = found_map(store, "cave").version if mask.id == "cave" else mask.version
         with pytest.raises(InvalidParameter, match=f"speed_filter: the mask '{mask.id}' {why}"):
             await cache.ensure(LayerSpec(house(), 0.18, {"speed_filter": MapVersion(mask.id, version)}))

@@ -23,7 +23,7 @@ async def test_items_of_other_threads_arrive_on_the_loop_in_order():
     assert threads == {threading.main_thread()}
 
 
-async def test_the_newest_are_kept_where_the_loop_is_behind():
+async def test_the_newest_items_are_kept_when_the_loop_is_slow():
     taken: list[int] = []
     inbox: Inbox[int] = Inbox(asyncio.get_running_loop(), taken.append, 10)
     for i in range(1000):
@@ -63,14 +63,14 @@ async def test_a_callback_that_fails_does_not_end_the_flow(caplog):
 async def test_after_close_nothing_is_taken():
     taken: list[int] = []
     inbox: Inbox[int] = Inbox(asyncio.get_running_loop(), taken.append, 10)
-    inbox.put(1)  # the loop is awake for it
+    inbox.put(1)  # wakes the loop
     inbox.close()
     inbox.put(2)
     await drain()
     assert taken == []
 
 
-def test_a_loop_that_has_ended_does_not_disturb_whoever_puts():
+def test_put_on_a_closed_loop_does_nothing():
     loop = asyncio.new_event_loop()
     inbox: Inbox[int] = Inbox(loop, print, 10)
     loop.close()

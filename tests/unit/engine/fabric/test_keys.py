@@ -17,7 +17,7 @@ def test_a_key_names_user_group_robot_and_topic():
 
 
 @given(names, names, names, topics)
-def test_any_name_makes_a_key_that_zenoh_takes_and_no_two_the_same(user, group, robot, topic):
+def test_any_name_makes_a_unique_key_that_zenoh_accepts(user, group, robot, topic):
     key = topic_key(user, group, robot, topic)
     assert str(zenoh.KeyExpr(key)) == key
     assert len(key.split("/")) == 4 + len(topic.split("/"))
@@ -30,14 +30,14 @@ def test_different_names_make_different_chunks(one, other):
 
 
 @given(names, names, names, topics)
-def test_what_a_shared_key_says_is_read_back(map_id, user, robot, topic):
+def test_a_shared_key_is_parsed_into_its_parts(map_id, user, robot, topic):
     key = shared_key(map_id, user, robot, topic)
     assert parse_shared(key) == SharedKey(map_id, user, robot, topic)
     assert zenoh.KeyExpr(everyones(map_id, topic)).intersects(zenoh.KeyExpr(key))
 
 
 @given(names, names, names, topics)
-def test_no_user_can_be_named_so_that_own_keys_look_shared(user, group, robot, topic):
+def test_no_user_name_makes_private_keys_look_shared(user, group, robot, topic):
     key = topic_key(user, group, robot, topic)
     assert not zenoh.KeyExpr("ppaas/map/**").intersects(zenoh.KeyExpr(key))
 
@@ -59,19 +59,19 @@ def test_wildcards_and_dots_in_a_topic_are_not_permitted(topic):
 
 
 @pytest.mark.parametrize("topic", ["", "/", "a//b", "1a", "a b", "ä\n"])
-def test_what_is_no_graph_name_is_no_topic(topic):
+def test_an_invalid_graph_name_is_not_a_topic(topic):
     with pytest.raises(InvalidParameter):
         ANN.own(topic)
 
 
 @given(topics)
-def test_a_container_may_read_and_write_what_is_its_own(topic):
+def test_a_container_may_read_and_write_its_private_keys(topic):
     for key in (ANN.own(topic), ANN.shown(topic)):
         ANN.check_write(key)
         ANN.check_read(key)
 
 
-def test_it_reads_and_does_not_write_what_others_show_on_its_map():
+def test_it_may_read_but_not_write_shared_topics_of_others():
     key = shared_key("house", "bob", "tb9", "position")
     ANN.check_read(key)
     with pytest.raises(NotPermitted, match="may not write"):
@@ -98,7 +98,7 @@ FOREIGN = [
 
 
 @pytest.mark.parametrize("key", FOREIGN)
-def test_a_container_may_neither_read_nor_write_what_is_not_its_own(key):
+def test_a_container_may_neither_read_nor_write_other_keys(key):
     with pytest.raises(NotPermitted):
         ANN.check_read(key)
     with pytest.raises(NotPermitted):

@@ -8,7 +8,7 @@ from ppaas.errors import Unavailable
 
 
 class Server:
-    """Counts what it carries out."""
+    """Counts executed requests."""
 
     def __init__(self):
         self.done = []
@@ -20,7 +20,7 @@ class Server:
         return name.encode()
 
 
-async def test_a_request_that_comes_twice_is_carried_out_once():
+async def test_a_request_that_arrives_twice_is_executed_once():
     server, answers = Server(), RequestCache()
     first = answers.answer("1", 5.0, lambda: server.work("a"))
     second = answers.answer("1", 5.0, lambda: server.work("a"))
@@ -44,7 +44,7 @@ async def test_an_error_is_an_answer_too():
     assert len(tries) == 1
 
 
-async def test_an_answer_is_kept_until_nobody_can_ask_again_and_then_forgotten():
+async def test_an_answer_is_kept_while_its_request_may_be_repeated():
     clock = ManualClock()
     server, answers = Server(), RequestCache(clock=clock)
     server.go.set()
@@ -57,7 +57,7 @@ async def test_an_answer_is_kept_until_nobody_can_ask_again_and_then_forgotten()
     assert len(answers) == 1
 
 
-async def test_what_is_under_way_is_never_forgotten():
+async def test_an_executing_request_is_never_forgotten():
     clock = ManualClock()
     server, answers = Server(), RequestCache(clock=clock)
     first = answers.answer("1", 1.0, lambda: server.work("a"))
@@ -67,7 +67,7 @@ async def test_what_is_under_way_is_never_forgotten():
     answers.cancel()
 
 
-async def test_where_there_is_no_room_a_new_request_is_refused_and_an_old_one_answered():
+async def test_a_full_cache_refuses_new_requests_and_answers_old_ones():
     server, answers = Server(), RequestCache(limit=2)
     server.go.set()
     await answers.answer("1", 5.0, lambda: server.work("a"))

@@ -27,11 +27,11 @@ def try_to_open(router: RouterProcess, credentials: RouterCredentials) -> None:
     zenoh.open(client_config(router.endpoint, credentials)).close()
 
 
-async def test_whoever_has_the_credentials_is_let_in(router):
+async def test_a_client_with_the_credentials_is_accepted(router):
     await asyncio.to_thread(try_to_open, router, router.credentials)
 
 
-async def test_whoever_has_them_not_is_refused(router):
+async def test_a_client_without_the_credentials_is_refused(router):
     user, password = router.credentials.user, router.credentials.password
     for wrong in (RouterCredentials(user, "wrong"), RouterCredentials("other", password), RouterCredentials("", "")):
         with pytest.raises(zenoh.ZError):
@@ -54,7 +54,7 @@ async def test_nothing_is_left_after_close(tmp_path):
     assert list((tmp_path / "run").iterdir()) == []
 
 
-async def test_a_router_that_is_killed_is_started_again_at_the_same_place(router):
+async def test_a_killed_router_is_restarted_at_the_same_address(router):
     first = router.pid
     os.kill(first, signal.SIGKILL)
     async with asyncio.timeout(10):
@@ -64,7 +64,7 @@ async def test_a_router_that_is_killed_is_started_again_at_the_same_place(router
     await asyncio.to_thread(try_to_open, router, router.credentials)
 
 
-async def test_a_router_listens_on_tcp_where_it_is_told_to(tmp_path, unused_tcp_port):
+async def test_a_router_listens_on_tcp_if_requested(tmp_path, unused_tcp_port):
     process = RouterProcess(tmp_path / "run", tcp=f"127.0.0.1:{unused_tcp_port}")
     await process.start()
     try:
@@ -74,7 +74,7 @@ async def test_a_router_listens_on_tcp_where_it_is_told_to(tmp_path, unused_tcp_
         await process.close()
 
 
-async def test_routers_of_two_hosts_hand_on_what_is_said_on_either_and_find_each_other_again(tmp_path, unused_tcp_port):
+async def test_routers_of_two_hosts_forward_messages_and_reconnect(tmp_path, unused_tcp_port):
     authority = Authority(tmp_path / "machines")
     shared = RouterCredentials("agent", "of the whole cloud")
     endpoint = (f"tls/127.0.0.1:{unused_tcp_port}",)
@@ -82,7 +82,7 @@ async def test_routers_of_two_hosts_hand_on_what_is_said_on_either_and_find_each
         tmp_path / "b", peering=peering(joined(authority, tmp_path / "m2", "m2"), shared, connect=endpoint)
     )
     ours = RouterProcess(tmp_path / "a", peering=peering(authority.identity, shared, listen=endpoint))
-    await theirs.start()  # the one that is dialled may come later
+    await theirs.start()  # the router that it dials may start later
     await ours.start()
     heard = []
     near, far = [await Fabric.open(router.endpoint, shared) for router in (ours, theirs)]
@@ -121,7 +121,7 @@ async def test_a_router_of_another_authority_or_with_another_password_is_not_one
         for name, fabric in zip("bc", fabrics[1:3], strict=True):
             for _ in range(20):
                 fabric.publish(f"ppaas/map/{name}", b"not to be heard")
-        await say_until(fabrics[3], heard, b"to be heard")  # by when the others would have been as well
+        await say_until(fabrics[3], heard, b"to be heard")  # by then the others would have been heard too
         assert {payload for _, payload in heard} == {b"to be heard"}
     finally:
         for opened in (*fabrics, *routers):
@@ -135,7 +135,7 @@ def peering(identity, credentials, **ends):
 
 
 async def say_until(fabric: Fabric, heard: list[tuple[str, bytes]], said: bytes) -> None:
-    """Say it again and again until it was heard: publications may be lost while routers find each other."""
+    """Publish repeatedly until it is received: publications may be lost while routers connect."""
     async with asyncio.timeout(15):
         while said not in [payload for _, payload in heard]:
             fabric.publish("ppaas/map/said", said)

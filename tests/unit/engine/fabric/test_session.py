@@ -19,7 +19,7 @@ async def router(tmp_path):
 
 @pytest.fixture
 async def pair(router):
-    """Two sessions: what one declares, the other meets through the router."""
+    """Two sessions, connected through the router."""
     one, other = [await Fabric.open(router.endpoint, router.credentials) for _ in range(2)]
     yield one, other
     await one.close()
@@ -75,7 +75,7 @@ async def test_a_large_answer_arrives_whole(pair):
     assert await other.request("store/map", large, timeout=30.0) == large
 
 
-async def test_a_request_waits_for_whoever_serves_it_later(pair):
+async def test_a_request_waits_for_a_server_that_starts_later(pair):
     one, other = pair
 
     async def answer(key: str, payload: bytes) -> bytes:
@@ -87,7 +87,7 @@ async def test_a_request_waits_for_whoever_serves_it_later(pair):
     assert await asking == b"late"
 
 
-async def test_the_same_id_is_carried_out_once(pair):
+async def test_a_request_id_is_executed_once(pair):
     one, other = pair
     counted = []
 
@@ -101,7 +101,7 @@ async def test_the_same_id_is_carried_out_once(pair):
     assert await other.request("count", b"x", id="2") == b"2"
 
 
-async def test_a_request_that_takes_longer_than_a_repetition_is_carried_out_once(pair):
+async def test_a_request_slower_than_its_repetition_is_executed_once(pair):
     one, other = pair
     begun = []
 
@@ -115,7 +115,7 @@ async def test_a_request_that_takes_longer_than_a_repetition_is_carried_out_once
     assert begun == [b"x"]
 
 
-async def test_slow_requests_do_not_hold_up_others(pair):
+async def test_slow_requests_do_not_delay_others(pair):
     one, other = pair
     go = asyncio.Event()
 
@@ -131,7 +131,7 @@ async def test_slow_requests_do_not_hold_up_others(pair):
     assert await asyncio.gather(*waiting) == [b"wait"] * 20
 
 
-async def test_an_error_of_the_server_is_told_as_it_was(pair):
+async def test_an_error_of_the_server_reaches_the_client(pair):
     one, other = pair
 
     async def refuse(key: str, payload: bytes) -> bytes:
@@ -154,12 +154,12 @@ async def test_without_an_answer_a_request_is_unavailable_in_time(pair):
 
 
 @pytest.mark.parametrize("timeout", [0.0, -1.0, 61.0, float("nan")])
-async def test_the_patience_of_a_request_is_bounded(pair, timeout):
+async def test_the_timeout_of_a_request_is_bounded(pair, timeout):
     with pytest.raises(InvalidParameter, match="60 s"):
         await pair[0].request("a", b"", timeout=timeout)
 
 
-async def test_who_lives_is_seen_to_come_and_go(pair):
+async def test_liveliness_tokens_appear_and_disappear(pair):
     one, other = pair
     seen: list[tuple[str, bool]] = []
     token = one.announce("live/m1")
@@ -176,6 +176,6 @@ async def test_closing_twice_is_allowed(router):
     await fabric.close()
 
 
-async def test_whoever_is_not_known_gets_no_session(router):
+async def test_unknown_credentials_get_no_session(router):
     with pytest.raises(Unavailable, match="no session"):
         await Fabric.open(router.endpoint, RouterCredentials("agent", "guess"), timeout=0.1)

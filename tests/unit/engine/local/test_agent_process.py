@@ -1,4 +1,4 @@
-"""The agent as a process that is kept running, with a script in place of the agent."""
+"""The agent process is kept running; a script replaces the agent."""
 
 import asyncio
 import signal
@@ -17,7 +17,7 @@ STAND_IN = (sys.executable, "-m", "tests.support.engine.agent_stand_in")
 
 
 class Kept:
-    """A process that is kept running, and what it wrote down."""
+    """An ``AgentProcess``, and the file that its agents write."""
 
     def __init__(self, folder: Path, machine: str) -> None:
         self.file = folder / "agents"
@@ -25,14 +25,14 @@ class Kept:
         self.process = AgentProcess(config, STAND_IN)
 
     def lives(self) -> list[list[int]]:
-        """Return the processes of each life so far, the agent first."""
+        """Return the process ids of each run so far, the agent first."""
         try:
             return [[int(pid) for pid in line.split()] for line in self.file.read_text().splitlines()]
         except FileNotFoundError:
             return []
 
 
-async def test_an_agent_is_told_what_it_is_on_its_standard_input_alone(tmp_path: Path) -> None:
+async def test_an_agent_gets_its_settings_only_on_standard_input(tmp_path: Path) -> None:
     kept = Kept(tmp_path, "stay")
     await kept.process.start()
     await until(kept.lives)
@@ -51,7 +51,7 @@ async def test_an_agent_that_is_killed_is_started_again(tmp_path: Path) -> None:
     assert len(kept.lives()) == 2
 
 
-async def test_an_agent_that_dies_again_and_again_is_started_again_but_not_at_once(
+async def test_an_agent_that_keeps_exiting_is_restarted_with_delays(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(agent_process, "RESTART_DELAYS", (0.0, 0.0, 1000.0))
@@ -63,7 +63,7 @@ async def test_an_agent_that_dies_again_and_again_is_started_again_but_not_at_on
     await kept.process.stop()
 
 
-async def test_an_agent_that_says_that_it_is_done_is_not_started_again(tmp_path: Path) -> None:
+async def test_an_agent_that_exits_for_good_is_not_restarted(tmp_path: Path) -> None:
     process = AgentProcess(AgentConfig("die", "", "", str(tmp_path), "", "", ""), STAND_IN, done=3)
     await process.start()
     await process.ended()
@@ -81,7 +81,7 @@ async def test_a_command_that_cannot_be_run_is_tried_again(
     await process.stop()
 
 
-async def test_stopping_ends_an_agent_that_nobody_has_hung_up_on(tmp_path: Path) -> None:
+async def test_stopping_ends_an_agent_without_a_link(tmp_path: Path) -> None:
     kept = Kept(tmp_path, "stay")
     await kept.process.start()
     await until(kept.lives)

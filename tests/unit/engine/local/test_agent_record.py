@@ -1,4 +1,4 @@
-"""The agent that a killed cloud process left behind, with processes that stand in for both."""
+"""The agent of a killed cloud process is found and adopted; other processes replace both."""
 
 import asyncio
 import os
@@ -24,7 +24,7 @@ WANTED = AgentConfig("local", "", "", "", instance_name(), "sqlite:///a", "file:
 
 @pytest.fixture
 def agent() -> Iterator[subprocess.Popen[bytes]]:
-    """Return a process that stands in for an agent."""
+    """Return a process in place of an agent."""
     process = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"], start_new_session=True)
     yield process
     process.kill()
@@ -33,7 +33,7 @@ def agent() -> Iterator[subprocess.Popen[bytes]]:
 
 @pytest.fixture
 def dead() -> str:
-    """Return the name of a process that has ended, as that of a cloud."""
+    """Return the instance name of a process that has exited, in place of a cloud process."""
     code = "from engine.processes.instances import instance_name; print(instance_name())"
     return subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.strip()
 
@@ -49,7 +49,7 @@ def of(cloud: str, run_dir: Path) -> AgentConfig:
     return msgspec.structs.replace(WANTED, cloud=cloud, run_dir=str(run_dir), secret="known", control="there")
 
 
-def test_an_agent_whose_cloud_process_is_dead_is_found_and_goes_on_where_it_is(
+def test_an_agent_of_a_dead_cloud_process_is_adopted(
     tmp_path: Path, agent: subprocess.Popen[bytes], dead: str, run_dir: Path
 ) -> None:
     write_record(tmp_path / "own", agent.pid, of(dead, run_dir))
@@ -61,7 +61,7 @@ def test_an_agent_whose_cloud_process_is_dead_is_found_and_goes_on_where_it_is(
     assert LocalMachine(config, None, left).was_adopted
 
 
-def test_nothing_is_found_of_a_cloud_process_that_lives_nor_of_an_agent_that_does_not(
+def test_neither_an_agent_of_a_running_cloud_nor_a_dead_agent_is_adopted(
     tmp_path: Path, agent: subprocess.Popen[bytes], dead: str, run_dir: Path
 ) -> None:
     file = tmp_path / "own"
@@ -76,7 +76,7 @@ def test_nothing_is_found_of_a_cloud_process_that_lives_nor_of_an_agent_that_doe
     assert read_record(file) is None
 
 
-async def test_one_that_runs_otherwise_ends_before_another_is_started(
+async def test_an_agent_with_another_configuration_is_stopped_first(
     tmp_path: Path, agent: subprocess.Popen[bytes], dead: str, run_dir: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     write_record(tmp_path / "own", agent.pid, of(dead, run_dir))
@@ -98,7 +98,7 @@ async def test_one_that_runs_otherwise_ends_before_another_is_started(
     [{"release": "0.0.9"}, {"told": msgspec.Raw(b'{"spoken": "otherwise"}')}],
     ids=["told so", "told otherwise by the same"],
 )
-async def test_one_of_another_release_ends_and_says_why(
+async def test_an_agent_of_another_release_is_stopped_and_the_reason_logged(
     tmp_path: Path,
     agent: subprocess.Popen[bytes],
     dead: str,
@@ -120,7 +120,7 @@ async def test_one_of_another_release_ends_and_says_why(
     assert f"of release {left.release}, is stopped" in caplog.text
 
 
-async def test_one_that_goes_on_is_noted_as_ours_watched_and_ended(
+async def test_an_adopted_agent_is_recorded_watched_and_stopped(
     tmp_path: Path, agent: subprocess.Popen[bytes], dead: str, run_dir: Path
 ) -> None:
     write_record(tmp_path / "own", agent.pid, of(dead, run_dir))
@@ -132,19 +132,19 @@ async def test_one_that_goes_on_is_noted_as_ours_watched_and_ended(
     await until(lambda: name_of(agent.pid) is None)
 
 
-async def test_a_process_that_is_no_child_is_waited_for_and_told_to_end(agent: subprocess.Popen[bytes]) -> None:
+async def test_an_adopted_process_can_be_waited_for_and_terminated(agent: subprocess.Popen[bytes]) -> None:
     found = AdoptedProcess(agent.pid)
     waiting = asyncio.create_task(found.wait())
     await asyncio.sleep(0)
     assert found.returncode is None and not waiting.done()
     found.terminate()
     assert await waiting == found.returncode == UNKNOWN
-    found.terminate()  # which is too late, and does nothing
+    found.terminate()  # does nothing: the process has exited
     agent.wait()
     with pytest.raises(ProcessLookupError):
         AdoptedProcess(agent.pid)
 
 
-def test_a_name_has_the_number_of_its_process() -> None:
+def test_an_instance_name_contains_the_process_id() -> None:
     assert pid_of(instance_name()) == os.getpid()
     assert name_of(os.getpid()) == instance_name()

@@ -1,4 +1,4 @@
-"""Notes on the disk: who makes one is alone."""
+"""Exclusive lock for the writer of a note."""
 
 import subprocess
 import sys
@@ -6,7 +6,7 @@ import sys
 from engine.processes.disk_notes import alone
 
 
-def test_two_processes_are_not_in_the_same_place_at_once(tmp_path):
+def test_two_processes_do_not_hold_the_lock_at_once(tmp_path):
     lock, seen = tmp_path / "folder" / "a.lock", tmp_path / "seen"
     script = (
         "import sys, time; from pathlib import Path; from engine.processes.disk_notes import alone\n"
@@ -18,7 +18,7 @@ def test_two_processes_are_not_in_the_same_place_at_once(tmp_path):
     assert [process.wait(60) for process in processes] == [0, 0, 0]
 
 
-def test_where_no_file_can_be_kept_nobody_waits(tmp_path):
+def test_without_a_lock_file_no_process_waits(tmp_path):
     (tmp_path / "file").touch()
     with alone(tmp_path / "file" / "a.lock"):
         assert not (tmp_path / "file").is_dir()

@@ -1,4 +1,4 @@
-"""Who misses beats is frozen; who is new, has gone, or could not be looked at is not."""
+"""A process that misses heartbeats is frozen; one that is new, has left, or was not checked is not."""
 
 import pytest
 
@@ -21,25 +21,23 @@ def look(heartbeats: Heartbeats, clock: ManualClock, beats: dict[str, int], afte
     return heartbeats.look(beats)
 
 
-def test_who_beats_late_but_beats_lives(heartbeats: Heartbeats, clock: ManualClock) -> None:
+def test_late_heartbeats_are_tolerated(heartbeats: Heartbeats, clock: ManualClock) -> None:
     for number in range(50):
         assert look(heartbeats, clock, {"slow": 1 + number // MISSED}) == []
 
 
-def test_who_misses_as_many_beats_as_are_forgiven_is_frozen_and_the_others_are_not(
-    heartbeats: Heartbeats, clock: ManualClock
-) -> None:
+def test_only_a_process_that_misses_too_many_heartbeats_is_frozen(heartbeats: Heartbeats, clock: ManualClock) -> None:
     look(heartbeats, clock, {"stuck": 7, "well": 7})
     looks = [look(heartbeats, clock, {"stuck": 7, "well": 8 + n}) for n in range(MISSED)]
     assert looks == [[]] * (MISSED - 1) + [["stuck"]]
 
 
-def test_who_froze_before_its_first_beat_is_frozen(heartbeats: Heartbeats, clock: ManualClock) -> None:
+def test_a_process_may_freeze_before_its_first_heartbeat(heartbeats: Heartbeats, clock: ManualClock) -> None:
     looks = [look(heartbeats, clock, {"new": 0}) for _ in range(MISSED + 1)]
     assert looks == [[]] * MISSED + [["new"]]
 
 
-def test_after_a_sleep_of_our_own_nobody_is_blamed(heartbeats: Heartbeats, clock: ManualClock) -> None:
+def test_after_a_stop_of_our_own_process_no_miss_is_counted(heartbeats: Heartbeats, clock: ManualClock) -> None:
     look(heartbeats, clock, {"a": 1})
     for _ in range(MISSED - 1):
         assert look(heartbeats, clock, {"a": 1}) == []
@@ -47,14 +45,14 @@ def test_after_a_sleep_of_our_own_nobody_is_blamed(heartbeats: Heartbeats, clock
     assert [look(heartbeats, clock, {"a": 1}) for _ in range(MISSED)] == [[]] * (MISSED - 1) + [["a"]]
 
 
-def test_who_went_and_came_again_by_the_same_name_is_new(heartbeats: Heartbeats, clock: ManualClock) -> None:
+def test_a_process_that_returns_with_the_same_name_is_new(heartbeats: Heartbeats, clock: ManualClock) -> None:
     for _ in range(MISSED):
         look(heartbeats, clock, {"a": 5})
     look(heartbeats, clock, {})
     assert look(heartbeats, clock, {"a": 5}) == []
 
 
-def test_with_more_looks_in_a_period_nobody_is_blamed_earlier(clock: ManualClock) -> None:
+def test_more_checks_in_a_period_find_no_process_frozen_earlier(clock: ManualClock) -> None:
     heartbeats = Heartbeats(clock, looks=2)
     half = BEAT_PERIOD / 2.0
     look(heartbeats, clock, {"stuck": 7}, half)

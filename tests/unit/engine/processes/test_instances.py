@@ -33,7 +33,7 @@ def test_a_process_that_took_over_the_number_of_a_dead_one_is_another(tmp_path):
     assert sweep_stale(tmp_path) == [earlier]
 
 
-def test_a_process_that_ended_is_dead_though_nobody_has_taken_note_of_it_yet():
+def test_a_zombie_is_dead():
     code = "from engine.processes.instances import instance_name; print(instance_name())"
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as process:
         name = process.stdout.read().strip()
@@ -42,7 +42,7 @@ def test_a_process_that_ended_is_dead_though_nobody_has_taken_note_of_it_yet():
     assert not is_dead(instance_name())
 
 
-def test_what_is_not_ours_or_not_of_this_pid_namespace_stays(tmp_path):
+def test_other_folders_and_those_of_another_pid_namespace_are_kept(tmp_path):
     _, pid, _ = instance_name().split("-")
     others = [tmp_path / "ppaas-notes", tmp_path / "sem.x", tmp_path / f"ppaas-1-{pid}-1"]
     for folder in others:

@@ -1,4 +1,4 @@
-"""Processes that end when the one that started them does."""
+"""Processes that exit with their parent."""
 
 import signal
 import subprocess
@@ -15,7 +15,7 @@ CHILD = (
 
 
 def start(file: Path, parent: str) -> "subprocess.Popen[str]":
-    """Start a process that starts one which shall end with that parent, and tells the process id of that."""
+    """Start a process with a child that must exit with it, and prints the child's process id."""
     script = (
         "import os, subprocess, sys, time\n"
         f"code = {CHILD!r}.format(parent={parent})\n"
@@ -37,7 +37,7 @@ async def test_it_ends_when_its_parent_is_killed(tmp_path: Path) -> None:
     await until(lambda: has_ended(child))
 
 
-def test_it_ends_at_once_where_its_parent_was_another(tmp_path: Path) -> None:
+def test_it_exits_at_once_if_its_parent_has_exited(tmp_path: Path) -> None:
     with start(tmp_path / "child", "1") as parent:
         assert parent.stdout is not None and parent.stdout.readline() == "1\n"
         parent.kill()

@@ -54,13 +54,13 @@ def test_the_folder_of_a_process_that_was_killed_is_removed_by_the_next_that_mak
     assert (made / OWNER).read_text().split() == [instance_name()]
 
 
-def test_a_folder_stays_for_as_long_as_one_of_its_owners_lives(short_path):
+def test_a_folder_is_kept_while_one_of_its_owners_runs(short_path):
     code = "import sys; from pathlib import Path; from engine.processes.run_dir import own; own(Path(sys.argv[1]))"
     made = make_run_dir()
     subprocess.run([sys.executable, "-c", code, str(made)], check=True)
     sweep_dead(short_path)
     assert made.exists(), "one owner is dead, and the other is not"
-    (made / OWNER).write_text((made / OWNER).read_text().split()[-1])  # the one that is dead
+    (made / OWNER).write_text((made / OWNER).read_text().split()[-1])  # the dead owner
     remove_unless_owned(made)
     assert not made.exists()
 
@@ -75,7 +75,7 @@ def test_a_folder_that_somebody_else_owns_is_left_to_them(short_path):
     assert made.exists()
 
 
-def test_the_folders_of_living_processes_and_of_nobody_stay(short_path):
+def test_folders_of_running_processes_and_without_owners_are_kept(short_path):
     mine, nobodys = make_run_dir(), short_path / "ppaas-notes"
     nobodys.mkdir()
     (short_path / "ppaas-file").write_text("notes")

@@ -30,7 +30,7 @@ def test_anything_else_is_refused_with_what_to_write(text: str) -> None:
 
 
 @given(st.text())
-def test_whatever_is_read_as_host_and_port_is_written_so_that_it_is_read_the_same(text: str) -> None:
+def test_host_and_port_round_trip(text: str) -> None:
     try:
         address = parse_host_port(text)
     except InvalidInput:

@@ -1,4 +1,4 @@
-"""Bytes on a real socket pair become frames, however they come."""
+"""Splitting bytes of a real socket pair into frames."""
 
 import asyncio
 import socket
@@ -42,7 +42,7 @@ def test_frames_are_whole_wherever_the_bytes_are_cut(bodies: list[bytes], cuts: 
     asyncio.run(check())
 
 
-async def test_what_the_reader_had_already_is_not_lost() -> None:
+async def test_data_in_the_buffer_of_the_reader_is_not_lost() -> None:
     reader, writer, far = await connection()
     whole, half = framed(b"first"), framed(b"second")
     far.write(b"!" + whole + half[:6])
@@ -55,7 +55,7 @@ async def test_what_the_reader_had_already_is_not_lost() -> None:
     writer.close()
 
 
-async def test_no_more_is_read_than_may_be_held_until_some_is_taken() -> None:
+async def test_reading_pauses_while_the_queue_is_full() -> None:
     reader, writer, far = await connection()
     receiver = FrameReceiver(reader, writer)
     body = bytes(MAX_HELD // 2)
@@ -70,7 +70,7 @@ async def test_no_more_is_read_than_may_be_held_until_some_is_taken() -> None:
     writer.close()
 
 
-async def test_whoever_waits_learns_of_the_end() -> None:
+async def test_a_waiting_reader_is_woken_at_the_end() -> None:
     reader, writer, far = await connection()
     receiver = FrameReceiver(reader, writer)
     waiting = asyncio.create_task(receiver.next())
@@ -80,7 +80,7 @@ async def test_whoever_waits_learns_of_the_end() -> None:
     writer.close()
 
 
-async def test_frames_are_handed_over_where_they_arrive_until_that_is_enough() -> None:
+async def test_frames_are_handed_over_as_they_arrive_until_take_returns_false() -> None:
     reader, writer, far = await connection()
     receiver = FrameReceiver(reader, writer)
     taken: list[bytes] = []
@@ -101,7 +101,7 @@ async def test_frames_are_handed_over_where_they_arrive_until_that_is_enough() -
     writer.close()
 
 
-async def test_frames_that_wait_already_are_handed_over_too() -> None:
+async def test_queued_frames_are_handed_over_too() -> None:
     reader, writer, far = await connection()
     receiver = FrameReceiver(reader, writer)
     far.write(framed(b"first") + framed(b"waits"))
@@ -112,7 +112,7 @@ async def test_frames_that_wait_already_are_handed_over_too() -> None:
     writer.close()
 
 
-async def test_what_goes_wrong_in_taking_a_frame_is_told_to_who_waits_for_the_end() -> None:
+async def test_an_exception_of_take_is_raised_in_each() -> None:
     reader, writer, far = await connection()
     receiver = FrameReceiver(reader, writer)
 
@@ -127,7 +127,7 @@ async def test_what_goes_wrong_in_taking_a_frame_is_told_to_who_waits_for_the_en
     writer.close()
 
 
-async def test_a_frame_too_large_is_told_behind_those_before_it() -> None:
+async def test_a_frame_too_large_is_reported_after_the_frames_before_it() -> None:
     reader, writer, far = await connection()
     receiver = FrameReceiver(reader, writer)
     taken: list[bytes] = []

@@ -26,7 +26,7 @@ async def pair() -> Streams:
 
 @settings(deadline=None, max_examples=30)
 @given(st.lists(st.tuples(st.text(), st.binary(max_size=5000)), max_size=20))
-def test_what_is_sent_arrives_whole_and_in_order(messages: list[tuple[str, bytes]]) -> None:
+def test_messages_arrive_complete_and_in_order(messages: list[tuple[str, bytes]]) -> None:
     async def check() -> None:
         near, far, _ = await pair()
         for topic, payload in messages:
@@ -49,7 +49,7 @@ async def test_a_stream_cut_in_the_middle_of_a_frame_ends() -> None:
 
 
 @pytest.mark.parametrize("body", [b"", b"\x00", b"\xc1" * 40, b"\x81\xa4type\xa5other", b"\xff" * 8])
-async def test_what_is_no_frame_is_malformed(body: bytes) -> None:
+async def test_an_invalid_frame_is_malformed(body: bytes) -> None:
     near, far, writer = await pair()
     writer.write(len(body).to_bytes(4, "big") + body)
     with pytest.raises(MalformedMessage):
@@ -96,7 +96,7 @@ async def _send_many(stream: FrameStream[robot_link.ToContainer], payload: bytes
     ],
     ids=["text that is no text", "bottomless"],
 )
-async def test_what_breaks_the_decoder_itself_is_malformed_too(body: bytes) -> None:
+async def test_a_frame_that_breaks_the_decoder_is_malformed_too(body: bytes) -> None:
     near, far, writer = await pair()
     writer.write(len(body).to_bytes(4, "big") + body)
     with pytest.raises(MalformedMessage):
@@ -114,7 +114,7 @@ async def test_closing_does_not_wait_for_ever_for_a_peer_that_reads_no_more(monk
     await near.close()
 
 
-async def test_closing_brings_what_was_written_to_a_peer_that_reads() -> None:
+async def test_closing_delivers_written_data_to_a_peer_that_reads() -> None:
     near, far, _ = await pair()
     far.write(robot_link.Published("map", bytes(16 << 20)))
     closing = asyncio.create_task(far.close())

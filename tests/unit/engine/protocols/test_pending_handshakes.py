@@ -4,7 +4,7 @@ from engine.protocols.pending_handshakes import PendingHandshakes
 from ppaas.errors import NotPermitted
 
 
-def test_whoever_is_awaited_is_admitted_once() -> None:
+def test_an_expected_connection_is_admitted_once() -> None:
     awaited: PendingHandshakes[int] = PendingHandshakes()
     awaited.expect("c1", "secret", 7)
     assert len(awaited) == 1
@@ -15,7 +15,7 @@ def test_whoever_is_awaited_is_admitted_once() -> None:
 
 
 @pytest.mark.parametrize("given", ["", "wrong", "Secret", "sécret", "\0"])
-def test_a_stranger_with_a_wrong_secret_does_not_take_the_place_of_the_awaited(given: str) -> None:
+def test_a_wrong_secret_leaves_the_connection_expected(given: str) -> None:
     awaited: PendingHandshakes[int] = PendingHandshakes()
     awaited.expect("c1", "secret", 7)
     with pytest.raises(NotPermitted):
@@ -23,7 +23,7 @@ def test_a_stranger_with_a_wrong_secret_does_not_take_the_place_of_the_awaited(g
     assert awaited.admit("c1", "secret") == 7
 
 
-def test_who_is_forgotten_is_a_stranger() -> None:
+def test_a_forgotten_connection_is_refused() -> None:
     awaited: PendingHandshakes[int] = PendingHandshakes()
     awaited.expect("c1", "secret", 7)
     awaited.forget("c1")

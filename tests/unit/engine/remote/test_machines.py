@@ -72,7 +72,7 @@ async def test_a_machine_joins_by_a_ticket_and_registers_by_its_certificate(clou
     await stream.close()
 
 
-async def test_each_beat_of_it_is_answered(cloud: Cloud, tmp_path: Path) -> None:
+async def test_each_heartbeat_is_acknowledged(cloud: Cloud, tmp_path: Path) -> None:
     stream = await connected(await join(tmp_path / "m2", cloud.ticket(), "m2"))
     stream.write(register("m2", secret=""))
     for _ in range(3):
@@ -81,27 +81,27 @@ async def test_each_beat_of_it_is_answered(cloud: Cloud, tmp_path: Path) -> None
     await stream.close()
 
 
-async def test_it_learns_the_terms_and_what_its_agent_is_told_follows_from_them(cloud: Cloud, tmp_path: Path) -> None:
+async def test_the_agent_is_configured_from_the_cluster_settings(cloud: Cloud, tmp_path: Path) -> None:
     membership = await join(tmp_path / "m2", cloud.ticket(), "m2")
-    terms = await membership.settings()
-    config = config_of(membership, MachineOptions(2, {"gpu": "no"}), terms, tmp_path / "run")
+    settings = await membership.settings()
+    config = config_of(membership, MachineOptions(2, {"gpu": "no"}), settings, tmp_path / "run")
     assert (config.store, config.map_store) == cloud.stores
     assert (config.identity, config.cloud) == (str(tmp_path / "m2"), "the cloud")
-    assert config.peering is not None and config.peering.connect == (f"tls/127.0.0.1:{terms.fabric_port}",)
+    assert config.peering is not None and config.peering.connect == (f"tls/127.0.0.1:{settings.fabric_port}",)
     assert config.peering.credentials == cloud.far.peering.credentials
     assert (config.cores, config.labels) == (2, {"gpu": "no"})
     assert (config.runtime, config.image, config.allowed) == ("docker", "an-image", ("ppaas.planners:mine",))
 
 
-async def test_stores_that_are_not_there_are_not_made(cloud: Cloud, tmp_path: Path) -> None:
+async def test_missing_stores_are_not_created(cloud: Cloud, tmp_path: Path) -> None:
     membership = await join(tmp_path / "m2", cloud.ticket(), "m2")
-    terms = await membership.settings()
+    settings = await membership.settings()
     (tmp_path / "store.sqlite").unlink()
     with pytest.raises(NotFound, match="store"):
-        config_of(membership, MachineOptions(), terms, tmp_path / "run")
+        config_of(membership, MachineOptions(), settings, tmp_path / "run")
 
 
-async def test_it_ends_with_an_error_where_the_cloud_runs_another_release(
+async def test_it_exits_with_an_error_if_the_cloud_runs_another_release(
     cloud: Cloud, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The machine exits, to be started again with the new release; a retry would run the old one for ever."""
@@ -114,14 +114,14 @@ async def test_it_ends_with_an_error_where_the_cloud_runs_another_release(
         await stay(membership, MachineOptions())
 
 
-async def test_the_ticket_that_it_joined_with_is_taken_again_and_needs_no_cloud(cloud: Cloud, tmp_path: Path) -> None:
+async def test_joining_again_with_the_same_ticket_needs_no_cloud(cloud: Cloud, tmp_path: Path) -> None:
     ticket = cloud.ticket()
     first = await join(tmp_path / "m2", ticket, "m2")
     await cloud.far.close()
     assert await join(tmp_path / "m2", ticket, "m2") == first == membership_in(tmp_path / "m2")
 
 
-async def test_machines_stay_known_when_the_cloud_is_started_again(cloud: Cloud, tmp_path: Path) -> None:
+async def test_machines_stay_known_after_a_restart_of_the_cloud(cloud: Cloud, tmp_path: Path) -> None:
     membership = await join(tmp_path / "m2", cloud.ticket(), "m2")
     await cloud.far.close()
     again = Cloud(tmp_path, tmp_path)
@@ -145,7 +145,7 @@ async def test_a_second_machine_of_a_name_needs_a_ticket_for_that_name(cloud: Cl
 
 
 @pytest.mark.parametrize("name", ["local", "a/b", ""])
-async def test_a_name_that_is_taken_or_none_is_refused(cloud: Cloud, tmp_path: Path, name: str) -> None:
+async def test_a_taken_or_invalid_name_is_refused(cloud: Cloud, tmp_path: Path, name: str) -> None:
     with pytest.raises((Conflict, InvalidInput), match=r"named 'local'|not a valid name"):
         await join(tmp_path / "m2", cloud.ticket(), name)
     with pytest.raises(NotFound):
@@ -159,7 +159,7 @@ async def test_a_used_ticket_is_refused(cloud: Cloud, tmp_path: Path) -> None:
         await join(tmp_path / "m3", ticket, "m3")
 
 
-async def test_a_ticket_is_shown_to_no_other_cloud(cloud: Cloud, tmp_path: Path) -> None:
+async def test_a_ticket_is_not_sent_to_another_cloud(cloud: Cloud, tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
     other = Cloud(tmp_path / "other", tmp_path)
     await other.start()
@@ -171,14 +171,14 @@ async def test_a_ticket_is_shown_to_no_other_cloud(cloud: Cloud, tmp_path: Path)
     await other.far.close()
 
 
-async def test_a_cloud_that_is_away_says_so(cloud: Cloud, tmp_path: Path) -> None:
+async def test_an_unreachable_cloud_is_an_error(cloud: Cloud, tmp_path: Path) -> None:
     ticket = cloud.ticket()
     await cloud.far.close()
     with pytest.raises(Unavailable, match="no answer"):
         await join(tmp_path / "m2", ticket, "m2")
 
 
-async def test_no_ticket_is_made_where_no_cloud_takes_machines(cloud: Cloud, tmp_path: Path) -> None:
+async def test_no_ticket_is_made_without_a_cloud_that_accepts_machines(cloud: Cloud, tmp_path: Path) -> None:
     with pytest.raises(NotFound, match="--listen-machines"):
         make_ticket(tmp_path / "nowhere", valid=VALID)
     await cloud.far.close()
@@ -194,7 +194,7 @@ def test_stores_in_memory_are_refused(tmp_path: Path, urls: tuple[str, str]) -> 
 
 
 @pytest.mark.parametrize("said", [(100).to_bytes(4, "big") + b"\xc1" * 100, (1 << 20).to_bytes(4, "big")])
-async def test_who_says_rubbish_or_too_much_at_the_desk_is_hung_up_on(
+async def test_an_invalid_or_oversized_request_to_join_closes_the_connection(
     cloud: Cloud, caplog: pytest.LogCaptureFixture, said: bytes
 ) -> None:
     ticket = make_ticket(cloud.folder, valid=VALID)

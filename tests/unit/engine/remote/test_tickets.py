@@ -28,13 +28,13 @@ def tickets(tmp_path: Path, time: Time) -> Tickets:
     return Tickets(tmp_path / "tickets", time)
 
 
-def test_a_ticket_is_read_as_it_was_written(tickets: Tickets) -> None:
+def test_a_ticket_is_decoded_from_its_text(tickets: Tickets) -> None:
     ticket = tickets.make(CLOUD, "ab" * 32, valid=60.0)
     assert read_ticket(f" {ticket}\n") == ticket
     assert ticket.address == CLOUD
 
 
-def test_it_is_good_once_and_by_another_process_as_well(tickets: Tickets, tmp_path: Path) -> None:
+def test_it_is_valid_once_also_in_another_process(tickets: Tickets, tmp_path: Path) -> None:
     ticket = tickets.make(CLOUD, "", valid=60.0)
     again = Tickets(tmp_path / "tickets", Time())
     assert not again.use(ticket.secret, "m1")
@@ -42,14 +42,14 @@ def test_it_is_good_once_and_by_another_process_as_well(tickets: Tickets, tmp_pa
         tickets.use(ticket.secret, "m1")
 
 
-def test_it_is_good_for_its_time(tickets: Tickets, time: Time) -> None:
+def test_it_expires(tickets: Tickets, time: Time) -> None:
     ticket = tickets.make(CLOUD, "", valid=60.0)
     time.now += 61.0
     with pytest.raises(NotPermitted, match="expired"):
         tickets.use(ticket.secret, "m1")
 
 
-def test_one_for_a_machine_is_good_for_that_alone_and_not_used_up_by_another(tickets: Tickets) -> None:
+def test_a_ticket_for_a_machine_is_not_used_up_by_another(tickets: Tickets) -> None:
     ticket = tickets.make(CLOUD, "", valid=60.0, machine="m1")
     with pytest.raises(NotPermitted, match="--name m1"):
         tickets.use(ticket.secret, "m2")
@@ -69,18 +69,18 @@ def test_any_other_secret_is_refused(tickets: Tickets, secret: str) -> None:
         tickets.use(secret, "m1")
 
 
-def test_one_for_what_cannot_be_a_name_is_not_made(tickets: Tickets) -> None:
+def test_a_ticket_for_an_invalid_name_is_refused(tickets: Tickets) -> None:
     with pytest.raises(InvalidInput, match="not a valid name"):
         tickets.make(CLOUD, "", valid=1.0, machine="../x")
 
 
-def test_a_folder_that_cannot_be_written_says_so(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(InvalidInput, match="cannot be stored"):
         Tickets(tmp_path / "file").make(CLOUD, "", valid=1.0)
 
 
 @given(st.text() | st.text("abcXYZ-_=").map(PREFIX.__add__))
-def test_what_is_no_ticket_is_told_to_be_none(text: str) -> None:
+def test_an_invalid_ticket_is_refused(text: str) -> None:
     with pytest.raises(InvalidInput, match="not a ticket"):
         read_ticket(text)

@@ -25,7 +25,7 @@ def authority(tmp_path_factory: pytest.TempPathFactory) -> Authority:
 
 
 @pytest.fixture
-async def door(authority: Authority) -> AsyncIterator[TlsListener]:
+async def listener(authority: Authority) -> AsyncIterator[TlsListener]:
     def answering(what: str):  # type: ignore[no-untyped-def]
         async def serve(_: asyncio.StreamReader, writer: asyncio.StreamWriter, machine: str = "nobody") -> None:
             writer.write(f"{what} {machine}\n".encode())
@@ -42,9 +42,9 @@ async def door(authority: Authority) -> AsyncIterator[TlsListener]:
     await opened.close()
 
 
-async def answer(door: TlsListener, context: ssl.SSLContext) -> str:
+async def answer(listener: TlsListener, context: ssl.SSLContext) -> str:
     """Return the line that the listener answers; empty if it closes the connection."""
-    reader, writer = await dial(door.address, context)
+    reader, writer = await dial(listener.address, context)
     try:
         async with asyncio.timeout(5.0):
             return (await reader.readline()).decode().strip()
@@ -54,45 +54,47 @@ async def answer(door: TlsListener, context: ssl.SSLContext) -> str:
         writer.transport.abort()
 
 
-async def test_a_machine_is_known_by_its_certificate_and_handed_on_by_what_it_comes_for(
-    door: TlsListener, authority: Authority, tmp_path: Path
+async def test_a_machine_is_identified_by_its_certificate_and_dispatched_by_purpose(
+    listener: TlsListener, authority: Authority, tmp_path: Path
 ) -> None:
     identity = joined(authority, tmp_path / "m2", "m2")
-    assert await answer(door, identity.client_context("control")) == "control m2"
-    assert await answer(door, identity.client_context("robot")) == "robot m2"
+    assert await answer(listener, identity.client_context("control")) == "control m2"
+    assert await answer(listener, identity.client_context("robot")) == "robot m2"
 
 
-async def test_whoever_has_no_certificate_can_only_ask_to_join(door: TlsListener, authority: Authority) -> None:
+async def test_a_client_without_a_certificate_can_only_request_to_join(
+    listener: TlsListener, authority: Authority
+) -> None:
     stranger = stranger_context()
-    assert await answer(door, stranger) == "join nobody"
+    assert await answer(listener, stranger) == "join nobody"
     for purposes in (["control"], ["robot"], ["other"], []):
         stranger.set_alpn_protocols(purposes or ["http/1.1"])
         with contextlib.suppress(Unavailable):  # refused during the handshake
-            assert await answer(door, stranger) == ""
+            assert await answer(listener, stranger) == ""
 
 
 async def test_a_certificate_of_another_authority_is_refused(
-    door: TlsListener, authority: Authority, tmp_path: Path
+    listener: TlsListener, authority: Authority, tmp_path: Path
 ) -> None:
     theirs = joined(Authority(tmp_path / "other"), tmp_path / "m", "m2")
     ours = TlsIdentity(
         theirs.key, theirs.certificate, authority.identity.authority
     )  # it trusts our cloud, but not vice versa
-    assert await answer(door, ours.client_context("control")) == ""
+    assert await answer(listener, ours.client_context("control")) == ""
     with pytest.raises(Unavailable, match="certificate"):  # a machine does not talk to another cloud
-        await dial(door.address, theirs.client_context("control"))
+        await dial(listener.address, theirs.client_context("control"))
 
 
-async def test_only_the_last_certificate_of_a_machine_is_good(
-    door: TlsListener, authority: Authority, tmp_path: Path
+async def test_only_the_last_certificate_of_a_machine_is_valid(
+    listener: TlsListener, authority: Authority, tmp_path: Path
 ) -> None:
     first = joined(authority, tmp_path / "first", "m3")
     second = joined(authority, tmp_path / "second", "m3")
-    assert await answer(door, first.client_context("control")) == ""
-    assert await answer(door, second.client_context("control")) == "control m3"
+    assert await answer(listener, first.client_context("control")) == ""
+    assert await answer(listener, second.client_context("control")) == "control m3"
 
 
-async def test_a_machine_cannot_pass_for_the_cloud(authority: Authority, tmp_path: Path) -> None:
+async def test_a_machine_cannot_impersonate_the_cloud(authority: Authority, tmp_path: Path) -> None:
     posing = joined(authority, tmp_path / "posing", "cloud.ppaas")
     server = await asyncio.start_server(lambda *_: None, "127.0.0.1", 0, ssl=posing.server_context())
     machine = joined(authority, tmp_path / "m4", "m4")
@@ -102,8 +104,8 @@ async def test_a_machine_cannot_pass_for_the_cloud(authority: Authority, tmp_pat
     server.close()
 
 
-async def test_what_is_no_tls_is_hung_up_on(door: TlsListener) -> None:
-    reader, writer = await asyncio.open_connection(door.address.host, door.address.port)
+async def test_a_connection_without_tls_is_closed(listener: TlsListener) -> None:
+    reader, writer = await asyncio.open_connection(listener.address.host, listener.address.port)
     writer.write(b"GET / HTTP/1.1\r\n\r\n" * 4)
     async with asyncio.timeout(5.0):
         while await reader.read(4096):
@@ -111,20 +113,20 @@ async def test_what_is_no_tls_is_hung_up_on(door: TlsListener) -> None:
     writer.close()
 
 
-async def test_a_port_that_is_taken_says_so(door: TlsListener, authority: Authority) -> None:
+async def test_a_port_in_use_is_an_error(listener: TlsListener, authority: Authority) -> None:
     async def nobody(*_: object) -> None: ...
 
-    second = TlsListener(door.address, authority, control=nobody, robot=nobody, settings=nobody, join=nobody)
+    second = TlsListener(listener.address, authority, control=nobody, robot=nobody, settings=nobody, join=nobody)
     with pytest.raises(Unavailable, match="cannot listen"):
         await second.start()
 
 
-async def test_between_machines_nothing_goes_without_certificates(door: TlsListener) -> None:
+async def test_links_between_machines_need_certificates(listener: TlsListener) -> None:
     with pytest.raises(InvalidInput, match="ticket"):
-        await dial(door.address)
+        await dial(listener.address)
 
 
-async def test_the_certificates_outlive_the_cloud(authority: Authority, tmp_path: Path) -> None:
+async def test_certificates_survive_a_restart_of_the_cloud(authority: Authority, tmp_path: Path) -> None:
     joined(authority, tmp_path / "m5", "m5")
     again = Authority(authority.identity.key.parent)
     assert again.pem == authority.pem
@@ -132,19 +134,19 @@ async def test_the_certificates_outlive_the_cloud(authority: Authority, tmp_path
 
 
 @pytest.mark.parametrize("name", ["", ".", "..", "a/b", "../cloud", "x" * 65, "ä", "a b", "-x"])
-def test_a_name_that_cannot_be_one_is_refused(authority: Authority, name: str, tmp_path: Path) -> None:
+def test_an_invalid_name_is_refused(authority: Authority, name: str, tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="not a valid name"):
         authority.issue(name, b"")
 
 
 @pytest.mark.parametrize("request_", [b"", b"rubbish", b"-----BEGIN CERTIFICATE REQUEST-----\nAAAA\n"])
-def test_what_is_no_request_is_refused(authority: Authority, request_: bytes) -> None:
+def test_an_invalid_certificate_request_is_refused(authority: Authority, request_: bytes) -> None:
     with pytest.raises(InvalidInput, match="request"):
         authority.issue("m7", request_)
     assert not authority.has_issued("m7")
 
 
-def test_an_authority_that_cannot_be_read_says_so(tmp_path: Path) -> None:
+def test_an_unreadable_authority_is_an_error(tmp_path: Path) -> None:
     folder = tmp_path / "machines"
     Authority(folder)
     (folder / "authority.key").write_text("rubbish")

@@ -1,4 +1,4 @@
-"""A container may take memory by its size, and by its map: planners hold some of each cell."""
+"""The memory limit of a container depends on its size and its map."""
 
 from pathlib import Path
 

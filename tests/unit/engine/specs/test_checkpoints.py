@@ -1,4 +1,4 @@
-"""Where the first container of a session goes on, and where the others do."""
+"""Checkpoints of the first container of a session, and of its replacements."""
 
 import msgspec
 import pytest
@@ -39,7 +39,7 @@ def keep(store: MemoryStore, spec: ContainerSpec, instance: str, saved: float = 
     store.save_clone(CloneCheckpoint("ann", "tb1", STATE | marks(spec, instance), saved))
 
 
-def test_what_replaces_a_container_goes_on_where_that_was(store: MemoryStore, checkpoints: CheckpointSelection) -> None:
+def test_a_replacement_continues_from_the_checkpoint(store: MemoryStore, checkpoints: CheckpointSelection) -> None:
     keep(store, first(), "this", saved=0.0)
     replacing = msgspec.structs.replace(robot_spec("c2"), session="c1")
     assert checkpoints.with_checkpoint(replacing).checkpoint == STATE | marks(first(), "this")
@@ -47,7 +47,9 @@ def test_what_replaces_a_container_goes_on_where_that_was(store: MemoryStore, ch
     assert checkpoints.with_checkpoint(other).checkpoint == {}
 
 
-def test_a_new_session_begins_as_the_robots_file_says(store: MemoryStore, checkpoints: CheckpointSelection) -> None:
+def test_a_new_session_starts_from_the_robots_configuration(
+    store: MemoryStore, checkpoints: CheckpointSelection
+) -> None:
     assert checkpoints.with_checkpoint(first()).checkpoint == {}
     keep(store, first("c5"), "this")
     assert checkpoints.with_checkpoint(first()).checkpoint == {}
@@ -55,7 +57,7 @@ def test_a_new_session_begins_as_the_robots_file_says(store: MemoryStore, checkp
         store.clone("ann", "tb1")
 
 
-def test_a_robot_whose_cloud_process_died_goes_on_if_it_comes_soon(
+def test_a_robot_that_returns_soon_after_its_cloud_process_died_continues(
     store: MemoryStore, checkpoints: CheckpointSelection, clock: ManualClock
 ) -> None:
     keep(store, first(), "that")
@@ -69,7 +71,7 @@ def test_a_robot_whose_cloud_process_died_goes_on_if_it_comes_soon(
     )
 
 
-def test_what_is_too_old_or_of_the_future_is_forgotten(
+def test_a_checkpoint_that_is_too_old_or_of_the_future_is_removed(
     store: MemoryStore, checkpoints: CheckpointSelection, clock: ManualClock
 ) -> None:
     for saved in (NOW - WITHIN - 1.0, NOW + 60.0):
@@ -85,7 +87,7 @@ def test_what_is_too_old_or_of_the_future_is_forgotten(
     ],
     ids=["map", "robot"],
 )
-def test_what_was_kept_for_another_map_or_another_file_is_forgotten(
+def test_a_checkpoint_of_another_map_or_configuration_is_removed(
     store: MemoryStore, checkpoints: CheckpointSelection, before: ContainerSpec
 ) -> None:
     keep(store, before, "that")
@@ -93,7 +95,7 @@ def test_what_was_kept_for_another_map_or_another_file_is_forgotten(
     assert checkpoints.with_checkpoint(first()).checkpoint == {}
 
 
-def test_a_robot_that_was_let_go_goes_on_once_however_late(
+def test_an_idle_robot_that_lost_its_place_continues_once_at_any_time(
     store: MemoryStore, checkpoints: CheckpointSelection, clock: ManualClock
 ) -> None:
     keep(store, first("c5"), "this")
@@ -104,7 +106,7 @@ def test_a_robot_that_was_let_go_goes_on_once_however_late(
 
 
 @pytest.mark.parametrize("origin", [b"\xff", b"{}", b"5", None])
-def test_a_checkpoint_that_tells_nothing_of_its_origin_is_forgotten(
+def test_a_checkpoint_without_an_origin_is_removed(
     store: MemoryStore, checkpoints: CheckpointSelection, origin: bytes | None
 ) -> None:
     nodes = STATE | {SESSION_STATE: b"c1"} | ({} if origin is None else {"origin": origin})
@@ -116,7 +118,7 @@ def test_a_container_that_only_plans_has_no_checkpoint(checkpoints: CheckpointSe
     assert checkpoints.with_checkpoint(planning_spec()) == planning_spec()
 
 
-def test_who_kept_the_last_checkpoint_under_another_cloud_process_is_the_clone_still(
+def test_the_container_with_the_last_checkpoint_is_still_the_clone(
     store: MemoryStore, checkpoints: CheckpointSelection
 ) -> None:
     assert not checkpoints.runs_on(first()), "nobody knows of it"
@@ -136,7 +138,7 @@ def test_who_kept_the_last_checkpoint_under_another_cloud_process_is_the_clone_s
     ],
     ids=["its successor", "another session", "another map", "another robot", "this cloud process"],
 )
-def test_a_container_whose_place_may_be_anothers_by_now_is_the_clone_no_more(
+def test_a_container_that_may_have_been_replaced_is_not_the_clone_any_more(
     store: MemoryStore, checkpoints: CheckpointSelection, kept_by: ContainerSpec, instance: str
 ) -> None:
     keep(store, kept_by, instance)

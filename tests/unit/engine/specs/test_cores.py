@@ -21,12 +21,12 @@ def test_a_container_never_has_more_threads_than_cpus(size):
 
 
 @pytest.mark.parametrize("size", [0.0, -1.0, math.nan, math.inf, -math.inf])
-def test_a_size_that_is_no_number_of_cores_is_refused(size):
+def test_an_invalid_size_is_refused(size):
     with pytest.raises(InvalidParameter, match="positive number of cores"):
         cores.check(size, 4)
 
 
-def test_more_than_the_machine_is_refused_by_name():
+def test_a_size_above_the_machine_is_refused():
     with pytest.raises(QuotaExceeded, match=r"2\.5 cores does not fit a machine of 2"):
         cores.pick(2.5, (0, 1), {})
 

@@ -54,7 +54,7 @@ def test_opened_layers_cannot_be_written(tmp_path, layers):
             array[0, 0] = 1
 
 
-def test_the_map_lies_ready_as_a_message(tmp_path, layers):
+def test_the_map_is_stored_as_a_message(tmp_path, layers):
     write_layers(tmp_path, layers, created=12.5)
     message = decode(OccupancyGrid, (tmp_path / MAP_JSON).read_bytes())
     assert message.header.frame_id == "map"
@@ -63,7 +63,7 @@ def test_the_map_lies_ready_as_a_message(tmp_path, layers):
 
 
 @pytest.mark.parametrize("broken", ["grid.npy", "info.json", "distance.npy"])
-def test_layers_that_are_not_whole_are_unavailable(tmp_path, layers, broken):
+def test_incomplete_layers_are_unavailable(tmp_path, layers, broken):
     write_layers(tmp_path, layers, created=0.0)
     whole = (tmp_path / broken).read_bytes()
     for content in (b"", whole[: len(whole) // 2]):

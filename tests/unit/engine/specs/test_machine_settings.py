@@ -1,4 +1,4 @@
-"""What may be said of a machine."""
+"""Validation and use of the settings of a machine."""
 
 import math
 from typing import Any
@@ -28,7 +28,7 @@ from tests.support.engine.placing import machine, spec
         {"labels": {"zone": "a", "gpu.vendor": "none"}},
     ],
 )
-def test_what_can_be_meant_is_taken(fields: dict[str, Any]) -> None:
+def test_valid_settings_are_accepted(fields: dict[str, Any]) -> None:
     assert check_settings(MachineSettings(**fields)) == MachineSettings(**fields)
 
 
@@ -50,17 +50,17 @@ def test_what_can_be_meant_is_taken(fields: dict[str, Any]) -> None:
         ({"labels": {f"l{number}": "a" for number in range(MOST_LABELS + 1)}}, "labels"),
     ],
 )
-def test_what_cannot_be_meant_is_refused_by_its_name(fields: dict[str, Any], named: str) -> None:
+def test_an_invalid_setting_is_refused_by_its_name(fields: dict[str, Any], named: str) -> None:
     with pytest.raises(InvalidParameter, match=named):
         check_settings(MachineSettings(**fields))
 
 
-def test_labels_are_written_as_people_write_them() -> None:
+def test_labels_are_formatted_for_messages() -> None:
     assert labels_text({"zone": "a", "gpu": "yes"}) == "gpu=yes, zone=a"
 
 
 def test_memory_goes_with_size_and_is_given_once() -> None:
-    small = machine("m", 4)  # of one GiB
+    small = machine("m", 4)  # has one GiB
     assert (small.capacity, small.room) == (8.0, 4.0)
     for number in range(2):
         small.place(spec(f"c{number}", 3.5))
@@ -75,7 +75,7 @@ def test_an_oversubscription_of_one_shares_no_core() -> None:
     assert machine("m", 2, settings=MachineSettings(oversubscription=1.0)).capacity == 2.0
 
 
-def test_what_an_administrator_says_of_a_label_goes_before_what_the_agent_says() -> None:
+def test_labels_of_an_administrator_override_those_of_the_agent() -> None:
     labelled = machine("m", labels={"zone": "a", "gpu": "no"}, settings=MachineSettings({"zone": "b"}))
     assert labelled.all_labels == {"zone": "b", "gpu": "no"}
     assert labelled.suits({"zone": "b"}) and labelled.suits({})

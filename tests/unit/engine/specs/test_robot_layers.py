@@ -1,4 +1,4 @@
-"""What of a robot its layers are made of, and what of them its plans are told."""
+"""Inputs of a robot's map layers, and the filters of its plans."""
 
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.robot_layers import filters_of, layers_of
@@ -7,13 +7,13 @@ from tests.support.engine.specs import HOUSE, planning_spec, robot_config
 KEPT, SLOW = MapVersion("kept", "v3"), MapVersion("slow", "v1")
 
 
-def test_who_only_plans_keeps_out_of_nothing() -> None:
+def test_a_planning_container_has_no_filters() -> None:
     layers = layers_of(planning_spec())
     assert (layers.robot_radius, layers.masks, layers.heights) == (0.18, {}, None)
     assert filters_of(layers) == {}
 
 
-def test_plans_are_told_what_keeps_a_robot_out_of_places_and_not_what_slows_it() -> None:
+def test_plans_depend_on_the_keepout_filter_and_not_on_the_speed_filter() -> None:
     masks = {"keepout_filter": KEPT, "speed_filter": SLOW}
     robot = robot_config(model="turtlebot3_burger", masks=masks, in_space=True)
     layers = layers_of(ContainerSpec("c1", "ann", HOUSE, 1.0, robot))

@@ -1,4 +1,4 @@
-"""What is made of the table of nodes that Ray gives."""
+"""Reading Ray's table of nodes."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from engine.specs.machine_settings import MOST_LABELS
 
 
 def row(node: str, cpu: float, *, alive: bool = True, **labels: str) -> dict[str, Any]:
-    """Return a row as Ray gives it."""
+    """Return a row of Ray's table."""
     resources = {"CPU": cpu, "memory": 8e9} if cpu else {"memory": 8e9}
     return {"NodeID": node, "Alive": alive, "NodeManagerAddress": "10.0.0.7", "Resources": resources, "Labels": labels}
 
@@ -24,10 +24,10 @@ def test_labels_are_those_that_a_machine_can_have():
     assert len(machine_labels({f"k{number}": "v" for number in range(100)})) == MOST_LABELS
 
 
-def test_nodes_that_are_dead_or_brought_no_whole_core_are_no_machines():
+def test_dead_nodes_and_nodes_without_a_whole_core_are_not_machines():
     assert read_nodes([row("dead", 4.0, alive=False), row("head", 0.0), row("half", 0.5)], {}) == []
 
 
-def test_a_node_of_which_nothing_is_free_is_there_all_the_same():
+def test_a_node_without_free_cores_is_listed():
     (node,) = read_nodes([row("full", 4.0)], {"full": {"memory": 1.0}})
     assert (node.cores, node.free) == (4, 0)

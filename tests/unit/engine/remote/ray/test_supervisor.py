@@ -1,4 +1,4 @@
-"""What is done about nodes and agents, over a cluster in the hands of the test."""
+"""The supervisor, on a cluster that the test controls."""
 
 import logging
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from engine.remote.ray.supervisor import END_TIMEOUT, RETRY_DELAYS, START_TIMEOU
 
 
 class FakeKeeper:
-    """What keeps an agent, or says that it does."""
+    """A fake keeper of an agent."""
 
     def __init__(self) -> None:
         self.up, self.reason = True, None
@@ -38,7 +38,7 @@ class FakeKeeper:
 
 
 class FakeCluster:
-    """Nodes that come and go as the test wants."""
+    """A cluster whose nodes the test sets."""
 
     def __init__(self, *nodes: ClusterNode) -> None:
         self.there = list(nodes)
@@ -64,7 +64,7 @@ class FakeCluster:
 
 
 class Hand:
-    """A clock that is turned by hand."""
+    """A clock that the test sets."""
 
     def __init__(self) -> None:
         self.now = 0.0
@@ -87,13 +87,13 @@ def test_each_node_gets_one_agent_with_the_cores_that_are_free():
     assert sorted(supervisor.machines) == ["a" * 10, "b" * 10, "c" * 10]
 
 
-def test_no_more_cores_are_taken_than_was_said():
+def test_no_more_cores_are_used_than_configured():
     cluster = FakeCluster(node("a"), node("b", free=1))
     Supervisor(cluster, cores=2).look()
     assert sorted(cluster.begun) == [("a" * 10, 2), ("b" * 10, 1)]
 
 
-def test_a_node_without_a_free_core_waits_and_is_told_of_once(caplog: pytest.LogCaptureFixture):
+def test_a_node_without_a_free_core_waits_and_is_logged_once(caplog: pytest.LogCaptureFixture):
     cluster = FakeCluster(node("a", free=0))
     supervisor = Supervisor(cluster)
     for _ in range(3):
@@ -105,7 +105,7 @@ def test_a_node_without_a_free_core_waits_and_is_told_of_once(caplog: pytest.Log
     assert cluster.begun == [("a" * 10, 2)]
 
 
-def test_an_agent_from_before_is_taken_over_though_it_holds_all_cores():
+def test_an_existing_agent_is_adopted_though_it_holds_all_cores():
     cluster = FakeCluster(node("a", free=0))
     cluster.known["a" * 10] = FakeKeeper()
     supervisor = Supervisor(cluster)
@@ -126,7 +126,7 @@ def test_a_node_that_left_is_forgotten_and_joins_as_another(caplog: pytest.LogCa
     assert supervisor.machines == ["b" * 10]
 
 
-def test_what_ended_is_begun_anew_later_each_time(caplog: pytest.LogCaptureFixture):
+def test_an_agent_that_exits_is_restarted_with_growing_delays(caplog: pytest.LogCaptureFixture):
     clock, cluster = Hand(), FakeCluster(node("a"))
     supervisor = Supervisor(cluster, clock=clock)
     began = []
@@ -141,7 +141,7 @@ def test_what_ended_is_begun_anew_later_each_time(caplog: pytest.LogCaptureFixtu
     assert "No module named 'engine'" in caplog.text
 
 
-def test_what_ended_after_a_steady_while_is_begun_anew_at_once():
+def test_an_agent_that_exits_after_a_steady_time_is_restarted_at_once():
     clock, cluster = Hand(), FakeCluster(node("a"))
     supervisor = Supervisor(cluster, clock=clock)
     for count in range(1, len(RETRY_DELAYS) + 3):
@@ -152,7 +152,7 @@ def test_what_ended_after_a_steady_while_is_begun_anew_at_once():
         supervisor.look()
 
 
-def test_what_ray_does_not_start_is_given_up_and_tried_again():
+def test_an_agent_that_ray_does_not_start_is_given_up_and_retried():
     clock, cluster = Hand(), FakeCluster(node("a"))
     cluster.up = False
     supervisor = Supervisor(cluster, clock=clock)
@@ -176,7 +176,7 @@ def test_a_frozen_agent_is_killed_on_its_machine_alone():
     assert {name: keeper.calls for name, _, keeper in cluster.kept} == {"a" * 10: [], "b" * 10: ["kill_agent"]}
 
 
-def test_all_are_ended_before_the_first_is_waited_for(caplog: pytest.LogCaptureFixture):
+def test_all_agents_are_stopped_before_the_first_is_waited_for(caplog: pytest.LogCaptureFixture):
     caplog.set_level(logging.INFO)
     cluster = FakeCluster(node("a"), node("b"))
     supervisor = Supervisor(cluster)

@@ -9,7 +9,7 @@ from engine.remote.ray.watcher import serve
 
 
 class Noting:
-    """Stands where the supervisor does, and notes what it is told."""
+    """Replaces the supervisor, and records its calls."""
 
     def __init__(self) -> None:
         self.told: list[str] = []
@@ -26,7 +26,7 @@ class Noting:
 
 
 @pytest.mark.parametrize(("said", "told"), [(b"m1\nm2\n\n", ["m1", "m2", "end all"]), (b"m1\n", ["m1"])])
-def test_it_looks_though_nothing_is_said_and_ends_agents_only_if_told_to(said: bytes, told: list[str]) -> None:
+def test_it_supervises_without_commands_and_stops_agents_only_on_command(said: bytes, told: list[str]) -> None:
     reading, writing = os.pipe()
     noting = Noting()
     serving = threading.Thread(target=serve, args=(noting, reading))

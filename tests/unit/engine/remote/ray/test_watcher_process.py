@@ -1,4 +1,4 @@
-"""The watcher of a cluster as a process that is kept running, with a script in place of it."""
+"""The watcher process is kept running; a script replaces the watcher."""
 
 import asyncio
 import contextlib
@@ -22,13 +22,13 @@ STAND_IN = (sys.executable, "-m", "tests.support.engine.watcher_stand_in")
 
 @pytest.fixture
 def head() -> Iterator[str]:
-    """Return an address at which somebody listens."""
+    """Return the address of a listening socket."""
     with contextlib.closing(socket.create_server(("127.0.0.1", 0))) as listener:
         yield "127.0.0.1:{1}".format(*listener.getsockname())
 
 
 class Watched:
-    """A watcher, and what it wrote down."""
+    """A ``WatcherProcess``, and the file that the script writes."""
 
     def __init__(self, folder: Path, address: str, does: str = "stay") -> None:
         self.file = folder / "watchers"
@@ -38,7 +38,7 @@ class Watched:
         return self.file.read_text().splitlines()
 
 
-async def test_the_watcher_is_told_of_frozen_machines_and_of_the_end(tmp_path: Path, head: str) -> None:
+async def test_the_watcher_gets_frozen_machines_and_the_stop_command(tmp_path: Path, head: str) -> None:
     watched = Watched(tmp_path, head)
     await watched.process.start()
     pid = watched.process.pid
@@ -64,7 +64,7 @@ async def test_a_watcher_that_cannot_connect_says_why(tmp_path: Path, head: str,
     await watched.process.stop()
 
 
-async def test_where_nobody_listens_no_watcher_is_started(tmp_path: Path, head: str) -> None:
+async def test_without_a_listening_cluster_no_watcher_is_started(tmp_path: Path, head: str) -> None:
     with contextlib.closing(socket.create_server(("127.0.0.1", 0))) as listener:
         port = listener.getsockname()[1]
     watched = Watched(tmp_path, f"127.0.0.1:{port}")
@@ -74,7 +74,7 @@ async def test_where_nobody_listens_no_watcher_is_started(tmp_path: Path, head: 
     assert watched.process.pid is None
 
 
-async def test_without_the_extra_it_is_named(tmp_path: Path, head: str, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_missing_extra_is_named(tmp_path: Path, head: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(watcher_process.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(InvalidInput, match=r"ppaas\[ray\]"):
         Watched(tmp_path, head)
@@ -87,7 +87,7 @@ def test_addresses_are_read() -> None:
 
 
 @pytest.mark.parametrize("text", ["", "host", "host:", ":6379", "host:port", "host:99999", "ray://host:1", "a:1/b"])
-def test_what_is_no_address_is_refused(text: str) -> None:
+def test_an_invalid_address_is_refused(text: str) -> None:
     with pytest.raises(InvalidInput, match="host:port"):
         read_address(text)
 

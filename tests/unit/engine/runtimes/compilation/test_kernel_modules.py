@@ -1,4 +1,4 @@
-"""Kernels are found wherever they lie, and called once so that they are compiled."""
+"""Kernel modules are found in all packages, and called once to compile them."""
 
 import sys
 
@@ -14,7 +14,7 @@ def test_the_kernels_of_all_rooms_are_found():
     assert {"maps", "costmap", "planners", "controllers", "localization"} <= rooms
 
 
-def test_what_is_loaded_is_warmed_and_leaves_compiled_code(monkeypatch):
+def test_imported_modules_are_warmed_and_compiled(monkeypatch):
     import ppaas.localization.kernels
     from ppaas.maps.kernels import distance
 

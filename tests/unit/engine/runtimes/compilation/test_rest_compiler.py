@@ -1,4 +1,4 @@
-"""What the first containers do not need is compiled beside them, once."""
+"""The remaining kernels are compiled in the background, once."""
 
 import asyncio
 import os
@@ -20,7 +20,7 @@ from tests.support.waiting import until
 
 @pytest.fixture
 def begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the file in which a compiler that never ends tells its process id."""
+    """Return the file in which a compiler that never ends writes its process id."""
     file = tmp_path / "begun"
     script = f"import os, time; open({str(file)!r}, 'w').write(str(os.getpid()) + ' '); time.sleep(600)"
     monkeypatch.setattr(rest_compiler, "COMMAND", (sys.executable, "-c", script))
@@ -28,7 +28,7 @@ def begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def pid_in(file: Path) -> int:
-    """Return the process id told in a file; 0 before it is there whole."""
+    """Return the process id in a file, or 0 if it is not complete yet."""
     told = file.read_text() if file.exists() else ""
     return int(told) if told.endswith(" ") else 0
 
@@ -40,7 +40,7 @@ async def test_the_compiler_ends_with_what_it_runs_beside(begun: Path) -> None:
     assert is_gone(pid_in(begun))
 
 
-async def test_a_compiler_that_fails_is_told_of_and_harms_nobody(
+async def test_a_compiler_that_fails_is_only_logged(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(rest_compiler, "COMMAND", (sys.executable, "-c", "raise SystemExit(3)"))
@@ -49,7 +49,7 @@ async def test_a_compiler_that_fails_is_told_of_and_harms_nobody(
 
 
 def package_that(folder: Path, warms: str) -> None:
-    """Make a package of one kernel module, which is warmed by a line of Python."""
+    """Create a package of one kernel module whose ``warm`` runs a line of Python."""
     package = folder / "ppaas" / "kernels"
     package.mkdir(parents=True)
     (folder / "ppaas" / "__init__.py").write_text("")
@@ -61,10 +61,10 @@ def package_that(folder: Path, warms: str) -> None:
 
 
 async def compiler_of(folder: Path) -> asyncio.subprocess.Process:
-    """Start a compiler of the kernels of that package, with a cache of their own."""
+    """Start a compiler of the kernels of that package, with its own cache."""
     script = (
         "import os, sys\n"
-        "os.nice = lambda _: 0\n"  # who gives way to the tests beside it may wait for minutes
+        "os.nice = lambda _: 0\n"  # at low priority it may wait for minutes beside other tests
         "import engine.processes.background\n"
         "from engine.runtimes.compilation import stamp, threading_layer\n"
         "for name in [name for name in sys.modules if name.split('.')[0] == 'ppaas']: del sys.modules[name]\n"
@@ -85,7 +85,7 @@ async def test_nothing_is_compiled_twice_and_only_one_process_compiles(tmp_path:
     assert told.read_text() == "warm "
 
 
-async def test_who_adopts_orphans_gets_none_of_a_compiler(tmp_path: Path) -> None:
+async def test_a_compiler_leaves_no_orphans(tmp_path: Path) -> None:
     package_that(tmp_path, "pass")
     before = {child.pid for child in psutil.Process().children()}
     _adopt_orphans(True)
@@ -97,7 +97,7 @@ async def test_who_adopts_orphans_gets_none_of_a_compiler(tmp_path: Path) -> Non
         _adopt_orphans(False)
 
 
-async def test_what_compiles_for_a_compiler_that_is_killed_ends_as_well(tmp_path: Path) -> None:
+async def test_the_pool_of_a_killed_compiler_exits_as_well(tmp_path: Path) -> None:
     begun = tmp_path / "begun"
     package_that(tmp_path, f"open({str(begun)!r}, 'w').write(f'{{os.getpid()}} '); time.sleep(600)")
     compiler = await compiler_of(tmp_path)
@@ -109,7 +109,7 @@ async def test_what_compiles_for_a_compiler_that_is_killed_ends_as_well(tmp_path
     await until(lambda: all(map(has_ended, helpers)))
 
 
-def test_an_image_in_which_kernels_are_compiled_has_what_the_compiler_imports() -> None:
+def test_the_docker_image_contains_the_imports_of_the_compiler() -> None:
     print_all = (
         "import sys, engine.runtimes.compilation.rest_compiler\n"
         "print(*(name for name in sys.modules if name.startswith('engine.')))"

@@ -1,4 +1,4 @@
-"""When a start need not load all kernels, and when it must."""
+"""The stamp file is valid until a kernel or its compiled file changes."""
 
 import os
 import sys
@@ -27,7 +27,7 @@ def warm():
 
 @pytest.fixture
 def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the folder of a package with one module of kernels, and a cache of its own for notes."""
+    """Return the folder of a package with one kernel module, with its own cache for notes."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     folder = tmp_path / "domain" / "room" / "kernels"
     folder.mkdir(parents=True)
@@ -47,11 +47,11 @@ def module(root: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return doubling
 
 
-def test_without_a_note_nothing_is_known_to_be_compiled(root: Path) -> None:
+def test_without_a_stamp_kernels_count_as_not_compiled(root: Path) -> None:
     assert not kernel_stamp.all_compiled(kernel_stamp.stamp_file(root, "tbb"))
 
 
-def test_what_was_noted_holds_until_a_kernel_changes(root: Path, module: ModuleType) -> None:
+def test_a_stamp_is_valid_until_a_kernel_changes(root: Path, module: ModuleType) -> None:
     stamp = kernel_stamp.stamp_file(root, "tbb")
     kernel_stamp.note(stamp, kernel_stamp.cache_files(module))
     assert kernel_stamp.all_compiled(stamp)
@@ -79,12 +79,12 @@ def test_a_cache_that_was_emptied_is_noticed(root: Path, module: ModuleType) -> 
 
 
 @pytest.mark.parametrize("rubbish", [b"", b"{", b"[1]", b"\xff"])
-def test_a_note_that_cannot_be_read_is_none(root: Path, rubbish: bytes) -> None:
+def test_an_unreadable_stamp_is_ignored(root: Path, rubbish: bytes) -> None:
     stamp = kernel_stamp.stamp_file(root, "tbb")
     stamp.parent.mkdir()
     stamp.write_bytes(rubbish)
     assert not kernel_stamp.all_compiled(stamp)
 
 
-def test_where_no_note_can_be_written_all_goes_on(module: ModuleType) -> None:
+def test_a_stamp_that_cannot_be_written_is_no_error(module: ModuleType) -> None:
     kernel_stamp.note(Path(os.devnull) / "note.json", kernel_stamp.cache_files(module))

@@ -1,4 +1,4 @@
-"""The kernels of stores are loaded without a wait for whoever compiles, where they are compiled."""
+"""Compiled kernels of stores are loaded without waiting for other processes."""
 
 import subprocess
 import sys
@@ -17,13 +17,13 @@ print(len(recorder.buffer))
 
 
 def compiled_by_another_process() -> int:
-    """Prepare in a process of its own; return how many kernels it compiled."""
+    """Prepare in a separate process; return the number of kernels that it compiled."""
     command = [sys.executable, "-c", PREPARE]
     told = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True, timeout=120)
     return int(told.stdout)
 
 
-def test_once_they_are_compiled_nobody_waits_for_who_compiles_or_stands_still_at_it() -> None:
+def test_compiled_kernels_are_loaded_without_waiting_for_a_compiler() -> None:
     compiled_by_another_process()
     with alone(store_kernels.stamp_of_stores().with_suffix(".lock")):
         assert compiled_by_another_process() == 0

@@ -34,13 +34,13 @@ def test_without_tbb_they_run_serially_with_the_same_result(tmp_path):
         assert (layer, threads, rest) == ("serial", "1", "[True, True] 2\n")
 
 
-def test_code_compiled_for_threads_is_not_taken_where_there_are_none(tmp_path):
+def test_code_compiled_for_threads_is_not_used_serially(tmp_path):
     run("-m", "tests.support.engine.threaded_kernels", cache=tmp_path)
     layer, _, rest = run("-m", "tests.support.engine.threaded_kernels", "without-tbb", cache=tmp_path)
     assert (layer, rest) == ("serial", "[True, True] 2\n")
 
 
-def test_it_is_too_late_once_numba_was_imported():
+def test_choosing_a_layer_after_numba_is_an_error():
     code = "import numba; from engine.runtimes.compilation import threading_layer as t; t.choose()"
     done = subprocess.run([sys.executable, "-c", code], check=False, cwd=ROOT, capture_output=True, text=True)
     assert "numba is imported already; choose the threading layer before" in done.stderr

@@ -1,4 +1,4 @@
-"""How many threads kernels use, as a container's size changes."""
+"""Number of kernel threads when the size of a container changes."""
 
 import threading
 
@@ -17,7 +17,7 @@ def in_a_thread(threads: KernelThreads) -> tuple[int, int]:
     return found[0]
 
 
-def test_whoever_asks_is_held_to_what_holds_now() -> None:
+def test_each_call_sets_the_current_number_of_threads() -> None:
     threads = KernelThreads(1)
     assert in_a_thread(threads) == (1, 1)
     threads.count = MOST + 1

@@ -1,4 +1,4 @@
-"""What a container of the Docker engine is shown of its machine, and how it is resized; no engine is needed here."""
+"""Folders and sizes of Docker containers; needs no Docker Engine."""
 
 import asyncio
 import socket
@@ -35,22 +35,20 @@ def launch(short_path: Path) -> Iterator[Launch]:
         yield replace(told, link=str(short_path / "link-of-all.sock"), machine=str(short_path / "gate.sock"))
 
 
-def test_it_sees_its_two_sockets_and_the_layers_of_its_map_and_nothing_else(
-    folders: ContainerFolders, launch: Launch
-) -> None:
+def test_it_only_sees_its_two_sockets_and_the_layers_of_its_map(folders: ContainerFolders, launch: Launch) -> None:
     seen = folders.admit(launch)
     assert (seen.link, seen.machine, seen.layers) == ("/run/ppaas/link.sock", "/run/ppaas/gate.sock", "/run/map")
     assert {entry.name for entry in folders.sockets.iterdir()} == {"link.sock", "gate.sock"}
     assert {entry.name for entry in folders.layers.iterdir()} == {"info.json", "grid.npy"}
 
 
-def test_what_it_dials_is_what_listens_outside(folders: ContainerFolders, launch: Launch) -> None:
+def test_it_dials_the_socket_outside(folders: ContainerFolders, launch: Launch) -> None:
     folders.admit(launch)
     with socket.socket(socket.AF_UNIX) as client:
         client.connect(str(folders.sockets / "link.sock"))
 
 
-def test_it_reaches_who_listens_anew_under_the_name_of_its_endpoint(folders: ContainerFolders, launch: Launch) -> None:
+def test_it_reaches_a_new_socket_under_the_name_of_its_endpoint(folders: ContainerFolders, launch: Launch) -> None:
     folders.admit(launch)
     seen, link = folders.sockets / "link.sock", Path(launch.link)
     link.unlink()
@@ -62,13 +60,13 @@ def test_it_reaches_who_listens_anew_under_the_name_of_its_endpoint(folders: Con
             another.bind(str(link))
             another.listen()
             folders.link_endpoint()
-            folders.link_endpoint()  # also where it is the same still
+            folders.link_endpoint()  # also if it is still the same
             client.connect(str(seen))
             another.accept()[0].close()
             assert seen.stat().st_mode & 0o666 == 0o666, "it has another user"
 
 
-def test_layers_are_the_same_memory_and_what_came_later_is_added(folders: ContainerFolders, launch: Launch) -> None:
+def test_layers_share_memory_and_later_files_are_added(folders: ContainerFolders, launch: Launch) -> None:
     folders.admit(launch)
     layers = Path(launch.layers)
     (layers / "hub_labels.index").write_text("late")
@@ -77,7 +75,7 @@ def test_layers_are_the_same_memory_and_what_came_later_is_added(folders: Contai
     assert (folders.layers / "grid.npy").samefile(layers / "grid.npy")
 
 
-def test_what_the_machine_has_stays_when_the_container_goes(folders: ContainerFolders, launch: Launch) -> None:
+def test_files_of_the_machine_are_kept_when_the_container_is_removed(folders: ContainerFolders, launch: Launch) -> None:
     folders.admit(launch)
     folders.remove()
     assert not folders.sockets.exists()
@@ -86,12 +84,12 @@ def test_what_the_machine_has_stays_when_the_container_goes(folders: ContainerFo
     assert Path(launch.link).is_socket()
 
 
-def test_layers_lie_where_no_other_user_of_the_computer_comes(folders: ContainerFolders) -> None:
+def test_layers_are_private_to_this_user(folders: ContainerFolders) -> None:
     assert folders.layers.parent.stat().st_mode & 0o077 == 0
 
 
 class Engine:
-    """An engine that takes its time for some orders, and takes no memory away that is in use."""
+    """An engine that is slow for some calls, and refuses to take away memory in use."""
 
     def __init__(self, *seconds: float, memory_in_use: int = 0) -> None:
         self.seconds = list(seconds)
@@ -110,7 +108,7 @@ def resized(engine: Any, folders: ContainerFolders, work: Background) -> DockerC
     return DockerContainer(engine, folders, work.run, lambda _: None)
 
 
-async def test_of_two_sizes_it_has_the_later_even_where_the_engine_is_slow_with_the_first(
+async def test_the_later_of_two_sizes_wins_even_if_the_engine_is_slow(
     folders: ContainerFolders, launch: Launch
 ) -> None:
     engine, work = Engine(0.05, 0.0), Background()
@@ -121,7 +119,7 @@ async def test_of_two_sizes_it_has_the_later_even_where_the_engine_is_slow_with_
     assert engine.held["cpu_quota"] / engine.held["cpu_period"] == 0.5
 
 
-async def test_memory_that_is_in_use_stays_and_the_cpus_follow(
+async def test_memory_in_use_stays_and_the_cpus_are_limited(
     folders: ContainerFolders, launch: Launch, caplog: pytest.LogCaptureFixture
 ) -> None:
     engine, work = Engine(memory_in_use=1 << 40), Background()

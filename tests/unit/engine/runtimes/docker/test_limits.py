@@ -22,7 +22,7 @@ def test_more_cores_weigh_more_and_have_more_memory_without_swap(launch):
     assert all(limits["memswap_limit"] == limits["mem_limit"] for limits in (one, two))
 
 
-def test_a_size_that_is_almost_nothing_is_one_that_the_kernel_takes(launch):
+def test_the_smallest_size_is_accepted_by_the_kernel(launch):
     tiny = launch(cpus=(0,))
     limits = docker_limits.of_launch(replace(tiny, spec=replace(tiny.spec, cores=1e-6)))
     assert limits["cpu_quota"] >= 1000

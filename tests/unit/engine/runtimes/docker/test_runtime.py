@@ -1,4 +1,4 @@
-"""What only the runtime of the Docker engine does; what all runtimes do is in ``tests/contracts/test_runtimes.py``."""
+"""The Docker runtime; tests of all runtimes are in ``tests/contracts/test_runtimes.py``."""
 
 import asyncio
 import itertools
@@ -68,7 +68,7 @@ async def test_a_container_has_no_network_no_privileges_and_nothing_to_write_to(
 
 
 def limits(container: str) -> tuple[float, str, int, int]:
-    """Return what the engine holds a container to: CPUs, which, MiB, and with swap."""
+    """Return the limits of a container: number of CPUs, CPUs, memory [MiB], and memory with swap [MiB]."""
     host = json.loads(run("docker", "inspect", container))[0]["HostConfig"]
     return host["CpuQuota"] / host["CpuPeriod"], host["CpusetCpus"], host["Memory"] >> 20, host["MemorySwap"] >> 20
 
@@ -78,7 +78,7 @@ def sized(launch: Launch, cores: float, *cpus: int) -> Launch:
 
 
 @pytest.mark.docker
-async def test_the_last_of_many_sizes_is_the_one_that_it_has(runtime: DockerRuntime, reports: Reports) -> None:
+async def test_the_last_of_many_sizes_wins(runtime: DockerRuntime, reports: Reports) -> None:
     launch = reports.launch(cpus=(0,))
     container = await runtime.launch(launch)
     for cores in (1.75, 0.25, 1.5, 0.75, 1.25, 0.5):
@@ -89,9 +89,7 @@ async def test_the_last_of_many_sizes_is_the_one_that_it_has(runtime: DockerRunt
 
 
 @pytest.mark.docker
-async def test_memory_in_use_stays_where_a_container_gets_smaller_and_its_cpus_follow(
-    premises: Premises, reports: Reports
-) -> None:
+async def test_a_smaller_size_keeps_memory_in_use_and_limits_the_cpus(premises: Premises, reports: Reports) -> None:
     image_for_tests()
     runtime = DockerRuntime(premises, entries.loaded_before(f"{ENTRIES}:hold_memory"), spares=1)
     await runtime.start()
@@ -105,9 +103,7 @@ async def test_memory_in_use_stays_where_a_container_gets_smaller_and_its_cpus_f
 
 
 @pytest.mark.docker
-async def test_who_takes_more_memory_than_its_size_has_is_killed_and_others_are_not(
-    premises: Premises, reports: Reports
-) -> None:
+async def test_only_a_container_above_its_memory_limit_is_killed(premises: Premises, reports: Reports) -> None:
     image_for_tests()
     runtime = DockerRuntime(premises, entries.loaded_before(f"{ENTRIES}:take_memory"), spares=1)
     await runtime.start()
@@ -129,9 +125,7 @@ async def test_a_spare_that_died_is_not_handed_out(
 
 
 @pytest.mark.docker
-async def test_close_leaves_nothing_with_the_engine(
-    runtime: DockerRuntime, reports: Reports, premises: Premises
-) -> None:
+async def test_close_removes_all_containers(runtime: DockerRuntime, reports: Reports, premises: Premises) -> None:
     await runtime.launch(reports.launch())
     await runtime.close()
     assert containers(premises.instance) == []
@@ -153,7 +147,7 @@ async def test_containers_end_with_their_agent_and_the_next_one_removes_what_is_
 
 
 def _killed_agent() -> tuple[str, int]:
-    """Return the name of a cloud whose agent was killed, and the process that its container had."""
+    """Return the instance name of a killed agent, and the process id of its container."""
     script = [sys.executable, "-m", "tests.support.engine.docker_agent", TEST_IMAGE]
     with subprocess.Popen(script, stdout=subprocess.PIPE, text=True) as agent:
         assert agent.stdout is not None
@@ -163,7 +157,7 @@ def _killed_agent() -> tuple[str, int]:
 
 
 @pytest.mark.docker
-async def test_an_image_that_is_not_there_is_told_with_how_to_make_it(premises: Premises) -> None:
+async def test_a_missing_image_is_an_error_with_the_build_command(premises: Premises) -> None:
     image_for_tests()
     runtime = DockerRuntime(premises._replace(image="ppaas-nowhere"))
     with pytest.raises(Unavailable, match=r"no image 'ppaas-nowhere'.*docker build -f docker/engine.Dockerfile"):
@@ -171,7 +165,7 @@ async def test_an_image_that_is_not_there_is_told_with_how_to_make_it(premises: 
     await runtime.close()
 
 
-async def test_no_engine_is_told_with_what_to_do(premises: Premises, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_missing_engine_is_an_error_with_advice(premises: Premises, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DOCKER_HOST", f"unix://{premises.run_dir}/nowhere.sock")
     runtime = DockerRuntime(premises)
     with pytest.raises(Unavailable, match=r"no Docker Engine answers.*--runtime process"):
@@ -179,7 +173,7 @@ async def test_no_engine_is_told_with_what_to_do(premises: Premises, monkeypatch
     await runtime.close()
 
 
-async def test_the_extra_that_is_missing_is_named() -> None:
+async def test_a_missing_extra_is_named() -> None:
     script = "import sys; sys.modules['docker'] = None\nimport engine.runtimes.docker.runtime"
     done = await asyncio.to_thread(subprocess.run, [sys.executable, "-c", script], capture_output=True, text=True)
     assert "pip install 'ppaas[docker]'" in done.stderr

@@ -21,18 +21,18 @@ def unexpected() -> None:
     raise AssertionError("the fork server died")
 
 
-async def test_a_warm_server_tells_what_it_is_and_has_loaded_what_its_containers_use():
+async def test_a_warm_server_reports_itself_and_the_kernels_of_containers():
     server = ForkServer(loaded_before("engine.container.entry:main"))
-    warmth = await server.warm(unexpected)
-    assert warmth.layer in ("tbb", "serial")
-    assert any(name.startswith("ppaas.costmap.kernels.") for name in warmth.kernels)
-    assert not any("hub_labels" in name for name in warmth.kernels), "few robots plan with it"
+    report = await server.warm(unexpected)
+    assert report.layer in ("tbb", "serial")
+    assert any(name.startswith("ppaas.costmap.kernels.") for name in report.kernels)
+    assert not any("hub_labels" in name for name in report.kernels), "few robots plan with it"
     again = await server.warm(unexpected)
-    assert again.pid == warmth.pid
+    assert again.pid == report.pid
     server.close()
 
 
-async def test_a_server_that_cannot_load_says_so_and_the_next_try_is_a_new_one():
+async def test_a_server_that_cannot_import_is_an_error_and_the_next_is_new():
     broken = ForkServer(Entry(ENTRY, ("tests.support.engine.broken_preload",)))
     with pytest.raises(Unavailable, match="the fork server exited during its imports"):
         await broken.warm(unexpected)
@@ -43,7 +43,7 @@ async def test_a_server_that_cannot_load_says_so_and_the_next_try_is_a_new_one()
     server.close()
 
 
-async def test_an_ended_server_is_dead_and_the_main_module_of_the_parent_as_it_was():
+async def test_an_ended_server_is_dead_and_the_main_module_unchanged():
     main = sys.modules["__main__"]
     server = ForkServer(loaded_before(ENTRY))
     first = await server.warm(unexpected)
@@ -55,5 +55,5 @@ async def test_an_ended_server_is_dead_and_the_main_module_of_the_parent_as_it_w
     server.close()
 
 
-def test_a_frozen_server_is_given_up_before_the_container_that_was_asked_of_it():
+def test_a_frozen_server_is_given_up_before_the_requested_container():
     assert FORK_TIMEOUT < START_TIMEOUT

@@ -9,7 +9,7 @@ def run(code: str) -> str:
     return done.stdout
 
 
-def test_what_a_thread_freed_is_given_back():
+def test_memory_freed_by_a_thread_is_returned():
     code = """
 import threading
 import numpy as np
@@ -19,7 +19,7 @@ def resident():
 def work():
     for size in (30, 20, 10):
         np.ones(size << 17)
-allocator.give_back_early()
+allocator.trim_early()
 before = resident()
 thread = threading.Thread(target=work)
 thread.start(); thread.join()
@@ -28,7 +28,7 @@ print(resident() - before)
     assert int(run(code)) < 2 << 20
 
 
-def test_what_is_free_between_what_is_kept_is_given_back():
+def test_free_memory_between_used_blocks_is_returned():
     code = """
 from engine.runtimes.memory_tuning import allocator
 def resident():
@@ -36,7 +36,7 @@ def resident():
 blocks = [bytes(50_000) for _ in range(400)]
 del blocks[:-1]
 before = resident()
-allocator.give_back()
+allocator.trim()
 print(before - resident())
 """
     assert int(run(code)) > 10 << 20

@@ -72,17 +72,17 @@ def call(tmp_path: Path):
     return run
 
 
-def test_what_is_in_the_cache_is_loaded_without_the_compiler_and_what_calls_it_is_compiled(call):
+def test_cached_kernels_are_loaded_without_the_compiler_and_can_be_called_by_new_ones(call):
     assert call() == ["6.0 0 True", "2.0 True", "6.0 0"]
     assert call() == ["6.0 1 False", "2.0 True", "6.0 1"]
 
 
-def test_what_was_compiled_with_its_documentation_is_loaded_without(call):
+def test_kernels_compiled_with_docstrings_are_loaded_without_them(call):
     assert call()[-1] == "6.0 0"
     assert call("-OO") == ["6.0 1 False", "2.0 True", "6.0 1"]
 
 
-def test_what_another_process_compiles_anew_is_not_what_later_kernels_are_linked_with(call):
+def test_kernels_recompiled_by_another_process_are_not_linked(call):
     call()
     assert call(script=COMPILED_ANEW) == ["1.0 0"]
     assert call(script=LATER) == ["1.0 1"]

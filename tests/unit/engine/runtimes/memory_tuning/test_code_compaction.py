@@ -27,7 +27,7 @@ def code_in(code, name):
     return next(each for each in code.co_consts if getattr(each, "co_name", None) == name)
 
 
-def test_code_that_ran_is_copied_with_what_is_defined_in_it_and_all_else_stays():
+def test_only_code_that_ran_is_copied_with_code_defined_in_it():
     functions = [outer, Thing.method, counted]
     before, others = [each.__code__ for each in functions], [cold.__code__, code_in.__code__]
     inner = code_in(outer.__code__, "inner")
@@ -44,7 +44,7 @@ def test_code_that_ran_is_copied_with_what_is_defined_in_it_and_all_else_stays()
     assert list(counted(3)) == [0, 1, 2]
 
 
-def test_code_of_other_threads_is_copied_too_and_nobody_watches_afterwards():
+def test_code_of_other_threads_is_copied_and_profiling_ends():
     def in_thread():
         started = threading.Thread(target=target)
         started.start()

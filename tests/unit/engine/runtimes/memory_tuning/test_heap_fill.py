@@ -24,7 +24,7 @@ BLOCKS = [(INTERPRETER, 48), (INTERPRETER, 512), (LIBRARY, 600), (LIBRARY, 9000)
 
 
 @pytest.mark.parametrize(("functions", "size"), BLOCKS)
-def test_new_blocks_lie_no_longer_between_old_ones(functions, size):
+def test_new_blocks_are_not_placed_between_old_ones(functions, size):
     def between(*arguments: str) -> int:
         command = [sys.executable, "-c", ALLOCATE.format(functions=functions, size=size), *arguments]
         return int(subprocess.run(command, check=True, capture_output=True, text=True).stdout)

@@ -6,17 +6,15 @@ import pytest
 from engine.runtimes.memory_tuning import lean_python
 
 
-def test_documentation_is_left_out() -> None:
+def test_docstrings_are_left_out() -> None:
     assert (sys.executable, "-OO") == lean_python.PYTHON
 
 
-def test_modules_are_compiled_into_a_folder_of_our_own_whatever_is_told(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_modules_are_compiled_into_our_own_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     told = {"PYTHONDONTWRITEBYTECODE": "1", "PATH": "/bin"}
     assert lean_python.environment(told) == {"PATH": "/bin", "PYTHONPYCACHEPREFIX": str(tmp_path / "modules")}
 
 
-def test_a_folder_that_is_named_is_kept() -> None:
+def test_a_folder_in_the_environment_is_kept() -> None:
     assert lean_python.environment({"PYTHONPYCACHEPREFIX": "/elsewhere"}) == {"PYTHONPYCACHEPREFIX": "/elsewhere"}

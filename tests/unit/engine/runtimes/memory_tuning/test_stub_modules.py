@@ -10,12 +10,12 @@ def run(code: str) -> str:
     return done.stdout
 
 
-def test_numba_is_loaded_without_them_and_who_asks_gets_the_real_ones():
+def test_numba_is_imported_with_stubs_and_later_imports_get_the_real_modules():
     code = """
 import sys
 import numpy as np
-from engine.runtimes.memory_tuning.stub_modules import HTML, MASKED, POLYNOMIAL, instead_of
-with instead_of(HTML, POLYNOMIAL):
+from engine.runtimes.memory_tuning.stub_modules import HTML, MASKED, POLYNOMIAL, stubbed
+with stubbed(HTML, POLYNOMIAL):
     import numba
 print(*(name for name in (HTML, MASKED, POLYNOMIAL) if name in sys.modules))
 import html
@@ -29,11 +29,11 @@ def test_a_kernel_is_compiled_and_called_without_masked_arrays():
 import sys
 import numba
 import numpy as np
-from engine.runtimes.memory_tuning.stub_modules import MASKED, instead_of
+from engine.runtimes.memory_tuning.stub_modules import MASKED, stubbed
 first = numba.njit(lambda cells: cells[0])
 cells = np.ones(3)
 cells.flags.writeable = False
-with instead_of(MASKED):
+with stubbed(MASKED):
     print(first(cells))
 print(MASKED in sys.modules)
 try:
@@ -44,13 +44,13 @@ except numba.errors.TypingError:
     assert run(code) == "1.0\nFalse\nrefused\n"
 
 
-def test_uvloop_runs_without_tls_and_who_asks_gets_the_real_one():
+def test_uvloop_runs_with_a_stub_and_later_imports_get_the_real_module():
     code = """
 import sys
-from engine.runtimes.memory_tuning.stub_modules import TLS, instead_of, without_extras
+from engine.runtimes.memory_tuning.stub_modules import TLS, stubbed, without_extras
 with without_extras():
     import asyncio
-    with instead_of(TLS):
+    with stubbed(TLS):
         import uvloop
     print(sys.modules[TLS])
 print(TLS in sys.modules, "_hashlib" in sys.modules)
@@ -65,7 +65,7 @@ print(ssl.create_default_context().verify_mode.name)
     assert run(code) == "None\nFalse False\nb'x'\nCERT_REQUIRED\n"
 
 
-def test_what_is_loaded_already_stays():
+def test_modules_imported_before_stay():
     import html
 
     with stub_modules.stubbed(stub_modules.HTML):
@@ -74,7 +74,7 @@ def test_what_is_loaded_already_stays():
     assert sys.modules["html"] is html
 
 
-def test_unused_extras_are_not_found_for_a_while_and_then_are():
+def test_unused_extras_are_hidden_only_inside_the_context():
     code = """
 from engine.runtimes.memory_tuning import stub_modules
 with stub_modules.without_extras():

@@ -1,4 +1,4 @@
-"""A fork server and its containers do the same with memory tuning and without."""
+"""Fork server and containers behave the same with and without memory tuning."""
 
 import subprocess
 import sys
@@ -18,7 +18,7 @@ BOTH = [("1", True), (OFF, False)]
 
 @pytest.fixture
 async def runtime(value: str, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[ProcessRuntime]:
-    """Return a runtime whose fork server is started with the switch at a value."""
+    """Return a runtime whose fork server is started with this value of the switch."""
     forkserver._forkserver._stop()  # type: ignore[attr-defined]
     monkeypatch.setenv(NAME, value)
     started = ProcessRuntime(loaded_before("tests.support.engine.container_entries:tell_tuning", WARM_UP))
@@ -40,7 +40,7 @@ async def test_a_container_drives_its_robot_with_tuned_memory_and_without(
 
 
 @pytest.mark.parametrize(("value", "options"), [("1", "('-OO',)"), (OFF, "()")])
-def test_python_is_started_as_it_is_told_or_as_it_is_anywhere(value: str, options: str) -> None:
+def test_the_options_of_python_depend_on_the_switch(value: str, options: str) -> None:
     code = "from engine.runtimes.memory_tuning.lean_python import *; print(PYTHON[1:], environment({}).keys() or '')"
     command = [sys.executable, "-c", code]
     told = subprocess.run(command, env={NAME: value}, check=True, capture_output=True, text=True).stdout
@@ -48,7 +48,7 @@ def test_python_is_started_as_it_is_told_or_as_it_is_anywhere(value: str, option
     assert ("PYTHONPYCACHEPREFIX" in told) == (value != OFF)
 
 
-def test_memory_is_tuned_where_nothing_is_said() -> None:
+def test_memory_is_tuned_by_default() -> None:
     code = "from engine.runtimes.memory_tuning.switch import LEAN; print(LEAN)"
     told = subprocess.run([sys.executable, "-c", code], env={}, check=True, capture_output=True, text=True).stdout
     assert told == "True\n"

@@ -1,4 +1,4 @@
-"""A process that runs is moved to other CPUs, with all its threads."""
+"""Moving a running process to other CPUs, with all its threads."""
 
 import os
 import subprocess
@@ -16,7 +16,7 @@ BUSY = """
 import hashlib, threading
 def burn():
     while True:
-        hashlib.pbkdf2_hmac("sha256", b"x", b"y", 20000)  # which lets go of the interpreter's lock
+        hashlib.pbkdf2_hmac("sha256", b"x", b"y", 20000)  # releases the interpreter's lock
 threads = [threading.Thread(target=burn) for _ in range(3)]
 [thread.start() for thread in threads]
 print("busy", flush=True)
@@ -51,7 +51,7 @@ def test_three_busy_threads_on_one_cpu_use_no_more_than_one(busy: int) -> None:
     began, before = time.monotonic(), sum(process.cpu_times()[:2])
     time.sleep(SECONDS)
     used, took = sum(process.cpu_times()[:2]) - before, time.monotonic() - began
-    assert used <= 1.15 * took  # the kernel counts in hundredths of a second
+    assert used <= 1.15 * took  # the kernel counts CPU time in hundredths of a second
 
 
 def test_a_process_that_is_gone_is_left_alone() -> None:

@@ -1,4 +1,4 @@
-"""Processes held to their sizes by control groups; some tests want a kernel that lets us make some."""
+"""Control groups of container processes; some tests need a kernel that lets us create groups."""
 
 import itertools
 import signal
@@ -79,7 +79,7 @@ def test_in_version_2_groups_are_beside_ours_where_both_controllers_are(tmp_path
     assert hierarchies(mounts, "0::/\n") == [], "we are in the outermost, beside which there is nothing"
 
 
-def test_a_size_is_weight_and_memory(tmp_path: Path, instance: str, launch: Launch) -> None:
+def test_a_size_sets_weight_and_memory(tmp_path: Path, instance: str, launch: Launch) -> None:
     groups = ControlGroups(instance, [Hierarchy(tmp_path, V2, {tmp_path / "first": "done"})])
     group = tmp_path / f"ppaas-{instance}.{launch.spec.id}"
     assert entries(tmp_path) == ["first"]
@@ -91,7 +91,7 @@ def test_a_size_is_weight_and_memory(tmp_path: Path, instance: str, launch: Laun
     assert [(group / file).read_text() for file in V2] == ["800", str(1536 * MIB)]
 
 
-async def test_where_no_groups_can_be_made_nothing_is_held(tmp_path: Path, instance: str, launch: Launch) -> None:
+async def test_without_groups_containers_have_no_limits(tmp_path: Path, instance: str, launch: Launch) -> None:
     groups = ControlGroups(instance, [Hierarchy(tmp_path / "nowhere", V2)])
     assert groups.controlled == []
     for done in (groups.put(77, launch), groups.resize(launch), groups.remove(launch.spec.id)):
@@ -100,7 +100,7 @@ async def test_where_no_groups_can_be_made_nothing_is_held(tmp_path: Path, insta
     assert entries(tmp_path) == []
 
 
-def test_what_a_dead_cloud_or_an_agent_before_has_left_is_removed(tmp_path: Path, instance: str) -> None:
+def test_groups_of_dead_processes_are_removed(tmp_path: Path, instance: str) -> None:
     namespace, pid, _ = instance_name().split("-")
     living = f"ppaas-{instance_name()}.c1"
     for left in (f"ppaas-{namespace}-{pid}-1.c1", f"ppaas-{instance}.c1", living):
@@ -109,7 +109,7 @@ def test_what_a_dead_cloud_or_an_agent_before_has_left_is_removed(tmp_path: Path
     assert entries(tmp_path) == [living]
 
 
-def test_a_group_in_which_something_is_about_to_end_is_removed_a_moment_later(tmp_path: Path, instance: str) -> None:
+def test_a_group_with_an_exiting_process_is_removed_a_moment_later(tmp_path: Path, instance: str) -> None:
     ending = tmp_path / f"ppaas-{instance}.c1" / "ending"
     ending.mkdir(parents=True)
     end = threading.Timer(0.05, ending.rmdir)
@@ -119,7 +119,7 @@ def test_a_group_in_which_something_is_about_to_end_is_removed_a_moment_later(tm
     assert entries(tmp_path) == []
 
 
-def test_a_group_that_stays_busy_is_told(tmp_path: Path, instance: str, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_group_that_stays_busy_is_logged(tmp_path: Path, instance: str, caplog: pytest.LogCaptureFixture) -> None:
     (tmp_path / f"ppaas-{instance}.c1" / "busy").mkdir(parents=True)
     ControlGroups(instance, [Hierarchy(tmp_path, {})])
     assert f"ppaas-{instance}.c1 cannot be removed" in caplog.text
@@ -142,7 +142,7 @@ class Controlled:
         return self.runtime
 
     def files(self, container: str) -> dict[str, int]:
-        """Return what stands in the files of a container's groups."""
+        """Return the content of the files of a container's groups."""
         return {
             file: int((place.parent / f"ppaas-{self.instance}.{container}" / file).read_text())
             for place in self.places
@@ -150,7 +150,7 @@ class Controlled:
         }
 
     def left(self) -> list[Path]:
-        """Return the groups of the runtime that are there."""
+        """Return the existing groups of the runtime."""
         return [group for place in self.places for group in place.parent.glob(f"ppaas-{self.instance}.*")]
 
 
@@ -193,7 +193,7 @@ async def test_groups_follow_the_size_and_end_with_the_container(controlled: Con
     await until(lambda: not controlled.left())
 
 
-async def test_who_takes_more_memory_than_its_size_has_is_killed_and_the_others_are_not(controlled: Controlled) -> None:
+async def test_only_a_container_above_its_memory_limit_is_killed(controlled: Controlled) -> None:
     runtime = await controlled.start("take_memory_if_told")
     modest = await runtime.launch(controlled.reports.launch())
     greedy = await runtime.launch(controlled.reports.launch(secret="take"))
@@ -201,7 +201,7 @@ async def test_who_takes_more_memory_than_its_size_has_is_killed_and_the_others_
     assert not is_gone(modest.pid)
 
 
-async def test_who_has_more_cores_gets_more_of_a_cpu_that_both_want(controlled: Controlled) -> None:
+async def test_a_larger_container_gets_more_of_a_shared_cpu(controlled: Controlled) -> None:
     runtime = await controlled.start("compete")
     small = sized(controlled.reports.launch(cpus=(0,)), 0.25)
     large = sized(controlled.reports.launch(cpus=(0,)), 1.0)

@@ -66,7 +66,7 @@ async def test_interrupts_do_not_end_a_container_and_terminate_does(runtime, rep
     assert await container.wait() == -signal.SIGTERM
 
 
-async def test_a_container_that_cannot_begin_tells_by_its_status(runtime, reports):
+async def test_a_container_that_cannot_start_exits_with_a_status(runtime, reports):
     container = await runtime.launch(reports.launch(cpus=(4095,)))
     assert await container.wait() == 1
 
@@ -91,7 +91,7 @@ async def test_close_ends_all_containers_and_no_more_start(reports):
         await runtime.launch(reports.launch())
 
 
-async def test_an_entry_that_does_not_exist_is_told_at_the_start():
+async def test_a_missing_entry_is_an_error_at_the_start():
     for entry in ("tests.support.nowhere:main", f"{ENTRIES}:nothing"):
         runtime = ProcessRuntime(loaded_before(entry))
         with pytest.raises(Unavailable, match=r"containers cannot start.*(nowhere|nothing)"):
