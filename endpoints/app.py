@@ -1,4 +1,4 @@
-"""The application: the REST service, to which the robot WebSocket is added."""
+"""FastAPI application of the REST service, without the robot WebSocket."""
 
 from importlib.metadata import version
 from typing import Any
@@ -20,15 +20,16 @@ from endpoints.rest.viewer import add_viewer
 from endpoints.services.services import Services
 
 PREFIX = "/v1"
+"""Prefix of the paths of the REST service."""
 
 DESCRIPTION = """
-Path planning as a service. Log in with `POST /v1/tokens`, publish a map with `POST /v1/maps`, and ask for a path with
+Path planning as a service. Log in with `POST /v1/tokens`, publish a map with `POST /v1/maps`, and request a path with
 `POST /v1/maps/{map_id}/plans`. A robot registers with `PUT /v1/robots/{robot_id}` and then opens a WebSocket at
 `/?robot=ID&token=TOKEN`, speaking rosbridge.
 
-Lists come in pages: `limit` items, and in `next` the `cursor` of the following page, or null.
+Lists are paginated: each page has up to `limit` items and, in `next`, the `cursor` of the following page or null.
 
-Lengths are metres, angles radians, times seconds. Every error is a problem of RFC 9457 whose `type` is stable.
+Lengths are in metres, angles in radians, times in seconds. Errors are problems of RFC 9457 with a stable `type`.
 """
 
 RESOURCES = (
@@ -55,14 +56,17 @@ RESOURCES = (
 
 
 class Application(FastAPI):
-    """Serves what is asked for most often before FastAPI's own layers, which take longer than it does."""
+    """FastAPI application behind the limits of bodies and the fast path of path requests.
+
+    Both run before FastAPI's own middleware, which takes longer than they do.
+    """
 
     def __init__(self, services: Services, **options: Any) -> None:
         super().__init__(**options)
         limits = services.limits
         uploads = {f"{PREFIX}{maps.router.prefix}": BodyLimits(limits.max_upload, limits.max_upload_seconds)}
-        direct = PlanFastPath(super().__call__, prefix=PREFIX, services=services)
-        self._first = BodyLimit(direct, BodyLimits(limits.max_body, limits.max_body_seconds), uploads)
+        fast_path = PlanFastPath(super().__call__, prefix=PREFIX, services=services)
+        self._first = BodyLimit(fast_path, BodyLimits(limits.max_body, limits.max_body_seconds), uploads)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request or connection."""
@@ -70,7 +74,7 @@ class Application(FastAPI):
 
 
 def create_app(services: Services) -> FastAPI:
-    """Return the application that serves these services; it starts and ends nothing of them."""
+    """Return the application for these services; it neither starts nor closes them."""
     app = Application(
         services,
         title="PPaaS",

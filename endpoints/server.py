@@ -1,6 +1,6 @@
-"""The server process: the cloud and its web application on one event loop, from start to clean stop.
+"""Server process: runs the cloud and its web application on one event loop, from start to clean stop.
 
-What serves the web takes half a second to import. It is imported while the machine of the cloud starts, which takes
+The web application takes half a second to import. It is imported while the cloud's local machine starts, which takes
 longer and uses another core.
 """
 
@@ -34,23 +34,26 @@ logger = logging.getLogger(__name__)
 T = TypeVar("T")
 
 ADMIN = "admin"
+"""Id of the first administrator."""
 
 RAY = "ray"
+"""Runtime that starts processes on the nodes of a Ray cluster."""
+
 RAY_LISTENS = "0.0.0.0:8501"
-"""Where the nodes of a Ray cluster arrive, and at the next port their routers, unless something else is said."""
+"""Default address for machines on a Ray cluster; their routers connect to the next port."""
 
 SETTLED = 10.0
-"""Seconds after which a cloud that was started again has seen to its robots."""
+"""Delay of background work after the start [s]: a restarted cloud serves its robots first."""
 
 MACHINE_SETTINGS = "machine-settings.json"
-"""File within the data folder for what administrators say of machines."""
+"""File in the data folder with the settings of machines."""
 
 MACHINES = "machines"
-"""Folder within the data folder for certificates and tickets of machines of other hosts."""
+"""Folder in the data folder with certificates and tickets of remote machines."""
 
 
 class ReadyFile(msgspec.Struct):
-    """What the ready file says."""
+    """Contents of the ready file."""
 
     url: str
     pid: int
@@ -63,9 +66,9 @@ def run_server(arguments: argparse.Namespace) -> int:
     Raises
     ------
     InvalidInput
-        The data folder or the password file cannot be used, or a plug-in that is allowed has no such name.
+        The data folder or the password file is unusable, or a plug-in given with ``--allow`` has no such name.
     Unavailable
-        The address cannot be listened at.
+        Listening on the address failed.
     """
     logging.basicConfig(
         level=arguments.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s", datefmt="%H:%M:%S"
@@ -74,17 +77,17 @@ def run_server(arguments: argparse.Namespace) -> int:
     try:
         arguments.data.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InvalidInput(f"no data folder can be made: {error}; give another with --data") from error
+        raise InvalidInput(f"cannot create the data folder: {error}; choose another with --data") from error
     uvloop.run(_serve(arguments))
     return 0
 
 
 def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
-    """Return what the arguments say the cloud is made of."""
+    """Return the configuration of the cloud from the command line."""
     data = arguments.data.resolve()
     on_ray = arguments.runtime == RAY
     if arguments.ray_address and not on_ray:
-        raise InvalidInput("--ray-address goes with --runtime ray")
+        raise InvalidInput("--ray-address needs --runtime ray")
     return CloudConfig(
         store=arguments.store or f"sqlite:///{data / 'ppaas.sqlite'}",
         map_store=arguments.map_store or f"file:///{data / 'maps'}",
@@ -107,7 +110,7 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
 
 
 def admin_password(path: Path) -> str:
-    """Return the password in a file; make the file, readable by this user alone, if it is not there."""
+    """Return the password in a file; a missing file is created with a new password, readable by this user only."""
     try:
         if path.exists():
             return path.read_text().strip()
@@ -115,31 +118,33 @@ def admin_password(path: Path) -> str:
         path.touch(mode=0o600)
         path.write_text(password + "\n")
     except OSError as error:
-        raise InvalidInput(f"the password file cannot be read or made: {error}") from error
+        raise InvalidInput(f"cannot read or create the password file: {error}") from error
     return password
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """Return a socket that listens.
+    """Return a listening socket.
 
     Raises
     ------
     Unavailable
-        The address is not ours, or taken.
+        The address does not belong to this host, or is in use.
     """
     try:
         return socket.create_server((host, port), backlog=1024)
     except OSError as error:
-        raise Unavailable(f"cannot listen: {error.strerror}; take another --host or --port (0: a free one)") from error
+        raise Unavailable(
+            f"cannot listen: {error.strerror}; choose another --host or --port (0: a free port)"
+        ) from error
 
 
 async def _serve(arguments: argparse.Namespace) -> None:
     stop = _stop_on_signals()
-    async with contextlib.AsyncExitStack() as last_first:
-        listener = last_first.enter_context(listen(arguments.host, arguments.port))
+    async with contextlib.AsyncExitStack() as stack:
+        listener = stack.enter_context(listen(arguments.host, arguments.port))
         engine = Engine(cloud_config(arguments))
-        last_first.push_async_callback(engine.close)
-        web = await _unless(stop, _start(engine, arguments, last_first))
+        stack.push_async_callback(engine.close)
+        web = await _run_unless_stopped(stop, _start(engine, arguments, stack))
         if web is not None:
             await _run(web, listener, stop, arguments.ready_file)
 
@@ -151,8 +156,8 @@ def _stop_on_signals() -> asyncio.Event:
     return stop
 
 
-async def _unless(stop: asyncio.Event, work: Coroutine[Any, Any, T]) -> T | None:
-    """Return the result of work; give it up, and return None, if told to stop before it is done."""
+async def _run_unless_stopped(stop: asyncio.Event, work: Coroutine[Any, Any, T]) -> T | None:
+    """Return the result of ``work``; cancel it and return None if ``stop`` is set first."""
     tasks = working, stopping = asyncio.create_task(work), asyncio.create_task(stop.wait())
     try:
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -163,8 +168,8 @@ async def _unless(stop: asyncio.Event, work: Coroutine[Any, Any, T]) -> T | None
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
-async def _start(engine: Engine, arguments: argparse.Namespace, last_first: contextlib.AsyncExitStack) -> "Web":
-    """Start the machine, and beside it get ready what serves the web."""
+async def _start(engine: Engine, arguments: argparse.Namespace, stack: contextlib.AsyncExitStack) -> "Web":
+    """Start the local machine, and meanwhile the web server."""
     machine = asyncio.create_task(engine.start())
     try:
         serving = await asyncio.to_thread(_import_web)
@@ -172,12 +177,12 @@ async def _start(engine: Engine, arguments: argparse.Namespace, last_first: cont
         web = serving(
             engine, linger=arguments.linger, idle=arguments.idle, dead=arguments.dead, log_level=arguments.log_level
         )
-        last_first.push_async_callback(web.close)
+        stack.push_async_callback(web.close)
         password_file = arguments.admin_password_file or arguments.data / "admin-password"
         password = await asyncio.to_thread(admin_password, password_file)
         admin = await web.accounts.ensure_admin(password)
-        logger.info("user %r has the password in %s", ADMIN, password_file)
-        web.meanwhile(_later(partial(web.accounts.tell_if_other, admin, password)))
+        logger.info("the password of user %r is in %s", ADMIN, password_file)
+        web.run_in_background(_later(partial(web.accounts.warn_if_different, admin, password)))
         await machine
     finally:
         machine.cancel()
@@ -186,13 +191,13 @@ async def _start(engine: Engine, arguments: argparse.Namespace, last_first: cont
 
 
 def _import_web() -> "type[Web]":
-    from endpoints.web import Web  # noqa: PLC0415 - takes half a second, beside the start of the machine
+    from endpoints.web import Web  # noqa: PLC0415 - takes half a second, while the machine starts
 
     return Web
 
 
 async def _later(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
-    """Do what nobody waits for, once whoever waited for the cloud has been served."""
+    """Run background work once the clients that waited for the cloud have been served."""
     await asyncio.sleep(SETTLED)
     await work()
 
@@ -217,4 +222,4 @@ def _write_ready(path: Path, ready: ReadyFile) -> None:
         partial.write_bytes(msgspec.json.encode(ready))
         partial.rename(path)
     except OSError as error:
-        raise InvalidInput(f"the ready file cannot be written: {error}") from error
+        raise InvalidInput(f"cannot write the ready file: {error}") from error

@@ -1,4 +1,4 @@
-"""What a cloud shows on the web: the application, the sockets of robots, and the server of both."""
+"""Web server of a cloud: the REST application and the robot WebSocket."""
 
 import contextlib
 import socket
@@ -22,64 +22,64 @@ from engine.bootstrap import Engine
 from engine.processes.background import Background
 
 MAX_FRAME = 16 * 1024 * 1024
-"""Bytes of one frame of a robot: ten times a raw 640×480 depth image."""
+"""Largest frame of a robot [bytes]: ten times a raw 640×480 depth image."""
 
 
 class Server(uvicorn.Server):
-    """Leaves signals to us, so that the cloud ends before the process does."""
+    """Uvicorn server that leaves signals to the process, which closes the cloud first."""
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Capture none."""
+        """Install no signal handlers."""
         yield
 
 
 class Web:
-    """Serves a cloud.
+    """Web server of one cloud.
 
     Parameters
     ----------
     engine : Engine
-        Which is closed after this, by whoever made it.
+        Engine of the cloud; the caller closes it after the web server.
     linger : float
-        Seconds that a session is kept without a socket.
+        Time for which a session is retained without a socket [s].
     idle : float
-        Seconds of silence after which a robot is let go; 0 lets nobody go.
+        Time without frames after which a robot is disconnected [s]; 0 disables this.
     dead : float
-        Seconds after which a silent connection counts as dead.
+        Time after which a silent connection counts as dead [s].
     log_level : str
-        ``error`` for errors alone.
+        ``error`` to log errors only.
     """
 
     def __init__(self, engine: Engine, *, linger: float, idle: float, dead: float, log_level: str) -> None:
         self.accounts = Accounts(engine.store)
         self._sessions = SessionRegistry(engine.sessions, engine.cloud.plan_rate, linger)
         self._idle = IdleWatch(self._sessions, engine.sessions, idle)
-        self._watching = Background()
+        self._background = Background()
         services = Services(engine.store, engine.map_store, self.accounts, engine.cloud)
         self._server = Server(_uvicorn_config(build_app(services, self._sessions), log_level, dead))
 
     async def serve(self, listener: socket.socket) -> None:
-        """Serve until told to stop."""
-        self._watching.run(self._idle.run())
+        """Serve until `stop` is called."""
+        self._background.run(self._idle.run())
         await self._server.serve([listener])
 
-    def meanwhile(self, work: Coroutine[Any, Any, None]) -> None:
-        """Have something done beside serving; it is given up at the end."""
-        self._watching.run(work)
+    def run_in_background(self, work: Coroutine[Any, Any, None]) -> None:
+        """Run a coroutine in the background; it is cancelled at the end."""
+        self._background.run(work)
 
     def stop(self) -> None:
-        """Let ``serve`` come to its end."""
+        """Make ``serve`` return."""
         self._server.should_exit = True
 
     async def close(self) -> None:
         """End all sessions."""
-        await self._watching.cancel()
+        await self._background.cancel()
         self._sessions.close()
 
 
 def build_app(services: Services, sessions: SessionRegistry) -> FastAPI:
-    """Return the web application."""
+    """Return the application with REST and the robot WebSocket."""
     app = create_app(services)
 
     async def robot_socket(websocket: WebSocket) -> None:
@@ -92,17 +92,18 @@ def build_app(services: Services, sessions: SessionRegistry) -> FastAPI:
 def _uvicorn_config(app: FastAPI, log_level: str, dead: float) -> uvicorn.Config:
     return uvicorn.Config(
         app,
-        log_level="error" if log_level == "error" else "warning",  # at "info" it tells of each query
+        log_level="error" if log_level == "error" else "warning",  # "info" logs each request
         log_config=None,
-        access_log=False,  # a token may stand in the query
-        proxy_headers=False,  # nothing asks where a client is, and each layer costs every request
+        access_log=False,  # the query may contain a token
+        proxy_headers=False,  # addresses of clients are not used, and each layer costs time
         server_header=False,
         date_header=False,
         http=DirectHttp,
         ws_max_size=MAX_FRAME,
         ws=DirectWebSocket,
         ws_per_message_deflate=False,
-        ws_ping_interval=dead / 3.0,  # a socket that dies right after a pong is noticed after both together
+        ws_ping_interval=dead
+        / 3.0,  # interval and timeout add up to the worst case, a peer that dies right after a pong
         ws_ping_timeout=dead * 2.0 / 3.0,
         timeout_graceful_shutdown=2,
     )

@@ -1,1 +1,1 @@
-"""User accounts: passwords, tokens, authentication, and what each user has of the quota."""
+"""User accounts: passwords, tokens, authentication, and usage of stored resources."""

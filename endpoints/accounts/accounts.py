@@ -1,4 +1,4 @@
-"""Who may use the cloud: users, their passwords and the tokens they log in for."""
+"""Accounts: users, their passwords and their tokens."""
 
 import hashlib
 import logging
@@ -23,46 +23,49 @@ logger = logging.getLogger(__name__)
 
 ADMIN = "admin"
 ME = "me"
-"""Whoever asks; nobody's name."""
+"""Alias of the calling user; no user may have this id."""
 
 TOKEN_LIFETIME = 30 * 24 * 3600.0
+"""Lifetime of a token [s]."""
+
 MIN_PASSWORD = 8
 MAX_PASSWORD = 1024
 MAX_TOKEN = 256
 TOKEN_PREFIX = "ppaas_"
-"""So that no token begins with a dash, which a command would take for an option, and lost ones can be searched for."""
+"""Prefix of tokens: none starts with a dash like an option of a command, and leaked tokens can be found."""
 
 
 @dataclass(frozen=True, slots=True)
 class IssuedToken:
-    """A token, when it expires [s since the epoch], and the id with which it is revoked."""
+    """New token and its expiry [s since the epoch]."""
 
     token: str
     expires: float
 
     @property
     def id(self) -> str:
-        """The hash, which is all that is kept."""
+        """Hash of the token, under which it is stored and revoked."""
         return token_id(self.token)
 
 
 class Accounts:
-    """Registers users, logs them in and knows them by their tokens.
+    """Registers users, logs them in and authenticates their tokens.
 
-    A token is random and only its hash is kept, so that who reads the store can't be anybody. It is told only once.
+    A token is random and only its hash is stored, so that a reader of the store cannot impersonate a user. Its text is
+    returned only once.
 
     Parameters
     ----------
     store : UserStore
-        Keeps users and tokens.
+        Store of users and tokens.
     clock : callable
-        Seconds since the epoch.
+        Returns the time [s since the epoch].
     passwords : Passwords, optional
-        Hashes them; closed with the accounts.
+        Password hashing; closed with the accounts.
     lifetime : float
-        How long a token is good for [s].
+        Lifetime of a token [s].
     cache : TokenCache, optional
-        Of verified tokens.
+        Cache of verified tokens.
     """
 
     def __init__(
@@ -86,48 +89,47 @@ class Accounts:
         self._passwords.close()
 
     async def register(self, user_id: str, password: str, role: Role = "user") -> User:
-        """Make a user.
+        """Create a user.
 
         Raises
         ------
         InvalidInput
-            The id is no name, or the password too short or too long.
+            The id is not a valid name, or the password is too short or too long.
         Conflict
             The id is taken.
         Unavailable
-            Too many are logging in.
+            Too many passwords are being hashed.
         """
         if check_name("user", user_id) == ME:
-            raise InvalidInput(f"{ME!r} is whoever asks: take another id")
+            raise InvalidInput(f"{ME!r} is reserved for the calling user: choose another id")
         _check_password(password)
         user = User(user_id, await self._passwords.hash(password), role)
         await run_in_threadpool(self._store.add_user, user)
         return user
 
     async def ensure_admin(self, password: str) -> User:
-        """Return the user ``admin``, made with this password if there is none; one who is there keeps the old one."""
+        """Return the user ``admin``, created with this password if missing; an existing user keeps its password."""
         admin = await self._find(ADMIN)
         if admin is None:
             return await self.register(ADMIN, password, "admin")
         if admin.role != "admin":
-            raise Conflict(f"the user {ADMIN!r} exists and is no administrator: remove it first")
+            raise Conflict(f"user {ADMIN!r} exists but is not an administrator: remove it first")
         return admin
 
-    async def tell_if_other(self, user: User, password: str) -> None:
-        """Say in the log where a user has another password than this one, which takes as long as a login."""
+    async def warn_if_different(self, user: User, password: str) -> None:
+        """Log a warning if a user has a different password; this takes as long as a login."""
         if not await self._passwords.verify(user.password_hash, password):
-            logger.warning("the user %r exists with another password, which it keeps", user.id)
+            logger.warning("user %r exists with a different password and keeps it", user.id)
 
     async def sign_in(self, user_id: str, password: str) -> IssuedToken:
-        """Give a new token to who knows the password.
+        """Return a new token for a user and password.
 
         Raises
         ------
         NotAuthenticated
-            There is no such user, or the password is another; which of the two is not told, nor seen by the time
-            that it takes.
+            The user does not exist or the password is wrong; neither text nor response time reveals which.
         Unavailable
-            Too many are logging in.
+            Too many passwords are being hashed.
         """
         user = await self._find(user_id)
         if not await self._passwords.verify(user.password_hash if user else None, password) or user is None:
@@ -142,13 +144,13 @@ class Accounts:
         return login
 
     async def login(self, user_id: str, password: str) -> str:
-        """Return a new token for who knows the password; raises as ``sign_in`` does."""
+        """Return the text of a new token; raises as ``sign_in`` does."""
         return (await self.sign_in(user_id, password)).token
 
     async def authenticate(self, token: str) -> User:
-        """Return the user of a token; ``NotAuthenticated`` if it is not one of ours, or expired.
+        """Return the user of a token; ``NotAuthenticated`` if it is unknown or expired.
 
-        While the store is away, those it knew of late are known.
+        While the store is unreachable, recently verified tokens are accepted.
         """
         if not 0 < len(token) <= MAX_TOKEN:
             raise _unknown_token()
@@ -166,7 +168,7 @@ class Accounts:
             return known
         if kept.expires <= now:
             raise _unknown_token()
-        if self._cache.forgotten == forgotten:  # else what was read may have been removed meanwhile
+        if self._cache.forgotten == forgotten:  # otherwise the token may have been removed meanwhile
             self._cache.put(token_hash, user, now, kept.expires)
         return user
 
@@ -179,18 +181,18 @@ class Accounts:
         keep_token: str | None = None,
         limits: Mapping[str, float | None] | None = None,
     ) -> User:
-        """Give a user another role, password or limits; with the old password go all tokens but the one of this id.
+        """Change role, password or limits of a user; a new password revokes all tokens except ``keep_token``.
 
-        Of the limits, those that are not named stay, and None is what every user may have.
+        Omitted limits stay unchanged; None restores the limit of all users.
 
         Raises
         ------
         NotFound
-            There is no such user.
+            The user does not exist.
         InvalidInput
             The password is too short or too long.
         """
-        await run_in_threadpool(self._store.user, user_id)  # none is hashed for nobody
+        await run_in_threadpool(self._store.user, user_id)  # raises before the password is hashed in vain
         changes: dict[str, Any] = {} if role is None else {"role": role}
         if password is not None:
             _check_password(password)
@@ -204,10 +206,10 @@ class Accounts:
         """Raise ``NotPermitted`` unless this is the user's password."""
         user = await run_in_threadpool(self._store.user, user_id)
         if not await self._passwords.verify(user.password_hash, password):
-            raise NotPermitted("old_password is not the password that this user has now")
+            raise NotPermitted("old_password is not the current password of this user")
 
     async def revoke(self, user_id: str, token: str) -> None:
-        """Forget a token of a user by its id; ``NotFound`` if the user has none of it."""
+        """Revoke a token of a user by its id; ``NotFound`` if the user has no such token."""
         kept = await run_in_threadpool(self._store.token, token)
         if kept.user != user_id:
             raise NotFound("token", token)
@@ -217,7 +219,7 @@ class Accounts:
             self._cache.forget(user_id)
 
     async def remove(self, user_id: str) -> None:
-        """Forget a user with all that is the user's; ``NotFound`` if there is none."""
+        """Remove a user with tokens and robots; ``NotFound`` if the user does not exist."""
         try:
             await run_in_threadpool(self._store.remove_user, user_id)
         finally:
@@ -234,7 +236,7 @@ class Accounts:
     def _change(
         self, user_id: str, changes: dict[str, Any], limits: Mapping[str, float | None], keep_token: str | None
     ) -> User:
-        with self._changing:  # what two change at the same time is changed by both
+        with self._changing:  # serialises concurrent changes, so that none is lost
             user = self._store.user(user_id)
             own = msgspec.structs.replace(user.limits, **limits)
             changed = msgspec.structs.replace(user, limits=own, **changes)
@@ -250,7 +252,7 @@ class Accounts:
 
 
 def token_id(token: str) -> str:
-    """Return the hash under which a token is kept; nobody gets from it back to the token."""
+    """Return the SHA-256 hash of a token, under which it is stored."""
     return hashlib.sha256(token.encode("utf-8", "surrogatepass")).hexdigest()
 
 
@@ -260,4 +262,4 @@ def _unknown_token() -> NotAuthenticated:
 
 def _check_password(password: str) -> None:
     if not MIN_PASSWORD <= len(password) <= MAX_PASSWORD:
-        raise InvalidInput(f"a password has from {MIN_PASSWORD} to {MAX_PASSWORD} characters, not {len(password)}")
+        raise InvalidInput(f"a password must have {MIN_PASSWORD} to {MAX_PASSWORD} characters, not {len(password)}")

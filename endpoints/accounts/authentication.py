@@ -1,4 +1,4 @@
-"""Who asks: the token of a request or a WebSocket handshake, and its user."""
+"""Authentication of HTTP requests and WebSocket handshakes by bearer token."""
 
 from starlette.requests import HTTPConnection
 
@@ -13,7 +13,7 @@ def token_of(connection: HTTPConnection) -> str:
     Raises
     ------
     NotAuthenticated
-        There is none.
+        There is no token.
     """
     token = bearer_of(connection.headers.get("authorization", "")) or connection.query_params.get("token", "").strip()
     if not token:
@@ -28,5 +28,5 @@ def bearer_of(authorization: str) -> str | None:
 
 
 async def authenticate(connection: HTTPConnection, accounts: Accounts) -> User:
-    """Return the user who asks; ``NotAuthenticated`` if the token is missing, unknown or expired."""
+    """Return the user of a connection; ``NotAuthenticated`` if the token is missing, unknown or expired."""
     return await accounts.authenticate(token_of(connection))

@@ -1,7 +1,7 @@
-"""Passwords as argon2id hashes, made beside the event loop and never too many at a time.
+"""Password hashing with argon2id in a bounded thread pool.
 
-Each costs tens of milliseconds of a core and 64 MiB on purpose. So a few threads do it, a few requests may wait for
-them, and who comes beyond that is told to try again: a flood of logins takes neither the memory nor the event loop.
+A hash takes tens of milliseconds of a core and 64 MiB by design. A few threads compute hashes, a limited number of
+requests waits for them, and further requests are refused: a flood of logins blocks neither memory nor event loop.
 """
 
 import asyncio
@@ -24,17 +24,18 @@ logger = logging.getLogger(__name__)
 T = TypeVar("T")
 
 WAITING = 64
+"""Largest number of waiting requests."""
 
 NICE = 10
-"""Of the threads that hash: whoever logs in waits a little longer, so that no robot waits for its commands.
+"""Nice value of the hashing threads: logins must not delay commands of robots.
 
-It is a tenth of what a container gets where both want a core. With 19, a seventieth, a login took half a minute on a
-computer whose cores all were busy, and that is when its client gives up.
+Such a thread gets a tenth of the CPU time of a container that competes for the same core. With 19, a seventieth, a
+login took half a minute on a fully loaded computer, which is when its client times out.
 """
 
 
 def _be_nice() -> None:
-    os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)  # on Linux, of this thread alone
+    os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)  # on Linux, of this thread only
 
 
 class Passwords:
@@ -43,12 +44,11 @@ class Passwords:
     Parameters
     ----------
     hasher : argon2.PasswordHasher, optional
-        With its parameters; without it, the low-memory profile of RFC 9106 on one lane, so that as many cores are
-        taken as there are workers, and no more.
+        Hasher; by default the low-memory profile of RFC 9106 with one lane, so that each worker uses one core.
     workers : int, optional
-        How many at a time; as many as there are CPUs to run on.
+        Number of threads; by default the number of usable CPUs.
     waiting : int
-        How many more may wait.
+        Number of further requests that may wait.
     """
 
     def __init__(
@@ -57,32 +57,32 @@ class Passwords:
         workers = workers or len(os.sched_getaffinity(0))
         self._hasher = hasher or PasswordHasher(parallelism=1)
         self._threads = ThreadPoolExecutor(workers, "argon2", _be_nice)
-        self._room = threading.BoundedSemaphore(workers + waiting)
+        self._slots = threading.BoundedSemaphore(workers + waiting)
 
     async def hash(self, password: str) -> str:
-        """Return the hash of a password; ``Unavailable`` if too many wait already."""
+        """Return the hash of a password; ``Unavailable`` if too many requests wait."""
         return await self._run(lambda: self._hasher.hash(_bytes(password)))
 
     async def verify(self, password_hash: str | None, password: str) -> bool:
-        """Tell whether a password is that of a hash; ``Unavailable`` if too many wait already.
+        """Return whether a password matches a hash; ``Unavailable`` if too many requests wait.
 
-        Without a hash, because there is no such user, it takes as long and the answer is no.
+        Without a hash, because the user does not exist, it takes the same time and returns false.
         """
-        right = await self._run(lambda: self._verify(password_hash, password))
-        return right and password_hash is not None
+        matches = await self._run(lambda: self._verify(password_hash, password))
+        return matches and password_hash is not None
 
     def close(self) -> None:
         """End the threads."""
         self._threads.shutdown(cancel_futures=True)
 
     @functools.cached_property
-    def _nobodys(self) -> str:
+    def _dummy_hash(self) -> str:
         return self._hasher.hash(secrets.token_bytes(16))
 
     def _verify(self, password_hash: str | None, password: str) -> bool:
-        nobodys = self._nobodys  # whoever is first waits for it to be made, known or not
+        dummy = self._dummy_hash  # computed also for existing users, so that timing reveals nothing
         try:
-            return self._hasher.verify(password_hash or nobodys, _bytes(password))
+            return self._hasher.verify(password_hash or dummy, _bytes(password))
         except VerifyMismatchError:
             return False
         except (VerificationError, InvalidHashError):
@@ -90,15 +90,15 @@ class Passwords:
             return False
 
     async def _run(self, work: Callable[[], T]) -> T:
-        if not self._room.acquire(blocking=False):
-            raise Unavailable("too many are logging in: try again in a moment")
+        if not self._slots.acquire(blocking=False):
+            raise Unavailable("too many login attempts at once: try again in a moment")
         try:
             future = self._threads.submit(work)
         except BaseException:
-            self._room.release()
+            self._slots.release()
             raise
-        # Not when the caller has its answer: one who has gone away leaves the work behind.
-        future.add_done_callback(lambda _: self._room.release())
+        # Released by the thread, not the caller: a cancelled request leaves its work running.
+        future.add_done_callback(lambda _: self._slots.release())
         return await asyncio.wrap_future(future)
 
 

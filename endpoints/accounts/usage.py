@@ -1,4 +1,4 @@
-"""What a user keeps in the stores, and whether one more may come to it."""
+"""Usage of stored resources per user, checked against the quota before one is added."""
 
 import threading
 from collections.abc import Iterator
@@ -11,9 +11,9 @@ from storage.ports import MapStore, Store
 
 
 class Usage:
-    """Lets each user keep one new thing at a time, so that two who come together do not both take the last place.
+    """Quota checks of new robots and maps, serialised per user so that two requests cannot both use the last place.
 
-    Several processes that serve one store do not wait for each other: there may be one too many for each.
+    Processes that share a store do not wait for each other: each of them may exceed the quota by one.
     """
 
     def __init__(self) -> None:
@@ -22,12 +22,12 @@ class Usage:
 
     @contextmanager
     def new_robot(self, store: Store, quotas: Quotas, user: str, robot: str) -> Iterator[None]:
-        """Keep a robot in the block, which may be there already; blocks.
+        """Check the quota, then store a robot, new or existing, in the ``with`` block; blocks the thread.
 
         Raises
         ------
         QuotaExceeded
-            It would be one too many.
+            The robot is new and the user already has the maximum.
         """
         with self._of(user):
             try:
@@ -38,12 +38,12 @@ class Usage:
 
     @contextmanager
     def new_map(self, map_store: MapStore, quotas: Quotas, user: str, map_id: str) -> Iterator[None]:
-        """Publish a map in the block, which may be there already; blocks.
+        """Check the quota, then publish a map, new or existing, in the ``with`` block; blocks the thread.
 
         Raises
         ------
         QuotaExceeded
-            It would be one too many.
+            The map is new and the user already has the maximum.
         """
         with self._of(user):
             try:
@@ -58,10 +58,10 @@ class Usage:
 
 
 def robot_count(store: Store, user: str) -> int:
-    """Return how many robots a user has."""
+    """Return the number of robots of a user."""
     return len(store.robots(user))
 
 
 def owned_maps(map_store: MapStore, user: str) -> list[str]:
-    """Return the maps that a user owns."""
+    """Return the ids of the maps that a user owns."""
     return [head.id for head in map_store.maps(user) if head.owner == user]

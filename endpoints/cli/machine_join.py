@@ -14,12 +14,17 @@ HELP = "make this host a machine of a cloud on another host, until SIGTERM or Ct
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument(
-        "ticket", nargs="?", metavar="TICKET", help="of 'ppaas machine ticket' (not needed once it has joined)"
+        "ticket", nargs="?", metavar="TICKET", help="output of 'ppaas machine ticket' (not needed after the first join)"
     )
-    parser.add_argument("--name", default=socket.gethostname(), help="of the machine (%(default)s)")
+    parser.add_argument("--name", default=socket.gethostname(), help="name of the machine (%(default)s)")
     parser.add_argument("--cores", type=whole(), help="CPUs that containers may use (all)")
     parser.add_argument(
-        "--label", type=_label, action="append", default=[], metavar="KEY=VALUE", help="what the machine is like"
+        "--label",
+        type=_label,
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="label of the machine; may be repeated",
     )
     parser.add_argument(
         "--data", type=Path, default=Path("machine"), help="folder of its key and certificate (./%(default)s)"
@@ -27,8 +32,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Join, and become the machine's agent in this very process."""
-    # So here: ``ppaas --help`` loads this module.
+    """Join the cloud, then replace this process by the machine's agent."""
+    # Imported here: ``ppaas --help`` loads this module.
     import asyncio  # noqa: PLC0415
 
     from engine.remote import agent  # noqa: PLC0415
@@ -37,12 +42,12 @@ def run(arguments: argparse.Namespace) -> int:
     folder = arguments.data.resolve()
     if arguments.ticket is not None:
         asyncio.run(join(folder, arguments.ticket, arguments.name))
-    membership_in(folder)  # whatever is wrong with it is told here
-    _become(agent.__name__, folder, agent.MachineOptions(arguments.cores, dict(arguments.label)))
+    membership_in(folder)  # reports errors before the process is replaced
+    _replace_process(agent.__name__, folder, agent.MachineOptions(arguments.cores, dict(arguments.label)))
     return 0
 
 
-def _become(module: str, folder: Path, options: object) -> None:
+def _replace_process(module: str, folder: Path, options: object) -> None:
     import msgspec  # noqa: PLC0415
 
     from engine.runtimes.memory_tuning import lean_python  # noqa: PLC0415
@@ -61,5 +66,5 @@ def _become(module: str, folder: Path, options: object) -> None:
 def _label(text: str) -> tuple[str, str]:
     key, equals, value = text.partition("=")
     if not (key and equals and value):
-        raise argparse.ArgumentTypeError(f"a label is KEY=VALUE, not {text!r}")
+        raise argparse.ArgumentTypeError(f"a label must be KEY=VALUE, not {text!r}")
     return key, value

@@ -1,22 +1,25 @@
-"""``ppaas machine ticket``: let a machine of another host join the cloud of a data folder."""
+"""``ppaas machine ticket``: print a ticket with which a machine of another host joins the cloud of a data folder."""
 
 import argparse
 import math
 import sys
 from pathlib import Path
 
-HELP = "print a ticket with which a machine of another host may join, once; beside the cloud's data folder"
+HELP = "print a single-use ticket for a machine of another host; run it on the host of the cloud's data folder"
 
-LONGEST = 7 * 24 * 3600.0
+MAX_VALIDITY = 7 * 24 * 3600.0
+"""Longest validity of a ticket [s]."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument("--data", type=Path, default=Path("var"), help="data folder of the cloud (./%(default)s)")
-    parser.add_argument("--name", help="of the machine, which may have joined before (any that is new)")
-    parser.add_argument("--host", help="by which it reaches this host (as the cloud listens)")
+    parser.add_argument("--name", help="name of the machine, new or joined before (default: any new name)")
     parser.add_argument(
-        "--valid", type=_seconds, default=600.0, metavar="SECONDS", help="how long the ticket is good (%(default)s)"
+        "--host", help="name or address of this host for the machine (default: the address on which the cloud listens)"
+    )
+    parser.add_argument(
+        "--valid", type=_seconds, default=600.0, metavar="SECONDS", help="validity of the ticket (%(default)s)"
     )
 
 
@@ -33,6 +36,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _seconds(text: str) -> float:
     seconds = float(text)
-    if not (math.isfinite(seconds) and 1.0 <= seconds <= LONGEST):
-        raise argparse.ArgumentTypeError(f"a ticket is good for 1 to {LONGEST:.0f} s, not {text}")
+    if not (math.isfinite(seconds) and 1.0 <= seconds <= MAX_VALIDITY):
+        raise argparse.ArgumentTypeError(f"the validity must be 1 to {MAX_VALIDITY:.0f} s, not {text}")
     return seconds

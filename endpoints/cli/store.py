@@ -1,4 +1,4 @@
-"""``ppaas store``: copy what a store has to another, compare two, and sweep one."""
+"""``ppaas store``: copy a store to another, compare two stores, and clean up a store."""
 
 import argparse
 import json
@@ -14,34 +14,34 @@ if TYPE_CHECKING:
     from storage.migration.copying import Compared, Copied, RecordKind
 
 NAME = "store"
-HELP = "copy a store to another, compare two, or sweep one"
+HELP = "copy a store to another, compare two stores, or clean up a store"
 
 COLUMNS = ("records", "copied", "same", "different", "missing", "beyond")
 DIGITS = 12
-"""Of a digest, which tell one from another; ``--json`` has all of them."""
+"""Number of digits of a digest in the table; ``--json`` prints all."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
-        "Stores are told by URL, as those of 'ppaas up --store' or of '--map-store'. A migration that was cut off goes "
-        "on when it is begun again. The status is 1 where the target lacks something, or has something else."
+        "Stores are given by URL, as for 'ppaas up --store' and '--map-store'. An interrupted migration continues when "
+        "it is started again. The exit status is 1 if records are missing or different in the target."
     )
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
-    migrate = verbs.add_parser("migrate", help="copy what the target lacks, then read both and compare")
-    check = verbs.add_parser("check", help="read both and compare")
+    migrate = verbs.add_parser("migrate", help="copy records that the target lacks, then compare both")
+    check = verbs.add_parser("check", help="compare two stores")
     for verb in (migrate, check):
-        verb.add_argument("source", metavar="FROM", help="URL of a store that is there")
-        verb.add_argument("target", metavar="TO", help="URL of another of the same sort")
+        verb.add_argument("source", metavar="FROM", help="URL of an existing store")
+        verb.add_argument("target", metavar="TO", help="URL of another store of the same kind")
         verb.add_argument("--json", action="store_true", help="print JSON")
-    sweep = verbs.add_parser("sweep", help="remove from a Cassandra the stretches that no plan has any more")
-    sweep.add_argument("store", metavar="URL", help="of the store")
-    migrate.add_argument("--overwrite", action="store_true", help="what differs in the target gives way")
+    sweep = verbs.add_parser("sweep", help="remove segments from Cassandra that no plan uses any more")
+    sweep.add_argument("store", metavar="URL", help="URL of the store")
+    migrate.add_argument("--overwrite", action="store_true", help="replace records that differ in the target")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the verb; return 0 if the target has all that the source has."""
-    # So here and below: ``ppaas --help`` loads this module.
+    """Execute the verb; return 0 if the target has all records of the source."""
+    # Imported here and below: ``ppaas --help`` loads this module.
     from storage.migration.copying import compare, copy  # noqa: PLC0415
 
     if arguments.verb == "sweep":
@@ -67,20 +67,20 @@ def _sweep(url: str) -> int:
     with closing(open_store(url)) as store:
         sweep = getattr(store, "sweep_entries", None)
         if sweep is None:
-            raise InvalidInput(f"{url.partition(':')[0]}: stores remove at once what no plan has any more")
-        sys.stdout.write(f"{sweep()} stretches removed\n")
+            raise InvalidInput(f"{url.partition(':')[0]}: stores need no sweep: they remove unused segments at once")
+        sys.stdout.write(f"{sweep()} segments removed\n")
     return 0
 
 
 def _open(source: str, target: str) -> "tuple[Sequence[RecordKind[Any]], Any, Any]":
-    """Return the kinds of record that two stores have, and the stores."""
+    """Return the kinds of records of two stores, and the stores."""
     from storage.migration.map_records import MAP_KINDS  # noqa: PLC0415
     from storage.migration.store_records import KINDS  # noqa: PLC0415
     from storage.urls.backends import MAP_STORES, STORES  # noqa: PLC0415
     from storage.urls.opening import check_exists, open_map_store, open_store  # noqa: PLC0415
 
     if source == target:
-        raise InvalidInput("FROM and TO are the same store: name another one to copy to")
+        raise InvalidInput("FROM and TO are the same store: give two different stores")
     schemes = {url.partition(":")[0] for url in (source, target)}
     if schemes <= set(STORES):
         check_exists(source)
@@ -89,7 +89,7 @@ def _open(source: str, target: str) -> "tuple[Sequence[RecordKind[Any]], Any, An
         check_exists(source)
         return MAP_KINDS, open_map_store(source), open_map_store(target)
     known = f"both {', '.join(f'{name}:' for name in STORES)} or both {', '.join(f'{name}:' for name in MAP_STORES)}"
-    raise InvalidInput(f"{source!r} and {target!r} do not keep the same: a migration is between {known}")
+    raise InvalidInput(f"{source!r} and {target!r} do not store the same kind of data: give {known}")
 
 
 def _closing(store: Any) -> Any:
@@ -98,31 +98,31 @@ def _closing(store: Any) -> Any:
 
 @contextmanager
 def _progress(arguments: argparse.Namespace, source: Any) -> Iterator[Any]:
-    """Lend what works through the steps of a kind, shows how far they are, and returns the last one."""
+    """Yield a function that runs the steps of a kind of records, shows their progress, and returns the last step."""
     from rich.console import Console  # noqa: PLC0415
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: PLC0415
 
     console = Console(stderr=True)
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
-    with Progress(*columns, console=console, disable=arguments.json or not console.is_terminal) as shown:
+    with Progress(*columns, console=console, disable=arguments.json or not console.is_terminal) as progress:
 
-        def work_through(
-            what: str, kind: "RecordKind[Any]", steps: "Iterator[Copied] | Iterator[Compared]"
+        def run_steps(
+            title: str, kind: "RecordKind[Any]", steps: "Iterator[Copied] | Iterator[Compared]"
         ) -> "Copied | Compared | None":
             total = kind.count(source) if kind.count is not None else None
-            task, last = shown.add_task(what, total=total), None
+            task, last = progress.add_task(title, total=total), None
             for last in steps:
-                shown.update(task, completed=last.records)
+                progress.update(task, completed=last.records)
             done = last.records if last is not None else 0
-            shown.update(task, completed=done, total=done)
+            progress.update(task, completed=done, total=done)
             return last
 
-        yield work_through
+        yield run_steps
 
 
 def _row(found: "Compared", copied: "Copied | None") -> dict[str, Any]:
-    told = asdict(found) | {"good": found.is_good}
-    return told if copied is None else told | {"copied": copied.copied}
+    fields = asdict(found) | {"good": found.is_good}
+    return fields if copied is None else fields | {"copied": copied.copied}
 
 
 def _show(rows: list[dict[str, Any]], *, as_json: bool) -> None:

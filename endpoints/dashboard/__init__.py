@@ -1,1 +1,1 @@
-"""The dashboard: pages that make a browser a client of the cloud, like anybody's."""
+"""Dashboard: web pages that use the REST service and the robot WebSocket like any other client."""

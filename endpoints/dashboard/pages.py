@@ -1,7 +1,7 @@
-"""The dashboard's files, and what a browser may do with them.
+"""Static files of the dashboard, and their security headers.
 
-The pages are static: all they show they ask of the REST service and the robot WebSocket, with the token of whoever
-logged in. So this room holds no state, and nothing of drawing runs in the process that carries robots.
+The pages get all data from the REST service and the robot WebSocket, with the token of the user who logged in. The
+server holds no state for them and draws nothing.
 """
 
 from pathlib import Path
@@ -23,15 +23,15 @@ POLICY: Final = "; ".join(
         "script-src 'self'",
         "style-src 'self'",
         "img-src 'self'",
-        "connect-src 'self'",  # REST and, of the same host, WebSockets
+        "connect-src 'self'",  # REST, and WebSockets of the same host
         "base-uri 'none'",
-        "form-action 'none'",  # were the script not to load, no password would leave in a form
+        "form-action 'none'",  # if the script fails to load, no form can send a password
         "frame-ancestors 'none'",
-        "require-trusted-types-for 'script'",  # no text can become HTML, whatever a robot is called
+        "require-trusted-types-for 'script'",  # no text can become HTML, such as the name of a robot
         "trusted-types 'none'",
     )
 )
-"""Content-Security-Policy: our own files, our own cloud, and nothing written into the page as HTML."""
+"""Content-Security-Policy: only files and connections of this cloud, and no HTML from text."""
 
 HEADERS: Final = {
     "Content-Security-Policy": POLICY,
@@ -40,32 +40,32 @@ HEADERS: Final = {
     "Referrer-Policy": "no-referrer",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
-    # Asked each time and answered 304 by its ETag: a new version is seen at once, an old one costs nothing.
+    # Revalidated each time by ETag: a new version is seen at once, an unchanged file costs a 304.
     "Cache-Control": "no-cache",
 }
 
 
 class Pages(StaticFiles):
-    """Files of one folder, each with the headers that keep a browser to it."""
+    """Static files of one folder with the security headers."""
 
     async def get_response(self, path: str, scope: Scope) -> Response:
-        """Return a file, or that it did not change."""
+        """Return a file, or 304 if it did not change."""
         response = await super().get_response(path, scope)
         response.headers.update(HEADERS)
         return response
 
 
 def add_dashboard(app: FastAPI) -> None:
-    """Serve the dashboard, and lead browsers that ask for nothing to it."""
-    app.add_api_route("/", _front_door, include_in_schema=False)
+    """Serve the dashboard, and redirect browsers from the root to it."""
+    app.add_api_route("/", _root, include_in_schema=False)
     app.add_api_route(PATH, _to_dashboard, include_in_schema=False)
     app.mount(PATH, Pages(directory=FOLDER, html=True), name="dashboard")
 
 
-async def _front_door(request: Request) -> Response:
-    # Robots open their WebSocket at this path; who comes by HTTP and reads HTML is a person.
+async def _root(request: Request) -> Response:
+    # Robots open their WebSocket at this path; an HTTP client that accepts HTML is a browser.
     if "text/html" not in request.headers.get("accept", ""):
-        raise HTTPException(404, "nothing is here but the robots' WebSocket; the REST service begins at /v1, see /docs")
+        raise HTTPException(404, "only the robots' WebSocket is here; the REST service is under /v1, see /docs")
     return await _to_dashboard()
 
 

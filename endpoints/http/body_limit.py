@@ -1,4 +1,4 @@
-"""Refuses bodies that are too large or too slow: by what they announce, and by what they turn out to be."""
+"""Limits of size and time of request bodies, checked by Content-Length and while a body arrives."""
 
 import asyncio
 from collections.abc import Coroutine, Mapping
@@ -14,27 +14,28 @@ from endpoints.http.problems import problem_response
 from ppaas.errors import MessageTooLarge
 
 MAX_DIGITS = 18
+"""Largest number of digits of a Content-Length that is parsed."""
 
 
 @dataclass(frozen=True, slots=True)
 class BodyLimits:
-    """Most bytes that a body may have, and most seconds that it may take to come."""
+    """Largest size of a body [bytes], and time limit for receiving it [s]."""
 
     size: int
     seconds: float
 
 
 class BodyLimit:
-    """ASGI middleware that lets no request body grow beyond its limit, or come in drops.
+    """ASGI middleware that rejects request bodies that are too large or arrive too slowly.
 
     Parameters
     ----------
     app : ASGI application
-        Who is served.
+        Wrapped application.
     limits : BodyLimits
-        Of all requests but uploads.
+        Limits of all requests except uploads.
     uploads : mapping of str to BodyLimits
-        Others where files are sent with POST, by path.
+        Limits of uploads by POST, by path.
     """
 
     def __init__(self, app: ASGIApp, limits: BodyLimits, uploads: Mapping[str, BodyLimits]) -> None:
@@ -52,42 +53,42 @@ class BodyLimit:
         if announced.isdecimal() and (len(announced) > MAX_DIGITS or int(announced) > limits.size):
             await problem_response(_too_large(limits))(scope, receive, send)
             return
-        await self._app(scope, _Body(receive, limits).receive, send)
+        await self._app(scope, _LimitedBody(receive, limits).receive, send)
 
 
-class _Body:
-    """A body on its way: counted, and waited for no longer than it may take."""
+class _LimitedBody:
+    """Body that is received within its limits."""
 
     def __init__(self, receive: Receive, limits: BodyLimits) -> None:
         self._receive = receive
         self._limits = limits
         self._read = 0
-        self._until: float | None = None
-        self._whole = False
+        self._deadline: float | None = None
+        self._complete = False
 
     async def receive(self) -> Message:
-        """Return the next message; once the body is whole, wait for the client to go as long as it takes."""
-        if self._whole:
+        """Return the next message; after the last one of the body, wait without limit for the disconnect."""
+        if self._complete:
             return await self._receive()
         reading = EagerCoroutine(cast(Coroutine[Any, Any, Message], self._receive()))
         message = await (reading if reading.done else self._in_time(reading))
-        self._whole = not message.get("more_body", False)
+        self._complete = not message.get("more_body", False)
         self._read += len(message.get("body", b""))
         if self._read > self._limits.size:
             raise _too_large(self._limits)
         return message
 
     async def _in_time(self, reading: EagerCoroutine[Message]) -> Message:
-        if self._until is None:
-            self._until = asyncio.get_running_loop().time() + self._limits.seconds
+        if self._deadline is None:
+            self._deadline = asyncio.get_running_loop().time() + self._limits.seconds
         try:
-            async with asyncio.timeout_at(self._until):
+            async with asyncio.timeout_at(self._deadline):
                 return await reading
         except TimeoutError as error:
-            detail = f"the body did not come within {self._limits.seconds:g} s: send it again, faster"
-            # What still comes of it would be taken for the next request.
+            detail = f"the body did not arrive within {self._limits.seconds:g} s: send it again, faster"
+            # Later parts of the body would be taken for the next request.
             raise HTTPException(408, detail, {"Connection": "close"}) from error
 
 
 def _too_large(limits: BodyLimits) -> MessageTooLarge:
-    return MessageTooLarge(f"the body of this request may have {limits.size} bytes at most")
+    return MessageTooLarge(f"the body of this request must have at most {limits.size} bytes")

@@ -1,4 +1,4 @@
-"""Coroutines that are begun at once: most need not wait, and then nothing need be set up for those that do."""
+"""Eagerly started coroutines: those that finish without waiting need no timeout or task."""
 
 from collections.abc import Coroutine, Generator
 from typing import Any, Generic, TypeVar
@@ -7,16 +7,17 @@ T = TypeVar("T")
 
 
 class EagerCoroutine(Generic[T]):
-    """A coroutine, run to where it first waits. One that waited must be awaited, in the task that began it.
+    """Coroutine that runs at once up to its first suspension; if it suspends, the task that created it must await it.
 
     Parameters
     ----------
     work : coroutine
+        The coroutine to run.
 
     Attributes
     ----------
     done : bool
-        It did not wait: what awaits it gets its result at once.
+        Whether it finished; awaiting it then returns at once.
     """
 
     def __init__(self, work: Coroutine[Any, Any, T]) -> None:
@@ -39,11 +40,11 @@ class EagerCoroutine(Generic[T]):
             self._result, self.done = end.value, True
 
     def __await__(self) -> Generator[object, object, T]:
-        """Return its result, or raise what it raises."""
+        """Return the result of the coroutine, or raise its exception."""
         while not self.done:
             try:
                 sent = yield self._awaited
-            except BaseException as error:  # noqa: BLE001  # it is the coroutine's to answer
+            except BaseException as error:  # noqa: BLE001  # passed into the coroutine, which handles it
                 self._throw(error)
             else:
                 self._step(sent)

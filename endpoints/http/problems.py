@@ -1,4 +1,4 @@
-"""Errors as HTTP answers: ``application/problem+json`` of RFC 9457, one table for all."""
+"""HTTP responses of errors: ``application/problem+json`` of RFC 9457, from one table."""
 
 import http
 import json
@@ -22,13 +22,13 @@ logger = logging.getLogger(__name__)
 MEDIA_TYPE = "application/problem+json"
 TYPE = "urn:ppaas:problem:"
 RETRY_AFTER = 1
-"""Seconds after which what is unavailable may be tried again."""
+"""Retry-After of responses with status 503 [s]."""
 
 QUEUE_RETRY = 2
-"""Seconds after which whoever waits in the queue asks again."""
+"""Retry-After of requests that wait in the queue [s]."""
 
 MAX_PROBLEMS = 20
-"""Faults of one body that are told."""
+"""Largest number of errors of one request that are reported."""
 
 STATUS: dict[type[errors.PPaaSError], tuple[int, str]] = {
     errors.PPaaSError: (500, "Error"),
@@ -48,7 +48,7 @@ STATUS: dict[type[errors.PPaaSError], tuple[int, str]] = {
     errors.TransformError: (422, "No transform"),
     errors.PlanningError: (422, "Planning failed"),
 }
-"""HTTP status and title of each error; one that is not here has those of its nearest base."""
+"""HTTP status and title of each error; other errors have those of their nearest base class."""
 
 _HEADERS: dict[int, dict[str, str]] = {
     401: {"WWW-Authenticate": 'Bearer realm="ppaas"'},
@@ -59,17 +59,17 @@ _HEADERS: dict[int, dict[str, str]] = {
 def problem(
     status: int, slug: str, title: str, detail: str, headers: Mapping[str, str] | None = None, **members: Any
 ) -> Response:
-    """Return the answer that tells of a problem; ``members`` are more of its keys."""
+    """Return a problem response; ``members`` are additional keys of its body."""
     body = {"type": TYPE + slug, "title": title, "status": status, "detail": detail, **members}
     all_headers = {**_HEADERS.get(status, {}), **(headers or {})}
-    # Escaped to ASCII: what a client sent may be told back, and need not be encodable.
+    # Escaped to ASCII: text of the client may be quoted, and need not be encodable as UTF-8.
     return Response(json.dumps(body, allow_nan=False), status, all_headers, MEDIA_TYPE)
 
 
 def problem_response(error: errors.PPaaSError) -> Response:
-    """Return the answer for an error of the domain; a planning error tells its Nav2 ``code`` (201–208).
+    """Return the response of an error; planning errors have their Nav2 ``code`` (201–208).
 
-    What waits in the queue, as was asked for, is no problem: it is accepted, and told its position.
+    A request that waits in the queue, as it allowed, is not a problem: it is accepted (202) with its position.
     """
     if isinstance(error, errors.Queued):
         body = {"position": error.position, "detail": str(error)}
@@ -77,19 +77,19 @@ def problem_response(error: errors.PPaaSError) -> Response:
     status, title = next(STATUS[kind] for kind in type(error).__mro__ if kind in STATUS)
     code = error.code if isinstance(error, errors.PlanningError) else 0
     members = {"code": code} if code else {}
-    # The rest of a body that is too large is not read: without closing, it would be taken for the next request.
+    # The rest of a too large body is not read; on an open connection it would be taken for the next request.
     headers = {"Connection": "close"} if status == http.HTTPStatus.REQUEST_ENTITY_TOO_LARGE else _retry(error)
     return problem(status, error.slug, title, str(error), headers, **members)
 
 
 def _retry(error: errors.PPaaSError) -> dict[str, str]:
-    """Return when to ask again (RFC 9110: whole seconds), where an error knows it."""
+    """Return the Retry-After header (RFC 9110: whole seconds) if the error has a time."""
     after = error.retry_after if isinstance(error, errors.QuotaExceeded) else None
     return {} if after is None else {"Retry-After": str(math.ceil(after))}
 
 
 def add_problem_handlers(app: FastAPI) -> None:
-    """Have an application answer every error with a problem."""
+    """Make an application respond to every error with a problem."""
     app.add_exception_handler(errors.PPaaSError, _domain_error)
     app.add_exception_handler(RequestValidationError, _validation_error)
     app.add_exception_handler(HTTPException, _http_error)
@@ -97,7 +97,7 @@ def add_problem_handlers(app: FastAPI) -> None:
 
 
 class UnexpectedErrors:
-    """Answers what nobody foresaw with a plain 500; the log has the rest, once."""
+    """ASGI middleware that answers unexpected exceptions with status 500 and logs them once."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
@@ -114,16 +114,16 @@ class UnexpectedErrors:
         try:
             await self._app(scope, receive, watch)
         except Exception:
-            # Once begun, an answer can only be cut off, which the server does, and logs.
+            # A started response can only be aborted; the server does this and logs it.
             if started or scope["type"] != "http":
                 raise
             await unexpected(scope)(scope, receive, send)
 
 
 def unexpected(scope: Scope) -> Response:
-    """Return the answer to a request that failed as nobody foresaw, and log the exception being handled."""
+    """Return the response of an unexpected failure, and log the exception being handled."""
     logger.exception("%s %s failed", scope["method"], scope["path"])
-    return problem(500, "internal-error", "Internal error", "the cloud failed; its log says why")
+    return problem(500, "internal-error", "Internal error", "the cloud failed: see its log")
 
 
 async def _domain_error(_request: Request, error: Exception) -> Response:
@@ -133,7 +133,7 @@ async def _domain_error(_request: Request, error: Exception) -> Response:
 
 async def _http_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
-    # FastAPI says "error parsing the body" of whatever came up meanwhile, such as a body that is too large.
+    # FastAPI reports any error while reading a body, such as a too large body, as an error of parsing.
     if isinstance(error.__cause__, errors.PPaaSError):
         return problem_response(error.__cause__)
     title = http.HTTPStatus(error.status_code).phrase
@@ -145,7 +145,7 @@ async def _http_error(request: Request, error: Exception) -> Response:
 
 
 def _allowed(request: Request) -> set[str]:
-    """Return all methods of a path: each is a route of its own, and Starlette tells those of the first alone."""
+    """Return all methods of a path; Starlette reports only those of the first of its routes."""
     paths = request.app.openapi()["paths"].items()
     found = [methods for path, methods in paths if compile_path(path)[0].match(request.url.path)]
     return {method.upper() for methods in found for method in methods}
@@ -159,7 +159,7 @@ async def _validation_error(_request: Request, error: Exception) -> Response:
 
 
 def _faults(found: Sequence[Any]) -> list[dict[str, Any]]:
-    """Return where each fault is and what it is, and nothing of what was sent: it may be large, or a password."""
+    """Return location and message of each error without the input, which may be large or a password."""
     return [
         {"where": [str(step)[:64] for step in fault["loc"]], "what": str(fault["msg"])}
         for fault in found[:MAX_PROBLEMS]

@@ -1,7 +1,7 @@
-"""The WebSocket protocol of the server: uvicorn's, whose frames can be taken and sent where they arrive.
+"""WebSocket protocol of uvicorn with direct access to frames, bypassing ASGI.
 
-ASGI wakes a task for each frame, pauses reading for it, and wakes another task for the answer. A robot that waits for
-a path waits for all of that. So who serves a WebSocket may ask for its connection, and take frames from it directly.
+ASGI wakes a task per frame, pauses reading meanwhile, and wakes another task for the response. A robot that requests a
+path waits for all of this. The application may therefore get the connection and receive and send frames directly.
 """
 
 import asyncio
@@ -16,19 +16,21 @@ from websockets.http11 import Request
 from websockets.protocol import State
 
 CONNECTION = "ppaas.connection"
-"""Key of the scope's state under which the connection is found."""
+"""Key of the connection in the state of the ASGI scope."""
 
 ABORT_GRACE = 1.0
-"""Seconds that a connection has to close after its other end stopped answering: what waits for it to be read would keep
-it open for many minutes."""
+"""Time to close a connection whose peer stopped answering [s]; then it is aborted, because unsent data would keep it
+open for many minutes."""
 
 Probe = Callable[[float], Awaitable[bool]]
+"""Called with a time limit [s]; returns whether the peer answered a ping in time."""
+
 Taker = Callable[[str | None], None]
-"""Takes the text of a frame, or None for one of bytes. It may not raise."""
+"""Called with the text of a frame, or None for a binary frame. It must not raise."""
 
 
 class DirectWebSocket(WebSocketsSansIOProtocol):
-    """A connection whose frames are handed over as they arrive, that can be probed, and is cut off when it is dead."""
+    """Connection that passes frames on as they arrive, can be probed, and is aborted when its peer is dead."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -40,36 +42,37 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
     # -- frames --------------------------------------------------------------------------------------------------------
 
     def hand_to(self, taker: Taker | None, on_ready: Callable[[], None] | None = None) -> None:
-        """Hand each frame to ``taker`` from now on; with None, leave them to ``receive`` of ASGI again.
+        """Pass each frame to ``taker`` from now on; with None, pass frames to ``receive`` of ASGI again.
 
         Parameters
         ----------
         taker : callable, optional
+            Called with each frame.
         on_ready : callable, optional
-            Called when frames can be sent again after the other end read too slowly.
+            Called when frames can be sent again after the peer read too slowly.
         """
         self._taker = taker
         self._on_ready = on_ready
 
     @property
     def ready(self) -> bool:
-        """Whether a frame can be sent at once."""
+        """Whether a frame can be sent now."""
         open_ = self.conn.state is State.OPEN and not (self.disconnected or self.close_sent)
         return open_ and self.writable.is_set() and not self.transport.is_closing()
 
     def send_frame(self, frame: bytes) -> None:
-        """Send a text, which is UTF-8; only while ``ready``."""
+        """Send a text frame, encoded as UTF-8; call it only while ``ready``."""
         self.conn.send_text(frame)
         self.transport.write(b"".join(self.conn.data_to_send()))
 
     def resume_writing(self) -> None:
-        """Learn that the other end has read what was sent."""
+        """Handle that the peer has read the buffered data."""
         super().resume_writing()
         if self._on_ready is not None:
             self._on_ready()
 
     def send_receive_event_to_app(self) -> None:
-        """Hand over a message that is whole; what is no text is left to uvicorn, which closes for it."""
+        """Pass a complete message on; invalid UTF-8 is left to uvicorn, which closes the connection."""
         if self._taker is None or self.close_sent:
             super().send_receive_event_to_app()
             return
@@ -83,20 +86,20 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         self.frames = []
         self._taker(text)
 
-    # -- whether the other end is there --------------------------------------------------------------------------------
+    # -- liveness of the peer ------------------------------------------------------------------------------------------
 
     def handle_connect(self, event: Request) -> None:
-        """Begin to serve a request, which may be answered with a refusal."""
+        """Handle the opening handshake, which may be rejected."""
         super().handle_connect(event)
         if self.response.status_code == 101:
             self.scope["state"][CONNECTION] = self
 
-    def tell_round_trips(self, told: Callable[[float], None]) -> None:
-        """Have ``told`` called with the round trip of each of uvicorn's pings that is answered [s]."""
-        self._on_round_trip = told
+    def on_round_trip(self, callback: Callable[[float], None]) -> None:
+        """Register a callback, called with the round trip of each answered ping of uvicorn [s]."""
+        self._on_round_trip = callback
 
     async def probe(self, timeout: float) -> bool:
-        """Ping the other end; tell whether it answered in so many seconds."""
+        """Ping the peer; return whether it answered within ``timeout`` seconds."""
         if self.disconnected or self.close_sent or self.transport.is_closing():
             return False
         payload = b"probe" + secrets.token_bytes(4)
@@ -113,7 +116,7 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         return True
 
     def handle_pong(self, event: Frame) -> None:
-        """Take the answer to a probe; uvicorn takes those to its own pings."""
+        """Handle a pong to a probe; uvicorn handles pongs to its own pings."""
         answered = self._probes.get(bytes(event.data))
         if answered is None:
             awaited = bytes(event.data) == self.pending_ping_payload
@@ -124,12 +127,12 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
             answered.set_result(None)
 
     def keepalive_timeout(self) -> None:
-        """Give a connection up whose other end did not answer a ping in time."""
+        """Close the connection because its peer did not answer a ping in time."""
         super().keepalive_timeout()
         self.loop.call_later(ABORT_GRACE, self.transport.abort)
 
 
 def connection_of(socket: WebSocket) -> DirectWebSocket:
-    """Return the connection of a WebSocket that this protocol serves."""
+    """Return the connection of a WebSocket served by this protocol."""
     connection: DirectWebSocket = socket.scope["state"][CONNECTION]
     return connection

@@ -1,4 +1,4 @@
-"""What the routes are given: the services, and who asks."""
+"""Dependencies of the routes: the services, the user, and the maps that a user may read."""
 
 from typing import Annotated
 
@@ -11,11 +11,11 @@ from endpoints.services.services import Services
 from ppaas.errors import NotFound, NotPermitted
 from storage.records import MapRecord, User
 
-_bearer = HTTPBearer(auto_error=False, description="The token that POST /v1/tokens gave; or `?token=` in the URL.")
+_bearer = HTTPBearer(auto_error=False, description="Token from POST /v1/tokens; alternatively `?token=` in the URL.")
 
 
-async def services_of(request: Request) -> Services:  # async, or FastAPI would call it in a thread
-    """Return what the application was made with."""
+async def services_of(request: Request) -> Services:  # async: FastAPI calls other functions in a thread
+    """Return the services of the application."""
     services = request.app.state.services
     assert isinstance(services, Services)
     return services
@@ -29,7 +29,7 @@ async def current_user(
     services: Provided,
     _documented: Annotated[HTTPAuthorizationCredentials | None, Depends(_bearer)],
 ) -> User:
-    """Return who asks; ``NotAuthenticated`` without a good token."""
+    """Return the user of a request; ``NotAuthenticated`` without a valid token."""
     return await authenticate(request, services.accounts)
 
 
@@ -37,7 +37,7 @@ Caller = Annotated[User, Depends(current_user)]
 
 
 async def current_admin(user: Caller) -> User:
-    """Return who asks; ``NotPermitted`` unless an administrator."""
+    """Return the user of a request; ``NotPermitted`` unless an administrator."""
     if user.role != "admin":
         raise NotPermitted("only an administrator may do this")
     return user
@@ -48,12 +48,12 @@ Paged = Annotated[Paging, Depends()]
 
 
 def may_read(user: User, record: MapRecord) -> bool:
-    """Tell whether a user may see a map: an administrator sees all."""
+    """Return whether a user may read a map; an administrator may read all maps."""
     return user.role == "admin" or record.readable_by(user.id)
 
 
 async def readable_head(services: Services, user: User, map_id: str) -> MapRecord:
-    """Return a map without its files; ``NotFound`` also where it may not be seen, so that ids are not given away."""
+    """Return a map without its files; ``NotFound`` also if the user may not read it, so that ids are not revealed."""
     head = await services.map_cache.head(services.map_store, map_id)
     if not may_read(user, head):
         raise NotFound("map", map_id)
@@ -61,6 +61,6 @@ async def readable_head(services: Services, user: User, map_id: str) -> MapRecor
 
 
 def robots_in(services: Services, user: str | None = None, *, map_id: str | None = None) -> list[str]:
-    """Return the robots that have a container now: of a user, on a map or by it as a mask, or all."""
+    """Return the robots that have a container now: all, or those of a user, or those that use a map also as a mask."""
     containers = services.cloud.containers(user)
     return [c.robot for c in containers if c.robot is not None and map_id in (None, c.map.id, *c.masks)]

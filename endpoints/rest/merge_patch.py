@@ -4,9 +4,9 @@ from typing import Any
 
 
 def merge(target: Any, patch: Any) -> Any:
-    """Return a JSON value with a patch applied: objects are merged, null removes, all else takes the place.
+    """Return a JSON value with a patch applied: objects are merged, null removes a key, other values replace.
 
-    The algorithm is that of RFC 7396, section 2; neither argument is changed.
+    This is the algorithm of RFC 7396, section 2; the arguments are not modified.
     """
     if not isinstance(patch, dict):
         return patch

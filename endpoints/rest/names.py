@@ -1,4 +1,4 @@
-"""Names in paths and bodies: the rule of the stores, checked where a request comes in and told in OpenAPI."""
+"""Types of names in paths and bodies: they follow the rule of `storage.names`, which OpenAPI describes."""
 
 import re
 from typing import Annotated
@@ -15,22 +15,22 @@ MAX_SHOWN = 64
 def _name(text: str) -> str:
     if not is_name(text):
         shown = text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + "…"
-        told = "{shown} is no name: take 1 to 64 letters, digits, '_', '.' and '-', a letter or digit first"
-        raise PydanticCustomError("name", told, {"shown": repr(shown)})
+        message = "{shown} is not a valid name: use 1 to 64 letters, digits, '_', '.' and '-', a letter or digit first"
+        raise PydanticCustomError("name", message, {"shown": repr(shown)})
     return text
 
 
 def _plugin(text: str) -> str:
     if not all(map(is_name, re.split("/|::", text, maxsplit=1))):
         raise PydanticCustomError(
-            "plugin", "a plug-in is called by its name, such as navfn, or its ROS name, package/Class"
+            "plugin", "a plug-in must be given by its name, such as navfn, or its ROS name, package/Class"
         )
     return text
 
 
 def _version(text: str) -> str:
     if not is_name(text):
-        raise PydanticCustomError("version", "a version is the SHA-256 of a map's files, in 64 hex digits")
+        raise PydanticCustomError("version", "a version must be the SHA-256 of a map's files, 64 hex digits")
     return text
 
 
@@ -44,9 +44,9 @@ Version = Annotated[str, AfterValidator(_version), WithJsonSchema(_SCHEMA)]
 MapId = Annotated[Name, Path(examples=["office"])]
 VersionId = Annotated[Version, Path(description="SHA-256 of the map's files", examples=["0" * 64])]
 RobotId = Annotated[Name, Path(examples=["tb1"])]
-UserId = Annotated[Name, Path(description="`me` is whoever asks", examples=["ann"])]
-TokenId = Annotated[Name, Path(description="`current` is the one that is used", examples=["current"])]
+UserId = Annotated[Name, Path(description="`me` is the calling user", examples=["ann"])]
+TokenId = Annotated[Name, Path(description="`current` is the token of this request", examples=["current"])]
 PlanId = Annotated[Name, Path(examples=["9f1c0d6f6c1a4d0c8a52ad2d0cf0e6b1"])]
 MachineId = Annotated[Name, Path(examples=["local"])]
 ContainerId = Annotated[Name, Path(examples=["c1"])]
-PlannerName = Annotated[Name, Path(description="Its own name", examples=["dijkstra"])]
+PlannerName = Annotated[Name, Path(description="Name of the planner, not its ROS name", examples=["dijkstra"])]

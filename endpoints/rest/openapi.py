@@ -1,4 +1,4 @@
-"""What the description of the service says of problems: which an operation may answer with, and what one looks like."""
+"""Description of errors in the OpenAPI document: the problems of each operation and their examples."""
 
 from typing import Any
 
@@ -14,16 +14,16 @@ Responses = dict[int | str, dict[str, Any]]
 _SCHEMAS = "#/components/schemas/{model}"
 
 TAGS = [
-    {"name": "tokens", "description": "Logging in and out."},
-    {"name": "users", "description": "Who may use the cloud."},
+    {"name": "tokens", "description": "Log in and out."},
+    {"name": "users", "description": "Users of the cloud."},
     {"name": "maps", "description": "Maps, their versions and their files."},
     {"name": "robots", "description": "The caller's robots."},
-    {"name": "plans", "description": "Paths: asked for, looked up again, removed."},
-    {"name": "models", "description": "Models of robots that robot files may name."},
-    {"name": "planners", "description": "Planners that robot files and requests for paths may name."},
+    {"name": "plans", "description": "Path requests and stored paths."},
+    {"name": "models", "description": "Robot models that robot files may name."},
+    {"name": "planners", "description": "Planners that robot files and path requests may name."},
     {"name": "machines", "description": "Machines of the cloud, for administrators."},
-    {"name": "health", "description": "Whether the cloud can do all it is there for."},
-    {"name": "containers", "description": "What runs: the caller's own, or all for an administrator."},
+    {"name": "health", "description": "Whether the stores of the cloud are reachable."},
+    {"name": "containers", "description": "Running containers: the caller's own, or all for an administrator."},
 ]
 
 
@@ -32,24 +32,24 @@ _EXAMPLES = {
     401: ("not-authenticated", "Not authenticated", "the token is unknown or expired: log in again"),
     403: ("not-permitted", "Not permitted", "only an administrator may do this"),
     404: ("not-found", "Not found", "unknown map 'office'"),
-    408: ("request-timeout", "Request Timeout", "the body did not come within 30 s: send it again, faster"),
+    408: ("request-timeout", "Request Timeout", "the body did not arrive within 30 s: send it again, faster"),
     409: ("conflict", "Conflict", "robot 'tb1' is connected: let it disconnect first"),
-    413: ("message-too-large", "Too large", "the body of this request may have 1048576 bytes at most"),
+    413: ("message-too-large", "Too large", "the body of this request must have at most 1048576 bytes"),
     415: (
         "unsupported-media-type",
         "Unsupported Media Type",
-        "send JSON, and say so: 'Content-Type: application/json'",
+        "send JSON with the header 'Content-Type: application/json'",
     ),
     422: ("invalid-request", "Invalid request", "body.cores: Input should be greater than 0"),
     429: ("quota-exceeded", "Quota exceeded", "user 'ann' may have 64 containers"),
-    500: ("internal-error", "Internal error", "the cloud failed; its log says why"),
+    500: ("internal-error", "Internal error", "the cloud failed: see its log"),
     503: ("unavailable", "Unavailable", "the disk is full: free space"),
 }
 _FAULTS = [{"where": ["body", "cores"], "what": "Input should be greater than 0"}]
 
 
 def problems(*statuses: int) -> Responses:
-    """Return what an operation declares of the problems it may answer with."""
+    """Return the responses that an operation declares for these HTTP status codes of problems."""
     return {status: _response(status, *_EXAMPLES[status]) for status in statuses}
 
 
@@ -63,20 +63,22 @@ def _response(status: int, slug: str, title: str, detail: str) -> dict[str, Any]
 
 EVERYWHERE = problems(422, 500, 503)
 KNOWN = problems(401)
-"""Of operations that want a token."""
+"""Responses of operations that need a token."""
 
 ADMIN = problems(401, 403)
+"""Responses of operations for administrators."""
+
 BODY = problems(400, 408, 413, 415)
-"""Of operations that take a body."""
+"""Responses of operations with a body."""
 
 
 def operation_id(route: APIRoute) -> str:
-    """Return the name of an operation: that of the function."""
+    """Return the id of an operation: the name of its function."""
     return route.name
 
 
 def describe(app: FastAPI) -> None:
-    """Let an application describe problems as one schema, once."""
+    """Add the schema of problems to the OpenAPI document of an application."""
 
     def openapi() -> dict[str, Any]:
         if app.openapi_schema is None:

@@ -1,4 +1,4 @@
-"""Lists in pages: each begins behind the last record of the one before, whatever was added or removed meanwhile."""
+"""Pagination by cursor: each page starts after the last record of the previous one, even if records changed since."""
 
 import base64
 import binascii
@@ -20,51 +20,51 @@ T = TypeVar("T")
 K = TypeVar("K")
 F = TypeVar("F")
 
-Limit = Annotated[int, Query(ge=1, le=MAX_LIMIT, description="Most items of one page")]
+Limit = Annotated[int, Query(ge=1, le=MAX_LIMIT, description="Maximum number of items per page")]
 Cursor = Annotated[
-    str | None, Query(max_length=MAX_CURSOR, description="`next` of the page before; without it, the first page")
+    str | None, Query(max_length=MAX_CURSOR, description="`next` of the previous page; omit it for the first page")
 ]
 
 
 class Page(BaseModel, Generic[T]):
-    """A part of a list."""
+    """One page of a list."""
 
     items: list[T]
-    next: str | None = Field(description="`cursor` of the next page; null where this is the last", examples=[None])
+    next: str | None = Field(description="`cursor` of the next page; null on the last page", examples=[None])
 
 
 class Paging:
-    """Which page is asked for.
+    """Parameters of a page request.
 
     Parameters
     ----------
     request : Request
-        Must have no other parameters: a limit that is misspelled would be none.
+        Must have no other query parameters, so that a misspelled limit is not ignored.
     limit : int
-        Most items of it.
+        Maximum number of items.
     cursor : str, optional
-        From the page before.
+        ``next`` of the previous page.
     """
 
     def __init__(self, request: Request, limit: Limit = DEFAULT_LIMIT, cursor: Cursor = None) -> None:
         unknown = set(request.query_params) - PARAMETERS
         if unknown:
-            raise InvalidParameter(f"unknown parameter {min(unknown)[:64]!a}: a list takes limit and cursor")
+            raise InvalidParameter(f"unknown query parameter {min(unknown)[:64]!a}; known: cursor, limit")
         self._limit = limit
         self._cursor = cursor
 
     @property
-    def most(self) -> int:
-        """How many records to look for: one more than the page has tells whether another page follows."""
+    def fetch_limit(self) -> int:
+        """Number of records to fetch: one more than the page has, to detect whether another page follows."""
         return self._limit + 1
 
     def key(self, kind: type[K], first: F) -> K | F:
-        """Return the key that the page begins behind; ``first`` where it is the first page.
+        """Return the key after which the page starts; ``first`` for the first page.
 
         Raises
         ------
         InvalidParameter
-            The cursor is not one of this list.
+            The cursor does not belong to this list.
         """
         if self._cursor is None:
             return first
@@ -72,10 +72,10 @@ class Paging:
             padded = self._cursor.encode("ascii") + b"=" * (-len(self._cursor) % 4)
             return msgspec.json.decode(base64.b64decode(padded, b"-_", validate=True), type=kind)
         except (UnicodeEncodeError, binascii.Error, msgspec.DecodeError, UnicodeDecodeError) as error:
-            raise InvalidParameter("cursor: it is none of this list; begin anew without one") from error
+            raise InvalidParameter("cursor does not belong to this list: start again without a cursor") from error
 
     def page(self, found: Sequence[Any], key: Callable[[Any], Any]) -> dict[str, Any]:
-        """Return the page of the records that were found, and the cursor of the next if one follows."""
+        """Return the page of the fetched records, with the cursor of the next page if there is one."""
         items = list(found[: self._limit])
         return {"items": items, "next": _cursor(key(items[-1])) if len(found) > len(items) else None}
 

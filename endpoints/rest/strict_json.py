@@ -1,4 +1,4 @@
-"""Routes whose bodies are JSON and nothing else: said to be, each key once, and not nested without end."""
+"""Routes with strict JSON bodies: declared as JSON, without repeated keys and not nested too deeply."""
 
 import json
 from collections.abc import Callable, Coroutine
@@ -14,15 +14,15 @@ MAX_KEY_SHOWN = 64
 
 
 class StrictRequest(Request):
-    """A request whose JSON is taken at its word, or not at all."""
+    """Request whose body is parsed as strict JSON."""
 
     async def json(self) -> Any:
-        """Return the body.
+        """Return the parsed body.
 
         Raises
         ------
         MalformedMessage
-            It is not JSON, nested too deeply, or says one thing twice.
+            The body is not JSON, is nested too deeply, or repeats a key.
         """
         if not hasattr(self, "_json"):
             self._json = parse(await self.body())
@@ -30,23 +30,23 @@ class StrictRequest(Request):
 
 
 class StrictRoute(APIRoute):
-    """A route that refuses a body which is not said to be JSON."""
+    """Route that rejects a body whose content type is not JSON."""
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
-        """Return what serves a request."""
+        """Return the handler of requests."""
         serve = super().get_route_handler()
         takes_body = self.body_field is not None
 
         async def strict(request: Request) -> Response:
             if takes_body and _has_body(request) and not is_json(request.headers.get("content-type", "")):
-                raise HTTPException(415, "send JSON, and say so: 'Content-Type: application/json'")
+                raise HTTPException(415, "send JSON with the header 'Content-Type: application/json'")
             return await serve(StrictRequest(request.scope, request.receive))
 
         return strict
 
 
 def parse(body: bytes) -> Any:
-    """Return what JSON says; raises as ``StrictRequest.json``."""
+    """Return the value of a JSON text; raises as ``StrictRequest.json``."""
     try:
         return _decoder.decode(body.decode(json.detect_encoding(body), "surrogatepass"))
     except RecursionError as error:
@@ -56,7 +56,7 @@ def parse(body: bytes) -> Any:
 
 
 def is_json(content_type: str) -> bool:
-    """Tell whether a media type is JSON."""
+    """Return whether a media type is JSON."""
     media_type = content_type.partition(";")[0].strip().lower()
     return media_type == "application/json" or (media_type.startswith("application/") and media_type.endswith("+json"))
 
@@ -69,10 +69,10 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
         names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
-        raise MalformedMessage(f"the body says {twice[:MAX_KEY_SHOWN]!r} twice in one object")
+        repeated = next(name for name in names if names.count(name) > 1)
+        raise MalformedMessage(f"the body has the key {repeated[:MAX_KEY_SHOWN]!r} twice in one object")
     return found
 
 
 _decoder = json.JSONDecoder(object_pairs_hook=_object)
-"""Made once: ``json.loads`` makes one a call where it is given a hook."""
+"""A single decoder: ``json.loads`` would build one per call with this hook."""

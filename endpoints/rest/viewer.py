@@ -1,4 +1,4 @@
-"""Shows the description of the service in a browser, which fetches nothing from elsewhere: labs are often cut off."""
+"""Swagger UI of the REST service, served without files from the internet, which labs often cannot reach."""
 
 from importlib.resources import as_file, files
 
@@ -12,7 +12,7 @@ FILES = "/docs/viewer"
 
 
 def add_viewer(app: FastAPI) -> None:
-    """Serve the page and what it is made of."""
+    """Serve the page and its files."""
     with as_file(files("fastapi_offline") / "static") as folder:
         app.mount(FILES, StaticFiles(directory=folder))
 

@@ -13,11 +13,11 @@ from ppaas.errors import PPaaSError
 from ppaas.wire.resumption import ID_HEADER, NEW, RESUMED, STATE_HEADER, TAKEN_HEADER
 
 PROBE_TIMEOUT = 2.0
-"""Seconds that the socket of a robot may be silent when another comes for the same robot; then it is dead."""
+"""Time limit of the probe of a robot's socket when another socket connects for the same robot [s]."""
 
 
 class SessionKey(NamedTuple):
-    """Whose session it is."""
+    """Key of a session: user, robot, role, and the name that the client gave it."""
 
     user: str
     robot: str
@@ -26,7 +26,11 @@ class SessionKey(NamedTuple):
 
 
 class RetainedSession:
-    """A session and what is known of it here; its ``taken`` counts the frames that were taken from the client."""
+    """Session that outlives its sockets.
+
+    ``taken`` counts the frames received from the client, ``attachment`` is the current socket, if any, and ``expiry``
+    the timer that ends the session while no socket is attached.
+    """
 
     def __init__(self, session: ClientSession, place: PlaceLink, key: SessionKey | None) -> None:
         self.id = secrets.token_hex(8)
@@ -40,12 +44,12 @@ class RetainedSession:
 
 
 class Attachment:
-    """One socket's hold of a session.
+    """Attachment of one socket to a session.
 
     Attributes
     ----------
     displaced : Future
-        Done once the session was given to another socket; its result is what this one is told.
+        Done once another socket took over the session; its result is the reason.
     """
 
     def __init__(
@@ -62,34 +66,34 @@ class Attachment:
 
     @property
     def headers(self) -> list[tuple[bytes, bytes]]:
-        """What the handshake tells a client that named its session."""
+        """Headers of the handshake for a client that named its session."""
         if self.request.session is None:
             return []
-        told = {
+        state = {
             STATE_HEADER: RESUMED if self.resumed else NEW,
             ID_HEADER: self.retained.id,
             TAKEN_HEADER: str(self.retained.taken),
         }
-        return [(name.encode(), value.encode()) for name, value in told.items()]
+        return [(name.encode(), value.encode()) for name, value in state.items()]
 
     async def answers(self) -> bool:
-        """Tell whether the client is still there: it answers a ping, or says something meanwhile."""
+        """Return whether the client is alive: it answers a ping or sends a frame meanwhile."""
         taken = self.retained.taken
         return await self._probe(PROBE_TIMEOUT) or self.retained.taken != taken
 
     async def take_over(self, why: PPaaSError) -> None:
-        """Take the session from this socket, and wait until it touches it no more."""
+        """Displace this socket, and wait until it is detached from the session."""
         if not self.displaced.done():
             self.displaced.set_result(why)
         await self._left.wait()
 
     @property
     def has_left(self) -> bool:
-        """The socket is gone, or the place is no more."""
+        """Whether the socket is detached or the session is over."""
         return self._left.is_set() or self.session.over.done()
 
     def detach(self) -> None:
-        """Touch the session no more."""
+        """Detach the socket from the session."""
         self._left.set()
         if self.retained.attachment is self:
             self.retained.attachment = None

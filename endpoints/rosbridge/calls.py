@@ -1,4 +1,4 @@
-"""Services, as one client calls and offers them."""
+"""Service calls of one client, and calls of the services that it offers."""
 
 import itertools
 from collections.abc import Callable
@@ -19,30 +19,30 @@ from ppaas.wire.refusals import error_of_text
 from ppaas.wire.rosbridge import RosbridgeSession
 
 CALL_TIMEOUT = 60.0
-"""Seconds that a call may take, whatever the client asks for."""
+"""Upper limit of the timeout of a call [s]."""
 
 MAX_CALLS = 32
-"""Calls of one client that may be under way at a time."""
+"""Largest number of pending calls of one client."""
 
 Shortcut = Callable[[str], bytes | None]
-"""Answers a call of a service by name at once, or returns None: the service is somebody else's."""
+"""Called with the name of a service; returns the response at once, or None if it does not handle this service."""
 
 
 class ClientCalls:
-    """The calls that one client has under way, and those that are put to it.
+    """Pending calls of one client, and calls of the services that it offers.
 
     Parameters
     ----------
     place : PlaceLink
-        Of the robot.
+        Place of the robot.
     client : int
-        Number of the client there.
+        Number of the client at the place.
     wire : RosbridgeSession
-        Makes the frames.
+        Encodes the frames.
     send : callable
-        Takes a frame that must arrive.
+        Called with a frame that must not be dropped.
     shortcut : callable
-        Asked first.
+        Called before a call is sent to the place.
     """
 
     def __init__(
@@ -58,18 +58,18 @@ class ClientCalls:
         self._spellings: dict[str, str] = {}
 
     def end(self) -> None:
-        """Give up the calls under way."""
-        for give_up in self._calls.values():
-            give_up()
+        """Cancel the pending calls."""
+        for cancel in self._calls.values():
+            cancel()
         self._calls.clear()
 
-    # -- the client calls ----------------------------------------------------------------------------------------------
+    # -- calls by the client -------------------------------------------------------------------------------------------
 
     def start(self, operation: CallService) -> None:
-        """Begin a call; it is answered by a frame, whatever becomes of it."""
+        """Start a call; it is always answered by a frame, also if it fails."""
         try:
             if len(self._calls) >= MAX_CALLS:
-                raise QuotaExceeded(f"a client may have {MAX_CALLS} calls under way")
+                raise QuotaExceeded(f"a client may have at most {MAX_CALLS} pending calls: wait for a response")
             service = normalise(operation.service)
             values = self._shortcut(service) or introspect(self._place, service, bytes(operation.args))
             if values is None:
@@ -101,47 +101,47 @@ class ClientCalls:
             frame = self._wire.refuse_call(operation, error)
         self._send(frame)
 
-    # -- the client is called ------------------------------------------------------------------------------------------
+    # -- calls to the client ------------------------------------------------------------------------------------------
 
     def advertise(self, operation: AdvertiseService) -> None:
-        """Let the client answer the calls of a service.
+        """Register a service that the client offers.
 
         Raises
         ------
         PPaaSError
-            Not a name or a type, the clone's own service, or one too many.
+            The name or type is invalid, the clone has this service, or the client offers too many.
         """
         service = normalise(operation.service)
         if service in rosapi.SERVICES:
-            raise Conflict(f"service {service!r} is the cloud's own: choose another name")
+            raise Conflict(f"service {service!r} belongs to the cloud: choose another name")
         self._place.advertise_service(service, ros1_type(operation.type), self._client)
         self._spellings[service] = operation.service
 
     def unadvertise(self, operation: UnadvertiseService) -> None:
-        """Let it answer them no more.
+        """Remove a service that the client offers.
 
         Raises
         ------
         NotFound
-            It does not.
+            The client does not offer it.
         """
         service = normalise(operation.service)
         self._place.client_services.unadvertise(service, self._client)
         self._spellings.pop(service, None)
 
     def request(self, call: int, service: str, arguments: bytes) -> bytes:
-        """Return the frame that puts a call to the client."""
+        """Return the frame of a call to the client."""
         return self._wire.request(self._spellings[service], call, arguments)
 
     def respond(self, operation: ServiceResponse) -> None:
-        """Take the client's answer to a call.
+        """Handle the client's response to a call.
 
         Raises
         ------
         NotFound
-            No such call is open.
+            No call with this id is pending.
         NotPermitted
-            It was put to another client.
+            The call was made to another client.
         """
         number = operation.id or ""
         if not (number.isascii() and number.isdigit() and len(number) < 16):
@@ -155,9 +155,9 @@ def _request_type(name: str | None) -> type[Message] | None:
     try:
         return service_type(name).request if name is not None else None
     except UnknownType:
-        return None  # then arguments are an object, never a list
+        return None  # without the type, a list of arguments cannot be converted
 
 
 def _reason(values: bytes, service: str) -> str:
     reason = msgspec.json.decode(values)
-    return reason if isinstance(reason, str) and reason else f"the client that offers {service!r} said no"
+    return reason if isinstance(reason, str) and reason else f"service {service!r}: the client reported a failure"

@@ -10,26 +10,26 @@ from ppaas.wire.resumption import RESUME, SESSION, ResumptionPoint, parse_name, 
 
 @dataclass(frozen=True, slots=True)
 class ConnectRequest:
-    """The robot whose place a client connects to, and how.
+    """Parameters of a client's connection to a robot.
 
     Parameters
     ----------
     robot : str
-        Whose place it is.
+        Id of the robot.
     role : {"robot", "operator"}
-        As whom.
+        Role of the client.
     session : str, optional
-        Name of the client's session; without one, nothing is kept of the client when its socket is gone.
+        Name of the client's session; without one, the session ends with the socket.
     resume : ResumptionPoint, optional
-        How far the client got in that session.
+        Point at which the client resumes this session.
     counts : bool
-        The client counts frames: it resumes at that point or begins anew. One that does not takes what there is.
+        Whether the client counts frames: it resumes exactly at that point, or starts a new session.
     hold : bool
-        The place is opened for this client, and kept for it.
+        Whether the place is opened and kept open for this client.
     status : bool
-        Tell it of errors from the start.
+        Whether errors are reported to the client from the start.
     queue : bool
-        It waits for its turn where there is no container for it now, and is told its position.
+        Whether the client waits in the queue if no container is available now, and is notified of its position.
     """
 
     robot: str
@@ -43,25 +43,25 @@ class ConnectRequest:
 
 
 def parse_connect_request(query: Mapping[str, str]) -> ConnectRequest:
-    """Return the request that the query of an address spells.
+    """Return the connect request in the query of an address.
 
     Raises
     ------
     InvalidParameter
-        No robot is named, or something cannot be what it is given as.
+        The robot is missing, or a parameter is invalid.
     """
     role = role_of(query.get("role", "robot"))
     robot = query.get("robot", "")
     if not robot:
-        raise InvalidParameter("no robot named: open ws://HOST/?robot=ID&token=TOKEN")
+        raise InvalidParameter("the parameter 'robot' is missing: open ws://HOST/?robot=ID&token=TOKEN")
     session, resume = query.get(SESSION), query.get(RESUME)
     if resume is not None and session is None:
-        raise InvalidParameter(f"{RESUME!r} needs the name of a session: give 'session' too")
+        raise InvalidParameter(f"{RESUME!r} needs the name of a session: also give 'session'")
     hold = query.get("hold", "1")
     if hold not in ("0", "1"):
-        raise InvalidParameter(f"hold is 0 or 1, not {hold!r}")
+        raise InvalidParameter(f"hold must be 0 or 1, not {hold[:32]!r}")
     if hold == "0" and role == "robot":
-        raise InvalidParameter("hold=0 is for operators: a robot always has a place")
+        raise InvalidParameter("hold=0 is for operators only: a robot always holds its place")
     return ConnectRequest(
         robot=robot,
         role=role,

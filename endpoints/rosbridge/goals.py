@@ -1,8 +1,8 @@
-"""Actions, as one client uses them: goals go to the topics of an action, and what these tell becomes frames."""
+"""Action goals of one client: publishes them to the topics of an action, and turns status and result into frames."""
 
 from collections.abc import Callable
 
-from endpoints.rosbridge.outbox import Outbox
+from endpoints.rosbridge.outbox import FrameOutbox
 from engine.service.links.place_link import PlaceLink
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
@@ -14,28 +14,28 @@ from ppaas.wire.operations import CancelActionGoal, SendActionGoal
 from ppaas.wire.rosbridge import RosbridgeSession
 
 CANCEL_ALL = "/_action/cancel_goal"
-"""A service of every action in ROS 2; ``roslib`` calls it, without arguments, to cancel all goals."""
+"""Suffix of the cancel service of every ROS 2 action; ``roslib`` calls it without arguments to cancel all goals."""
 
 
 class ClientGoals:
-    """The goals of one client, and the topics that are heard for them.
+    """Goals of one client, and the topics that are subscribed for them.
 
     Parameters
     ----------
     place : PlaceLink
-        Of the robot.
+        Place of the robot.
     client : int
-        Number of the client there.
+        Number of the client at the place.
     wire : RosbridgeSession
-        Knows what the client itself hears.
-    outbox : Outbox
-        Takes feedback.
+        Knows the subscriptions of the client itself.
+    outbox : FrameOutbox
+        Receives feedback.
     send : callable
-        Takes a frame that must arrive.
+        Called with a frame that must not be dropped.
     """
 
     def __init__(
-        self, place: PlaceLink, client: int, wire: RosbridgeSession, outbox: Outbox, send: Callable[[bytes], None]
+        self, place: PlaceLink, client: int, wire: RosbridgeSession, outbox: FrameOutbox, send: Callable[[bytes], None]
     ) -> None:
         self._place = place
         self._client = client
@@ -46,24 +46,24 @@ class ClientGoals:
         self._topics: set[str] = set()
 
     def hears(self, topic: str) -> bool:
-        """Tell whether a topic is heard because of a goal."""
+        """Return whether a topic is subscribed for a goal."""
         return topic in self._topics
 
     # -- from the client -----------------------------------------------------------------------------------------------
 
     def start(self, operation: SendActionGoal) -> None:
-        """Send a goal; it ends with one result, whatever becomes of it."""
+        """Send a goal; it always ends with exactly one result."""
         try:
             action = find_action(normalise(operation.action), operation.action_type, self._place.topic_types())
             goal, message = self._goals.send(operation, action, monotonic())
         except PPaaSError as error:
             self._send(refusal(operation, error))
             return
-        self._listen()
+        self._update_subscriptions()
         try:
             self._goals.posted(goal, self._publish(f"{action.topics}/goal", message))
         except PPaaSError as error:
-            self._tell(self._goals.give_up(goal, error))
+            self._forward(self._goals.give_up(goal, error))
 
     def cancel(self, operation: CancelActionGoal) -> None:
         """Cancel a goal.
@@ -71,22 +71,22 @@ class ClientGoals:
         Raises
         ------
         NotFound
-            The client has no such goal under way.
+            The client has no such active goal.
         QuotaExceeded
-            Too much waits to reach the clone.
+            Too many messages to the clone are unacknowledged.
         """
         action, message = self._goals.cancel(operation)
         self._publish(f"{action}/cancel", message)
 
     def cancel_all(self, service: str) -> bytes | None:
-        """Answer a call that cancels all goals of an action; None if this service does something else.
+        """Cancel all goals of an action and return the response; None if this is not a cancel service.
 
         Raises
         ------
         NotFound
-            There is no such action.
+            The action does not exist.
         QuotaExceeded
-            Too much waits to reach the clone.
+            Too many messages to the clone are unacknowledged.
         """
         if not service.endswith(CANCEL_ALL):
             return None
@@ -99,31 +99,31 @@ class ClientGoals:
     # -- from the place ------------------------------------------------------------------------------------------------
 
     def published(self, topic: str, payload: bytes) -> None:
-        """Take a message of one of the topics that are heard because of a goal.
+        """Handle a message of a topic that is subscribed for a goal.
 
         Raises
         ------
         MalformedMessage
-            It is not what an action says.
+            It is not a valid message of an action.
         """
-        for told in self._goals.hear(topic, payload, monotonic()):
-            self._tell(told, topic)
+        for goal_frame in self._goals.hear(topic, payload, monotonic()):
+            self._forward(goal_frame, topic)
 
     def refused(self, sequence: int, error: PPaaSError) -> None:
-        """Learn that the clone did not take a message: if it was a goal, that goal ends."""
-        told = self._goals.refused(sequence, error)
-        if told is not None:
-            self._tell(told)
+        """Handle the refusal of a message by the clone; if it was a goal, that goal ends."""
+        goal_frame = self._goals.refused(sequence, error)
+        if goal_frame is not None:
+            self._forward(goal_frame)
 
-    def _tell(self, told: GoalFrame, topic: str = "") -> None:
-        if told.final:
-            self._send(told.frame)
-            self._listen()
+    def _forward(self, goal_frame: GoalFrame, topic: str = "") -> None:
+        if goal_frame.final:
+            self._send(goal_frame.frame)
+            self._update_subscriptions()
         else:
-            self._outbox.put(topic, told.frame, DEFAULT_DEPTH)
+            self._outbox.put(topic, goal_frame.frame, DEFAULT_DEPTH)
 
-    def _listen(self) -> None:
-        """Hear what tells of the goals under way, and no more."""
+    def _update_subscriptions(self) -> None:
+        """Subscribe to the topics of the active goals, and unsubscribe from those no longer needed."""
         wanted = self._goals.topics()
         for topic in wanted - self._topics:
             self._place.subscribe(topic, self._client)

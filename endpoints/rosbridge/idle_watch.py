@@ -1,4 +1,4 @@
-"""Lets go of robots that are connected and do nothing, so that their containers are there for others."""
+"""Idle watch: disconnects idle robots, so that their containers are free for others."""
 
 import asyncio
 from collections import Counter
@@ -10,27 +10,27 @@ from ppaas.clock import Clock, monotonic
 from ppaas.errors import Idle
 
 IDLE = 600.0
-"""Seconds of silence, at a place without a goal, after which it is given up."""
+"""Time without frames and without a goal after which a robot is disconnected [s]."""
 
-LOOKS = 10
-"""Looks at all places within that time."""
+CHECKS = 10
+"""Number of checks of all places within that time."""
 
 
 class IdleWatch:
-    """Gives up places whose clients are connected and say nothing, and whose robot has no goal.
+    """Closes places whose clients are connected but send nothing, and whose robot has no goal.
 
-    Silence is counted for a place, not for a client: an operator who only looks on does not lose the robot that drives.
+    Silence is measured per place, not per client: an operator who only watches does not disconnect a driving robot.
 
     Parameters
     ----------
     sessions : SessionRegistry
-        Know what was said.
+        Counts the frames received.
     robots : RobotSessions
-        Let go.
+        Closes the places.
     idle : float
-        Seconds; 0 lets nobody go.
+        Time after which a place is closed [s]; 0 disables the watch.
     clock : callable
-        Monotonic seconds.
+        Returns monotonic time [s].
     """
 
     def __init__(
@@ -43,22 +43,22 @@ class IdleWatch:
         self._known: dict[PlaceLink, tuple[int, float]] = {}
 
     async def run(self) -> None:
-        """Watch until this is cancelled."""
+        """Check all places periodically until cancelled."""
         while self._idle:
-            await asyncio.sleep(self._idle / LOOKS)
-            await self.look()
+            await asyncio.sleep(self._idle / CHECKS)
+            await self.check()
 
-    async def look(self) -> None:
-        """Let go who has been silent for too long."""
+    async def check(self) -> None:
+        """Close places that have been idle for too long."""
         now = self._clock()
-        said: Counter[PlaceLink] = Counter()
+        received: Counter[PlaceLink] = Counter()
         for attachment in self._sessions.attachments():
-            said[attachment.retained.place] += 1 + attachment.retained.taken
+            received[attachment.retained.place] += 1 + attachment.retained.taken
         before, self._known = self._known, {}
-        for place, count in said.items():
+        for place, count in received.items():
             counted, since = before.get(place, (-1, now))
             self._known[place] = (count, now if place.busy or count != counted else since)
         for place, (_, since) in self._known.items():
             if now - since >= self._idle:
-                text = f"nothing was said for {self._idle:g} s; connect again when there is something to say"
+                text = f"no frames for {self._idle:g} s: connect again when you have something to send"
                 await self._robots.let_go(place, Idle(text))

@@ -1,7 +1,7 @@
-"""What waits to be sent to one client: bounded by topic and in all, so that a slow reader costs nobody but itself.
+"""Outbox of one client: frames waiting to be sent, bounded per topic and in total, so that a slow reader harms nobody.
 
-It outlives the socket. A client that comes back and says how many frames it received is sent again what must arrive
-and did not; see ``docs/adr/0013-sessions-outlive-sockets.md``.
+It outlives the socket. To a client that reconnects and reports how many frames it received, the frames that must
+arrive and did not are sent again; see ``docs/adr/0013-sessions-outlive-sockets.md``.
 """
 
 import itertools
@@ -13,22 +13,25 @@ from ppaas.errors import Unavailable
 from ppaas.nodes.topics import policy_of
 
 MAX_KEEP = 1000
+"""Largest queue length of a topic; a tenth of the frames that may wait in total."""
 
 MAX_BYTES = 16 << 20
-"""Bytes of frames that wait. Beyond it the oldest messages of all topics that do not last are dropped first; a
-client for which so much waits that must not be dropped is closed."""
+"""Largest size of the waiting frames [bytes]. Beyond it the oldest frames of topics that are not lasting are dropped;
+a client with more than that in frames that must not be dropped is disconnected."""
 
 MAX_SENT = 256
+"""Largest number of sent frames that are kept to be sent again."""
+
 MAX_SENT_BYTES = 4 << 20
-"""Frames, and bytes of them, that were sent and are kept to be sent again; a larger frame is not."""
+"""Largest size of sent frames that are kept [bytes]; a single larger frame is not kept."""
 
 
 class Sink(Protocol):
-    """A connection that frames are sent through."""
+    """Connection that frames are sent through."""
 
     @property
     def ready(self) -> bool:
-        """Whether it takes a frame now."""
+        """Whether it accepts a frame now."""
         ...
 
     def send_frame(self, frame: bytes) -> None:
@@ -36,51 +39,51 @@ class Sink(Protocol):
         ...
 
 
-class _Entry(NamedTuple):
+class _QueuedMessage(NamedTuple):
     frame: bytes
     expires: float
     lasts: bool
 
 
-class Outbox:
-    """Frames on their way to one client, in the order in which they came; sent at once where that is possible.
+class FrameOutbox:
+    """Frames to one client in order of arrival, sent at once if the connection is ready.
 
     Parameters
     ----------
     clock : callable
-        Monotonic seconds.
+        Returns monotonic time [s].
 
     Attributes
     ----------
     repeats : bool
-        Keep what was sent and lasts, for ``resume``.
+        Whether sent frames that must arrive are kept for ``resume``.
     """
 
     def __init__(self, clock: Clock = monotonic) -> None:
         self._clock = clock
         self._numbers = itertools.count()
-        self._entries: OrderedDict[int, _Entry] = OrderedDict()
+        self._entries: OrderedDict[int, _QueuedMessage] = OrderedDict()
         self._bytes = 0
         self._by_topic: defaultdict[str, deque[int]] = defaultdict(deque)
         self._sink: Sink | None = None
         self._count = 0
-        self._sent: deque[tuple[int, _Entry]] = deque()
+        self._sent: deque[tuple[int, _QueuedMessage]] = deque()
         self._sent_bytes = 0
         self.repeats = False
 
     def __len__(self) -> int:
-        """Return how many frames wait."""
+        """Return the number of waiting frames."""
         return len(self._entries)
 
-    # -- what waits ----------------------------------------------------------------------------------------------------
+    # -- waiting frames ------------------------------------------------------------------------------------------------
 
     def put(self, topic: str, frame: bytes, keep: int) -> None:
-        """Add a frame of a topic; of more than ``keep`` the oldest is dropped."""
+        """Add a frame of a topic; beyond ``keep`` waiting frames of it, the oldest is dropped."""
         waiting = self._by_topic[topic]
         while waiting and (waiting[0] not in self._entries or len(waiting) >= min(max(keep, 1), MAX_KEEP)):
             self._drop(waiting.popleft())
         policy = policy_of(topic)
-        waiting.append(self._add(_Entry(frame, self._clock() + policy.expiry, policy.lasting)))
+        waiting.append(self._add(_QueuedMessage(frame, self._clock() + policy.expiry, policy.lasting)))
 
     def put_answer(self, frame: bytes) -> None:
         """Add a frame that must not be dropped: a response, or a status.
@@ -88,15 +91,15 @@ class Outbox:
         Raises
         ------
         Unavailable
-            The client reads too slowly to be served.
+            Too many responses wait: the client reads too slowly.
         """
         if len(self._entries) >= 10 * MAX_KEEP or self._bytes >= MAX_BYTES:
             self._make_room()
             if len(self._entries) >= 10 * MAX_KEEP or self._bytes >= MAX_BYTES:
-                raise Unavailable("the client asks faster than it reads the answers")
-        self._add(_Entry(frame, float("inf"), True))
+                raise Unavailable("the client sends requests faster than it reads the responses")
+        self._add(_QueuedMessage(frame, float("inf"), True))
 
-    def _add(self, entry: _Entry) -> int:
+    def _add(self, entry: _QueuedMessage) -> int:
         number = next(self._numbers)
         self._entries[number] = entry
         self._bytes += len(entry.frame)
@@ -116,15 +119,15 @@ class Outbox:
                 return
             self._drop(number)
 
-    # -- what is sent --------------------------------------------------------------------------------------------------
+    # -- sending --------------------------------------------------------------------------------------------------
 
     def connect(self, sink: Sink | None) -> None:
-        """Send through a connection from now on, what waits first; with None, let all wait."""
+        """Send through a connection from now on, starting with the waiting frames; with None, let all frames wait."""
         self._sink = sink
         self.flush()
 
     def flush(self) -> None:
-        """Send what waits, while the connection takes it; what has expired meanwhile is left out."""
+        """Send waiting frames while the connection is ready; expired frames are skipped."""
         sink = self._sink
         while sink is not None and self._entries and sink.ready:
             _, entry = self._entries.popitem(last=False)
@@ -133,7 +136,7 @@ class Outbox:
                 self._note_sent(entry)
                 sink.send_frame(entry.frame)
 
-    def _note_sent(self, entry: _Entry) -> None:
+    def _note_sent(self, entry: _QueuedMessage) -> None:
         self._count += 1
         if self.repeats and entry.lasts and len(entry.frame) <= MAX_SENT_BYTES:
             self._sent.append((self._count, entry))
@@ -142,12 +145,12 @@ class Outbox:
                 self._sent_bytes -= len(self._sent.popleft()[1].frame)
 
     def resume(self, received: int) -> None:
-        """Send again, before all else, what lasts of the frames that a client did not receive.
+        """Queue again, before all others, the kept frames that a client did not receive.
 
         Parameters
         ----------
         received : int
-            Frames that it received since its session began.
+            Number of frames that it received since its session began.
         """
         self._count = received
         while self._sent and self._sent[-1][0] > received:
@@ -155,7 +158,7 @@ class Outbox:
             self._sent_bytes -= len(entry.frame)
             self._put_first(entry)
 
-    def _put_first(self, entry: _Entry) -> None:
+    def _put_first(self, entry: _QueuedMessage) -> None:
         number = next(self._numbers)
         self._entries[number] = entry
         self._entries.move_to_end(number, last=False)

@@ -1,6 +1,6 @@
-"""The robot WebSocket: ``ws://HOST/?robot=ID&token=T&role=robot|operator&session=NAME``, speaking rosbridge v2.
+"""Robot WebSocket: ``ws://HOST/?robot=ID&token=T&role=robot|operator&session=NAME``, speaking rosbridge v2.
 
-A refusal comes before the handshake is done, as an HTTP problem.
+A connection is refused before the handshake is complete, with an HTTP problem.
 """
 
 import asyncio
@@ -22,26 +22,32 @@ from ppaas.wire.resumption import LEFT
 logger = logging.getLogger(__name__)
 
 CLOSED_BY_CLOUD = 1011
+"""Close code: the session is over."""
+
 TAKEN_OVER = 4409
+"""Close code: another socket took over the session."""
+
 CLOSE_TIMEOUT = 2.0
+"""Time limit of the closing handshake [s]."""
+
 MAX_REASON = 123
-"""Bytes of reason that a close frame holds."""
+"""Largest reason in a close frame [bytes] (RFC 6455, section 5.5)."""
 
 
 class RobotSocket:
-    """One connection of a client.
+    """One WebSocket of a client.
 
     Parameters
     ----------
     socket : WebSocket
-        Accepted.
+        Accepted WebSocket.
     attachment : Attachment
-        To the session whose frames it carries.
+        Attachment to the session whose frames it carries.
 
     Attributes
     ----------
     left : bool
-        The client said, in closing, that it does not come back.
+        Whether the client reported, in the close frame, that it will not reconnect.
     """
 
     def __init__(self, socket: WebSocket, attachment: Attachment) -> None:
@@ -52,7 +58,7 @@ class RobotSocket:
         self.left = False
 
     async def run(self) -> None:
-        """Carry frames until the client goes, or its place, or its session is given to another socket."""
+        """Carry frames until the client disconnects, its place closes, or another socket takes over its session."""
         outbox = self._session.outbox
         self._connection.hand_to(self._take, outbox.flush)
         outbox.connect(self._connection)
@@ -76,11 +82,11 @@ class RobotSocket:
 
     async def _until_left(self) -> None:
         while (message := await self._socket.receive())["type"] != "websocket.disconnect":
-            self._take(message.get("text"))  # it came before its handshake was answered
+            self._take(message.get("text"))  # received before the handshake was answered
         self.left = message.get("reason") == LEFT
 
-    async def say_why(self) -> None:
-        """Close the socket with the reason, if it was not the client that went."""
+    async def close_with_reason(self) -> None:
+        """Close the socket with the reason, unless the client closed it."""
         if self._socket.application_state is not WebSocketState.CONNECTED:
             return
         if self._attachment.displaced.done():
@@ -103,16 +109,16 @@ async def serve_robot_socket(socket: WebSocket, services: Services, sessions: Se
         services.cloud.quotas.learn(user)
         attachment = await sessions.attach(user.id, request, connection_of(socket).probe)
     except PPaaSError as error:
-        logger.warning("a WebSocket was refused: %s: %s", error.slug, error)
+        logger.warning("WebSocket refused: %s: %s", error.slug, error)
         await socket.send_denial_response(problem_response(error))
         return
     carrier = RobotSocket(socket, attachment)
     if request.role == "robot":
-        connection_of(socket).tell_round_trips(attachment.retained.place.note_round_trip)
+        connection_of(socket).on_round_trip(attachment.retained.place.note_round_trip)
     try:
         await socket.accept(headers=attachment.headers)
         await carrier.run()
     finally:
-        # Whoever takes over waits for this, and must not wait for a socket that is dead to be closed.
+        # A socket that takes over waits for this, and must not wait until a dead socket is closed.
         sessions.detach(attachment, for_good=carrier.left)
-    await carrier.say_why()
+    await carrier.close_with_reason()

@@ -1,4 +1,4 @@
-"""What a socket may say, by its role."""
+"""Roles of clients, and the topics that each may publish."""
 
 from typing import Literal, cast
 
@@ -9,25 +9,25 @@ Role = Literal["robot", "operator"]
 
 
 def role_of(name: str) -> Role:
-    """Return the role that a client asks for.
+    """Return the role with this name.
 
     Raises
     ------
     InvalidParameter
-        There is no such role.
+        The role does not exist.
     """
     if name not in ("robot", "operator"):
-        raise InvalidParameter(f"a role is 'robot' or 'operator', not {name[:32]!r}")
+        raise InvalidParameter(f"role must be 'robot' or 'operator', not {name[:32]!r}")
     return cast(Role, name)
 
 
 def check_may_publish(role: Role, topic: str) -> None:
-    """Let only the robot speak of what it senses.
+    """Raise unless a role may publish a topic; only the robot may publish its sensors.
 
     Raises
     ------
     NotPermitted
-        An operator publishes a sensor's topic.
+        The topic is reserved for the robot, and the role is operator.
     """
     if role != "robot" and policy_of(topic).robot_only:
-        raise NotPermitted(f"only the robot itself publishes {topic!r}")
+        raise NotPermitted(f"only the robot itself may publish {topic!r}")

@@ -1,4 +1,4 @@
-"""rosapi at a robot's place: what its clone and its clients offer, told to any of its clients."""
+"""rosapi of a robot's place: topics, services and nodes of its clone and its clients."""
 
 from engine.service.links.place_link import PlaceLink
 from ppaas.clock import epoch
@@ -6,15 +6,17 @@ from ppaas.wire import rosapi
 from ppaas.wire.rosapi import GraphView, NodeView
 
 ITSELF = "rosapi"
+"""Node that offers the services of rosapi."""
+
 CLIENTS = "rosbridge_websocket"
-"""The node that all clients together appear as, as with rosbridge."""
+"""Node that represents all clients together, as in rosbridge."""
 
 
 def view_of(place: PlaceLink) -> GraphView:
-    """Return what there is to talk to at a place.
+    """Return the graph of a place.
 
-    A client need not advertise what the clone knows; so what the clone takes and none of its nodes gives counts as
-    published by the clients.
+    A client need not advertise topics that the clone knows. Topics that the clone subscribes to and none of its nodes
+    publishes therefore count as published by the clients.
     """
     clone = {node.name: NodeView(node.publishes, node.subscribes, node.services) for node in place.nodes.values()}
     given = {topic for node in clone.values() for topic in node.publishes}
@@ -26,11 +28,11 @@ def view_of(place: PlaceLink) -> GraphView:
 
 
 def introspect(place: PlaceLink, service: str, arguments: bytes) -> bytes | None:
-    """Answer a call of a service that tells what there is; None if this service does something else.
+    """Return the response of a rosapi service; None if the service is not one of rosapi.
 
     Raises
     ------
     InvalidInput
-        The arguments are not those of the service, or name a type that is not known.
+        The arguments are invalid, or name an unknown type.
     """
     return rosapi.answer(service, arguments, view_of(place)) if service in rosapi.SERVICES else None

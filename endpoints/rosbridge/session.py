@@ -1,7 +1,7 @@
-"""What a client of a robot says and is told, whatever socket carries it.
+"""Session of a robot's client, independent of the socket that carries it.
 
-Each frame of the client becomes something done at the robot's place. What is wrong with a frame is told to that client
-alone, and only if it asked for ``status`` (by ``set_level`` or ``&status=1``).
+Each frame of the client is executed at the robot's place. Errors are reported to that client only, and only if it
+requested ``status`` (by ``set_level`` or ``&status=1``).
 """
 
 import asyncio
@@ -11,7 +11,7 @@ from typing import Any
 
 from endpoints.rosbridge.calls import ClientCalls
 from endpoints.rosbridge.goals import ClientGoals
-from endpoints.rosbridge.outbox import Outbox
+from endpoints.rosbridge.outbox import FrameOutbox
 from endpoints.rosbridge.roles import Role, check_may_publish
 from engine.service.links.place_link import PlaceLink
 from ppaas.clock import monotonic
@@ -25,35 +25,34 @@ from ppaas.wire.rosbridge import RosbridgeSession
 logger = logging.getLogger(__name__)
 
 MAX_LOGGED = 64
-"""Kinds of faults of one client that are told in the log; clients may think out topics without end."""
-
+"""Largest number of different errors of one client that are logged as warnings."""
 
 PATH_SERVICES = frozenset({"move_base/compute_path", "move_base/make_plan"})
-"""Services of the clone that plan a path for whoever calls them."""
+"""Services of the clone that plan a path and count as path requests of the user."""
 
 
 class ClientSession:
-    """One client of one place.
+    """Session of one client of a place.
 
     Parameters
     ----------
     place : PlaceLink
-        Of the robot.
+        Place of the robot.
     role : {"robot", "operator"}
-        What it may publish.
+        Role of the client, which limits the topics it may publish.
     wire : RosbridgeSession
-        What was said so far.
+        State of the rosbridge protocol.
     name : str
-        For the log.
+        Name in the log.
     count_plan : callable
-        Told of each path that the client asks for; raises where it may ask for no more.
+        Called for each path request of the client; raises if the rate is exceeded.
 
     Attributes
     ----------
-    outbox : Outbox
+    outbox : FrameOutbox
         Frames for the client.
     over : Future
-        Done once the client must go; its result is the reason.
+        Done once the session must end; its result is the reason.
     """
 
     def __init__(
@@ -69,14 +68,14 @@ class ClientSession:
         self._role = role
         self._wire = wire
         self.name = name
-        self.outbox = Outbox()
+        self.outbox = FrameOutbox()
         self.over: asyncio.Future[PPaaSError] = asyncio.get_running_loop().create_future()
         self._logged: set[tuple[str, str]] = set()
-        self._late: asyncio.TimerHandle | None = None
+        self._delayed_timer: asyncio.TimerHandle | None = None
         self._client = place.join(self)
         self._goals = ClientGoals(place, self._client, wire, self.outbox, self._answer)
-        self._calls = ClientCalls(place, self._client, wire, self._answer, self._answer_first)
-        self._takers: dict[type[operations.Operation], Callable[[Any], None]] = {
+        self._calls = ClientCalls(place, self._client, wire, self._answer, self._answer_here)
+        self._handlers: dict[type[operations.Operation], Callable[[Any], None]] = {
             operations.Publish: self._publish,
             operations.Advertise: self._advertise,
             operations.Unadvertise: self._unadvertise,
@@ -88,30 +87,30 @@ class ClientSession:
             operations.ServiceResponse: self._calls.respond,
             operations.SendActionGoal: self._goals.start,
             operations.CancelActionGoal: self._goals.cancel,
-            operations.SetLevel: lambda _: None,  # the wire has noted it
+            operations.SetLevel: lambda _: None,  # handled by the wire
         }
 
     def end(self) -> None:
-        """Leave the place; what was asked is no longer wanted."""
+        """Leave the place and cancel pending calls."""
         self._calls.end()
         self._place.leave(self._client)
-        if self._late is not None:
-            self._late.cancel()
+        if self._delayed_timer is not None:
+            self._delayed_timer.cancel()
 
     # -- from the client -----------------------------------------------------------------------------------------------
 
     def take(self, frame: str | None) -> None:
-        """Do what a frame of the client says, None being one of bytes; tell the client what is wrong with it."""
+        """Execute a frame of the client, None for a binary frame; report its errors to the client."""
         operation: operations.ClientOperation | None = None
         try:
             if frame is None:
-                raise MalformedMessage("binary frames are not understood: send JSON as text")
+                raise MalformedMessage("binary frames are not supported: send JSON as text")
             operation = self._wire.receive(frame)
-            self._takers[type(operation)](operation)
+            self._handlers[type(operation)](operation)
         except PPaaSError as error:
-            self._tell(error, operation_id=getattr(operation, "id", None))
+            self._report_error(error, operation_id=getattr(operation, "id", None))
 
-    def _answer_first(self, service: str) -> bytes | None:
+    def _answer_here(self, service: str) -> bytes | None:
         if service in PATH_SERVICES:
             self._count_plan()
         return self._goals.cancel_all(service)
@@ -137,16 +136,16 @@ class ClientSession:
             self._place.subscribe(topic, self._client, kind)
         except PPaaSError:
             self._wire.forget(operation)
-            self._hear_no_more(topic)
+            self._unsubscribe_if_unused(topic)
             raise
         if self._place.topic_type(topic) is None:
-            text = f"there is no topic {topic!r} yet; it is heard as soon as somebody advertises it"
+            text = f"topic {topic!r} does not exist yet; its messages arrive as soon as a client advertises it"
             self._report(rebuild(NotFound.slug, text), "warning", operation.id)
 
     def _unsubscribe(self, operation: operations.Unsubscribe) -> None:
-        self._hear_no_more(normalise(operation.topic))
+        self._unsubscribe_if_unused(normalise(operation.topic))
 
-    def _hear_no_more(self, topic: str) -> None:
+    def _unsubscribe_if_unused(self, topic: str) -> None:
         if not self._wire.hears(topic) and not self._goals.hears(topic):
             self._place.unsubscribe(topic, self._client)
 
@@ -155,10 +154,10 @@ class ClientSession:
     def _answer(self, frame: bytes) -> None:
         try:
             self.outbox.put_answer(frame)
-        except PPaaSError as error:  # an answer is not dropped; rather the client is
+        except PPaaSError as error:  # a response must not be dropped: the client is disconnected instead
             self.closed(error)
 
-    def _tell(self, error: PPaaSError, about: str = "", operation_id: str | None = None) -> None:
+    def _report_error(self, error: PPaaSError, about: str = "", operation_id: str | None = None) -> None:
         first = (error.slug, about) not in self._logged and len(self._logged) < MAX_LOGGED
         if first:
             self._logged.add((error.slug, about))
@@ -171,7 +170,7 @@ class ClientSession:
             self.outbox.put("", status, DEFAULT_DEPTH)
 
     def inform(self, slug: str, text: str) -> None:
-        """Tell the client of something that is no fault, if it wants to hear of such."""
+        """Send the client a status of level info, if it requested this level."""
         self._report(rebuild(slug, text), "info", None)
 
     def _put(self, topic: str, frame: bytes) -> None:
@@ -180,51 +179,51 @@ class ClientSession:
     # -- from the place ------------------------------------------------------------------------------------------------
 
     def published(self, topic: str, payload: bytes) -> None:
-        """Take a message of a topic that the client hears."""
+        """Handle a message of a topic that the client subscribed to."""
         for frame in self._wire.publish(topic, payload, monotonic()):
             self._put(topic, frame)
-        self._send_late_in_time()
+        self._schedule_delayed()
         if self._goals.hears(topic):
             try:
                 self._goals.published(topic, payload)
             except PPaaSError as error:
-                self._tell(error, topic)
+                self._report_error(error, topic)
 
-    def _send_late_in_time(self) -> None:
-        """Set the alarm for the messages that came too soon after others."""
+    def _schedule_delayed(self) -> None:
+        """Set the timer for messages that are delayed by ``throttle_rate``."""
         due = self._wire.next_due()
         if due is None:
             return
         loop = asyncio.get_running_loop()
         at = loop.time() + max(due - monotonic(), 0.0)
-        if self._late is not None:
-            if self._late.when() <= at:
+        if self._delayed_timer is not None:
+            if self._delayed_timer.when() <= at:
                 return
-            self._late.cancel()
-        self._late = loop.call_at(at, self._send_late)
+            self._delayed_timer.cancel()
+        self._delayed_timer = loop.call_at(at, self._send_delayed)
 
-    def _send_late(self) -> None:
-        self._late = None
+    def _send_delayed(self) -> None:
+        self._delayed_timer = None
         for topic, frame in self._wire.due(monotonic()):
             self._put(topic, frame)
-        self._send_late_in_time()
+        self._schedule_delayed()
 
     def requested(self, call: int, service: str, payload: bytes) -> None:
-        """Take a call of a service that the client offers.
+        """Handle a call of a service that the client offers.
 
         Raises
         ------
         Unavailable
-            The client is too slow to be asked.
+            The client reads too slowly.
         """
         self.outbox.put_answer(self._calls.request(call, service, payload))
 
     def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:
-        """Learn that the clone did not take a message of this client."""
+        """Handle the refusal of a message of this client by the clone."""
         self._goals.refused(sequence, error)
-        self._tell(error, topic)
+        self._report_error(error, topic)
 
     def closed(self, reason: PPaaSError) -> None:
-        """Learn that the place is no more, or no more for this client."""
+        """End the session: the place closed, or closed for this client."""
         if not self.over.done():
             self.over.set_result(reason)

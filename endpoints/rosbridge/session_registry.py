@@ -1,8 +1,8 @@
-"""Registry of all client sessions: of those that have a socket, and of those whose client is away and may come back.
+"""Registry of all client sessions: attached to a socket, or detached and waiting for their client to reconnect.
 
-A session that has a name outlives its sockets. What a client hears, what waits for it and what it asked for is kept
-for some time after its socket is gone, and handed to the next socket that names the session. One that comes while the
-old socket still seems to stand takes over: the client knows better than we do whether that is dead.
+A named session outlives its sockets. Its subscriptions, waiting frames and pending requests are retained for some time
+after the socket closed, and passed to the next socket that names the session. A socket that names an attached session
+takes it over: the client knows best whether its old socket is dead.
 """
 
 import asyncio
@@ -21,25 +21,26 @@ from ppaas.errors import Conflict, Unavailable
 from ppaas.wire import rosbridge
 
 READY_TIMEOUT = 15.0
+"""Time limit until the container of a place is ready [s]."""
 
 POSITION_PERIOD = 0.5
-"""Seconds between two looks at how far a robot has come in the queue."""
+"""Interval of checks of a robot's position in the queue [s]."""
 
 MAX_AWAY = 64
-"""Sessions of one user that are kept without a socket; the oldest detached session is evicted first."""
+"""Largest number of detached sessions of one user; the oldest detached session is evicted first."""
 
 
 class SessionRegistry:
-    """Gives each socket its session.
+    """Attaches sockets to sessions.
 
     Parameters
     ----------
     robots : RobotSessions
         Opens the places.
     plan_rate : PlanRate
-        Counts the paths that clients ask for.
+        Limits the path requests of clients.
     linger : float
-        Seconds that a session is kept without a socket.
+        Time for which a detached session is retained [s].
     """
 
     def __init__(self, robots: RobotSessions, plan_rate: PlanRate, linger: float = LINGER) -> None:
@@ -48,34 +49,34 @@ class SessionRegistry:
         self._linger = linger
         self._retained: dict[SessionKey, RetainedSession] = {}
         self._attachments: set[Attachment] = set()
-        self._telling = Background()
+        self._background = Background()
 
     def attachments(self) -> Iterable[Attachment]:
-        """Return the sockets that are connected now."""
+        """Return the attachments of all connected sockets."""
         return tuple(self._attachments)
 
     @property
     def away(self) -> int:
-        """How many sessions are kept without a socket."""
+        """Number of detached sessions."""
         return sum(retained.attachment is None for retained in self._retained.values())
 
     def close(self) -> None:
-        """End the sessions of all who are away."""
+        """End all detached sessions."""
         for retained in tuple(self._retained.values()):
             if retained.attachment is None:
                 self._end(retained)
 
-    # -- a socket comes ------------------------------------------------------------------------------------------------
+    # -- attaching ----------------------------------------------------------------------------------------------------
 
     async def attach(self, user: str, request: ConnectRequest, probe: Probe) -> Attachment:
-        """Attach a socket to a session at the place of a robot, once its container is ready; it must be detached later.
+        """Attach a socket to a session at the place of a robot, once its container is ready; `detach` must follow.
 
         Raises
         ------
         Conflict
-            The robot is connected already, and answers.
+            The robot is connected already, and its socket answers.
         PPaaSError
-            As the place says; see ``RobotSessions.join`` and ``PlaceLink.ready``.
+            The place is not available; see ``RobotSessions.join`` and ``PlaceLink.ready``.
         """
         if request.role == "robot":
             await self._displace(user, request)
@@ -83,47 +84,49 @@ class SessionRegistry:
             user, request.robot, as_robot=request.role == "robot", hold=request.hold, queue=request.queue
         )
         try:
-            await self._ready(request, place)
+            await self._wait_ready(request, place)
             attachment = await self._attach(user, request, place, probe)
         except BaseException:
             self._leave_place(place, request)
             raise
         self._attachments.add(attachment)
         if self._robots.position(place) is not None:
-            self._telling.run(self._tell_position(attachment))
+            self._background.run(self._report_position(attachment))
         return attachment
 
-    async def _ready(self, request: ConnectRequest, place: PlaceLink) -> None:
+    async def _wait_ready(self, request: ConnectRequest, place: PlaceLink) -> None:
         position = self._robots.position(place)
         if position is None:
             await place.ready(READY_TIMEOUT)
         elif not request.queue:
-            raise Unavailable(f"the robot waits at position {position} of the queue: connect with queue=1 to wait, too")
+            raise Unavailable(f"the robot is at position {position} in the queue: connect with queue=1 to wait for it")
 
-    async def _tell_position(self, attachment: Attachment) -> None:
-        told = None
+    async def _report_position(self, attachment: Attachment) -> None:
+        reported = None
         while not attachment.has_left and (position := self._robots.position(attachment.retained.place)) is not None:
-            if position != told:
+            if position != reported:
                 attachment.session.inform("queued", f"position {position} in the queue")
-                told = position
+                reported = position
             await asyncio.sleep(POSITION_PERIOD)
         if not attachment.has_left:
-            attachment.session.inform("queued", "it is this robot's turn: its container starts")
+            attachment.session.inform("queued", "the robot left the queue: its container starts")
 
     async def _displace(self, user: str, request: ConnectRequest) -> None:
-        """Take the robot's place from a socket of the same session, or from one that is dead."""
+        """Displace a robot's socket of the same session, or one that is dead."""
         for attachment in self.attachments():
             if (attachment.user, attachment.request.robot, attachment.request.role) != (user, request.robot, "robot"):
                 continue
             if request.session is not None and request.session == attachment.request.session:
                 await attachment.take_over(Conflict("another connection of the same session took over"))
             elif not await attachment.answers():
-                await attachment.take_over(Conflict("it did not answer, and another connection of this robot came"))
+                await attachment.take_over(
+                    Conflict("it did not answer, and another connection of this robot replaced it")
+                )
 
     async def _attach(self, user: str, request: ConnectRequest, place: PlaceLink, probe: Probe) -> Attachment:
         key = SessionKey(user, request.robot, request.role, request.session) if request.session is not None else None
-        retained = await self._free(key) if key is not None else None
-        # No await from here on: whoever finds the session free has it.
+        retained = await self._take_free(key) if key is not None else None
+        # No await from here on: otherwise two sockets could take the same session.
         if retained is not None and not self._may_resume(retained, request, place):
             self._end(retained)
             retained = None
@@ -137,7 +140,7 @@ class SessionRegistry:
         attachment = retained.attachment = Attachment(retained, request, user, probe, resumed=resumed)
         return attachment
 
-    async def _free(self, key: SessionKey) -> RetainedSession | None:
+    async def _take_free(self, key: SessionKey) -> RetainedSession | None:
         while (retained := self._retained.get(key)) is not None and retained.attachment is not None:
             await retained.attachment.take_over(Conflict("another connection of the same session took over"))
         return retained
@@ -159,10 +162,10 @@ class SessionRegistry:
             session.over.add_done_callback(lambda _: self._end(retained) if retained.attachment is None else None)
         return retained
 
-    # -- a socket goes -------------------------------------------------------------------------------------------------
+    # -- detaching ----------------------------------------------------------------------------------------------------
 
     def detach(self, attachment: Attachment, *, for_good: bool) -> None:
-        """Let a socket go; the session is kept for a while, if it has a name and its client may come back."""
+        """Detach a socket; a named session is retained for a while, unless its client left for good."""
         retained = attachment.retained
         attachment.detach()
         self._attachments.discard(attachment)
@@ -170,7 +173,9 @@ class SessionRegistry:
         if retained.key is None or for_good or retained.session.over.done():
             self._end(retained)
             return
-        self._retained[retained.key] = self._retained.pop(retained.key)  # behind those that went before
+        self._retained[retained.key] = self._retained.pop(
+            retained.key
+        )  # moves to the end: the order is that of detaching
         retained.expiry = asyncio.get_running_loop().call_later(self._linger, self._end, retained)
         of_user = [other for key, other in self._retained.items() if key.user == attachment.user]
         away = [other for other in of_user if other.attachment is None]

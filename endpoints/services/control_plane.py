@@ -13,16 +13,16 @@ from storage.records import User
 
 
 class ControlPlane(Protocol):
-    """What the endpoints ask of the engine. Its views are taken from memory and do not block."""
+    """The engine, as the endpoints use it. Its views are in memory and do not block."""
 
     @property
     def quotas(self) -> Quotas:
-        """What each user may have."""
+        """Quotas of the users."""
         ...
 
     @property
     def plan_rate(self) -> PlanRate:
-        """How many paths each user may ask for."""
+        """Rate limits of the users' path requests."""
         ...
 
     def machines(self) -> list[MachineView]:
@@ -30,108 +30,114 @@ class ControlPlane(Protocol):
         ...
 
     def machine_settings(self, machine: str) -> MachineSettings:
-        """Return what an administrator says of a machine; ``NotFound`` if there is none."""
+        """Return the settings of a machine; ``NotFound`` if it does not exist."""
         ...
 
     def configure_machine(self, machine: str, settings: MachineSettings) -> None:
-        """Take over what an administrator says of a machine.
+        """Change the settings of a machine.
 
         Raises
         ------
         InvalidParameter
-            It cannot be meant.
+            The settings are invalid.
         NotFound
-            There is no such machine.
+            The machine does not exist.
         """
         ...
 
     def remove_machine(self, machine: str, *, force: bool = False) -> None:
-        """Cut a machine off, and let it in no more until it is admitted.
+        """Disconnect a machine and refuse it until it is admitted.
 
         Raises
         ------
         Conflict
-            It carries something, and it is not forced.
+            It runs containers and ``force`` is false.
         NotFound
-            There is no such machine.
+            The machine does not exist.
         """
         ...
 
     def admit_machine(self, machine: str) -> None:
-        """Let a machine in again that was removed."""
+        """Allow a removed machine to join again."""
         ...
 
     def containers(self, user: str | None) -> list[ContainerView]:
-        """Return the containers of a user, or all."""
+        """Return the containers of a user, or all containers with None."""
         ...
 
     def give_up_container(self, container: str) -> None:
-        """Have a container ended as if it had died: its place gets another.
+        """End a container as if it had died; its place gets another one.
 
         Raises
         ------
         NotFound
-            There is no such container, or no longer.
+            The container does not exist or has ended.
         Unavailable
-            Its machine is away.
+            Its machine is disconnected.
         """
         ...
 
     def quotas_changed(self) -> None:
-        """Serve whoever waits for what users may have now."""
+        """Start waiting places that changed quotas allow now."""
         ...
 
     def resize_container(self, container: str, cores: float) -> None:
-        """Give a container another size [cores] while it runs; its place keeps it while it is open.
+        """Resize a running container [cores]; its place keeps the size while it is open.
 
         Raises
         ------
         NotFound
-            There is no such container, or no longer.
-        InvalidParameter, QuotaExceeded, Unavailable
-            The size cannot be, its user may not have so much, or its machine has no room for it now.
+            The container does not exist or has ended.
+        InvalidParameter
+            The size is invalid.
+        QuotaExceeded
+            The size exceeds the quota of its user.
+        Unavailable
+            Its machine has no capacity for this size now.
         """
         ...
 
     async def node_homes(self, user: str, robot: str) -> list[NodeHome]:
-        """Return where each node of a robot runs, and why; ``Unavailable`` where it has no container."""
+        """Return the home of each node of a robot, with reasons; ``Unavailable`` if the robot has no container."""
         ...
 
     async def run_node(self, user: str, robot: str, node: str, home: str) -> NodeHome:
-        """Have a node run in a home, or with none named where it does best.
+        """Move a node to a home; with an empty ``home``, let the node monitor choose.
 
         Raises
         ------
         NotFound
             The robot has no such node.
         Unavailable
-            It has no container.
+            The robot has no container.
         """
         ...
 
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
-        """Have a container plan a path.
+        """Plan a path in a container of the user.
 
-        The caller has made sure that the user may read the map.
+        The caller must have checked that the user may read the map.
 
         Raises
         ------
         PlanningError
             There is no path; one of its subclasses.
+        Queued
+            The request waits in the queue, as it allowed.
         QuotaExceeded
             The user may not have another container.
         Unavailable
-            No machine has room, or the container was lost.
+            No machine has capacity, or the container was lost.
         """
         ...
 
     async def compute_costs(self, user: User, map: MapVersion, request: CostRequest) -> CostAnswer:  # noqa: A002
-        """Have a container tell what it costs from each start to each goal.
+        """Compute the costs from each start to each goal in a container of the user.
 
         Raises
         ------
         InvalidInput
-            Too many starts or goals.
+            There are too many starts or goals.
         PlanningError, QuotaExceeded, Unavailable
             As ``compute_path``.
         """

@@ -1,6 +1,6 @@
-"""Planners that are installed and allowed to run, as listed by a process of its own: only that one loads their kernels.
+"""Catalogue of the installed and permitted planners.
 
-It is asked once, and the answer is kept for the next runs.
+A separate process lists them, so that the web process need not load their kernels. The result is cached on the disk.
 """
 
 import asyncio
@@ -16,50 +16,50 @@ from ppaas.errors import Unavailable
 from ppaas.plugins import permitted
 
 if TYPE_CHECKING:
-    from endpoints.services import list_planners  # noqa: F401 - the program that is named below
+    from endpoints.services import list_planners  # noqa: F401 - the program named below
 
 logger = logging.getLogger(__name__)
 
 PROGRAM = ("-m", "endpoints.services.list_planners")
-"""Arguments of Python that list the planners; the plug-ins that are allowed follow."""
+"""Arguments of Python that run the program; the permitted plug-ins follow as JSON."""
 
 
 class InstalledPlanners:
-    """What is told of the planners that are installed; they stay the same as long as the cloud runs."""
+    """Catalogue of the installed planners, which does not change while the cloud runs."""
 
     def __init__(self) -> None:
         self._known: PlannerCatalogue | None = None
-        self._asking = asyncio.Lock()
+        self._lock = asyncio.Lock()
 
     async def all(self) -> PlannerCatalogue:
-        """Return all, by name.
+        """Return all planners, ordered by name.
 
         Raises
         ------
         Unavailable
-            One of them cannot be loaded; the log says why.
+            A planner cannot be loaded; the reason is logged.
         """
-        async with self._asking:
+        async with self._lock:
             if self._known is None:
-                self._known = await _find_out()
+                self._known = await _load_or_list()
             return self._known
 
 
-async def _find_out() -> PlannerCatalogue:
-    question = (*PROGRAM, msgspec.json.encode(permitted()).decode())
-    file = await asyncio.to_thread(planner_cache.cache_file, " ".join(question))
-    known = planner_cache.kept(file)
+async def _load_or_list() -> PlannerCatalogue:
+    arguments = (*PROGRAM, msgspec.json.encode(permitted()).decode())
+    file = await asyncio.to_thread(planner_cache.cache_file, " ".join(arguments))
+    known = planner_cache.load(file)
     if known is None:
-        known = await _ask(question)
-        planner_cache.keep(file, known)
+        known = await _list(arguments)
+        planner_cache.save(file, known)
     return known
 
 
-async def _ask(question: tuple[str, ...]) -> PlannerCatalogue:
+async def _list(arguments: tuple[str, ...]) -> PlannerCatalogue:
     pipe = asyncio.subprocess.PIPE
-    process = await asyncio.create_subprocess_exec(sys.executable, *question, stdout=pipe, stderr=pipe)
+    process = await asyncio.create_subprocess_exec(sys.executable, *arguments, stdout=pipe, stderr=pipe)
     out, err = await process.communicate()
     if process.returncode != 0:
         logger.error("cannot list the planners: %s", err.decode(errors="replace"))
-        raise Unavailable("one of the planners installed cannot be loaded; the log of the cloud says why")
+        raise Unavailable("an installed planner cannot be loaded: see the log of the cloud")
     return msgspec.json.decode(out, type=PlannerCatalogue)

@@ -1,6 +1,6 @@
-"""Run as a program: lists the planners that are installed, as JSON on standard output.
+"""Program that lists the installed planners as JSON on standard output.
 
-Its argument is the plug-ins of others that may be loaded, a JSON array of ``group:name``; ``null`` allows all.
+Its argument is a JSON array of the permitted third-party plug-ins, as ``group:name``; ``null`` permits all.
 """
 
 import sys
@@ -15,7 +15,7 @@ def main(allowed: str) -> int:
     names = msgspec.json.decode(allowed, type=list[str] | None)
     if names is not None:
         permit_only(names)
-    from ppaas.planners.catalogue import catalogue  # noqa: PLC0415 - whatever it loads must be permitted
+    from ppaas.planners.catalogue import catalogue  # noqa: PLC0415 - loads plug-ins, after the permissions are set
 
     sys.stdout.buffer.write(msgspec.json.encode(catalogue()))
     return 0

@@ -1,4 +1,4 @@
-"""Maps that were looked up a moment ago, so that a request for a path does not wait for the store each time."""
+"""Cache of map records, so that not every path request waits for the store."""
 
 from collections import OrderedDict
 
@@ -9,23 +9,23 @@ from ppaas.errors import Unavailable
 from storage.ports import MapStore
 from storage.records import MapRecord
 
-AWAY = 5.0
-"""Seconds for which a store that is away is not asked for the same again: it may take as long to say that it is."""
+RETRY = 5.0
+"""Time after which an unreachable store is queried again for the same map [s]; a query may take as long to fail."""
 
 
 class MapCache:
-    """The heads of the maps that were asked for last. For one event loop.
+    """Heads of recently requested maps; for use on one event loop.
 
     Parameters
     ----------
     size : int
-        Most entries; the one unused for longest goes first.
+        Largest number of entries; the least recently used is evicted first.
     lifetime : float
-        How long one is believed [s]: so long may what another process changed be seen as it was before.
+        Time for which an entry is valid [s]; changes by another process are seen after this time at the latest.
     clock : callable
-        Monotonic seconds.
+        Returns monotonic time [s].
     patience : float
-        How long one is believed while the store is away [s].
+        Time for which an entry is used while the store is unreachable [s].
     """
 
     def __init__(
@@ -40,25 +40,28 @@ class MapCache:
         self._patience = patience
         self._clock = clock
         self._known: OrderedDict[str, tuple[MapRecord, float, float]] = OrderedDict()
-        self._forgotten = 0
+        self._invalidations = 0
 
     async def head(self, store: MapStore, map_id: str) -> MapRecord:
-        """Return a map without its files; ``NotFound`` if there is none. While the store is away, as it was of late."""
+        """Return a map without its files; ``NotFound`` if it does not exist.
+
+        While the store is unreachable, the last known head is returned, if there is one.
+        """
         now = self._clock()
         head, until, _ = self._known.get(map_id, (None, now, now))
         if head is not None and now < until:
             self._known.move_to_end(map_id)
             return head
-        forgotten = self._forgotten
+        invalidations = self._invalidations
         try:
             head = await run_in_threadpool(store.map_head, map_id)
         except Unavailable:
             head, _, last = self._known.get(map_id, (None, now, now))
             if head is None or now >= last:
                 raise
-            self._known[map_id] = head, now + AWAY, last
+            self._known[map_id] = head, now + RETRY, last
             return head
-        if self._forgotten == forgotten:  # else what was read may have been changed meanwhile
+        if self._invalidations == invalidations:  # otherwise the map may have changed meanwhile
             self._known[map_id] = head, now + self._lifetime, now + self._patience
             self._known.move_to_end(map_id)
             while len(self._known) > self._size:
@@ -66,6 +69,6 @@ class MapCache:
         return head
 
     def forget(self, map_id: str) -> None:
-        """Look a map up anew: it was published, changed or removed."""
-        self._forgotten += 1
+        """Drop a map from the cache because it was published, changed or removed."""
+        self._invalidations += 1
         self._known.pop(map_id, None)

@@ -1,4 +1,4 @@
-"""Keeps the paths that were just found: whoever asked for one does not wait for the disk."""
+"""Writes new plans to the store in the background, so that path requests do not wait for the disk."""
 
 import asyncio
 import logging
@@ -14,41 +14,41 @@ from storage.records import PlanRecord
 
 logger = logging.getLogger(__name__)
 
-MOST_WAITING = 64
-"""Plans that may wait for the store; whoever brings more waits with them."""
+MAX_WAITING = 64
+"""Largest number of plans that wait for the store; beyond it `write` waits."""
 
-TOGETHER = 0.05
-"""Seconds that plans wait for others: written together they take a third of the time, and few answers wait for it."""
+BATCH_WINDOW = 0.05
+"""Time that plans wait for others to be written with them [s]; a batch takes a third of the time of single writes."""
 
 Record = Callable[[], PlanRecord]
 
 
 class PlanWriter:
-    """Writes plans to the store beside the answers.
+    """Writes plans to the store after their responses were sent.
 
-    A store writes through to the disk, which takes longer than to plan. What looks plans up waits until those under way
-    are there, so an id that was given can be asked for at once. A plan that cannot be kept is told in the log.
+    A store writes through to the disk, which takes longer than planning. Routes that look plans up call `settled`
+    first, so that a returned id can be used at once. A plan that cannot be stored is logged.
     """
 
     def __init__(self) -> None:
-        self._room = asyncio.Semaphore(MOST_WAITING)
+        self._slots = asyncio.Semaphore(MAX_WAITING)
         self._background = Background()
         self._waiting: list[tuple[Store, Record]] = []
-        self._now = asyncio.Event()
+        self._write_now = asyncio.Event()
 
     async def write(self, store: Store, record: Record) -> None:
-        """Let the record of a plan be made and written soon; wait only while too many others are being written."""
-        if self._room.locked():
-            self._now.set()
-        await self._room.acquire()
+        """Queue a plan, whose record is built by ``record`` in a thread; wait only while too many plans are queued."""
+        if self._slots.locked():
+            self._write_now.set()
+        await self._slots.acquire()
         self._waiting.append((store, record))
         if len(self._waiting) == 1:
             self._background.run(self._write_soon())
 
     async def _write_soon(self) -> None:
         with suppress(TimeoutError):
-            await asyncio.wait_for(self._now.wait(), TOGETHER)
-        self._now.clear()
+            await asyncio.wait_for(self._write_now.wait(), BATCH_WINDOW)
+        self._write_now.clear()
         waiting, self._waiting = self._waiting, []
         try:
             for store in {id(store): store for store, _ in waiting}.values():
@@ -56,12 +56,12 @@ class PlanWriter:
                 await run_in_threadpool(_write, store, records)
         finally:
             for _ in waiting:
-                self._room.release()
+                self._slots.release()
 
     async def settled(self) -> None:
-        """Wait until all plans that were brought so far are kept, or have failed."""
+        """Wait until all queued plans are stored or have failed."""
         if self._waiting:
-            self._now.set()
+            self._write_now.set()
         await self._background.join()
 
 
@@ -69,15 +69,15 @@ def _write(store: Store, makers: Sequence[Record]) -> None:
     records = [make() for make in makers]
     try:
         store.add_plans(records)
-    except InvalidInput:  # one that cannot be kept is not to take the others along
+    except InvalidInput:  # one invalid plan must not prevent the others from being stored
         for record in records:
             _write_alone(store, record)
     except PPaaSError as error:
-        logger.error("%d plans were not kept, from %s on: %s", len(records), records[0].id, error)
+        logger.error("%d plans were not stored, the first is %s: %s", len(records), records[0].id, error)
 
 
 def _write_alone(store: Store, record: PlanRecord) -> None:
     try:
         store.add_plan(record)
     except PPaaSError as error:
-        logger.error("the plan %s was not kept: %s", record.id, error)
+        logger.error("plan %s was not stored: %s", record.id, error)

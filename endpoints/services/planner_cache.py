@@ -1,7 +1,7 @@
-"""What is told of the planners that are installed, kept on the disk from one run of the cloud to the next.
+"""Disk cache of the planner catalogue.
 
-To find it out anew takes a second and a half, for planners must be loaded to be asked. It stays true as long as the
-same planners are installed and none of the files of their packages has changed.
+Listing the planners takes 1.5 s, because it loads them. The catalogue is valid as long as the same planners are
+installed and no file of their packages has changed.
 """
 
 import logging
@@ -19,45 +19,46 @@ from engine.processes.disk_notes import note_file, source_of, write_note
 logger = logging.getLogger(__name__)
 
 PlannerCatalogue = list[dict[str, Any]]
+"""Name, aliases, purpose, parameters and traits of each planner (``ppaas.planners.catalogue``)."""
 
 GROUP = "ppaas.planners"
 
 
-def cache_file(asked: str) -> Path:
-    """Return where the answer to a question is kept, for the planners that are installed now.
+def cache_file(arguments: str) -> Path:
+    """Return the cache file for the planners that are installed now.
 
     Parameters
     ----------
-    asked : str
-        The question, so that the answer to another one is not taken for it.
+    arguments : str
+        Arguments of the listing program, which are part of the key.
     """
     entries = sorted(entry_points(group=GROUP), key=lambda entry: entry.name)
     files = sorted({file for entry in entries for file in _sources(entry)})
-    made_from = [
-        sys.version, asked, *(f"{entry.name} {entry.value}" for entry in entries),
+    key_parts = [
+        sys.version, arguments, *(f"{entry.name} {entry.value}" for entry in entries),
         *map(source_of, files),
     ]  # fmt: skip
-    return note_file("planners", made_from)
+    return note_file("planners", key_parts)
 
 
-def kept(file: Path) -> PlannerCatalogue | None:
-    """Return what is kept in a file; none where nothing is that can be read."""
+def load(file: Path) -> PlannerCatalogue | None:
+    """Return the catalogue in a file; None if it is missing or unreadable."""
     try:
         return msgspec.json.decode(file.read_bytes(), type=PlannerCatalogue)
     except (OSError, msgspec.DecodeError):
         return None
 
 
-def keep(file: Path, told: PlannerCatalogue) -> None:
-    """Keep what is told, whole or not at all."""
+def save(file: Path, catalogue: PlannerCatalogue) -> None:
+    """Write a catalogue to a file atomically; failures are only logged."""
     try:
-        write_note(file, told)
+        write_note(file, catalogue)
     except OSError as error:
-        logger.warning("what is told of the planners is not kept, so they are asked again at the next start: %s", error)
+        logger.warning("the planner catalogue cannot be cached and is listed again at the next start: %s", error)
 
 
 def _sources(entry: EntryPoint) -> Iterator[Path]:
-    """Return the files of the package that a planner is part of, which is not imported."""
+    """Return the source files of a planner's package without importing it."""
     found = find_spec(entry.module.partition(".")[0])
     if found is None:
         return

@@ -1,4 +1,4 @@
-"""Limits of what a request may ask for."""
+"""Limits of the sizes and times of requests."""
 
 from dataclasses import dataclass
 
@@ -12,13 +12,13 @@ class RequestLimits:
     Parameters
     ----------
     max_body : int
-        Largest body of a request, uploads apart [bytes].
+        Largest body of a request except uploads [bytes].
     max_upload : int
-        Largest upload of a map, its files and the form around them together [bytes].
+        Largest body of a map upload: its files and the form [bytes].
     max_body_seconds, max_upload_seconds : float
-        Time in which the one or the other must have come [s].
+        Time limit for receiving such a body [s].
     max_plan_seconds : float
-        Longest time that a planner may be given [s].
+        Largest time limit of a path request [s].
     """
 
     max_body: int = 1 * MIB

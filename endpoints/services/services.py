@@ -1,4 +1,4 @@
-"""All that requests are served from: the stores, the accounts, the control plane of the cloud, and caches."""
+"""Services that requests use: the stores, the accounts, the control plane of the cloud, and caches."""
 
 from dataclasses import dataclass, field
 
@@ -15,7 +15,7 @@ from storage.ports import MapStore, Store
 
 @dataclass(frozen=True, slots=True)
 class Services:
-    """All that a request may need, made once and handed to the application."""
+    """Services of the application, created once."""
 
     store: Store
     map_store: MapStore

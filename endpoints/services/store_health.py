@@ -1,4 +1,4 @@
-"""Whether what the cloud stands on answers: what it cannot do now, it says before anybody meets it."""
+"""Health check of the stores."""
 
 import asyncio
 from collections.abc import Callable
@@ -9,16 +9,16 @@ from ppaas.errors import PPaaSError
 from storage.ports import MapStore, Store
 from storage.store_and_forward.store import StoreAndForward
 
-BELIEVED = 2.0
-"""Seconds for which an answer is given again: however many ask, a store that suffers is not asked more often."""
+LIFETIME = 2.0
+"""Time for which a result is cached [s], so that many requests do not burden a slow store."""
 
 PATIENCE = 3.0
-"""Seconds after which a store that does not answer counts as away."""
+"""Time after which a store that does not answer counts as unreachable [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class StoreState:
-    """Whether a store answers, and if not, why; and how many plans wait for it on this machine."""
+    """Whether a store answers, the reason if not, and the number of plans that wait for it on this machine."""
 
     answers: bool
     reason: str | None = None
@@ -26,38 +26,38 @@ class StoreState:
 
 
 class StoreHealthCheck:
-    """Asks the stores of a cloud. For one event loop.
+    """Checks the stores of a cloud; for use on one event loop.
 
     Parameters
     ----------
     clock : callable
-        Monotonic seconds.
+        Returns monotonic time [s].
     patience : float
-        How long to wait for an answer [s].
+        Time limit of a query [s].
     """
 
     def __init__(self, clock: Clock = monotonic, patience: float = PATIENCE) -> None:
         self._clock = clock
         self._patience = patience
-        self._asking = asyncio.Lock()
+        self._lock = asyncio.Lock()
         self._known: tuple[StoreState, StoreState] | None = None
         self._until = float("-inf")
 
     async def stores(self, store: Store, map_store: MapStore) -> tuple[StoreState, StoreState]:
-        """Return how the store for all but maps does, and that for maps."""
-        async with self._asking:
+        """Return the states of the main store and of the map store."""
+        async with self._lock:
             if self._known is None or self._clock() >= self._until:
                 states = await asyncio.gather(
-                    self._ask(lambda: store.users(limit=1), store), self._ask(lambda: map_store.maps(limit=1))
+                    self._check(lambda: store.users(limit=1), store), self._check(lambda: map_store.maps(limit=1))
                 )
-                self._known, self._until = (states[0], states[1]), self._clock() + BELIEVED
+                self._known, self._until = (states[0], states[1]), self._clock() + LIFETIME
             return self._known
 
-    async def _ask(self, question: Callable[[], object], store: Store | None = None) -> StoreState:
+    async def _check(self, query: Callable[[], object], store: Store | None = None) -> StoreState:
         reason = None
         try:
             async with asyncio.timeout(self._patience):
-                await asyncio.to_thread(question)  # a thread that waits too long is left to itself
+                await asyncio.to_thread(query)  # after a timeout the thread is abandoned
         except TimeoutError:
             reason = f"no answer within {self._patience:g} s"
         except PPaaSError as error:

@@ -59,6 +59,6 @@ async def test_roslibpy_drives_a_robot_by_topic_by_action_and_by_service(
     assert found["ros2Refused"][0] == "UNKNOWN" and "moon" in found["ros2Refused"][1]
     assert found["poses"] > 10
     assert found["lamp"] == {"success": True, "message": "on"}
-    assert found["broken"] == {"no": "the client that offers '/lamp' said no"}
+    assert found["broken"] == {"no": "service '/lamp': the client reported a failure"}
     assert found["gossip"] == ["hello", "hello"]
     assert found["frame"] == ["translation", "rotation"]

@@ -1,4 +1,4 @@
-"""Containers: the caller's own, or all for an administrator."""
+"""Routes of containers: the caller's own, or all for an administrator."""
 
 from typing import Annotated
 
@@ -21,7 +21,7 @@ router = APIRouter(prefix="/containers", tags=["containers"], route_class=Strict
 
 
 class ContainerChange(BaseModel):
-    """What is to change of a container that runs."""
+    """Changes of a running container."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -30,7 +30,7 @@ class ContainerChange(BaseModel):
 
 @router.get("", response_model=Page[ContainerAnswer], responses=KNOWN)
 async def list_containers(services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
-    """List the caller's containers, or all if an administrator asks, oldest first."""
+    """List the caller's containers, or all for an administrator, oldest first."""
     after = _age(paging.key(str, ""))
     containers = sorted(_visible(services, user), key=lambda container: _age(container.id))
     return paging.page([one for one in containers if _age(one.id) > after], lambda container: container.id)
@@ -47,10 +47,10 @@ async def show_container(container_id: ContainerId, services: Provided, user: Ca
 
 @router.delete("/{container_id}", status_code=202, responses=KNOWN | problems(404))
 async def give_up_container(container_id: ContainerId, services: Provided, user: Caller) -> None:
-    """End a container at once, as if it had died; another takes its place.
+    """End a container at once, as if it had died; another container replaces it.
 
-    The robot stays connected and its clone goes on from the last checkpoint. It counts as a death: a place whose
-    containers die too often is closed. A robot is let go by closing its sockets instead.
+    The robot stays connected and its clone continues from the last checkpoint. It counts as a death: a place whose
+    containers die too often is closed. To disconnect a robot, close its sockets instead.
     """
     await show_container(container_id, services, user)
     services.cloud.give_up_container(container_id)
@@ -63,10 +63,10 @@ async def resize_container(
     services: Provided,
     user: Caller,
 ) -> ContainerView:
-    """Give a container another size while it runs: CPUs, threads of its kernels, and what else goes with size.
+    """Resize a running container: its CPUs, the threads of its kernels and all that depends on its size.
 
-    Its clone goes on. What takes its place, should it die, has that size too; a robot that comes anew has the size of
-    its file.
+    Its clone keeps running. If the container dies, its replacement has the new size too; a robot that connects again
+    gets the size in its file.
     """
     container = await show_container(container_id, services, user)
     if change.cores != container.cores:
@@ -79,5 +79,5 @@ def _visible(services: Services, user: User) -> list[ContainerView]:
 
 
 def _age(container: str) -> tuple[int, str]:
-    """Order ids as they were given: c2 before c10."""
+    """Return a sort key that orders ids as they were assigned: c2 before c10."""
     return len(container), container

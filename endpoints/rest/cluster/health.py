@@ -1,4 +1,4 @@
-"""How the cloud does, for whoever watches over it."""
+"""Route of the cloud's health, for monitoring."""
 
 from fastapi import APIRouter, Request
 
@@ -14,27 +14,27 @@ router = APIRouter(prefix="/health", tags=["health"])
 
 @router.get("", response_model=HealthAnswer)
 async def show_health(request: Request, services: Provided) -> dict[str, object]:
-    """Show whether the stores answer; nobody needs a token for it. Why one does not is told to administrators.
+    """Show whether the stores are reachable. It needs no token; only administrators see the reason of a failure.
 
-    While a store is away the cloud is `degraded`: robots are driven and paths planned on maps that are known already,
-    and paths wait on the disk for the store to come back.
+    While a store is unreachable, the cloud is `degraded`: robots keep driving and paths are planned on maps that are
+    cached, and new paths wait on the disk for the store.
     """
     store, map_store = await services.health.stores(services.store, services.map_store)
-    reasons = await _may_know_why(request, services)
+    reasons = await _may_see_reasons(request, services)
     return {
         "status": "ok" if store.answers and map_store.answers and not store.waiting else "degraded",
-        "store": _told(store, reasons),
-        "map_store": _told(map_store, reasons),
+        "store": _store_health(store, reasons),
+        "map_store": _store_health(map_store, reasons),
         "plans_waiting": store.waiting,
     }
 
 
-async def _may_know_why(request: Request, services: Services) -> bool:
+async def _may_see_reasons(request: Request, services: Services) -> bool:
     try:
         return (await authenticate(request, services.accounts)).role == "admin"
     except PPaaSError:
         return False
 
 
-def _told(state: StoreState, reasons: bool) -> dict[str, object]:
+def _store_health(state: StoreState, reasons: bool) -> dict[str, object]:
     return {"state": "ok" if state.answers else "away", "reason": state.reason if reasons else None}

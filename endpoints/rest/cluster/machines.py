@@ -1,4 +1,4 @@
-"""Machines of the cloud, for administrators."""
+"""Routes of the cloud's machines, for administrators."""
 
 from typing import Annotated, Any
 
@@ -31,7 +31,7 @@ async def list_machines(services: Provided, _admin: Admin, paging: Paged) -> dic
 @router.get("/{machine_id}", response_model=MachineAnswer, responses=ADMIN | problems(404))
 async def show_machine(machine_id: MachineId, services: Provided, _admin: Admin) -> MachineView:
     """Show a machine."""
-    return _seen(services, machine_id)
+    return _machine(services, machine_id)
 
 
 @router.patch("/{machine_id}", response_model=MachineAnswer, responses=ADMIN | BODY | problems(404))
@@ -43,13 +43,13 @@ async def change_machine(
 ) -> MachineView:
     """Change labels and limits of a machine, or drain it, by a JSON merge patch (RFC 7396).
 
-    What it carries already stays, whatever its new limits. From a machine that is drained the clones move one after
-    the other to machines that have room; their robots stay connected. All of it is kept, also while the machine is
-    away.
+    Running containers stay, also if they exceed the new limits. The clones of a draining machine move one by one to
+    machines with free capacity; their robots stay connected. The settings are stored, also while the machine is
+    disconnected.
     """
     before = services.cloud.machine_settings(machine_id)
-    services.cloud.configure_machine(machine_id, _changed(before, change.model_dump(exclude_unset=True)))
-    return _seen(services, machine_id)
+    services.cloud.configure_machine(machine_id, _merge_settings(before, change.model_dump(exclude_unset=True)))
+    return _machine(services, machine_id)
 
 
 @router.delete("/{machine_id}", status_code=204, responses=ADMIN | problems(404, 409))
@@ -57,28 +57,30 @@ async def remove_machine(
     machine_id: MachineId,
     services: Provided,
     _admin: Admin,
-    force: Annotated[bool, Query(description="Though it carries containers: they are lost, and placed anew")] = False,
+    force: Annotated[
+        bool, Query(description="Remove it even if it runs containers: they are lost and started elsewhere")
+    ] = False,
 ) -> None:
-    """Cut a machine off and let it in no more until it is admitted; one that carries something is kept: drain it first.
+    """Remove a machine; it cannot join again until it is admitted. Refused (409) if it runs containers: drain it first.
 
-    What was said of it is forgotten.
+    Its settings are forgotten.
     """
     services.cloud.remove_machine(machine_id, force=force)
 
 
 @router.post("/{machine_id}/admit", response_model=AdmittedMachine, responses=ADMIN)
 async def admit_machine(machine_id: MachineId, services: Provided, _admin: Admin) -> AdmittedMachine:
-    """Let a machine in again that was removed, when its agent is started."""
+    """Admit a removed machine: it joins again when its agent is started."""
     services.cloud.admit_machine(machine_id)
     return AdmittedMachine(id=machine_id)
 
 
-def _seen(services: Services, machine_id: str) -> MachineView:
+def _machine(services: Services, machine_id: str) -> MachineView:
     known = {machine.id: machine for machine in services.cloud.machines()}
     if machine_id not in known:
         raise NotFound("machine", machine_id, list(known))
     return known[machine_id]
 
 
-def _changed(before: MachineSettings, change: dict[str, Any]) -> MachineSettings:
+def _merge_settings(before: MachineSettings, change: dict[str, Any]) -> MachineSettings:
     return msgspec.convert(merge(msgspec.to_builtins(before), change), MachineSettings)

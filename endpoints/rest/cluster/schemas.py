@@ -1,4 +1,4 @@
-"""The JSON of machines, of containers, and of the health of the cloud."""
+"""JSON schemas of machines, of containers, and of the cloud's health."""
 
 from typing import Annotated, Literal
 
@@ -8,69 +8,69 @@ from endpoints.rest.names import Name
 from endpoints.rest.schemas import Number, RequestBody, ResponseBody
 from engine.specs.machine_settings import MAX_CONTAINERS, MOST_CONTAINERS, MOST_LABELS, MOST_OVERSUBSCRIPTION
 
-MOST_MEMORY = 1 << 53
-"""More than any machine has, and still a number that JavaScript tells from the next."""
+MAX_MEMORY = 1 << 53
+"""Largest memory limit [bytes]: the largest integer that JavaScript represents exactly."""
 
 
 class MachineChange(RequestBody):
-    """What is to change of a machine (JSON merge patch): what is left out stays, and null stands for the default."""
+    """Changes of a machine (JSON merge patch): omitted fields stay unchanged, null restores the default."""
 
     labels: Annotated[dict[Name, Name | None], Field(max_length=MOST_LABELS)] | None = Field(
-        None, description="Some to be put or, with null, taken away; what the machine says of itself stays"
+        None, description="Labels to set or, with null, to remove; labels that the machine reports itself stay"
     )
     max_containers: Annotated[int, Field(strict=True, ge=0, le=MOST_CONTAINERS)] | None = Field(
         None, description=f"Upper limit of containers; {MAX_CONTAINERS} by default"
     )
-    max_memory: Annotated[int, Field(strict=True, ge=1, le=MOST_MEMORY)] | None = Field(
-        None, description="Upper limit of the bytes that it gives to containers; by default what it has"
+    max_memory: Annotated[int, Field(strict=True, ge=1, le=MAX_MEMORY)] | None = Field(
+        None, description="Upper limit of the memory for containers [bytes]; by default all memory of the machine"
     )
     oversubscription: Annotated[Number, Field(gt=0.0, le=MOST_OVERSUBSCRIPTION)] | None = Field(
-        None, description="Cores that it gives away for each that it has"
+        None, description="Cores given to containers per core of the machine"
     )
     draining: StrictBool | None = Field(
-        None, description="Whether it is given nothing new, and what it carries is moved to other machines"
+        None, description="Whether it gets no new containers and its clones move to other machines"
     )
 
 
 class AdmittedMachine(BaseModel):
-    """A machine that may come."""
+    """Machine that may join."""
 
     id: str
 
 
 class MachineAnswer(ResponseBody):
-    """A machine."""
+    """Machine of the cloud."""
 
     id: str
     state: Literal["ready", "draining", "drained"]
     cores: int
-    capacity: float = Field(description="Size it may give to containers, in cores")
-    given: float = Field(description="Sum of the sizes of its containers, in cores")
+    capacity: float = Field(description="Total size of containers it may run [cores]")
+    given: float = Field(description="Total size of its containers [cores]")
     containers: int
-    load: float = Field(description="CPU in use, in cores")
-    memory: int = Field(description="Bytes")
-    memory_given: int = Field(description="Bytes that its containers count for")
-    memory_used: int = Field(description="Bytes")
+    load: float = Field(description="CPU in use [cores]")
+    memory: int = Field(description="Memory of the machine [bytes]")
+    memory_given: int = Field(description="Memory reserved for its containers [bytes]")
+    memory_used: int = Field(description="Memory in use [bytes]")
     labels: dict[str, str]
     max_containers: int
     max_memory: int | None
     oversubscription: float
     draining: bool
-    network: float | None = Field(description="What it can send and receive in a second [bytes], where it is known")
-    network_used: float = Field(description="What it sends and receives in a second [bytes]")
-    round_trip: float = Field(description="To the robots that it serves and to other machines, on average [s]")
-    round_trips: dict[str, float] = Field(description="To other machines [s]")
+    network: float | None = Field(description="Capacity of its network [bytes/s], if known")
+    network_used: float = Field(description="Network traffic, sent and received [bytes/s]")
+    round_trip: float = Field(description="Mean round trip to its robots and to other machines [s]")
+    round_trips: dict[str, float] = Field(description="Round trips to other machines [s]")
 
 
 class PinnedMap(ResponseBody):
-    """A map, and the version of it that a container has."""
+    """Map version that a container uses."""
 
     id: str
     version: str
 
 
 class ContainerAnswer(ResponseBody):
-    """A container."""
+    """Container of a robot, or for planning."""
 
     id: str
     kind: Literal["robot", "planning"]
@@ -82,24 +82,24 @@ class ContainerAnswer(ResponseBody):
     state: Literal["starting", "ready"]
     pid: int | None
     pss: int | None = Field(description="Proportional set size [bytes]")
-    ready_seconds: float | None = Field(description="From the order to start it until it answered [s]")
-    cpu: float | None = Field(description="CPU in use, in cores, once it was measured")
-    age: float = Field(description="Since the order to start it [s]")
-    clients: int = Field(description="Sockets of the robot and its operators")
-    round_trip: float | None = Field(description="To the robot, once it was measured [s]")
+    ready_seconds: float | None = Field(description="Time from the order to start it until it was ready [s]")
+    cpu: float | None = Field(description="CPU in use [cores], once measured")
+    age: float = Field(description="Time since the order to start it [s]")
+    clients: int = Field(description="Number of sockets of the robot and its operators")
+    round_trip: float | None = Field(description="Round trip to the robot [s], once measured")
 
 
 class StoreHealth(ResponseBody):
-    """Whether a store answers."""
+    """Whether a store is reachable."""
 
     state: Literal["ok", "away"]
-    reason: str | None = Field(description="Why it does not, for administrators")
+    reason: str | None = Field(description="Reason of the failure, for administrators")
 
 
 class HealthAnswer(ResponseBody):
-    """How the cloud does."""
+    """Health of the cloud."""
 
     status: Literal["ok", "degraded"]
-    store: StoreHealth = Field(description="Of all but maps")
+    store: StoreHealth = Field(description="Store of everything but maps")
     map_store: StoreHealth
-    plans_waiting: int = Field(description="Paths that wait on the disk for the store to come back")
+    plans_waiting: int = Field(description="Number of paths that wait on the disk for the store")

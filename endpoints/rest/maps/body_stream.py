@@ -1,49 +1,49 @@
-"""A body on its way into a thread that may block: what has come is taken while more comes."""
+"""Passes a request body to a blocking consumer in a thread while more of the body arrives."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Iterable
 
 from starlette.concurrency import run_in_threadpool
 
-AT_ONCE = 1 << 20
-"""Bytes that must have come before a thread is asked to take them: to ask costs as much as some ten thousand."""
+MIN_BATCH = 1 << 20
+"""Bytes collected before they are handed to a thread; a handover costs as much as consuming about 10 kB."""
 
-MOST = 4 << 20
-"""Bytes that wait at most while a thread takes others."""
+MAX_WAITING = 4 << 20
+"""Largest number of bytes that wait while a thread consumes others."""
 
 Take = Callable[[bytes], object]
 
 
-async def taken(stream: AsyncIterator[bytes], take: Take) -> None:
-    """Have threads take a body, block by block in its order, one at a time.
+async def consume(stream: AsyncIterator[bytes], take: Take) -> None:
+    """Pass a body to a blocking function, block by block and in order, in one thread at a time.
 
-    However it ends, no thread takes anything any more.
+    No thread runs any more when this function returns or raises.
 
     Parameters
     ----------
     stream : async iterator of bytes
-        The body. Nothing is read of it while so much waits that more would fill the memory.
+        The body. It is not read while `MAX_WAITING` bytes wait for the thread.
     take : callable
-        Takes a block; what it raises is raised here.
+        Called with each block; its exception is raised here.
     """
-    taking = _Taking(take)
+    consumer = _BlockConsumer(take)
     try:
         waiting: list[bytes] = []
         size = 0
         async for block in stream:
             waiting.append(block)
             size += len(block)
-            if size >= MOST or (size >= AT_ONCE and taking.is_idle):
-                await taking.next(waiting)
+            if size >= MAX_WAITING or (size >= MIN_BATCH and consumer.is_idle):
+                await consumer.next(waiting)
                 waiting, size = [], 0
-        await taking.next(waiting)
-        await taking.end()
+        await consumer.next(waiting)
+        await consumer.end()
     finally:
-        await taking.settle()
+        await consumer.settle()
 
 
-class _Taking:
-    """The thread that takes blocks, if there is one."""
+class _BlockConsumer:
+    """Runs the consuming function in a thread, one batch of blocks after the other."""
 
     def __init__(self, take: Take) -> None:
         self._take = take
@@ -54,17 +54,17 @@ class _Taking:
         return self._task is None or self._task.done()
 
     async def next(self, blocks: list[bytes]) -> None:
-        """Have blocks taken once those before are; raise what came of those."""
+        """Start consuming blocks after the previous batch; raise the exception of the previous batch."""
         await self.end()
         self._task = asyncio.create_task(run_in_threadpool(_take_all, self._take, blocks))
 
     async def end(self) -> None:
-        """Wait for the thread; raise what it raised."""
+        """Wait for the thread; raise its exception."""
         if error := await self.settle():
             raise error
 
     async def settle(self) -> BaseException | None:
-        """Wait for the thread, which who is cancelled meanwhile does not stop; return what it raised."""
+        """Wait for the thread, which cancellation of the caller does not stop; return its exception."""
         if self._task is None:
             return None
         await asyncio.wait([self._task])

@@ -1,4 +1,4 @@
-"""What is in the files of a map, looked at without reading more of them than must be."""
+"""Checks of the contents of map files, which read no more of them than necessary."""
 
 import json
 import subprocess
@@ -12,55 +12,55 @@ from storage.staged_uploads import Buffer, StagedUpload
 from storage.versions import IMAGE, OCTOMAP, YAML
 
 if TYPE_CHECKING:
-    from endpoints.rest.maps import octomap_check  # noqa: F401 - the program that is named below
+    from endpoints.rest.maps import octomap_check  # noqa: F401 - the program named below
 
 _OCTOMAP_CHECK = ("-m", "endpoints.rest.maps.octomap_check")
 _NO_GRID = {"resolution": None, "width": None, "height": None, "origin": None}
 
 
 def grid_of(buffers: Mapping[str, Buffer]) -> dict[str, Any]:
-    """Return the size of a grid and where it lies; all of it None if there is none.
+    """Return resolution, size and origin of the grid; all are None if the map has no grid.
 
     Raises
     ------
     InvalidMap
-        The files are no grid.
+        The files are not a valid grid.
     """
-    return _told(open_grid(bytes(buffers[YAML]), buffers[IMAGE])) if YAML in buffers else _NO_GRID
+    return _grid_answer(open_grid(bytes(buffers[YAML]), buffers[IMAGE])) if YAML in buffers else _NO_GRID
 
 
-def check_contents(draft: StagedUpload) -> dict[str, Any]:
-    """Make sure that files are those of a map; return what ``grid_of`` does.
+def check_contents(upload: StagedUpload) -> dict[str, Any]:
+    """Check that the uploaded files are valid map files; return the same as ``grid_of``.
 
     Raises
     ------
     InvalidMap
-        A file is not what it says; the text tells what is wrong.
+        A file is not valid; the message says why.
     Unavailable
-        There is no room to look at it.
+        The check of the octree ran out of memory or crashed.
     """
-    if OCTOMAP in draft.files:
-        _check_octomap(draft)
-    if YAML not in draft.files:
+    if OCTOMAP in upload.files:
+        _check_octomap(upload)
+    if YAML not in upload.files:
         return _NO_GRID
-    grid = open_grid(bytes(draft.buffer(YAML)), draft.buffer(IMAGE))
+    grid = open_grid(bytes(upload.buffer(YAML)), upload.buffer(IMAGE))
     grid.check()
-    return _told(grid)
+    return _grid_answer(grid)
 
 
-def _told(grid: GridRows) -> dict[str, Any]:
+def _grid_answer(grid: GridRows) -> dict[str, Any]:
     info = grid.info
     return {"resolution": info.resolution, "width": info.width, "height": info.height, "origin": list(info.origin)}
 
 
-def _check_octomap(draft: StagedUpload) -> None:
-    """Read an octree in a process of its own: its kernels take long to load, and a bad file may want much memory."""
-    command = [sys.executable, *_OCTOMAP_CHECK, str(draft.path(OCTOMAP))]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False)
-    if ended.returncode:
+def _check_octomap(upload: StagedUpload) -> None:
+    """Parse an octree in a separate process: its kernels load slowly, and an invalid file may need much memory."""
+    command = [sys.executable, *_OCTOMAP_CHECK, str(upload.path(OCTOMAP))]
+    process = subprocess.run(command, capture_output=True, text=True, check=False)
+    if process.returncode:
         raise Unavailable(
-            f"the octomap could not be looked at ({ended.returncode}): it may be too large for this machine"
+            f"the octomap could not be checked (exit status {process.returncode}): it may be too large for this machine"
         )
-    fault = json.loads(ended.stdout)["fault"]
+    fault = json.loads(process.stdout)["fault"]
     if fault:
         raise InvalidMap(fault)

@@ -1,4 +1,4 @@
-"""The cells of a map, for who draws it: what its files mean, whatever format and thresholds they have."""
+"""Route of a map's cells, decoded from its files, for programs that draw the map."""
 
 import zlib
 from collections.abc import Iterator
@@ -17,12 +17,12 @@ from ppaas.maps.formats.map_files import open_grid
 from storage.versions import IMAGE, YAML
 
 _GZIP = 31
-"""What zlib calls the format of gzip, with its largest window."""
+"""``wbits`` of zlib for the gzip format with the largest window."""
 
 router = APIRouter(prefix="/maps", tags=["maps"])
 
 _FASTEST = 1
-"""Level of compression: cells are long runs of the same, which the fastest finds as well."""
+"""Compression level: the fastest compresses long runs of equal cells as well as any other."""
 
 _DESCRIBED: dict[int | str, dict[str, Any]] = {
     200: {
@@ -34,25 +34,25 @@ _DESCRIBED: dict[int | str, dict[str, Any]] = {
 
 @router.get("/{map_id}/cells", response_class=Response, responses=_DESCRIBED | KNOWN | problems(404))
 async def fetch_cells(map_id: MapId, request: Request, services: Provided, user: Caller) -> Response:
-    """Return the cells of a map, a byte each, as `nav_msgs/OccupancyGrid` orders them."""
+    """Return the cells of a map, one byte each, in the order of `nav_msgs/OccupancyGrid`."""
     await readable_head(services, user, map_id)
-    packed = "gzip" in request.headers.get("accept-encoding", "")
+    compressed = "gzip" in request.headers.get("accept-encoding", "")
     cells = await run_in_threadpool(_cells, services, map_id)
     headers = {"X-Content-Type-Options": "nosniff", "Vary": "Accept-Encoding"}
-    if packed:
-        cells, headers = _packed(cells), headers | {"Content-Encoding": "gzip"}
+    if compressed:
+        cells, headers = _compress(cells), headers | {"Content-Encoding": "gzip"}
     return StreamingResponse(cells, media_type="application/octet-stream", headers=headers)
 
 
 def _cells(services: Services, map_id: str) -> Iterator[bytes]:
-    """Return the cells, some rows at a time; what of the map can be wrong is told before the first."""
+    """Return the cells in blocks of rows; errors of the map are raised before the first block."""
     with services.map_store.open_map(map_id, only=(YAML, IMAGE)) as opened:
         grid = open_grid(*opened.grid())
     return (np.ascontiguousarray(rows).data.cast("B").tobytes() for _, rows in grid.blocks())
 
 
-def _packed(cells: Iterator[bytes]) -> Iterator[bytes]:
-    packer = zlib.compressobj(_FASTEST, wbits=_GZIP)
+def _compress(cells: Iterator[bytes]) -> Iterator[bytes]:
+    compressor = zlib.compressobj(_FASTEST, wbits=_GZIP)
     for block in cells:
-        yield packer.compress(block)
-    yield packer.flush()
+        yield compressor.compress(block)
+    yield compressor.flush()

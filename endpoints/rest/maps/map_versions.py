@@ -1,4 +1,4 @@
-"""Versions of maps, what differs between them, and the files of each as they were published."""
+"""Routes of map versions: their list, their differences, and their files as published."""
 
 from contextlib import ExitStack
 from typing import Annotated, Any
@@ -29,8 +29,8 @@ def _files(content: dict[str, Any]) -> Responses:
     return {200: {"description": "The file, byte for byte", "content": content}} | KNOWN | problems(404)
 
 
-_AT_ONCE = 1 << 20
-"""Bytes that a thread is asked for: each time costs as much as to send some ten thousand of them."""
+_BLOCK = 1 << 20
+"""Bytes read per call of a thread; a call costs as much as sending about 10 kB."""
 
 YAML_TYPE = "application/yaml"
 OCTOMAP_TYPE = "application/octet-stream"
@@ -42,16 +42,16 @@ _OCTOMAP_FILE = _files({OCTOMAP_TYPE: _BYTES})
 
 @router.get("/versions", response_model=Page[MapVersionAnswer], responses=KNOWN | problems(404))
 async def list_versions(map_id: MapId, services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
-    """List what was published as a map, newest first: who did, when and why."""
+    """List the versions of a map, newest first, with author, time and message."""
     head = await readable_head(services, user, map_id)
     before = paging.key(int, None)
-    found = await run_in_threadpool(services.map_store.versions, map_id, before=before, limit=paging.most)
+    found = await run_in_threadpool(services.map_store.versions, map_id, before=before, limit=paging.fetch_limit)
     return paging.page([_version(one, head.present) for one in found], lambda one: one.number)
 
 
 @router.get("/versions/{version}", response_model=MapAnswer, responses=KNOWN | problems(404))
 async def show_version(map_id: MapId, version: VersionId, services: Provided, user: Caller) -> MapAnswer:
-    """Show a map as it was in one of its versions."""
+    """Show one version of a map."""
     return await run_in_threadpool(shown_map, services, user, map_id, version)
 
 
@@ -61,27 +61,29 @@ async def compare_versions(
     services: Provided,
     user: Caller,
     old: Annotated[Version, Query(description="SHA-256 of the files of a version")],
-    new: Annotated[Version | None, Query(description="Of another; without it, the present one")] = None,
+    new: Annotated[
+        Version | None, Query(description="SHA-256 of the files of another version; default: the current version")
+    ] = None,
 ) -> MapDifference:
-    """Tell what changed from one version of a map to another."""
+    """Return the differences between two versions of a map."""
     return await run_in_threadpool(_difference, services, user, map_id, old, new)
 
 
 @router.get("/yaml", response_class=Response, responses=_YAML_FILE)
 async def fetch_yaml(map_id: MapId, services: Provided, user: Caller) -> Response:
-    """Return the YAML file of the present version."""
+    """Return the YAML file of the current version."""
     return await run_in_threadpool(_file, services, user, map_id, YAML)
 
 
 @router.get("/image", response_class=Response, responses=_IMAGE_FILE)
 async def fetch_image(map_id: MapId, services: Provided, user: Caller) -> Response:
-    """Return the image of the present version."""
+    """Return the image of the current version."""
     return await run_in_threadpool(_file, services, user, map_id, IMAGE)
 
 
 @router.get("/octomap", response_class=Response, responses=_OCTOMAP_FILE)
 async def fetch_octomap(map_id: MapId, services: Provided, user: Caller) -> Response:
-    """Return the octree of the present version."""
+    """Return the octree of the current version."""
     return await run_in_threadpool(_file, services, user, map_id, OCTOMAP)
 
 
@@ -117,13 +119,13 @@ def _version(one: MapVersionRecord, present: MapVersionRecord) -> MapVersionAnsw
 
 
 def _file(services: Services, user: User, map_id: str, part: str, version: str | None = None) -> Response:
-    """Return a file as a stream: it is mapped, and a mapping lasts as long as somebody reads from it."""
+    """Return a file as a stream; its memory mapping stays open until the stream ends."""
     with opened_map(services, user, map_id, version, only=(part,)) as opened:
         data = opened.buffer(part)
     kinds = {YAML: YAML_TYPE, OCTOMAP: OCTOMAP_TYPE}
     kind = kinds[part] if part in kinds else media_type(data)
     headers = {"X-Content-Type-Options": "nosniff", "Content-Length": str(len(data))}
-    return StreamingResponse(blocks(data, _AT_ONCE), media_type=kind, headers=headers)
+    return StreamingResponse(blocks(data, _BLOCK), media_type=kind, headers=headers)
 
 
 def _difference(services: Services, user: User, map_id: str, old: str, new: str | None) -> MapDifference:

@@ -1,4 +1,4 @@
-"""Maps: published, looked at, changed, rolled back and removed."""
+"""Routes of maps: publish, list, show, change, roll back and remove."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,7 +10,7 @@ from starlette.concurrency import run_in_threadpool
 from endpoints.rest.dependencies import Caller, Paged, Provided, may_read, readable_head, robots_in
 from endpoints.rest.maps.content_check import check_contents, grid_of
 from endpoints.rest.maps.schemas import MapAnswer, MapChange, MapSummary, RollBack
-from endpoints.rest.maps.upload_form import OPENAPI, MapForm, received
+from endpoints.rest.maps.upload_form import OPENAPI, MapForm, read_form
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
@@ -28,7 +28,7 @@ router = APIRouter(prefix="/maps", tags=["maps"], route_class=StrictRoute)
 IfMatch = Annotated[
     str | None,
     Header(
-        description="The version that must be the present one, or nothing is done (409)",
+        description="Version that must be the current one; otherwise nothing is changed (409)",
         examples=['"' + 64 * "0" + '"'],
     ),
 ]
@@ -38,25 +38,25 @@ IfMatch = Annotated[
     "", status_code=201, response_model=MapAnswer, responses=KNOWN | BODY | problems(409, 429), openapi_extra=OPENAPI
 )
 async def publish_map(request: Request, services: Provided, user: Caller, if_match: IfMatch = None) -> MapAnswer:
-    """Publish a map, or its new version: the two files of map_server, an octree of OctoMap, or all three."""
+    """Publish a map or a new version of it: the two files of map_server, an octree of OctoMap, or all three."""
     services.cloud.quotas.learn(user)
-    async with received(request, services.map_store) as (form, draft):
-        with _changed(services, form.id):
-            return await run_in_threadpool(_publish, services, user, form, draft, if_match)
+    async with read_form(request, services.map_store) as (form, upload):
+        with _invalidate(services, form.id):
+            return await run_in_threadpool(_publish, services, user, form, upload, if_match)
 
 
 @router.get("", response_model=Page[MapSummary], responses=KNOWN)
 async def list_maps(services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
-    """List the maps that the caller may see, by id."""
+    """List the maps that the caller may read, by id."""
     visible_to = None if user.role == "admin" else user.id
     after = paging.key(str, "")
-    found = await run_in_threadpool(services.map_store.maps, visible_to, after=after, limit=paging.most)
+    found = await run_in_threadpool(services.map_store.maps, visible_to, after=after, limit=paging.fetch_limit)
     return paging.page([MapSummary.of(head) for head in found], lambda head: head.id)
 
 
 @router.get("/{map_id}", response_model=MapAnswer, responses=KNOWN | problems(404))
 async def show_map(map_id: MapId, services: Provided, user: Caller) -> MapAnswer:
-    """Show a map in its present version."""
+    """Show the current version of a map."""
     return await run_in_threadpool(shown_map, services, user, map_id)
 
 
@@ -64,14 +64,14 @@ async def show_map(map_id: MapId, services: Provided, user: Caller) -> MapAnswer
 async def change_map(
     map_id: MapId, change: Annotated[MapChange, Body(media_type=MERGE_PATCH)], services: Provided, user: Caller
 ) -> MapSummary:
-    """Change who may see a map, or its description, by a JSON merge patch (RFC 7396); its files stay."""
+    """Change the readers or the description of a map by a JSON merge patch (RFC 7396); its files stay unchanged."""
     await _owned_head(services, user, map_id)
     said: dict[str, Any] = change.model_dump(exclude_unset=True)
     if "readers" in said:
         said["readers"] = tuple(dict.fromkeys(said["readers"] or ()))
     if "description" in said:
         said["description"] = said["description"] or ""
-    with _changed(services, map_id):
+    with _invalidate(services, map_id):
         return MapSummary.of(await run_in_threadpool(services.map_store.change_map, map_id, **said))
 
 
@@ -79,26 +79,26 @@ async def change_map(
 async def roll_back_map(
     map_id: MapId, wanted: RollBack, services: Provided, user: Caller, if_match: IfMatch = None
 ) -> MapSummary:
-    """Make a version that a map had the present one again. Its versions tell of it."""
+    """Make an earlier version of a map the current one again; this adds an entry to its versions."""
     head = await _owned_head(services, user, map_id)
     said = Publication(map_id, user.id, epoch(), wanted.message, head.owner, if_match=_version(if_match))
-    with _changed(services, map_id):
+    with _invalidate(services, map_id):
         return MapSummary.of(await run_in_threadpool(services.map_store.roll_back, wanted.version, said))
 
 
 @router.delete("/{map_id}", status_code=204, responses=KNOWN | problems(403, 404, 409))
 async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
-    """Remove a map with all its versions and what was planned on it; one that robots go by is kept."""
+    """Remove a map with all its versions and stored paths; refused (409) while robots use it."""
     await _owned_head(services, user, map_id)
     if robots_in(services, map_id=map_id):
-        raise Conflict(f"robots go by map {map_id!r}: let them disconnect first")
+        raise Conflict(f"map {map_id!r} is in use by robots: disconnect them first")
     await services.plan_writer.settled()
-    with _changed(services, map_id):
+    with _invalidate(services, map_id):
         await run_in_threadpool(_remove, services, map_id)
 
 
 def _remove(services: Services, map_id: str) -> None:
-    """Remove a map behind its paths, so that whoever is cut off can go on; and those paths that came meanwhile."""
+    """Remove the paths, the map, then paths added meanwhile; an interrupted removal can be repeated."""
     _forget_planning(services.store, map_id)
     services.map_store.remove_map(map_id)
     _forget_planning(services.store, map_id)
@@ -110,8 +110,8 @@ def _forget_planning(store: Store, map_id: str) -> None:
 
 
 @contextmanager
-def _changed(services: Services, map_id: str) -> Iterator[None]:
-    """Have a map looked up anew after the block, whatever came of it."""
+def _invalidate(services: Services, map_id: str) -> Iterator[None]:
+    """Drop a map from the cache after the block, also if the block raises."""
     try:
         yield
     finally:
@@ -125,8 +125,8 @@ async def _owned_head(services: Services, user: User, map_id: str) -> MapRecord:
     return head
 
 
-def _publish(services: Services, user: User, form: MapForm, draft: StagedUpload, if_match: str | None) -> MapAnswer:
-    info = check_contents(draft)
+def _publish(services: Services, user: User, form: MapForm, upload: StagedUpload, if_match: str | None) -> MapAnswer:
+    info = check_contents(upload)
     said = Publication(
         form.id,
         user.id,
@@ -138,11 +138,11 @@ def _publish(services: Services, user: User, form: MapForm, draft: StagedUpload,
         _version(if_match),
     )
     with services.usage.new_map(services.map_store, services.cloud.quotas, user.id, form.id):
-        return MapAnswer.of(services.map_store.publish(draft, said), **info)
+        return MapAnswer.of(services.map_store.publish(upload, said), **info)
 
 
 def _owner(services: Services, user: User, map_id: str) -> str:
-    """Return whose a map is to be: an administrator mends another's, and it stays the other's."""
+    """Return the owner of a map to publish; if an administrator publishes a user's map, the user stays its owner."""
     if user.role == "admin":
         try:
             return services.map_store.map_head(map_id).owner
@@ -160,7 +160,7 @@ def _version(if_match: str | None) -> str | None:
 def opened_map(
     services: Services, user: User, map_id: str, version: str | None = None, **only: Any
 ) -> Iterator[OpenMap]:
-    """Open a map; ``NotFound`` also where it may not be seen, so that ids are not given away."""
+    """Open a map; ``NotFound`` also if the user may not read it, so that ids are not revealed."""
     if not may_read(user, services.map_store.map_head(map_id)):
         raise NotFound("map", map_id)
     with services.map_store.open_map(map_id, version, **only) as opened:
@@ -168,6 +168,6 @@ def opened_map(
 
 
 def shown_map(services: Services, user: User, map_id: str, version: str | None = None) -> MapAnswer:
-    """Return what there is to say of a map."""
+    """Return the description of one version of a map, by default the current one."""
     with opened_map(services, user, map_id, version) as opened:
         return MapAnswer.of(opened.record, **grid_of(opened.buffers))

@@ -1,4 +1,4 @@
-"""Forms (RFC 7578) taken apart as they come: what is text is kept, files go where they are told to."""
+"""Streaming parser of multipart forms (RFC 7578): collects text fields, passes files on to writers."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
@@ -11,32 +11,32 @@ from python_multipart.multipart import MultipartParser, parse_options_header
 from ppaas.errors import InvalidParameter, MalformedMessage
 
 MAX_TEXT = 1 << 14
-"""Longest text of a field [bytes]."""
+"""Largest size of a text field [bytes]."""
 
 
 class Writer(Protocol):
-    """What takes a file."""
+    """Destination of a file."""
 
     def write(self, data: memoryview) -> None:
-        """Take some bytes."""
+        """Append some bytes."""
 
 
 class FormReader:
-    """Reads a form.
+    """Parser of one form.
 
     Parameters
     ----------
     content_type : str
-        Of the request.
+        Content type of the request, with the boundary.
     open_file : callable
-        Returns what takes the file of a name; the context ends with the file.
+        Called with the name of a file field; returns a context manager of its writer, which ends with the file.
     max_fields : int
-        Most fields that are text.
+        Largest number of text fields.
 
     Raises
     ------
     MalformedMessage
-        It is no form.
+        The content type has no valid boundary.
     """
 
     def __init__(
@@ -59,24 +59,24 @@ class FormReader:
         self._parser = _parser(boundary, {f"on_{name}": getattr(self, f"_{name}") for name in names})
 
     def __enter__(self) -> "FormReader":
-        """Read no further than the block."""
+        """Return the parser itself."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Let go of the file that is being written, if there is one."""
+        """Close the file that is being written, if any."""
         self._open.__exit__(kind, error, trace)
 
     def write(self, data: bytes) -> None:
-        """Read more of the form.
+        """Parse more of the form.
 
         Raises
         ------
         MalformedMessage
-            It is no form.
+            The data is not a valid form.
         InvalidParameter
-            It has too many fields, or one that is too long; or what ``open_file`` raises.
+            The form has too many fields or too long a field; or any exception of ``open_file``.
         """
         try:
             self._parser.write(data)
@@ -84,9 +84,9 @@ class FormReader:
             raise MalformedMessage(f"the form cannot be read: {error}") from error
 
     def end(self) -> None:
-        """Raise ``MalformedMessage`` unless the form is whole."""
+        """Raise ``MalformedMessage`` unless the form is complete."""
         if not self._whole:
-            raise MalformedMessage("the form is cut short: send it again")
+            raise MalformedMessage("the form is incomplete: send it again")
 
     # -- called by the parser ------------------------------------------------------------------------------------------
 
@@ -121,7 +121,7 @@ class FormReader:
         elif self._text is not None:
             name, text = self._text
             if len(text) + end - start > MAX_TEXT:
-                raise InvalidParameter(f"the form's field {name[:64]!r} is too long: {MAX_TEXT} bytes at most")
+                raise InvalidParameter(f"form field {name[:64]!r} is too long: at most {MAX_TEXT} bytes")
             text += data[start:end]
 
     def _part_end(self) -> None:

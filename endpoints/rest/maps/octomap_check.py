@@ -1,4 +1,4 @@
-"""Run as a program: tells on standard output, as JSON, what is wrong with a file of OctoMap, if anything is."""
+"""Program that checks an OctoMap file and writes the error, if any, to standard output as JSON."""
 
 import json
 import resource
@@ -10,17 +10,17 @@ from ppaas.maps.octomap import parse_octomap
 from storage.staged_uploads import mapped
 
 MEMORY = 4 << 30
-"""Most that an octree may take while it is looked at [bytes]."""
+"""Memory limit of the check [bytes]."""
 
 
 def fault_of(path: Path) -> str:
-    """Return what is wrong with a file; nothing if it is an octree."""
+    """Return the error of a file; an empty text if it is a valid octree."""
     try:
         parse_octomap(mapped(path))
     except InvalidMap as error:
         return str(error)
     except MemoryError:
-        return "the octree is too large to be looked at: read it at a coarser resolution, and publish that"
+        return "the octree is too large to be checked: publish it at a coarser resolution"
     return ""
 
 

@@ -1,4 +1,4 @@
-"""The JSON of maps."""
+"""JSON schemas of maps."""
 
 from typing import Annotated, Any, Literal, Self
 
@@ -10,24 +10,24 @@ from storage.records import MapRecord
 
 
 class MapSummary(BaseModel):
-    """A map, without what only its files tell."""
+    """Map without the properties of its grid."""
 
     id: str
     owner: str
     version: str = Field(description="SHA-256 of its files")
-    readers: list[str] = Field(description="Who else may see it and plan on it; `*` is everybody")
-    created: float = Field(description="When this version was published [s since the epoch]")
-    author: str = Field(description="Who published it")
-    message: str = Field(description="Why")
-    restored: bool = Field(description="Whether an older version was rolled back to")
-    parts: list[str] = Field(description="Which files it has: `yaml` and `image`, a grid; `octomap`, an octree")
+    readers: list[str] = Field(description="Other users who may read it and plan on it; `*` is everybody")
+    created: float = Field(description="Time of publication of this version [s since the epoch]")
+    author: str = Field(description="User who published it")
+    message: str = Field(description="Reason given for the publication")
+    restored: bool = Field(description="Whether it was restored by a roll back")
+    parts: list[str] = Field(description="Its files: `yaml` and `image` for a grid, `octomap` for an octree")
     description: str
 
     @classmethod
     def of(cls, record: MapRecord, **more: Any) -> Self:
-        """Return what a record says, and what only the files tell."""
+        """Return the answer for a record, with more fields from its files."""
         present = record.present
-        said: dict[str, Any] = {
+        fields: dict[str, Any] = {
             "id": record.id,
             "owner": record.owner,
             "version": present.version,
@@ -39,50 +39,50 @@ class MapSummary(BaseModel):
             "parts": sorted(present.files),
             "description": record.description,
         }
-        return cls(**said, **more)
+        return cls(**fields, **more)
 
 
 class RollBack(RequestBody):
-    """Which version of a map shall be the present one again, and why."""
+    """Version of a map to restore, and the reason."""
 
     version: Version
     message: Description = ""
 
 
 class MapChange(RequestBody):
-    """What is to be said of a map; what is left out stays, and null stands for none."""
+    """Changes of a map; omitted fields stay unchanged, null clears a field."""
 
     readers: Annotated[list[Reader], Field(max_length=MAX_READERS)] | None = None
     description: Description | None = None
 
 
 class MapVersionAnswer(BaseModel):
-    """A version of a map as it became the present one; what was rolled back to comes once more."""
+    """Publication or roll back that made a version the current one; a restored version is listed again."""
 
-    number: int = Field(description="Goes up from publication to publication, with gaps")
+    number: int = Field(description="Ascending number of the publication, with gaps")
     version: str = Field(description="SHA-256 of its files")
-    created: float = Field(description="When it was published [s since the epoch]")
-    author: str = Field(description="Who published it")
-    message: str = Field(description="Why")
-    restored: bool = Field(description="Whether an older version was rolled back to")
-    parts: list[str] = Field(description="Which files it has")
-    present: bool = Field(description="Whether it is the one that robots drive and plan on now")
+    created: float = Field(description="Time of publication [s since the epoch]")
+    author: str = Field(description="User who published it")
+    message: str = Field(description="Reason given for the publication")
+    restored: bool = Field(description="Whether it was restored by a roll back")
+    parts: list[str] = Field(description="Its files")
+    present: bool = Field(description="Whether it is the current version, used for planning and by robots that connect")
 
 
 class MapAnswer(MapSummary):
-    """A map; what is said of its grid is null where it has none."""
+    """Map with the properties of its grid, which are null if it has no grid."""
 
-    resolution: float | None = Field(description="Edge of a cell [m]")
-    width: int | None = Field(description="Cells along x")
-    height: int | None = Field(description="Cells along y")
+    resolution: float | None = Field(description="Size of a cell [m]")
+    width: int | None = Field(description="Number of cells along x")
+    height: int | None = Field(description="Number of cells along y")
     origin: Triple | None = Field(description="Pose of the lower left corner of its grid: x [m], y [m], yaw [rad]")
 
 
 class CellRectangle(BaseModel):
-    """Cells of a grid; they may lie outside of it, where the grid before reached further."""
+    """Rectangle of cells of a grid; it may reach beyond the grid if the older grid did."""
 
     column: int
-    row: int = Field(description="From below")
+    row: int = Field(description="Counted from the bottom")
     width: int
     height: int
 
@@ -91,14 +91,18 @@ OctomapFate = Literal["none", "same", "added", "removed", "changed"]
 
 
 class MapDifference(BaseModel):
-    """What became of a map from one version to another."""
+    """Differences between two versions of a map."""
 
-    old: str = Field(description="SHA-256 of the files of the one")
-    new: str = Field(description="SHA-256 of those of the other")
-    changed: int = Field(description="Cells of the grid that are not what they were; beyond a grid all is unknown")
-    rectangle: CellRectangle | None = Field(description="The least that has all of them, in cells of the new grid")
-    corners: list[tuple[float, float]] | None = Field(
-        description="Its corners, x and y [m] in the frame of the map, counterclockwise from (column, row)"
+    old: str = Field(description="SHA-256 of the files of the older version")
+    new: str = Field(description="SHA-256 of the files of the newer version")
+    changed: int = Field(description="Number of changed cells; cells outside a grid count as unknown")
+    rectangle: CellRectangle | None = Field(
+        description="Smallest rectangle of all changed cells, in cells of the newer grid"
     )
-    aligned: bool = Field(description="Whether cells of both lie on each other; else all of the new grid has changed")
+    corners: list[tuple[float, float]] | None = Field(
+        description="Corners of the rectangle, x and y [m] in the frame of the map, counterclockwise from (column, row)"
+    )
+    aligned: bool = Field(
+        description="Whether the cells of both grids are aligned; if not, all cells of the newer one count as changed"
+    )
     octomap: OctomapFate

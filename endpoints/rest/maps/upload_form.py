@@ -1,6 +1,6 @@
-"""The form that a map is published with, read as it comes: large files go to the disk, hashed on the way.
+"""Form that publishes a map: its files are written to the disk and hashed while they arrive.
 
-It is read only after the caller is known: nobody fills the disk without a token.
+The form is read only after the caller was authenticated, so that nobody fills the disk without a token.
 """
 
 from collections.abc import AsyncIterator, Iterator
@@ -11,7 +11,7 @@ import msgspec
 from fastapi import HTTPException, Request
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.rest.maps.body_stream import taken
+from endpoints.rest.maps.body_stream import consume
 from endpoints.rest.maps.multipart import FormReader, Writer
 from endpoints.rest.schemas import MAX_DESCRIPTION, MAX_READERS
 from ppaas.errors import InvalidMap, InvalidParameter
@@ -34,31 +34,31 @@ OPENAPI: dict[str, Any] = {
                     "properties": {
                         "id": {"type": "string", "pattern": f"^{PATTERN}$"},
                         "yaml": {"type": "string", "format": "binary", "description": "map_server's YAML file"},
-                        "image": {"type": "string", "format": "binary", "description": "The image that it names"},
+                        "image": {"type": "string", "format": "binary", "description": "Image named in the YAML file"},
                         "octomap": {
                             "type": "string",
                             "format": "binary",
-                            "description": "An octree of OctoMap (.bt or .ot), beside these two or in their place",
+                            "description": "Octree of OctoMap (.bt or .ot), with these two files or instead of them",
                         },
                         "message": {
                             "type": "string",
                             "maxLength": MAX_DESCRIPTION,
-                            "description": "Why it is published, for those who look at its versions later",
+                            "description": "Reason of the publication, shown in the list of versions",
                         },
                         "readers": {
                             "type": "string",
-                            "description": "User ids, comma-separated; `*` is everybody. Left out: as before, or none.",
+                            "description": "User ids, comma-separated; `*` is everybody. Default: unchanged, or none.",
                         },
                         "description": {
                             "type": "string",
                             "maxLength": MAX_DESCRIPTION,
-                            "description": "For people. Left out: as before, or none.",
+                            "description": "Free text. Default: unchanged, or none.",
                         },
                         "rules": {
                             "type": "string",
                             "enum": [rules.value for rules in Rules],
-                            "description": "Whose rules tell free from occupied; kept as the key `rules` of the YAML. "
-                            "Left out: what the YAML says, or map_server's.",
+                            "description": "Rules for free and occupied cells; stored as the key `rules` of the YAML. "
+                            "Default: the rules in the YAML, or those of map_server.",
                         },
                     },
                 }
@@ -69,7 +69,7 @@ OPENAPI: dict[str, Any] = {
 
 
 class MapForm(msgspec.Struct, frozen=True):
-    """What is said of a map beside its files; ``readers`` and ``description`` are None where nothing is."""
+    """Text fields of the form; ``readers`` and ``description`` are None if omitted."""
 
     id: str
     readers: tuple[str, ...] | None
@@ -78,86 +78,90 @@ class MapForm(msgspec.Struct, frozen=True):
 
 
 @asynccontextmanager
-async def received(request: Request, store: MapStore) -> AsyncIterator[tuple[MapForm, StagedUpload]]:
-    """Read the form of a request; its files are in a draft of the store as long as the block lasts.
+async def read_form(request: Request, store: MapStore) -> AsyncIterator[tuple[MapForm, StagedUpload]]:
+    """Read the form of a request; its files are in a staged upload of the store until the block ends.
 
     Raises
     ------
     InvalidParameter
-        A part is missing, too long, a file where text should be or the other way round.
+        A field is missing or too long, or is a file instead of text or text instead of a file.
     InvalidInput
-        The id or a reader is no name.
+        The id or a reader is not a valid name.
     InvalidMap
-        The YAML is none, or too long.
+        The YAML is invalid or too long.
     MalformedMessage
-        What was sent is no form.
+        The body is not a valid form.
     HTTPException
-        415: it is not said to be one.
+        415: the content type is not that of a form.
     Unavailable
         The disk is full.
     """
     content_type = request.headers.get("content-type", "")
     if content_type.partition(";")[0].strip().lower() != MULTIPART:
-        raise HTTPException(415, f"send a form with the files: 'Content-Type: {MULTIPART}'")
+        raise HTTPException(415, f"send a form with the header 'Content-Type: {MULTIPART}'")
     with ExitStack() as stack:
-        draft = await run_in_threadpool(stack.enter_context, store.stage())
-        files = _Files(draft)
+        upload = await run_in_threadpool(stack.enter_context, store.stage())
+        files = _Files(upload)
         with FormReader(content_type, files.open, MAX_READERS + 8) as reader:
-            await taken(request.stream(), reader.write)
+            await consume(request.stream(), reader.write)
             reader.end()
         form = _form(reader)
         await run_in_threadpool(files.complete, _rules(reader))
-        yield form, draft
+        yield form, upload
 
 
 class _Files:
-    """The files of a form on their way into a draft; the YAML waits, for rules may be set in it."""
+    """Writes the files of a form to a staged upload; the YAML last, because rules may be set in it."""
 
-    def __init__(self, draft: StagedUpload) -> None:
-        self._draft = draft
-        self._yaml: _Short | None = None
+    def __init__(self, upload: StagedUpload) -> None:
+        self._upload = upload
+        self._yaml: _YamlBuffer | None = None
 
     def open(self, name: str) -> AbstractContextManager[Writer]:
-        """Return what takes a file."""
+        """Return a context manager of the writer of a file."""
         if name == YAML and self._yaml is None:
             return self._take_yaml()
         if name in (IMAGE, OCTOMAP):
-            return self._draft.writing(name)
-        raise InvalidParameter(f"the form has the file {name[:64]!r} (again): its files are yaml, image and octomap")
+            return self._upload.writing(name)
+        raise InvalidParameter(
+            f"unexpected or repeated file {name[:64]!r} in the form: send yaml, image and octomap once each"
+        )
 
     @contextmanager
     def _take_yaml(self) -> Iterator[Writer]:
-        self._yaml = _Short()
+        self._yaml = _YamlBuffer()
         yield self._yaml
 
     def complete(self, rules: Rules | None) -> None:
-        """Write the YAML; ``InvalidParameter`` if a file is missing."""
-        if (self._yaml is not None) != (IMAGE in self._draft.files):
+        """Write the YAML; raise ``InvalidParameter`` if a file is missing."""
+        if (self._yaml is not None) != (IMAGE in self._upload.files):
             missing = YAML if self._yaml is None else IMAGE
-            raise InvalidParameter(f"the form must have a file {missing!r} too; send it with a file name")
-        if self._yaml is None and OCTOMAP not in self._draft.files:
+            raise InvalidParameter(f"the form must also have a file {missing!r}, sent with a file name")
+        if self._yaml is None and OCTOMAP not in self._upload.files:
             raise InvalidParameter("the form must have a file 'yaml' with its 'image', an 'octomap', or both")
         if self._yaml is not None:
             record = bytes(self._yaml.data)
-            self._draft.add(YAML, [record if rules is None else with_rules(record, rules)])
+            self._upload.add(YAML, [record if rules is None else with_rules(record, rules)])
 
 
-class _Short:
-    """Takes a file that is short."""
+class _YamlBuffer:
+    """Collects the YAML file in memory, up to `MAX_YAML` bytes."""
 
     def __init__(self) -> None:
         self.data = bytearray()
 
     def write(self, data: memoryview) -> None:
-        """Take some bytes; ``InvalidMap`` if they are too many."""
+        """Append some bytes; raise ``InvalidMap`` if the file gets too long."""
         if len(self.data) + len(data) > MAX_YAML:
-            raise InvalidMap(f"the map's YAML is too long; at most {MAX_YAML} bytes are read")
+            raise InvalidMap(f"the map's YAML is too long: at most {MAX_YAML} bytes")
         self.data += data
 
 
 def _form(reader: FormReader) -> MapForm:
     map_id = check_name("map", _text(reader, "id") or "")
-    return MapForm(map_id, _readers(reader), _described(reader, "description"), _described(reader, "message") or "")
+    return MapForm(
+        map_id, _readers(reader), _limited_text(reader, "description"), _limited_text(reader, "message") or ""
+    )
 
 
 def _text(reader: FormReader, key: str) -> str | None:
@@ -167,10 +171,10 @@ def _text(reader: FormReader, key: str) -> str | None:
     return None if values is None else values[-1]
 
 
-def _described(reader: FormReader, key: str) -> str | None:
+def _limited_text(reader: FormReader, key: str) -> str | None:
     text = _text(reader, key)
     if text is not None and len(text) > MAX_DESCRIPTION:
-        raise InvalidParameter(f"a {key} has {MAX_DESCRIPTION} characters at most, not {len(text)}")
+        raise InvalidParameter(f"the {key} must have at most {MAX_DESCRIPTION} characters, not {len(text)}")
     return text
 
 
@@ -178,7 +182,7 @@ def _rules(reader: FormReader) -> Rules | None:
     name = _text(reader, "rules")
     known = [rules.value for rules in Rules]
     if name is not None and name not in known:
-        raise InvalidParameter(f"rules are {' or '.join(known)}, not {name!r}")
+        raise InvalidParameter(f"rules must be {' or '.join(known)}, not {name!r}")
     return None if name is None else Rules(name)
 
 
@@ -188,5 +192,5 @@ def _readers(reader: FormReader) -> tuple[str, ...] | None:
     given = ",".join(reader.texts["readers"])
     names = dict.fromkeys(name.strip() for name in given.split(",") if name.strip())
     if len(names) > MAX_READERS:
-        raise InvalidParameter(f"a map has {MAX_READERS} readers at most, not {len(names)}; '*' is everybody")
+        raise InvalidParameter(f"a map may have at most {MAX_READERS} readers, not {len(names)}; use '*' for everybody")
     return tuple(name if name == "*" else check_name("user", name) for name in names)

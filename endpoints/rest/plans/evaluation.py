@@ -1,4 +1,4 @@
-"""How planners did on a map: from the history of planning."""
+"""Evaluation of planners on a map, from the history of path requests."""
 
 from typing import Annotated, Any
 
@@ -15,61 +15,65 @@ router = APIRouter(prefix="/maps/{map_id}", tags=["maps"])
 
 
 class PerformanceAnswer(BaseModel):
-    """What became of requests for paths."""
+    """Outcome of path requests."""
 
-    queries: int = Field(description="How many there were")
-    success: float | None = Field(description="Part of them that got a path")
-    computed: int = Field(description="Paths that were computed")
-    reused: int = Field(description="Paths that were kept, and reused")
-    stitched: int = Field(description="Paths that were kept, and stitched to start and goal")
-    reuse_rate: float | None = Field(description="Part of the paths that was not computed")
-    seconds: float | None = Field(description="Mean time to compute one [s]")
-    typical_seconds: float | None = Field(description="Geometric mean of these times [s]")
-    spread: float | None = Field(description="Factor by which they typically differ from that")
-    compared: int = Field(description="Paths that were compared with the cheapest ones from cell to cell")
-    over_cheapest: float | None = Field(description="By which part they were longer; below 0 if not from cell to cell")
+    queries: int = Field(description="Number of requests")
+    success: float | None = Field(description="Fraction that got a path")
+    computed: int = Field(description="Number of computed paths")
+    reused: int = Field(description="Number of stored paths returned unchanged")
+    stitched: int = Field(description="Number of stored paths stitched to start and goal")
+    reuse_rate: float | None = Field(description="Fraction of the paths that was not computed")
+    seconds: float | None = Field(description="Mean time to compute a path [s]")
+    typical_seconds: float | None = Field(description="Geometric mean of the computing times [s]")
+    spread: float | None = Field(description="Geometric standard deviation of the computing times, a factor")
+    compared: int = Field(description="Number of paths compared with the cheapest path from cell to cell")
+    over_cheapest: float | None = Field(
+        description="Fraction by which they were longer than the cheapest; negative if a path is not bound to cells"
+    )
 
 
 class ComplexityAnswer(PerformanceAnswer):
-    """What became of requests whose start and goal are so far apart."""
+    """Outcome of path requests by the distance between start and goal."""
 
-    cells: Annotated[list[float], Field(min_length=2, max_length=2, description="From the first up to the second")]
+    cells: Annotated[
+        list[float], Field(min_length=2, max_length=2, description="Range of distances, lower bound included")
+    ]
 
 
 class EvaluatedPlanner(PerformanceAnswer):
-    """How one planner did."""
+    """Evaluation of one planner."""
 
     planner: str
-    complexities: list[ComplexityAnswer] = Field(description="By the distance between start and goal in cells")
+    complexities: list[ComplexityAnswer] = Field(description="Outcome by distance between start and goal [cells]")
 
 
 class LinkAnswer(BaseModel):
-    """How fast kept paths came from the store of late."""
+    """Recent speed of loading stored paths over one link to the store."""
 
-    link: str = Field(description="The machine that asked")
-    round_trip: float = Field(description="Until an answer without a path is there [s]")
-    bandwidth: float = Field(description="Of paths [bytes/s]")
-    answers: int = Field(description="How many were measured")
-    measured: float = Field(description="When the last one was [s since the epoch]")
+    link: str = Field(description="Machine at the near end of the link")
+    round_trip: float = Field(description="Time until an answer without a path arrives [s]")
+    bandwidth: float = Field(description="Transfer rate of paths [bytes/s]")
+    answers: int = Field(description="Number of measured answers")
+    measured: float = Field(description="Time of the last measurement [s since the epoch]")
 
 
 class EvaluationAnswer(BaseModel):
-    """How planners did on a map."""
+    """Evaluation of the planners used on a map."""
 
     map: str
-    version: str | None = Field(description="The one it is about; null for all")
-    planners: list[EvaluatedPlanner] = Field(description="Those that were asked, by name")
+    version: str | None = Field(description="Evaluated map version; null for all versions")
+    planners: list[EvaluatedPlanner] = Field(description="Planners that were used, by name")
     links: list[LinkAnswer]
 
 
-OneVersion = Annotated[Version | None, Query(description="Only requests on this version of the map")]
+OneVersion = Annotated[Version | None, Query(description="Evaluate only requests on this map version")]
 
 
 @router.get("/evaluation", response_model=EvaluationAnswer, responses=KNOWN | problems(404))
 async def evaluate_planners(
     map_id: MapId, services: Provided, user: Caller, version: OneVersion = None
 ) -> dict[str, Any]:
-    """Tell how planners did on a map: what was asked of them, how long it took, and how often a kept path did."""
+    """Return how planners performed on a map: success, computing time, and reuse of stored paths."""
     await readable_head(services, user, map_id)
     rows = await run_in_threadpool(services.store.history, map_id, version)
     links = await run_in_threadpool(services.store.links)

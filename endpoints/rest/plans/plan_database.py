@@ -1,4 +1,4 @@
-"""The Path Plan Database: paths found by where they begin and end, put in the place of others, and what they share."""
+"""Routes of the Path Plan Database: search by start and goal, replace, change; shared segments and statistics."""
 
 from typing import Annotated, Any
 
@@ -36,18 +36,18 @@ from storage.records import PlanPart, PlanRecord, PlanStatistics, User
 
 router = APIRouter(tags=["plans"], route_class=StrictRoute)
 
-_NEW: Responses = {201: {"model": PlanSummary, "description": "The path is new"}}
+_NEW: Responses = {201: {"model": PlanSummary, "description": "The path was added"}}
 
 
 @router.get("/plans", response_model=FoundPlans, responses=KNOWN | problems(404))
 async def find_plans(search: Annotated[PlanSearch, Query()], services: Provided, user: Caller) -> dict[str, Any]:
-    """Find the paths that were kept between two places on the present version of a map, the shortest first."""
+    """Find stored paths between two places on the current version of a map, shortest first."""
     head = await readable_head(services, user, search.map)
     start, goal = place_of(search.start), place_of(search.goal)
     await services.plan_writer.settled()
 
     def find() -> list[PlanRecord]:
-        sought = plan_query.PlanQuery(head.id, head.version, start, goal, search.tolerance, search.planner)
+        sought = plan_query.PlanStoreQuery(head.id, head.version, start, goal, search.tolerance, search.planner)
         return services.store.find_plans(sought, limit=search.limit)
 
     return {"items": [summary_of(record) for record in await run_in_threadpool(find)]}
@@ -57,7 +57,7 @@ async def find_plans(search: Annotated[PlanSearch, Query()], services: Provided,
     "/plans/{plan_id}", response_model=PlanSummary, responses={**_NEW, **KNOWN, **BODY, **problems(403, 404, 409)}
 )
 async def put_plan(plan_id: PlanId, file: PlanPut, services: Provided, user: Caller, response: Response) -> PlanSummary:
-    """Keep a path under an id of one's own, or in place of the one of that id: who may remove it may."""
+    """Store a path under an id of your choice, or replace the path with this id if you may remove it."""
     await services.plan_writer.settled()
     try:
         before = await run_in_threadpool(services.store.plan, plan_id)
@@ -67,7 +67,7 @@ async def put_plan(plan_id: PlanId, file: PlanPut, services: Provided, user: Cal
         response.status_code = 201
         return summary_of(record)
     await check_may_change(services, user, before)
-    return await _replaced(before, await _record(plan_id, file, services, user, before), services)
+    return await _replace(before, await _record(plan_id, file, services, user, before), services)
 
 
 @router.patch("/plans/{plan_id}", response_model=PlanSummary, responses=KNOWN | BODY | problems(403, 404, 409))
@@ -77,32 +77,32 @@ async def change_plan(
     services: Provided,
     user: Caller,
 ) -> PlanSummary:
-    """Change some of a path by a JSON merge patch (RFC 7396); `application/json` will do as its type."""
+    """Change a stored path by a JSON merge patch (RFC 7396); the type `application/json` is accepted too."""
     before = await visible_plan(services, user, plan_id)
     await check_may_change(services, user, before)
     file = _changed(before, change.model_dump(exclude_unset=True))
     if change.model_fields_set & {"map", "poses"}:
-        return await _replaced(before, await _record(plan_id, file, services, user, before), services)
-    told = {name: getattr(file, name) for name in ("planner", "cost", "seconds", "parameters")}
-    return await _replaced(before, msgspec.structs.replace(before, origin="given", **told), services)
+        return await _replace(before, await _record(plan_id, file, services, user, before), services)
+    changed_fields = {name: getattr(file, name) for name in ("planner", "cost", "seconds", "parameters")}
+    return await _replace(before, msgspec.structs.replace(before, origin="given", **changed_fields), services)
 
 
 @router.get("/plans/{plan_id}/parts", response_model=Parts, responses=KNOWN | problems(404))
 async def show_parts(plan_id: PlanId, services: Provided, user: Caller) -> dict[str, list[PlanPart]]:
-    """Tell which stretches of a path are entries that it shares with others, or may."""
+    """List the segments of a path that are stored as entries, which other paths may share."""
     await visible_plan(services, user, plan_id)
     return {"items": await run_in_threadpool(services.store.plan_parts, plan_id)}
 
 
 @router.get("/maps/{map_id}/plan_statistics", response_model=StatisticsAnswer, responses=KNOWN | problems(404))
 async def show_statistics(map_id: MapId, services: Provided, user: Caller) -> PlanStatistics:
-    """Tell how many paths are kept on a map, and what they take."""
+    """Return the number of stored paths on a map and the storage they use."""
     await readable_head(services, user, map_id)
     await services.plan_writer.settled()
     return await run_in_threadpool(services.store.plan_statistics, map_id)
 
 
-async def _replaced(before: PlanRecord, record: PlanRecord, services: Services) -> PlanSummary:
+async def _replace(before: PlanRecord, record: PlanRecord, services: Services) -> PlanSummary:
     await run_in_threadpool(services.store.replace_plan, record, instead_of=before)
     return summary_of(record)
 
@@ -110,7 +110,7 @@ async def _replaced(before: PlanRecord, record: PlanRecord, services: Services) 
 async def _record(
     plan_id: str, file: PlanPut, services: Services, user: User, before: PlanRecord | None = None
 ) -> PlanRecord:
-    """Return what is kept of a file: on the present version of its map, from its first pose to its last."""
+    """Return the record of a path on the current version of its map, from its first pose to its last."""
     head = await readable_head(services, user, file.map)
     poses = np.array(file.poses, "<f8")
     start, goal = ((row[0], row[1], yaw_of(*row[3:])) for row in poses[[0, -1]].tolist())

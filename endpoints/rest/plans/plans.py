@@ -1,4 +1,4 @@
-"""Paths that were kept: looked up again."""
+"""Route of a stored path by its id."""
 
 from typing import Any
 
@@ -20,14 +20,15 @@ router = APIRouter(tags=["plans"], route_class=StrictRoute)
 
 @router.get("/plans/{plan_id}", response_model=PlanAnswer, responses=KNOWN | problems(404))
 async def show_plan(plan_id: PlanId, services: Provided, user: Caller) -> Response:
-    """Return a path that was kept: one's own, or one on a map that one may see."""
+    """Return a stored path: your own, or one on a map that you may read."""
     record = await visible_plan(services, user, plan_id)
-    asked = {name: getattr(record, name) for name in ("user", "robot", "start", "goal", "created")}
-    return json_response(path_of(record) | asked)
+    request = {name: getattr(record, name) for name in ("user", "robot", "start", "goal", "created")}
+    # Encoded here: FastAPI would validate each of thousands of numbers.
+    return Response(msgspec.json.encode(path_of(record) | request), media_type="application/json")
 
 
 def path_of(record: PlanRecord) -> dict[str, Any]:
-    """Return what is told of every path."""
+    """Return the fields that every response with a path has."""
     return {
         "plan_id": record.id,
         "poses": array_of(record.poses).tolist(),
@@ -38,8 +39,3 @@ def path_of(record: PlanRecord) -> dict[str, Any]:
         "map": record.map,
         "version": record.version,
     }
-
-
-def json_response(answer: dict[str, Any]) -> Response:
-    """Serialise once and without checking each of thousands of numbers, as FastAPI would."""
-    return Response(msgspec.json.encode(answer), media_type="application/json")

@@ -1,4 +1,4 @@
-"""The JSON of planning: paths and costs that are asked for, and the Path Plan Database."""
+"""JSON schemas of planning: path and cost requests, their responses, and the Path Plan Database."""
 
 from typing import Annotated, Any, Literal
 
@@ -19,9 +19,10 @@ from ppaas.plans.stored import LARGEST_TOLERANCE
 from storage.records import PlanOrigin
 
 MAX_WAYPOINTS = 1 << 14
-"""Poses that a request may bring; its body has an end too."""
+"""Largest number of poses in a request; the size of its body is limited too."""
 
-MOST_FOUND = 100
+MAX_FOUND = 100
+"""Largest number of paths that a search returns."""
 
 Row = Annotated[
     list[Annotated[Number, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]], Field(min_length=7, max_length=7)
@@ -39,14 +40,14 @@ def place_of(text: str) -> tuple[float, float]:
     Raises
     ------
     ValueError
-        It is none; the text says what one is.
+        The text is not a place; the message describes the expected form.
     """
     try:
         x, y = (float(part) for part in text.split(","))
     except ValueError as error:
-        raise ValueError("a place is x,y in metres, such as 2,-3.5") from error
+        raise ValueError("a place must be x,y in metres, such as 2,-3.5") from error
     if not max(abs(x), abs(y)) <= MAX_COORDINATE:
-        raise ValueError(f"x and y are numbers up to {MAX_COORDINATE:g}")
+        raise ValueError(f"x and y must be between -{MAX_COORDINATE:g} and {MAX_COORDINATE:g}")
     return x, y
 
 
@@ -54,32 +55,39 @@ Place = Annotated[str, AfterValidator(_place), Field(max_length=64, examples=["2
 
 
 class PlanFile(RequestBody):
-    """A path that is asked for."""
+    """Request for a path."""
 
     start: Pose
     goal: Pose
     planner: PluginName = "dijkstra"
-    tolerance: Annotated[Number, Field(ge=0.0, description="How far off the goal will do, if it is blocked [m]")] = 0.0
-    timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time allowed to the planner [s]")
-    reuse: StrictBool = Field(True, description="Whether a kept path will do where it comes sooner than a new one")
-    queue: StrictBool = Field(False, description="Whether to wait for a turn (202) where there is no container now")
+    tolerance: Annotated[
+        Number,
+        Field(ge=0.0, description="If the goal is blocked, plan to the nearest free cell within this distance [m]"),
+    ] = 0.0
+    timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time limit of the planner [s]")
+    reuse: StrictBool = Field(
+        True, description="Whether a stored path may be returned if it is available sooner than a new one"
+    )
+    queue: StrictBool = Field(False, description="Whether to wait in the queue (202) if no container is available now")
     labels: Labels = Field({})
 
 
 class CostFile(RequestBody):
-    """Costs that are asked for."""
+    """Request for a cost matrix."""
 
     starts: Annotated[list[Pose], Field(max_length=1000)]
     goals: Annotated[list[Pose], Field(max_length=1000)]
-    timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time allowed to all of it [s]")
+    timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time limit of the whole request [s]")
     labels: Labels = Field({})
 
 
 class CostMatrixAnswer(ResponseBody):
-    """What it costs to get from each start to each goal."""
+    """Costs of the cheapest paths from each start to each goal."""
 
-    costs: list[list[float | None]] = Field(description="A row for each start; null where no way leads to the goal")
-    seconds: float = Field(description="Time it took [s]")
+    costs: list[list[float | None]] = Field(
+        description="A row for each start with a cost for each goal; null if there is no path"
+    )
+    seconds: float = Field(description="Computing time [s]")
     map: str
     version: str
     container: str
@@ -87,7 +95,7 @@ class CostMatrixAnswer(ResponseBody):
 
 
 class PlanSummary(ResponseBody):
-    """A path that was kept, without its poses."""
+    """Stored path without its poses."""
 
     plan_id: str
     user: str
@@ -102,8 +110,8 @@ class PlanSummary(ResponseBody):
     seconds: float = Field(description="Time the planner took [s]")
     created: float = Field(description="Seconds since the epoch")
     origin: PlanOrigin = Field(
-        description="Whether it was computed, or made of a kept one: reused, or stitched to start and goal; or given "
-        "by a program, whose word for what made it is not taken"
+        description="Whether the path was computed, or made from a stored path (reused, or stitched to start and "
+        "goal), or given by a program"
     )
 
 
@@ -119,20 +127,20 @@ class _Path(ResponseBody):
 
 
 class NewPlanAnswer(_Path):
-    """A path that was just found, and where."""
+    """New path, and the container that planned it."""
 
-    expanded: int = Field(description="Cells whose value was settled")
+    expanded: int = Field(description="Number of cells whose value was settled")
     origin: Literal["computed", "reused", "stitched"] = Field(
-        description="Whether it was computed, or a kept path was reused, or stitched to start and goal"
+        description="Whether the path was computed, or a stored path was reused or stitched to start and goal"
     )
-    reused: str | None = Field(description="Id of that kept path")
-    conditions: dict[str, Any] = Field(description="Under which it was made: the parameters of the planner, and others")
+    reused: str | None = Field(description="Id of the stored path; null if the path was computed")
+    conditions: dict[str, Any] = Field(description="Conditions of the path: the planner's parameters and others")
     container: str
     pid: int
 
 
 class PlanAnswer(_Path):
-    """A path that was kept."""
+    """Stored path."""
 
     user: str
     robot: str | None
@@ -142,18 +150,20 @@ class PlanAnswer(_Path):
 
 
 class PlanSearch(RequestBody):
-    """Between which places paths are looked for."""
+    """Search for stored paths between two places."""
 
-    map: MapId = Field(description="On whose present version they are")
+    map: MapId = Field(description="Map; paths on its current version are searched")
     start: Place
     goal: Place
-    tolerance: float = Field(0.25, ge=0.0, le=LARGEST_TOLERANCE, description="How far off an end may be [m]")
+    tolerance: float = Field(
+        0.25, ge=0.0, le=LARGEST_TOLERANCE, description="Largest distance of a path's ends from start and goal [m]"
+    )
     planner: PluginName | None = None
-    limit: int = Field(16, ge=1, le=MOST_FOUND)
+    limit: int = Field(16, ge=1, le=MAX_FOUND)
 
 
 class PlanPut(RequestBody):
-    """A path that takes the place of a kept one, or is kept for the first time."""
+    """Path to store, new or in place of a stored one."""
 
     map: MapId
     planner: PluginName
@@ -162,11 +172,13 @@ class PlanPut(RequestBody):
     )
     cost: Annotated[Number, Field(ge=0.0)] = 0.0
     seconds: Annotated[Number, Field(ge=0.0, description="Time the planner took [s]")] = 0.0
-    parameters: Annotated[dict[str, Any], AfterValidator(plain_json)] = Field({}, description="The planner's")
+    parameters: Annotated[dict[str, Any], AfterValidator(plain_json)] = Field(
+        {}, description="Parameters of the planner"
+    )
 
 
 class PlanChange(PlanPut):
-    """What is changed of a kept path; what is left out stays."""
+    """Changes of a stored path; omitted fields stay unchanged."""
 
     map: MapId | None = None  # type: ignore[assignment]
     planner: PluginName | None = None  # type: ignore[assignment]
@@ -174,33 +186,33 @@ class PlanChange(PlanPut):
 
 
 class FoundPlans(ResponseBody):
-    """Paths that were kept between two places, the shortest first."""
+    """Stored paths between two places, shortest first."""
 
     items: list[PlanSummary]
     next: None = None
 
 
 class PartAnswer(ResponseBody):
-    """A stretch that a path shares."""
+    """Segment of a path that is stored as an entry."""
 
-    entry: str = Field(description="Its id in the database: equal stretches have the same")
-    first: int = Field(description="Its first waypoint in the path")
-    count: int = Field(description="How many it has")
-    plans: int = Field(description="How often paths refer to it")
+    entry: str = Field(description="Id of the entry; equal segments share one entry")
+    first: int = Field(description="Index of its first waypoint in the path")
+    count: int = Field(description="Number of its waypoints")
+    plans: int = Field(description="Number of references from paths")
 
 
 class Parts(BaseModel):
-    """The stretches of a path that are entries of their own, in order."""
+    """Segments of a path that are stored as entries, in order."""
 
     items: list[PartAnswer]
     next: None = None
 
 
 class StatisticsAnswer(ResponseBody):
-    """What the paths on a map take."""
+    """Storage used by the paths on a map."""
 
     plans: int
-    waypoints: int = Field(description="Of all paths")
-    kept: int = Field(description="Waypoints that are kept for them")
-    entries: int = Field(description="Stretches that paths share")
-    bytes: int = Field(description="What paths and entries take, without indexes")
+    waypoints: int = Field(description="Total number of waypoints of all paths")
+    kept: int = Field(description="Number of waypoints stored for them")
+    entries: int = Field(description="Number of entries: segments that paths share")
+    bytes: int = Field(description="Storage of paths and entries, without indexes [bytes]")

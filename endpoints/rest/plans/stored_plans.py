@@ -1,4 +1,4 @@
-"""Paths that were kept: listed by map, and removed."""
+"""Routes that list and remove stored paths, and the permissions on them."""
 
 from fastapi import APIRouter
 from starlette.concurrency import run_in_threadpool
@@ -17,31 +17,31 @@ router = APIRouter(tags=["plans"])
 
 @router.get("/maps/{map_id}/plans", response_model=Page[PlanSummary], responses=KNOWN | problems(404))
 async def list_plans(map_id: MapId, services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
-    """List the paths on a map that one may see, whoever asked for them, newest first and without their poses."""
+    """List the stored paths of all users on a map that you may read, newest first and without their poses."""
     await readable_head(services, user, map_id)
     before = paging.key(tuple[float, str], None)
     await services.plan_writer.settled()
-    found = await run_in_threadpool(services.store.plans, map_id, before=before, limit=paging.most)
+    found = await run_in_threadpool(services.store.plans, map_id, before=before, limit=paging.fetch_limit)
     return paging.page([summary_of(record) for record in found], lambda plan: (plan.created, plan.plan_id))
 
 
 @router.delete("/plans/{plan_id}", status_code=204, responses=KNOWN | problems(403, 404))
 async def remove_plan(plan_id: PlanId, services: Provided, user: Caller) -> None:
-    """Remove a path: who asked for it may, the owner of its map, and an administrator."""
+    """Remove a stored path. The user who requested it, the owner of its map and an administrator may."""
     await check_may_change(services, user, await visible_plan(services, user, plan_id))
     await run_in_threadpool(services.store.remove_plan, plan_id)
 
 
 async def check_may_change(services: Services, user: User, record: PlanRecord) -> None:
-    """Raise ``NotPermitted`` unless a user asked for a path, owns its map, or is an administrator."""
+    """Raise ``NotPermitted`` unless the user requested this path, owns its map, or is an administrator."""
     if user.role != "admin" and user.id != record.user:
         head = await readable_head(services, user, record.map)
         if user.id != head.owner:
-            raise NotPermitted(f"only who asked for plan {record.id!r} or owns its map may change or remove it")
+            raise NotPermitted(f"plan {record.id!r} may be changed or removed only by its user or the owner of its map")
 
 
 async def visible_plan(services: Services, user: User, plan_id: str) -> PlanRecord:
-    """Return a path: one's own, or one on a map that one may see."""
+    """Return a stored path; ``NotFound`` unless it is the user's own or on a map that the user may read."""
     await services.plan_writer.settled()
     record = await run_in_threadpool(services.store.plan, plan_id)
     if record.user != user.id:
@@ -53,6 +53,6 @@ async def visible_plan(services: Services, user: User, plan_id: str) -> PlanReco
 
 
 def summary_of(record: PlanRecord) -> PlanSummary:
-    """Return what is told of a path but its poses."""
+    """Return a stored path without its poses."""
     fields = {name: getattr(record, name) for name in PlanSummary.model_fields if name != "plan_id"}
     return PlanSummary(plan_id=record.id, **fields)

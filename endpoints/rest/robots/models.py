@@ -1,4 +1,4 @@
-"""Models of robots that are known by name: what a robot file may say, and how large such a robot is."""
+"""Route of the robot models that robot files may name."""
 
 from fastapi import APIRouter
 from pydantic import BaseModel, Field
@@ -11,16 +11,16 @@ router = APIRouter(prefix="/models", tags=["models"])
 
 
 class ModelAnswer(BaseModel):
-    """A model."""
+    """Robot model."""
 
     name: str
-    robot_radius: float = Field(description="Of its round footprint [m]")
-    max_vel_x: float = Field(description="Fastest it drives [m/s]")
-    max_vel_theta: float = Field(description="Fastest it turns [rad/s]")
+    robot_radius: float = Field(description="Radius of its round footprint [m]")
+    max_vel_x: float = Field(description="Maximum linear velocity [m/s]")
+    max_vel_theta: float = Field(description="Maximum angular velocity [rad/s]")
 
 
 class ModelPage(BaseModel):
-    """All models: they are few, and on one page."""
+    """All models, on a single page."""
 
     items: list[ModelAnswer]
     next: None = None
@@ -28,7 +28,7 @@ class ModelPage(BaseModel):
 
 @router.get("", response_model=ModelPage, responses=KNOWN)
 async def list_models(_user: Caller) -> ModelPage:
-    """List the models of robots that robot files may name."""
+    """List the robot models that robot files may name."""
     return ModelPage(items=[_answer(name) for name in model_names()])
 
 

@@ -1,4 +1,4 @@
-"""The nodes of a robot's clone: where each runs, in the cloud or on the robot, and why."""
+"""Routes of a robot's nodes: whether each runs in the cloud or on the robot, and why."""
 
 from typing import Annotated, Literal
 
@@ -20,28 +20,28 @@ NodeName = Annotated[Name, Path(examples=["move_base"])]
 
 
 class NodeAnswer(BaseModel):
-    """A node of a robot."""
+    """Node of a robot."""
 
     model_config = ConfigDict(from_attributes=True)
 
     node: str
-    home: Home = Field(description="Where it runs")
-    wanted: Home = Field(description="Where it shall run; a robot takes it over within a second, if it is there")
-    score: float = Field(description="From -1, all speaks for the robot, to 1, all speaks for the cloud")
-    reasons: list[str] = Field(description="What the verdict rests on, what counts most first")
+    home: Home = Field(description="Home of the node: where it runs")
+    wanted: Home = Field(description="Home that was decided; a connected robot takes the node over within a second")
+    score: float = Field(description="Score from -1, entirely for the robot, to 1, entirely for the cloud")
+    reasons: list[str] = Field(description="Reasons of the decision, most important first")
 
 
 class NodeRequest(BaseModel):
-    """Where a node is to run."""
+    """Home to run a node in."""
 
     model_config = ConfigDict(extra="forbid")
 
-    home: Home | None = Field(default=None, description="There; null for where the node monitor finds best")
+    home: Home | None = Field(default=None, description="Home of the node; null: the node monitor decides")
 
 
 @router.get("", response_model=Page[NodeAnswer], responses=KNOWN | problems(404, 503))
 async def list_nodes(robot_id: RobotId, services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
-    """List the nodes of a robot that is connected, by name: where each runs, and why."""
+    """List the nodes of a connected robot by name, with their homes and the reasons."""
     await run_in_threadpool(services.store.robot, user.id, robot_id)
     homes = sorted(await services.cloud.node_homes(user.id, robot_id), key=lambda home: home.node)
     after = paging.key(str, "")
@@ -52,6 +52,6 @@ async def list_nodes(robot_id: RobotId, services: Provided, user: Caller, paging
 async def run_node(
     robot_id: RobotId, node: NodeName, request: NodeRequest, services: Provided, user: Caller
 ) -> NodeHome:
-    """Have a node of a robot run where it does best, or where it is asked for."""
+    """Move a node of a robot to a home, or let the node monitor choose its home."""
     await run_in_threadpool(services.store.robot, user.id, robot_id)
     return await services.cloud.run_node(user.id, robot_id, node, request.home or "")

@@ -1,4 +1,4 @@
-"""The URDF of a robot: kept byte for byte, and read before it is."""
+"""Routes of a robot's URDF, which is validated and then stored byte for byte."""
 
 from typing import Any
 
@@ -18,10 +18,10 @@ router = APIRouter(prefix="/robots/{robot_id}/urdf", tags=["robots"])
 XML = "application/xml"
 
 _CONTENT: dict[str, Any] = {XML: {"schema": {"type": "string", "format": "binary"}}}
-_NEW: Responses = {201: {"model": UrdfAnswer, "description": "The robot had none before"}}
+_NEW: Responses = {201: {"model": UrdfAnswer, "description": "The robot had no URDF before"}}
 _FILE: Responses = {200: {"description": "The file, byte for byte", "content": _CONTENT}}
 _SAFE = {"X-Content-Type-Options": "nosniff", "Content-Security-Policy": "sandbox"}
-"""A browser that is led to it is to run nothing of what a stranger wrote."""
+"""Headers that keep a browser from running scripts in a URDF of another user."""
 
 
 @router.put(
@@ -33,30 +33,30 @@ _SAFE = {"X-Content-Type-Options": "nosniff", "Content-Security-Policy": "sandbo
 async def put_urdf(
     robot_id: RobotId, request: Request, services: Provided, user: Caller, response: Response
 ) -> RobotDescription:
-    """Give a robot its URDF, or another in place of its own, and tell what it says.
+    """Set or replace the URDF of a robot, and return what was read from it.
 
-    Maps are inflated and the robot is driven by what it tells from when the robot connects again.
+    Footprint and velocity limits from it are used as soon as the robot connects again.
     """
     if not _is_xml(request.headers.get("content-type", "")):
-        raise HTTPException(415, f"send XML, and say so: 'Content-Type: {XML}'")
+        raise HTTPException(415, f"send XML with the header 'Content-Type: {XML}'")
     urdf = await request.body()
-    told = await run_in_threadpool(describe, urdf)
+    described = await run_in_threadpool(describe, urdf)
     if await run_in_threadpool(services.store.put_urdf, user.id, robot_id, urdf):
         response.status_code = 201
-    return told
+    return described
 
 
 @router.get("", response_class=Response, responses=_FILE | KNOWN | problems(404))
 async def fetch_urdf(robot_id: RobotId, services: Provided, user: Caller) -> Response:
-    """Return the URDF of a robot, as it was put."""
+    """Return the URDF of a robot, byte for byte."""
     urdf = await run_in_threadpool(services.store.urdf, user.id, robot_id)
-    named = {"Content-Disposition": f'attachment; filename="{robot_id}.urdf"'}
-    return Response(urdf, media_type=XML, headers=_SAFE | named)
+    file_name = {"Content-Disposition": f'attachment; filename="{robot_id}.urdf"'}
+    return Response(urdf, media_type=XML, headers=_SAFE | file_name)
 
 
 @router.delete("", status_code=204, responses=KNOWN | problems(404))
 async def remove_urdf(robot_id: RobotId, services: Provided, user: Caller) -> None:
-    """Forget the URDF of a robot, which is then what its model says."""
+    """Remove the URDF of a robot; the robot then has the properties of its model."""
     await run_in_threadpool(services.store.remove_urdf, user.id, robot_id)
 
 

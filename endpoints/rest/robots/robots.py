@@ -1,4 +1,4 @@
-"""Robots of the caller."""
+"""Routes of the caller's robots."""
 
 from typing import Annotated, Any
 
@@ -32,9 +32,9 @@ _NEW: Responses = {201: {"model": RobotAnswer, "description": "The robot is new"
 async def put_robot(
     robot_id: RobotId, file: RobotFile, services: Provided, user: Caller, response: Response
 ) -> RobotRecord:
-    """Tell of a robot, or put another file in place of its own; one that is connected takes it up when it comes again.
+    """Register a robot, or replace its file; a connected robot uses the new file when it connects again.
 
-    A robot is the caller's own: two users may have robots of the same id.
+    Robots belong to the caller: two users may have robots with the same id.
     """
     await readable_head(services, user, file.map)
     await _check_masks(services, user, file)
@@ -49,13 +49,13 @@ async def put_robot(
 async def list_robots(services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
     """List the caller's robots by id."""
     after = paging.key(str, "")
-    found = await run_in_threadpool(services.store.robots, user.id, after=after, limit=paging.most)
+    found = await run_in_threadpool(services.store.robots, user.id, after=after, limit=paging.fetch_limit)
     return paging.page(found, lambda robot: robot.id)
 
 
 @router.get("/{robot_id}", response_model=RobotDetail, responses=KNOWN | problems(404))
 async def show_robot(robot_id: RobotId, services: Provided, user: Caller) -> RobotDetail:
-    """Show a robot of the caller, with what its URDF tells."""
+    """Show a robot of the caller, with the contents of its URDF."""
     return await run_in_threadpool(_detail, services, user, robot_id)
 
 
@@ -66,9 +66,9 @@ async def change_robot(
     services: Provided,
     user: Caller,
 ) -> RobotRecord:
-    """Change some of a robot's file by a JSON merge patch (RFC 7396); `application/json` will do as its type."""
+    """Change a robot's file by a JSON merge patch (RFC 7396); the type `application/json` is accepted too."""
     before = await run_in_threadpool(services.store.robot, user.id, robot_id)
-    file = _changed(before, change.model_dump(exclude_unset=True))
+    file = _merge(before, change.model_dump(exclude_unset=True))
     if file.map != before.map:
         await readable_head(services, user, file.map)
     if file.parameters != before.parameters:
@@ -80,14 +80,14 @@ async def change_robot(
 
 @router.delete("/{robot_id}", status_code=204, responses=KNOWN | problems(404, 409))
 async def remove_robot(robot_id: RobotId, services: Provided, user: Caller) -> None:
-    """Forget a robot, its URDF and what its clone had learned; one that is connected is kept."""
+    """Remove a robot with its URDF and the checkpoints of its clone; refused (409) while it is connected."""
     if robot_id in robots_in(services, user.id):
-        raise Conflict(f"robot {robot_id!r} is connected: let it disconnect first")
+        raise Conflict(f"robot {robot_id!r} is connected: disconnect it first")
     await run_in_threadpool(services.store.remove_robot, user.id, robot_id)
 
 
 async def _check_masks(services: Services, user: User, file: RobotFile) -> None:
-    """Refuse a file whose masks would keep the robot from connecting; what is published since counts when it does."""
+    """Reject a file whose masks are missing or unreadable now; they are looked up again when the robot connects."""
     await run_in_threadpool(mask_versions, services.map_store, user.id, file.parameters)
 
 
@@ -99,10 +99,10 @@ def _put(services: Services, record: RobotRecord) -> bool:
 def _detail(services: Services, user: User, robot_id: str) -> RobotDetail:
     record = services.store.robot(user.id, robot_id)
     try:
-        told = UrdfAnswer.model_validate(describe(services.store.urdf(user.id, robot_id)))
+        urdf = UrdfAnswer.model_validate(describe(services.store.urdf(user.id, robot_id)))
     except NotFound:
-        told = None
-    return RobotDetail(**msgspec.structs.asdict(record), urdf=told)
+        urdf = None
+    return RobotDetail(**msgspec.structs.asdict(record), urdf=urdf)
 
 
 def _record(robot_id: str, user: User, file: RobotFile) -> RobotRecord:
@@ -110,7 +110,7 @@ def _record(robot_id: str, user: User, file: RobotFile) -> RobotRecord:
     return RobotRecord(id=robot_id, user=user.id, **fields)
 
 
-def _changed(record: RobotRecord, change: dict[str, Any]) -> RobotFile:
+def _merge(record: RobotRecord, change: dict[str, Any]) -> RobotFile:
     present = {name: getattr(record, name) for name in RobotFile.model_fields}
     try:
         return RobotFile.model_validate(merge(present | {"initial_pose": list(record.initial_pose)}, change))

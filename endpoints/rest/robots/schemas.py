@@ -1,4 +1,4 @@
-"""The JSON of robots."""
+"""JSON schemas of robots."""
 
 from typing import Annotated, Any
 
@@ -9,13 +9,15 @@ from endpoints.rest.schemas import Cores, Description, Labels, Pose, RequestBody
 from engine.specs.machine_settings import MOST_LABELS
 
 Properties = Annotated[
-    dict[str, Any], AfterValidator(plain_json), Field(description="Whatever else there is to say, kept as it is")
+    dict[str, Any], AfterValidator(plain_json), Field(description="Any other properties, stored unchanged")
 ]
-Parameters = Annotated[dict[str, Any], AfterValidator(plain_json), Field(description="Of the clone's nodes, by node")]
+Parameters = Annotated[
+    dict[str, Any], AfterValidator(plain_json), Field(description="Parameters of the clone's nodes, by node")
+]
 
 
 class RobotFile(RequestBody):
-    """The JSON file of a robot."""
+    """Robot file."""
 
     map: Name = Field(examples=["office"])
     model: Name = "turtlebot2"
@@ -30,7 +32,7 @@ class RobotFile(RequestBody):
 
 
 class RobotChange(RequestBody):
-    """What is to change of a robot (JSON merge patch): what is left out stays, and null stands for the default."""
+    """Changes of a robot (JSON merge patch): omitted fields stay unchanged, null restores the default."""
 
     map: Name | None = None
     model: Name | None = None
@@ -45,7 +47,7 @@ class RobotChange(RequestBody):
 
 
 class RobotAnswer(ResponseBody):
-    """A robot."""
+    """Robot of the caller."""
 
     id: str
     user: str
@@ -62,30 +64,34 @@ class RobotAnswer(ResponseBody):
 
 
 class SensorAnswer(ResponseBody):
-    """A link that is a sensor."""
+    """Sensor of a robot: a link of its URDF."""
 
     link: str
-    kind: str = Field(description="laser, camera, depth, or what the URDF calls it")
+    kind: str = Field(description="laser, camera, depth, or the type in the URDF")
     pose: list[float] = Field(description="x, y, z [m], roll, pitch, yaw [rad] in the base frame")
 
 
 class UrdfAnswer(ResponseBody):
-    """What a URDF tells of a robot; null where it cannot be told."""
+    """Properties of a robot from its URDF; null if unknown."""
 
     name: str
     base_frame: str
     links: int
-    footprint: list[tuple[float, float]] = Field(description="Corners of the convex outline from above, x, y [m]")
-    circumscribed_radius: float | None = Field(description="Of the disc around the base frame that holds it [m]")
-    inscribed_radius: float | None = Field(description="Of the largest disc around the base frame within it [m]")
-    height: float | None = Field(description="From the ground to its top [m]")
-    max_vel_x: float | None = Field(description="What its wheels allow [m/s]")
-    max_vel_theta: float | None = Field(description="What its wheels allow on the spot [rad/s]")
+    footprint: list[tuple[float, float]] = Field(description="Corners of the convex outline seen from above, x, y [m]")
+    circumscribed_radius: float | None = Field(
+        description="Radius of the smallest disc around the base frame that contains it [m]"
+    )
+    inscribed_radius: float | None = Field(description="Radius of the largest disc around the base frame inside it [m]")
+    height: float | None = Field(description="Height above the ground [m]")
+    max_vel_x: float | None = Field(description="Maximum linear velocity of its wheels [m/s]")
+    max_vel_theta: float | None = Field(
+        description="Maximum angular velocity of its wheels when turning in place [rad/s]"
+    )
     sensors: list[SensorAnswer]
-    warnings: list[str] = Field(description="What could not be told, and why")
+    warnings: list[str] = Field(description="Properties that could not be determined, and why")
 
 
 class RobotDetail(RobotAnswer):
-    """A robot, with what its URDF tells."""
+    """Robot, with the properties from its URDF."""
 
     urdf: UrdfAnswer | None

@@ -1,4 +1,4 @@
-"""The JSON of users, of what they may have, and of tokens."""
+"""JSON schemas of users, their quotas and usage, and tokens."""
 
 from typing import Annotated
 
@@ -8,40 +8,40 @@ from endpoints.rest.names import Name
 from endpoints.rest.schemas import Number, RequestBody, ResponseBody
 from storage.records import Role
 
-MOST = 1_000_000_000
-"""More than any cloud has of anything."""
+MAX_LIMIT = 1_000_000_000
+"""Largest limit that a user may be given; more than any cloud has."""
 
 Password = Annotated[str, Field(min_length=8, max_length=1024, examples=["correct horse"])]
-_Count = Annotated[int, Field(strict=True, ge=0, le=MOST)]
-_Cores = Annotated[Number, Field(ge=0.0, le=MOST)]
+_Count = Annotated[int, Field(strict=True, ge=0, le=MAX_LIMIT)]
+_Cores = Annotated[Number, Field(ge=0.0, le=MAX_LIMIT)]
 
 
 class Credentials(RequestBody):
-    """What to log in with."""
+    """User and password to log in with."""
 
     user: str = Field(max_length=64, examples=["ann"])
     password: str = Field(max_length=1024, examples=["correct horse"])
 
 
 class TokenAnswer(ResponseBody):
-    """A login."""
+    """New token."""
 
-    id: str = Field(description="With which it is revoked")
+    id: str = Field(description="Id of the token, with which it can be revoked")
     token: str
     expires: float = Field(description="Seconds since the epoch")
 
 
 class TokenSummary(ResponseBody):
-    """A login, without the token itself: that is not kept."""
+    """Token without its text, which is not stored."""
 
     id: str
-    created: float = Field(description="Seconds since the epoch; 0 where it was not noted")
+    created: float = Field(description="Seconds since the epoch; 0 if unknown")
     expires: float = Field(description="Seconds since the epoch")
-    current: bool = Field(description="Whether it is the one that is used now")
+    current: bool = Field(description="Whether it is the token of this request")
 
 
 class NewUser(RequestBody):
-    """A user to be made."""
+    """User to create."""
 
     id: Name
     password: Password
@@ -49,7 +49,7 @@ class NewUser(RequestBody):
 
 
 class LimitsChange(RequestBody):
-    """What a user may have, where that is not what every user may; null is what every user may."""
+    """Changes of a user's own limits; null restores the limit of all users."""
 
     containers: _Count | None = None
     cores: _Cores | None = None
@@ -59,27 +59,29 @@ class LimitsChange(RequestBody):
 
 
 class UserChange(RequestBody):
-    """What is to change of a user (JSON merge patch); what is left out stays."""
+    """Changes of a user (JSON merge patch); omitted fields stay unchanged."""
 
     role: Role | None = None
     password: Password | None = None
     old_password: str | None = Field(
-        None, max_length=1024, description="Of who changes the own password; an administrator needs none for others"
+        None,
+        max_length=1024,
+        description="Current password, needed to change your own password; administrators change others' without it",
     )
     limits: LimitsChange | None = Field(
-        None, description="Of the user's own, given by administrators; null takes all of them back"
+        None, description="Own limits of the user, set by administrators; null removes all of them"
     )
 
 
 class UserAnswer(ResponseBody):
-    """A user."""
+    """User of the cloud."""
 
     id: str
     role: Role
 
 
 class LimitsAnswer(ResponseBody):
-    """Limits of a user's own; null where the user may have what every user may."""
+    """Own limits of a user; null where the limit of all users applies."""
 
     containers: int | None
     cores: float | None
@@ -89,18 +91,18 @@ class LimitsAnswer(ResponseBody):
 
 
 class QuotaAnswer(ResponseBody):
-    """A number of each thing that is limited."""
+    """Limited resources of a user, as a quota or as usage."""
 
-    containers: int = Field(description="Clones that run, and planning on a map")
-    cores: float = Field(description="Of these containers, together")
-    robots: int = Field(description="Robots that are told of, connected or not")
-    maps: int = Field(description="Maps that the user owns")
-    plans_per_minute: int = Field(description="Paths asked for by REST or of the robot's services")
+    containers: int = Field(description="Number of running containers: clones, and one per map for path requests")
+    cores: float = Field(description="Total size of these containers")
+    robots: int = Field(description="Number of registered robots, connected or not")
+    maps: int = Field(description="Number of maps that the user owns")
+    plans_per_minute: int = Field(description="Path requests per minute, by REST or to the robots' services")
 
 
 class UserDetail(UserAnswer):
-    """A user, and what the user has of what the user may have."""
+    """User with limits, quota and usage."""
 
     limits: LimitsAnswer
-    quota: QuotaAnswer = Field(description="What the user may have")
-    used: QuotaAnswer = Field(description="What the user has now")
+    quota: QuotaAnswer = Field(description="Quota of the user")
+    used: QuotaAnswer = Field(description="Current usage")

@@ -1,4 +1,4 @@
-"""Logging in and out: tokens are made, listed and revoked."""
+"""Routes to log in and out: create, list and revoke tokens."""
 
 from fastapi import APIRouter, Request, Response
 from starlette.concurrency import run_in_threadpool
@@ -16,12 +16,12 @@ from storage.records import Token
 router = APIRouter(prefix="/tokens", tags=["tokens"], route_class=StrictRoute)
 
 CURRENT = "current"
-"""The token that a request carries; no hash is called so."""
+"""Name of the token of the request itself; no token id equals it."""
 
 
 @router.post("", status_code=201, response_model=TokenAnswer, responses=problems(401) | BODY)
 async def log_in(credentials: Credentials, services: Provided, response: Response) -> IssuedToken:
-    """Give a token to who knows the password. It is told only now, and never kept in the clear."""
+    """Create a token for a user and password. Its text is returned only here and never stored."""
     response.headers["Cache-Control"] = "no-store"
     return await services.accounts.sign_in(credentials.user, credentials.password)
 
@@ -31,13 +31,13 @@ async def list_tokens(request: Request, services: Provided, user: Caller, paging
     """List the caller's tokens by id."""
     used = token_id(token_of(request))
     after = paging.key(str, "")
-    found = await run_in_threadpool(services.store.tokens, user.id, after=after, limit=paging.most)
+    found = await run_in_threadpool(services.store.tokens, user.id, after=after, limit=paging.fetch_limit)
     return paging.page([_summary(token, used) for token in found], lambda token: token.id)
 
 
 @router.delete("/{token}", status_code=204, responses=KNOWN | problems(404))
 async def revoke_token(token: TokenId, request: Request, services: Provided, user: Caller) -> None:
-    """Revoke a token of the caller: who has it must log in again. `current` logs out."""
+    """Revoke a token of the caller; `current` logs out."""
     await services.accounts.revoke(user.id, token_id(token_of(request)) if token == CURRENT else token)
 
 

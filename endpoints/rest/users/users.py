@@ -1,4 +1,4 @@
-"""Users: made, listed, changed, limited and removed by administrators; everybody changes the own password."""
+"""Routes of users: administrators create, list, change, limit and remove them; users change their own password."""
 
 from typing import Annotated
 
@@ -24,21 +24,21 @@ router = APIRouter(prefix="/users", tags=["users"], route_class=StrictRoute)
 
 @router.post("", status_code=201, response_model=UserAnswer, responses=ADMIN | BODY | problems(409))
 async def create_user(new: NewUser, services: Provided, _admin: Admin) -> User:
-    """Make a user."""
+    """Create a user."""
     return await services.accounts.register(new.id, new.password, new.role)
 
 
 @router.get("", response_model=Page[UserAnswer], responses=ADMIN)
 async def list_users(services: Provided, _admin: Admin, paging: Paged) -> dict[str, object]:
     """List all users by id."""
-    found = await run_in_threadpool(services.store.users, after=paging.key(str, ""), limit=paging.most)
+    found = await run_in_threadpool(services.store.users, after=paging.key(str, ""), limit=paging.fetch_limit)
     return paging.page(found, lambda user: user.id)
 
 
 @router.get("/{user_id}", response_model=UserDetail, responses=ADMIN | problems(404))
 async def show_user(user_id: UserId, services: Provided, user: Caller) -> UserDetail:
-    """Show a user, and what the user has of what the user may have; an administrator may look at others too."""
-    found = await run_in_threadpool(services.store.user, _whom(user_id, user))
+    """Show a user with limits, quota and usage; administrators may show other users too."""
+    found = await run_in_threadpool(services.store.user, _target_user(user_id, user))
     return await run_in_threadpool(_detail, services, found)
 
 
@@ -50,17 +50,17 @@ async def change_user(
     services: Provided,
     user: Caller,
 ) -> UserDetail:
-    """Change a password, a role, or what a user may have.
+    """Change a password, a role, or the limits of a user.
 
-    Who changes the own password gives the old one; an administrator changes that of others, their role and the limits
-    of all. All tokens of the user end with the old password, but for the one that this request came with. Nothing is
-    taken from who has more than a new limit allows; there is only no more.
+    To change your own password, give the current one. Administrators change the passwords and roles of others and the
+    limits of all. With a new password all tokens of the user are revoked except the token of this request. A user who
+    has more than a new limit allows keeps it, but gets no more.
     """
-    whom = _whom(user_id, user)
-    await _check_may_change(services, user, whom, change)
+    target = _target_user(user_id, user)
+    await _check_may_change(services, user, target, change)
     used = token_id(token_of(request))
     changed = await services.accounts.change(
-        whom, role=change.role, password=change.password, keep_token=used, limits=_limits(change)
+        target, role=change.role, password=change.password, keep_token=used, limits=_limits(change)
     )
     detail = await run_in_threadpool(_detail, services, changed)
     services.cloud.quotas_changed()
@@ -69,15 +69,15 @@ async def change_user(
 
 @router.delete("/{user_id}", status_code=204, responses=ADMIN | problems(404, 409))
 async def remove_user(user_id: UserId, services: Provided, admin: Admin) -> None:
-    """Remove a user with all tokens and robots. One who owns maps or has a robot connected is kept."""
+    """Remove a user with all tokens and robots; refused (409) if the user owns maps or has a connected robot."""
     if user_id in (admin.id, ME):
-        raise Conflict("you cannot remove yourself: let another administrator do it")
+        raise Conflict("you cannot remove yourself: ask another administrator")
     owned = await run_in_threadpool(owned_maps, services.map_store, user_id)
     if owned:
-        raise Conflict(f"the user {user_id!r} owns maps that others may use: remove them first: {', '.join(owned)}")
+        raise Conflict(f"user {user_id!r} owns maps; remove them first: {', '.join(owned)}")
     connected = robots_in(services, user_id)
     if connected:
-        raise Conflict(f"robots of {user_id!r} are connected: {', '.join(connected)}")
+        raise Conflict(f"user {user_id!r} has connected robots; disconnect them first: {', '.join(connected)}")
     await services.accounts.remove(user_id)
     services.cloud.quotas.forget(user_id)
 
@@ -103,28 +103,28 @@ def _detail(services: Services, user: User) -> UserDetail:
 
 
 def _limits(change: UserChange) -> dict[str, float | None]:
-    """Return the limits that are to change, by name; all of them where null takes them back."""
+    """Return the limits to change, by name; all of them if ``limits`` is null."""
     if change.limits is not None:
         return change.limits.model_dump(exclude_unset=True)
     return dict.fromkeys(QUOTAS) if "limits" in change.model_fields_set else {}
 
 
-def _whom(user_id: str, caller: User) -> str:
-    """Return who is meant; ``NotPermitted`` where it is another and the caller no administrator."""
-    whom = caller.id if user_id == ME else user_id
-    if whom != caller.id and caller.role != "admin":
+def _target_user(user_id: str, caller: User) -> str:
+    """Return the id of the user in a path; ``NotPermitted`` if it is another user and the caller is no admin."""
+    target = caller.id if user_id == ME else user_id
+    if target != caller.id and caller.role != "admin":
         raise NotPermitted("only an administrator may see or change other users")
-    return whom
+    return target
 
 
-async def _check_may_change(services: Services, caller: User, whom: str, change: UserChange) -> None:
+async def _check_may_change(services: Services, caller: User, target: str, change: UserChange) -> None:
     if change.role is not None and caller.role != "admin":
-        raise NotPermitted("only an administrator gives roles")
+        raise NotPermitted("only an administrator may change roles")
     if "limits" in change.model_fields_set and caller.role != "admin":
-        raise NotPermitted("only an administrator changes what users may have")
-    if change.role not in (None, caller.role) and whom == caller.id:
-        raise Conflict("you cannot give up your own role: let another administrator do it")
-    if change.password is not None and whom == caller.id:
+        raise NotPermitted("only an administrator may change limits")
+    if change.role not in (None, caller.role) and target == caller.id:
+        raise Conflict("you cannot change your own role: ask another administrator")
+    if change.password is not None and target == caller.id:
         if change.old_password is None:
-            raise InvalidParameter("old_password: give the password that you have now")
-        await services.accounts.check_password(whom, change.old_password)
+            raise InvalidParameter("old_password is required to change your own password: give the current password")
+        await services.accounts.check_password(target, change.old_password)

@@ -1,6 +1,6 @@
 """A connection that goes nowhere, for what waits to be sent."""
 
-from endpoints.rosbridge.outbox import Outbox
+from endpoints.rosbridge.outbox import FrameOutbox
 
 
 class Connection:
@@ -19,7 +19,7 @@ class Connection:
         self.sent.append(frame.decode())
 
 
-def sent(outbox: Outbox, count: float = float("inf")) -> list[str]:
+def sent(outbox: FrameOutbox, count: float = float("inf")) -> list[str]:
     """Return what a connection is sent that takes so many frames; then it is gone."""
     connection = Connection(count)
     outbox.connect(connection)

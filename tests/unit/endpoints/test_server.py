@@ -65,5 +65,5 @@ def test_what_keeps_it_from_starting_is_one_line_and_nothing_is_left(tmp_path: P
 def test_a_ready_file_that_cannot_be_written_ends_it_with_a_reason_and_nothing_is_left(tmp_path: Path) -> None:
     up = Up(tmp_path, "--ready-file", str(tmp_path / "nowhere" / "ready.json"))
     assert up.wait() == 1
-    assert "the ready file cannot be written" in up.log.read_text()
+    assert "cannot write the ready file" in up.log.read_text()
     assert "Traceback" not in up.log.read_text()

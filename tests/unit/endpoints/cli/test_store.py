@@ -63,8 +63,8 @@ def test_maps_are_migrated_by_the_same_command(tmp_path: Path, capsys: pytest.Ca
         ("sqlite:///nowhere/at/all.db", "memory:", "not-found: unknown store 'sqlite:///nowhere/at/all.db'"),
         ("file:///nowhere/at/all", "file:///tmp/maps", "not-found: unknown store 'file:///nowhere/at/all'"),
         ("memory:", "memory:", "invalid-input: FROM and TO are the same store"),
-        ("sqlite:///a.db", "file:///b", "do not keep the same"),
-        ("mysql://a", "sqlite:///b.db", "do not keep the same"),
+        ("sqlite:///a.db", "file:///b", "do not store the same kind of data"),
+        ("mysql://a", "sqlite:///b.db", "do not store the same kind of data"),
         ("sqlite://host/a.db", "memory:", "has no path"),
     ],
 )

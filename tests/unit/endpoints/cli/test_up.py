@@ -58,7 +58,7 @@ def test_a_data_folder_that_is_a_file_is_told(tmp_path: Path, capsys: pytest.Cap
     (tmp_path / "data").touch()
     assert main(["up", "--data", str(tmp_path / "data")]) == 1
     error = capsys.readouterr().err
-    assert error.startswith("ppaas: invalid-input: no data folder can be made: ")
+    assert error.startswith("ppaas: invalid-input: cannot create the data folder: ")
     assert "--data" in error
 
 

@@ -131,7 +131,7 @@ async def test_a_connection_that_closes_takes_no_more() -> None:
 async def test_the_round_trip_of_each_ping_that_is_answered_is_told() -> None:
     told: asyncio.Queue[float] = asyncio.Queue()
     async with connected(Server(), ws_ping_interval=0.02, ws_ping_timeout=10.0) as (client, connection):
-        connection.tell_round_trips(told.put_nowait)
+        connection.on_round_trip(told.put_nowait)
         await client.send("x")
         async with asyncio.timeout(10):
             assert all([await told.get() > 0.0 for _ in range(2)])

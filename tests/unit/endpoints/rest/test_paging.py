@@ -93,7 +93,7 @@ async def test_a_cursor_that_is_none_of_the_list_is_refused(
     client: httpx.AsyncClient, admin: dict[str, str], path: str, cursor: str
 ) -> None:
     answer = await client.get(f"/v1/{path}", headers=admin, params={"cursor": cursor})
-    assert "begin anew" in problem_of(answer, 422, "invalid-parameter")["detail"]
+    assert "start again without a cursor" in problem_of(answer, 422, "invalid-parameter")["detail"]
 
 
 @pytest.mark.parametrize("path", LISTS)

@@ -30,8 +30,8 @@ async def test_a_client_serves_another(client: StillClient, other: StillClient) 
     [
         ({"result": False, "values": "no bulb"}, "no bulb"),
         ({"result": False, "values": "unavailable: no bulb"}, "no bulb"),
-        ({"result": False}, "the client that offers 'lights' said no"),
-        ({"result": None, "values": {}}, "the client that offers 'lights' said no"),
+        ({"result": False}, "service 'lights': the client reported a failure"),
+        ({"result": None, "values": {}}, "service 'lights': the client reported a failure"),
     ],
 )
 async def test_a_client_may_serve_itself_and_refuse(response: dict[str, Any], reason: str, client: StillClient) -> None:

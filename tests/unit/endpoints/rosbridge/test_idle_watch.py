@@ -22,16 +22,16 @@ async def test_all_clients_of_a_silent_place_are_let_go_and_its_container_is_end
     world: World, watch: IdleWatch, clock: ManualClock
 ) -> None:
     async with world.robot() as (robot, container), world.connected("operator") as operator:
-        await watch.look()
+        await watch.check()
         clock.advance(IDLE - 1.0)
-        await watch.look()
+        await watch.check()
         assert len(world.service.containers(None)) == 1
         clock.advance(1.0)
-        await watch.look()
+        await watch.check()
         for client in (robot, operator):
             code, reason = await closed(client)
             assert code == 1011
-            assert reason.startswith("idle: nothing was said for 100 s; connect again when")
+            assert reason.startswith("idle: no frames for 100 s: connect again when")
         assert world.service.containers(None) == []
         assert await next_of(container, robot_link.Shutdown)
 
@@ -39,11 +39,11 @@ async def test_all_clients_of_a_silent_place_are_let_go_and_its_container_is_end
 async def test_one_word_of_anybody_keeps_the_place_for_all(world: World, watch: IdleWatch, clock: ManualClock) -> None:
     async with world.robot() as (_, container), world.connected("operator") as operator:
         for number in range(3):
-            await watch.look()
+            await watch.check()
             clock.advance(IDLE - 1.0)
             await say(operator, op="publish", topic="/goal", msg={"data": str(number)})
             await next_of(container, robot_link.Deliver)
-        await watch.look()
+        await watch.check()
         assert len(world.service.containers(None)) == 1
 
 
@@ -55,13 +55,13 @@ async def test_a_robot_with_a_goal_is_not_idle(world: World, watch: IdleWatch, c
         await until(lambda: place.busy)
         for _ in range(3):
             clock.advance(IDLE)
-            await watch.look()
+            await watch.check()
         container.stream.write(robot_link.ContainerBeat(busy=False))
         await until(lambda: not place.busy)
-        await watch.look()
+        await watch.check()
         assert len(world.service.containers(None)) == 1, "its time begins when the goal is done"
         clock.advance(IDLE)
-        await watch.look()
+        await watch.check()
         assert (await closed(robot))[1].startswith("idle: ")
 
 

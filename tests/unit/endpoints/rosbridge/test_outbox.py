@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from endpoints.rosbridge.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES, Outbox
+from endpoints.rosbridge.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES, FrameOutbox
 from ppaas.clock import ManualClock
 from ppaas.errors import Unavailable
 from ppaas.nodes.topics import CMD_VEL
@@ -13,7 +13,7 @@ from tests.support.network.still_socket import Connection, sent
 
 def test_of_a_command_only_the_newest_is_kept_and_it_expires() -> None:
     clock = ManualClock()
-    outbox = Outbox(clock)
+    outbox = FrameOutbox(clock)
     outbox.put("cmd_vel", b"old", keep=1)
     outbox.put("cmd_vel", b"new", keep=1)
     assert sent(outbox) == ["new"]
@@ -23,7 +23,7 @@ def test_of_a_command_only_the_newest_is_kept_and_it_expires() -> None:
 
 
 def test_answers_are_never_dropped_but_a_client_that_reads_none_is() -> None:
-    outbox = Outbox()
+    outbox = FrameOutbox()
     for number in range(10 * MAX_KEEP):
         outbox.put_answer(str(number).encode())
     with pytest.raises(Unavailable):
@@ -31,7 +31,7 @@ def test_answers_are_never_dropped_but_a_client_that_reads_none_is() -> None:
 
 
 def test_what_was_dropped_for_a_client_that_does_not_read_takes_no_room_and_is_no_answer() -> None:
-    outbox = Outbox()
+    outbox = FrameOutbox()
     for number in range(100 * MAX_KEEP):
         outbox.put("cmd_vel", str(number).encode(), keep=1)
     assert len(outbox) == 1
@@ -40,7 +40,7 @@ def test_what_was_dropped_for_a_client_that_does_not_read_takes_no_room_and_is_n
 
 
 def test_a_frame_is_sent_at_once_where_the_connection_takes_it_and_else_when_it_does_again() -> None:
-    outbox, connection = Outbox(), Connection(room=1)
+    outbox, connection = FrameOutbox(), Connection(room=1)
     outbox.connect(connection)
     outbox.put("a", b"at once", keep=1)
     assert connection.sent == ["at once"]
@@ -59,7 +59,7 @@ def test_a_frame_is_sent_at_once_where_the_connection_takes_it_and_else_when_it_
 
 
 def test_what_is_sent_at_once_counts_and_is_remembered() -> None:
-    outbox = Outbox()
+    outbox = FrameOutbox()
     outbox.repeats = True
     outbox.connect(Connection())
     for frame in (b"a", b"b"):
@@ -73,7 +73,7 @@ def test_what_is_sent_at_once_counts_and_is_remembered() -> None:
 def test_each_topic_keeps_its_newest_in_order(puts: list[tuple[str, int]]) -> None:
     keep = {"a": 1, "b": 2, "c": 5}
 
-    outbox = Outbox(ManualClock())
+    outbox = FrameOutbox(ManualClock())
     for number, (topic, _) in enumerate(puts):
         outbox.put(topic, f"{topic}{number}".encode(), keep[topic])
     frames = sent(outbox)
@@ -88,7 +88,7 @@ MIB = 1 << 20
 
 
 def test_of_too_many_bytes_the_oldest_that_do_not_last_go_first() -> None:
-    outbox = Outbox()
+    outbox = FrameOutbox()
     outbox.put("plan", b"p" * MIB, keep=1000)
     outbox.put("move_base/result", b"r" * MIB, keep=1000)
     outbox.put_answer(b"a" * MIB)
@@ -102,7 +102,7 @@ def test_of_too_many_bytes_the_oldest_that_do_not_last_go_first() -> None:
 
 
 def test_a_client_for_which_too_many_bytes_of_answers_wait_is_told_so() -> None:
-    outbox = Outbox()
+    outbox = FrameOutbox()
     outbox.put("plan", b"p" * MIB, keep=1)
     for _ in range(MAX_BYTES // MIB):
         outbox.put_answer(b"a" * MIB)
@@ -112,7 +112,7 @@ def test_a_client_for_which_too_many_bytes_of_answers_wait_is_told_so() -> None:
 
 
 def test_one_message_larger_than_all_that_may_wait_is_sent() -> None:
-    outbox = Outbox()
+    outbox = FrameOutbox()
     outbox.put("map", b"m" * (MAX_BYTES + 1), keep=1)
     outbox.put("camera", b"c" * (MAX_BYTES + 1), keep=1)
     assert [frame[0] for frame in sent(outbox)] == ["m", "c"]
@@ -122,7 +122,7 @@ def test_one_message_larger_than_all_that_may_wait_is_sent() -> None:
 
 
 def test_what_lasts_and_was_not_received_is_sent_again_in_order_before_all_else() -> None:
-    outbox = Outbox()
+    outbox = FrameOutbox()
     outbox.repeats = True
     outbox.put_answer(b"answer 1")
     outbox.put("plan", b"plan 2", keep=1)
@@ -139,7 +139,7 @@ def test_what_lasts_and_was_not_received_is_sent_again_in_order_before_all_else(
 
 
 def test_what_was_sent_is_remembered_within_bounds_and_only_if_it_will_be_asked_for() -> None:
-    silent, outbox = Outbox(), Outbox()
+    silent, outbox = FrameOutbox(), FrameOutbox()
     outbox.repeats = True
     for box in (silent, outbox):
         box.put_answer(b"x" * (MAX_SENT_BYTES + 1))

@@ -10,7 +10,7 @@ from starlette.websockets import WebSocket
 
 from endpoints.rosbridge import session, session_registry
 from endpoints.rosbridge.calls import MAX_CALLS
-from endpoints.rosbridge.outbox import Outbox
+from endpoints.rosbridge.outbox import FrameOutbox
 from endpoints.rosbridge.robot_socket import MAX_REASON
 from endpoints.rosbridge.session import MAX_LOGGED
 from engine.protocols import control_link, robot_link
@@ -107,7 +107,7 @@ async def test_an_operator_gives_goals_and_speaks_for_no_sensor(world: World) ->
         for _ in range(2):
             status = await hear(operator)
             assert (status["op"], status["level"]) == ("status", "error")
-            assert status["msg"].startswith("not-permitted: only the robot itself publishes")
+            assert status["msg"].startswith("not-permitted: only the robot itself may publish")
         assert (await next_of(container, robot_link.Deliver)).topic == "goal"
 
 
@@ -226,14 +226,17 @@ async def test_a_place_that_is_closed_while_a_client_is_let_in_is_told_of(
 async def test_a_client_that_does_not_read_its_answers_is_closed_rather_than_left_without(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(self: Outbox, frame: str) -> None:
-        raise Unavailable("the client asks faster than it reads the answers")
+    def full(self: FrameOutbox, frame: str) -> None:
+        raise Unavailable("the client sends requests faster than it reads the responses")
 
     async with world.robot() as (robot, container):
-        monkeypatch.setattr(Outbox, "put_answer", full)
+        monkeypatch.setattr(FrameOutbox, "put_answer", full)
         await say(robot, op="call_service", service="/make_plan")
         container.stream.write(robot_link.ServiceAnswer((await next_of(container, robot_link.ServiceCall)).call, b"{}"))
-        assert await closed(robot) == (1011, "unavailable: the client asks faster than it reads the answers")
+        assert await closed(robot) == (
+            1011,
+            "unavailable: the client sends requests faster than it reads the responses",
+        )
 
 
 async def test_a_fault_of_ours_closes_the_socket_with_a_word_and_is_logged_once(

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from endpoints.rosbridge.outbox import Outbox
+from endpoints.rosbridge.outbox import FrameOutbox
 from endpoints.rosbridge.session import PATH_SERVICES
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import robot_link
@@ -116,10 +116,10 @@ async def test_the_last_of_many_messages_arrives_though_it_came_too_soon(
 async def test_an_outbox_that_is_full_of_answers_closes_its_client(
     client: StillClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(self: Outbox, frame: str) -> None:
+    def full(self: FrameOutbox, frame: str) -> None:
         raise Unavailable("full")
 
-    monkeypatch.setattr(Outbox, "put_answer", full)
+    monkeypatch.setattr(FrameOutbox, "put_answer", full)
     client.say(op="call_service", service="/move_base/_action/cancel_goal")
     async with asyncio.timeout(5):
         assert str(await client.session.over) == "full"

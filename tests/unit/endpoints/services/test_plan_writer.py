@@ -7,7 +7,7 @@ from functools import partial
 
 import pytest
 
-from endpoints.services.plan_writer import MOST_WAITING, PlanWriter
+from endpoints.services.plan_writer import MAX_WAITING, PlanWriter
 from ppaas.errors import InvalidInput, NotFound, Unavailable
 from storage.memory.store import MemoryStore
 from storage.records import PlanRecord
@@ -41,7 +41,7 @@ async def test_whoever_brings_a_plan_does_not_wait_for_the_store_but_whoever_loo
 
 async def test_who_brings_more_than_the_store_takes_waits() -> None:
     store, writer = SlowStore(), PlanWriter()
-    for number in range(MOST_WAITING):
+    for number in range(MAX_WAITING):
         await writer.write(store, partial(plan, f"p{number}"))
     more = asyncio.create_task(writer.write(store, lambda: plan("more")))
     await asyncio.sleep(0)
@@ -58,7 +58,7 @@ async def test_a_plan_that_cannot_be_kept_is_told_and_makes_room(caplog: pytest.
             raise Unavailable("the disk is full")
 
     writer = PlanWriter()
-    for number in range(2 * MOST_WAITING):
+    for number in range(2 * MAX_WAITING):
         await writer.write(Broken(), partial(plan, f"p{number}"))
     await writer.settled()
     assert "the disk is full" in caplog.text

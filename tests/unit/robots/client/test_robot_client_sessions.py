@@ -162,7 +162,7 @@ async def test_let_go_for_idleness_it_comes_again_when_it_has_something_to_say(s
         await client.subscribe("chatter", String)
         await server.heard("subscribe")
         server.headers = told("new", "s2")
-        await server.connections[-1].close(1011, "idle: nothing was said for 600 s")
+        await server.connections[-1].close(1011, "idle: no frames for 600 s")
         await until(lambda: not client.connected)
         attempts = len(server.paths)
         await asyncio.sleep(0.1)  # ten times what it waits before it tries again
@@ -175,5 +175,5 @@ async def test_let_go_for_idleness_it_comes_again_when_it_has_something_to_say(s
 async def test_who_only_looks_on_waits_for_the_robot_to_come_again(server: RosbridgeServer) -> None:
     async with client_of(server, role="operator", hold=False) as client:
         assert "&hold=0&" in server.paths[-1]
-        await server.connections[-1].close(1011, "idle: nothing was said for 600 s")
+        await server.connections[-1].close(1011, "idle: no frames for 600 s")
         await until(lambda: client.connections == 2)

@@ -4,9 +4,9 @@ from collections.abc import AsyncIterator
 
 import pytest
 
-from endpoints.rest.maps.body_stream import AT_ONCE, MOST, taken
+from endpoints.rest.maps.body_stream import MIN_BATCH, MAX_WAITING, consume
 
-BLOCK = AT_ONCE // 2
+BLOCK = MIN_BATCH // 2
 
 
 async def stream(blocks: list[bytes], *, then: Exception | None = None) -> AsyncIterator[bytes]:
@@ -17,7 +17,9 @@ async def stream(blocks: list[bytes], *, then: Exception | None = None) -> Async
 
 
 async def test_blocks_are_taken_in_their_order_off_the_loop() -> None:
-    blocks = [bytes([number]) * size for number, size in enumerate((1, BLOCK, BLOCK, 0, 3 * AT_ONCE, 7, MOST, 1))]
+    blocks = [
+        bytes([number]) * size for number, size in enumerate((1, BLOCK, BLOCK, 0, 3 * MIN_BATCH, 7, MAX_WAITING, 1))
+    ]
     got: list[bytes] = []
     threads = set()
 
@@ -25,7 +27,7 @@ async def test_blocks_are_taken_in_their_order_off_the_loop() -> None:
         threads.add(threading.get_ident())
         got.append(block)
 
-    await taken(stream(blocks), take)
+    await consume(stream(blocks), take)
     assert got == blocks
     assert threading.get_ident() not in threads
 
@@ -39,7 +41,7 @@ async def test_more_comes_while_a_thread_is_busy_but_not_more_than_fits() -> Non
         nonlocal asked
         for _ in range(100):
             asked += 1
-            if asked * BLOCK >= MOST:
+            if asked * BLOCK >= MAX_WAITING:
                 full.set()
             await asyncio.sleep(0)
             yield bytes(BLOCK)
@@ -48,10 +50,10 @@ async def test_more_comes_while_a_thread_is_busy_but_not_more_than_fits() -> Non
         assert full.wait(10), "nothing more was read while the thread was busy"
         seen.append(asked)
 
-    await taken(counted(), take)
+    await consume(counted(), take)
     assert len(seen) == 100
     most_ahead = max(read - place for place, read in enumerate(seen))
-    assert most_ahead <= 2 * MOST // BLOCK + 1
+    assert most_ahead <= 2 * MAX_WAITING // BLOCK + 1
 
 
 async def test_what_the_thread_raises_ends_it() -> None:
@@ -60,9 +62,9 @@ async def test_what_the_thread_raises_ends_it() -> None:
             raise ValueError("bad block")
 
     with pytest.raises(ValueError, match="bad block"):
-        await taken(stream([bytes(MOST), b"bad"]), take)
+        await consume(stream([bytes(MAX_WAITING), b"bad"]), take)
     with pytest.raises(ValueError, match="bad block"):
-        await taken(stream([b"bad", bytes(MOST), bytes(MOST), bytes(MOST)]), take)
+        await consume(stream([b"bad", bytes(MAX_WAITING), bytes(MAX_WAITING), bytes(MAX_WAITING)]), take)
 
 
 @pytest.mark.parametrize("cancel", [False, True])
@@ -77,13 +79,13 @@ async def test_no_thread_takes_anything_once_it_has_ended(cancel: bool) -> None:
         taking.append("ended")
 
     async def cut_short() -> AsyncIterator[bytes]:
-        yield bytes(MOST)
+        yield bytes(MAX_WAITING)
         await asyncio.to_thread(began.wait, 10)
         if cancel:
             await asyncio.Event().wait()
         raise ConnectionError("the client is gone")
 
-    task = asyncio.create_task(taken(cut_short(), take))
+    task = asyncio.create_task(consume(cut_short(), take))
     await asyncio.to_thread(began.wait, 10)
     await asyncio.sleep(0.05)
     if cancel:

@@ -188,6 +188,6 @@ async def test_the_rules_are_kept_with_the_map(client: httpx.AsyncClient, log_in
         assert (await publish(ann, yaml=yaml, image=pgm(1, 1, 255), **rules)).status_code == 201
         assert (await client.get("/v1/maps/house/cells", headers=ann)).content == bytes([cell])
     problem = problem_of(await publish(ann, rules="gmapping"), 422, "invalid-parameter")
-    assert problem["detail"] == "rules are map_server or nav2, not 'gmapping'"
+    assert problem["detail"] == "rules must be map_server or nav2, not 'gmapping'"
     without = yaml.replace(b"free_thresh: 0.0", b"")
     assert "Nav2" in problem_of(await publish(ann, yaml=without, rules="nav2"), 422, "invalid-map")["detail"]

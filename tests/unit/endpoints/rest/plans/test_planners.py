@@ -42,7 +42,7 @@ async def test_one_that_cannot_be_loaded_is_told_of(
     monkeypatch.setattr(installed_planners, "PROGRAM", ("-c", "raise ImportError('no such planner')"))
     answer = await client.get("/v1/planners", headers=await log_in("ann"))
     assert answer.status_code == 503
-    assert "the log of the cloud says why" in answer.json()["detail"]
+    assert "see the log of the cloud" in answer.json()["detail"]
 
 
 @pytest.mark.parametrize("name", ["navfn/NavfnROS", "nav2_navfn_planner::NavfnPlanner", "greedy"])

@@ -62,7 +62,7 @@ async def test_an_administrator_gives_another_a_password_and_a_role(ppaas: Comma
 
 
 async def test_a_change_that_changes_nothing_says_what_may_be_changed(ppaas: CommandLine) -> None:
-    assert (await ppaas("user", "change")).err == "ppaas: invalid-input: nothing to change: give --password or --role\n"
+    assert (await ppaas("user", "change")).err == "ppaas: invalid-input: nothing to change; give --password or --role\n"
 
 
 async def test_a_list_is_as_long_as_told(ppaas: CommandLine) -> None:
@@ -100,4 +100,4 @@ async def test_a_limit_that_cannot_be_or_is_none_is_refused(ppaas: CommandLine) 
         assert (await ppaas("user", "limit", "ann", *wrong, user="admin")).status == 2
     assert (await ppaas("user", "limit", "ann", user="admin")).err.startswith("ppaas: invalid-input: nothing to change")
     refused = await ppaas("user", "limit", "ann", "--maps", "9")
-    assert refused.err == "ppaas: not-permitted: only an administrator changes what users may have\n"
+    assert refused.err == "ppaas: not-permitted: only an administrator may change limits\n"
