@@ -17,9 +17,9 @@ _NOT_EXPIRING = "DELETE FROM tokens_by_expiry WHERE shard = 0 AND expires = ? AN
 
 
 class CassandraAccounts:
-    """A ``UserStore`` in Cassandra, but for what goes with a user.
+    """A ``UserStore`` in Cassandra, without ``remove_user``.
 
-    The row of a user that was removed stays, without a record: its numbers go on to rule out what was the user's.
+    The row of a removed user stays, without a record: its numbers keep the user's old rows invalid.
     """
 
     _session: CassandraSession
@@ -117,7 +117,7 @@ class CassandraAccounts:
         return row
 
     def _end_generation(self, user_id: str) -> int:
-        """Forget a user, and with it all that is the user's at once; return the number under which that lies."""
+        """Remove a user and invalidate all its rows in one write; return the generation of these rows."""
         check_name("user", user_id)
         remove = """UPDATE users SET record = NULL, kept_token = NULL, generation = ?, epoch = ?
                     WHERE shard = 0 AND id = ? IF record = ? AND generation = ? AND epoch = ?"""
@@ -128,7 +128,7 @@ class CassandraAccounts:
                 return row.generation or 0
 
     def _sweep_tokens(self, user_id: str) -> None:
-        """Remove the tokens of a user that are of an epoch before, but the one that was kept."""
+        """Remove the tokens of a user from earlier epochs, except the one that was kept."""
         user = self._session.row(_USER, user_id)
         for row in self._session.rows("SELECT hash FROM tokens_by_user WHERE user = ?", user_id):
             token = self._session.row(_TOKEN, row.hash)
@@ -136,14 +136,14 @@ class CassandraAccounts:
                 self._session.write_batch(self._token_deletions(row.hash))
 
     def _token_to_keep(self, user_id: str, token_hash: str | None) -> str | None:
-        """Return the hash if it is that of a token of the user: what was swept away must not come back."""
+        """Return the hash if it is a valid token of the user: a removed token must not become valid again."""
         row = None if token_hash is None else self._session.row(_TOKEN, token_hash)
         if row is None or token_hash is None or row.user != user_id:
             return None
         return token_hash if _is_valid(token_hash, row, self._session.row(_USER, user_id)) else None
 
     def _stale_index_deletions(self, token: Token) -> list[Write]:
-        """Return what removes the entries under which a token of this hash was found and will not be."""
+        """Return deletions of index rows of an earlier token with this hash that the new token does not overwrite."""
         row = self._session.row(_TOKEN, token.hash)
         writes: list[Write] = []
         if row is not None and row.user != token.user:
@@ -153,7 +153,7 @@ class CassandraAccounts:
         return writes
 
     def _token_deletions(self, token_hash: str) -> list[Write]:
-        """Return what removes a token; nothing if there is none."""
+        """Return the deletions of a token and its index rows; an empty list if it does not exist."""
         row = self._session.row(_TOKEN, token_hash)
         if row is None:
             return []
@@ -165,7 +165,7 @@ class CassandraAccounts:
 
 
 def _is_valid(token_hash: str, token: Any, user: Any) -> bool:
-    """Tell whether a token is of its user's present epoch, or was kept when that began."""
+    """Return whether a token belongs to its user's current epoch, or was kept when that epoch began."""
     if user is None or user.record is None:
         return False
     return bool(token.epoch == (user.epoch or 0) or token_hash == user.kept_token)

@@ -20,8 +20,8 @@ Key = tuple[str, int, str]
 class CassandraRobots:
     """A ``RobotStore`` and a ``CloneStore`` in Cassandra.
 
-    A URDF lies apart under an id of its own, which its robot's row names: it is there before it is named, and comes
-    and goes with the one row.
+    A URDF is stored under a unique id, which the robot's row refers to. It is written before the reference, so it
+    appears and disappears with that one row.
     """
 
     _session: CassandraSession
@@ -56,7 +56,7 @@ class CassandraRobots:
         """Remove a robot, its URDF and its clone's checkpoint; ``NotFound`` if it does not exist."""
         key = self._key(user, robot_id)
         row = self._known_robot(key)
-        self._session.write(f"DELETE FROM clones WHERE {_PART}", *key)  # first: a new robot must not find it
+        self._session.write(f"DELETE FROM clones WHERE {_PART}", *key)  # first, so that a new robot does not find it
         if not self._session.write_if(f"DELETE FROM robots WHERE {_KEY} IF record != NULL", *key):
             raise NotFound("robot", robot_id)
         self._drop_urdf(key, row.urdf)
@@ -77,7 +77,7 @@ class CassandraRobots:
         key = self._key(user, robot_id)
         while (row := self._robot_row(key)) is not None and row.urdf is not None:
             found = self._session.row(f"SELECT data FROM urdfs WHERE {_PART} AND id = ?", *key, row.urdf)
-            if found is not None:  # else another took its place meanwhile
+            if found is not None:  # otherwise another URDF has replaced it meanwhile
                 return bytes(found.data)
         raise NotFound("URDF of robot", robot_id)
 
@@ -110,7 +110,7 @@ class CassandraRobots:
     # -- internals -----------------------------------------------------------------------------------------------------
 
     def _sweep_robots(self, user: str, generation: int) -> None:
-        """Remove what lies under an old number of a user."""
+        """Remove the rows of an old generation of a user."""
         query = "SELECT id, urdf FROM robots WHERE user = ? AND generation = ?"
         for row in self._session.rows(query, user, generation):
             self._drop_urdf((user, generation, row.id), row.urdf)
@@ -136,7 +136,7 @@ class CassandraRobots:
         return row
 
     def _name_urdf(self, key: Key, number: uuid.UUID | None) -> uuid.UUID | None:
-        """Have the row of a robot name another URDF or none; return which it named before."""
+        """Make the robot's row refer to another URDF, or to none; return the id of the previous one."""
         name = f"UPDATE robots SET urdf = ? WHERE {_KEY} IF record != NULL AND urdf = ?"
         while True:
             before: uuid.UUID | None = self._known_robot(key).urdf

@@ -1,4 +1,4 @@
-"""Everything but maps in Cassandra: for more than one machine, and for data that outlives any of them."""
+"""Everything but maps in Cassandra, for several cloud hosts and for data that survives the loss of any of them."""
 
 from ppaas.plans.encoding.chunks import inner_granularity
 from storage.cassandra.accounts import CassandraAccounts
@@ -10,20 +10,20 @@ from storage.cassandra.robots import CassandraRobots
 
 
 class CassandraStore(CassandraAccounts, CassandraRobots, CassandraHistory, CassandraSweep):
-    """A ``Store`` in a keyspace of a Cassandra, which any number of processes may have open.
+    """A ``Store`` in a Cassandra keyspace, which any number of processes may use at once.
 
-    It is connected to when it is asked for the first time, so that it may be away when the cloud starts.
+    It connects with the first request, so the cluster may be down when the cloud starts.
 
     Parameters
     ----------
     url : str
-        Where it is (``storage.cassandra.connection.address``). The keyspace and its tables are made where they are
-        missing.
+        URL of the keyspace (``storage.cassandra.connection.address``). The keyspace and its tables are created if they
+        are missing.
 
     Raises
     ------
     InvalidInput
-        The URL says something else.
+        The URL is not valid.
     """
 
     def __init__(self, url: str) -> None:
@@ -32,7 +32,7 @@ class CassandraStore(CassandraAccounts, CassandraRobots, CassandraHistory, Cassa
         self._granularity = inner_granularity(address.granularity)
 
     def close(self) -> None:
-        """Let go of the connections."""
+        """Close the connections."""
         self._session.close()
 
     def remove_user(self, user_id: str) -> None:

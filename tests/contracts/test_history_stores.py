@@ -1,4 +1,4 @@
-"""What every ``HistoryStore`` promises."""
+"""The contract of every ``HistoryStore``."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor

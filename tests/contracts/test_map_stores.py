@@ -1,4 +1,4 @@
-"""What every ``MapStore`` promises."""
+"""The contract of every ``MapStore``."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -52,21 +52,21 @@ def test_files_are_read_to_their_end_though_the_map_is_removed_meanwhile(map_sto
 
 @pytest.mark.parametrize("parts", [(), ("yaml",), ("image",), ("yaml", "octomap")])
 def test_what_lacks_a_file_is_no_map(map_store: MapStore, parts: tuple[str, ...]) -> None:
-    with map_store.stage() as draft:
+    with map_store.stage() as upload:
         for part in parts:
-            draft.add(part, [b"x"])
+            upload.add(part, [b"x"])
         with pytest.raises(InvalidInput, match="a yaml with its image"):
-            map_store.publish(draft, said())
+            map_store.publish(upload, said())
     assert map_store.maps() == []
 
 
 def test_a_file_comes_once_and_has_a_known_name(map_store: MapStore) -> None:
-    with map_store.stage() as draft:
-        draft.add("yaml", [b"a", b"b"])
+    with map_store.stage() as upload:
+        upload.add("yaml", [b"a", b"b"])
         for part in ("yaml", "../yaml", "readme"):
             with pytest.raises(InvalidInput, match="one each of"):
-                draft.add(part, [b"x"])
-        assert bytes(draft.buffer("yaml")) == b"ab"
+                upload.add(part, [b"x"])
+        assert bytes(upload.buffer("yaml")) == b"ab"
 
 
 def test_the_last_version_is_the_present_one(map_store: MapStore) -> None:
@@ -140,7 +140,7 @@ def test_a_version_that_is_restored_is_the_present_one_and_told_as_such(map_stor
     ]
     with map_store.open_map("house", one.version) as opened:
         assert opened.record == head
-    assert map_store.roll_back(one.version, said("ann")) == head  # it is the present one already
+    assert map_store.roll_back(one.version, said("ann")) == head  # it is current already
 
 
 def test_what_a_map_never_was_cannot_be_restored(map_store: MapStore) -> None:
@@ -155,7 +155,7 @@ def test_what_a_map_never_was_cannot_be_restored(map_store: MapStore) -> None:
 
 def test_who_expects_another_version_is_refused(map_store: MapStore) -> None:
     one, two, three = (house(image=pgm(value=value)) for value in (1, 2, 3))
-    with pytest.raises(Conflict, match="gone"):
+    with pytest.raises(Conflict, match="does not exist"):
         put_map(map_store, one, if_match=two.version)
     put_map(map_store, one)
     put_map(map_store, two, if_match=one.version)

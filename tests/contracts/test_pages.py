@@ -1,4 +1,4 @@
-"""Whoever leafs through a list sees each record once, whatever is added or removed meanwhile."""
+"""A client that reads a list page by page sees each record once, even if records are added or removed meanwhile."""
 
 from collections.abc import Callable
 from typing import Any

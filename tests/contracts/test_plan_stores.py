@@ -1,4 +1,4 @@
-"""What holds for every store of plans."""
+"""The contract of every ``PlanStore``."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""Whatever plans are stored, deleted and replaced in whatever order, a store gives back what a plain list would."""
+"""After any sequence of additions, removals and replacements, a store of plans agrees with a plain list."""
 
 import itertools
 import tempfile
@@ -33,7 +33,7 @@ created = st.sampled_from([1.0, 2.0, 3.5])
 
 
 def path(plan_id: str, start: int, goal: int, off: float, version: str, made: float, planner: str) -> PlanRecord:
-    """Return a plan around a square, from one corner to another; most of it is what others have."""
+    """Return a plan around a square, from one corner to another; most of it is shared with other plans."""
     corners = [STATIONS[(start + step) % 4] for step in range((goal - start) % 4 + 1)]
     lines = [np.linspace(a, b, 60, endpoint=False) for a, b in itertools.pairwise(corners)]
     points = np.concatenate([*lines, [corners[-1]]])
@@ -116,7 +116,7 @@ class PlansInAnyOrder(RuleBasedStateMachine):
 
     @rule(start=ends, version=versions)
     def pass_through(self, start: int, version: str) -> None:
-        """What is said to pass does; not all that do must be told of."""
+        """Each reported passage is right; not all passages must be reported."""
         (ax, ay), (bx, by) = STATIONS[start], STATIONS[(start + 1) % 4]
         first, last = (0.8 * ax + 0.2 * bx, 0.8 * ay + 0.2 * by), (0.2 * ax + 0.8 * bx, 0.2 * ay + 0.8 * by)
         for store in self.stores:

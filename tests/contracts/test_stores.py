@@ -1,4 +1,4 @@
-"""What every ``Store`` promises."""
+"""The contract of every ``Store``."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor

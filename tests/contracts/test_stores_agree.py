@@ -1,4 +1,4 @@
-"""Whatever is done to them in whatever order, every store answers as the one of dictionaries does."""
+"""After any sequence of operations, all stores give the same answers as the one in memory."""
 
 import tempfile
 from collections.abc import Callable
@@ -32,7 +32,7 @@ values = st.recursive(
 
 
 def outcome(call: Callable[[Any], Any], store: Any) -> Any:
-    """Return what a call returns, or the kind and text of what it raises."""
+    """Return the result of a call, or the type and message of its error."""
     try:
         return call(store)
     except PPaaSError as error:
@@ -133,7 +133,7 @@ class StoresAgree(RuleBasedStateMachine):
 
 
 class KeptMaps:
-    """What ``PlainMaps`` can be asked, asked of a store."""
+    """A map store with the interface of ``PlainMaps``."""
 
     def __init__(self, store: MapStore) -> None:
         self.store = store
@@ -215,7 +215,7 @@ class MapStoresAgree(RuleBasedStateMachine):
         self.same(lambda store: store.files(name))
 
 
-# Every commit of the file stores is synced, which a loaded disk may take long over.
+# Every commit of the file stores is synced, which takes long on a busy disk.
 TestStoresAgree = StoresAgree.TestCase
 TestStoresAgree.settings = settings(max_examples=20, stateful_step_count=30, deadline=None)
 TestMapStoresAgree = MapStoresAgree.TestCase

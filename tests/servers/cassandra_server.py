@@ -1,4 +1,4 @@
-"""A real Cassandra of one node on 127.0.0.1, with passwords, small and quick to start."""
+"""A real Cassandra node on 127.0.0.1, with authentication, small and quick to start."""
 
 import logging
 import subprocess
@@ -16,10 +16,10 @@ from tests.servers.jars import jars_of, java, keytool
 from tests.servers.java_server import JavaServer
 from tests.support.sources import ROOT
 
-logging.getLogger("cassandra").setLevel(logging.CRITICAL)  # of a server that is starting it has much to tell
+logging.getLogger("cassandra").setLevel(logging.CRITICAL)  # it logs many errors while a server starts
 
 HERE = ROOT / "docker" / "cassandra"
-PASSWORD = "cassandra"  # of the user of the same name, whom a new server makes
+PASSWORD = "cassandra"  # of the default user of a new server, also called cassandra
 
 JVM = [
     *("-XX:-UsePerfData", "-XX:+ExitOnOutOfMemoryError", "-Djava.net.preferIPv4Stack=true"),
@@ -38,14 +38,14 @@ SETTINGS = {
 
 @dataclass(frozen=True)
 class NodeSize:
-    """What a node may use.
+    """Size of a node.
 
     Parameters
     ----------
     jvm : tuple of str
-        Options of its Java.
+        Options of the Java virtual machine.
     settings : dict
-        Beside those of every node; what is not told is Cassandra's own choice.
+        Settings in addition to those of every node; others have Cassandra's defaults.
     """
 
     jvm: tuple[str, ...]
@@ -71,22 +71,22 @@ SMALL = NodeSize(
         "native_transport_max_threads": 32,
     },
 )
-"""Beside which there is room for tests; it starts soon, and who may do what it looks up each time."""
+"""A node that leaves memory for tests and starts quickly; it does not cache roles and permissions."""
 
 ORDINARY = NodeSize(("-Xms2g", "-Xmx2g", "-XX:+UseG1GC"))
-"""As one that serves."""
+"""A node of ordinary size."""
 
 
 class CassandraServer(JavaServer):
     """Cassandra with its data in a folder.
 
-    What it acknowledged is on the disk (``commitlog_sync: batch``): with Cassandra's own default the last ten seconds
-    may be lost with the process.
+    Acknowledged writes are on the disk (``commitlog_sync: batch``). With Cassandra's default, the last ten seconds may
+    be lost with the process.
 
     Parameters
     ----------
     folder : Path
-        For its data and its log.
+        Folder of its data and log.
     size : NodeSize
     """
 
@@ -95,7 +95,7 @@ class CassandraServer(JavaServer):
         folder.mkdir(parents=True, exist_ok=True)
         config = folder / "cassandra.yaml"
         self.certificate = folder / "node.pem"
-        keys = prove(folder / "node.p12", self.certificate)
+        keys = make_certificate(folder / "node.p12", self.certificate)
         settings = configuration(self.port, storage_port) | size.settings | {"client_encryption_options": keys}
         config.write_text(yaml.safe_dump(settings))
         places = {
@@ -112,21 +112,21 @@ class CassandraServer(JavaServer):
         super().__init__(command, folder, "cassandra", self._answers)
 
     def url(self, keyspace: str, query: str = "") -> str:
-        """Return the URL of a store in it."""
+        """Return the URL of a store in a keyspace."""
         return f"cassandra://cassandra:{PASSWORD}@127.0.0.1:{self.port}/{keyspace}{query}"
 
     def empty(self, keyspace: str) -> None:
-        """Empty the tables of a keyspace in which there is anything."""
+        """Truncate the non-empty tables of a keyspace."""
         with self._cluster() as cluster:
             session = cluster.connect(keyspace)
             tables = [name for name in cluster.metadata.keyspaces[keyspace].tables if name != "schema_version"]
-            looks = [session.execute_async(f"SELECT * FROM {name} LIMIT 1") for name in tables]
-            used = [name for name, look in zip(tables, looks, strict=True) if look.result().one()]
-            for emptied in [session.execute_async(f"TRUNCATE {name}") for name in used]:
-                emptied.result()
+            queries = [session.execute_async(f"SELECT * FROM {name} LIMIT 1") for name in tables]
+            used = [name for name, query in zip(tables, queries, strict=True) if query.result().one()]
+            for truncation in [session.execute_async(f"TRUNCATE {name}") for name in used]:
+                truncation.result()
 
     def execute(self, keyspace: str, statement: str) -> None:
-        """Do something that no store does."""
+        """Execute a statement that no store executes."""
         with self._cluster() as cluster:
             cluster.connect(keyspace).execute(statement)
 
@@ -147,8 +147,8 @@ class CassandraServer(JavaServer):
         )
 
 
-def prove(keys: Path, certificate: Path) -> dict[str, Any]:
-    """Make a key and a certificate of 127.0.0.1; return the settings by which who wants TLS gets it at that port."""
+def make_certificate(keys: Path, certificate: Path) -> dict[str, Any]:
+    """Create a key and a certificate for 127.0.0.1; return the settings for optional TLS."""
     store = ["-keystore", str(keys), "-storepass", PASSWORD, "-storetype", "PKCS12", "-alias", "node"]
     made = ["-genkeypair", "-keyalg", "EC", "-dname", "CN=ppaas-test", "-ext", "san=ip:127.0.0.1", "-ext", "bc=ca:true"]
     for command in ([*made, *store], ["-exportcert", "-rfc", *store, "-file", str(certificate)]):

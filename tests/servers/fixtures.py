@@ -1,4 +1,4 @@
-"""The real servers, each started when the first test asks for it, and shared by all of a run."""
+"""Fixtures of the real servers. Each starts for the first test that needs it, and is shared by all tests of a run."""
 
 import uuid
 from collections.abc import Callable, Iterator
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Server(Protocol):
-    """What a test needs of a server."""
+    """A server that can be started and stopped."""
 
     def start(self) -> None: ...
     def stop(self) -> None: ...
@@ -40,7 +40,7 @@ def _running(kind: Callable[[Path], S], name: str, folder: Path) -> Iterator[S]:
 
 @pytest.fixture(scope="session")
 def cassandra_server(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[CassandraServer]":
-    """Return a running Cassandra, or skip where it cannot be had; whoever kills it starts it again."""
+    """Return a running Cassandra, or skip if it is not installed; a test that kills it starts it again."""
     from tests.servers.cassandra_server import CassandraServer
 
     yield from _running(CassandraServer, "Cassandra", tmp_path_factory.mktemp("cassandra"))
@@ -59,7 +59,7 @@ def cassandra_store(cassandra_server: "CassandraServer") -> "Iterator[CassandraS
 
 @pytest.fixture(scope="session")
 def hdfs_server(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[HdfsServer]":
-    """Return a running HDFS, or skip where it cannot be had; whoever kills it starts it again."""
+    """Return a running HDFS, or skip if it is not installed; a test that kills it starts it again."""
     from tests.servers.hdfs_server import HdfsServer
 
     yield from _running(HdfsServer, "HDFS", tmp_path_factory.mktemp("hdfs"))
@@ -67,7 +67,7 @@ def hdfs_server(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[HdfsServe
 
 @pytest.fixture
 def hdfs_store(hdfs_server: "HdfsServer") -> "HdfsMapStore":
-    """Return an empty store of maps in HDFS."""
+    """Return an empty map store in HDFS."""
     from storage.hdfs.store import HdfsMapStore
 
     return HdfsMapStore(hdfs_server.url(f"maps/{uuid.uuid4().hex}"))

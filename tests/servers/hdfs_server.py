@@ -18,7 +18,7 @@ PACKAGE = "org.apache.hadoop.hdfs.server"
 JVM = [
     *("-Xmx128m", "-Xss256k", "-XX:+UseSerialGC", "-XX:TieredStopAtLevel=1", "-XX:ReservedCodeCacheSize=32m"),
     *("-XX:-UsePerfData", "-Djava.net.preferIPv4Stack=true"),
-    "--add-opens=java.base/java.lang=ALL-UNNAMED",  # without it WebHDFS answers 500 to everything
+    "--add-opens=java.base/java.lang=ALL-UNNAMED",  # without it, WebHDFS answers every request with 500
 ]
 
 
@@ -40,7 +40,9 @@ class HdfsServer:
         (folder / "core-site.xml").write_text(_xml({"fs.defaultFS": f"hdfs://127.0.0.1:{rpc}"}))
         shutil.copy(HERE / "log4j.properties", folder)
         for daemon in ("hdfs", "datanode"):
-            (folder / "webapps" / daemon).mkdir(parents=True)  # they look for it, and serve nothing from it
+            (folder / "webapps" / daemon).mkdir(
+                parents=True
+            )  # the daemons require these folders, but serve nothing from them
         self._java = [java(), *JVM, f"-Djava.io.tmpdir={folder}", "-cp", f"{folder}:{jars_of(HERE / 'pom.xml')}/*"]
         name_node = [*self._java, f"{PACKAGE}.namenode.NameNode"]
         data_node = [*self._java, f"{PACKAGE}.datanode.DataNode"]
@@ -48,7 +50,7 @@ class HdfsServer:
         self.data_node = JavaServer(data_node, folder, "datanode", self._writes)
 
     def start(self) -> None:
-        """Start what does not run, the first time with an empty file system, and wait until files can be written."""
+        """Start both daemons if they do not run, with an empty file system at first, and wait until it is writable."""
         if not (self._folder / "name").exists():
             command = [*self._java, f"{PACKAGE}.namenode.NameNode", "-format", "-nonInteractive"]
             subprocess.run(command, cwd=self._folder, check=True, capture_output=True)
@@ -59,21 +61,21 @@ class HdfsServer:
         self.data_node.wait_ready()
 
     def stop(self) -> None:
-        """End both."""
+        """Stop both daemons."""
         self.data_node.stop()
         self.name_node.stop()
 
     def kill(self) -> None:
-        """Kill both with SIGKILL."""
+        """Kill both daemons with SIGKILL."""
         self.data_node.kill()
         self.name_node.kill()
 
     def url(self, path: str) -> str:
-        """Return the URL of a store in it."""
+        """Return the URL of a store in a folder."""
         return f"hdfs://127.0.0.1:{self.port}/{path}?user={getpass.getuser()}"
 
     def client(self) -> InsecureClient:
-        """Return a client that may do everything: HDFS belongs to who started it."""
+        """Return a client with all permissions: the user that started HDFS is its superuser."""
         return InsecureClient(f"http://127.0.0.1:{self.port}", user=getpass.getuser(), timeout=(2, 10))
 
     def _lists(self) -> bool:
@@ -98,11 +100,11 @@ def _settings(folder: Path, rpc: int, http: int, of_datanode: list[int]) -> dict
         "dfs.datanode.http.address": f"127.0.0.1:{web}",
         "dfs.datanode.ipc.address": f"127.0.0.1:{ipc}",
         "dfs.datanode.http.internal-proxy.port": proxy,
-        # Safe mode ends when the blocks are reported, and a dead DataNode is noticed in 12 s.
+        # Safe mode ends when the blocks are reported, and a dead DataNode is detected within 12 s.
         "dfs.namenode.safemode.extension": 0,
         "dfs.heartbeat.interval": 1,
         "dfs.namenode.heartbeat.recheck-interval": 1000,
-        # Whoever closes a file asks whether it is whole: first after 20 ms, not 400.
+        # The client that closes a file polls whether it is complete: first after 20 ms, not 400.
         "dfs.client.block.write.locateFollowingBlock.initial.delay.ms": 20,
         "dfs.client.block.write.locateFollowingBlock.retries": 9,
     }

@@ -1,4 +1,4 @@
-"""Jars of the real servers, by Maven: fetched once, into ``build/``, and without the network from then on."""
+"""Jars of the real servers: Maven downloads them once to ``build/``; later runs need no network."""
 
 import hashlib
 import shutil
@@ -14,11 +14,11 @@ FETCH_TIMEOUT = 900.0
 
 
 class Missing(Exception):
-    """What a server needs is not on this machine; the text says what to install."""
+    """A requirement of a server is not installed; the message says what to install."""
 
 
 def java() -> str:
-    """Return the Java runtime; ``Missing`` if there is none."""
+    """Return the path of the Java runtime; ``Missing`` if it is not installed."""
     found = shutil.which("java")
     if found is None:
         raise Missing("no java: install a Java 17 runtime")
@@ -26,7 +26,7 @@ def java() -> str:
 
 
 def keytool() -> str:
-    """Return the tool of the Java runtime that makes keys; ``Missing`` if there is none."""
+    """Return the path of Java's keytool; ``Missing`` if it is not installed."""
     found = shutil.which("keytool")
     if found is None:
         raise Missing("no keytool: install a Java 17 runtime")
@@ -34,12 +34,12 @@ def keytool() -> str:
 
 
 def jars_of(pom: Path) -> Path:
-    """Return a folder with all jars that a project file depends on at run time.
+    """Return a folder with all jars on which a Maven project file depends at run time.
 
     Raises
     ------
     Missing
-        They are not there and Maven is not either, or it cannot fetch them.
+        The jars are not there, and Maven is not installed or cannot download them.
     """
     digest = hashlib.sha256(pom.read_bytes()).hexdigest()[:12]
     folder = JARS / f"{pom.parent.name}-{digest}"
@@ -59,13 +59,13 @@ def _fetch(pom: Path, folder: Path) -> None:
         command = [maven, "--batch-mode", "--quiet", "--file", str(pom), *goal]
         done = subprocess.run(command, capture_output=True, text=True, timeout=FETCH_TIMEOUT, check=False)
         if done.returncode or not jars.is_dir():
-            raise Missing(f"mvn cannot fetch what {pom} lists: {(done.stdout + done.stderr).strip()[:500]}")
-        if not folder.exists():  # another may have been faster
+            raise Missing(f"mvn cannot download the dependencies of {pom}: {(done.stdout + done.stderr).strip()[:500]}")
+        if not folder.exists():  # another process may have been faster
             jars.rename(folder)
 
 
 def main() -> None:
-    """Fetch the jars of all servers, which are those of the images; tell what cannot be had."""
+    """Download the jars of all servers, the same as in the images; print which are missing."""
     for pom in sorted((ROOT / "docker").glob("*/pom.xml")):
         try:
             print(f"jars of {pom.parent.name}: {jars_of(pom)}")  # noqa: T201

@@ -1,4 +1,4 @@
-"""A real server in a Java process: started, awaited, stopped, killed and started again over the same data."""
+"""A real server in a Java process, which can be started, stopped, killed, frozen and started again on its data."""
 
 import signal
 import subprocess
@@ -11,18 +11,18 @@ STOP_TIMEOUT = 30.0
 
 
 class JavaServer:
-    """A Java process that serves.
+    """A server in a Java process.
 
     Parameters
     ----------
     command : sequence of str
-        With all arguments.
+        Command with all arguments.
     folder : Path
-        Where it runs; its output is in ``<name>.log`` there.
+        Working directory; it gets the log ``<name>.log``.
     name : str
-        How the log is called.
+        Name of the log.
     is_ready : callable
-        Tells whether it serves; it may raise as long as it does not.
+        Returns whether the server is ready; it may raise until then.
     """
 
     def __init__(self, command: Sequence[str], folder: Path, name: str, is_ready: Callable[[], bool]) -> None:
@@ -34,22 +34,22 @@ class JavaServer:
 
     @property
     def pid(self) -> int:
-        """The process, which must have been started."""
+        """The process; the server must have been started."""
         assert self._process is not None
         return self._process.pid
 
     @property
     def runs(self) -> bool:
-        """Whether it was started, and neither stopped nor killed since."""
+        """Whether the server was started, and neither stopped nor killed since."""
         return self._process is not None
 
     def start(self) -> None:
-        """Start it and wait until it serves."""
+        """Start the server and wait until it is ready."""
         self.launch()
         self.wait_ready()
 
     def launch(self) -> None:
-        """Start it and do not wait."""
+        """Start the server without waiting."""
         assert self._process is None, "it runs already"
         with self.log.open("ab") as log:
             self._process = subprocess.Popen(
@@ -57,7 +57,7 @@ class JavaServer:
             )
 
     def wait_ready(self) -> None:
-        """Wait until it serves."""
+        """Wait until the server is ready."""
         deadline = time.monotonic() + START_TIMEOUT
         while not self._serves():
             assert self._process is not None and self._process.poll() is None, self._end_of_log()
@@ -65,7 +65,7 @@ class JavaServer:
             time.sleep(0.1)
 
     def stop(self) -> None:
-        """End it cleanly, if it runs."""
+        """Stop the server cleanly, if it runs."""
         if self._process is None:
             return
         self._process.send_signal(signal.SIGCONT)
@@ -78,26 +78,26 @@ class JavaServer:
         self._process = None
 
     def kill(self) -> None:
-        """Kill it with SIGKILL: it gets to write nothing more."""
+        """Kill the server with SIGKILL, so that it writes nothing more."""
         assert self._process is not None
         self._process.kill()
         self._process.wait()
         self._process = None
 
     def freeze(self) -> None:
-        """Stop it where it stands: it is connected and does not answer."""
+        """Freeze the process: it stays connected and does not respond."""
         assert self._process is not None
         self._process.send_signal(signal.SIGSTOP)
 
     def thaw(self) -> None:
-        """Let it go on."""
+        """Continue a frozen process."""
         assert self._process is not None
         self._process.send_signal(signal.SIGCONT)
 
     def _serves(self) -> bool:
         try:
             return self._is_ready()
-        except Exception:  # noqa: BLE001 - whatever its client says of a server that is not there yet
+        except Exception:  # noqa: BLE001 - any error of the client while the server starts
             return False
 
     def _end_of_log(self) -> str:

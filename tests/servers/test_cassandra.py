@@ -1,4 +1,4 @@
-"""What only a real Cassandra shows: that it agrees with all other stores, and what two who write at once do."""
+"""Tests that need a real Cassandra: agreement with other stores, concurrent writers, interrupted writes."""
 
 import contextlib
 import itertools
@@ -38,7 +38,7 @@ def server(cassandra_server: CassandraServer) -> CassandraServer:
 
 @pytest.fixture
 def stores(server: CassandraServer) -> Iterator[list[CassandraStore]]:
-    """Return two stores of one keyspace, as two processes have them."""
+    """Return two stores of one keyspace, in place of two processes."""
     opened = [CassandraStore(server.url("contracts")) for _ in range(2)]
     yield opened
     for store in opened:
@@ -47,7 +47,7 @@ def stores(server: CassandraServer) -> Iterator[list[CassandraStore]]:
 
 
 class CassandraAgrees(StoresAgree):
-    """Cassandra beside the store of dictionaries."""
+    """Cassandra compared with the store in memory."""
 
     server: CassandraServer
 
@@ -67,7 +67,7 @@ TestCassandraAgrees.settings = settings(max_examples=8, stateful_step_count=30, 
 
 
 class CassandraInAnyOrder(PlansInAnyOrder):
-    """Cassandra beside the store of dictionaries; what stretches take it knows when it was swept."""
+    """Cassandra compared with the store in memory; its statistics of segments are exact after a sweep."""
 
     server: CassandraServer
 
@@ -94,7 +94,7 @@ TestCassandraInAnyOrder = CassandraInAnyOrder.TestCase
 TestCassandraInAnyOrder.settings = settings(max_examples=5, stateful_step_count=15, deadline=None)
 
 
-# -- two who write at once ---------------------------------------------------------------------------------------------
+# -- concurrent writers ------------------------------------------------------------------------------------------------
 
 
 def test_no_change_of_a_robot_is_lost_between_two_writers(stores: list[CassandraStore]) -> None:
@@ -116,7 +116,7 @@ def test_no_change_of_a_robot_is_lost_between_two_writers(stores: list[Cassandra
     assert stores[0].robot("ann", "tb1").parameters == {"count": 40}
 
 
-def test_one_of_two_who_replace_a_plan_at_once_does(stores: list[CassandraStore]) -> None:
+def test_of_two_concurrent_replacements_of_a_plan_one_succeeds(stores: list[CassandraStore]) -> None:
     before = plan("p1", cost=0.0)
     stores[0].add_plan(before)
     for number in range(1, 11):
@@ -136,7 +136,7 @@ def test_one_of_two_who_replace_a_plan_at_once_does(stores: list[CassandraStore]
         assert [one.cost for one in stores[0].plans("house")] == [before.cost]
 
 
-def test_tokens_of_a_removed_user_are_nobodys_though_given_meanwhile(stores: list[CassandraStore]) -> None:
+def test_tokens_of_a_removed_user_are_invalid_though_added_meanwhile(stores: list[CassandraStore]) -> None:
     one, other = stores
     one.add_user(user("ann"))
     numbers = itertools.count()
@@ -164,12 +164,12 @@ def test_tokens_of_a_removed_user_are_nobodys_though_given_meanwhile(stores: lis
 
 
 def path(plan_id: str, seed: int, count: int = 400) -> PlanRecord:
-    """Return a plan that wanders."""
+    """Return a plan along a random walk."""
     steps = np.random.default_rng(seed).integers(-1, 2, (count, 2))
     return plan(plan_id, poses=poses_along(np.cumsum(steps, axis=0) * 0.05, 0.0).tobytes(), version="v1")
 
 
-def test_equal_stretches_are_kept_once_and_stay_while_a_plan_refers_to_them(stores: list[CassandraStore]) -> None:
+def test_equal_segments_are_stored_once_and_stay_while_a_plan_refers_to_them(stores: list[CassandraStore]) -> None:
     one, other = stores
     one.add_plan(path("a", seed=1))
     alone = one.plan_statistics()
@@ -232,7 +232,7 @@ def rows_in_front(store: CassandraStore) -> list[str]:
     return [row.id for row in store._session.rows("SELECT id FROM plan_fronts")]
 
 
-def test_of_plans_that_are_alike_all_are_found_and_those_that_are_left_when_some_go(
+def test_all_plans_of_one_cell_are_found_also_after_some_are_removed(
     stores: list[CassandraStore],
 ) -> None:
     one, other = stores
@@ -252,7 +252,7 @@ def test_of_plans_that_are_alike_all_are_found_and_those_that_are_left_when_some
     assert [head.id for head in other.find_plans(HERE)] == ["r"]
 
 
-def test_a_plan_that_is_replaced_among_many_that_are_alike_is_told_as_it_is(stores: list[CassandraStore]) -> None:
+def test_a_plan_replaced_among_many_of_one_cell_is_found_in_its_new_form(stores: list[CassandraStore]) -> None:
     one, other = stores
     one.add_plans(alike(0, 6))
     for name in ("p00", "p05"):
@@ -264,7 +264,7 @@ def test_a_plan_that_is_replaced_among_many_that_are_alike_is_told_as_it_is(stor
     assert [head.id for head in other.find_plans(HERE)] == ["p01", "p02", "p03", "p04", "p05", "p00"]
 
 
-def test_a_sweep_leaves_a_few_in_front_and_finds_what_was_left_out(stores: list[CassandraStore]) -> None:
+def test_a_sweep_leaves_a_few_representatives_and_marks_missed_cells(stores: list[CassandraStore]) -> None:
     one, other = stores
     one.add_plans(alike(0, 6))
     other.add_plans(alike(6, 12))
@@ -283,18 +283,18 @@ def test_a_sweep_leaves_a_few_in_front_and_finds_what_was_left_out(stores: list[
     assert rows_in_front(one) == []
 
 
-# -- who was cut off in between ----------------------------------------------------------------------------------------
+# -- interrupted writes ------------------------------------------------------------------------------------------------
 
 
 def found(store: CassandraStore, record: PlanRecord) -> list[str]:
-    """Return the ids of plans that are found by the ends of one."""
+    """Return the ids of the plans that a search finds by the ends of a plan."""
     search = PlanStoreQuery(record.map, record.version, *ends_of(record), 0.1)
     return [head.id for head in store.find_plans(search)]
 
 
 @contextlib.contextmanager
 def cut_off(store: CassandraStore, name: str, after: int) -> Iterator[None]:
-    """Have what writes fail after so many calls, as if its process were killed then."""
+    """Make a method that writes fail after a number of calls, as if the process were killed then."""
     session, calls = store._session, itertools.count()
     write = getattr(session, name)
 
@@ -309,10 +309,10 @@ def cut_off(store: CassandraStore, name: str, after: int) -> Iterator[None]:
     delattr(session, name)
 
 
-def test_plans_that_were_named_and_not_kept_are_nowhere_until_they_are_kept(stores: list[CassandraStore]) -> None:
+def test_plans_that_were_named_but_not_written_are_not_found_until_written(stores: list[CassandraStore]) -> None:
     one, other = stores
     plans = [path("a", seed=1), path("b", seed=2)]
-    with cut_off(one, "write_unlogged", after=3):  # stretches, contexts, and what names the plans
+    with cut_off(one, "write_unlogged", after=3):  # segments, contexts, and names of the plans
         one.add_plans(plans)
     assert (other.plans("house"), other.plan_maps(), other.whole_plans(["a", "b"]), found(other, plans[0])) == (
         [], [], {}, [],
@@ -328,7 +328,7 @@ def test_plans_that_were_named_and_not_kept_are_nowhere_until_they_are_kept(stor
     assert one.add_plans(plans) == 0
 
 
-def test_a_plan_that_was_replaced_and_not_found_by_its_new_ends_is_after_a_sweep(stores: list[CassandraStore]) -> None:
+def test_a_sweep_completes_an_interrupted_replacement(stores: list[CassandraStore]) -> None:
     one, other = stores
     old, new = path("a", seed=1), path("a", seed=2)
     one.add_plan(old)
@@ -344,9 +344,7 @@ def test_a_plan_that_was_replaced_and_not_found_by_its_new_ends_is_after_a_sweep
     assert (found(other, new), other.plans("house")) == ([], [])
 
 
-def test_a_plan_that_nothing_names_any_more_is_swept_away(
-    stores: list[CassandraStore], server: CassandraServer
-) -> None:
+def test_a_plan_without_names_is_swept_away(stores: list[CassandraStore], server: CassandraServer) -> None:
     one, other = stores
     one.add_plans([path("a", seed=1), path("b", seed=2)])
     server.execute("contracts", "DELETE FROM plans WHERE id = 'a'")
@@ -357,18 +355,18 @@ def test_a_plan_that_nothing_names_any_more_is_swept_away(
     assert (found(one, path("a", seed=1)), found(one, path("b", seed=2))) == ([], ["b"])
 
 
-# -- what cannot be reached --------------------------------------------------------------------------------------------
+# -- unreachable nodes -------------------------------------------------------------------------------------------------
 
 
-def test_a_wrong_password_is_told_and_no_password(server: CassandraServer) -> None:
+def test_a_wrong_password_is_reported_without_the_password(server: CassandraServer) -> None:
     store = CassandraStore(server.url("contracts").replace("cassandra:cassandra@", "cassandra:wrong-secret@"))
-    with pytest.raises(Unavailable, match="password are refused") as caught:
+    with pytest.raises(Unavailable, match="password is wrong") as caught:
         store.users()
     assert "secret" not in str(caught.value)
     store.close()
 
 
-def test_nobody_at_the_port_is_told_and_told_again_at_once(server: CassandraServer) -> None:
+def test_an_unreachable_node_is_reported_and_at_once_the_second_time(server: CassandraServer) -> None:
     store = CassandraStore(f"cassandra://127.0.0.1:{server.port + 1}/ppaas?timeout=1")
     for _ in range(3):
         with pytest.raises(Unavailable, match="start Cassandra"):
@@ -391,14 +389,14 @@ def test_a_keyspace_of_another_release_is_left_alone(
     server.execute("contracts", f"UPDATE schema_version SET version = {VERSION} WHERE id = 0")
 
 
-def test_nodes_are_spoken_with_by_tls_and_must_be_proved(server: CassandraServer) -> None:
-    proved = CassandraStore(server.url("contracts", f"?tls=yes&ca={server.certificate}"))
-    assert proved.users() == []
-    proved.close()
-    unproved = CassandraStore(server.url("contracts", "?tls=yes&timeout=2"))
+def test_tls_connections_verify_the_certificate_of_a_node(server: CassandraServer) -> None:
+    verified = CassandraStore(server.url("contracts", f"?tls=yes&ca={server.certificate}"))
+    assert verified.users() == []
+    verified.close()
+    unverified = CassandraStore(server.url("contracts", "?tls=yes&timeout=2"))
     with pytest.raises(Unavailable, match=r"(?i)certificate"):
-        unproved.users()
-    unproved.close()
+        unverified.users()
+    unverified.close()
 
 
 @pytest.mark.parametrize("name", ["x'; DROP TABLE users; --", "Upper", "", "a-b", "x" * 49])
@@ -418,7 +416,7 @@ def test_a_store_is_swept_by_command(stores: list[CassandraStore], server: Cassa
     assert (done.returncode, done.stdout) == (0, "0 stretches removed\n"), done.stderr
 
 
-def test_a_plan_with_much_to_tell_is_kept(stores: list[CassandraStore]) -> None:
+def test_a_plan_with_large_parameters_is_stored(stores: list[CassandraStore]) -> None:
     long = path("long", seed=1)
     told = plan("told", poses=long.poses, version="v1", parameters={"much": "x" * 60_000})
     stores[0].add_plans([long, told, path("other", seed=2)])

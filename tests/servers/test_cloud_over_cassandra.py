@@ -1,4 +1,4 @@
-"""A cloud over a real Cassandra, which dies and comes back: planning and driving go on, and no plan is lost."""
+"""A cloud over a real Cassandra that is killed and restarted: planning and driving continue, and no plan is lost."""
 
 import asyncio
 import os
@@ -33,7 +33,7 @@ def office_map() -> GridMap:
 
 @pytest.fixture(autouse=True)
 def comes_back(cassandra_server: CassandraServer) -> Iterator[None]:
-    """Start Cassandra again where a test failed while it was away."""
+    """Start Cassandra again after a test that failed while it was down."""
     yield
     if not cassandra_server.runs:
         cassandra_server.start()
@@ -41,18 +41,18 @@ def comes_back(cassandra_server: CassandraServer) -> Iterator[None]:
 
 
 def ends(grid: GridMap, count: int) -> list[tuple[Pose2D, Pose2D]]:
-    """Return starts and goals, all of them different: what is asked for twice need not be computed twice."""
+    """Return distinct starts and goals, because a repeated request may reuse a plan."""
     starts = [free_pose(grid, seed=60 + number) for number in range(count)]
     return [(start, reachable_pose(grid, start, seed=90 + n, at_least=4.0)) for n, start in enumerate(starts)]
 
 
 async def ask(rest: RestClient, grid: GridMap, count: int) -> list[str]:
-    """Ask for paths, and return the ids under which they are kept."""
+    """Request paths, and return the ids of the stored plans."""
     return [(await rest.plan("office", start, goal))["plan_id"] for start, goal in ends(grid, count)]
 
 
 async def health_when(rest: RestClient, status: str) -> Any:
-    """Return what is told of the cloud's health once it is this."""
+    """Return the cloud's health report once it has this state."""
     async with asyncio.timeout(BACK):
         while (health := await rest.get("/v1/health"))["status"] != status:
             await asyncio.sleep(0.2)
@@ -98,7 +98,7 @@ async def test_plans_that_wait_outlive_kill_9(
         await ask(rest, office_map, 1)
         await asyncio.to_thread(cassandra_server.kill)
         waiting = await ask(rest, office_map, 4)
-        for plan_id in waiting:  # an answer that was looked up again was acknowledged
+        for plan_id in waiting:  # a plan that was read back was acknowledged
             await rest.get(f"/v1/plans/{plan_id}")
         await kill(cloud, victim)
         if victim == "machine":
@@ -125,12 +125,12 @@ async def kill(cloud: RunningCloud, victim: str) -> None:
 
 
 async def served_again(rest: RestClient, grid: GridMap) -> list[str]:
-    """Ask until a machine is there again, with Cassandra still away."""
+    """Retry until a machine has registered again, while Cassandra is still down."""
     async with asyncio.timeout(BACK):
         while True:
             try:
                 return await ask(rest, grid, 1)
-            except Exception:  # noqa: BLE001 - whatever is said of a machine that is coming back
+            except Exception:  # noqa: BLE001 - any error while the machine registers
                 await asyncio.sleep(0.2)
 
 

@@ -1,4 +1,4 @@
-"""A keyspace that an earlier release wrote opens in this one, or is refused with what to do (``tests/earlier``)."""
+"""A keyspace of an earlier release opens in this one, or is refused with advice (``tests/earlier``)."""
 
 from collections.abc import Iterator
 from contextlib import closing
@@ -35,7 +35,7 @@ def before(earlier: Path) -> dict[str, Any]:
 
 @pytest.fixture
 def server(cassandra_server: CassandraServer, earlier: Path) -> Iterator[CassandraServer]:
-    """Return a server that has the keyspace, statement by statement as it was dumped."""
+    """Return a server with the keyspace, restored from the statements of a dump."""
     login = PlainTextAuthProvider("cassandra", PASSWORD)
     port = cassandra_server.port
     with Cluster(["127.0.0.1"], port=port, protocol_version=5, auth_provider=login) as cluster:

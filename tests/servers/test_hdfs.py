@@ -1,4 +1,4 @@
-"""What HDFS adds to the promises of a map store: what was acknowledged lasts, and what was cut off is mended."""
+"""The map store in HDFS beyond the contract of map stores: durability, and repair of interrupted writes."""
 
 import hashlib
 import http.client
@@ -28,7 +28,7 @@ OLD, NEW = house(image=pgm(value=0)), house(image=pgm(value=254))
 
 @pytest.fixture
 def server(hdfs_server: HdfsServer) -> Iterator[HdfsServer]:
-    """Return the server, whole again after the test."""
+    """Return the server; both daemons are restarted after the test."""
     yield hdfs_server
     hdfs_server.start()
 
@@ -49,12 +49,12 @@ def test_what_was_acknowledged_outlives_both_daemons(server: HdfsServer, hdfs_st
 
 
 @pytest.mark.parametrize("daemon", ["name_node", "data_node"])
-def test_while_a_daemon_is_away_publishing_says_so_and_afterwards_goes_on(
+def test_publishing_fails_while_a_daemon_is_down_and_works_afterwards(
     server: HdfsServer, hdfs_store: HdfsMapStore, daemon: str
 ) -> None:
     put_map(hdfs_store, OLD)
     getattr(server, daemon).kill()
-    with pytest.raises(Unavailable, match=r"hdfs://.*see that"):
+    with pytest.raises(Unavailable, match=r"hdfs://.*check that"):
         put_map(hdfs_store, NEW)
     server.start()
     assert found_map(hdfs_store) == OLD
@@ -95,7 +95,7 @@ for number in range(1000):
 """
 
 
-def test_a_writer_that_is_killed_leaves_whole_versions_alone(hdfs_server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
+def test_a_killed_writer_leaves_only_complete_versions(hdfs_server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
     url = hdfs_server.url(hdfs_store._disk._address.path.strip("/"))  # type: ignore[attr-defined]
     for lines in (1, 2, 3):
         command = [sys.executable, "-c", PUBLISHER, url]
@@ -105,15 +105,15 @@ def test_a_writer_that_is_killed_leaves_whole_versions_alone(hdfs_server: HdfsSe
             publisher.send_signal(signal.SIGKILL)
         assert all(told)
         kept = [one.version for one in hdfs_store.versions("house")]
-        assert told[-1] in kept[:2]  # it may have published once more, and not come to say so
+        assert told[-1] in kept[:2]  # it may have published once more before it could print that
         for version in set(kept):
             assert found_map(hdfs_store, version=version).version == version
     put_map(hdfs_store, NEW)
     assert found_map(hdfs_store) == NEW
 
 
-def test_a_write_that_was_cut_off_is_mended(hdfs_server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
-    """A client that hangs up in the middle leaves an open file of no length, which cannot be read."""
+def test_an_interrupted_write_is_repaired(hdfs_server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
+    """A client that disconnects during an upload leaves an open file of length zero, which cannot be read."""
     put_map(hdfs_store, OLD)
     image = hashlib.sha256(NEW.image or b"").hexdigest()
     cut_off(hdfs_server, f"{hdfs_store._disk._address.path}/house/files-1/{image}")  # type: ignore[attr-defined]
@@ -122,7 +122,7 @@ def test_a_write_that_was_cut_off_is_mended(hdfs_server: HdfsServer, hdfs_store:
 
 
 def cut_off(server: HdfsServer, path: str) -> None:
-    """Announce a file of a thousand bytes, write ten and hang up."""
+    """Announce a file of a thousand bytes, write ten and disconnect."""
     created = server.client()._create(path, overwrite=True)
     host, _, rest = created.headers["location"].removeprefix("http://").partition("/")
     connection = http.client.HTTPConnection(host)
@@ -143,9 +143,9 @@ def test_rolling_back_outlives_the_daemons_too(server: HdfsServer, hdfs_store: H
     assert (hdfs_store.map_head("house").version, hdfs_store.map_head("house").present.restored) == (OLD.version, True)
 
 
-def test_who_may_not_write_is_told_as_whom(hdfs_server: HdfsServer) -> None:
+def test_a_denied_write_names_the_user(hdfs_server: HdfsServer) -> None:
     url = hdfs_server.url("closed").partition("?")[0] + "?user=mallory"
-    with pytest.raises(Unavailable, match="let the user 'mallory' read and write"):
+    with pytest.raises(Unavailable, match="give user 'mallory' read and write"):
         put_map(HdfsMapStore(url), NEW)
 
 

@@ -1,7 +1,7 @@
-"""Where a Cassandra is, and how to speak with it: what a URL of such a store says.
+"""Address and settings of a Cassandra cluster, as the URL of a store gives them.
 
-``cassandra://user:password@host1,host2:9042/keyspace?replication=3&consistency=local_quorum&timeout=5&tls=yes``; all
-but a host and the keyspace may be left out. Nodes that are not named are learnt from those that are; all listen on one
+``cassandra://user:password@host1,host2:9042/keyspace?replication=3&consistency=local_quorum&timeout=5&tls=yes``; only a
+host and the keyspace are required. The driver discovers further nodes from the given ones; all nodes listen on one
 port.
 """
 
@@ -28,16 +28,16 @@ _FORM = "write cassandra://[user:password@]host[,host…][:port]/keyspace"
 
 @dataclass(frozen=True, slots=True)
 class Tls:
-    """How nodes are proved, and who asks.
+    """TLS settings.
 
     Parameters
     ----------
     check_name : bool
-        Whether a node's certificate must be of the name or number under which it is reached.
+        Whether a node's certificate must match its host name or IP address.
     ca : str or None
-        File of the authorities who sign nodes; those of the system unless told.
+        PEM file with the certificate authorities of the nodes; those of the system by default.
     certificate, key : str or None
-        Files by which this client is proved, where nodes want that; the key may be in the certificate's.
+        PEM files of the client certificate, if nodes require one; the key may be in the file of the certificate.
     """
 
     check_name: bool = True
@@ -48,30 +48,30 @@ class Tls:
 
 @dataclass(frozen=True, slots=True)
 class CassandraAddress:
-    """What a URL says.
+    """Parsed URL of a Cassandra store.
 
     Parameters
     ----------
     hosts : tuple of str
-        Nodes to begin with.
+        Contact points: host names or IP addresses.
     port : int
-        Of all nodes.
+        Port of all nodes.
     keyspace : str
-        Made if it is not there.
+        Name of the keyspace; it is created if it is missing.
     user, password : str or None
-        How to log in, if at all.
+        Credentials, if the cluster requires a login.
     replication : dict
-        As CQL takes it; used only where the keyspace is made.
+        Replication map of CQL; used only to create the keyspace.
     consistency : str
-        How many copies have to answer: one of ``CONSISTENCIES``.
+        Consistency level of reads and writes: one of ``CONSISTENCIES``.
     timeout : float
-        How long one request may take [s].
+        Time limit of one request [s].
     granularity : int
-        Fewest waypoints of an entry of the path plan database (``ppaas.plans.encoding.chunks``).
+        Length from which segments of plans are shared, about [waypoints] (``ppaas.plans.encoding.chunks``).
     data_centre : str or None
-        Whose nodes are asked; unless told that of the first host that answers.
+        Local data centre; by default that of the first host that responds.
     tls : Tls or None
-        None where nodes are spoken with in the clear.
+        None for unencrypted connections.
     """
 
     hosts: tuple[str, ...]
@@ -87,28 +87,30 @@ class CassandraAddress:
     tls: Tls | None = None
 
     def __str__(self) -> str:
-        """Return it without the password, for texts."""
+        """Return the URL without credentials, for messages."""
         return f"cassandra://{','.join(self.hosts)}:{self.port}/{self.keyspace}"
 
 
 def parse_address(url: str) -> CassandraAddress:
-    """Return what a URL says.
+    """Parse a URL.
 
     Raises
     ------
     InvalidInput
-        It is not of the form, or a setting is unknown or out of range. The text tells no password.
+        The URL is malformed, or a setting is unknown or out of range. The message contains no password.
     """
     try:
         parts = urlsplit(url)
     except ValueError as error:
-        raise InvalidInput(f"this is no URL of a Cassandra: {_FORM}") from error
+        raise InvalidInput(f"not a URL of a Cassandra cluster: {_FORM}") from error
     login, _, places = parts.netloc.rpartition("@")
     hosts, port = _hosts(places)
     keyspace = parts.path.removeprefix("/")
     if not _KEYSPACE.fullmatch(keyspace):
-        raise InvalidInput(f"{keyspace!r} cannot name a keyspace: take small letters, digits and '_', a letter first")
-    said = _settings(parts.query)
+        raise InvalidInput(
+            f"{keyspace!r} is not a valid keyspace: use lower-case letters, digits and '_', with a letter first"
+        )
+    settings = _settings(parts.query)
     user, _, password = login.partition(":")
     return CassandraAddress(
         hosts,
@@ -116,12 +118,12 @@ def parse_address(url: str) -> CassandraAddress:
         keyspace,
         unquote(user) if login else None,
         unquote(password) if login else None,
-        _replication(said.get("replication", str(min(3, len(hosts))))),
-        _consistency(said.get("consistency", "local_quorum")),
-        _number("timeout", said.get("timeout", "5"), 0.1, 600.0),
-        int(_number("granularity", said.get("granularity", str(GRANULARITY)), 2, MOST_GRANULARITY)),
-        _data_centre(said.get("data_centre")),
-        _tls(said),
+        _replication(settings.get("replication", str(min(3, len(hosts))))),
+        _consistency(settings.get("consistency", "local_quorum")),
+        _number("timeout", settings.get("timeout", "5"), 0.1, 600.0),
+        int(_number("granularity", settings.get("granularity", str(GRANULARITY)), 2, MOST_GRANULARITY)),
+        _data_centre(settings.get("data_centre")),
+        _tls(settings),
     )
 
 
@@ -132,20 +134,20 @@ def _hosts(places: str) -> tuple[tuple[str, ...], int]:
         plain = re.fullmatch(r"([A-Za-z0-9_.-]+)(?::(\d{1,5}))?", place)
         match = bracketed or plain
         if match is None:
-            raise InvalidInput(f"{place!r} is no host: {_FORM}")
+            raise InvalidInput(f"{place!r} is not a host: {_FORM}")
         hosts.append(match[1])
         if match[2]:
             ports.add(int(match[2]))
     if len(ports) > 1 or not all(0 < port < 1 << 16 for port in ports):
-        raise InvalidInput("all nodes of a Cassandra listen on one port, from 1 to 65535: write it once")
+        raise InvalidInput("all nodes of a Cassandra cluster must listen on one port, from 1 to 65535: write it once")
     return tuple(hosts), ports.pop() if ports else PORT
 
 
 def _settings(query: str) -> dict[str, str]:
-    said = dict(parse_qsl(query, keep_blank_values=True))
-    if unknown := [name for name in said if name not in SETTINGS]:
-        raise InvalidInput(f"unknown setting {unknown[0]!r} of a Cassandra; known: {', '.join(SETTINGS)}")
-    return said
+    settings = dict(parse_qsl(query, keep_blank_values=True))
+    if unknown := [name for name in settings if name not in SETTINGS]:
+        raise InvalidInput(f"unknown setting {unknown[0]!r} of a Cassandra store; known: {', '.join(SETTINGS)}")
+    return settings
 
 
 def _replication(text: str) -> dict[str, str | int]:
@@ -156,7 +158,7 @@ def _replication(text: str) -> dict[str, str | int]:
         centre, _, count = part.rpartition(":")
         if not (_DATA_CENTRE.fullmatch(centre) and count.isdecimal() and 0 < int(count) < 100):
             raise InvalidInput(
-                f"replication is a number of copies, or such numbers by data centre (a:3,b:2): not {text!r}"
+                f"replication must be a number of replicas, or one for each data centre (a:3,b:2), not {text!r}"
             )
         copies[centre] = int(count)
     return copies
@@ -170,20 +172,20 @@ def _consistency(text: str) -> str:
 
 def _data_centre(text: str | None) -> str | None:
     if text is not None and not _DATA_CENTRE.fullmatch(text):
-        raise InvalidInput(f"{text!r} is no name of a data centre: take that which nodetool status tells")
+        raise InvalidInput(f"{text!r} is not the name of a data centre: see the output of nodetool status")
     return text
 
 
-def _tls(said: Mapping[str, str]) -> Tls | None:
-    wanted = said.get("tls", "no").lower()
-    files = [said.get(name) or None for name in ("ca", "certificate", "key")]
-    if wanted not in TLS:
-        raise InvalidInput(f"tls is one of {', '.join(TLS)}, not {wanted!r}")
-    if wanted == "no" and any(files):
-        raise InvalidInput("a ca, a certificate or a key is for tls: write tls=yes too")
+def _tls(settings: Mapping[str, str]) -> Tls | None:
+    mode = settings.get("tls", "no").lower()
+    files = [settings.get(name) or None for name in ("ca", "certificate", "key")]
+    if mode not in TLS:
+        raise InvalidInput(f"tls must be one of {', '.join(TLS)}, not {mode!r}")
+    if mode == "no" and any(files):
+        raise InvalidInput("ca, certificate and key need TLS: add tls=yes")
     if files[2] and not files[1]:
-        raise InvalidInput("a key goes with a certificate: write certificate= too")
-    return None if wanted == "no" else Tls(wanted == "yes", *files)
+        raise InvalidInput("a key needs a certificate: add certificate=")
+    return None if mode == "no" else Tls(mode == "yes", *files)
 
 
 def _number(name: str, text: str, least: float, most: float) -> float:
@@ -192,5 +194,5 @@ def _number(name: str, text: str, least: float, most: float) -> float:
     except ValueError:
         number = float("nan")
     if not least <= number <= most:
-        raise InvalidInput(f"{name} is from {least:g} to {most:g}, not {text!r}")
+        raise InvalidInput(f"{name} must be between {least:g} and {most:g}, not {text!r}")
     return number

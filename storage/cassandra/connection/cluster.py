@@ -1,4 +1,4 @@
-"""Connecting to Cassandra: the keyspace and its tables are made if they are not there."""
+"""Connecting to a Cassandra cluster, and creating the keyspace and its tables."""
 
 import logging
 import ssl
@@ -16,29 +16,29 @@ from ppaas.errors import InvalidInput, Unavailable
 from storage.cassandra.connection.address import CassandraAddress, Tls
 from storage.cassandra.connection.schema import VERSION, statements
 
-logging.getLogger("cassandra").setLevel(logging.CRITICAL)  # what it would tell, we raise
+logging.getLogger("cassandra").setLevel(logging.CRITICAL)  # its errors are raised, too
 
 RECONNECT = 0.5
-"""Seconds between two tries to reach a node that is away."""
+"""Time between two attempts to reach a node that is down [s]."""
 
 PROTOCOL = 5
-"""Of Cassandra 4.0 and later."""
+"""Version of the native protocol, supported by Cassandra 4.0 and later."""
 
 
 def connect(address: CassandraAddress) -> Session:
-    """Return a session with the keyspace of an address, whose tables are there.
+    """Connect and return a session with the keyspace; create the keyspace and its tables if they are missing.
 
     Raises
     ------
     Unavailable
-        The keyspace was made by a newer release, or before the first.
+        The keyspace was written by a newer release, or before the first release.
     Exception
-        As the driver raises.
+        Errors of the driver.
     """
     cluster = cluster_of(address)
     try:
         session = cluster.connect()
-        session.use_client_timestamp = False  # those that ask what was there get the server's: one clock for all
+        session.use_client_timestamp = False  # conditional writes use the server's, and all must use one clock
         _make_keyspace(cluster, session, address)
         _check_version(session, address)
     except BaseException:
@@ -48,32 +48,33 @@ def connect(address: CassandraAddress) -> Session:
 
 
 def is_applied(result: ResultSet) -> bool:
-    """Tell whether what was written under a condition was: the first column of the answer says so."""
+    """Return whether a conditional write was applied, as the first column of the result states."""
     return bool(result.one()[0])
 
 
 def ssl_context(tls: Tls) -> ssl.SSLContext:
-    """Return how TLS is spoken with nodes.
+    """Return the TLS context for connections to nodes.
 
     Raises
     ------
     InvalidInput
-        A file is not there, or is not what it should be.
+        A file is missing, or is not a valid PEM file of its kind.
     """
     try:
         context = ssl.create_default_context(cafile=tls.ca)
         context.check_hostname = tls.check_name
         if tls.certificate is not None:
             context.load_cert_chain(tls.certificate, tls.key)
-    except OSError as error:  # as ssl.SSLError is
+    except OSError as error:  # includes ssl.SSLError
         raise InvalidInput(
-            f"TLS with Cassandra: {error}; give files in PEM: ca={tls.ca}, certificate={tls.certificate}, key={tls.key}"
+            f"TLS settings of Cassandra: {error}; give PEM files: ca={tls.ca}, certificate={tls.certificate}, "
+            f"key={tls.key}"
         ) from error
     return context
 
 
 def cluster_of(address: CassandraAddress) -> Cluster:
-    """Return the driver's cluster, which is not connected to yet."""
+    """Return the driver's cluster object, not connected yet."""
     login = None if address.user is None else PlainTextAuthProvider(address.user, address.password)
     profile = ExecutionProfile(
         load_balancing_policy=TokenAwarePolicy(DCAwareRoundRobinPolicy(address.data_centre or "")),
@@ -88,7 +89,7 @@ def cluster_of(address: CassandraAddress) -> Cluster:
         protocol_version=PROTOCOL,
         auth_provider=login,
         ssl_context=None if address.tls is None else ssl_context(address.tls),
-        compression=False,  # most of what is sent are hashes; to pack them took a quarter of what a plan costs here
+        compression=False,  # most bytes are hashes; compressing them took a quarter of the client's time per plan
         execution_profiles={EXEC_PROFILE_DEFAULT: profile},
         reconnection_policy=ConstantReconnectionPolicy(RECONNECT, max_attempts=None),
         connect_timeout=address.timeout,
@@ -97,7 +98,7 @@ def cluster_of(address: CassandraAddress) -> Cluster:
 
 
 def _named(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> list[Any]:
-    """Return rows as named tuples, as the driver would, which makes a new class for every answer."""
+    """Return rows as named tuples. The driver's own row factory creates a new class for every result."""
     return list(map(_row_type(tuple(columns))._make, rows))
 
 
@@ -107,11 +108,11 @@ def _row_type(columns: tuple[str, ...]) -> Any:
 
 
 def _make_keyspace(cluster: Cluster, session: Session, address: CassandraAddress) -> None:
-    """Make the keyspace and its tables, those that are not there."""
+    """Create the keyspace and its tables where they are missing."""
     known = cluster.metadata.keyspaces.get(address.keyspace)
     if known is None:
-        copies = dict(address.replication)
-        session.execute(f"CREATE KEYSPACE IF NOT EXISTS {address.keyspace} WITH replication = {copies}")
+        replication = dict(address.replication)
+        session.execute(f"CREATE KEYSPACE IF NOT EXISTS {address.keyspace} WITH replication = {replication}")
     session.set_keyspace(address.keyspace)
     for table, statement in statements().items():
         if known is None or table not in known.tables:
@@ -127,6 +128,6 @@ def _check_version(session: Session, address: CassandraAddress) -> None:
         raise Unavailable(f"{address}: written by a newer release (schema {version}): upgrade this one")
     if version < VERSION:
         raise Unavailable(
-            f"{address}: written before the first release (schema {version}): have what wrote it copy it to another"
-            " kind of store (ppaas store migrate), and that into a new keyspace"
+            f"{address}: written before the first release (schema {version}): copy it with the release that wrote it to"
+            " another kind of store (ppaas store migrate), and from there with this release to a new keyspace"
         )

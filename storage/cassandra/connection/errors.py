@@ -1,4 +1,4 @@
-"""What Cassandra and its driver say, as ``Unavailable`` with a text that says what to do."""
+"""Translation of errors of Cassandra and its driver into ``Unavailable`` with advice for the operator."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,21 +19,21 @@ from cassandra.protocol import ErrorMessage
 
 from ppaas.errors import Unavailable
 
-_REFUSED = "user or password are refused: correct them in the URL"
-_LATE = "no answer in time: look whether its nodes are overloaded; what was being written may or may not be kept"
+_REFUSED = "user or password is wrong: correct them in the URL"
+_LATE = "timeout: check whether nodes are overloaded; a write may or may not have been applied"
 
 _ADVICE: tuple[tuple[type[Exception] | tuple[type[Exception], ...], str], ...] = (
     ((OperationTimedOut, WriteTimeout, ReadTimeout), _LATE),
-    (TooFewReplicas, "too few of its nodes are up for the wanted consistency: start them, or ask for less in the URL"),
+    (TooFewReplicas, "too few nodes are up for the consistency level: start them, or set a lower one in the URL"),
     (AuthenticationFailed, _REFUSED),
     (Unauthorized, "the user lacks a permission: grant it"),
-    (InvalidRequest, "the keyspace is not as this release made it: restore it, or give another"),
+    (InvalidRequest, "the schema of the keyspace is not that of this release: restore it, or use another keyspace"),
 )
 
 
 @contextmanager
 def driver_errors(place: object) -> Iterator[None]:
-    """Turn what the driver raises inside the block into ``Unavailable``."""
+    """Turn errors of the driver in the block into ``Unavailable``; ``place`` names the cluster in the message."""
     try:
         yield
     except (NoHostAvailable, DriverException, ErrorMessage, ConnectionException, OSError) as error:
@@ -52,4 +52,4 @@ def _no_host(error: NoHostAvailable) -> str:
     if any(isinstance(one, AuthenticationFailed) for one in errors):
         return _REFUSED
     first = f" ({errors[0]})" if errors else ""
-    return f"no node answers: start Cassandra, or correct the hosts and the port in the URL{first}"
+    return f"no node responds: start Cassandra, or correct hosts and port in the URL{first}"

@@ -1,16 +1,18 @@
-"""The tables in Cassandra.
+"""Tables in Cassandra.
 
-A row is what is looked for, in columns, and the record beside it as bytes (``storage.encoding``). No table is read
-whole: what is listed in order lies in one partition, in that order.
+A row has the keys in columns and the record as bytes (``storage.encoding``). No request scans a table: each sorted list
+is one partition with a clustering order.
 
-There are no transactions over several tables, so what must go together hangs on one row of ``users``. It has two
-numbers: robots, checkpoints and the like of a user lie under the user's ``generation``, tokens carry an ``epoch``, and
-whatever is not of the present number is as good as not there. To remove a user raises both, to change a password the
-epoch: at once, whenever the process dies. What lies under old numbers is swept away after that.
+Cassandra has no transactions over several tables, so atomic changes of a user depend on one row of ``users``. It has
+two numbers. Robots and checkpoints are stored under the user's ``generation``, and tokens have an ``epoch``; rows with
+other numbers are treated as missing. Removing a user increases both numbers, and changing the password increases the
+epoch, in one conditional write. Rows of old numbers are deleted afterwards.
 
-A plan lies whole in ``plans_at_spots``, and is there from the moment when that row is: ``plans`` and ``plans_by_map``
-are written before and removed after it, and what they name may be gone. Only a plan that was replaced lies whole in
-``plans`` too, where one of two who replace it wins. Of the plans at each spot ``plan_fronts`` has a few once more.
+The whole plan is a row of ``plans_at_spots``, and exists if that row exists. The rows that name it, in ``plans`` (by
+id) and ``plans_by_map``, are written before it and deleted after it, so they may name a plan that does not exist. Only
+a plan that was replaced is also stored whole in ``plans``, so that a conditional write decides between concurrent
+replacements. A *cell* of the index is a value of (bucket, spot); ``plan_fronts`` repeats a few representatives of the
+plans in each cell, and ``plans_by_square`` lists plans by the cells of the map that they touch.
 """
 
 VERSION = 3
@@ -44,5 +46,5 @@ _TABLES = {
 
 
 def statements() -> dict[str, str]:
-    """Return by its name what makes each table, if it is not there."""
+    """Return the CREATE TABLE statement of each table, by its name."""
     return {name: f"CREATE TABLE IF NOT EXISTS {name} ({columns})" for name, columns in _TABLES.items()}

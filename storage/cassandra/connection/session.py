@@ -1,4 +1,4 @@
-"""A session with Cassandra: statements prepared once, errors told as ours."""
+"""Session with a Cassandra keyspace: prepared statements, batches, and errors as ``Unavailable``."""
 
 import itertools
 import threading
@@ -17,34 +17,27 @@ from storage.cassandra.connection.cluster import RECONNECT, connect, is_applied
 from storage.cassandra.connection.errors import driver_errors
 
 AT_ONCE = 128
-"""Queries that are under way at a time where many are asked."""
+"""Largest number of concurrent queries."""
 
 GROUPS_AT_ONCE = 32
-"""Groups of rows that are under way at a time where many are written: they keep a node busy, and on one that is slow
-they are written before it gives up on the last."""
+"""Largest number of concurrent batches: enough to keep a node busy, and few enough for a slow node to write the last
+one before its timeout."""
 
 PAGE = 128
-"""Rows of other partitions that are asked for together."""
-
-NO_LIMIT = 2**31 - 1
+"""Rows of different partitions that are queried at once."""
 
 MAX_BATCH_ROWS, MAX_BATCH_BYTES = 10, 4 << 10
-"""Rows, and bytes of them, that are sent together, about; of more partitions, and of 5 KiB, Cassandra warns."""
+"""Approximate size of an unlogged batch [rows, bytes]. Cassandra warns of batches with more than 10 partitions, or of
+more than 5 KiB."""
 
 Write = tuple[str, Sequence[Any]]
-"""A statement and its values."""
-
-
-def most(limit: int | None) -> int:
-    """Return a limit of 1 or more as CQL takes it."""
-    return NO_LIMIT if limit is None else limit
+"""A CQL statement and its values."""
 
 
 class CassandraSession:
-    """A session with the keyspace of an address, safe to use from several threads.
+    """A session with the keyspace of an address. Thread-safe.
 
-    It connects when something is asked for the first time, and outlives its nodes: what is asked while they are away
-    fails, and once one is back it is found again.
+    It connects with the first request. Requests fail while all nodes are down, and succeed again once one is back.
     """
 
     def __init__(self, address: CassandraAddress) -> None:
@@ -57,7 +50,7 @@ class CassandraSession:
         self._prepared: dict[str, PreparedStatement] = {}
 
     def close(self) -> None:
-        """Let go of the connections."""
+        """Close the connections."""
         self._closed = True
         with self._opening:
             if self._opened is not None:
@@ -74,51 +67,51 @@ class CassandraSession:
             return self._execute(cql, values).one()
 
     def write(self, cql: str, *values: Any) -> None:
-        """Write, whatever was there."""
+        """Execute an unconditional write."""
         with driver_errors(self._address):
             self._execute(cql, values)
 
     def write_if(self, cql: str, *values: Any) -> bool:
-        """Write if the statement's condition holds; tell whether it did. No other can come in between."""
+        """Execute a lightweight transaction (compare-and-set); return whether it was applied."""
         with driver_errors(self._address):
             return is_applied(self._execute(cql, values))
 
     def write_batch(self, writes: Iterable[Write]) -> None:
-        """Write all or, in the end, nothing; others may see a part of it for a moment."""
+        """Execute a logged batch: eventually all writes or none are applied; readers may see a part meanwhile."""
         with driver_errors(self._address):
             self._execute_batch(writes)
 
     def write_batch_if(self, writes: Iterable[Write]) -> bool:
-        """Write all to one partition if the conditions of all hold, else nothing; tell whether they did."""
+        """Execute a conditional batch in one partition; return whether all conditions held and it was applied."""
         with driver_errors(self._address):
             return is_applied(self._execute_batch(writes))
 
     def write_each(self, cql: str, rows: Iterable[Sequence[Any]]) -> None:
-        """Write many rows, each for itself; the first error ends it."""
+        """Write many independent rows; stop at the first error."""
         self.write_unlogged((), ((cql, row) for row in rows))
 
     def write_batches(self, groups: Iterable[Sequence[Write]], rows: Iterable[Write] = ()) -> None:
-        """Write many groups, each as ``write_batch`` does, and rows, each for itself; the first error ends it."""
+        """Write each group as a logged batch, and the rows independently; stop at the first error."""
         with driver_errors(self._address):
             self._send(itertools.chain(map(self._batch, groups), map(self._unlogged_batch, _small_groups(rows))))
 
     def write_unlogged(self, groups: Iterable[Sequence[Write]], rows: Iterable[Write] = ()) -> None:
-        """Write many rows, each for itself, those of a group in one message; the first error ends it.
+        """Write each group as an unlogged batch, and the rows independently; stop at the first error.
 
-        What a group has for one partition comes together.
+        The writes of a group to one partition are applied together.
         """
         with driver_errors(self._address):
             self._send(map(self._unlogged_batch, itertools.chain(groups, _small_groups(rows))))
 
     def rows_each(self, cql: str, keys: Iterable[Sequence[Any]]) -> list[list[Any]]:
-        """Return the rows of a query for each of many keys, asked for at once."""
+        """Return the rows of a query for each of many keys; the queries run concurrently."""
         with driver_errors(self._address):
             session, statement = self._session(), self._statement(cql)
             results = execute_concurrent_with_args(session, statement, list(keys), AT_ONCE, raise_on_first_error=True)
             return [list(result.result_or_exc) for result in results]
 
     def query_async(self, cql: str, *values: Any) -> Callable[[], list[Any]]:
-        """Ask for the rows of a query, and return what waits for them: something else can be done meanwhile."""
+        """Start a query; return a function that waits for its rows."""
         with driver_errors(self._address):
             future = self._session().execute_async(self._statement(cql), values)
 
@@ -129,7 +122,7 @@ class CassandraSession:
         return answer
 
     def partitions(self, table: str, key: str) -> list[str]:
-        """Return the keys of the partitions of a table in which there is anything, sorted."""
+        """Return the keys of the non-empty partitions of a table, sorted."""
         keys = sorted(row[0] for row in self.rows(f"SELECT DISTINCT {key} FROM {table}"))
         found = self.rows_each(f"SELECT {key} FROM {table} WHERE {key} = ? LIMIT 1", [(one,) for one in keys])
         return [one for one, rows in zip(keys, found, strict=True) if rows]
@@ -143,7 +136,7 @@ class CassandraSession:
         return self._session().execute(self._batch(writes))
 
     def _send(self, batches: Iterable[BatchStatement]) -> None:
-        """Have so many written at a time that a node is kept busy."""
+        """Execute batches, up to `GROUPS_AT_ONCE` of them concurrently."""
         under_way: deque[ResponseFuture] = deque()
         for batch in batches:
             if len(under_way) == GROUPS_AT_ONCE:
@@ -166,7 +159,7 @@ class CassandraSession:
         if cql not in self._prepared:
             with self._preparing:
                 statement = session.prepare(cql)
-                # What is written twice is as if written once, but for what asks what was there before.
+                # Writes may be retried by the driver, except conditional ones.
                 statement.is_idempotent = " IF " not in cql
                 self._prepared[cql] = statement
         return self._prepared[cql]
@@ -181,7 +174,7 @@ class CassandraSession:
         return self._opened
 
     def _open(self) -> Session:
-        """Connect; who asks right after that failed is told so at once, and does not wait for the same again."""
+        """Connect. Within `RECONNECT` of a failure, raise the same error again without another attempt."""
         if self._failed is not None and monotonic() < self._failed[0]:
             raise self._failed[1]
         try:
@@ -193,7 +186,7 @@ class CassandraSession:
 
 
 def _small_groups(rows: Iterable[Write]) -> Iterator[list[Write]]:
-    """Yield rows, some at a time: as many as Cassandra takes without a warning."""
+    """Yield rows in groups that Cassandra accepts without a warning."""
     group: list[Write] = []
     size = 0
     for row in rows:

@@ -1,1 +1,1 @@
-"""The Path Plan Database in Cassandra: plans, the entries they share, and spatial indexes to find them by."""
+"""The path plan database in Cassandra: plans, the entries that they share, and spatial indexes."""

@@ -1,4 +1,4 @@
-"""How many there are of each of many keys, up to a limit, as a process knows it of those of late."""
+"""Counts of recent keys, each up to a limit."""
 
 from collections import OrderedDict
 from typing import Generic, TypeVar
@@ -7,39 +7,39 @@ Key = TypeVar("Key")
 
 
 class BoundedCounts(Generic[Key]):
-    """Counts by key; whoever uses it from several threads has a lock.
+    """Counts by key. Not thread-safe.
 
     Parameters
     ----------
     limit : int
-        Of each key.
-    most : int
-        How many keys are remembered; those that were counted first are forgotten first.
+        Largest count of a key.
+    size : int
+        Largest number of keys; the least recently counted are forgotten first.
     """
 
-    def __init__(self, limit: int, most: int) -> None:
+    def __init__(self, limit: int, size: int) -> None:
         self._limit = limit
-        self._most = most
+        self._size = size
         self._counts: OrderedDict[Key, int] = OrderedDict()
 
-    def take(self, key: Key) -> bool:
-        """Tell whether there is room for one more of a key, and count it."""
+    def increase(self, key: Key) -> bool:
+        """Count a key; return False, without counting it, if its count has reached the limit."""
         if self.is_full(key):
             return False
         self._counts[key] = self._counts.get(key, 0) + 1
         self._counts.move_to_end(key)
-        if len(self._counts) > self._most:
+        if len(self._counts) > self._size:
             self._counts.popitem(last=False)
         return True
 
     def is_full(self, key: Key) -> bool:
-        """Tell whether there is no room for one more of a key."""
+        """Return whether the count of a key has reached the limit."""
         return self._counts.get(key, 0) >= self._limit
 
     def forget(self, key: Key) -> None:
-        """Count a key from nothing again."""
+        """Reset the count of a key."""
         self._counts.pop(key, None)
 
     def clear(self) -> None:
-        """Count all from nothing again."""
+        """Reset all counts."""
         self._counts.clear()

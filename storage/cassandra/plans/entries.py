@@ -1,4 +1,4 @@
-"""Entries of the path plan database in Cassandra: what plans refer to, each kept once under a hash of itself."""
+"""Entries of the path plan database in Cassandra: data that plans refer to, each stored once under a hash of itself."""
 
 import math
 import threading
@@ -13,10 +13,13 @@ from storage.cassandra.plans.last_written import LastWritten
 from storage.cassandra.plans.rows import ids_in, ids_on
 
 GRACE = 24 * 3600.0
-"""Seconds that an entry is kept after it was written last, though no plan refers to it: a plan may be about to."""
+"""Time for which an entry without references is kept after its last write [s]: its plan may be about to be written."""
 
 MAX_KNOWN = 1 << 17
+"""Largest number of entries whose last write a process remembers."""
+
 MAX_CACHED = 1 << 14
+"""Largest number of entries that a process caches."""
 
 _DATA = "SELECT data FROM plan_entries WHERE id = ?"
 _WRITTEN = "SELECT id, WRITETIME(data) AS written FROM plan_entries WHERE id IN ?"
@@ -26,8 +29,8 @@ _WRITE = "INSERT INTO plan_entries (id, data) VALUES (?, ?)"
 class CassandraEntries:
     """Writes entries before the plans that refer to them, and reads them.
 
-    An entry is never changed, so whoever writes it first or again writes the same. What was written within half of
-    ``GRACE`` is not written again; what nobody wrote for longer than that and no plan refers to is swept away.
+    An entry never changes, so concurrent or repeated writes are equal. An entry that was written within half of
+    ``GRACE`` is not written again. The sweep removes entries without references that are older than ``GRACE``.
 
     Parameters
     ----------
@@ -43,21 +46,21 @@ class CassandraEntries:
         self._known = LastWritten[bytes](MAX_KNOWN)
         self._cached: OrderedDict[bytes, bytes] = OrderedDict()
 
-    def keep(self, entries: Mapping[bytes, bytes], packing: Callable[[bytes], bytes]) -> set[bytes]:
-        """Keep entries as they are packed; when it returns all are there. Return the ids of those that are new."""
+    def add(self, entries: Mapping[bytes, bytes], encode: Callable[[bytes], bytes]) -> set[bytes]:
+        """Write entries, encoded by ``encode``, where they are missing or old; return the ids of those that are new."""
         now = self._clock()
         since = now - GRACE / 2.0
-        new = self._known.late(entries, since)
-        if not new:
+        unknown = self._known.older(entries, since)
+        if not unknown:
             return set()
-        written = {number: now - age for number, age in self._ages(new)}
-        late = [number for number in new if written.get(number, -math.inf) < since]
-        self._session.write_each(_WRITE, ((number, packing(entries[number])) for number in late))
-        self._known.note(written | dict.fromkeys(late, now))
-        return {number for number in late if number not in written}
+        written = {number: now - age for number, age in self._ages(unknown)}
+        missing = [number for number in unknown if written.get(number, -math.inf) < since]
+        self._session.write_each(_WRITE, ((number, encode(entries[number])) for number in missing))
+        self._known.record(written | dict.fromkeys(missing, now))
+        return {number for number in missing if number not in written}
 
     def segment_ids(self, recipes: Iterable[bytes]) -> list[list[bytes]]:
-        """Return the ids of the stretches in each of some recipes."""
+        """Return the ids of the segments in each recipe; long recipes refer to sheets, which are read here."""
         read = [ids_in(recipe) for recipe in recipes]
         sheets = self.data(one for ids, on_sheets in read if on_sheets for one in ids)
         return [
@@ -65,7 +68,7 @@ class CassandraEntries:
         ]
 
     def data(self, numbers: Iterable[bytes]) -> dict[bytes, bytes]:
-        """Return entries as they are kept; ``Unavailable`` if one is missing."""
+        """Return the encoded entries by id; ``Unavailable`` if one is missing."""
         wanted = dict.fromkeys(numbers)
         with self._lock:
             found = {number: self._cached[number] for number in wanted if number in self._cached}
@@ -74,13 +77,13 @@ class CassandraEntries:
             return found
         for (number,), rows in zip(missing, self._session.rows_each(_DATA, missing), strict=True):
             if not rows:
-                raise Unavailable(f"entry {number.hex()} of a plan is missing: restore it from a backup")
+                raise Unavailable(f"entry {number.hex()} of a plan is missing: restore the keyspace from a backup")
             found[number] = rows[0].data
         self._remember(found)
         return found
 
     def _ages(self, numbers: list[bytes]) -> Iterator[tuple[bytes, float]]:
-        """Yield of entries that are there how long ago they were written last [s]."""
+        """Yield id and time since the last write [s] of the existing entries."""
         groups = [(numbers[at : at + PAGE],) for at in range(0, len(numbers), PAGE)]
         now = epoch()
         for rows in self._session.rows_each(_WRITTEN, groups):
@@ -95,8 +98,8 @@ class CassandraEntries:
 
 
 def code_of(scope: bytes, number: bytes, data: bytes) -> bytes:
-    """Return the code of a stretch of a version of a map, of what is kept; ``Unavailable`` if it is damaged."""
+    """Return the code of a segment from its encoded entry; ``Unavailable`` if it is damaged."""
     code = unpack(data)
     if entry_id(scope, code) != number:
-        raise Unavailable(f"entry {number.hex()} of a plan is damaged: restore it from a backup")
+        raise Unavailable(f"entry {number.hex()} of a plan is damaged: restore the keyspace from a backup")
     return code

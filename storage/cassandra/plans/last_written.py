@@ -1,4 +1,4 @@
-"""When keys were written last, as a process knows it of those of late."""
+"""Cache of the times at which this process last wrote keys."""
 
 import math
 import threading
@@ -10,29 +10,29 @@ Key = TypeVar("Key")
 
 
 class LastWritten(Generic[Key]):
-    """When keys were written last [s]; safe to use from several threads.
+    """Times of the last write by key [s]. Thread-safe.
 
     Parameters
     ----------
-    most : int
-        How many are remembered; those that were noted first are forgotten first.
+    size : int
+        Largest number of keys; the least recently written are forgotten first.
     """
 
-    def __init__(self, most: int) -> None:
-        self._most = most
+    def __init__(self, size: int) -> None:
+        self._size = size
         self._lock = threading.Lock()
-        self._when: OrderedDict[Key, float] = OrderedDict()
+        self._times: OrderedDict[Key, float] = OrderedDict()
 
-    def late(self, keys: Iterable[Key], since: float) -> list[Key]:
-        """Return those that were not written since some time, as far as is known; each once."""
+    def older(self, keys: Iterable[Key], since: float) -> list[Key]:
+        """Return the keys, each once, that are not known to have been written since a time [s]."""
         with self._lock:
-            return [key for key in dict.fromkeys(keys) if self._when.get(key, -math.inf) < since]
+            return [key for key in dict.fromkeys(keys) if self._times.get(key, -math.inf) < since]
 
-    def note(self, written: Mapping[Key, float]) -> None:
-        """Remember when keys were written."""
+    def record(self, written: Mapping[Key, float]) -> None:
+        """Record the times at which keys were written [s]."""
         with self._lock:
-            for key, when in written.items():
-                self._when[key] = when
-                self._when.move_to_end(key)
-            while len(self._when) > self._most:
-                self._when.popitem(last=False)
+            for key, time in written.items():
+                self._times[key] = time
+                self._times.move_to_end(key)
+            while len(self._times) > self._size:
+                self._times.popitem(last=False)

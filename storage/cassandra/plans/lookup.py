@@ -1,4 +1,4 @@
-"""Plans in Cassandra by their ids: where each lies, and what lies there."""
+"""Lookup of plans in Cassandra by id: first the cell of each plan, then the row in that cell."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,16 +12,17 @@ _STORED = "SELECT head, recipe FROM plans_at_spots WHERE bucket = ? AND spot = ?
 
 @dataclass(frozen=True, slots=True)
 class KeptPlan:
-    """What is kept of a plan under its id.
+    """A stored plan.
 
     Parameters
     ----------
     id : str
     location : bytes
-        Where it lies (``cassandra_plan_rows``).
+        Its cell and a hash of its content (``storage.cassandra.plans.rows``).
     replaced : bool
-        Whether it was replaced, and so lies under its id too.
+        Whether it was replaced by ``replace_plan``, and is therefore also stored in ``plans``.
     head, recipe : bytes
+        Id of its context with its body, and ids of its segments.
     """
 
     id: str
@@ -32,17 +33,17 @@ class KeptPlan:
 
     @property
     def context(self) -> bytes:
-        """Return the id of its context."""
+        """Id of its context."""
         return head_parts(self.head)[0]
 
     @property
     def body(self) -> bytes:
-        """Return what is its own."""
+        """Data of this plan alone (``ppaas.plans.encoding.body``)."""
         return head_parts(self.head)[1]
 
 
 def kept_plans(session: CassandraSession, plan_ids: Sequence[str]) -> list[KeptPlan | None]:
-    """Return what is kept of each of some plans; None where there is none, or one that was never wholly written."""
+    """Return the stored plan of each id; None where it does not exist, or was not written completely."""
     located = session.rows_each(_LOCATIONS, [(plan_id,) for plan_id in plan_ids])
     not_inline = [row for rows in located for row in rows if row.head is None]
     stored = iter(session.rows_each(_STORED, [(*location_cell(row.lead), row.id) for row in not_inline]))
@@ -50,6 +51,6 @@ def kept_plans(session: CassandraSession, plan_ids: Sequence[str]) -> list[KeptP
     for number, rows in enumerate(located):
         for row in rows:
             replaced = row.head is not None
-            for there in rows if replaced else next(stored):
-                kept[number] = KeptPlan(row.id, row.lead, replaced, there.head, there.recipe)
+            for whole in rows if replaced else next(stored):
+                kept[number] = KeptPlan(row.id, row.lead, replaced, whole.head, whole.recipe)
     return kept

@@ -1,4 +1,4 @@
-"""Reading plans in Cassandra whose ends lie near two places: those in front, then, where these are few, others."""
+"""Reading plans from Cassandra whose ends are near two places: first representatives, then plans of overfull cells."""
 
 import heapq
 from collections import Counter
@@ -10,95 +10,108 @@ from storage.cassandra.plans.endpoint_cells import NearbyBuckets, length_of_cell
 from storage.cassandra.plans.representatives import OVERFULL
 
 FIRST, NEXT = 256, 1024
-"""Rows of a bucket that are read of the front at first, those of the shortest plans, and then at a time."""
+"""Representatives that are read of each bucket with the first query, and of one bucket with each further query."""
 
 OVERFULL_CELLS_AT_ONCE = 16
-"""Crowded spots that are looked at together, at most."""
+"""Largest number of overfull cells that are read at once."""
 
 MIN_FROM_OVERFULL = 32
-"""Plans of a bucket that are read together at crowded spots, at least."""
+"""Smallest number of plans that are read at once from the overfull cells of a bucket."""
 
 _FIRST = "SELECT bucket, spot, id, head FROM plan_fronts WHERE bucket IN ? PER PARTITION LIMIT ?"
 _NEXT = "SELECT bucket, spot, id, head FROM plan_fronts WHERE bucket = ? AND (spot, id) > (?, ?) LIMIT ?"
-_CROWDED = "SELECT spot, id, head FROM plans_at_spots WHERE bucket = ? AND spot IN ? LIMIT ?"
+_OVERFULL = "SELECT spot, id, head FROM plans_at_spots WHERE bucket = ? AND spot IN ? LIMIT ?"
 
 
 class NearbyPlans:
-    """The rows of plans that may lead from one place to another.
+    """Reads the rows of plans that may connect two places, shortest first.
+
+    Two heaps, sorted by cell and so by length, have the work that is left: `_overfull`, cells with more plans than
+    representatives, and `_continuations`, where to continue reading the representatives of a bucket.
 
     Parameters
     ----------
     session : CassandraSession
-    surroundings : NearbyBuckets
+    buckets : NearbyBuckets
+        Buckets near the two places.
     """
 
-    def __init__(self, session: CassandraSession, surroundings: NearbyBuckets) -> None:
+    def __init__(self, session: CassandraSession, buckets: NearbyBuckets) -> None:
         self._session = session
-        self._around = surroundings
-        self._told: list[Any] = []
-        self._crowds: list[tuple[int, bytes]] = []
-        self._behind: list[tuple[int, bytes, str]] = []
+        self._buckets = buckets
+        self._markers: list[Any] = []
+        self._overfull: list[tuple[int, bytes]] = []
+        self._continuations: list[tuple[int, bytes, str]] = []
         self._too_few = False
 
     def first(self) -> list[Any]:
-        """Return plans in front, the shortest of each bucket."""
-        return self._noted(self._session.rows(_FIRST, self._around.buckets, FIRST), FIRST)
+        """Return the shortest representatives of each bucket."""
+        return self._plans_in(self._session.rows(_FIRST, self._buckets.ids, FIRST), FIRST)
 
     def more(self, limit: int, longest: int | None) -> list[Any] | None:
-        """Return plans that were not read before, or some that were; None if there are no more.
+        """Return further plans, of which some may have been returned before; None if there are no more.
 
         Parameters
         ----------
         limit : int
-            How many are sought.
+            Number of plans that the caller wants.
         longest : int, optional
-            If as many are found, how long the longest of these is (``quantized_length``).
+            If the caller has that many, the length of the longest of them (``quantized_length``) [1/16 m].
         """
         self._too_few |= longest is None
-        if self._too_few:  # once plans of crowds count, so do shorter ones in others
+        if self._too_few:  # once plans of overfull cells count, shorter ones in other overfull cells count too
             self._queue_overfull_cells()
-        in_crowds = bool(self._crowds) and (not self._behind or self._crowds[0] < self._behind[0][:2])
-        waiting = self._crowds if in_crowds else self._behind
+        reads_overfull = bool(self._overfull) and (
+            not self._continuations or self._overfull[0] < self._continuations[0][:2]
+        )
+        waiting = self._overfull if reads_overfull else self._continuations
         if not waiting or (longest is not None and length_of_cell(waiting[0][0]) >= longest):
             return None
-        if in_crowds:
+        if reads_overfull:
             return self._from_overfull_cells(max(limit, MIN_FROM_OVERFULL))
-        spot, bucket, plan_id = heapq.heappop(self._behind)
-        return self._noted(self._session.rows(_NEXT, bucket, spot, plan_id, NEXT), NEXT)
+        spot, bucket, plan_id = heapq.heappop(self._continuations)
+        return self._plans_in(self._session.rows(_NEXT, bucket, spot, plan_id, NEXT), NEXT)
 
-    def _noted(self, answer: Iterable[Any], most: int) -> list[Any]:
-        """Return the plans among rows of the front, and note where there are more."""
-        rows = list(answer)
-        for bucket, count in Counter(row.bucket for row in rows).items() if len(rows) >= most else ():
-            if count == most:
+    def _plans_in(self, result: Iterable[Any], limit: int) -> list[Any]:
+        """Return the plans among representatives; collect markers, and the buckets that reached the query's limit."""
+        rows = list(result)
+        for bucket, count in Counter(row.bucket for row in rows).items() if len(rows) >= limit else ():
+            if count == limit:
                 last = next(row for row in reversed(rows) if row.bucket == bucket)
-                heapq.heappush(self._behind, (last.spot, bucket, last.id))
-        self._told += [row for row in rows if row.id == OVERFULL]
+                heapq.heappush(self._continuations, (last.spot, bucket, last.id))
+        self._markers += [row for row in rows if row.id == OVERFULL]
         return [row for row in rows if row.id != OVERFULL]
 
     def _queue_overfull_cells(self) -> None:
-        """Have the crowded spots wait that were told of: mostly nobody asks for them."""
-        for bucket, spot in self._around.connecting(self._told):
-            heapq.heappush(self._crowds, (spot, bucket))
-        self._told = []
+        """Queue the cells of the collected markers; most searches never need them."""
+        for bucket, spot in self._buckets.connecting(self._markers):
+            heapq.heappush(self._overfull, (spot, bucket))
+        self._markers = []
 
-    def _from_overfull_cells(self, most: int) -> list[Any]:
-        """Return plans at the next crowded spots.
+    def _from_overfull_cells(self, limit: int) -> list[Any]:
+        """Return plans of the next overfull cells.
 
-        Of as many plans at one spot some are passed over: they are alike, and their ends two centimetres apart.
+        If one cell has ``limit`` plans or more, the rest is skipped: they are alike, with ends within two centimetres.
         """
-        buckets: dict[bytes, list[int]] = {}
-        for _ in range(min(OVERFULL_CELLS_AT_ONCE, len(self._crowds))):
-            spot, bucket = heapq.heappop(self._crowds)
-            buckets.setdefault(bucket, []).append(spot)
-        asked = {bucket: self._session.query_async(_CROWDED, bucket, spots, most) for bucket, spots in buckets.items()}
-        return [row for bucket, answer in asked.items() for row in self._read(bucket, buckets[bucket], answer, most)]
+        spots_by_bucket: dict[bytes, list[int]] = {}
+        for _ in range(min(OVERFULL_CELLS_AT_ONCE, len(self._overfull))):
+            spot, bucket = heapq.heappop(self._overfull)
+            spots_by_bucket.setdefault(bucket, []).append(spot)
+        results = {
+            bucket: self._session.query_async(_OVERFULL, bucket, spots, limit)
+            for bucket, spots in spots_by_bucket.items()
+        }
+        return [
+            row
+            for bucket, result in results.items()
+            for row in self._read(bucket, spots_by_bucket[bucket], result, limit)
+        ]
 
-    def _read(self, bucket: bytes, spots: Sequence[int], answer: Callable[[], list[Any]], most: int) -> list[Any]:
-        """Return what is answered of crowded spots; those that it did not come to wait again."""
-        rows = answer()
-        if len(rows) == most:
+    def _read(self, bucket: bytes, spots: Sequence[int], result: Callable[[], list[Any]], limit: int) -> list[Any]:
+        """Return the rows of a query; cells that its limit did not reach are queued again."""
+        rows = result()
+        if len(rows) == limit:
             for spot in spots:
                 if spot > rows[-1].spot:
-                    heapq.heappush(self._crowds, (spot, bucket))
+                    heapq.heappush(self._overfull, (spot, bucket))
         return rows

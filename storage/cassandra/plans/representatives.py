@@ -1,7 +1,8 @@
-"""The front in Cassandra: of the plans at each spot one, which a search reads instead of thousands that are alike.
+"""Representatives of the plans in each cell of the index: a search reads these instead of thousands of similar plans.
 
-Where more plans lie than are in front, the spot is *crowded*: a row without a plan tells so, and is written before the
-first other is kept. So at a spot that is not, all plans are in front, and who finds too few knows where to look on.
+A cell with more plans than representatives is *overfull*. A marker row without a plan states that, and is written
+before the first plan that is not a representative. So in a cell without a marker all plans are representatives, and a
+search that finds too few plans knows which cells have more.
 """
 
 import threading
@@ -16,28 +17,28 @@ from storage.cassandra.plans.last_written import LastWritten
 from storage.cassandra.plans.rows import PlanRow
 
 REPRESENTATIVES_PER_CELL = 1
-"""Of a spot, by one process: the fewer, the more spots one question tells of. With four, one lookup in ten among a
-million plans asks twice, with one, one in 200."""
+"""Representatives that one process chooses for a cell. The fewer there are, the more cells one query covers: among a
+million plans, one search in ten needs a second query with four representatives, and one in 200 with one."""
 
 OVERFULL = ""
-"""In place of the id of a plan."""
+"""Marker of an overfull cell, in place of the id of a plan. It sorts before all ids."""
 
 MAX_KNOWN = 1 << 17
-"""Spots of which a process knows how many plans it put in front."""
+"""Largest number of cells for which a process remembers how many representatives it chose."""
 
 _PUT = "INSERT INTO plan_fronts (bucket, spot, id, head) VALUES (?, ?, ?, ?)"
-_IN_FRONT = "SELECT bucket, spot, id FROM plan_fronts WHERE bucket = ? AND spot = ? AND id = ?"
-_TAKE = "DELETE FROM plan_fronts WHERE bucket = ? AND spot = ? AND id = ?"
+_FIND = "SELECT bucket, spot, id FROM plan_fronts WHERE bucket = ? AND spot = ? AND id = ?"
+_DELETE = "DELETE FROM plan_fronts WHERE bucket = ? AND spot = ? AND id = ?"
 
 Key = tuple[bytes, int, str]
-"""A bucket, a spot in it and the id of a plan."""
+"""Bucket and spot of a cell, and id of a plan."""
 
 
 class Representatives:
-    """Chooses which plans are in front, and takes them from there.
+    """Chooses and removes the representatives of cells.
 
-    That a spot is crowded is not written again within half of ``GRACE``; where no plan lies, and nobody wrote it for
-    longer than that, it is swept away.
+    A process does not repeat the marker of a cell within half of ``GRACE``. The sweep removes markers of empty cells
+    that were not written for longer than that.
 
     Parameters
     ----------
@@ -50,39 +51,39 @@ class Representatives:
         self._session = session
         self._clock = clock
         self._lock = threading.Lock()
-        self._chosen = BoundedCounts[Cell](REPRESENTATIVES_PER_CELL, MAX_KNOWN)
-        self._crowded = LastWritten[Cell](MAX_KNOWN)
+        self._counts = BoundedCounts[Cell](REPRESENTATIVES_PER_CELL, MAX_KNOWN)
+        self._marked = LastWritten[Cell](MAX_KNOWN)
 
     def choose(self, rows: Sequence[PlanRow], beside: Iterable[Sequence[Write]] = ()) -> list[Write]:
-        """Return what puts some of the plans in front, to be written with them.
+        """Return writes that make some of the plans representatives, to be executed together with the plans.
 
-        When it returns, all spots of the others are told to be crowded, and what goes beside that is written.
+        Before it returns, the cells of the other plans are marked as overfull, and the writes ``beside`` are executed.
         """
         now = self._clock()
-        free = set(self._crowded.late((row.cell for row in rows), now - GRACE / 2.0))
+        unmarked = set(self._marked.older((row.cell for row in rows), now - GRACE / 2.0))
         with self._lock:
-            front = [row for row in rows if row.cell in free and self._chosen.take(row.cell)]
-        chosen = {row.key for row in front}
-        crowds = {row.cell: now for row in rows if row.cell in free and row.key not in chosen}
-        self._session.write_unlogged(beside, map(overfull_marker, crowds))
-        self._crowded.note(crowds)
-        return [_insertion(row) for row in front]
+            chosen = [row for row in rows if row.cell in unmarked and self._counts.increase(row.cell)]
+        chosen_keys = {row.key for row in chosen}
+        overfull = {row.cell: now for row in rows if row.cell in unmarked and row.key not in chosen_keys}
+        self._session.write_unlogged(beside, map(overfull_marker, overfull))
+        self._marked.record(overfull)
+        return [_insertion(row) for row in chosen]
 
     def removing(self, keys: Iterable[Key]) -> list[Write]:
-        """Return what takes plans from the front, those that are there."""
-        there = self._session.rows_each(_IN_FRONT, keys)
-        return [(_TAKE, (row.bucket, row.spot, row.id)) for rows in there for row in rows]
+        """Return writes that delete plans from the representatives, for those that are among them."""
+        found = self._session.rows_each(_FIND, keys)
+        return [(_DELETE, (row.bucket, row.spot, row.id)) for rows in found for row in rows]
 
     def replacing(self, before: Key, row: PlanRow) -> list[Write]:
-        """Return what has a plan in front, to be written with it, in place of one of the same id, if that is there."""
-        stays = before == row.key
-        left = self.removing([before])
-        return [_insertion(row)] if stays and left else [*left, *self.choose([row])]
+        """Return writes that replace a representative by another plan of the same id, to be executed with that plan."""
+        same_cell = before == row.key
+        deletions = self.removing([before])
+        return [_insertion(row)] if same_cell and deletions else [*deletions, *self.choose([row])]
 
 
-def overfull_marker(spot: Cell) -> Write:
-    """Return what tells that a spot is crowded."""
-    return _PUT, (*spot, OVERFULL, b"")
+def overfull_marker(cell: Cell) -> Write:
+    """Return the write that marks a cell as overfull."""
+    return _PUT, (*cell, OVERFULL, b"")
 
 
 def _insertion(row: PlanRow) -> Write:

@@ -1,7 +1,7 @@
-"""A plan as rows: what is its own, where it is found, and the ids of what it refers to.
+"""A plan as rows: its own data, its cell in the index, and the ids of the entries that it refers to.
 
-A plan refers to what many plans have in common, its *context*, and to the segments that it shares. Both are entries
-under a hash of themselves, so whoever keeps one first or again keeps the same.
+A plan refers to its *context*, fields that many plans have in common, and to its shared segments. Both are entries,
+stored under a hash of themselves, so concurrent or repeated writes of an entry are equal.
 """
 
 import hashlib
@@ -19,34 +19,35 @@ from storage.plan_entry import PlanEntry, entries_of
 from storage.records import PlanRecord
 
 MAX_IDS_PER_ROW = 256
-"""Ids in a row: a longer recipe is cut into sheets, which are entries of their own, so that no row grows large."""
+"""Largest number of ids in a recipe. A longer one is cut into *sheets*, which are entries, so that rows stay small."""
 
 _IDS, _SHEETS = b"\x00", b"\x01"
 _LOCATION = struct.Struct("<16sq8s")
 
 _known_id = lru_cache(1 << 15)(entry_id)
-"""Most segments of a plan are those of plans before it."""
+"""Cached ids: most segments of a plan are those of earlier plans."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlanRow:
-    """What is kept of a plan.
+    """A plan before it is written.
 
     Parameters
     ----------
     record : PlanRecord
-        As it was given.
+        The original plan.
     entry : PlanEntry
+        Its parts.
     context : bytes
-        The id of its context.
+        Id of its context.
     recipe : bytes
-        The ids of its segments or, of very many, of the sheets that hold these.
+        Ids of its segments or, for very many segments, of the sheets with these ids.
     segments : dict
-        By their ids the codes of the segments, in their order, each once.
+        Codes of its segments by id, in order, each once.
     beside : dict
-        By their ids the context and the sheets.
+        Its other entries by id: context and sheets.
     key : tuple
-        Under which it lies (``cassandra_plan_spots.cell_key``).
+        Its primary key in ``plans_at_spots`` (``endpoint_cells.cell_key``).
     """
 
     record: PlanRecord
@@ -59,22 +60,22 @@ class PlanRow:
 
     @property
     def size(self) -> int:
-        """Return the bytes that are its own."""
+        """Size of its own data [bytes]."""
         return len(self.entry.body) + len(self.recipe)
 
     @property
     def cell(self) -> Cell:
-        """Return where it lies."""
+        """Its cell in the index."""
         return self.key[:2]
 
     @property
     def head(self) -> bytes:
-        """Return the id of its context, and its body (``head_parts``)."""
+        """Id of its context with its body (``head_parts``)."""
         return self.context + self.entry.body
 
     @property
     def location(self) -> bytes:
-        """Return where it lies (``location_cell``), and a hash of what lies there."""
+        """Its cell (``location_cell``) with a hash of its content: the column ``lead`` of ``plans``."""
         content = hashlib.blake2b(self.head + self.recipe, digest_size=8).digest()
         return _LOCATION.pack(*self.cell, content)
 
@@ -102,10 +103,10 @@ def ids_in(recipe: bytes) -> tuple[list[bytes], bool]:
     Raises
     ------
     Unavailable
-        It is damaged.
+        The recipe is damaged.
     """
     if recipe[:1] not in (_IDS, _SHEETS) or len(recipe) % ID_BYTES != 1:
-        raise Unavailable("a stored recipe is damaged: restore it from a backup")
+        raise Unavailable("the recipe of a stored plan is damaged: restore the keyspace from a backup")
     return ids_on(recipe[1:]), recipe[:1] == _SHEETS
 
 
@@ -120,13 +121,13 @@ def head_parts(head: bytes) -> tuple[bytes, bytes]:
 
 
 def location_cell(location: bytes) -> Cell:
-    """Return where a plan lies."""
+    """Return the cell in a location."""
     bucket, spot, _ = _LOCATION.unpack(location)
     return bucket, spot
 
 
 def unshared_in(body: PlanBody) -> int:
-    """Return how many waypoints are kept for a plan alone."""
+    """Return the number of waypoints that are stored for a plan alone."""
     return ENDS_BEFORE + ENDS_AFTER if body.shared else body.count
 
 
@@ -138,5 +139,5 @@ def _sheets(scope: bytes, ids: list[bytes]) -> Iterator[tuple[bytes, bytes]]:
 
 
 def map_key(record: PlanRecord) -> tuple[str, float, str]:
-    """Return the key under which a plan is map_key: its map, when it was made, and its id."""
-    return record.map, record.created + 0.0, record.id  # -0 would come before 0
+    """Return the primary key of a plan in the list of its map: map, time, and id."""
+    return record.map, record.created + 0.0, record.id  # + 0.0, because -0 would sort before 0

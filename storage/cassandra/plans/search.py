@@ -1,4 +1,4 @@
-"""Plans in Cassandra: looked for by where they lead, and told of."""
+"""Searching plans in Cassandra by their ends and passages, and their statistics."""
 
 import itertools
 from collections import Counter
@@ -21,10 +21,10 @@ from storage.plan_query import PlanStoreQuery
 from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
 
 MAX_EXAMINED = 64
-"""Plans that are looked at for whether they pass two places."""
+"""Largest number of plans that a search for passages examines."""
 
 NEWEST = 1024
-"""Plans of a map, the newest, among which are counted those that share a stretch."""
+"""Number of a map's newest plans among which references to a segment are counted."""
 
 
 class CassandraPlanSearch(CassandraPlans):
@@ -48,23 +48,23 @@ class CassandraPlanSearch(CassandraPlans):
         return search.passages(self._passing(search), limit)
 
     def plan_parts(self, plan_id: str) -> list[PlanPart]:
-        """Return the stretches of a plan that are entries of their own, in order; ``NotFound`` if there is none.
+        """Return the shared segments of a plan, in order; ``NotFound`` if the plan does not exist.
 
-        How many plans refer to one is counted among ``NEWEST`` plans of its map, and among all when these are swept.
+        References to a segment are counted among the ``NEWEST`` plans of its map; the sweep counts them among all.
         """
         kept = self._known_plan(plan_id)
         [numbers] = self._entries.segment_ids([kept.recipe])
         data = self._entries.data(numbers)
         uses = self._uses(self._head(kept).map, numbers)
-        first, told = ENDS_BEFORE, []
+        first, parts = ENDS_BEFORE, []
         for number in numbers:
             count = waypoints_in(unpack(data[number]))
-            told.append(PlanPart(number.hex(), first, count, uses[number]))
+            parts.append(PlanPart(number.hex(), first, count, uses[number]))
             first += count
-        return told
+        return parts
 
     def plan_statistics(self, map_id: str | None = None) -> PlanStatistics:
-        """Return what the plans of a map take, or all; stretches that were shared count until they are swept away."""
+        """Return the size of the plans of a map, or of all plans; unused segments count until they are swept."""
         if map_id is not None:
             check_name("map", map_id)
         return self._plan_sums.of(map_id)
@@ -72,7 +72,7 @@ class CassandraPlanSearch(CassandraPlans):
     # -- internals -----------------------------------------------------------------------------------------------------
 
     def _fitting(self, rows: Sequence[Any], search: PlanStoreQuery, limit: int) -> Iterator[PlanRecord]:
-        """Yield the heads in rows that are looked for, the shortest so many."""
+        """Yield the heads of the first ``limit`` plans in rows that match the query."""
         parts = [head_parts(row.head) for row in rows]
         contexts = self._entries.data(context for context, _ in parts)
         near = bodies_near([body for _, body in parts], search.start, search.goal, search.tolerance)
@@ -80,18 +80,18 @@ class CassandraPlanSearch(CassandraPlans):
         return itertools.islice(filter(search.matches, heads), limit)
 
     def _passing(self, search: PlanStoreQuery) -> Iterable[PlanRecord]:
-        """Return plans that are named near either place, those that are named near both first."""
+        """Return plans that the passage index has near either place, first those near both."""
         scope, tolerance = search.scope, search.tolerance
-        named = [
+        near = [
             self._passage_index.plans_near(scope, place, tolerance, MAX_EXAMINED)
             for place in (search.start, search.goal)
         ]
-        both = set(named[0]) & set(named[1])
-        ordered = dict.fromkeys([*(one for one in named[0] if one in both), *named[0], *named[1]])
+        both = set(near[0]) & set(near[1])
+        ordered = dict.fromkeys([*(one for one in near[0] if one in both), *near[0], *near[1]])
         return self.whole_plans(list(itertools.islice(ordered, MAX_EXAMINED))).values()
 
     def _uses(self, map_id: str, numbers: list[bytes]) -> dict[bytes, int]:
-        """Return how many plans refer to each of some stretches, as far as that is known."""
+        """Return the known number of plans that refer to each segment."""
         wanted = list(dict.fromkeys(numbers))
         swept = self._session.rows_each("SELECT plans FROM plan_entry_uses WHERE id = ?", [(one,) for one in wanted])
         seen: Counter[bytes] = Counter()

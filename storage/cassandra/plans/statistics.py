@@ -1,4 +1,4 @@
-"""What plans take, in Cassandra: sums that every writer keeps of what it did, so that nobody has to count plans."""
+"""Statistics of plans in Cassandra: sums per writer, so that plans need not be counted for each request."""
 
 import threading
 import uuid
@@ -10,19 +10,19 @@ from storage.encoding import decode, encode
 from storage.records import PlanStatistics
 
 IDLE = 12 * 3600.0
-"""Seconds after which a writer begins new sums: those that are older for longer than twice that nobody adds to."""
+"""Time without writes after which a writer starts new sums [s]; sums that are twice as old are final."""
 
 RECOUNTED = uuid.UUID(int=0)
-"""In place of a writer: what a count of all plans found that the sums of writers do not tell."""
+"""Id in place of a writer, for the difference between a count of all plans and the sums of the writers."""
 
 Sums = dict[str, PlanStatistics]
-"""What the plans of each map take, or what a change adds to that."""
+"""Size of the plans of each map, or the change of it, by map id."""
 
 _WRITE = "UPDATE plan_sums USING TIMESTAMP ? SET record = ? WHERE map = ? AND writer = ?"
 
 
 def add(one: PlanStatistics, other: PlanStatistics, sign: int = 1) -> PlanStatistics:
-    """Return what two take together, or ``one`` without the other (-1)."""
+    """Return the sum of two statistics, or their difference if ``sign`` is -1."""
     return PlanStatistics(
         one.plans + sign * other.plans,
         one.waypoints + sign * other.waypoints,
@@ -33,13 +33,13 @@ def add(one: PlanStatistics, other: PlanStatistics, sign: int = 1) -> PlanStatis
 
 
 class PlanStatisticsSums:
-    """Sums by map. To write them twice is as if they were written once, since each writer tells all that it ever added.
+    """Sums by map and writer. Each write has the total of its writer, so repeated writes change nothing.
 
     Parameters
     ----------
     session : CassandraSession
     clock : callable
-        Seconds of the epoch.
+        Seconds since the epoch.
     """
 
     def __init__(self, session: CassandraSession, clock: Clock = epoch) -> None:
@@ -51,12 +51,12 @@ class PlanStatisticsSums:
         self._written = 0
 
     def writes_for(self, change: Sums, sign: int = 1) -> list[Write]:
-        """Return what tells of a change, or that it did not come about (-1)."""
+        """Return writes that add a change to the sums, or undo it if ``sign`` is -1."""
         with self._lock:
             now = int(self._clock() * 1e6)
             if now - self._written > IDLE * 1e6:
                 self._writer, self._mine = uuid.uuid4(), {}
-            self._written = stamp = max(now, self._written + 1)  # of two writes of this writer the later one counts
+            self._written = stamp = max(now, self._written + 1)  # increases, so that the later write wins
             for map_id, sums in change.items():
                 self._mine[map_id] = add(self._mine.get(map_id, PlanStatistics()), sums, sign)
             return [(_WRITE, (stamp, encode(self._mine[map_id]), map_id, self._writer)) for map_id in change]
@@ -70,29 +70,30 @@ class PlanStatisticsSums:
         return total if total.plans > 0 else PlanStatistics()
 
     def by_writer(self) -> dict[tuple[str, uuid.UUID], tuple[PlanStatistics, float]]:
-        """Return by map and writer what is told, and when that was written [s of the epoch]."""
+        """Return the sums and the time of their last write [s since the epoch], by map and writer."""
         rows = self._session.rows("SELECT map, writer, record, WRITETIME(record) AS written FROM plan_sums")
         return {(row.map, row.writer): (decode(row.record, PlanStatistics), row.written / 1e6) for row in rows}
 
     def recount(
-        self, counted: Sums, told: Mapping[tuple[str, uuid.UUID], tuple[PlanStatistics, float]], began: float
+        self, counted: Sums, before: Mapping[tuple[str, uuid.UUID], tuple[PlanStatistics, float]], began: float
     ) -> None:
-        """Have the sums tell what was counted.
+        """Correct the sums by a count of all plans.
 
         Parameters
         ----------
         counted : dict
-            By map what the plans take that were written before ``began``.
-        told : dict
-            What was told then.
+            Size of the plans that were written before ``began``, by map.
+        before : dict
+            The sums at that time (``by_writer``).
         began : float
-            [s of the epoch]
+            Time at which the count began [s since the epoch].
         """
-        writers = {key: row for key, row in told.items() if key[1] != RECOUNTED}
+        writers = {key: row for key, row in before.items() if key[1] != RECOUNTED}
         ended = {key for key, (_, written) in writers.items() if began - written > 2.0 * IDLE}
         bases = {
-            map_id: counted.get(map_id, PlanStatistics()) for map_id in {*counted, *(map_id for map_id, _ in told)}
+            map_id: counted.get(map_id, PlanStatistics()) for map_id in {*counted, *(map_id for map_id, _ in before)}
         }
+        # A base and the sums of active writers add up to the count; the sums of ended writers are deleted.
         for key in writers.keys() - ended:
             bases[key[0]] = add(bases[key[0]], writers[key][0], -1)
         stamp = int(began * 1e6)

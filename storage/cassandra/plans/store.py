@@ -1,4 +1,4 @@
-"""Plans in Cassandra: kept, changed and read."""
+"""Adding, replacing, removing and reading plans in Cassandra."""
 
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
@@ -29,10 +29,10 @@ _REMOVE = "DELETE FROM plans WHERE id = ?"
 
 
 class CassandraPlans:
-    """What a ``PlanStore`` keeps, in Cassandra.
+    """The part of a ``PlanStore`` in Cassandra that is not a search.
 
-    What a plan refers to, and what names it, is there before it. Of many plans that are kept together all are kept, or,
-    where it ends in ``Unavailable``, some: to keep them again changes nothing.
+    Entries that a plan refers to, and rows that name it, are written before it. If adding several plans ends in
+    ``Unavailable``, some of them may be stored; adding them again changes nothing.
     """
 
     _session: CassandraSession
@@ -60,17 +60,17 @@ class CassandraPlans:
 
     def add_plans(self, records: Iterable[PlanRecord]) -> int:
         """Add plans; return the number of new ones."""
-        given: dict[str, PlanRecord] = {}
+        unique: dict[str, PlanRecord] = {}
         for record in records:
-            given.setdefault(check_name("plan", record.id), record)
-        ids = list(given)
-        asked = [self._session.query_async(_KNOWN, ids[at : at + PAGE]) for at in range(0, len(ids), PAGE)]
-        rows = list(plan_rows(list(given.values()), self._granularity))  # most are new: cut them while that is answered
-        named = [row.id for answer in asked for row in answer()]
+            unique.setdefault(check_name("plan", record.id), record)
+        ids = list(unique)
+        queries = [self._session.query_async(_KNOWN, ids[at : at + PAGE]) for at in range(0, len(ids), PAGE)]
+        rows = list(plan_rows(list(unique.values()), self._granularity))  # most are new: cut them during the queries
+        named = [row.id for result in queries for row in result()]
         known = {kept.id for kept in kept_plans(self._session, named) if kept is not None}
         rows = [row for row in rows if row.record.id not in known]
         if rows:
-            self._keep(rows)
+            self._add(rows)
         return len(rows)
 
     def replace_plan(self, record: PlanRecord, *, instead_of: PlanRecord) -> None:
@@ -81,15 +81,17 @@ class CassandraPlans:
         assert kept is not None
         [row] = plan_rows([record], self._granularity)
         fresh = self._write_referenced([row])
-        front = self._representatives.replacing(cell_key(instead_of), row)
+        representatives = self._representatives.replacing(cell_key(instead_of), row)
         seen = kept.location, kept.head if kept.replaced else None
         if not self._session.write_if(_CHANGE, row.location, row.head, row.recipe, record.id, *seen):
             raise Conflict(f"plan {record.id!r} has been changed meanwhile: read it again and retry")
         change = _added_statistics([row], fresh)
-        gone = own_statistics(kept.body, kept.recipe)
-        change[instead_of.map] = add(change.get(instead_of.map, PlanStatistics()), gone, -1)
+        removed = own_statistics(kept.body, kept.recipe)
+        change[instead_of.map] = add(change.get(instead_of.map, PlanStatistics()), removed, -1)
         beside = [*self._passage_index.additions([row]), *self._plan_sums.writes_for(change)]
-        self._session.write_batches([[*index_deletions(instead_of, but=record), *index_writes(row), *front]], beside)
+        self._session.write_batches(
+            [[*index_deletions(instead_of, but=record), *index_writes(row), *representatives]], beside
+        )
 
     def plan(self, plan_id: str) -> PlanRecord:
         """Return a plan; ``NotFound`` if it does not exist."""
@@ -135,11 +137,11 @@ class CassandraPlans:
 
     # -- internals -----------------------------------------------------------------------------------------------------
 
-    def _keep(self, rows: Sequence[PlanRow]) -> None:
+    def _add(self, rows: Sequence[PlanRow]) -> None:
         fresh = self._write_referenced(rows)
-        front = self._representatives.choose(rows, insert_names(rows))
+        representatives = self._representatives.choose(rows, insert_names(rows))
         change = _added_statistics(rows, fresh)
-        beside = [*self._plan_sums.writes_for(change), *self._passage_index.additions(rows), *front]
+        beside = [*self._plan_sums.writes_for(change), *self._passage_index.additions(rows), *representatives]
         try:
             self._session.write_unlogged(insert_plans(rows), beside)
         except Unavailable:
@@ -147,39 +149,44 @@ class CassandraPlans:
             raise
 
     def _remove_all(self, map_id: str, page: Sequence[Any], kept: Sequence[KeptPlan]) -> int:
-        """Remove plans of a map of a page of its list, and this; return how many."""
-        records = [record for record in self._wholes(kept) if record.map == map_id]  # another was changed meanwhile
+        """Remove the plans of a page of a map's list, and the page itself; return the number of plans."""
+        records = [
+            record for record in self._wholes(kept) if record.map == map_id
+        ]  # a replacement may be on another map
         mine = {record.id for record in records}
         groups = [[*index_deletions(record), (_REMOVE, (record.id,))] for record in records]
         self._passage_index.clear(plan_rows(records, self._granularity))
-        front = self._representatives.removing(map(cell_key, records))
+        representatives = self._representatives.removing(map(cell_key, records))
         self._session.write_batches(
-            groups, [*front, *(delete_from_map(map_id, row) for row in page if row.id not in mine)]
+            groups, [*representatives, *(delete_from_map(map_id, row) for row in page if row.id not in mine)]
         )
-        gone = PlanStatistics()
+        removed = PlanStatistics()
         for each in kept:
-            gone = add(gone, own_statistics(each.body, each.recipe)) if each.id in mine else gone
-        self._session.write_batches((), self._plan_sums.writes_for({map_id: gone}, -1))
+            removed = add(removed, own_statistics(each.body, each.recipe)) if each.id in mine else removed
+        self._session.write_batches((), self._plan_sums.writes_for({map_id: removed}, -1))
         return len(records)
 
     def _write_referenced(self, rows: Sequence[PlanRow]) -> set[bytes]:
-        """Keep all that plans refer to; return the ids of what was not there before."""
+        """Write the entries that plans refer to; return the ids of new ones."""
         segments: dict[bytes, bytes] = {}
         beside: dict[bytes, bytes] = {}
         for row in rows:
             segments |= row.segments
             beside |= row.beside
-        return self._entries.keep(segments, pack) | self._entries.keep(beside, bytes)
+        return self._entries.add(segments, pack) | self._entries.add(beside, bytes)
 
     def _heads(self, map_id: str, before: tuple[float, str] | None) -> Iterator[PlanRecord]:
         for page in self._listed(map_id, before):
             for row, kept in zip(page, kept_plans(self._session, [row.id for row in page]), strict=True):
                 head = self._head(kept) if kept is not None else None
-                if head is not None and (head.map, head.created) == (map_id, row.created):  # else it was just changed
+                if head is not None and (head.map, head.created) == (
+                    map_id,
+                    row.created,
+                ):  # otherwise it has just changed
                     yield head
 
     def _listed(self, map_id: str, before: tuple[float, str] | None = None) -> Iterator[list[Any]]:
-        """Yield pages of what is listed of a map, newest first."""
+        """Yield pages of the list of a map, newest first."""
         query, values = "SELECT created, id FROM plans_by_map WHERE map = ?", tuple[Any, ...]((map_id,))
         if before is not None:
             query, values = f"{query} AND (created, id) < (?, ?)", (map_id, before[0] + 0.0, before[1])
@@ -213,7 +220,7 @@ class CassandraPlans:
 
 
 def _added_statistics(rows: Sequence[PlanRow], fresh: set[bytes]) -> Sums:
-    """Return what plans and the segments that are new with them take."""
+    """Return the statistics of added plans, with the segments that are new."""
     sums: Sums = {}
     left = set(fresh)
     for row in rows:
@@ -228,6 +235,6 @@ def _added_statistics(rows: Sequence[PlanRow], fresh: set[bytes]) -> Sums:
 
 
 def own_statistics(body: bytes, recipe: bytes) -> PlanStatistics:
-    """Return what a kept plan takes, without what it shares."""
+    """Return the statistics of a stored plan without its shared segments."""
     own = read_body(body)
     return PlanStatistics(1, own.count, unshared_in(own), 0, len(body) + len(recipe))

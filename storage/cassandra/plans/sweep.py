@@ -1,4 +1,4 @@
-"""Sweeping a Cassandra: what no plan refers to any more goes, and what is told of all others is counted anew."""
+"""Sweep of plans in Cassandra: removes unused entries, repairs interrupted writes, and recounts the statistics."""
 
 import itertools
 from collections import Counter
@@ -25,19 +25,20 @@ _STORED = "SELECT bucket, spot, id, head, recipe, WRITETIME(head) AS written FRO
 
 @dataclass
 class _Marked:
-    """What plans refer to, and what they take.
+    """Entries that plans refer to, and the statistics of the plans.
 
     Parameters
     ----------
     maps : dict
-        By the ids of contexts their maps.
+        Map of each context, by its id.
     sheets : set of bytes
+        Ids of the sheets.
     uses : Counter
-        By the ids of stretches how many plans refer to them.
+        Number of plans that refer to each segment, by its id.
     owners : dict
-        By the ids of stretches their maps.
+        Map of each segment, by its id.
     sums : dict
-        By map, without those of plans that were written since this was begun.
+        Statistics by map, without plans that were written after the sweep began.
     """
 
     maps: dict[bytes, str] = field(default_factory=dict)
@@ -47,29 +48,29 @@ class _Marked:
     sums: Sums = field(default_factory=dict)
 
     def holds(self, number: bytes) -> bool:
-        """Tell whether any plan refers to an entry."""
+        """Return whether a plan refers to an entry."""
         return number in self.uses or number in self.maps or number in self.sheets
 
     def add(self, map_id: str, what: PlanStatistics) -> None:
-        """Add to what the plans of a map take."""
+        """Add to the statistics of a map."""
         self.sums[map_id] = add(self.sums.get(map_id, PlanStatistics()), what)
 
 
 class CassandraSweep(CassandraPlanSearch):
-    """What nobody waits for, and ``ppaas store sweep`` does."""
+    """Maintenance that no request waits for; ``ppaas store sweep`` runs it."""
 
     def sweep_entries(self, grace: float = GRACE) -> int:
-        """Remove the entries that no plan refers to any more and nobody wrote of late; return how many.
+        """Remove old entries without references; return their number.
 
-        Whatever is counted while plans come and go is counted anew.
+        The sweep also completes interrupted replacements, repairs representatives, and recounts the statistics.
 
         Parameters
         ----------
         grace : float
-            How long an entry is kept after it was written last [s]; longer than any plan takes to be kept.
+            Time for which an entry is kept after its last write [s]; longer than writing any plan takes.
         """
         began = epoch()
-        told = self._plan_sums.by_writer()
+        sums_before = self._plan_sums.by_writer()
         marked = _Marked()
         for page in self._pages(_REPLACED):
             self._finish_replacing([row for row in page if row.head is not None])
@@ -79,7 +80,7 @@ class CassandraSweep(CassandraPlanSearch):
             mark_overfull_cells(self._session, owned)
         swept = self._sweep(marked, began, grace)
         remove_stale_representatives(self._session, began - grace)
-        self._plan_sums.recount(marked.sums, told, began)
+        self._plan_sums.recount(marked.sums, sums_before, began)
         uses = "INSERT INTO plan_entry_uses (id, plans) VALUES (?, ?)"
         self._session.write_each(uses, marked.uses.items())
         return swept
@@ -90,14 +91,14 @@ class CassandraSweep(CassandraPlanSearch):
             yield page
 
     def _finish_replacing(self, replaced: Sequence[Any]) -> None:
-        """Have plans that were replaced lie where they are found: who replaced one may have been cut off before that.
+        """Copy replaced plans to the index by ends, in case the replacement was interrupted.
 
-        What is written carries the time of the replacement, so whatever was done to the plan since then stays.
+        The copies carry the time of the replacement, so later changes of a plan win.
         """
         self._session.write_unlogged((), map(rewrite_plan, replaced))
 
     def _owned(self, page: Sequence[Any], before: float) -> list[Any]:
-        """Return the rows of a page in which plans lie by what names them; of the others the older ones are removed."""
+        """Return the rows of a page that ``plans`` refers to; delete the others written before a time [s]."""
         named = self._session.rows("SELECT id, lead FROM plans WHERE id IN ?", [row.id for row in page])
         places = {row.id: location_cell(row.lead) for row in named}
         owned: list[Any] = []
@@ -122,15 +123,15 @@ class CassandraSweep(CassandraPlanSearch):
                 marked.add(map_id, own_statistics(body, row.recipe))
 
     def _sweep(self, marked: _Marked, began: float, grace: float) -> int:
-        """Remove what is not marked, and count the waypoints of what is."""
+        """Remove unmarked entries, and add marked segments to the statistics; return the number of removed entries."""
         old = list(self._unmarked(marked, began, (epoch() - grace) * 1e6))
-        # Whoever writes one of them again meanwhile does so later than it was written last: that one stays.
+        # Deleted with the time of the last write, so that an entry that is written again meanwhile stays.
         self._session.write_each("DELETE FROM plan_entries USING TIMESTAMP ? WHERE id = ?", old)
         self._session.write_each("DELETE FROM plan_entry_uses WHERE id = ?", [(number,) for _, number in old])
         return len(old)
 
     def _unmarked(self, marked: _Marked, began: float, before: float) -> Iterator[tuple[int, bytes]]:
-        """Yield when each entry was written that may go, and its id."""
+        """Yield time of the last write [µs] and id of each entry that can be removed."""
         for row in self._session.rows("SELECT id, data, WRITETIME(data) AS written FROM plan_entries"):
             if row.id in marked.uses and row.written < began * 1e6:
                 waypoints = waypoints_in(unpack(row.data))

@@ -1,8 +1,8 @@
-"""What is written to Cassandra of plans, in what order, and how much of it together.
+"""Writes of plans to Cassandra: their order, and the sizes of batches.
 
-A plan is there from the moment when the row is in which it lies. What names it, by its id and in the list of its map,
-is written before that and removed after it: who is cut off in between leaves names of nothing, which readers pass over.
-So nothing needs a logged batch, which Cassandra writes twice.
+A plan exists if its row in ``plans_at_spots`` exists. The rows that name it, by its id and in the list of its map, are
+written before that row and deleted after it. An interrupted write leaves names without a plan, which readers skip. So
+no write needs a logged batch, which Cassandra writes twice.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,24 +22,24 @@ _DELETE_FROM_MAP = "DELETE FROM plans_by_map WHERE map = ? AND created = ? AND i
 _DELETE = "DELETE FROM plans_at_spots WHERE bucket = ? AND spot = ? AND id = ?"
 
 KEYS_BYTES = 240
-"""Bytes of the row in which a plan lies beside what is its own, about, as Cassandra counts: each value has a time."""
+"""Approximate overhead of a row of ``plans_at_spots`` as Cassandra counts it [bytes]: keys, and a time per value."""
 
 
 def insert_names(rows: Sequence[PlanRow]) -> Iterator[list[Write]]:
-    """Yield what names plans, some at a time: with the list of their map as many partitions as bring no warning."""
+    """Yield groups of writes that name plans, each with as many partitions as Cassandra accepts without a warning."""
     for at in range(0, len(rows), MAX_BATCH_ROWS - 1):
-        some = rows[at : at + MAX_BATCH_ROWS - 1]
+        group = rows[at : at + MAX_BATCH_ROWS - 1]
         yield [
-            *((_INSERT_ID, (row.record.id, row.location)) for row in some),
-            *((_INSERT_IN_MAP, map_key(row.record)) for row in some),
+            *((_INSERT_ID, (row.record.id, row.location)) for row in group),
+            *((_INSERT_IN_MAP, map_key(row.record)) for row in group),
         ]
 
 
 def insert_plans(rows: Sequence[PlanRow]) -> Iterator[list[Write]]:
-    """Yield what keeps plans, some at a time: as many, in as many partitions, as bring no warning."""
+    """Yield groups of writes that store plans, each as large as Cassandra accepts without a warning."""
     writes: list[Write] = []
     size, buckets = 0, set[bytes]()
-    # Rows that are found in one bucket are one change for Cassandra where they come together.
+    # Sorted, because rows of one bucket in a batch are a single mutation for Cassandra.
     for row in sorted(rows, key=attrgetter("key")):
         mine, bucket = row.size + ID_BYTES + KEYS_BYTES, row.key[0]
         if writes and (size + mine > MAX_BATCH_BYTES or len(buckets | {bucket}) > MAX_BATCH_ROWS):
@@ -53,33 +53,36 @@ def insert_plans(rows: Sequence[PlanRow]) -> Iterator[list[Write]]:
 
 
 def index_writes(row: PlanRow) -> list[Write]:
-    """Return what has a plan that was replaced found by its map and its ends."""
+    """Return writes that add the replacement of a plan to the indexes by map and by ends."""
     return [(_INSERT_IN_MAP, map_key(row.record)), _insertion(row)]
 
 
 def index_deletions(record: PlanRecord, but: PlanRecord | None = None) -> list[Write]:
-    """Return what has a plan found no more, but where another is found: together, the removal would win."""
+    """Return deletions of a plan from the indexes, except of rows that a plan ``but`` has too.
+
+    In one batch, a deletion and an insertion of the same row have the same time, and the deletion would win.
+    """
     return [
-        (forget, key(record))
-        for forget, key in ((_DELETE_FROM_MAP, map_key), (_DELETE, cell_key))
+        (delete, key(record))
+        for delete, key in ((_DELETE_FROM_MAP, map_key), (_DELETE, cell_key))
         if but is None or key(record) != key(but)
     ]
 
 
 def delete_from_map(map_id: str, row: Any) -> Write:
-    """Return what takes a row from the list of a map."""
+    """Return the deletion of a row from the list of a map."""
     return _DELETE_FROM_MAP, (map_id, row.created, row.id)
 
 
 def rewrite_plan(row: Any) -> Write:
-    """Return what has a plan found by its ends that lies under its id, as of the time when that was written."""
+    """Return a write that copies a replaced plan from ``plans`` to ``plans_at_spots``, with the time of that row."""
     return f"{_INSERT} USING TIMESTAMP ?", (*location_cell(row.lead), row.id, row.head, row.recipe, row.written)
 
 
 def delete_plan(row: Any) -> Write:
-    """Return what removes a row in which a plan lies, unless it is written again meanwhile."""
-    forget = "DELETE FROM plans_at_spots USING TIMESTAMP ? WHERE bucket = ? AND spot = ? AND id = ?"
-    return forget, (row.written, row.bucket, row.spot, row.id)
+    """Return the deletion of a row of ``plans_at_spots``, which has no effect if it is written again meanwhile."""
+    delete = "DELETE FROM plans_at_spots USING TIMESTAMP ? WHERE bucket = ? AND spot = ? AND id = ?"
+    return delete, (row.written, row.bucket, row.spot, row.id)
 
 
 def _insertion(row: PlanRow) -> Write:

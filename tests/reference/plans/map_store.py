@@ -1,4 +1,4 @@
-"""What became of maps, in plain lists: what every map store must say as well, whatever it keeps its maps on."""
+"""Reference of all map stores: the history of maps in plain lists. Every store must give the same answers."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from tests.support.storage.records import GivenMap
 
 
 class PlainMaps:
-    """Maps by id, each as a list of what was published."""
+    """Maps by id, each with the list of its publications."""
 
     def __init__(self) -> None:
         self.maps: dict[str, dict[str, Any]] = {}
@@ -21,9 +21,9 @@ class PlainMaps:
         history = list(before["history"]) if before else []
         if not history or history[-1][0] != given.version:
             history.append((given.version, given.created, given.owner, False))
-        told = {"owner": given.owner, "readers": tuple(given.readers), "description": given.description}
+        metadata = {"owner": given.owner, "readers": tuple(given.readers), "description": given.description}
         files = (before["files"] if before else {}) | {given.version: given.files}
-        self.maps[given.id] = told | {"history": history, "files": files}
+        self.maps[given.id] = metadata | {"history": history, "files": files}
         return self.head(given.id)
 
     def roll_back(self, map_id: str, version: str, owner: str, created: float) -> dict[str, Any]:

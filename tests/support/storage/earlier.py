@@ -1,4 +1,4 @@
-"""What earlier releases wrote, as ``tests/earlier`` holds it."""
+"""Data that earlier releases wrote (``tests/earlier``)."""
 
 import hashlib
 import json
@@ -18,30 +18,30 @@ KEYSPACE = "earlier"
 
 
 def expected(earlier: Path) -> dict[str, Any]:
-    """Return what the release said of all that it wrote."""
+    """Return the answers of the earlier release about its data."""
     told: dict[str, Any] = json.loads((earlier / "expected.json").read_text())
     return told
 
 
 def unpack(earlier: Path, folder: Path) -> Path:
-    """Put a copy of its files into a folder, and return that: its data folder is called ``data`` there."""
+    """Copy the files of the release to a folder, and return it; its data folder is ``data`` there."""
     with tarfile.open(earlier / "data.tar.xz") as archive:
         archive.extractall(folder, filter="data")
     return folder
 
 
 def without_poses(plan: dict[str, Any]) -> dict[str, Any]:
-    """Return a plan as a cloud tells of it, with a digest in place of its waypoints."""
+    """Return a plan in the form of the REST interface, with a digest in place of its waypoints."""
     return plan | {"poses": digest(np.array(plan["poses"], "<f8").tobytes())}
 
 
 def digest(poses: bytes) -> str:
-    """Return what tells waypoints from others, to the last bit."""
+    """Return a digest of waypoints, exact to the bit."""
     return hashlib.sha256(poses).hexdigest()
 
 
 async def lost(rest: RestClient, before: dict[str, Any]) -> list[str]:
-    """Return what a cloud does not say any more of all that is ann's."""
+    """Return the parts of ann's data that a cloud does not report any more."""
     now: dict[str, Any] = {
         "maps": await rest.items("/v1/maps"),
         "versions": await rest.items("/v1/maps/house/versions"),
@@ -56,7 +56,7 @@ async def lost(rest: RestClient, before: dict[str, Any]) -> list[str]:
 
 
 def still_said(before: Any, now: Any) -> bool:
-    """Tell whether all that was said is said: a release may say more."""
+    """Return whether an answer contains the expected one; a later release may report more."""
     if isinstance(before, dict):
         return isinstance(now, dict) and all(name in now and still_said(before[name], now[name]) for name in before)
     if isinstance(before, list):

@@ -1,4 +1,4 @@
-"""Stores with something of everything in them."""
+"""Stores with records of all kinds."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ KINDS = ("users", "tokens", "robots", "URDFs", "checkpoints", "plans", "history"
 
 
 def paths(count: int) -> list[PlanRecord]:
-    """Return plans on two maps, of which some share stretches."""
+    """Return plans on two maps, some of which share segments."""
     rng = np.random.default_rng(5)
     found = []
     for number in range(count):
@@ -25,7 +25,7 @@ def paths(count: int) -> list[PlanRecord]:
 
 
 def fill(store: Store, plans: int = 80, robots: int = 12) -> None:
-    """Put something of everything into a store; of plans on a map more than a page has."""
+    """Add records of all kinds to a store, with more plans on one map than fit on a page."""
     for name in USERS:
         store.add_user(user(name, role="admin" if name == "ann" else "user"))
         store.add_token(token(name[0] * 64, user=name, expires=5.0, created=1.0))
@@ -42,7 +42,7 @@ def fill(store: Store, plans: int = 80, robots: int = 12) -> None:
 
 
 def fill_maps(store: MapStore) -> None:
-    """Publish maps of one version and of several, of which one was brought back."""
+    """Publish maps with one and with several versions, one of them restored."""
     put_map(store, house("alone", "bob", readers=("ann", "*"), description="one of its kind"))
     versions = [house("house", image=pgm(value=value), created=10.0 + value, readers=("bob",)) for value in range(4)]
     for version in versions:

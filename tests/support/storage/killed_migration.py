@@ -18,7 +18,7 @@ WRITES = (
 
 
 class Fatal:
-    """A store that takes so many writes, and kills the process in the next one."""
+    """A store that kills the process at the write after a given number."""
 
     def __init__(self, store: Any, left: int) -> None:
         self._store = store

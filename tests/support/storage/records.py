@@ -1,4 +1,4 @@
-"""Records to put into stores."""
+"""Records for tests of stores."""
 
 import hashlib
 from typing import Any
@@ -62,7 +62,7 @@ def clone(robot_id: str = "tb1", **fields: Any) -> CloneCheckpoint:
 
 
 class GivenMap(msgspec.Struct, frozen=True):
-    """A map as it is given to a store; a file that is None is not there."""
+    """A map to publish; a file that is None is missing."""
 
     id: str
     owner: str
@@ -92,16 +92,16 @@ def house(map_id: str = "house", owner: str = "ann", image: bytes | None = pgm()
 
 
 def put_map(store: MapStore, given: GivenMap, **said: Any) -> MapRecord:
-    """Publish a map, all of which is as it is given."""
+    """Publish a map with all its metadata; keyword arguments replace fields of the publication."""
     told = {"readers": tuple(given.readers), "description": given.description, "author": given.owner} | said
-    with store.stage() as draft:
+    with store.stage() as upload:
         for part, data in given.files.items():
-            draft.add(part, [data])
-        return store.publish(draft, Publication(given.id, created=given.created, owner=given.owner, **told))
+            upload.add(part, [data])
+        return store.publish(upload, Publication(given.id, created=given.created, owner=given.owner, **told))
 
 
 def found_map(store: MapStore, map_id: str = "house", version: str | None = None) -> GivenMap:
-    """Return a map as a store gives it back."""
+    """Read a map back from a store."""
     with store.open_map(map_id, version) as opened:
         files = {part: bytes(opened.buffers[part]) if part in opened.buffers else None for part in PARTS}
         record = opened.record
@@ -110,7 +110,7 @@ def found_map(store: MapStore, map_id: str = "house", version: str | None = None
 
 
 def kept(given: GivenMap) -> MemoryMapStore:
-    """Return a store that has a map."""
+    """Return a store in memory that has one map."""
     store = MemoryMapStore()
     put_map(store, given)
     return store

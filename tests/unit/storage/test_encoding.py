@@ -1,4 +1,4 @@
-"""Records that were kept by an older release are read by this one."""
+"""Records that an older release wrote can be read."""
 
 import msgspec
 
@@ -7,7 +7,7 @@ from storage.records import Limits, RobotRecord, User
 
 
 class RobotBefore(msgspec.Struct):
-    """A robot as it was kept before it had a description and properties."""
+    """A robot as an older release stored it, without description and properties."""
 
     id: str
     user: str
@@ -28,13 +28,13 @@ def test_a_robot_that_was_kept_before_it_had_properties_is_read() -> None:
 
 
 class UserBefore(msgspec.Struct):
-    """A user as it was kept before there were limits of the user's own."""
+    """A user as an older release stored it, without limits."""
 
     id: str
     password_hash: str
     role: str = "user"
 
 
-def test_a_user_who_was_kept_before_there_were_limits_has_none_of_the_own() -> None:
+def test_a_user_that_was_stored_before_limits_existed_has_no_limits() -> None:
     user = decode(msgspec.msgpack.encode(UserBefore("ann", "$argon2id$", "admin")), User)
     assert user == User("ann", "$argon2id$", "admin", Limits())

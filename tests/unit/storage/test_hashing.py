@@ -17,7 +17,7 @@ def test_it_is_the_hash_of_all_blocks_in_their_order(sizes: list[int]) -> None:
         assert hashed.end() == hashlib.sha256(b"".join(blocks)).hexdigest()
 
 
-def test_a_thread_is_asked_for_what_is_long_alone_and_ends_with_it() -> None:
+def test_only_long_data_starts_a_thread_which_ends_with_it() -> None:
     before = set(threading.enumerate())
     with closing(BackgroundHash()) as hashed:
         hashed.add(bytes(AT_ONCE - 1))

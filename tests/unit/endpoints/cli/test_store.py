@@ -13,7 +13,7 @@ from tests.support.storage.records import robot
 
 @pytest.fixture
 def stores(tmp_path: Path) -> tuple[str, str]:
-    """Return the URLs of a full store and of one that is not there."""
+    """Return the URLs of a full store and of a missing one."""
     url = f"sqlite://{tmp_path / 'from.db'}"
     store = open_store(url)
     fill(store, plans=5, robots=3)

@@ -1,4 +1,4 @@
-"""``ppaas up`` with what it cannot start from; that it starts is in ``tests/e2e``."""
+"""Errors of ``ppaas up``; that it starts is tested in ``tests/e2e``."""
 
 import socket
 from pathlib import Path

@@ -12,7 +12,7 @@ OLD = house(image=pgm(value=0))
 
 
 @pytest.mark.parametrize("head", [b"{", b"", b'{"era": "one"}'])
-def test_a_damaged_head_is_told(tmp_path: Path, head: bytes) -> None:
+def test_a_damaged_entry_is_reported(tmp_path: Path, head: bytes) -> None:
     store = FileMapStore(tmp_path)
     put_map(store, OLD)
     (tmp_path / "house" / "log" / "00000001").write_bytes(head)
@@ -20,7 +20,7 @@ def test_a_damaged_head_is_told(tmp_path: Path, head: bytes) -> None:
         found_map(store)
 
 
-def test_a_stray_file_in_the_folder_is_no_map(tmp_path: Path) -> None:
+def test_a_stray_file_in_the_folder_is_not_a_map(tmp_path: Path) -> None:
     store = FileMapStore(tmp_path)
     (tmp_path / "README").write_text("maps of the building")
     assert store.maps() == []

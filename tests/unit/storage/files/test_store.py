@@ -1,4 +1,4 @@
-"""What a folder of maps adds to the promises of a map store: it lasts, it is shared, and a kill leaves no half map."""
+"""The map store in a folder beyond the contract of map stores: durability, sharing, and killed writers."""
 
 import hashlib
 import itertools
@@ -32,7 +32,7 @@ def test_a_reopened_folder_keeps_everything(tmp_path: Path) -> None:
     assert found_map(FileMapStore(tmp_path / "maps")) == house(readers=("bob",))
 
 
-def test_files_stand_beside_each_other_and_what_versions_share_is_there_once(tmp_path: Path) -> None:
+def test_files_that_versions_share_are_stored_once(tmp_path: Path) -> None:
     store = FileMapStore(tmp_path)
     put_map(store, OLD)
     put_map(store, NEW)
@@ -42,7 +42,7 @@ def test_files_stand_beside_each_other_and_what_versions_share_is_there_once(tmp
     assert names(tmp_path / "house" / "log") == {"00000001", "00000002"}
 
 
-def test_nothing_is_left_aside(tmp_path: Path) -> None:
+def test_no_temporary_files_are_left(tmp_path: Path) -> None:
     store = FileMapStore(tmp_path)
     put_map(store, OLD)
     put_map(store, NEW)
@@ -50,7 +50,7 @@ def test_nothing_is_left_aside(tmp_path: Path) -> None:
     assert names(tmp_path) == {".incoming", ".lock", "house"}
     assert names(tmp_path / ".incoming") == set()
     assert names(tmp_path / "house") == {"log"}
-    assert names(tmp_path / "house" / "log") == {"00000003"}  # it says that the map was removed
+    assert names(tmp_path / "house" / "log") == {"00000003"}  # the entry of the removal
     put_map(store, OLD)
     assert names(tmp_path / "house") == {"log", "files-4"}
     assert names(tmp_path / "house" / "log") == {"00000004"}
@@ -60,7 +60,7 @@ KILLED_AT = ("open", "os.link", "os.rename", "os.mkdir", "os.rmdir", "os.remove"
 
 
 def killed_at(step: int, act: Callable[[], object]) -> int:
-    """Do something in a process of its own, which is killed when it is about to touch the disk for the nth time."""
+    """Run a function in a process that is killed before its nth disk operation."""
     child = os.fork()
     if child:
         return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
@@ -151,7 +151,7 @@ def test_a_disk_that_fails_is_unavailable_and_the_map_stays(
     assert names(tmp_path / ".incoming") == set()
 
 
-def test_readers_beside_writers_see_whole_maps_alone(tmp_path: Path) -> None:
+def test_readers_see_only_complete_maps_while_others_write(tmp_path: Path) -> None:
     store = FileMapStore(tmp_path)
     put_map(store, OLD)
     done = threading.Event()

@@ -1,4 +1,4 @@
-"""Maps of 8192 × 8192 cells pass through with a fraction of their size in memory."""
+"""Maps of 8192 × 8192 cells are published and read with a fraction of their size in memory."""
 
 import subprocess
 import sys
@@ -10,7 +10,7 @@ from tests.support.storage.records import YAML
 
 SIDE = 8192
 MOST = 32 << 20
-"""Memory that a process may take beyond what it has when all is imported [bytes]; the map's image has twice as many."""
+"""Memory limit of a process beyond its size after all imports [bytes]: half of the size of the map's image."""
 
 LIMITED = """
 import resource, sys
@@ -34,11 +34,11 @@ def read(path):
             yield block
 
 def publish(name):
-    with store.stage() as draft:
-        draft.add("yaml", read(folder / "map.yaml"))
-        draft.add("image", read(folder / name))
-        check_contents(draft)
-        return store.publish(draft, Publication("large", "ann", 1.0)).version
+    with store.stage() as upload:
+        upload.add("yaml", read(folder / "map.yaml"))
+        upload.add("image", read(folder / name))
+        check_contents(upload)
+        return store.publish(upload, Publication("large", "ann", 1.0)).version
 
 if sys.argv[3] == "stream":
     old, new = publish("old.pgm"), publish("new.pgm")
@@ -53,7 +53,7 @@ else:
 
 @pytest.fixture(scope="module")
 def large(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder with two images, of which one has a square that the other has not."""
+    """Return a folder with two images that differ in a square."""
     folder = tmp_path_factory.mktemp("large")
     (folder / "map.yaml").write_bytes(YAML)
     header = b"P5\n%d %d\n255\n" % (SIDE, SIDE)
@@ -77,5 +77,5 @@ def test_a_map_is_published_read_and_compared_in_half_of_its_size(large: Path) -
     assert ended.stdout.split() == [str(SIDE * SIDE + 17), "100", "200", str(SIDE - 110), "10", "10"]
 
 
-def test_who_reads_it_whole_does_not_get_by_with_that(large: Path) -> None:
+def test_reading_the_whole_map_exceeds_the_limit(large: Path) -> None:
     assert "MemoryError" in limited(large, "whole").stderr

@@ -1,4 +1,4 @@
-"""Files of maps that are damaged."""
+"""Damaged files of maps are detected."""
 
 import hashlib
 from pathlib import Path
@@ -12,7 +12,7 @@ from tests.support.storage.records import found_map, house, pgm, put_map
 OLD = house(image=pgm(value=0))
 
 
-def test_damaged_files_are_told_and_mended_by_publishing_again(tmp_path: Path) -> None:
+def test_damaged_files_are_reported_and_repaired_by_publishing_again(tmp_path: Path) -> None:
     store = FileMapStore(tmp_path)
     put_map(store, OLD)
     image = tmp_path / "house" / "files-1" / hashlib.sha256(OLD.image or b"").hexdigest()

@@ -38,12 +38,12 @@ def test_a_url_names_host_folder_and_user(url: str, host: str, path: str, user: 
         *("hdfs://nn/a#b", "hdfs://ann:pw@nn/a", "hdfs://[nn/a", "hdfs://nn:99999/a"),
     ],
 )
-def test_what_names_no_folder_is_refused(url: str) -> None:
+def test_a_url_without_a_valid_folder_is_refused(url: str) -> None:
     with pytest.raises(InvalidInput):
         HdfsMapStore(url)
 
 
-def test_who_cannot_be_reached_is_unavailable_and_the_text_says_what_to_do() -> None:
+def test_an_unreachable_namenode_is_unavailable_and_the_message_says_what_to_do() -> None:
     (port,) = free_ports(1)
     store = HdfsMapStore(f"hdfs://127.0.0.1:{port}/maps")
     calls = [store.maps, lambda: store.map_head("house"), lambda: store.stage().__enter__()]
@@ -52,7 +52,7 @@ def test_who_cannot_be_reached_is_unavailable_and_the_text_says_what_to_do() -> 
             call()
 
 
-def test_names_that_are_none_are_refused_before_anybody_is_asked() -> None:
+def test_invalid_names_are_refused_before_a_request_is_sent() -> None:
     store = HdfsMapStore("hdfs://nowhere.invalid/maps")
     with pytest.raises(InvalidInput):
         store.map_head("../etc")

@@ -1,4 +1,4 @@
-"""From one store to another, whatever keeps them, and whatever comes between."""
+"""Migrations between stores of any kind, also interrupted ones."""
 
 import signal
 import subprocess
@@ -70,7 +70,7 @@ def test_everything_is_copied_once_and_found_to_be_the_same(stores: tuple[Any, A
     assert copied(migrate(KINDS, *stores)) == dict.fromkeys(SIZES, 0)
 
 
-def test_what_only_the_target_has_stays_and_is_told(stores: tuple[Any, Any]) -> None:
+def test_records_that_only_the_target_has_stay_and_are_counted(stores: tuple[Any, Any]) -> None:
     source, target = stores
     target.add_user(user("dora"))
     target.add_plan(plan("other", map="m9"))
@@ -80,7 +80,7 @@ def test_what_only_the_target_has_stays_and_is_told(stores: tuple[Any, Any]) -> 
     assert target.user("dora") == user("dora")
 
 
-def test_what_differs_stays_unless_it_is_to_give_way(stores: tuple[Any, Any]) -> None:
+def test_differing_records_stay_unless_they_are_overwritten(stores: tuple[Any, Any]) -> None:
     source, target = stores
     migrate(KINDS, source, target)
     target.change_user(user("bob", password_hash="changed"))
@@ -101,7 +101,7 @@ def test_what_differs_stays_unless_it_is_to_give_way(stores: tuple[Any, Any]) ->
     assert target.plan("p00007") == old
 
 
-def test_sums_that_went_on_are_told_and_are_no_fault(stores: tuple[Any, Any]) -> None:
+def test_sums_that_have_grown_are_counted_and_are_not_errors(stores: tuple[Any, Any]) -> None:
     source, target = stores
     migrate(KINDS, source, target)
     target.add_history([PlannerHistory("m0", "v", "dijkstra", 3, queries=1, failed=1)])
@@ -126,7 +126,7 @@ def test_what_is_added_to_the_source_later_is_copied_later(stores: tuple[Any, An
 
 @pytest.fixture(params=["memory to file", "file to memory", pytest.param("file to hdfs", marks=pytest.mark.servers)])
 def map_stores(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Any, Any]:
-    """Return a store of maps and an empty one."""
+    """Return a full map store and an empty one."""
     opened: list[Any] = []
     for kind in request.param.split(" to "):
         if kind == "hdfs":
@@ -165,7 +165,9 @@ def test_a_map_that_was_published_later_in_the_source_gets_what_it_lacks(map_sto
     assert check(MAP_KINDS, source, target)["maps"].is_good
 
 
-def test_a_map_that_went_its_own_way_in_the_target_stays_unless_it_is_to_give_way(map_stores: tuple[Any, Any]) -> None:
+def test_a_map_with_other_publications_in_the_target_stays_unless_it_is_overwritten(
+    map_stores: tuple[Any, Any],
+) -> None:
     source, target = map_stores
     migrate(MAP_KINDS, source, target)
     first = source.versions("house")[-1].version
@@ -191,11 +193,11 @@ def test_a_file_that_was_damaged_in_the_target_is_found(tmp_path: Path) -> None:
         check(MAP_KINDS, source, target)
 
 
-# -- cut off -----------------------------------------------------------------------------------------------------------
+# -- interrupted migrations --------------------------------------------------------------------------------------------
 
 
 def kill_after(source: str, target: str, writes: int) -> int:
-    """Migrate in a process of its own, killed after so many writes; return its status."""
+    """Migrate in a process that is killed after a number of writes; return its exit status."""
     command = [sys.executable, "-m", "tests.support.storage.killed_migration", source, target, str(writes)]
     return subprocess.run(command, cwd=ROOT, check=False).returncode
 

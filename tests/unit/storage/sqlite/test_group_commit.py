@@ -1,4 +1,4 @@
-"""What several threads commit at a time."""
+"""Group commit of several threads."""
 
 import threading
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from tests.support.waiting import wait_until
 
 
 class Disk:
-    """Commits squares; as long as it is held, none gets through."""
+    """Commits numbers, with their squares as results; while `open` is not set, commits block."""
 
     def __init__(self) -> None:
         self.open = threading.Event()
@@ -43,7 +43,7 @@ def threads():
 def _held_by_one(
     disk: Disk, group: GroupCommit[int, int], threads: ThreadPoolExecutor, *later: int
 ) -> list[Future[int]]:
-    """Have one commit wait for the disk, and others come meanwhile."""
+    """Block one commit, and submit others meanwhile; return the futures of all."""
     disk.open.clear()
     first = threads.submit(group.submit, 1)
     wait_until(lambda: disk.groups == [[1]])
@@ -54,15 +54,13 @@ def _held_by_one(
     return [first, *others]
 
 
-def test_who_comes_alone_is_committed_alone(disk: Disk) -> None:
+def test_a_single_caller_is_committed_alone(disk: Disk) -> None:
     group = GroupCommit(disk.commit)
     assert [group.submit(number) for number in (2, 3)] == [4, 9]
     assert disk.groups == [[2], [3]]
 
 
-def test_who_comes_while_another_commits_is_committed_with_all_who_came(
-    disk: Disk, threads: ThreadPoolExecutor
-) -> None:
+def test_callers_that_arrive_during_a_commit_are_committed_together(disk: Disk, threads: ThreadPoolExecutor) -> None:
     told = _held_by_one(disk, GroupCommit(disk.commit), threads, 2, 3, 4)
     disk.open.set()
     assert [each.result(10.0) for each in told] == [1, 4, 9, 16]
@@ -78,7 +76,7 @@ def test_an_error_is_raised_to_all_of_its_group_and_to_no_other(disk: Disk, thre
     assert group.submit(5) == 25
 
 
-def test_who_has_an_error_of_its_own_is_told_it_alone(disk: Disk, threads: ThreadPoolExecutor) -> None:
+def test_an_error_of_one_caller_is_raised_to_that_caller_only(disk: Disk, threads: ThreadPoolExecutor) -> None:
     def commit(given: Sequence[int]) -> list[int | Exception]:
         return [ValueError(f"{told} is odd") if told % 2 else told for told in disk.commit(given)]
 
@@ -88,7 +86,7 @@ def test_who_has_an_error_of_its_own_is_told_it_alone(disk: Disk, threads: Threa
     assert [str(each.exception(10.0)) for each in (told[0], told[2])] == ["1 is odd", "9 is odd"]
 
 
-def test_who_were_committed_together_and_come_again_are_waited_for(
+def test_the_leader_waits_for_the_other_callers_of_the_last_group(
     disk: Disk, threads: ThreadPoolExecutor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(group_commit, "MAX_WAIT", 20.0)
@@ -103,12 +101,12 @@ def test_who_were_committed_together_and_come_again_are_waited_for(
     assert first.result(10.0) == 16
     assert disk.groups == [[1], [2, 3], [4, 5]]
     monkeypatch.undo()
-    group._last_duration = 20.0  # nobody else comes
+    group._last_duration = 20.0  # no other caller comes
     assert group.submit(6) == 36
 
 
 @given(st.lists(st.integers(0, 12), max_size=40), st.integers(1, 6))
-def test_everybody_is_told_what_is_theirs(numbers: list[int], threads: int) -> None:
+def test_each_caller_gets_its_own_result(numbers: list[int], threads: int) -> None:
     disk = Disk()
     group = GroupCommit(disk.commit)
     with ThreadPoolExecutor(threads) as pool:

@@ -1,4 +1,4 @@
-"""Plans are found by their ends as if all were looked at, at however many spots and in however many buckets."""
+"""The search by ends finds the same plans as a scan, for any number of cells and buckets."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,7 +24,7 @@ def between(start: tuple[float, float], goal: tuple[float, float], name: str, le
 
 @pytest.fixture(scope="module")
 def kept() -> list[PlanRecord]:
-    """Return plans whose ends lie around a corner of the squares, a few of them at each spot."""
+    """Return plans whose ends are around a corner of the grid of buckets, a few plans in each cell."""
     return [
         between((0.05 * x, 0.05 * y), (5.0, 0.05 * x), f"p{x}.{y}.{again}", 5.0 + 0.0625 * ((7 * x + 3 * y) % 11))
         for x in STEPS
@@ -51,7 +51,7 @@ def test_the_shortest_of_those_that_are_near_both_places_are_found(
     assert [head.length for head in store.find_plans(search, limit=limit)] == near[:limit]
 
 
-def test_buckets_that_are_the_same_by_their_hash_tell_of_a_plan_once(
+def test_a_plan_is_found_once_if_two_buckets_have_the_same_hash(
     store: SqliteStore, kept: list[PlanRecord], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(plan_search, "buckets_near", lambda *sought: np.repeat(buckets_near(*sought), 2, axis=0))

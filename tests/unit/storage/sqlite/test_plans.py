@@ -1,4 +1,4 @@
-"""The Path Plan Database in an SQLite file, beside others that write to it, and when it is killed."""
+"""The path plan database in an SQLite file: concurrent writers, killed writers, and migrations."""
 
 import sqlite3
 import subprocess
@@ -47,7 +47,7 @@ def two(file: Path) -> Iterator[tuple[SqliteStore, SqliteStore]]:
 
 
 def assert_sound(file: Path) -> None:
-    """Expect each entry to be referred to as often as it says, and nothing to point to what is not there."""
+    """Assert that reference counts are right, and that no reference points to a missing row."""
     with closing(sqlite3.connect(file)) as connection:
         assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
         [counted] = connection.execute("SELECT counted FROM tally").fetchone()
@@ -66,7 +66,7 @@ def assert_sound(file: Path) -> None:
         assert connection.execute("SELECT coalesce(sum(plans), 0) FROM contexts").fetchone() == (told_of,)
 
 
-def test_plans_of_an_earlier_release_are_there_and_share_stretches(file: Path) -> None:
+def test_plans_of_an_earlier_release_are_migrated_and_share_segments(file: Path) -> None:
     earlier = next(number for number, steps in enumerate(MIGRATIONS) if move_plans in steps)
     kept = [path("a"), path("b"), path("c", 1.0)]
     connections = SqliteConnections(file, schema=Schema(APPLICATION_ID, MIGRATIONS[:earlier]))
@@ -97,11 +97,11 @@ def test_tables_that_no_release_had_are_made_anew(file: Path) -> None:
     assert_sound(file)
 
 
-def test_of_plans_of_a_map_that_is_removed_nothing_is_left(file: Path) -> None:
+def test_removing_the_plans_of_a_map_leaves_no_rows(file: Path) -> None:
     with closing(SqliteStore(file)) as store:
         store.add_plans(path(f"p{number}", number % 3, 150 + number % 7) for number in range(600))
         assert store.remove_plans("house") == 600
-        store.add_plan(path("p1"))  # entries that are id_cache are gone
+        store.add_plan(path("p1"))  # cached ids of removed entries are not used
         assert store.plan("p1") == path("p1")
         assert store.remove_plans("house") == 1
     with closing(sqlite3.connect(file)) as connection:
@@ -160,7 +160,7 @@ for number in range(40):
 """
 
 
-def test_processes_that_write_the_same_stretches_at_once_lose_nothing(file: Path) -> None:
+def test_processes_that_write_the_same_segments_at_once_lose_nothing(file: Path) -> None:
     SqliteStore(file).close()
     writers = [subprocess.Popen([sys.executable, "-c", WRITER, str(file), f"w{number}"]) for number in range(3)]
     assert [writer.wait() for writer in writers] == [0, 0, 0]
@@ -182,7 +182,9 @@ def test_threads_that_add_plans_at_a_time_keep_each_once(file: Path) -> None:
     assert_sound(file)
 
 
-def test_what_another_removed_meanwhile_is_kept_anew(two: tuple[SqliteStore, SqliteStore], file: Path) -> None:
+def test_entries_that_another_store_removed_meanwhile_are_written_again(
+    two: tuple[SqliteStore, SqliteStore], file: Path
+) -> None:
     one, other = two
     one.add_plan(path("a"))
     other.remove_plan("a")
@@ -220,13 +222,13 @@ def test_a_store_remembers_a_bounded_number_of_entries_until_one_is_removed() ->
     assert id_cache.known(4) == KnownIds({b"new": 1}, {b"robot": (2, 3)})
 
 
-def test_what_plans_had_in_common_is_not_remembered_once_the_last_of_them_is_gone(
+def test_a_context_is_not_remembered_after_its_last_plan_was_removed(
     file: Path, two: tuple[SqliteStore, SqliteStore]
 ) -> None:
     store, other = two
     short = [plan(name, version="v1", robot="r", poses=path(name, count=3).poses) for name in "abc"]
     store.add_plan(short[0])
-    other.remove_plan("a")  # it shares no entry, so that only its context goes
+    other.remove_plan("a")  # it shares no entry, so only its context is removed
     store.add_plan(short[1])
     assert store.plan("b") == short[1]
     store.replace_plan(short[1], instead_of=short[1])
@@ -236,7 +238,7 @@ def test_what_plans_had_in_common_is_not_remembered_once_the_last_of_them_is_gon
     assert_sound(file)
 
 
-def test_each_who_adds_plans_at_a_time_is_told_of_its_own(file: Path) -> None:
+def test_concurrent_callers_each_get_the_number_of_their_own_new_plans(file: Path) -> None:
     with closing(SqliteStore(file)) as store:
         store.add_plan(path("a"))
         given = [[path(name, float(ord(name))) for name in names] for names in ("abc", "", "cd", "dd", "e")]
@@ -245,7 +247,7 @@ def test_each_who_adds_plans_at_a_time_is_told_of_its_own(file: Path) -> None:
     assert_sound(file)
 
 
-def test_what_is_wrong_is_told_to_who_gave_it_alone(file: Path) -> None:
+def test_an_invalid_plan_raises_for_its_own_caller_only(file: Path) -> None:
     wrong = [plan("wrong", poses=np.full((4, 7), np.nan).tobytes()), "no plan"]
     with closing(SqliteStore(file)) as store:
         told = store._add_all([[path("a")], [path("b"), wrong[0]], [path("c")], [wrong[1]], [path("d")]])
@@ -257,7 +259,7 @@ def test_what_is_wrong_is_told_to_who_gave_it_alone(file: Path) -> None:
     assert_sound(file)
 
 
-def test_what_is_not_counted_yet_is_told_too(file: Path) -> None:
+def test_statistics_include_plans_that_are_not_counted_yet(file: Path) -> None:
     with closing(SqliteStore(file)) as store:
         store.add_plans(path(f"p{number}", created=float(number)) for number in range(MAX_UNCOUNTED))
         for number in range(MAX_UNCOUNTED, MAX_UNCOUNTED + 3):

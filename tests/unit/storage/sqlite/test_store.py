@@ -1,4 +1,4 @@
-"""What an SQLite file adds to the promises of a store: it lasts, it is shared, and it says what ails it."""
+"""The SQLite store beyond the contract of stores: durability, sharing between processes, and error messages."""
 
 import os
 import sqlite3
@@ -33,7 +33,7 @@ def store(path: Path) -> Iterator[SqliteStore]:
 
 @pytest.fixture
 def as_nobody() -> Iterator[Path]:
-    """Return a folder that the test may read and not write, whoever runs it."""
+    """Return a folder that the test can read but not write, also if root runs it."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         folder.chmod(0o555)

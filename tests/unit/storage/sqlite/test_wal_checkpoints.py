@@ -1,4 +1,4 @@
-"""What is committed to a WAL comes to its file, beside those who commit."""
+"""The WAL is checkpointed in the background, without blocking commits."""
 
 import shutil
 import sqlite3
@@ -19,7 +19,7 @@ from tests.support.waiting import wait_until
 
 @pytest.fixture
 def writer(tmp_path: Path) -> Iterator[sqlite3.Connection]:
-    """Return a connection that brings nothing to the file itself."""
+    """Return a connection that runs no automatic checkpoints."""
     with closing(sqlite3.connect(tmp_path / "some.db", isolation_level=None)) as connection:
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA wal_autocheckpoint = 0")
@@ -30,7 +30,7 @@ def writer(tmp_path: Path) -> Iterator[sqlite3.Connection]:
 
 
 def rows_in_the_file(path: Path) -> int:
-    """Return how many rows are in a file without its WAL."""
+    """Return the number of rows in a file without its WAL."""
     alone = shutil.copy(path, path.with_name("alone.db"))
     with closing(sqlite3.connect(alone)) as connection:
         return int(connection.execute("SELECT count(*) FROM numbers").fetchone()[0])
@@ -51,7 +51,7 @@ def test_commits_are_brought_to_the_file_once_there_are_many(writer: sqlite3.Con
     checkpoints.committed(CHANGED_ROWS)
 
 
-def test_who_reads_and_writes_meanwhile_is_not_waited_for(writer: sqlite3.Connection, tmp_path: Path) -> None:
+def test_a_checkpoint_does_not_wait_for_readers_and_writers(writer: sqlite3.Connection, tmp_path: Path) -> None:
     path = tmp_path / "some.db"
     with (
         closing(sqlite3.connect(path, isolation_level=None)) as reader,

@@ -1,4 +1,4 @@
-"""Plans wait on the disk, in order, and no more of them than there is room for."""
+"""The outbox stores plans durably, in order, up to its maximum size."""
 
 import subprocess
 import sys
@@ -11,7 +11,7 @@ from storage.store_and_forward.plan_outbox import PlanOutbox
 from tests.support.sources import ROOT
 from tests.support.storage.records import plan
 
-# Tells of each plan that was taken, until it is killed.
+# Prints the number of each accepted plan, until it is killed.
 WRITER = """
 import sys
 from pathlib import Path
@@ -48,7 +48,7 @@ def test_what_was_sent_goes_and_what_came_meanwhile_stays(outbox: PlanOutbox) ->
     assert list(outbox.oldest(9).values()) == [plan("c")]
 
 
-def test_a_sequence_is_never_given_twice(outbox: PlanOutbox) -> None:
+def test_sequence_numbers_are_never_reused(outbox: PlanOutbox) -> None:
     outbox.put([plan("a")])
     first = list(outbox.oldest(1))
     outbox.remove(first)
@@ -71,7 +71,7 @@ def test_what_waits_is_there_for_the_next_process(outbox: PlanOutbox, tmp_path: 
     assert list(PlanOutbox(tmp_path / "outbox.sqlite").oldest(9).values()) == [plan("a")]
 
 
-def test_a_full_outbox_takes_no_more_and_keeps_what_it_took(tmp_path: Path) -> None:
+def test_a_full_outbox_refuses_plans_and_keeps_the_accepted_ones(tmp_path: Path) -> None:
     outbox = PlanOutbox(tmp_path / "outbox.sqlite", max_bytes=300_000)
     taken = 0
     with pytest.raises(Unavailable, match="the outbox is full"):

@@ -1,4 +1,4 @@
-"""While a store is away its plans wait; when it is back they arrive, in order, each once."""
+"""While a store is unreachable its plans are queued; afterwards they are sent in order, each once."""
 
 import threading
 import time
@@ -16,7 +16,7 @@ from tests.support.storage.records import plan, user
 
 
 class FarStore(MemoryStore):
-    """A store that may be away, and may have taken what it could not acknowledge."""
+    """A store that can be unreachable, and can apply writes without acknowledging them."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -78,7 +78,7 @@ def test_plans_wait_and_arrive_in_order_once(store: StoreAndForward, far: FarSto
     assert far.arrived == names
 
 
-def test_nobody_waits_for_a_store_that_does_not_answer_but_the_first(far: FarStore, tmp_path: Path) -> None:
+def test_only_the_first_caller_waits_for_a_store_that_does_not_respond(far: FarStore, tmp_path: Path) -> None:
     store = StoreAndForward(far, PlanOutbox(tmp_path / "outbox.sqlite"), retry=60.0)
     far.away = True
     for name in "abc":
@@ -87,7 +87,7 @@ def test_nobody_waits_for_a_store_that_does_not_answer_but_the_first(far: FarSto
     store.close()
 
 
-def test_what_came_while_others_wait_waits_behind_them(store: StoreAndForward, far: FarStore) -> None:
+def test_new_plans_are_queued_behind_waiting_ones(store: StoreAndForward, far: FarStore) -> None:
     far.away = True
     store.add_plan(plan("first"))
     started = threading.Event()
@@ -151,7 +151,7 @@ def test_plans_that_a_process_before_left_arrive(far: FarStore, tmp_path: Path) 
     store.close()
 
 
-def test_a_plan_that_the_store_refuses_holds_nobody_up(
+def test_a_plan_that_the_store_refuses_does_not_block_the_queue(
     store: StoreAndForward, far: FarStore, caplog: pytest.LogCaptureFixture
 ) -> None:
     far.away = True
@@ -163,13 +163,13 @@ def test_a_plan_that_the_store_refuses_holds_nobody_up(
     assert "bad" in caplog.text
 
 
-def test_a_bad_plan_does_not_come_to_wait(store: StoreAndForward, far: FarStore) -> None:
+def test_an_invalid_plan_is_not_queued(store: StoreAndForward, far: FarStore) -> None:
     far.away = True
     with pytest.raises(InvalidInput):
         store.add_plans([plan("a"), plan("bad", poses=b"")])
     assert store.waiting() == 0
 
 
-def test_all_else_is_asked_of_the_store(store: StoreAndForward, far: FarStore) -> None:
+def test_all_other_calls_go_to_the_store(store: StoreAndForward, far: FarStore) -> None:
     store.add_user(user("ann"))
     assert far.user("ann") == store.user("ann")

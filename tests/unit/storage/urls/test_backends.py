@@ -1,4 +1,4 @@
-"""Backends of stores, by the scheme of a URL."""
+"""Backends of stores, by URL scheme."""
 
 from pathlib import Path
 

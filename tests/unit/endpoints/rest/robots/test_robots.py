@@ -157,7 +157,7 @@ async def test_a_file_that_is_wrong_is_refused_and_the_robot_stays(
 
 
 def json_with_nan(value: object) -> str:
-    """Return JSON as careless clients write it."""
+    """Return JSON that may contain NaN and Infinity."""
     return json.dumps(value)
 
 

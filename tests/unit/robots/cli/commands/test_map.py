@@ -41,7 +41,7 @@ async def test_a_map_is_published_listed_shown_and_deleted(ppaas: CommandLine, h
     assert (await ppaas("map", "show", "house")).out == published.out
     assert (await ppaas("map", "list")).rows[1][:2] == ["house", "ann"]
     assert (await ppaas("map", "delete", "house")).status == 0
-    assert (await ppaas("map", "list")).out == "no maps that you may use: ppaas map publish FILE.yaml\n"
+    assert (await ppaas("map", "list")).out == "no maps that you may use; publish one: ppaas map publish FILE.yaml\n"
 
 
 async def test_a_map_is_named_as_told_and_read_by_whom_told(ppaas: CommandLine, house: Path) -> None:

@@ -1,4 +1,4 @@
-"""What a URL of a Cassandra says."""
+"""URLs of Cassandra stores."""
 
 import ssl
 from pathlib import Path
@@ -18,7 +18,7 @@ def test_a_host_and_a_keyspace_are_enough() -> None:
     assert address.replication == {"class": "SimpleStrategy", "replication_factor": 1}
 
 
-def test_all_can_be_said() -> None:
+def test_all_settings_are_parsed() -> None:
     url = "cassandra://ann:p%40ss@a,b:9142,[::1]:9142/fleet?replication=x:3,y:2&consistency=QUORUM&timeout=2&granularity=4"
     address = parse_address(url)
     assert (address.hosts, address.port, address.keyspace) == (("a", "b", "::1"), 9142, "fleet")
@@ -27,15 +27,15 @@ def test_all_can_be_said() -> None:
     assert (address.consistency, address.timeout, address.granularity) == ("quorum", 2.0, 4)
 
 
-def test_of_several_hosts_up_to_three_keep_a_copy() -> None:
+def test_the_default_is_one_replica_per_host_up_to_three() -> None:
     assert parse_address("cassandra://a,b,c,d/ppaas").replication["replication_factor"] == 3
 
 
-def test_the_password_is_not_told() -> None:
+def test_the_password_is_not_shown() -> None:
     assert str(parse_address("cassandra://ann:secret@db/ppaas")) == "cassandra://db:9042/ppaas"
 
 
-def test_nodes_are_proved_where_it_says_so() -> None:
+def test_tls_settings_are_parsed() -> None:
     assert parse_address("cassandra://db/ppaas").tls is None
     assert parse_address("cassandra://db/ppaas?tls=yes").tls == Tls()
     url = "cassandra://db/ppaas?tls=any_name&ca=/a.pem&certificate=/b.pem&key=/c.pem&data_centre=east"
@@ -44,7 +44,7 @@ def test_nodes_are_proved_where_it_says_so() -> None:
     assert address.data_centre == "east"
 
 
-def test_names_in_certificates_count_unless_told(tmp_path: Path) -> None:
+def test_host_names_in_certificates_are_checked_by_default(tmp_path: Path) -> None:
     assert ssl_context(Tls()).check_hostname
     lax = ssl_context(Tls(check_name=False))
     assert not lax.check_hostname
@@ -53,11 +53,11 @@ def test_names_in_certificates_count_unless_told(tmp_path: Path) -> None:
     empty = tmp_path / "empty.pem"
     empty.touch()
     for tls in (Tls(ca=missing), Tls(ca=str(empty)), Tls(certificate=missing), Tls(certificate=str(empty))):
-        with pytest.raises(InvalidInput, match="give files in PEM"):
+        with pytest.raises(InvalidInput, match="give PEM files"):
             ssl_context(tls)
 
 
-def test_what_is_said_reaches_the_driver() -> None:
+def test_settings_reach_the_driver() -> None:
     said = "tls=yes&data_centre=east&consistency=all&timeout=2"
     cluster = cluster_of(parse_address(f"cassandra://ann:p@127.0.0.1,127.0.0.2:9142/ppaas?{said}"))
     profile, hosts = cluster.profile_manager.default, ("127.0.0.1", "127.0.0.2")
@@ -78,11 +78,11 @@ def test_what_is_said_reaches_the_driver() -> None:
         ("cassandra://a:0/ppaas", "one port"),
         ("cassandra://a:99999/ppaas", "one port"),
         ("cassandra://a b/ppaas", "host"),
-        ("cassandra://[x/ppaas", "no URL"),
+        ("cassandra://[x/ppaas", "not a URL"),
         ("cassandra://db/ppaas?colour=red", "unknown setting"),
         ("cassandra://db/ppaas?consistency=most", "known: one"),
-        ("cassandra://db/ppaas?replication=0", "copies"),
-        ("cassandra://db/ppaas?replication=x:'},", "copies"),
+        ("cassandra://db/ppaas?replication=0", "replicas"),
+        ("cassandra://db/ppaas?replication=x:'},", "replicas"),
         ("cassandra://db/ppaas?timeout=nan", "timeout"),
         ("cassandra://db/ppaas?timeout=0", "timeout"),
         ("cassandra://db/ppaas?granularity=many", "granularity"),
@@ -93,11 +93,11 @@ def test_what_is_said_reaches_the_driver() -> None:
         ("cassandra://db/ppaas?tls=yes&key=/a.pem", "certificate"),
     ],
 )
-def test_what_it_cannot_be_is_refused(url: str, told: str) -> None:
+def test_an_invalid_url_is_refused(url: str, told: str) -> None:
     with pytest.raises(InvalidInput, match=told) as caught:
         parse_address(url.replace("://", "://ann:secret@", 1) if "///" not in url and "[x" not in url else url)
     assert "secret" not in str(caught.value)
 
 
-def test_what_is_sent_is_not_packed_whatever_is_installed_beside() -> None:
+def test_compression_is_off_whatever_libraries_are_installed() -> None:
     assert cluster_of(parse_address("cassandra://127.0.0.1/ppaas")).compression is False

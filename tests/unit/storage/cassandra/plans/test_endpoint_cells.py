@@ -1,4 +1,4 @@
-"""No plan whose ends are near two places is missed by its bucket and its spot, and hardly any other is looked at."""
+"""Buckets and cells miss no plan whose ends are near two places, and admit few others."""
 
 import math
 from collections import namedtuple
@@ -27,12 +27,12 @@ def between(first: tuple[float, float], last: tuple[float, float], length: float
 
 @settings(max_examples=200, deadline=None)
 @given(places, places, offsets, tolerances)
-def test_what_is_near_is_found_and_hardly_anything_else(start, goal, off, tolerance) -> None:
+def test_plans_near_both_places_are_found_and_few_others(start, goal, off, tolerance) -> None:
     first, last = (start[0] + off[0], start[1] + off[1]), (goal[0] + off[2], goal[1] + off[3])
     bucket, spot, _ = cell_key(between(first, last))
-    around = NearbyBuckets(PlanStoreQuery("house", "v", start, goal, tolerance))
-    assert len(around.buckets) == len(set(around.buckets)) <= 81
-    joins = bucket in around.buckets and around.connecting([Row(bucket, spot)]) == [(bucket, spot)]
+    buckets = NearbyBuckets(PlanStoreQuery("house", "v", start, goal, tolerance))
+    assert len(buckets.ids) == len(set(buckets.ids)) <= 81
+    joins = bucket in buckets.ids and buckets.connecting([Row(bucket, spot)]) == [(bucket, spot)]
     apart = max(math.dist(first, start), math.dist(last, goal))
     if apart <= tolerance:
         assert joins
@@ -42,14 +42,14 @@ def test_what_is_near_is_found_and_hardly_anything_else(start, goal, off, tolera
 
 @given(st.floats(0.0, 1e12), st.floats(0.0, 1e12))
 def test_shorter_plans_come_first(one, other) -> None:
-    spots = [cell_key(between((0.5, 0.5), (3.5, 0.5), length))[1] for length in (one, other)]
-    assert [length_of_cell(spot) for spot in spots] == [quantized_length(one), quantized_length(other)]
-    assert all(0 <= spot < 2**63 for spot in spots)
+    cells = [cell_key(between((0.5, 0.5), (3.5, 0.5), length))[1] for length in (one, other)]
+    assert [length_of_cell(spot) for spot in cells] == [quantized_length(one), quantized_length(other)]
+    assert all(0 <= spot < 2**63 for spot in cells)
     if quantized_length(one) < quantized_length(other):
-        assert spots[0] < spots[1]
+        assert cells[0] < cells[1]
 
 
-def test_lengths_are_told_to_a_16th_of_a_metre() -> None:
+def test_lengths_are_rounded_down_to_a_16th_of_a_metre() -> None:
     assert [quantized_length(length) for length in (0.0, 0.0624, 0.0625, 1.0, 1e9)] == [0, 0, 1, 16, 2**18 - 1]
 
 
@@ -60,7 +60,7 @@ def test_versions_of_maps_share_no_bucket() -> None:
     assert len({cell_key(each)[0] for each in (one, *others)}) == 3
 
 
-def test_what_was_planned_otherwise_lies_at_another_spot() -> None:
+def test_plans_of_other_planners_or_parameters_are_in_other_cells() -> None:
     one = between((0.5, 0.5), (3.5, 0.5))
     others = [plan("p", map="house", version="v", poses=one.poses, length=5.0, **how) for how in (
         {}, {"planner": "jps"}, {"parameters": {"robot_radius": 0.3}},
@@ -69,5 +69,5 @@ def test_what_was_planned_otherwise_lies_at_another_spot() -> None:
     assert [cell_key(each)[1] == cell_key(one)[1] for each in others] == [True, False, False]
 
 
-def test_nothing_joins_where_there_is_nothing() -> None:
+def test_an_empty_list_of_cells_has_no_candidates() -> None:
     assert NearbyBuckets(PlanStoreQuery("house", "v", (0.0, 0.0), (1.0, 0.0), 0.1)).connecting([]) == []

@@ -1,4 +1,4 @@
-"""In which order plans near two places are read, as no Cassandra is needed to see."""
+"""The order in which plans near two places are read, with tables in memory in place of Cassandra."""
 
 from collections import namedtuple
 from collections.abc import Callable, Iterator
@@ -25,38 +25,40 @@ _key = attrgetter("bucket", "spot", "id")
 
 
 class Tables:
-    """Answers as both tables; of each spot two plans are in front."""
+    """Both tables in memory; each cell has up to two representatives."""
 
-    def __init__(self, lying: list[Row]) -> None:
-        self.lying = sorted(lying, key=_key)
-        self.front: list[Row] = []
-        self.asked = 0
-        spots: dict[tuple[bytes, int], list[Row]] = {}
-        for row in self.lying:
-            spots.setdefault((row.bucket, row.spot), []).append(row)
-        for spot, rows in spots.items():
-            self.front += ([Row(*spot, OVERFULL, b"")] if len(rows) > 2 else []) + rows[:2]
-        self.front.sort(key=_key)
+    def __init__(self, plans: list[Row]) -> None:
+        self.plans = sorted(plans, key=_key)
+        self.representatives: list[Row] = []
+        self.queries = 0
+        cells: dict[tuple[bytes, int], list[Row]] = {}
+        for row in self.plans:
+            cells.setdefault((row.bucket, row.spot), []).append(row)
+        for cell, rows in cells.items():
+            self.representatives += ([Row(*cell, OVERFULL, b"")] if len(rows) > 2 else []) + rows[:2]
+        self.representatives.sort(key=_key)
 
     def rows(self, cql: str, *values: Any) -> Iterator[Row]:
-        """Answer what is asked of the front."""
-        self.asked += 1
+        """Answer queries for representatives."""
+        self.queries += 1
         if "IN ?" in cql:
             for bucket in values[0]:
-                yield from [row for row in self.front if row.bucket == bucket][: values[1]]
+                yield from [row for row in self.representatives if row.bucket == bucket][: values[1]]
         else:
             bucket, spot, plan_id, most = values
-            behind = [row for row in self.front if row.bucket == bucket and (row.spot, row.id) > (spot, plan_id)]
+            behind = [
+                row for row in self.representatives if row.bucket == bucket and (row.spot, row.id) > (spot, plan_id)
+            ]
             yield from behind[:most]
 
     def query_overfull(self, _: str, bucket: bytes, spots: list[int], most: int) -> Callable[[], list[Row]]:
-        """Answer what is asked of crowded spots."""
-        self.asked += 1
-        return lambda: [row for row in self.lying if row.bucket == bucket and row.spot in spots][:most]
+        """Answer queries for plans of overfull cells."""
+        self.queries += 1
+        return lambda: [row for row in self.plans if row.bucket == bucket and row.spot in spots][:most]
 
 
-def lying(seed: int, count: int) -> list[Row]:
-    """Return plans that begin and end around the places, some too far off, some alike."""
+def plan_rows_around(seed: int, count: int) -> list[Row]:
+    """Return rows of plans that begin and end around the two places, some too far away, some alike."""
     random = np.random.default_rng(seed)
     rows: list[Row] = []
     while len(rows) < count:
@@ -76,30 +78,30 @@ def near(tables: Tables) -> NearbyPlans:
 
 def connecting(rows: list[Row]) -> list[Row]:
     around = NearbyBuckets(SEARCH)
-    return [row for row in rows if row.bucket in around.buckets and around.connecting([row])]
+    return [row for row in rows if row.bucket in around.ids and around.connecting([row])]
 
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 1000), st.integers(0, 80), st.integers(2, 9), st.integers(2, 9), st.integers(1, 5))
 def test_all_are_read_however_few_at_a_time(seed, count, first, then, at_once) -> None:
-    tables = Tables(lying(seed, count))
+    tables = Tables(plan_rows_around(seed, count))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(nearby, "FIRST", first)
         patch.setattr(nearby, "NEXT", then)
         patch.setattr(nearby, "OVERFULL_CELLS_AT_ONCE", at_once)
         waiting = near(tables)
-        told, rows = set[str](), waiting.first()
+        read, rows = set[str](), waiting.first()
         while rows is not None:
-            told |= {row.id for row in rows}
+            read |= {row.id for row in rows}
             rows = waiting.more(1000, None)
-    assert told >= {row.id for row in connecting(tables.lying)}
+    assert read >= {row.id for row in connecting(tables.plans)}
 
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 1000), st.integers(0, 200), st.integers(2, 30), st.integers(1, 20))
-@example(310, 72, 20, 16)  # enough at some crowded spots, shorter ones at others that were not come to
-def test_once_enough_are_found_nothing_shorter_is_left_but_in_crowds(seed, count, first, limit) -> None:
-    tables = Tables(lying(seed, count))
+@example(310, 72, 20, 16)  # some overfull cells have enough plans, and others have shorter ones
+def test_once_enough_are_found_only_overfull_cells_may_have_shorter_ones(seed, count, first, limit) -> None:
+    tables = Tables(plan_rows_around(seed, count))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(nearby, "FIRST", first)
         waiting, lengths = near(tables), dict[str, int]()
@@ -108,24 +110,26 @@ def test_once_enough_are_found_nothing_shorter_is_left_but_in_crowds(seed, count
             lengths |= {row.id: length_of_cell(row.spot) for row in connecting(rows)}
             shortest = sorted(lengths.values())[:limit]
             rows = waiting.more(limit, shortest[-1] if len(shortest) == limit else None)
-    in_front = sorted(length_of_cell(row.spot) for row in connecting(tables.front) if row.id != OVERFULL)[:limit]
-    everywhere = sorted(length_of_cell(row.spot) for row in connecting(tables.lying))[:limit]
+    among_representatives = sorted(
+        length_of_cell(row.spot) for row in connecting(tables.representatives) if row.id != OVERFULL
+    )[:limit]
+    everywhere = sorted(length_of_cell(row.spot) for row in connecting(tables.plans))[:limit]
     assert len(shortest) == len(everywhere)
-    assert all(length <= other for length, other in zip(shortest, in_front, strict=False))
-    if len(in_front) < limit:
+    assert all(length <= other for length, other in zip(shortest, among_representatives, strict=False))
+    if len(among_representatives) < limit:
         assert shortest == everywhere
 
 
-def test_one_question_is_enough_where_enough_are_in_front() -> None:
-    tables = Tables(lying(1, 400))
+def test_one_query_is_enough_if_there_are_enough_representatives() -> None:
+    tables = Tables(plan_rows_around(1, 400))
     waiting = near(tables)
     lengths = sorted(length_of_cell(row.spot) for row in connecting(waiting.first()))
     assert len(lengths) > 16
     assert waiting.more(16, lengths[15]) is None
-    assert tables.asked == 1
+    assert tables.queries == 1
 
 
-def test_of_plans_that_are_alike_as_many_are_read_as_are_wanted() -> None:
+def test_as_many_plans_of_one_cell_are_read_as_are_wanted() -> None:
     poses = np.zeros((2, 7))
     poses[:, :2] = SEARCH.start, SEARCH.goal
     same = [Row(*cell_key(plan(f"p{n:02}", map="house", version="v", poses=poses.tobytes())), b"") for n in range(90)]

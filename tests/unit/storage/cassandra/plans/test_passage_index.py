@@ -1,4 +1,4 @@
-"""Which plans are named in the squares that they pass, as no Cassandra is needed to see."""
+"""Plans that are added to the cells that they touch, with a session that drops writes in place of Cassandra."""
 
 from collections import Counter
 from typing import Any, cast
@@ -15,14 +15,14 @@ from storage.plan_checks import array_of
 from tests.support.storage.records import plan
 
 BETWEEN = slice(1, -2)
-"""The waypoints that a plan may share."""
+"""The waypoints of a plan that can be in shared segments."""
 
 
 class Session:
-    """Forgets what it is told to write."""
+    """Drops all writes."""
 
     def write_each(self, cql: str, rows: object) -> None:
-        """Take it."""
+        """Do nothing."""
 
 
 @pytest.fixture
@@ -36,7 +36,7 @@ def index(now: list[float]) -> PassageIndex:
 
 
 def rows_of(seed: int, count: int) -> list[PlanRow]:
-    """Return rows of plans along the same way, of which each drives a part."""
+    """Return rows of plans along parts of the same route."""
     random = np.random.default_rng(seed)
     way = np.cumsum(random.normal(0.0, 0.2, (400, 2)), axis=0)
     parts = [np.sort(random.choice(400, 2, replace=False)) for _ in range(count)]
@@ -52,7 +52,7 @@ def named(writes: list[tuple[str, Any]]) -> Counter[tuple[int, int]]:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_plan_is_named_wherever_it_passes_until_so_many_are(index: PassageIndex, seed: int) -> None:
+def test_a_plan_is_added_to_each_cell_that_it_touches_up_to_the_limit(index: PassageIndex, seed: int) -> None:
     passed: Counter[tuple[int, int]] = Counter()
     rows = rows_of(seed, 60)
     for row in rows:
@@ -62,7 +62,7 @@ def test_a_plan_is_named_wherever_it_passes_until_so_many_are(index: PassageInde
     assert found == {cell: min(count, PLANS_PER_CELL) for cell, count in passed.items()}
 
 
-def test_more_are_named_once_the_window_is_over_or_others_were_removed(index: PassageIndex, now: list[float]) -> None:
+def test_more_are_added_after_the_window_or_after_others_were_removed(index: PassageIndex, now: list[float]) -> None:
     rows = rows_of(1, 40)
     first = named(index.additions(rows))
     assert not named(index.additions(rows)) - first

@@ -1,4 +1,4 @@
-"""Which plans are put in front, as no Cassandra is needed to see."""
+"""The choice of representatives, with a session in memory in place of Cassandra."""
 
 from collections.abc import Iterable
 from typing import Any, cast
@@ -13,16 +13,16 @@ from tests.support.storage.records import plan
 
 
 class Session:
-    """Notes what is written beside, each write with its values."""
+    """Records all writes and overfull markers."""
 
     def __init__(self) -> None:
         self.groups: list[Write] = []
         self.overfull: list[tuple[Any, ...]] = []
-        self.is_away = False
+        self.is_down = False
 
     def write_unlogged(self, groups: Iterable[Iterable[Write]], rows: Iterable[Write]) -> None:
-        """Note it."""
-        if self.is_away:
+        """Record the writes."""
+        if self.is_down:
             raise ConnectionError
         self.groups += [write for group in groups for write in group]
         self.overfull += [tuple(values) for _, values in rows]
@@ -41,7 +41,7 @@ def ids(writes: list[Write]) -> list[str]:
     return [values[2] for _, values in writes]
 
 
-def test_the_first_at_a_spot_is_in_front_and_before_the_next_it_is_told_to_be_crowded() -> None:
+def test_the_first_plan_of_a_cell_is_its_representative_and_later_ones_mark_it_overfull() -> None:
     session = Session()
     chosen = representatives(session)
     assert ids(chosen.choose(alike(0, 1))) == ["p0"]
@@ -50,10 +50,10 @@ def test_the_first_at_a_spot_is_in_front_and_before_the_next_it_is_told_to_be_cr
     [row] = alike(0, 1)
     assert session.overfull == [(*row.cell, OVERFULL, b"")]
     assert chosen.choose(alike(4, 9)) == []
-    assert len(session.overfull) == 1, "it is told once"
+    assert len(session.overfull) == 1, "it is marked once"
 
 
-def test_plans_made_otherwise_are_put_in_front_beside_them() -> None:
+def test_plans_of_other_planners_parameters_or_lengths_have_cells_of_their_own() -> None:
     session = Session()
     chosen = representatives(session)
     chosen.choose(alike(0, 9))
@@ -61,7 +61,7 @@ def test_plans_made_otherwise_are_put_in_front_beside_them() -> None:
     assert ids(chosen.choose(list(plan_rows(others, 8)))) == ["jps", "wide", "long"]
 
 
-def test_what_goes_beside_is_written_whether_there_is_a_crowd_or_not() -> None:
+def test_writes_beside_are_executed_with_and_without_overfull_cells() -> None:
     session = Session()
     chosen = representatives(session)
     chosen.choose(alike(0, 1), [[("name", ("p0",))]])
@@ -69,18 +69,18 @@ def test_what_goes_beside_is_written_whether_there_is_a_crowd_or_not() -> None:
     assert session.groups == [("name", ("p0",)), ("name", ("p1",))]
 
 
-def test_a_crowd_that_could_not_be_told_is_told_the_next_time() -> None:
+def test_a_marker_that_could_not_be_written_is_written_the_next_time() -> None:
     session = Session()
     chosen = representatives(session)
-    session.is_away = True
+    session.is_down = True
     with pytest.raises(ConnectionError):
         chosen.choose(alike(0, REPRESENTATIVES_PER_CELL + 1))
-    session.is_away = False
-    assert chosen.choose(alike(0, REPRESENTATIVES_PER_CELL + 1)) == [], "they may be there"
+    session.is_down = False
+    assert chosen.choose(alike(0, REPRESENTATIVES_PER_CELL + 1)) == [], "they may be representatives already"
     assert len(session.overfull) == 1
 
 
-def test_a_crowd_is_told_again_as_long_as_plans_come_and_before_it_may_be_swept_away() -> None:
+def test_a_marker_is_written_again_before_it_may_be_swept_while_plans_are_added() -> None:
     session, now = Session(), [0.0]
     chosen = representatives(session, now)
     chosen.choose(alike(0, 9))

@@ -1,4 +1,4 @@
-"""What is sent to Cassandra of plans, as no Cassandra is needed to see."""
+"""Groups of writes of plans, without a Cassandra."""
 
 import itertools
 
