@@ -151,10 +151,10 @@ class Hosting:
         if hosted.process is not None:
             asyncio.get_running_loop().call_later(order.grace, hosted.process.kill)
 
-    def carried(self) -> tuple[control_link.Carried, ...]:
+    def carried(self) -> tuple[control_link.RunningContainer, ...]:
         """Return the clones that run, for a master that did not start them; nobody waits for what only plans."""
         return tuple(
-            control_link.Carried(
+            control_link.RunningContainer(
                 msgspec.structs.replace(hosted.order.spec, checkpoint={}),
                 hosted.launch.spec.cores,
                 hosted.order.secret,

@@ -79,7 +79,7 @@ class FleetTopics:
             if not itself and stream.waiting <= MAX_WAITING:
                 stream.write(machine_link.Shared(other.user, other.robot, other.topic, payload))
 
-        return [self._fabric.subscribe(scope.seen(topic), heard) for topic in SHARED_TOPICS]
+        return [self._fabric.subscribe(scope.shared_pattern(topic), heard) for topic in SHARED_TOPICS]
 
 
 def _shared_key(frame: machine_link.Share, scope: Scope | None) -> str:
@@ -87,7 +87,7 @@ def _shared_key(frame: machine_link.Share, scope: Scope | None) -> str:
         raise NotPermitted("a container that only plans has nothing to share")
     if len(frame.payload) > MAX_SHARED:
         raise MessageTooLarge(f"{len(frame.payload)} bytes are over the limit of {MAX_SHARED}")
-    return scope.shown(frame.topic)
+    return scope.shared_key(frame.topic)
 
 
 def scope_of(spec: ContainerSpec) -> Scope | None:

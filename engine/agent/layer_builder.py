@@ -11,7 +11,7 @@ from pathlib import Path
 
 from engine.agent.layer_jobs import GridFiles, build_here, index_here, make_and_tell
 from engine.protocols.robot_link import Refusal
-from engine.runtimes.fork_server.server import UNHEARD, fork
+from engine.runtimes.fork_server.server import UNKNOWN_STATUS, fork
 from engine.specs.containers import LayerSpec, MapVersion
 from engine.specs.filter_masks import no_grid_in, no_mask
 from ppaas.errors import InvalidMap, NotFound, Unavailable, rebuild
@@ -113,7 +113,7 @@ def _answer_of(process: Popen, receiving: Connection) -> Refusal | None:
     answer: Refusal | None = receiving.recv()
     status = process.wait(ENDING)  # a fork server that is frozen tells nothing of it
     process.close()
-    if status == UNHEARD:  # the fork server died meanwhile, and left the process to us
+    if status == UNKNOWN_STATUS:  # the fork server died meanwhile, and left the process to us
         with suppress(ChildProcessError):
             os.waitpid(process.pid, 0)
     return answer

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from engine.agent.entries import ENTRIES
-from engine.processes.run_dir import keep_temporary_files_in, own
+from engine.processes.run_dir import add_owner, keep_temporary_files_in
 from engine.runtimes.fork_server import early_start
 
 
@@ -17,7 +17,7 @@ def main() -> None:
     told = sys.stdin.buffer.read()
     config = json.loads(told)
     keep_temporary_files_in(Path(config["run_dir"]))  # it goes with the cloud, should this be killed
-    own(Path(config["run_dir"]))
+    add_owner(Path(config["run_dir"]))
     if config["runtime"] == early_start.RUNTIME:
         early_start.begin(ENTRIES.container.of_fork_server)
     from engine.agent.agent import be_told  # noqa: PLC0415 - it takes as long as a third of what the fork server loads

@@ -33,7 +33,7 @@ class Lease:
     def beat(self) -> bool:
         """Note that a beat is sent; return whether the master still answers."""
         self._asked.append(self._clock())
-        return not self._heartbeats.look({"master": self._answers})
+        return not self._heartbeats.check({"master": self._answers})
 
     def answered(self) -> None:
         """Note that the master has answered the oldest beat that it had not."""

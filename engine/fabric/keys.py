@@ -56,7 +56,7 @@ def shared_key(map_id: str, user: str, robot: str, topic: str) -> str:
     return "/".join((ROOT, SHARED, chunk(map_id), chunk(user), chunk(robot), _topic(topic)))
 
 
-def everyones(map_id: str, topic: str) -> str:
+def shared_by_all(map_id: str, topic: str) -> str:
     """Return the key expression of a topic that all robots of a map share."""
     return "/".join((ROOT, SHARED, chunk(map_id), "*", "*", _topic(topic)))
 
@@ -103,17 +103,17 @@ class Scope:
     robot: str
     map: str
 
-    def own(self, topic: str) -> str:
+    def private_key(self, topic: str) -> str:
         """Return the key of a private topic, which only this robot's user may read."""
         return topic_key(self.user, self.group, self.robot, topic)
 
-    def shown(self, topic: str) -> str:
+    def shared_key(self, topic: str) -> str:
         """Return the key of a topic that this robot shares with the robots of its map."""
         return shared_key(self.map, self.user, self.robot, topic)
 
-    def seen(self, topic: str) -> str:
+    def shared_pattern(self, topic: str) -> str:
         """Return the key expression of a topic of all robots of its map, including itself."""
-        return everyones(self.map, topic)
+        return shared_by_all(self.map, topic)
 
     def check_write(self, key: str) -> None:
         """Raise unless the container may publish under a key.

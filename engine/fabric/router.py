@@ -172,7 +172,7 @@ async def _ended(process: Process) -> int:
 async def _watch(process: Process) -> None:
     assert process.stdin is not None and process.stdout is not None
     heartbeats, beats = Heartbeats(), 1
-    while not heartbeats.look({"router": beats}):
+    while not heartbeats.check({"router": beats}):
         process.stdin.write(b"?")
         await asyncio.sleep(BEAT_PERIOD)
         with contextlib.suppress(TimeoutError):

@@ -188,27 +188,27 @@ class Fabric:
         deadline = monotonic() + timeout
         pause, attempt = FIRST_PAUSE, FIRST_ATTEMPT
         while (left := deadline - monotonic()) > 0.0:
-            reply = await self._ask(key, payload, envelope, min(left, attempt))
+            reply = await self._attempt(key, payload, envelope, min(left, attempt))
             if reply is not None and (answer := _unpack(reply)) is not None:
                 return answer
             await asyncio.sleep(min(pause, max(0.0, deadline - monotonic())))
             pause, attempt = min(2 * pause, LAST_PAUSE), min(2 * attempt, LAST_ATTEMPT)
         raise Unavailable(f"no answer from {key!r} within {timeout:g} s")
 
-    async def _ask(self, key: str, payload: bytes, envelope: bytes, timeout: float) -> zenoh.Reply | None:
+    async def _attempt(self, key: str, payload: bytes, envelope: bytes, timeout: float) -> zenoh.Reply | None:
         first: asyncio.Future[zenoh.Reply | None] = self._loop.create_future()
 
         def settle(reply: zenoh.Reply | None) -> None:
             if not first.done():
                 first.set_result(reply)
 
-        def tell(reply: zenoh.Reply | None = None) -> None:
+        def resolve(reply: zenoh.Reply | None = None) -> None:
             if not self._loop.is_closed():
                 self._loop.call_soon_threadsafe(settle, reply)
 
         self._session.get(
             key,
-            zenoh.handlers.Callback(tell, tell),
+            zenoh.handlers.Callback(resolve, resolve),
             payload=payload,
             attachment=envelope,
             timeout=timeout,

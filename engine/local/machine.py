@@ -13,7 +13,7 @@ import msgspec
 from engine.agent.config import AgentConfig
 from engine.local.agent_process import AgentProcess
 from engine.local.agent_record import AgentRecord, write_record
-from engine.processes.run_dir import make_run_dir, own
+from engine.processes.run_dir import add_owner, make_run_dir
 from engine.protocols.address import UnixAddress
 
 
@@ -56,7 +56,7 @@ def settle_config(wanted: AgentConfig, left: AgentRecord | None) -> AgentConfig:
     adopted = left.matching_config(wanted) if left is not None else None
     if adopted is not None:
         with contextlib.suppress(OSError):  # it has just exited
-            own(Path(adopted.run_dir))
+            add_owner(Path(adopted.run_dir))
             run_dir, secret = Path(adopted.run_dir), adopted.secret
     run_dir = run_dir or make_run_dir()
     control = str(UnixAddress(run_dir / "control.sock"))

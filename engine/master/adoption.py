@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from engine.master.machine import Machine
 from engine.master.places import Place, PlaceRequest
-from engine.protocols.control_link import Carried
+from engine.protocols.control_link import RunningContainer
 from engine.specs.containers import ContainerSpec
 
 
@@ -15,7 +15,7 @@ def request_of(spec: ContainerSpec) -> PlaceRequest:
     return PlaceRequest(spec.user, spec.map, spec.cores, spec.robot, labels=spec.labels)
 
 
-def may_adopt(place: Place | None, machine: Machine, carried: Carried) -> bool:
+def may_adopt(place: Place | None, machine: Machine, carried: RunningContainer) -> bool:
     """Tell whether a place can go on with a container that a machine tells of.
 
     A place that nobody has asked for yet can. One that was asked for must be for the same robot on the same map, and
@@ -28,7 +28,7 @@ def may_adopt(place: Place | None, machine: Machine, carried: Carried) -> bool:
         Of the name that the container says, if it is open.
     machine : Machine
         That carries it.
-    carried : Carried
+    carried : RunningContainer
         The container.
     """
     spec, cores = carried.spec, carried.cores
@@ -40,7 +40,7 @@ def may_adopt(place: Place | None, machine: Machine, carried: Carried) -> bool:
     return free and place.request == request_of(spec) and place.session in ("", spec.session)
 
 
-def take_up(place: Place, machine: Machine, carried: Carried) -> ContainerSpec:
+def take_up(place: Place, machine: Machine, carried: RunningContainer) -> ContainerSpec:
     """Let a place go on with a container; return it as the machine is counted to carry it."""
     spec = replace(carried.spec, cores=carried.cores)
     machine.place(spec)

@@ -20,7 +20,7 @@ from engine.master.places import PlaceRequest
 from engine.master.quotas import Quotas
 from engine.master.resizing import resize
 from engine.master.state import MasterState
-from engine.protocols.control_link import Carried
+from engine.protocols.control_link import RunningContainer
 from engine.specs.machine_settings import MachineSettings, check_settings
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, InvalidInput, NotFound, NotPermitted, PPaaSError, Unavailable
@@ -159,7 +159,7 @@ class Master:
 
     # -- what happens to machines --------------------------------------------------------------------------------------
 
-    def machine_joined(self, machine: Machine, carries: Iterable[Carried] = ()) -> list[Order]:
+    def machine_joined(self, machine: Machine, carries: Iterable[RunningContainer] = ()) -> list[Order]:
         """Take a machine in with its settings, adopt what it carries, and fill the places that wait for one.
 
         Raises

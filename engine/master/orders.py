@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from engine.protocols.control_link import Carried
+from engine.protocols.control_link import RunningContainer
 from engine.specs.containers import ContainerSpec
 from ppaas.errors import PPaaSError
 
@@ -23,7 +23,7 @@ class Adopt:
 
     place: str
     machine: str
-    carried: Carried
+    carried: RunningContainer
 
 
 @dataclass(frozen=True, slots=True)

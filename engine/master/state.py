@@ -9,7 +9,7 @@ from engine.master.machine import Machine
 from engine.master.orders import Adopt, End, Order, Start
 from engine.master.places import Place, PlaceRequest
 from engine.master.quotas import Quotas
-from engine.protocols.control_link import Carried
+from engine.protocols.control_link import RunningContainer
 from engine.specs.containers import ContainerSpec
 
 
@@ -63,7 +63,7 @@ class MasterState:
         """Tell whether the clone of a robot may run on a machine that has not returned yet."""
         return bool(self.returning) and place.request.robot is not None and not place.session
 
-    def adopt(self, machine: Machine, carried: Carried) -> list[Order]:
+    def adopt(self, machine: Machine, carried: RunningContainer) -> list[Order]:
         """Let a place go on with a container that ran since another cloud process, if it may."""
         request = request_of(carried.spec)
         place = self.places.get(request.key)

@@ -35,7 +35,7 @@ def write_note(file: Path, content: Any) -> None:
 
 
 @contextlib.contextmanager
-def alone(file: Path) -> Iterator[None]:
+def exclusive(file: Path) -> Iterator[None]:
     """Hold an exclusive lock on a file, so that only one process does the same work.
 
     Where the file cannot be created nothing is locked; notes cannot be written there either.

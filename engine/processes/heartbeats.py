@@ -25,18 +25,18 @@ class Heartbeats:
     ----------
     clock : callable
         Monotonic time [s].
-    looks : int
+    checks : int
         Number of checks in each period. More checks find a frozen process sooner after the last tolerated period, but
         never before.
     """
 
-    def __init__(self, clock: Clock = monotonic, looks: int = 1) -> None:
+    def __init__(self, clock: Clock = monotonic, checks: int = 1) -> None:
         self._clock = clock
-        self._most = MISSED * looks
-        self._looked = clock()
+        self._most = MISSED * checks
+        self._last_check = clock()
         self._known: dict[str, tuple[int, int]] = {}
 
-    def look(self, beats: Mapping[str, int]) -> list[str]:
+    def check(self, beats: Mapping[str, int]) -> list[str]:
         """Check all processes; return the names of the frozen ones.
 
         Parameters
@@ -46,8 +46,8 @@ class Heartbeats:
             since it may freeze before its first heartbeat.
         """
         now = self._clock()
-        was_stopped = now - self._looked > 2.0 * BEAT_PERIOD
-        self._looked = now
+        was_stopped = now - self._last_check > 2.0 * BEAT_PERIOD
+        self._last_check = now
         before, self._known = self._known, {}
         for name, count in beats.items():
             counted, missed = before.get(name, (None, 0))

@@ -43,11 +43,11 @@ def make_run_dir(longest: int = LONGEST_NAME) -> Path:
     if len(bytes(folder)) + 1 + longest > LONGEST_PATH:
         shutil.rmtree(folder)
         raise InvalidInput(f"the path {folder.parent} is too long for Unix sockets; set TMPDIR to a shorter one")
-    own(folder)
+    add_owner(folder)
     return folder
 
 
-def own(folder: Path) -> None:
+def add_owner(folder: Path) -> None:
     """Add this process to the owners of a folder; it is kept until all of them have exited."""
     with (folder / OWNER).open("a") as owners:
         owners.write(f"{instance_name()}\n")

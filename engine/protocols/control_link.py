@@ -6,7 +6,7 @@ from engine.protocols.robot_link import Refusal
 from engine.specs.containers import ContainerSpec
 
 
-class Carried(msgspec.Struct, frozen=True):
+class RunningContainer(msgspec.Struct, frozen=True):
     """A container that runs on a machine whose master has exited.
 
     Parameters
@@ -41,7 +41,7 @@ class Register(msgspec.Struct, tag="register"):
     memory: int
     labels: dict[str, str] = {}
     network: float = 0.0
-    carries: tuple[Carried, ...] = ()
+    carries: tuple[RunningContainer, ...] = ()
     release: str = ""
 
 

@@ -25,10 +25,10 @@ async def watch(*watched: tuple[Beats, GiveUp], meanwhile: Callable[[], None] = 
     meanwhile : callable
         Called with each look.
     """
-    kinds = [(Heartbeats(looks=LOOKS), beats, give_up) for beats, give_up in watched]
+    kinds = [(Heartbeats(checks=LOOKS), beats, give_up) for beats, give_up in watched]
     while True:
         await asyncio.sleep(BEAT_PERIOD / LOOKS)
         meanwhile()
         for heartbeats, beats, give_up in kinds:
-            for name in heartbeats.look(beats()):
+            for name in heartbeats.check(beats()):
                 give_up(name)

@@ -125,7 +125,7 @@ class MachineEvents:
         self._execute(orders)
         self._listener.machines_changed(self._master.machines)
 
-    def _clones(self, carries: Iterable[control_link.Carried]) -> list[control_link.Carried]:
+    def _clones(self, carries: Iterable[control_link.RunningContainer]) -> list[control_link.RunningContainer]:
         return [carried for carried in carries if self._checkpoints.runs_on(carried.spec)]
 
     def machine_said(self, machine: str, event: control_link.FromAgent) -> None:

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from engine.agent import entries
 from engine.processes.instances import instance_name
 from engine.runtimes.base import Premises, Runtime
-from engine.runtimes.fork_server.server import UNHEARD
+from engine.runtimes.fork_server.server import UNKNOWN_STATUS
 from engine.runtimes.process.runtime import ProcessRuntime
 from engine.specs.containers import Launch
 from ppaas.errors import PPaaSError, Unavailable
@@ -91,7 +91,7 @@ def by_ray(request: pytest.FixtureRequest, premises: Premises, reports: Reports)
 
     cluster = request.getfixturevalue("ray_cluster")
     made = RayMachine(lambda entry, premises: RayRuntime(entry, premises, cluster, reports), premises, reports)
-    made.status_at_close = UNHEARD  # the agent ends before them, and nobody else could tell
+    made.status_at_close = UNKNOWN_STATUS  # the agent ends before them, and nobody else could tell
     return made
 
 

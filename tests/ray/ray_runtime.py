@@ -20,7 +20,7 @@ from engine.remote.ray.config import WatchConfig
 from engine.remote.ray.machines import RayMachines
 from engine.remote.ray.watcher_process import WatcherProcess
 from engine.runtimes.base import Premises, Runtime
-from engine.runtimes.fork_server.server import UNHEARD
+from engine.runtimes.fork_server.server import UNKNOWN_STATUS
 from engine.service.links.control_server import ControlServer
 from engine.specs.containers import Launch, MapVersion
 from ppaas.errors import PPaaSError, Unavailable, rebuild
@@ -73,7 +73,7 @@ class RayContainer:
     def refuse(self, error: PPaaSError) -> None:
         if not self.launched.done():
             self.launched.set_exception(error)
-        self.end(UNHEARD)
+        self.end(UNKNOWN_STATUS)
 
 
 class RayRuntime(Runtime):
@@ -172,4 +172,4 @@ class RayRuntime(Runtime):
 
     def machine_gone(self, machine: str) -> None:
         for container in self._containers.values():
-            container.end(UNHEARD)
+            container.end(UNKNOWN_STATUS)

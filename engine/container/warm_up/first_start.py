@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import ppaas
-from engine.processes.disk_notes import alone
+from engine.processes.disk_notes import exclusive
 from engine.processes.parent_watch import end_with
 from engine.runtimes.compilation import stamp
 
@@ -45,7 +45,7 @@ def main() -> None:
     parent, layer = sys.argv[1:]
     end_with(int(parent))
     noted = stamp.stamp_file(Path(ppaas.__path__[0]), _key(layer))
-    with alone(noted.with_suffix(".lock")):
+    with exclusive(noted.with_suffix(".lock")):
         if not stamp.all_compiled(noted):  # another may just have done it
             stamp.note(noted, compile_pool.compile_all(_names))
 

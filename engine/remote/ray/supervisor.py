@@ -57,7 +57,7 @@ class Supervisor:
         """Names of the machines that have an agent."""
         return [self._nodes[node].machine for node in self._keepers]
 
-    def look(self) -> None:
+    def reconcile(self) -> None:
         """Drop nodes that have left and agents that have exited, and start missing agents. Called periodically."""
         now = {node.id: node for node in self._cluster.nodes()}
         for node in self._nodes.keys() - now.keys():

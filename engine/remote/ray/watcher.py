@@ -38,7 +38,7 @@ def serve(supervisor: Supervisor, commands: int) -> None:
                     supervisor.end_all()
                 if not read or b"" in lines:
                     return
-            supervisor.look()
+            supervisor.reconcile()
 
 
 def _read_line(file: int) -> bytes:

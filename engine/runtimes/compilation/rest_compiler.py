@@ -17,7 +17,7 @@ from pathlib import Path
 
 import ppaas
 from engine.processes.background import Background
-from engine.processes.disk_notes import alone
+from engine.processes.disk_notes import exclusive
 from engine.processes.parent_watch import end_with
 from engine.runtimes.compilation import compile_pool, stamp, threading_layer
 
@@ -61,7 +61,7 @@ def main() -> None:
     noted = stamp.stamp_file(Path(ppaas.__path__[0]), threading_layer.choose())
     if stamp.all_compiled(noted):
         return
-    with alone(noted.with_suffix(".lock")):
+    with exclusive(noted.with_suffix(".lock")):
         if not stamp.all_compiled(noted):  # another process may just have done it
             stamp.note(noted, compile_pool.compile_all(_names))
 

@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from engine.processes.disk_notes import alone
+from engine.processes.disk_notes import exclusive
 from ppaas.plans import encoding
 
 
@@ -25,7 +25,7 @@ def prepare() -> None:
     if stamp.all_compiled(noted):
         kernel_modules.warm_package(kernels)
         return
-    with alone(noted.with_suffix(".lock")):
+    with exclusive(noted.with_suffix(".lock")):
         modules = kernel_modules.warm_package(kernels)
     stamp.note(noted, [file for module in modules for file in stamp.cache_files(module)])
 

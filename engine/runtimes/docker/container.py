@@ -15,7 +15,7 @@ import msgspec
 
 from engine.runtimes.docker.engine import DockerEngine
 from engine.runtimes.docker.entry import FOLDER, LAYERS, LINK, MACHINE, START
-from engine.runtimes.docker.limits import cpus_of_launch, of_launch
+from engine.runtimes.docker.limits import cpu_limits, launch_limits
 from engine.specs.containers import Launch
 from ppaas.errors import Unavailable
 
@@ -47,7 +47,7 @@ class ContainerFolders:
             folder.mkdir()
             folder.chmod(0o755)  # any user may enter where it is mounted; outside, its parent folder is private
 
-    def admit(self, launch: Launch) -> Launch:
+    def link(self, launch: Launch) -> Launch:
         """Link the files of a launch; return the launch with the paths as the container sees them."""
         self._endpoint = launch.link
         link, machine = _shown(launch.link, self.sockets, LINK), _shown(launch.machine, self.sockets, MACHINE)
@@ -161,7 +161,7 @@ class DockerContainer:
         self.pid = _CREDENTIALS.unpack(credentials)[0]
         self._dialled.set_result(writer)
 
-    async def become(self, launch: Launch) -> None:
+    async def assign(self, launch: Launch) -> None:
         """Hand a launch to this spare, and limit it to its size.
 
         Raises
@@ -169,9 +169,9 @@ class DockerContainer:
         Unavailable
             It has exited, or the engine refuses its size.
         """
-        await self._engine.limit(self.id, of_launch(launch))
+        await self._engine.limit(self.id, launch_limits(launch))
         try:
-            seen = self._folders.admit(launch)
+            seen = self._folders.link(launch)
         except OSError as error:
             raise Unavailable(
                 f"container {launch.spec.id!r} cannot be given its sockets and map layers: {error}"
@@ -206,12 +206,12 @@ class DockerContainer:
     async def _hold_to_size(self, launch: Launch) -> None:
         async with self._sizing:  # the engine may execute two calls in any order, but the last size must win
             try:
-                await self._engine.limit(self.id, of_launch(launch))
+                await self._engine.limit(self.id, launch_limits(launch))
             except Unavailable as error:
                 if self.has_ended:
                     return
                 logger.warning("container %s keeps its old memory limit: %s", launch.spec.id, error)
-                await self._engine.limit(self.id, cpus_of_launch(launch))
+                await self._engine.limit(self.id, cpu_limits(launch))
 
     def kill(self) -> None:
         """Kill it. Does nothing if it has exited."""

@@ -12,7 +12,7 @@ import sys
 
 import msgspec
 
-from engine.runtimes.fork_server.child import die_with, resolve, settle
+from engine.runtimes.fork_server.child import die_with, resolve, set_up
 from engine.specs.containers import Launch
 
 FOLDER = "/run/ppaas"
@@ -41,7 +41,7 @@ def main(arguments: list[str]) -> int | None:
             return os.EX_OK  # the agent has exited and needs no container
         launch = msgspec.json.decode(order, type=Launch)
         die_with(machine.fileno())
-        settle(launch)
+        set_up(launch)
         return entry(launch)
 
 

@@ -27,17 +27,17 @@ PROCESSES = 128
 """Most processes and threads of a container."""
 
 
-def of_spare() -> dict[str, Any]:
+def spare_limits() -> dict[str, Any]:
     """Return the limits of a spare, as options of ``docker run``."""
     return {"cpu_shares": SPARE_SHARES, "pids_limit": PROCESSES, **_memory(memory_limit(0.0, 0))}
 
 
-def of_launch(launch: Launch) -> dict[str, Any]:
+def launch_limits(launch: Launch) -> dict[str, Any]:
     """Return the limits of a launched container, as options of ``docker update``."""
-    return {**cpus_of_launch(launch), **_memory(memory_of(launch))}
+    return {**cpu_limits(launch), **_memory(memory_of(launch))}
 
 
-def cpus_of_launch(launch: Launch) -> dict[str, Any]:
+def cpu_limits(launch: Launch) -> dict[str, Any]:
     """Return only the CPU limits of a launched container."""
     size = launch.spec.cores
     return {

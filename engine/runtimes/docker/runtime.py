@@ -14,9 +14,9 @@ from engine.runtimes.base import Premises, Runtime
 from engine.runtimes.docker import entry as entry_module
 from engine.runtimes.docker.container import ContainerFolders, DockerContainer
 from engine.runtimes.docker.engine import DockerEngine
-from engine.runtimes.docker.limits import of_spare
+from engine.runtimes.docker.limits import spare_limits
 from engine.runtimes.entries import Entry
-from engine.runtimes.fork_server.server import UNHEARD, ForkServer
+from engine.runtimes.fork_server.server import UNKNOWN_STATUS, ForkServer
 from engine.runtimes.memory_tuning import lean_python
 from engine.specs.containers import Launch
 from ppaas.errors import Unavailable
@@ -106,7 +106,7 @@ class DockerRuntime(Runtime):
             if container.has_ended:
                 continue
             try:
-                await container.become(launch)
+                await container.assign(launch)
             except BaseException as error:
                 container.kill()
                 if not (isinstance(error, Unavailable) and container.has_ended):
@@ -155,7 +155,7 @@ class DockerRuntime(Runtime):
         container = DockerContainer(self._engine, folders, self._background.run, self._started)
         try:
             async with self._starting:
-                await container.start(self._command, of_spare())
+                await container.start(self._command, spare_limits())
         except BaseException:
             container.release()
             raise
@@ -182,4 +182,4 @@ class DockerRuntime(Runtime):
         self._connected = False
         lost, self._live = tuple(self._live.values()), {}
         for container in lost:
-            container.end(UNHEARD)
+            container.end(UNKNOWN_STATUS)

@@ -44,11 +44,11 @@ def run(entry: str, launch: Launch) -> None:
     die_with_parent()
     os.sched_setaffinity(0, launch.cpus)  # inherited by all threads
     os.setsid()
-    settle(launch)
+    set_up(launch)
     sys.exit(resolve(entry)(launch))
 
 
-def settle(launch: Launch) -> None:
+def set_up(launch: Launch) -> None:
     """Set up signals and numbers of threads for a container. No other thread may exist yet."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in a terminal is for the agent, which stops its containers
     signal.signal(signal.SIGTERM, signal.SIG_DFL)

@@ -23,7 +23,7 @@ from ppaas.errors import Unavailable
 
 T = TypeVar("T")
 
-UNHEARD = 255
+UNKNOWN_STATUS = 255
 """Exit status of a process whose fork server died before it could report one."""
 
 _context = multiprocessing.get_context("forkserver")
@@ -46,7 +46,7 @@ def start_process(target: Callable[..., None], *arguments: object) -> Popen:
     """Start a process from the fork server; blocks until it has forked.
 
     The ``sentinel`` of the process becomes readable when it exits; then ``poll`` returns its exit status, or
-    ``UNHEARD`` if the server died before. Its ``close`` kills a process that still runs.
+    ``UNKNOWN_STATUS`` if the server died before. Its ``close`` kills a process that still runs.
 
     Raises
     ------

@@ -8,7 +8,7 @@ from contextlib import suppress
 from multiprocessing.popen_forkserver import Popen
 from pathlib import Path
 
-from engine.runtimes.fork_server.server import UNHEARD
+from engine.runtimes.fork_server.server import UNKNOWN_STATUS
 from engine.runtimes.process.affinity import move_threads
 from engine.runtimes.process.control_groups import ControlGroups
 from engine.specs.containers import Launch
@@ -76,12 +76,12 @@ class ForkedContainer:
         loop = asyncio.get_running_loop()
         loop.remove_reader(self._process.sentinel)
         status = self._process.poll()
-        if status is not None and status != UNHEARD:
+        if status is not None and status != UNKNOWN_STATUS:
             self._end(status)
             return
         self.kill()  # the fork server died, and the process may still run
         if self._pidfd is None:
-            self._end(UNHEARD)
+            self._end(UNKNOWN_STATUS)
         else:
             loop.add_reader(self._pidfd, self._on_lost, self._pidfd)
 
@@ -99,7 +99,7 @@ class ForkedContainer:
         if Path(f"/proc/{self.pid}").exists():
             asyncio.get_running_loop().call_later(RETRY, self._reap)
         else:
-            self._end(UNHEARD)
+            self._end(UNKNOWN_STATUS)
 
     def _end(self, status: int) -> None:
         self._process.close()

@@ -71,7 +71,7 @@ def register(
     machine: str = "m1",
     secret: str = "secret",
     cores: int = 2,
-    carries: tuple[control_link.Carried, ...] = (),
+    carries: tuple[control_link.RunningContainer, ...] = (),
     release: str = __version__,
 ) -> control_link.Register:
     """Return the first message of an agent."""

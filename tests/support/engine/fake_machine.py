@@ -41,7 +41,7 @@ class FakeMachine:
         machine: str = "m1",
         secret: str = "secret",
         cores: int = 2,
-        carries: tuple[control_link.Carried, ...] = (),
+        carries: tuple[control_link.RunningContainer, ...] = (),
         release: str = __version__,
     ) -> "FakeMachine":
         """Register with the master."""

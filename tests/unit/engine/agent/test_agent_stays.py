@@ -21,18 +21,18 @@ from tests.support.engine.engine_links import pair, receive
 from tests.support.engine.specs import robot_spec
 from tests.support.waiting import until
 
-OURS = control_link.Carried(robot_spec("old"), 1.0, "secret", 42)
+OURS = control_link.RunningContainer(robot_spec("old"), 1.0, "secret", 42)
 
 
 class Carrying:
     """Containers, as an agent has them."""
 
-    def __init__(self, *carried: control_link.Carried) -> None:
+    def __init__(self, *carried: control_link.RunningContainer) -> None:
         self._carried = carried
         self.kept: list[str] = []
         self.endpoints = 0
 
-    def carried(self) -> tuple[control_link.Carried, ...]:
+    def carried(self) -> tuple[control_link.RunningContainer, ...]:
         return self._carried
 
     def keep_only(self, containers: tuple[str, ...]) -> None:
@@ -81,7 +81,7 @@ def agent_of(carrying: Carrying, doors: Doors, within: float = 30.0) -> tuple[Ag
 
 
 async def test_it_tells_another_master_what_it_carries_and_keeps_what_that_adopts() -> None:
-    doors, carrying = Doors(), Carrying(OURS, control_link.Carried(robot_spec("other"), 1.0, "secret", 43))
+    doors, carrying = Doors(), Carrying(OURS, control_link.RunningContainer(robot_spec("other"), 1.0, "secret", 43))
     agent, standing = agent_of(carrying, doors)
     staying = asyncio.create_task(agent.stay(doors.dial))
     first, _ = await doors.registered()

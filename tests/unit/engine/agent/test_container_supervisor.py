@@ -347,7 +347,9 @@ async def test_what_runs_is_told_as_it_was_ordered_and_what_is_not_to_be_kept_en
     host.start(robot_spec("c3", robot="tb3", version=HOUSE))
     await until(lambda: len(host.runtime.launches) == 4)
     first, second = host.hosting.carried()
-    assert first == control_link.Carried(msgspec.structs.replace(spec, checkpoint={}), 2.0, "secret", os.getpid())
+    assert first == control_link.RunningContainer(
+        msgspec.structs.replace(spec, checkpoint={}), 2.0, "secret", os.getpid()
+    )
     assert second.spec.id == "c2", "and neither what only plans nor what is still to be started"
     host.hosting.keep_only({"c1"})
     host.runtime.go.set()

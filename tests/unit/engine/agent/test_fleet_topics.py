@@ -29,7 +29,7 @@ def test_whatever_a_topic_is_called_it_stays_below_its_robot_or_is_refused(topic
     scope = scope_of(robot_spec("c1", "ann", "tb1"))
     assert scope is not None
     try:
-        key = scope.shown(topic)
+        key = scope.shared_key(topic)
     except PPaaSError:
         return
     fabric.publish(key, b"")  # Zenoh takes it

@@ -3,7 +3,7 @@ import zenoh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.fabric.keys import Scope, SharedKey, chunk, everyones, parse_shared, shared_key, topic_key
+from engine.fabric.keys import Scope, SharedKey, chunk, parse_shared, shared_by_all, shared_key, topic_key
 from ppaas.errors import InvalidParameter, NotPermitted
 
 names = st.text(st.characters(codec="utf-8"), min_size=1, max_size=12)
@@ -12,8 +12,8 @@ ANN = Scope("ann", "lab", "tb1", "house")
 
 
 def test_a_key_names_user_group_robot_and_topic():
-    assert ANN.own("/move_base/goal") == "ppaas/ann/lab/tb1/move_base/goal"
-    assert ANN.shown("position") == "ppaas/map/house/ann/tb1/position"
+    assert ANN.private_key("/move_base/goal") == "ppaas/ann/lab/tb1/move_base/goal"
+    assert ANN.shared_key("position") == "ppaas/map/house/ann/tb1/position"
 
 
 @given(names, names, names, topics)
@@ -33,7 +33,7 @@ def test_different_names_make_different_chunks(one, other):
 def test_a_shared_key_is_parsed_into_its_parts(map_id, user, robot, topic):
     key = shared_key(map_id, user, robot, topic)
     assert parse_shared(key) == SharedKey(map_id, user, robot, topic)
-    assert zenoh.KeyExpr(everyones(map_id, topic)).intersects(zenoh.KeyExpr(key))
+    assert zenoh.KeyExpr(shared_by_all(map_id, topic)).intersects(zenoh.KeyExpr(key))
 
 
 @given(names, names, names, topics)
@@ -55,18 +55,18 @@ def test_a_key_that_is_not_shared_is_not_read_as_one(key):
 @pytest.mark.parametrize("topic", ["*", "a/**", "a/../b", "..", "a$*", "a?x=1", "a#b"])
 def test_wildcards_and_dots_in_a_topic_are_not_permitted(topic):
     with pytest.raises(NotPermitted):
-        ANN.own(topic)
+        ANN.private_key(topic)
 
 
 @pytest.mark.parametrize("topic", ["", "/", "a//b", "1a", "a b", "ä\n"])
 def test_an_invalid_graph_name_is_not_a_topic(topic):
     with pytest.raises(InvalidParameter):
-        ANN.own(topic)
+        ANN.private_key(topic)
 
 
 @given(topics)
 def test_a_container_may_read_and_write_its_private_keys(topic):
-    for key in (ANN.own(topic), ANN.shown(topic)):
+    for key in (ANN.private_key(topic), ANN.shared_key(topic)):
         ANN.check_write(key)
         ANN.check_read(key)
 
@@ -110,6 +110,6 @@ def test_no_other_users_name_gives_access(user, group, robot, map_id, topic):
     other = Scope(user, group, robot, map_id)
     if user != ANN.user:
         with pytest.raises(NotPermitted):
-            ANN.check_read(other.own(topic))
+            ANN.check_read(other.private_key(topic))
         with pytest.raises(NotPermitted):
-            ANN.check_write(other.own(topic))
+            ANN.check_write(other.private_key(topic))

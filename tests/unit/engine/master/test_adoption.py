@@ -12,7 +12,7 @@ from engine.master.master import Master
 from engine.master.orders import Adopt, End, Leave, Order, Start
 from engine.master.places import PlaceRequest
 from engine.master.quotas import Quota, Quotas
-from engine.protocols.control_link import Carried
+from engine.protocols.control_link import RunningContainer
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import Unavailable
@@ -23,9 +23,9 @@ def machine(name: str = "m1", cores: int = 4) -> Machine:
     return Machine(name, cores, 8 << 30, 1000)
 
 
-def carried(container: str = "old", robot: str = "tb1", cores: float | None = None) -> Carried:
+def carried(container: str = "old", robot: str = "tb1", cores: float | None = None) -> RunningContainer:
     spec = of_request(container, robot)
-    return Carried(spec, spec.cores if cores is None else cores, "secret", 42)
+    return RunningContainer(spec, spec.cores if cores is None else cores, "secret", 42)
 
 
 def of_request(container: str, robot: str) -> ContainerSpec:
@@ -100,7 +100,7 @@ def test_of_two_that_say_they_serve_a_robot_one_is_adopted(master: Master) -> No
     assert adopted(master.machine_joined(machine("m2"), [carried("old3"), carried()])) == []
 
 
-Change = Callable[[Carried], Carried]
+Change = Callable[[RunningContainer], RunningContainer]
 
 NOT_BELIEVED: dict[str, Change] = {
     "it only plans": lambda told: replace(told, spec=planning_spec("old")),

@@ -18,7 +18,7 @@ def heartbeats(clock: ManualClock) -> Heartbeats:
 
 def look(heartbeats: Heartbeats, clock: ManualClock, beats: dict[str, int], after: float = BEAT_PERIOD) -> list[str]:
     clock.advance(after)
-    return heartbeats.look(beats)
+    return heartbeats.check(beats)
 
 
 def test_late_heartbeats_are_tolerated(heartbeats: Heartbeats, clock: ManualClock) -> None:
@@ -53,7 +53,7 @@ def test_a_process_that_returns_with_the_same_name_is_new(heartbeats: Heartbeats
 
 
 def test_more_checks_in_a_period_find_no_process_frozen_earlier(clock: ManualClock) -> None:
-    heartbeats = Heartbeats(clock, looks=2)
+    heartbeats = Heartbeats(clock, checks=2)
     half = BEAT_PERIOD / 2.0
     look(heartbeats, clock, {"stuck": 7}, half)
     looks = [look(heartbeats, clock, {"stuck": 7}, half) for _ in range(2 * MISSED)]

@@ -55,7 +55,10 @@ def test_the_folder_of_a_process_that_was_killed_is_removed_by_the_next_that_mak
 
 
 def test_a_folder_is_kept_while_one_of_its_owners_runs(short_path):
-    code = "import sys; from pathlib import Path; from engine.processes.run_dir import own; own(Path(sys.argv[1]))"
+    code = (
+        "import sys; from pathlib import Path; from engine.processes.run_dir import add_owner;"
+        "add_owner(Path(sys.argv[1]))"
+    )
     made = make_run_dir()
     subprocess.run([sys.executable, "-c", code, str(made)], check=True)
     sweep_dead(short_path)
@@ -68,8 +71,8 @@ def test_a_folder_is_kept_while_one_of_its_owners_runs(short_path):
 def test_a_folder_that_somebody_else_owns_is_left_to_them(short_path):
     made = make_run_dir()
     code = (
-        "import sys; from pathlib import Path; from engine.processes.run_dir import own, remove_unless_owned;"
-        "folder = Path(sys.argv[1]); own(folder); remove_unless_owned(folder)"
+        "import sys; from pathlib import Path; from engine.processes.run_dir import add_owner, remove_unless_owned;"
+        "folder = Path(sys.argv[1]); add_owner(folder); remove_unless_owned(folder)"
     )
     subprocess.run([sys.executable, "-c", code, str(made)], check=True)
     assert made.exists()

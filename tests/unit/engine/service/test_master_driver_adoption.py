@@ -42,13 +42,13 @@ async def service(tmp_path: Path, store: MemoryStore, told: RememberingListener)
     await opened.close()
 
 
-def running(container: str = "old", robot: str = "tb1") -> control_link.Carried:
+def running(container: str = "old", robot: str = "tb1") -> control_link.RunningContainer:
     request = robot_request(robot)
     spec = ContainerSpec(container, request.user, request.map, request.cores, request.robot, session="s")
-    return control_link.Carried(spec, spec.cores, "its secret", 42)
+    return control_link.RunningContainer(spec, spec.cores, "its secret", 42)
 
 
-def keep(store: MemoryStore, carried: control_link.Carried, instance: str = "before") -> None:
+def keep(store: MemoryStore, carried: control_link.RunningContainer, instance: str = "before") -> None:
     """Let a container have kept the last checkpoint of its robot."""
     spec = carried.spec
     assert spec.robot is not None
@@ -177,4 +177,4 @@ async def test_the_names_of_machines_are_told_as_they_come_and_go(
 def test_specs_come_back_as_they_went() -> None:
     """Else what is asked for again would be another robot."""
     told = running()
-    assert msgspec.msgpack.decode(msgspec.msgpack.encode(told), type=control_link.Carried) == told
+    assert msgspec.msgpack.decode(msgspec.msgpack.encode(told), type=control_link.RunningContainer) == told

@@ -80,16 +80,16 @@ def node(name: str, free: int = 4) -> ClusterNode:
 def test_each_node_gets_one_agent_with_the_cores_that_are_free():
     cluster = FakeCluster(node("a"), node("b", free=3))
     supervisor = Supervisor(cluster)
-    supervisor.look()
+    supervisor.reconcile()
     cluster.there.append(node("c"))
-    supervisor.look()
+    supervisor.reconcile()
     assert sorted(cluster.begun) == [("a" * 10, 4), ("b" * 10, 3), ("c" * 10, 4)]
     assert sorted(supervisor.machines) == ["a" * 10, "b" * 10, "c" * 10]
 
 
 def test_no_more_cores_are_used_than_configured():
     cluster = FakeCluster(node("a"), node("b", free=1))
-    Supervisor(cluster, cores=2).look()
+    Supervisor(cluster, cores=2).reconcile()
     assert sorted(cluster.begun) == [("a" * 10, 2), ("b" * 10, 1)]
 
 
@@ -97,11 +97,11 @@ def test_a_node_without_a_free_core_waits_and_is_logged_once(caplog: pytest.LogC
     cluster = FakeCluster(node("a", free=0))
     supervisor = Supervisor(cluster)
     for _ in range(3):
-        supervisor.look()
+        supervisor.reconcile()
     assert cluster.begun == []
     assert caplog.text.count("no free core") == 1
     cluster.there = [node("a", free=2)]
-    supervisor.look()
+    supervisor.reconcile()
     assert cluster.begun == [("a" * 10, 2)]
 
 
@@ -109,20 +109,20 @@ def test_an_existing_agent_is_adopted_though_it_holds_all_cores():
     cluster = FakeCluster(node("a", free=0))
     cluster.known["a" * 10] = FakeKeeper()
     supervisor = Supervisor(cluster)
-    supervisor.look()
+    supervisor.reconcile()
     assert (cluster.begun, supervisor.machines) == ([], ["a" * 10])
 
 
 def test_a_node_that_left_is_forgotten_and_joins_as_another(caplog: pytest.LogCaptureFixture):
     cluster = FakeCluster(node("a"))
     supervisor = Supervisor(cluster)
-    supervisor.look()
+    supervisor.reconcile()
     cluster.there = []
-    supervisor.look()
+    supervisor.reconcile()
     assert supervisor.machines == []
     assert "left the cluster" in caplog.text
     cluster.there = [node("b")]
-    supervisor.look()
+    supervisor.reconcile()
     assert supervisor.machines == ["b" * 10]
 
 
@@ -132,7 +132,7 @@ def test_an_agent_that_exits_is_restarted_with_growing_delays(caplog: pytest.Log
     began = []
     for _ in range(400):
         count = len(cluster.kept)
-        supervisor.look()
+        supervisor.reconcile()
         if len(cluster.kept) > count:
             began.append(clock.now)
             cluster.kept[-1][2].reason = "No module named 'engine'"
@@ -145,32 +145,32 @@ def test_an_agent_that_exits_after_a_steady_time_is_restarted_at_once():
     clock, cluster = Hand(), FakeCluster(node("a"))
     supervisor = Supervisor(cluster, clock=clock)
     for count in range(1, len(RETRY_DELAYS) + 3):
-        supervisor.look()
+        supervisor.reconcile()
         assert len(cluster.kept) == count
         clock.now += STEADY + 1.0
         cluster.kept[-1][2].reason = "killed"
-        supervisor.look()
+        supervisor.reconcile()
 
 
 def test_an_agent_that_ray_does_not_start_is_given_up_and_retried():
     clock, cluster = Hand(), FakeCluster(node("a"))
     cluster.up = False
     supervisor = Supervisor(cluster, clock=clock)
-    supervisor.look()
+    supervisor.reconcile()
     clock.now = START_TIMEOUT - 1.0
-    supervisor.look()
+    supervisor.reconcile()
     assert cluster.kept[0][2].calls == []
     clock.now = START_TIMEOUT + 1.0
-    supervisor.look()
+    supervisor.reconcile()
     assert cluster.kept[0][2].calls == ["kill"]
-    supervisor.look()
+    supervisor.reconcile()
     assert len(cluster.kept) == 2
 
 
 def test_a_frozen_agent_is_killed_on_its_machine_alone():
     cluster = FakeCluster(node("a"), node("b"))
     supervisor = Supervisor(cluster)
-    supervisor.look()
+    supervisor.reconcile()
     supervisor.kill_agent("b" * 10)
     supervisor.kill_agent("no such machine")
     assert {name: keeper.calls for name, _, keeper in cluster.kept} == {"a" * 10: [], "b" * 10: ["kill_agent"]}
@@ -180,7 +180,7 @@ def test_all_agents_are_stopped_before_the_first_is_waited_for(caplog: pytest.Lo
     caplog.set_level(logging.INFO)
     cluster = FakeCluster(node("a"), node("b"))
     supervisor = Supervisor(cluster)
-    supervisor.look()
+    supervisor.reconcile()
     supervisor.end_all()
     assert [keeper.calls for _, _, keeper in cluster.kept] == [["end", "join"]] * 2
     assert supervisor.machines == []
@@ -189,7 +189,7 @@ def test_all_agents_are_stopped_before_the_first_is_waited_for(caplog: pytest.Lo
 def test_agents_that_do_not_end_by_themselves_are_waited_for_together():
     clock, cluster = Hand(), FakeCluster(node("a"), node("b"), node("c"))
     supervisor = Supervisor(cluster, clock=clock)
-    supervisor.look()
+    supervisor.reconcile()
 
     def take_all(timeout: float) -> None:
         clock.now += timeout

@@ -15,7 +15,7 @@ class Noting:
         self.told: list[str] = []
         self.looked = threading.Event()
 
-    def look(self) -> None:
+    def reconcile(self) -> None:
         self.looked.set()
 
     def kill_agent(self, machine: str) -> None:

@@ -3,7 +3,7 @@
 import subprocess
 import sys
 
-from engine.processes.disk_notes import alone
+from engine.processes.disk_notes import exclusive
 from engine.runtimes.compilation import store_kernels
 from tests.support.sources import ROOT
 
@@ -25,5 +25,5 @@ def compiled_by_another_process() -> int:
 
 def test_compiled_kernels_are_loaded_without_waiting_for_a_compiler() -> None:
     compiled_by_another_process()
-    with alone(store_kernels.stamp_of_stores().with_suffix(".lock")):
+    with exclusive(store_kernels.stamp_of_stores().with_suffix(".lock")):
         assert compiled_by_another_process() == 0

@@ -36,20 +36,20 @@ def launch(short_path: Path) -> Iterator[Launch]:
 
 
 def test_it_only_sees_its_two_sockets_and_the_layers_of_its_map(folders: ContainerFolders, launch: Launch) -> None:
-    seen = folders.admit(launch)
+    seen = folders.link(launch)
     assert (seen.link, seen.machine, seen.layers) == ("/run/ppaas/link.sock", "/run/ppaas/gate.sock", "/run/map")
     assert {entry.name for entry in folders.sockets.iterdir()} == {"link.sock", "gate.sock"}
     assert {entry.name for entry in folders.layers.iterdir()} == {"info.json", "grid.npy"}
 
 
 def test_it_dials_the_socket_outside(folders: ContainerFolders, launch: Launch) -> None:
-    folders.admit(launch)
+    folders.link(launch)
     with socket.socket(socket.AF_UNIX) as client:
         client.connect(str(folders.sockets / "link.sock"))
 
 
 def test_it_reaches_a_new_socket_under_the_name_of_its_endpoint(folders: ContainerFolders, launch: Launch) -> None:
-    folders.admit(launch)
+    folders.link(launch)
     seen, link = folders.sockets / "link.sock", Path(launch.link)
     link.unlink()
     with pytest.raises(FileNotFoundError):
@@ -67,7 +67,7 @@ def test_it_reaches_a_new_socket_under_the_name_of_its_endpoint(folders: Contain
 
 
 def test_layers_share_memory_and_later_files_are_added(folders: ContainerFolders, launch: Launch) -> None:
-    folders.admit(launch)
+    folders.link(launch)
     layers = Path(launch.layers)
     (layers / "hub_labels.index").write_text("late")
     folders.link_layers(layers)
@@ -76,7 +76,7 @@ def test_layers_share_memory_and_later_files_are_added(folders: ContainerFolders
 
 
 def test_files_of_the_machine_are_kept_when_the_container_is_removed(folders: ContainerFolders, launch: Launch) -> None:
-    folders.admit(launch)
+    folders.link(launch)
     folders.remove()
     assert not folders.sockets.exists()
     assert not folders.layers.exists()

@@ -11,19 +11,19 @@ def launch(tmp_path):
 
 
 def test_a_size_is_a_quota_of_each_period_and_the_cpus_it_was_given(launch):
-    limits = docker_limits.of_launch(launch(cpus=(1, 3)))
+    limits = docker_limits.launch_limits(launch(cpus=(1, 3)))
     assert (limits["cpu_quota"] / limits["cpu_period"], limits["cpuset_cpus"]) == (2.0, "1,3")
 
 
 def test_more_cores_weigh_more_and_have_more_memory_without_swap(launch):
-    one, two = (docker_limits.of_launch(launch(cpus=cpus)) for cpus in ((0,), (0, 1)))
-    assert two["cpu_shares"] == 2 * one["cpu_shares"] > docker_limits.of_spare()["cpu_shares"]
-    assert two["mem_limit"] > one["mem_limit"] > docker_limits.of_spare()["mem_limit"]
+    one, two = (docker_limits.launch_limits(launch(cpus=cpus)) for cpus in ((0,), (0, 1)))
+    assert two["cpu_shares"] == 2 * one["cpu_shares"] > docker_limits.spare_limits()["cpu_shares"]
+    assert two["mem_limit"] > one["mem_limit"] > docker_limits.spare_limits()["mem_limit"]
     assert all(limits["memswap_limit"] == limits["mem_limit"] for limits in (one, two))
 
 
 def test_the_smallest_size_is_accepted_by_the_kernel(launch):
     tiny = launch(cpus=(0,))
-    limits = docker_limits.of_launch(replace(tiny, spec=replace(tiny.spec, cores=1e-6)))
+    limits = docker_limits.launch_limits(replace(tiny, spec=replace(tiny.spec, cores=1e-6)))
     assert limits["cpu_quota"] >= 1000
     assert limits["cpu_shares"] >= 2

@@ -17,7 +17,7 @@ from engine.agent import entries
 from engine.processes.instances import instance_name
 from engine.runtimes.base import Premises
 from engine.runtimes.docker.runtime import DockerRuntime
-from engine.runtimes.fork_server.server import UNHEARD
+from engine.runtimes.fork_server.server import UNKNOWN_STATUS
 from engine.specs.containers import Launch
 from ppaas.errors import Unavailable
 from tests.support.engine.docker_engine import TEST_IMAGE, containers, image_for_tests, run
@@ -186,7 +186,7 @@ async def test_an_engine_that_breaks_off_loses_its_containers_and_is_found_again
     container = await runtime.launch(reports.launch())
     assert (await reports.next()).pid
     runtime._engine._events.close()
-    assert await container.wait() == UNHEARD
+    assert await container.wait() == UNKNOWN_STATUS
     launch = reports.launch()
     again = await runtime.launch(launch)
     assert (await reports.next()).container == launch.spec.id
