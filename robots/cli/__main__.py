@@ -1,4 +1,4 @@
-"""``python -m robots.cli`` is ``ppaas``."""
+"""Entry point ``python -m robots.cli``, the same as ``ppaas``."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Benches of ``ppaas bench``: what one is, and what it returns."""
+"""Interface of the benches of ``ppaas bench``, and their result."""
 
 import argparse
 from dataclasses import dataclass, field
@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress
 
 GROUP = "ppaas.benchmarks"
-"""Entry points of benches: ``ppaas bench NAME`` runs the one of that name."""
+"""Group of the benches' entry points; ``ppaas bench NAME`` runs the one of that name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,11 +18,11 @@ class Measured:
     Parameters
     ----------
     told : dict
-        All of it, for programs: printed as JSON with ``--json``.
+        Complete result for programs; printed as JSON with ``--json``.
     rows : list of dict, optional
-        A table for people; all rows have the same keys, the headings.
+        Table for people; all rows have the same keys, which are the headings.
     text : str, optional
-        For people, in place of the table.
+        Text for people, in place of the table.
     status : int
         Exit status of the command.
     """
@@ -34,14 +34,14 @@ class Measured:
 
 
 class Bench(Protocol):
-    """What an entry point of the group names: a module with these members, or an object."""
+    """Object of an entry point of the group: a module or an object with these members."""
 
     HELP: str
 
     def configure(self, parser: argparse.ArgumentParser) -> None:
-        """Add the arguments; the command adds ``--json``."""
+        """Add the arguments of the bench; the command adds ``--json``."""
         ...
 
     def measure(self, arguments: argparse.Namespace, progress: "Progress") -> Measured:
-        """Measure, and show the progress."""
+        """Run the bench, show its progress, and return the result."""
         ...

@@ -1,4 +1,4 @@
-"""Parser of a command: it may have a default verb, and tells invalid values of arguments as errors of usage."""
+"""Argument parser of a command: supports a default verb, and reports invalid values as usage errors."""
 
 import argparse
 import sys
@@ -9,25 +9,25 @@ from ppaas.errors import InvalidParameter
 
 
 class CommandParser(argparse.ArgumentParser):
-    """A parser that puts the ``default_verb`` first where the first word is none of its verbs.
+    """Parser that inserts the ``default_verb`` if the first word is not one of its verbs.
 
-    A function that is the ``type`` of an argument may raise ``InvalidParameter``.
+    The ``type`` function of an argument may raise ``InvalidParameter``.
     """
 
     default_verb: str | None = None
 
     words: Sequence[str] | None = None
-    """What follows the command on the command line; None where the command is not the one that was asked for."""
+    """Arguments after the name of this command; None if another command was called."""
 
     _verbs: Any = None
 
     def add_subparsers(self, **options: Any) -> Any:
-        """Add the verbs, and remember which there are."""
+        """Add the verbs and remember them."""
         self._verbs = super().add_subparsers(**options)
         return self._verbs
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse, with the default verb where no verb is; alone, or asked for help, it is the command itself."""
+        """Parse; insert the default verb if there is none, except without arguments or with ``--help``."""
         words: Sequence[str] = sys.argv[1:] if args is None else args
         if self.default_verb and words and words[0] not in (*self._verbs.choices, "-h", "--help"):
             words = [self.default_verb, *words]

@@ -1,4 +1,4 @@
-"""Runs the coroutine of a command, and has SIGTERM end a command as Ctrl-C does: in order, with all that it started."""
+"""Event loop of a command. SIGTERM ends a command as Ctrl-C does: it cleans up and stops the processes it started."""
 
 import signal
 from collections.abc import Callable, Coroutine, Iterator
@@ -11,43 +11,43 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 TERMINATED = 128 + signal.SIGTERM
-"""Exit status of a command that SIGTERM ended, as a shell tells it."""
+"""Exit status after SIGTERM, as shells report it."""
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM came: as ``KeyboardInterrupt``, no error that a command may catch and go on from."""
+    """SIGTERM was received. Like ``KeyboardInterrupt``, it is not an ``Exception``, so commands do not catch it."""
 
 
 def run(work: Coroutine[Any, Any, T], loop_factory: "Callable[[], AbstractEventLoop] | None" = None) -> T:
-    """Run a command's coroutine to its end, and return its result.
+    """Run a command's coroutine and return its result.
 
-    SIGTERM cancels it, as Ctrl-C does. Outside the main thread, to which alone signals come, neither does.
+    SIGTERM cancels it, as Ctrl-C does. In other threads than the main one, which receives no signals, neither does.
 
     Parameters
     ----------
     work : coroutine
-        What to run.
+        The command.
     loop_factory : callable, optional
-        Makes the event loop (that of asyncio).
+        Creates the event loop (that of asyncio).
 
     Raises
     ------
     Terminated
-        SIGTERM came, and the coroutine has ended.
+        SIGTERM was received, and the coroutine has ended.
     """
-    import asyncio  # noqa: PLC0415 - ``ppaas --help`` loads every command, and this would be a quarter of its time
+    import asyncio  # noqa: PLC0415 - ``ppaas --help`` loads every command, and asyncio would be a quarter of its time
 
     with asyncio.Runner(loop_factory=loop_factory) as runner:
         if not _in_main_thread():
             return runner.run(work)
-        came = []
+        received = []
 
         async def until_terminated() -> T:
             task = asyncio.current_task()
             assert task is not None
 
             def terminate() -> None:
-                came.append(signal.SIGTERM)
+                received.append(signal.SIGTERM)
                 task.cancel()
 
             asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, terminate)
@@ -57,7 +57,7 @@ def run(work: Coroutine[Any, Any, T], loop_factory: "Callable[[], AbstractEventL
         try:
             return runner.run(until_terminated())
         except asyncio.CancelledError:
-            if came:
+            if received:
                 raise Terminated from None
             raise
         finally:
@@ -67,7 +67,7 @@ def run(work: Coroutine[Any, Any, T], loop_factory: "Callable[[], AbstractEventL
 
 @contextmanager
 def terminable() -> Iterator[None]:
-    """Have SIGTERM raise ``Terminated`` in what runs inside without an event loop."""
+    """Make SIGTERM raise ``Terminated`` in the block, which runs without an event loop."""
     if not _in_main_thread():
         yield
         return

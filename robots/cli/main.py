@@ -1,4 +1,4 @@
-"""``ppaas``: finds commands by entry point, so that a robot's install has the robot's commands and no more."""
+"""Command line ``ppaas``: finds the commands by their entry points and runs one."""
 
 import os
 import sys
@@ -12,13 +12,18 @@ from robots.cli.event_loop import TERMINATED, Terminated
 from robots.cli.plugins import add_missing, loaded
 
 GROUP = "ppaas.commands"
+"""Group of the commands' entry points."""
 
 EXTRAS = {
     "fastapi": "cloud", "uvicorn": "cloud", "uvloop": "cloud", "zenoh": "cloud", "argon2": "cloud", "psutil": "cloud",
     "rich": "cloud", "pymunk": "sim", "numba": "plan", "yaml": "plan", "PIL": "plan", "defusedxml": "plan",
-    "scipy": "bench", "matplotlib": "plot", "cryptography": "cloud",
+    "scipy": "bench", "matplotlib": "plot", "cryptography": "cloud", "endpoints": "cloud", "engine": "cloud",
+    "storage": "cloud",
 }  # fmt: skip
-"""Which extra brings a package that a command may miss."""
+"""Extra that installs a package, for the packages that a command may miss."""
+
+OWN_PACKAGES = frozenset({"endpoints", "engine", "storage"})
+"""Packages of the cloud in this repository; the robot's commands work without them."""
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -32,26 +37,36 @@ def main(argv: list[str] | None = None) -> int:
         sys.stderr.write(f"ppaas: {error.slug}: {error}\n")
         return 1
     except ModuleNotFoundError as error:
-        extra = EXTRAS.get((error.name or "").partition(".")[0])
+        extra = _extra_of(error.name or "")
         if extra is None:
             raise
-        sys.stderr.write(f"ppaas: this command needs more: pip install 'ppaas[{extra}]' ({error.name} is missing)\n")
+        sys.stderr.write(
+            f"ppaas: this command needs the extra {extra!r} ({error.name} is not installed); "
+            f"in a checkout of ppaas: pip install '.[{extra}]'\n"
+        )
         return 1
     except Terminated:
         return TERMINATED
     except KeyboardInterrupt:
         return 130
-    except BrokenPipeError:  # who read what was printed, as `head`, has enough
+    except BrokenPipeError:  # the reader of the output, such as `head`, has closed it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     return status
+
+
+def _extra_of(module: str) -> str | None:
+    """Return the extra that installs a missing module; None if the error is a fault of ours."""
+    package = module.partition(".")[0]
+    # A module missing inside one of our packages is a fault, but a package missing as a whole is not installed.
+    return None if package in OWN_PACKAGES and package != module else EXTRAS.get(package)
 
 
 def _parser(entries: Iterable[EntryPoint], arguments: list[str]) -> CommandParser:
     parser = CommandParser("ppaas", description="Path Planning as a Service: the cloud that plans and drives.")
     parser.add_argument("--version", action="version", version=f"ppaas {__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    # Only the command that is asked for is imported; all of them are for ``--help``.
+    # Import only the command that is called; ``--help`` imports all.
     for name, module in loaded(entries, arguments):
         if isinstance(module, ModuleNotFoundError):
             add_missing(subparsers, name, module)

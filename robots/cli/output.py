@@ -1,4 +1,4 @@
-"""How an answer of the cloud is shown: as JSON for programs, as columns of text for people."""
+"""Output of commands: JSON for programs, tables for people."""
 
 import json
 import sys
@@ -7,22 +7,22 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 SHORT_HASH = 12
-"""Characters of a hash that tell one version from another; ``--json`` has all of them."""
+"""Characters of a version's hash in tables; ``--json`` prints all of them."""
 
 
 def show(answer: Any, columns: Sequence[str], *, as_json: bool, if_none: str = "none") -> None:
-    """Print one answer or a list of them.
+    """Print one object or a list of objects.
 
     Parameters
     ----------
     answer : dict or list of dict
-        From the cloud.
+        Response of the cloud.
     columns : sequence of str
-        Which of its members people see.
+        Members that the table shows.
     as_json : bool
-        Print all of it, as JSON in one line.
+        Print the complete response as one line of JSON.
     if_none : str
-        What people are told where the list is empty.
+        Text that replaces the table of an empty list.
     """
     if as_json:
         print_line(json.dumps(answer))
@@ -35,19 +35,19 @@ def show(answer: Any, columns: Sequence[str], *, as_json: bool, if_none: str = "
 
 
 def print_line(text: str) -> None:
-    """Print a text as it is, and end its line."""
+    """Print a line."""
     sys.stdout.write(text + "\n")
 
 
 def table(rows: Sequence[dict[str, Any]], columns: Sequence[str]) -> list[str]:
-    """Return the lines of a table, its heading first; columns are as wide as their widest cell."""
+    """Return the lines of a table, heading first; each column is as wide as its widest cell."""
     cells = [list(columns)] + [[cell(column, row.get(column)) for column in columns] for row in rows]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     return ["  ".join(map(str.ljust, line, widths)).rstrip() for line in cells]
 
 
 def cell(column: str, value: Any) -> str:
-    """Return what people see of a value in a column."""
+    """Return the text of a value in a column."""
     return "-" if value is None else _FORMATS.get(column, _text)(value)
 
 
@@ -68,7 +68,7 @@ def _text(value: Any) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a text with nothing in it that a terminal would take for an order."""
+    """Return a text with its control characters replaced, which a terminal would interpret."""
     return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in text)
 
 
@@ -77,7 +77,7 @@ def _date(value: float) -> str:
 
 
 def duration(seconds: float) -> str:
-    """Return a duration in the two largest of its units."""
+    """Return a duration [s] in its two largest units."""
     whole = int(seconds)
     for unit, size, part, step in (("d", 86400, "h", 3600), ("h", 3600, "m", 60), ("m", 60, "s", 1)):
         if whole >= size:
@@ -86,12 +86,12 @@ def duration(seconds: float) -> str:
 
 
 def percent(cores: float) -> str:
-    """Return a load in cores as percents of one."""
+    """Return a load in cores as a percentage of one core."""
     return f"{cores * 100:.0f} %"
 
 
 def size(value: float) -> str:
-    """Return a number of bytes in the unit that suits it."""
+    """Return a number of bytes in MiB or GiB."""
     gib = value / 2**30
     return f"{gib:.1f} GiB" if gib >= 1.0 else f"{value / 2**20:.1f} MiB"
 
@@ -100,7 +100,7 @@ def _milliseconds(seconds: float) -> str:
     return f"{seconds * 1e3:.1f} ms"
 
 
-def _a_second(value: float) -> str:
+def _per_second(value: float) -> str:
     return f"{size(value)}/s"
 
 
@@ -114,7 +114,7 @@ _FORMATS: dict[str, Callable[[Any], str]] = {
     "expires": _date,
     "age": duration,
     "cpu": percent,
-    "network": _a_second,
-    "network_used": _a_second,
+    "network": _per_second,
+    "network_used": _per_second,
     "round_trip": _milliseconds,
 }

@@ -1,4 +1,4 @@
-"""Where a password comes from: a file, the terminal, or a pipe; never the command line, which others can see."""
+"""Password input from a file, the terminal or a pipe. Never from the command line, which other users can see."""
 
 import argparse
 import getpass
@@ -9,19 +9,19 @@ from ppaas.errors import InvalidInput
 
 
 def add_password_argument(parser: argparse.ArgumentParser) -> None:
-    """Add the file that the password may be in."""
+    """Add the option for a password file."""
     parser.add_argument(
-        "--password-file", type=Path, help="file with the password; without it you are asked, or it is read from a pipe"
+        "--password-file", type=Path, help="file with the password (prompt, or standard input if it is a pipe)"
     )
 
 
 def read_password(user: str, file: Path | None) -> str:
-    """Return the password of a user.
+    """Read the password of a user.
 
     Raises
     ------
     InvalidInput
-        The file cannot be read, or there is no password.
+        The file cannot be read, or the password is empty.
     """
     if file is not None:
         password = _read(file)
@@ -30,7 +30,7 @@ def read_password(user: str, file: Path | None) -> str:
     else:
         password = sys.stdin.readline().rstrip("\r\n")
     if not password:
-        raise InvalidInput(f"no password for {user!r}: type it, pipe it in, or give --password-file FILE")
+        raise InvalidInput(f"password of {user!r} is empty; type it, pipe it in, or use --password-file FILE")
     return password
 
 

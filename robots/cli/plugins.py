@@ -1,4 +1,4 @@
-"""Commands, benches and verbs that are entry points, each loaded only where it is asked for."""
+"""Plug-ins of the command line: commands, benches and verbs from entry points, loaded only when needed."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from importlib.metadata import EntryPoint
@@ -6,14 +6,14 @@ from typing import Any
 
 
 def loaded(entries: Iterable[EntryPoint], words: Sequence[str]) -> Iterator[tuple[str, Any]]:
-    """Yield the name and the object of the entry point that the first word names, or of all, where it names none.
+    """Yield the name and object of the entry point named by the first word, or of all if it names none.
 
-    Where all are loaded, one that cannot be as a module is missing yields that error as its object.
+    When all are loaded, an entry point whose module is missing yields the ``ModuleNotFoundError`` as its object.
 
     Raises
     ------
     ModuleNotFoundError
-        Of the one that is named.
+        The named entry point needs a module that is not installed.
     """
     by_name = {entry.name: entry for entry in entries}
     if words and words[0] in by_name:
@@ -27,5 +27,5 @@ def loaded(entries: Iterable[EntryPoint], words: Sequence[str]) -> Iterator[tupl
 
 
 def add_missing(subparsers: Any, name: str, error: ModuleNotFoundError) -> None:
-    """List what cannot be loaded among commands, with what it misses."""
+    """List a plug-in that cannot be loaded, with the module that it needs."""
     subparsers.add_parser(name, help=f"needs {error.name}, which is not installed")

@@ -1,4 +1,4 @@
-"""Resources of the REST service on the command line: each kind is listed, shown, changed and deleted alike."""
+"""Resources of the REST service on the command line: the verbs that all kinds share."""
 
 import argparse
 import json
@@ -18,13 +18,13 @@ class Resource:
     Parameters
     ----------
     name : str
-        As in its path: ``"robots"``.
+        Name in the path, as ``"robots"``.
     columns : tuple of str
-        What people see of one.
+        Columns of the table for one.
     none : str
-        What they are told where there is none.
+        Text that replaces the table of an empty list.
     list_columns : tuple of str, optional
-        What they see of each in a list, if that is not the same.
+        Columns of the table of a list, if different.
     """
 
     name: str
@@ -33,44 +33,44 @@ class Resource:
     list_columns: tuple[str, ...] = ()
 
     async def list(self, arguments: argparse.Namespace) -> None:
-        """List all, or as many as ``--limit`` says."""
+        """List all resources, or the first ``--limit``."""
         found = await logged_in(arguments).items(path_of(self.name), arguments.limit)
         show(found, self.list_columns or self.columns, as_json=arguments.json, if_none=self.none)
 
     async def show(self, arguments: argparse.Namespace) -> None:
-        """Show the one of an id."""
+        """Show the resource with an id."""
         one = await logged_in(arguments).get(path_of(self.name, arguments.id))
         show(one, self.columns, as_json=arguments.json)
 
     async def delete(self, arguments: argparse.Namespace) -> None:
-        """Delete the one of an id."""
+        """Delete the resource with an id."""
         await logged_in(arguments).delete(path_of(self.name, arguments.id))
 
 
 def merge_patch(changes: list[str]) -> dict[str, Any]:
-    """Return the JSON merge patch (RFC 7396) of ``NAME=VALUE`` texts; dots in a name lead into objects.
+    """Return the JSON merge patch (RFC 7396) of ``NAME=VALUE`` arguments; dots in a name separate nested keys.
 
-    A value is JSON, or if it is none, text.
+    A value that is not JSON is taken as a string.
 
     Raises
     ------
     InvalidInput
-        A text that has no name, or names what another has given a value already; a number that is not finite.
+        An argument has no name or repeats one, or a number is not finite.
     """
     patch: dict[str, Any] = {}
     for text in changes:
         name, equals, value = text.partition("=")
-        *way, last = name.split(".")
+        *parents, last = name.split(".")
         inner: Any = patch
-        for step in way:
+        for step in parents:
             inner = inner.setdefault(step, {}) if isinstance(inner, dict) else None
-        if not equals or "" in (*way, last) or not isinstance(inner, dict) or last in inner:
-            raise InvalidInput(f"{text!a}: write NAME=VALUE, as cores=0.5, and each name once")
+        if not equals or "" in (*parents, last) or not isinstance(inner, dict) or last in inner:
+            raise InvalidInput(f"{text!a} is not a valid change; write NAME=VALUE, as cores=0.5, and each name once")
         inner[last] = _value(value)
     try:
         json.dumps(patch, allow_nan=False)
-    except ValueError as error:  # they would go as null, which is something else
-        raise InvalidInput("a number must be finite") from error
+    except ValueError as error:  # JSON would turn them into null, which means the default
+        raise InvalidInput("numbers must be finite") from error
     return patch
 
 

@@ -1,4 +1,4 @@
-"""What all client commands share: which cloud, and who asks."""
+"""Options and REST client that all commands of the cloud share: its URL and the user's token."""
 
 import argparse
 import os
@@ -10,45 +10,46 @@ if TYPE_CHECKING:
     from robots.client.rest import RestClient
 
 DEFAULT_URL = "http://127.0.0.1:8500"
+"""URL of a cloud on this computer."""
 
 
 def add_url_argument(parser: argparse.ArgumentParser) -> None:
-    """Add which cloud."""
+    """Add the option ``--url``."""
     url = os.environ.get("PPAAS_URL", DEFAULT_URL)
-    parser.add_argument("--url", default=url, help="of the cloud (PPAAS_URL, else %(default)s)")
+    parser.add_argument("--url", default=url, help="URL of the cloud (PPAAS_URL, else %(default)s)")
 
 
 def add_cloud_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add which cloud, and who asks."""
+    """Add the options ``--url`` and ``--token``."""
     add_url_argument(parser)
-    parser.add_argument("--token", default=os.environ.get("PPAAS_TOKEN"), help="from 'ppaas login' (PPAAS_TOKEN)")
+    parser.add_argument("--token", default=os.environ.get("PPAAS_TOKEN"), help="token from 'ppaas login' (PPAAS_TOKEN)")
 
 
 def add_session_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add which cloud, who asks, and how the answer is shown."""
+    """Add the options ``--url``, ``--token`` and ``--json``."""
     add_cloud_arguments(parser)
-    parser.add_argument("--json", action="store_true", help="print JSON, with all that the cloud tells")
+    parser.add_argument("--json", action="store_true", help="print the complete response as JSON")
 
 
 def add_limit_argument(parser: argparse.ArgumentParser) -> None:
-    """Add how much of a list is wanted."""
-    parser.add_argument("--limit", type=_count, help="most items (all)")
+    """Add the option ``--limit``."""
+    parser.add_argument("--limit", type=_count, help="maximum number of items (all)")
 
 
 def _count(text: str) -> int:
     count = int(text)
     if count < 1:
-        raise argparse.ArgumentTypeError(f"give 1 or more, not {count}")
+        raise argparse.ArgumentTypeError(f"must be 1 or more, not {count}")
     return count
 
 
 def token_of(arguments: argparse.Namespace) -> str:
-    """Return the token given.
+    """Return the token of the arguments.
 
     Raises
     ------
     NotAuthenticated
-        There is none.
+        There is no token.
     """
     if not arguments.token:
         raise NotAuthenticated("no token: export PPAAS_TOKEN=$(ppaas login USER)")
@@ -56,19 +57,19 @@ def token_of(arguments: argparse.Namespace) -> str:
 
 
 def rest_client(url: str, token: str | None = None) -> "RestClient":
-    """Return a client of the REST service."""
-    # ``ppaas --help`` loads every command, and none of them HTTP for it.
+    """Return a REST client."""
+    # ``ppaas --help`` loads every command but must not load HTTP.
     from robots.client.rest import RestClient  # noqa: PLC0415
 
     return RestClient(url, token)
 
 
 def logged_in(arguments: argparse.Namespace) -> "RestClient":
-    """Return a client with the token given.
+    """Return a REST client with the token of the arguments.
 
     Raises
     ------
     NotAuthenticated
-        There is none.
+        There is no token.
     """
     return rest_client(arguments.url, token_of(arguments))

@@ -1,4 +1,4 @@
-"""Arrows point down, and a robot gets by with the base install."""
+"""Packages import each other in one direction only, and robots need only the base install."""
 
 import subprocess
 import sys
@@ -8,12 +8,12 @@ import pytest
 
 from tests.support.sources import ROOT
 
-# Runs in a fresh interpreter: every distribution but those of the base install is as good as not installed.
+# Runs in a fresh interpreter that finds the packages of the base install alone; those of the cloud are hidden too.
 BASE_INSTALL = """
 import importlib, sys
 from importlib.abc import MetaPathFinder
 
-BASE = {"msgspec", "numpy", "websockets", "ppaas", "engine", "endpoints", "storage", "robots"}
+BASE = {"msgspec", "numpy", "websockets", "ppaas", "robots"}
 
 class NotInstalled(MetaPathFinder):
     def find_spec(self, name, path=None, target=None):
@@ -24,13 +24,22 @@ sys.meta_path.insert(0, NotInstalled())
 """
 
 ROBOT_MODULES = [
+    "ppaas.controllers.base",
+    "ppaas.cost_values",
     "ppaas.errors",
     "ppaas.messages",
     "ppaas.nodes.base",
     "ppaas.nodes.graph",
+    "ppaas.parameters",
     "ppaas.plugins",
     "ppaas.wire.rosbridge",
+    "robots.base_controller",
+    "robots.client.move_base",
+    "robots.client.rest",
     "robots.client.robot_client",
+    "robots.move_base_client",
+    "robots.onboard.base_controller",
+    "robots.rest",
 ]
 
 
@@ -67,3 +76,17 @@ def test_the_command_line_helps_with_the_base_install():
     result = base_install("from robots.cli.main import main; sys.argv = ['ppaas', '--help']; sys.exit(main())")
     assert result.returncode == 0, result.stderr
     assert "usage: ppaas" in result.stdout
+
+
+@pytest.mark.parametrize("command", ["robot", "plan", "map", "machine", "simulate"])
+def test_a_command_helps_with_the_base_install(command):
+    code = "from robots.cli.main import main; sys.argv = ['ppaas', *sys.argv[1:]]; sys.exit(main())"
+    result = base_install(code, command, "--help")
+    assert result.returncode == 0, result.stderr
+    assert f"usage: ppaas {command}" in result.stdout
+
+
+def test_a_command_of_the_cloud_names_its_extra_with_the_base_install():
+    result = base_install("from robots.cli.main import main; sys.argv = ['ppaas', 'up']; sys.exit(main())")
+    assert result.returncode == 1
+    assert "pip install '.[cloud]'" in result.stderr

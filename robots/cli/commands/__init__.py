@@ -1,1 +1,1 @@
-"""Commands of the client side, a module for each, named as it is on the command line."""
+"""Commands of ``ppaas`` for users and robots; each module has the name of its command."""

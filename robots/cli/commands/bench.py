@@ -1,4 +1,4 @@
-"""``ppaas bench NAME``: measures planners, or a cloud on this machine, by the benches that are installed."""
+"""Command ``ppaas bench NAME``: runs one of the installed benches."""
 
 import argparse
 from importlib.metadata import entry_points
@@ -11,14 +11,14 @@ from robots.cli.output import print_line, show
 from robots.cli.plugins import add_missing, loaded
 
 NAME = "bench"
-HELP = "measure planners, or a cloud on this machine, beside yardsticks"
+HELP = "measure planners, or a cloud on this machine, against baselines"
 
-WHERE = "the wheel of ppaas has no benches; in a checkout of its repository: pip install -e . -e benchmarks"
-"""Told where none is installed."""
+WHERE = "no benches are installed (the wheel has none); in a checkout of ppaas: pip install -e . -e benchmarks"
+"""Error if no bench is installed."""
 
 
 def configure(parser: CommandParser) -> None:
-    """Add the bench that is asked for with its arguments, or all of them; none where another command is asked for."""
+    """Add the bench that is called with its arguments, or all benches; none if another command is called."""
     if parser.words is None:
         return
     entries = entry_points(group=GROUP)
@@ -39,10 +39,10 @@ def configure(parser: CommandParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Measure and print; the exit status is 0 whatever the figures are, but 1 where a cloud did not stand the chaos."""
+    """Run the bench and print its result; return its exit status: 0, but 1 if a cloud failed the chaos bench."""
     with event_loop.terminable():
         measured = _measure(arguments)
-    # Not before the progress is gone: while it is shown, whatever is printed goes where it goes.
+    # Only after the progress display has closed, since it redirects the output.
     if arguments.json:
         show(measured.told, (), as_json=True)
     elif measured.text:
@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _measure(arguments: argparse.Namespace) -> Measured:
-    from rich.console import Console  # noqa: PLC0415 - a robot's install has neither rich nor the simulation
+    from rich.console import Console  # noqa: PLC0415 - a robot's install lacks rich and the simulator
     from rich.progress import Progress  # noqa: PLC0415
 
     bench: Bench = arguments.bench

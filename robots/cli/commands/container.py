@@ -1,4 +1,4 @@
-"""``ppaas container``: what runs on the machines."""
+"""Command ``ppaas container``: containers of the cloud."""
 
 import argparse
 import math
@@ -16,34 +16,34 @@ HELP = "list, show, resize and delete containers"
 CONTAINERS = Resource(
     "containers",
     ("id", "kind", "user", "robot", "map", "machine", "cores", "state", "pid", "cpu", "pss", "age", "clients"),
-    "no containers: a robot has one while it is connected",
+    "no containers; a robot has one while it is connected",
 )
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
-    listing = verbs.add_parser("list", help="list your containers; all of them, if you are an admin")
+    listing = verbs.add_parser("list", help="list your containers, or all of them (admin)")
     one = verbs.add_parser("show", help="show one container")
-    delete = verbs.add_parser("delete", help="end a container; another takes its place, and the robot drives on")
-    resize = verbs.add_parser("resize", help="give a container more cores or fewer while it runs")
+    delete = verbs.add_parser("delete", help="end a container; a new one replaces it while the robot keeps driving")
+    resize = verbs.add_parser("resize", help="change the cores of a running container")
     add_limit_argument(listing)
     for verb in (one, resize, delete):
         verb.add_argument("id")
-    resize.add_argument("cores", type=float, help="its new size")
+    resize.add_argument("cores", type=float, help="new size [CPU cores]")
     for verb in (listing, one, resize, delete):
         add_session_arguments(verb)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the verb."""
+    """Execute the verb."""
     event_loop.run(_VERBS[arguments.verb](arguments))
     return 0
 
 
 async def _resize(arguments: argparse.Namespace) -> None:
     if not math.isfinite(arguments.cores):
-        raise InvalidInput(f"a size is a number of cores, not {arguments.cores}")
+        raise InvalidInput(f"cores must be a finite number, not {arguments.cores}")
     path = path_of("containers", arguments.id)
     resized = await logged_in(arguments).patch(path, {"cores": arguments.cores})
     show(resized, CONTAINERS.columns, as_json=arguments.json)

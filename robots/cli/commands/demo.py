@@ -1,4 +1,4 @@
-"""``ppaas demo``: a cloud and simulated robots on this machine, driven to goals and scored by where they truly are."""
+"""Command ``ppaas demo``: a cloud and simulated robots on this machine, scored by their true poses."""
 
 import argparse
 import logging
@@ -25,38 +25,38 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--goals", type=whole(), default=2, help="goals for each robot, one after the other (%(default)s)"
     )
-    parser.add_argument("--map", type=Path, metavar="FILE.yaml", help="map to drive in (a made-up warehouse)")
-    parser.add_argument("--seed", type=int, default=0, help="the same seed gives the same courses (%(default)s)")
+    parser.add_argument("--map", type=Path, metavar="FILE.yaml", help="map to drive in (a generated warehouse)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the courses (%(default)s)")
     parser.add_argument("--planner", default="dijkstra", help="global planner (%(default)s)")
     parser.add_argument("--controller", default="dwa", help="local planner (%(default)s)")
     parser.add_argument("--headless", action="store_true", help="show no progress")
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
-    parser.add_argument("--cloud", metavar="URL", help="drive in this cloud, which is up (one is started)")
+    parser.add_argument("--cloud", metavar="URL", help="use this running cloud (start one)")
     parser.add_argument(
-        "--admin-password-file", type=Path, metavar="FILE", help="password of its user 'admin' (with --cloud)"
+        "--admin-password-file", type=Path, metavar="FILE", help="password of the user 'admin' of that cloud"
     )
-    parser.add_argument("--keep-going", action="store_true", help="drive on until Ctrl-C; needs a terminal")
+    parser.add_argument("--keep-going", action="store_true", help="repeat the courses until Ctrl-C; needs a terminal")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run the demo; the exit status is 0 only if every goal was reached and nothing was touched."""
+    """Run the demo; return 0 only if every goal was reached without a contact."""
     if arguments.keep_going and not sys.stdout.isatty():
-        raise InvalidParameter("--keep-going ends by Ctrl-C, so it needs a terminal")
+        raise InvalidParameter("--keep-going needs a terminal, because only Ctrl-C ends it")
     if arguments.seed < 0:
         raise InvalidParameter(f"--seed must be 0 or more, not {arguments.seed}")
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(message)s", stream=sys.stderr)
     if (arguments.cloud is None) != (arguments.admin_password_file is None):
-        raise InvalidParameter("--cloud and --admin-password-file go together")
+        raise InvalidParameter("--cloud and --admin-password-file must be given together")
     return event_loop.run(_run(arguments))
 
 
 async def _run(arguments: argparse.Namespace) -> int:
-    from rich.console import Console  # noqa: PLC0415 - a robot's install has neither rich nor the simulation
+    from rich.console import Console  # noqa: PLC0415 - a robot's install lacks rich and the simulator
 
     from robots.demo.demonstration import DemoOptions, demonstrate  # noqa: PLC0415
     from robots.demo.progress_view import summary  # noqa: PLC0415
 
-    # With --json the result alone goes to the standard output; what is for people goes beside it.
+    # With --json, only the result goes to the standard output.
     console = Console(stderr=arguments.json)
     report = await demonstrate(
         DemoOptions(
@@ -86,4 +86,4 @@ def _access(arguments: argparse.Namespace) -> "CloudAccess | None":
     try:
         return CloudAccess(arguments.cloud, ADMIN, arguments.admin_password_file.read_text().strip())
     except OSError as error:
-        raise InvalidInput(f"the password file cannot be read: {error}") from error
+        raise InvalidInput(f"cannot read the password file: {error}") from error

@@ -1,4 +1,4 @@
-"""``ppaas login``: get a token."""
+"""Command ``ppaas login``: obtains a token."""
 
 import argparse
 import sys
@@ -17,7 +17,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("user")
     add_password_argument(parser)
     add_url_argument(parser)
-    parser.add_argument("--json", action="store_true", help="print JSON, with the time when the token expires")
+    parser.add_argument("--json", action="store_true", help="print JSON with the token and its time of expiry")
 
 
 def run(arguments: argparse.Namespace) -> int:

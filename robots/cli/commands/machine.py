@@ -1,4 +1,4 @@
-"""``ppaas machine``: the machines of the cloud, and what they may be given."""
+"""Command ``ppaas machine``: machines of the cloud and their limits."""
 
 import argparse
 from collections.abc import Callable
@@ -8,28 +8,29 @@ from typing import Any
 from ppaas.errors import InvalidInput
 from robots.cli import event_loop
 from robots.cli.output import show
+from robots.cli.plugins import add_missing, loaded
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
 from robots.client.rest_paths import path_of
 
 NAME = "machine"
-HELP = "list and show the machines; drain, label, limit, remove and admit one; have one join (admin)"
+HELP = "list, show, drain, label, limit, remove and admit machines; let this one join a cloud (admin)"
 
 OTHERS = "ppaas.machine_verbs"
-"""Entry points of what packages that robots do not know add: modules with HELP, configure(parser), run(arguments)."""
+"""Group of verbs that other packages add: modules with HELP, configure(parser) and run(arguments)."""
 
 LISTED = ("id", "state", "cores", "capacity", "given", "containers", "load", "memory_used", "memory", "labels")
 MACHINES = Resource(
     "machines",
     (*LISTED, "network_used", "network", "round_trip"),
-    "no machine is there now: see the log of the cloud",
+    "no machines are connected; see the log of the cloud",
     LISTED,
 )
 LIMITS = ("id", "state", "max_containers", "oversubscription", "max_memory", "labels")
 
 DEFAULT = "default"
-LOOK_PERIOD = 0.5
-"""Seconds between looks at a machine that is drained."""
+POLL_PERIOD = 0.5
+"""Polling period while a machine is drained [s]."""
 
 _UNITS = {"K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "T": 1 << 40}
 
@@ -40,43 +41,53 @@ def configure(parser: argparse.ArgumentParser) -> None:
     listing = verbs.add_parser("list", help="list the machines")
     add_limit_argument(listing)
     one = verbs.add_parser("show", help="show one machine")
-    drain = verbs.add_parser("drain", help="give it nothing new, and move what it carries; robots drive on")
-    undrain = verbs.add_parser("undrain", help="give it containers again")
-    label = verbs.add_parser("label", help="say what it is like; robots may ask for it")
-    limit = verbs.add_parser("limit", help="say how much it may be given; what it carries stays")
-    remove = verbs.add_parser("remove", help="cut it off for good, once it is drained")
-    admit = verbs.add_parser("admit", help="let it in again after it was removed")
+    drain = verbs.add_parser(
+        "drain", help="start no new containers on a machine and move its containers; robots keep driving"
+    )
+    undrain = verbs.add_parser("undrain", help="let a drained machine take containers again")
+    label = verbs.add_parser("label", help="set labels, which robots may require")
+    limit = verbs.add_parser("limit", help="set limits for new containers")
+    remove = verbs.add_parser("remove", help="remove a drained machine for good")
+    admit = verbs.add_parser("admit", help="allow a removed machine to join again")
     named = (one, drain, undrain, label, limit, remove, admit)
     for verb in named:
         verb.add_argument("id")
-    drain.add_argument("--wait", action="store_true", help="until it carries nothing")
-    label.add_argument("labels", nargs="+", type=_label_of, metavar="KEY=VALUE", help="KEY= takes a label away")
+    drain.add_argument("--wait", action="store_true", help="wait until it has no containers")
+    label.add_argument("labels", nargs="+", type=_label_of, metavar="KEY=VALUE", help="KEY= removes a label")
     _add_limits(limit)
-    remove.add_argument("--force", action="store_true", help="though it carries containers: others take their place")
+    remove.add_argument(
+        "--force", action="store_true", help="even if it has containers; they are replaced on other machines"
+    )
     for verb in (listing, *named):
         add_session_arguments(verb)
-    for entry in entry_points(group=OTHERS):
-        module = entry.load()
-        other = verbs.add_parser(entry.name, help=module.HELP, description=module.HELP)
+    for name, module in loaded(entry_points(group=OTHERS), getattr(parser, "words", None) or ()):
+        if isinstance(module, ModuleNotFoundError):
+            add_missing(verbs, name, module)
+            continue
+        other = verbs.add_parser(name, help=module.HELP, description=module.HELP)
         module.configure(other)
-        other.set_defaults(carry_out=module.run)
+        other.set_defaults(run_verb=module.run)
 
 
 def _add_limits(limit: argparse.ArgumentParser) -> None:
-    limit.add_argument("--max-containers", type=_or_default(int), metavar="N", help=f"at a time, or {DEFAULT!r}")
-    limit.add_argument("--max-memory", type=_or_default(_bytes), metavar="SIZE", help="bytes, as 4G, or 'default'")
+    limit.add_argument(
+        "--max-containers", type=_or_default(int), metavar="N", help=f"maximum number of containers, or {DEFAULT!r}"
+    )
+    limit.add_argument(
+        "--max-memory", type=_or_default(_bytes), metavar="SIZE", help="memory for containers, as 4G, or 'default'"
+    )
     limit.add_argument(
         "--oversubscription",
         type=_or_default(float),
         metavar="X",
-        help="cores given away for each it has, or 'default'",
+        help="cores of containers per core of the machine, or 'default'",
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the verb."""
+    """Execute the verb."""
     if arguments.verb not in _VERBS:
-        return int(arguments.carry_out(arguments))
+        return int(arguments.run_verb(arguments))
     event_loop.run(_VERBS[arguments.verb](arguments))
     return 0
 
@@ -86,7 +97,7 @@ async def _drain(arguments: argparse.Namespace) -> None:
 
     machine = await _change(arguments, {"draining": True})
     while arguments.wait and machine["state"] != "drained":
-        await sleep(LOOK_PERIOD)
+        await sleep(POLL_PERIOD)
         machine = await logged_in(arguments).get(path_of("machines", arguments.id))
     show(machine, MACHINES.columns, as_json=arguments.json)
 
@@ -104,7 +115,7 @@ async def _limit(arguments: argparse.Namespace) -> None:
     given = {name: getattr(arguments, name) for name in ("max_containers", "max_memory", "oversubscription")}
     change = {name: None if value == DEFAULT else value for name, value in given.items() if value is not None}
     if not change:
-        raise InvalidInput("nothing to change: give --max-containers, --max-memory or --oversubscription")
+        raise InvalidInput("nothing to change; give --max-containers, --max-memory or --oversubscription")
     show(await _change(arguments, change), LIMITS, as_json=arguments.json)
 
 
@@ -126,12 +137,12 @@ async def _change(arguments: argparse.Namespace, change: dict[str, Any]) -> dict
 def _label_of(text: str) -> tuple[str, str]:
     key, equals, value = text.partition("=")
     if not (key and equals):
-        raise argparse.ArgumentTypeError(f"give KEY=VALUE, not {text!r}")
+        raise argparse.ArgumentTypeError(f"must be KEY=VALUE, not {text!r}")
     return key, value
 
 
 def _or_default(of: Callable[[str], float]) -> Callable[[str], float | str]:
-    def number(text: str) -> float | str:  # argparse names it where it refuses
+    def number(text: str) -> float | str:  # argparse prints this function's name in its errors
         return DEFAULT if text == DEFAULT else of(text)
 
     return number

@@ -1,4 +1,4 @@
-"""``ppaas map``: publish, list, show, change, compare, roll back, fetch and delete maps."""
+"""Command ``ppaas map``: publishes, lists, shows, changes, compares, rolls back, fetches and deletes maps."""
 
 import argparse
 import sys
@@ -22,50 +22,56 @@ HELP = "publish, list, show, change, compare, roll back, fetch and delete maps"
 MAPS = Resource(
     "maps",
     ("id", "owner", "version", "width", "height", "resolution", "origin", "readers", "description"),
-    "no maps that you may use: ppaas map publish FILE.yaml",
+    "no maps that you may use; publish one: ppaas map publish FILE.yaml",
     list_columns=("id", "owner", "version", "created", "readers", "description"),
 )
 OCTREES = (".bt", ".ot")
 FULL_OCTREE = b"# Octomap OcTree file"
-"""How a full octree begins; a binary one begins otherwise."""
+"""First line of a full octree (.ot); a binary one (.bt) has another."""
 NOBODY = "-"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
-    publish = verbs.add_parser("publish", help="publish a map, or its new version")
+    publish = verbs.add_parser("publish", help="publish a map, or a new version of it")
     publish.add_argument(
-        "file", type=Path, help="YAML of map_server, by which the image is found; or an octomap (.bt, .ot)"
+        "file", type=Path, help="YAML file of map_server, which names the image; or an octomap (.bt, .ot)"
     )
-    publish.add_argument("--octomap", type=Path, metavar="FILE", help="of OctoMap, beside the image")
-    publish.add_argument("--id", help="of the map (the name of the file)")
-    publish.add_argument("--if-match", metavar="VERSION", help="only if this is the present version")
+    publish.add_argument("--octomap", type=Path, metavar="FILE", help="octomap to publish with the image")
+    publish.add_argument("--id", help="id of the map (name of the file)")
+    publish.add_argument("--if-match", metavar="VERSION", help="publish only if this is the current version")
     publish.add_argument(
-        "--rules", choices=("map_server", "nav2"), help="what is free (as the file says, or map_server)"
+        "--rules",
+        choices=("map_server", "nav2"),
+        help="rules for free and occupied pixels (those of the file, or map_server)",
     )
     listing = verbs.add_parser("list", help="list the maps that you may use")
     one = verbs.add_parser("show", help="show one map")
-    change = verbs.add_parser("change", help="change who may use a map, or what is said of it")
-    versions = verbs.add_parser("versions", help="list the versions that a map had: who published them, when and why")
-    diff = verbs.add_parser("diff", help="tell what changed from one version to another")
-    roll_back = verbs.add_parser("roll-back", help="make a version that a map had the present one again")
-    fetch = verbs.add_parser("fetch", help="fetch the files of a map")
+    change = verbs.add_parser("change", help="change the readers or the description of a map")
+    versions = verbs.add_parser("versions", help="list the versions of a map with author, time and message")
+    diff = verbs.add_parser("diff", help="show the difference between two versions")
+    roll_back = verbs.add_parser("roll-back", help="make an earlier version the current one")
+    fetch = verbs.add_parser("fetch", help="download the files of a map")
     delete = verbs.add_parser("delete", help="delete a map with all its versions")
     for verb in (one, change, versions, diff, roll_back, fetch, delete):
         verb.add_argument("id")
-    diff.add_argument("old", metavar="A", help="a version, or how it begins")
-    diff.add_argument("new", metavar="B", nargs="?", help="another (the present one)")
-    diff.add_argument("--plot", type=Path, metavar="FILE.png", help="draw it")
-    roll_back.add_argument("version", help="or how it begins")
+    diff.add_argument("old", metavar="A", help="a version, or a prefix of it")
+    diff.add_argument("new", metavar="B", nargs="?", help="another version (the current one)")
+    diff.add_argument("--plot", type=Path, metavar="FILE.png", help="draw the difference")
+    roll_back.add_argument("version", help="the version, or a prefix of it")
     for verb in (publish, roll_back):
-        verb.add_argument("--message", help="why")
+        verb.add_argument("--message", help="reason, stored with the version")
     for verb in (publish, change):
-        verb.add_argument("--reader", action="append", help=f"who else may use it; * is everybody, {NOBODY} nobody")
-        verb.add_argument("--description", help="what it shows")
+        verb.add_argument(
+            "--reader", action="append", help=f"another user who may use it; * for everybody, {NOBODY} for nobody"
+        )
+        verb.add_argument("--description", help="description of the map")
     for verb in (one, fetch):
-        verb.add_argument("--version", help="another than the present one, or how it begins")
-    fetch.add_argument("--to", type=Path, default=Path(), metavar="FOLDER", help="where to put them (here)")
+        verb.add_argument("--version", help="a version, or a prefix of it (the current one)")
+    fetch.add_argument(
+        "--to", type=Path, default=Path(), metavar="FOLDER", help="folder for the files (current folder)"
+    )
     for verb in (listing, versions):
         add_limit_argument(verb)
     for verb in (publish, listing, one, change, versions, diff, roll_back, fetch, delete):
@@ -73,23 +79,23 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the verb."""
+    """Execute the verb."""
     event_loop.run(_VERBS[arguments.verb](arguments))
     return 0
 
 
 async def _publish(arguments: argparse.Namespace) -> None:
-    from robots.client.map_files import find_map_files  # noqa: PLC0415 - reading YAML takes more than the base install
+    from robots.client.map_files import find_map_files  # noqa: PLC0415 - reading YAML needs more than the base install
 
     client, file = logged_in(arguments), arguments.file
     map_id = arguments.id or file.stem
-    alone = file.suffix in OCTREES
-    yaml, image = (None, None) if alone else find_map_files(file)
+    only_octomap = file.suffix in OCTREES
+    yaml, image = (None, None) if only_octomap else find_map_files(file)
     readers = tuple("" if name == NOBODY else name for name in arguments.reader or ())
-    said = {"description": arguments.description, "rules": arguments.rules, "message": arguments.message}
-    octomap = file if alone else arguments.octomap
+    texts = {"description": arguments.description, "rules": arguments.rules, "message": arguments.message}
+    octomap = file if only_octomap else arguments.octomap
     expected = await whole_version(client, map_id, arguments.if_match)
-    answer = await client.upload_map(map_id, yaml, image, readers, octomap=octomap, if_match=expected, **said)
+    answer = await client.upload_map(map_id, yaml, image, readers, octomap=octomap, if_match=expected, **texts)
     show(answer, MAPS.columns, as_json=arguments.json)
 
 
@@ -105,7 +111,7 @@ async def _change(arguments: argparse.Namespace) -> None:
     if arguments.description is not None:
         change["description"] = arguments.description
     if not change:
-        raise InvalidInput("nothing to change: give --reader or --description")
+        raise InvalidInput("nothing to change; give --reader or --description")
     changed = await logged_in(arguments).patch(path_of("maps", arguments.id), change)
     show(changed, MAPS.list_columns, as_json=arguments.json)
 
@@ -124,7 +130,7 @@ async def _fetch(arguments: argparse.Namespace) -> None:
 
 
 async def _fetch_grid(client: "RestClient", arguments: argparse.Namespace, path: tuple[str, ...]) -> list[Path]:
-    from robots.client.map_files import beside  # noqa: PLC0415 - reading YAML takes more than the base install
+    from robots.client.map_files import beside  # noqa: PLC0415 - reading YAML needs more than the base install
 
     yaml, image = beside(arguments.to, arguments.id, await client.fetch(path_of(*path, "yaml")))
     await client.fetch_to(path_of(*path, "yaml"), yaml)
@@ -135,11 +141,11 @@ async def _fetch_grid(client: "RestClient", arguments: argparse.Namespace, path:
 async def _fetch_octomap(client: "RestClient", arguments: argparse.Namespace, path: tuple[str, ...]) -> Path:
     file: Path = arguments.to / f"{arguments.id}.bt"
     await client.fetch_to(path_of(*path, "octomap"), file)
-    return _rightly_named(file)
+    return _rename_full_octree(file)
 
 
-def _rightly_named(octree: Path) -> Path:
-    """Call an octree .ot if it is a full one."""
+def _rename_full_octree(octree: Path) -> Path:
+    """Rename an octree to ``.ot`` if it is a full one; return its path."""
     with octree.open("rb") as file:
         full = file.readline().rstrip() == FULL_OCTREE
     return octree.replace(octree.with_suffix(".ot")) if full else octree

@@ -1,4 +1,4 @@
-"""``ppaas plan``: a path without a robot, on a map file right here or on a map of the cloud."""
+"""Command ``ppaas plan``: plans a path on a map file or on a map of the cloud, and manages stored paths."""
 
 import argparse
 import math
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from robots.plans.offline import PlannedRobot
 
 NAME = "plan"
-HELP = "plan a path, on a map file or in the cloud; list, show and delete the cloud's"
+HELP = "plan a path on a map file or in the cloud; list, show and delete stored paths"
 DEFAULT_VERB = "create"
 
-HERE = ("planner", "length", "cost", "expanded", "seconds")
-COLUMNS = ("plan_id", *HERE, "container", "pid")
+OFFLINE = ("planner", "length", "cost", "expanded", "seconds")
+COLUMNS = ("plan_id", *OFFLINE, "container", "pid")
 KEPT = ("plan_id", "map", "planner", "start", "goal", "length", "cost", "seconds", "user", "robot", "created")
 
 OCTOMAPS = (".bt", ".ot")
@@ -37,26 +37,24 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = (
         "The verb may be left out: 'ppaas plan MAP.yaml --start 2 2 --goal 10 8' creates a path, without a cloud. "
-        "A MAP that is no file is the id of a map in the cloud. 'ppaas plan create --help' tells the options."
+        "A MAP that is not a file is the id of a map in the cloud. 'ppaas plan create --help' lists the options."
     )
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
-    create = verbs.add_parser("create", help="plan a path (the verb where none is given)")
+    create = verbs.add_parser("create", help="plan a path (the default verb)")
     _configure_create(create)
-    listing = verbs.add_parser("list", help="list the paths kept on a map, newest first")
+    listing = verbs.add_parser("list", help="list the stored paths of a map, newest first")
     listing.add_argument("map", help="id of the map")
     add_limit_argument(listing)
-    one = verbs.add_parser("show", help="show a path that was kept")
-    delete = verbs.add_parser("delete", help="delete a path that was kept")
+    one = verbs.add_parser("show", help="show a stored path")
+    delete = verbs.add_parser("delete", help="delete a stored path")
     for verb in (one, delete):
         verb.add_argument("id")
-    matrix = verbs.add_parser("matrix", help="tell what it costs from each start to each goal, on a map file")
+    matrix = verbs.add_parser("matrix", help="compute the cost from each start to each goal on a map file")
     matrix.add_argument("map", help="YAML file of a map or its image")
-    matrix.add_argument(
-        "ends", type=Path, help='JSON file: {"starts": [[x, y], ...], "goals": [[x, y], ...]}, in metres'
-    )
+    matrix.add_argument("ends", type=Path, help='JSON file: {"starts": [[x, y], ...], "goals": [[x, y], ...]} [m]')
     _add_robot_arguments(matrix)
     for verb in (create, one):
-        verb.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the path in its map")
+        verb.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the path on its map")
     matrix.add_argument("--json", action="store_true", help="print JSON")
     for verb in (create, listing, one, delete):
         add_session_arguments(verb)
@@ -64,37 +62,45 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _configure_create(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("map", help="YAML file of a map or its image, .bt or .ot file of OctoMap, or id in the cloud")
+    parser.add_argument("map", help="YAML file of a map or its image, octomap (.bt, .ot), or id of a map in the cloud")
     for end in ("start", "goal"):
-        help_ = "x y [yaw], m and rad; in an octomap x y z [yaw]"
+        help_ = "x y [yaw] in m and rad; in an octomap x y z [yaw]"
         parser.add_argument(f"--{end}", nargs="+", type=float, required=True, metavar="N", help=help_)
-    parser.add_argument("--planner", help=f"({PLANNER}; in an octomap astar3d)")
-    parser.add_argument("--tolerance", type=float, default=0.0, help="metres around a goal that is blocked (0)")
+    parser.add_argument("--planner", help=f"name of the planner ({PLANNER}; in an octomap astar3d)")
+    parser.add_argument("--tolerance", type=float, default=0.0, help="greatest distance from a blocked goal [m] (0)")
     _add_robot_arguments(parser)
-    space = parser.add_argument_group("with an octomap", "without these it is for a Turtlebot2 that drives")
-    space.add_argument("--height", type=float, metavar="M", help="of the robot, in metres")
-    space.add_argument("--step", type=float, metavar="M", help="height that it climbs, in metres (one voxel)")
-    space.add_argument("--fly", action="store_true", help="it needs no ground")
-    space.add_argument("--depth", type=int, help="of the octree, up to 16; each less doubles the voxels (16)")
+    space = parser.add_argument_group("with an octomap", "default: a Turtlebot2")
+    space.add_argument("--height", type=float, metavar="M", help="height of the robot [m]")
+    space.add_argument("--step", type=float, metavar="M", help="highest step that the robot climbs [m] (one voxel)")
+    space.add_argument("--fly", action="store_true", help="the robot flies")
+    space.add_argument(
+        "--depth", type=int, help="depth of the octree, up to 16; each level less doubles the voxel size (16)"
+    )
 
 
 def _add_robot_arguments(parser: argparse.ArgumentParser) -> None:
-    robot = parser.add_argument_group("with a map file", "without these it is for a Turtlebot2, as in the cloud")
+    robot = parser.add_argument_group("with a map file", "default: a Turtlebot2, as in the cloud")
     size = robot.add_mutually_exclusive_group()
-    size.add_argument("--radius", type=float, metavar="M", help="of the robot, in metres")
-    size.add_argument("--model", help="of the robot (turtlebot2)")
-    size.add_argument("--urdf", type=Path, metavar="FILE", help="of the robot: its footprint, and in space its height")
-    robot.add_argument("--rules", choices=("map_server", "nav2"), help="what is free (as the file says, or map_server)")
+    size.add_argument("--radius", type=float, metavar="M", help="radius of the robot [m]")
+    size.add_argument("--model", help="model of the robot (turtlebot2)")
+    size.add_argument(
+        "--urdf", type=Path, metavar="FILE", help="URDF of the robot: footprint, and height in an octomap"
+    )
+    robot.add_argument(
+        "--rules",
+        choices=("map_server", "nav2"),
+        help="rules for free and occupied pixels (those of the file, or map_server)",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the verb."""
+    """Execute the verb."""
     if getattr(arguments, "plot", None) is not None:
-        from robots.pictures.path import check_picture  # noqa: PLC0415 - so here and below: ``ppaas --help`` loads this
+        from robots.pictures.path import check_picture  # noqa: PLC0415 - here and below: ``ppaas --help`` loads this module
 
         check_picture(arguments.plot)
     if arguments.verb == "create" and _is_file(arguments.map):
-        _plan_here(arguments)
+        _plan_offline(arguments)
     elif arguments.verb == "matrix":
         _matrix(arguments)
     else:
@@ -127,10 +133,10 @@ def _matrix(arguments: argparse.Namespace) -> None:
 
     answer = matrix.answer_of(_costmap(arguments), matrix.read_ends(arguments.ends))
     rows, columns = matrix.table_of(answer)
-    show(answer if arguments.json else rows, columns, as_json=arguments.json, if_none="no start")
+    show(answer if arguments.json else rows, columns, as_json=arguments.json, if_none="no starts")
 
 
-def _plan_here(arguments: argparse.Namespace) -> None:
+def _plan_offline(arguments: argparse.Namespace) -> None:
     from ppaas.geometry import Pose2D  # noqa: PLC0415
     from robots.plans import offline  # noqa: PLC0415
 
@@ -138,14 +144,14 @@ def _plan_here(arguments: argparse.Namespace) -> None:
     if path.suffix.lower() in OCTOMAPS:
         _plan_in_space(arguments, path, robot)
         return
-    _refuse_in_plane(arguments)
+    _refuse_octomap_options(arguments)
     start, goal = (Pose2D(*pose) for pose in _ends(arguments))
     costmap = _costmap(arguments)
     planner = arguments.planner or PLANNER
     answer = offline.answer_of(offline.plan(costmap, start, goal, planner, arguments.tolerance, robot=robot))
     if arguments.plot is not None:
         _draw(arguments.plot, costmap, answer, robot.radius_of(), path.name)
-    show(answer, HERE, as_json=arguments.json)
+    show(answer, OFFLINE, as_json=arguments.json)
 
 
 def _plan_in_space(arguments: argparse.Namespace, path: Path, robot: "PlannedRobot") -> None:
@@ -153,28 +159,26 @@ def _plan_in_space(arguments: argparse.Namespace, path: Path, robot: "PlannedRob
     from robots.plans import offline, space  # noqa: PLC0415
 
     if (arguments.plot, arguments.rules) != (None, None):
-        raise InvalidInput("--plot and --rules go with a map of the plane, and an octomap is none")
+        raise InvalidInput("--plot and --rules need a 2D map; the map is an octomap")
     start, goal = (Pose3D(*pose) for pose in _ends(arguments, "x y z"))
-    told = robot.body()
-    height = (told.height or space.HEIGHT) if arguments.height is None else arguments.height
-    body = space.SpaceBody(told.robot_radius, height, arguments.step, arguments.fly)
+    body_2d = robot.body()
+    height = (body_2d.height or space.HEIGHT) if arguments.height is None else arguments.height
+    body = space.SpaceBody(body_2d.robot_radius, height, arguments.step, arguments.fly)
     costmap = space.costmap_of_file(path, body, 16 if arguments.depth is None else arguments.depth)
     result = space.plan(costmap, start, goal, arguments.planner or space.PLANNER, arguments.tolerance)
-    show(offline.answer_of(result), HERE, as_json=arguments.json)
+    show(offline.answer_of(result), OFFLINE, as_json=arguments.json)
 
 
-def _refuse_in_plane(arguments: argparse.Namespace) -> None:
+def _refuse_octomap_options(arguments: argparse.Namespace) -> None:
     if (arguments.height, arguments.step, arguments.fly, arguments.depth) != (None, None, False, None):
-        raise InvalidInput(f"--height, --step, --fly and --depth go with an octomap, and {arguments.map!r} is none")
+        raise InvalidInput(f"--height, --step, --fly and --depth need an octomap; {arguments.map!r} is not one")
 
 
 async def _create(arguments: argparse.Namespace) -> None:
     start, goal = _ends(arguments)
     if (arguments.radius, arguments.model, arguments.urdf, arguments.rules) != (None, None, None, None):
-        raise InvalidInput(
-            f"--radius, --model, --urdf and --rules go with a map file, and there is no file {arguments.map!r}"
-        )
-    _refuse_in_plane(arguments)
+        raise InvalidInput(f"--radius, --model, --urdf and --rules need a map file; {arguments.map!r} is not a file")
+    _refuse_octomap_options(arguments)
     client = logged_in(arguments)
     options = {"planner": arguments.planner or PLANNER, "tolerance": arguments.tolerance}
     answer = await client.plan(arguments.map, start, goal, **options)
@@ -187,7 +191,7 @@ def _ends(arguments: argparse.Namespace, axes: str = "x y") -> tuple[list[float]
     for end in ("start", "goal"):
         numbers = getattr(arguments, end)
         if len(numbers) - len(axes.split()) not in (0, 1):
-            raise InvalidInput(f"--{end} takes {axes} [yaw] in metres and radians, not {len(numbers)} numbers")
+            raise InvalidInput(f"--{end} must be {axes} [yaw] in metres and radians, not {len(numbers)} numbers")
         if not all(map(math.isfinite, numbers)):
             raise InvalidInput(f"--{end} must be finite numbers, not {' '.join(map(str, numbers))}")
     return arguments.start, arguments.goal
@@ -195,7 +199,12 @@ def _ends(arguments: argparse.Namespace, axes: str = "x y") -> tuple[list[float]
 
 async def _list(arguments: argparse.Namespace) -> None:
     kept = await logged_in(arguments).items(path_of("maps", arguments.map, "plans"), arguments.limit)
-    show(kept, KEPT, as_json=arguments.json, if_none="no paths on this map: ppaas plan MAP --start X Y --goal X Y")
+    show(
+        kept,
+        KEPT,
+        as_json=arguments.json,
+        if_none="no stored paths on this map; plan one: ppaas plan MAP --start X Y --goal X Y",
+    )
 
 
 async def _show(arguments: argparse.Namespace) -> None:
@@ -215,7 +224,7 @@ def _path(plan_id: str) -> str:
 
 
 async def _plot_kept(client: "RestClient", kept: Mapping[str, Any], picture: Path) -> None:
-    """Draw a path of the cloud in its map, as that was then."""
+    """Draw a stored path on the map version that it was planned on."""
     from robots.plans import offline  # noqa: PLC0415
 
     files = [path_of("maps", kept["map"], "versions", kept["version"], part) for part in ("yaml", "image")]

@@ -1,4 +1,4 @@
-"""``ppaas planner``: the planners there are, what they are for and what can be set."""
+"""Command ``ppaas planner``: lists, shows and evaluates planners."""
 
 import argparse
 from pathlib import Path
@@ -12,12 +12,12 @@ from robots.cli.session import add_limit_argument, add_session_arguments, logged
 from robots.client.rest_paths import path_of
 
 NAME = "planner"
-HELP = "list and show the planners there are, and how they did on a map"
+HELP = "list and show planners, and their evaluation on a map"
 
 PLANNERS = Resource(
     "planners",
     ("name", "aliases", "optimal", "weighted", "any_angle", "kinematic", "indexed", "incremental", "purpose"),
-    "no planner is installed",
+    "no planners are installed",
     list_columns=("name", "optimal", "purpose"),
 )
 
@@ -27,18 +27,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     listing = verbs.add_parser("list", help="list the planners")
     one = verbs.add_parser("show", help="show one planner")
-    _configure_evaluate(verbs.add_parser("evaluate", help="tell how planners did on a map of the cloud"))
+    _configure_evaluate(verbs.add_parser("evaluate", help="show the evaluation of the planners on a map of the cloud"))
     add_limit_argument(listing)
-    one.add_argument("id", metavar="NAME", help="its own name")
+    one.add_argument("id", metavar="NAME", help="name of the planner")
     for verb in (listing, one):
-        verb.add_argument("--here", action="store_true", help="those installed here, instead of the cloud's")
+        verb.add_argument(
+            "--here", action="store_true", help="the planners installed on this computer, not the cloud's"
+        )
         add_session_arguments(verb)
 
 
 def _configure_evaluate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("map", help="id of the map")
-    parser.add_argument("--version", metavar="SHA", help="only requests on this version of it")
-    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the times over the distance")
+    parser.add_argument("--version", metavar="SHA", help="only requests on this version of the map")
+    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="plot planning time over distance")
     add_session_arguments(parser)
     parser.set_defaults(here=False)
 
@@ -58,7 +60,7 @@ async def _evaluate(arguments: argparse.Namespace) -> None:
         found if arguments.json else found["planners"],
         EVALUATED,
         as_json=arguments.json,
-        if_none="no path was asked for on this map",
+        if_none="no paths were requested on this map",
     )
 
 
@@ -69,15 +71,15 @@ EVALUATED = (
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the verb."""
+    """Execute the verb."""
     if arguments.here:
-        _show_here(arguments)
+        _show_installed(arguments)
     else:
         event_loop.run(_VERBS[arguments.verb](arguments))
     return 0
 
 
-def _show_here(arguments: argparse.Namespace) -> None:
+def _show_installed(arguments: argparse.Namespace) -> None:
     from ppaas.planners.catalogue import as_json, catalogue, entry  # noqa: PLC0415 - ``ppaas --help`` loads this module
 
     found: Any = as_json(entry(arguments.id)) if arguments.verb == "show" else catalogue()[: arguments.limit]
@@ -85,4 +87,4 @@ def _show_here(arguments: argparse.Namespace) -> None:
 
 
 _VERBS = {"list": PLANNERS.list, "show": PLANNERS.show, "evaluate": _evaluate}
-"""What is asked of the cloud."""
+"""Verbs that query the cloud."""

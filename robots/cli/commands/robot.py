@@ -1,4 +1,4 @@
-"""``ppaas robot``: tell of robots and their URDF, list, show, change and delete them."""
+"""Command ``ppaas robot``: registers, lists, shows, changes and deletes robots, their URDF and their nodes."""
 
 import argparse
 from pathlib import Path
@@ -16,25 +16,25 @@ HELP = "put, list, show, change and delete robots"
 ROBOTS = Resource(
     "robots",
     ("id", "map", "model", "initial_pose", "cores", "base_global_planner", "base_local_planner"),
-    "no robots: ppaas robot put ID FILE.json",
+    "no robots; register one: ppaas robot put ID FILE.json",
 )
-CHANGE_HELP = "cores=0.5, map=office, initial_pose=[1,2,0], parameters.amcl.max_particles=800; null is the default"
+CHANGE_HELP = "cores=0.5, map=office, initial_pose=[1,2,0], parameters.amcl.max_particles=800; null for the default"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
-    put = verbs.add_parser("put", help="tell of a robot, or put another file in place of its own")
+    put = verbs.add_parser("put", help="register a robot, or replace its robot file")
     listing = verbs.add_parser("list", help="list your robots")
     one = verbs.add_parser("show", help="show one robot")
-    change = verbs.add_parser("change", help="change some of a robot's file")
+    change = verbs.add_parser("change", help="change fields of a robot file")
     delete = verbs.add_parser("delete", help="delete a robot")
-    robot_nodes.configure(verbs.add_parser("nodes", help="show where the nodes of a robot run, or have one run"))
-    robot_urdf.configure(verbs.add_parser("urdf", help="put, get and delete the URDF of a robot"))
+    robot_nodes.configure(verbs.add_parser("nodes", help="show where the nodes of a robot run, or move one"))
+    robot_urdf.configure(verbs.add_parser("urdf", help="upload, download and delete the URDF of a robot"))
     for verb in (put, one, change, delete):
         verb.add_argument("id")
     put.add_argument("file", type=Path, help="the robot file")
-    put.add_argument("--urdf", type=Path, metavar="FILE", help="give it this URDF too")
+    put.add_argument("--urdf", type=Path, metavar="FILE", help="upload this URDF too")
     change.add_argument("changes", nargs="+", metavar="NAME=VALUE", help=CHANGE_HELP)
     add_limit_argument(listing)
     for verb in (put, listing, one, change, delete):
@@ -42,7 +42,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the verb."""
+    """Execute the verb."""
     event_loop.run(_VERBS[arguments.verb](arguments))
     return 0
 
@@ -62,7 +62,7 @@ async def _show(arguments: argparse.Namespace) -> None:
     one = await logged_in(arguments).get(path_of("robots", arguments.id))
     show(one, ROBOTS.columns, as_json=arguments.json)
     if one.get("urdf") is not None and not arguments.json:
-        robot_urdf.show_told(one["urdf"], as_json=False)
+        robot_urdf.show_description(one["urdf"], as_json=False)
 
 
 async def _change(arguments: argparse.Namespace) -> None:

@@ -1,4 +1,4 @@
-"""``ppaas simulate ROBOT.json``: one simulated robot that connects to a running cloud."""
+"""Command ``ppaas simulate ROBOT.json``: runs one simulated robot against a running cloud."""
 
 import argparse
 import logging
@@ -11,22 +11,22 @@ from robots.cli.session import add_cloud_arguments, logged_in, token_of
 logger = logging.getLogger(__name__)
 
 NAME = "simulate"
-HELP = "run one simulated robot against a cloud that is up"
+HELP = "run one simulated robot against a running cloud"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.add_argument("robot", type=Path, metavar="ROBOT.json", help="the robot file")
-    parser.add_argument("--map", type=Path, required=True, metavar="FILE.yaml", help="the map that it really stands in")
-    parser.add_argument("--id", help="the robot's id (the name of the robot file)")
+    parser.add_argument("--map", type=Path, required=True, metavar="FILE.yaml", help="map of the simulated world")
+    parser.add_argument("--id", help="id of the robot (name of the robot file)")
     add_cloud_arguments(parser)
-    parser.add_argument("--drift", type=float, default=1.0, help="factor on the odometry's errors (%(default)s)")
+    parser.add_argument("--drift", type=float, default=1.0, help="factor on the errors of the odometry (%(default)s)")
     parser.add_argument(
         "--local-nodes",
         metavar="auto|NODE,...",
-        help="run nodes of its clone on this computer: those that do best here, or amcl, move_base, waypoint_follower",
+        help="run nodes of the clone on this computer: those that perform better here, or the ones named",
     )
-    parser.add_argument("--seed", type=int, default=0, help="of the sensors' noise (%(default)s)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the sensor noise (%(default)s)")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -37,7 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 async def _run(arguments: argparse.Namespace) -> None:
-    # A robot's install has no simulation, and ``ppaas --help``, which loads this module, is quick and works there too.
+    # Imported here because ``ppaas --help`` loads this module, also where the simulator is not installed.
     import asyncio  # noqa: PLC0415
 
     from robots.client.map_files import read_map_file  # noqa: PLC0415
@@ -59,7 +59,7 @@ async def _run(arguments: argparse.Namespace) -> None:
     robot = world.add_robot(robot_file.pose, SimulatedRobotModel(odometry=OdometryNoise(drift=arguments.drift)))
     await logged_in(arguments).put_robot(robot_id, robot_file)
     async with RobotClient(arguments.url, robot=robot_id, token=token_of(arguments)) as client:
-        logger.info("robot %s is connected to %s; Ctrl-C ends it", robot_id, arguments.url)
+        logger.info("robot %s is connected to %s; stop it with Ctrl-C", robot_id, arguments.url)
         running = [Simulator(world).run(), Driver(robot, client).run()]
         if wanted:
             running.append(run_local_nodes(client, await asyncio.to_thread(this_computer), wanted, logger.info))

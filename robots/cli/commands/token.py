@@ -1,4 +1,4 @@
-"""``ppaas token``: where you are logged in. ``ppaas login`` makes them."""
+"""Command ``ppaas token``: lists and deletes the tokens that ``ppaas login`` creates."""
 
 import argparse
 
@@ -7,7 +7,7 @@ from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments
 
 NAME = "token"
-HELP = "list your tokens and delete them: log out"
+HELP = "list your tokens, and delete them to log out"
 
 TOKENS = Resource("tokens", ("id", "created", "expires", "current"), "no tokens")
 
@@ -16,15 +16,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     listing = verbs.add_parser("list", help="list your tokens")
-    delete = verbs.add_parser("delete", help="delete a token: who has it must log in again")
+    delete = verbs.add_parser("delete", help="delete a token; its holder must log in again")
     add_limit_argument(listing)
-    delete.add_argument("id", help="of the token; 'current' is the one that you use")
+    delete.add_argument("id", help="id of the token; 'current' for the one in use")
     for verb in (listing, delete):
         add_session_arguments(verb)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the verb."""
+    """Execute the verb."""
     event_loop.run(_VERBS[arguments.verb](arguments))
     return 0
 

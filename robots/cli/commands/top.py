@@ -1,4 +1,4 @@
-"""``ppaas top``: the machines and containers as they are now, again and again."""
+"""Command ``ppaas top``: live view of the machines and containers."""
 
 import argparse
 import contextlib
@@ -23,14 +23,16 @@ HELP = "watch the machines and containers, and what they use"
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument("--once", action="store_true", help="show them once, and end")
-    parser.add_argument("--interval", type=_seconds, default=1.0, metavar="SECONDS", help="between looks (%(default)s)")
-    parser.add_argument("--sort", choices=SORT_KEYS, default="cpu", help="first what has most of it (%(default)s)")
+    parser.add_argument("--once", action="store_true", help="show them once and exit")
+    parser.add_argument(
+        "--interval", type=_seconds, default=1.0, metavar="SECONDS", help="time between updates (%(default)s)"
+    )
+    parser.add_argument("--sort", choices=SORT_KEYS, default="cpu", help="sort key (%(default)s)")
     add_session_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Show until Ctrl-C; a terminal is drawn over, all else gets one text, or one line of JSON, after the other."""
+    """Show the view until Ctrl-C: live on a terminal, otherwise as successive texts or lines of JSON."""
     client = logged_in(arguments)
     if arguments.json:
         event_loop.run(_print(client, arguments, json.dumps))
@@ -41,9 +43,9 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-async def _print(client: "RestClient", arguments: argparse.Namespace, say: Callable[[Any], str]) -> None:
-    async for seen in _looks(client, arguments):
-        sys.stdout.write(say(seen) + "\n")
+async def _print(client: "RestClient", arguments: argparse.Namespace, render_text: Callable[[Any], str]) -> None:
+    async for seen in _updates(client, arguments):
+        sys.stdout.write(render_text(seen) + "\n")
         sys.stdout.flush()
 
 
@@ -51,22 +53,22 @@ async def _draw(client: "RestClient", arguments: argparse.Namespace) -> None:
     from rich.live import Live  # noqa: PLC0415 - ``ppaas --help`` loads this module
 
     with Live(screen=True, auto_refresh=False) as live:
-        async for seen in _looks(client, arguments):
+        async for seen in _updates(client, arguments):
             live.update(render(seen, arguments.sort), refresh=True)
 
 
-async def _looks(client: "RestClient", arguments: argparse.Namespace) -> AsyncIterator[dict[str, Any]]:
+async def _updates(client: "RestClient", arguments: argparse.Namespace) -> AsyncIterator[dict[str, Any]]:
     from asyncio import sleep  # noqa: PLC0415 - ``ppaas --help`` loads this module
 
     while True:
-        yield await look(client)
+        yield await read_state(client)
         if arguments.once:
             return
         await sleep(arguments.interval)
 
 
-async def look(client: "RestClient") -> dict[str, Any]:
-    """Return what is to be seen now: ``time``, ``machines`` (None to who is no administrator) and ``containers``."""
+async def read_state(client: "RestClient") -> dict[str, Any]:
+    """Return the current ``time``, ``machines`` (None if the user is not an administrator) and ``containers``."""
     machines = None
     with contextlib.suppress(NotPermitted):
         machines = await client.items(path_of("machines"))
@@ -76,5 +78,5 @@ async def look(client: "RestClient") -> dict[str, Any]:
 def _seconds(text: str) -> float:
     seconds = float(text)
     if not 0.1 <= seconds <= 3600.0:
-        raise argparse.ArgumentTypeError(f"give from 0.1 to 3600 seconds, not {text}")
+        raise argparse.ArgumentTypeError(f"must be from 0.1 to 3600 seconds, not {text}")
     return seconds

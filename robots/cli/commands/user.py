@@ -1,4 +1,4 @@
-"""``ppaas user``: who may use the cloud."""
+"""Command ``ppaas user``: users of the cloud and their quotas."""
 
 import argparse
 from pathlib import Path
@@ -29,10 +29,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     create = verbs.add_parser("create", help="create a user (admin)")
     listing = verbs.add_parser("list", help="list all users (admin)")
-    one = verbs.add_parser("show", help="show a user, or whose token you have, and what of the quotas is used")
+    one = verbs.add_parser("show", help="show a user (you), with quotas and usage")
     change = verbs.add_parser("change", help="change a password, or a role (admin)")
-    limits = verbs.add_parser("limit", help="change what a user may have (admin)")
-    delete = verbs.add_parser("delete", help="delete a user with tokens and robots (admin)")
+    limits = verbs.add_parser("limit", help="change the quotas of a user (admin)")
+    delete = verbs.add_parser("delete", help="delete a user with all tokens and robots (admin)")
     for verb in (create, limits, delete):
         verb.add_argument("id")
     add_limit_options(limits)
@@ -42,15 +42,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
     create.add_argument("--role", default="user", choices=ROLES, help="(%(default)s)")
     add_limit_argument(listing)
     change.add_argument("--role", choices=ROLES)
-    change.add_argument("--password", action="store_true", help="you are asked for it; and for the old one, if yours")
+    change.add_argument(
+        "--password", action="store_true", help="prompt for the new password, and for the old one if it is yours"
+    )
     add_password_argument(change)
-    change.add_argument("--old-password-file", type=Path, help="file with the password that you have now")
+    change.add_argument("--old-password-file", type=Path, help="file with your current password")
     for verb in (create, listing, one, change, limits, delete):
         add_session_arguments(verb)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the verb."""
+    """Execute the verb."""
     event_loop.run(_VERBS[arguments.verb](arguments))
     return 0
 
@@ -65,7 +67,7 @@ async def _create(arguments: argparse.Namespace) -> None:
 async def _change(arguments: argparse.Namespace) -> None:
     wants_password = arguments.password or arguments.password_file is not None
     if not wants_password and arguments.role is None:
-        raise InvalidInput("nothing to change: give --password or --role")
+        raise InvalidInput("nothing to change; give --password or --role")
     client = logged_in(arguments)
     change: dict[str, Any] = {} if arguments.role is None else {"role": arguments.role}
     if wants_password:
@@ -74,12 +76,12 @@ async def _change(arguments: argparse.Namespace) -> None:
 
 
 async def _passwords(client: "RestClient", arguments: argparse.Namespace) -> dict[str, str]:
-    """Ask for the new password of a user, and before it for the old one of who changes the own."""
+    """Read the new password of a user, and first the old one if users change their own."""
     me = (await client.get(path_of("users", ME)))["id"]
     if arguments.id not in (ME, me):
         return {"password": read_password(arguments.id, arguments.password_file)}
-    old = read_password(f"{me}, as it is", arguments.old_password_file)
-    return {"old_password": old, "password": read_password(f"{me}, the new one", arguments.password_file)}
+    old = read_password(f"{me} (current)", arguments.old_password_file)
+    return {"old_password": old, "password": read_password(f"{me} (new)", arguments.password_file)}
 
 
 _VERBS = {

@@ -1,4 +1,4 @@
-"""Verbs of ``ppaas map`` that look back: its versions, what differs between two, and back to one of them."""
+"""Verbs of ``ppaas map`` for versions: ``versions``, ``diff`` and ``roll-back``."""
 
 import argparse
 import tempfile
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from robots.client.rest import RestClient
 
 WHOLE = 64
-"""Characters of a version; fewer name it too, where they begin no other."""
+"""Length of a version's hash; an unambiguous prefix names the version too."""
 
 VERSIONS = ("version", "created", "author", "message", "restored", "parts", "present")
 DIFFERENCE = ("old", "new", "changed", "rectangle", "corners", "aligned", "octomap")
@@ -22,13 +22,13 @@ ROLLED_BACK = ("id", "owner", "version", "created", "author", "message", "restor
 
 
 async def list_versions(arguments: argparse.Namespace) -> None:
-    """List what was published as a map, who did, when and why."""
+    """List the versions of a map with author, time and message."""
     found = await logged_in(arguments).items(path_of("maps", arguments.id, "versions"), arguments.limit)
     show(found, VERSIONS, as_json=arguments.json)
 
 
 async def diff(arguments: argparse.Namespace) -> None:
-    """Tell what changed from one version to another, and draw it."""
+    """Show the difference between two versions, and draw it."""
     client = logged_in(arguments)
     old = await whole_version(client, arguments.id, arguments.old)
     new = await whole_version(client, arguments.id, arguments.new)
@@ -41,27 +41,27 @@ async def diff(arguments: argparse.Namespace) -> None:
 
 
 async def roll_back(arguments: argparse.Namespace) -> None:
-    """Make a version the present one again."""
+    """Make an earlier version the current one."""
     client = logged_in(arguments)
     version = await whole_version(client, arguments.id, arguments.version)
-    said = await client.roll_back_map(arguments.id, version or "", arguments.message or "")
-    show(said, ROLLED_BACK, as_json=arguments.json)
+    restored = await client.roll_back_map(arguments.id, version or "", arguments.message or "")
+    show(restored, ROLLED_BACK, as_json=arguments.json)
 
 
-async def whole_version(client: "RestClient", map_id: str, begin: str | None) -> str | None:
-    """Return the version that begins so, as a table shows it; None stays.
+async def whole_version(client: "RestClient", map_id: str, prefix: str | None) -> str | None:
+    """Return the version that a prefix of its hash names; None if the prefix is None.
 
     Raises
     ------
     NotFound
-        None does, or several do.
+        No version, or more than one, has this prefix.
     """
-    if begin is None or len(begin) >= WHOLE:
-        return begin
+    if prefix is None or len(prefix) >= WHOLE:
+        return prefix
     listed: set[str] = {one["version"] for one in await client.items(path_of("maps", map_id, "versions"))}
-    found = [version for version in listed if version.startswith(begin)]
+    found = [version for version in listed if version.startswith(prefix)]
     if len(found) != 1:
-        raise NotFound(f"version of map {map_id!r}:", begin, sorted(version[:SHORT_HASH] for version in listed))
+        raise NotFound(f"version of map {map_id!r}:", prefix, sorted(version[:SHORT_HASH] for version in listed))
     return found[0]
 
 
@@ -75,7 +75,7 @@ def _for_people(found: dict[str, Any]) -> dict[str, Any]:
 
 
 async def _draw(client: "RestClient", map_id: str, found: dict[str, Any], picture: Path) -> None:
-    from robots.pictures.map_change import write_change  # noqa: PLC0415 - pictures and maps take more than the base install
+    from robots.pictures.map_change import write_change  # noqa: PLC0415 - pictures and maps need more than the base install
     from robots.pictures.path import check_picture  # noqa: PLC0415
 
     check_picture(picture)

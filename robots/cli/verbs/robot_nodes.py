@@ -1,4 +1,4 @@
-"""``ppaas robot nodes``: where the nodes of a robot run and why, and to have one run elsewhere."""
+"""Verb ``ppaas robot nodes``: shows where the nodes of a robot run and why, and moves one."""
 
 import argparse
 from typing import Any
@@ -12,14 +12,14 @@ COLUMNS = ("node", "home", "wanted", "score", "why")
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
-    parser.add_argument("id", help="of the robot, which is connected")
-    parser.add_argument("--run", dest="node", metavar="NODE", help="have this node run where it does best")
-    parser.add_argument("--home", choices=("cloud", "robot"), help="with --run: have it run there")
+    parser.add_argument("id", help="id of a connected robot")
+    parser.add_argument("--run", dest="node", metavar="NODE", help="move this node to the home where it performs best")
+    parser.add_argument("--home", choices=("cloud", "robot"), help="with --run: the home to move it to")
     add_session_arguments(parser)
 
 
 async def run(arguments: argparse.Namespace) -> None:
-    """Carry out the verb."""
+    """Execute the verb."""
     client = logged_in(arguments)
     nodes = path_of("robots", arguments.id, "nodes")
     if arguments.node is None:
@@ -27,8 +27,8 @@ async def run(arguments: argparse.Namespace) -> None:
     else:
         path = path_of("robots", arguments.id, "nodes", arguments.node)
         found = [await client.post(path, {"home": arguments.home})]
-    show(found if arguments.json else list(map(_told, found)), COLUMNS, as_json=arguments.json)
+    show(found if arguments.json else list(map(_row, found)), COLUMNS, as_json=arguments.json)
 
 
-def _told(node: dict[str, Any]) -> dict[str, Any]:
+def _row(node: dict[str, Any]) -> dict[str, Any]:
     return node | {"score": round(node["score"], 2), "why": "; ".join(node["reasons"])}

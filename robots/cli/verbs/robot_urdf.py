@@ -1,4 +1,4 @@
-"""``ppaas robot urdf``: give a robot its URDF, fetch it, delete it; and how what it tells is shown."""
+"""Verb ``ppaas robot urdf``: uploads, downloads and deletes the URDF of a robot, and shows its description."""
 
 import argparse
 import sys
@@ -10,31 +10,31 @@ from robots.cli.output import printable, show
 from robots.cli.session import add_session_arguments, logged_in
 from robots.client.rest_paths import path_of
 
-TOLD = (
+DESCRIPTION = (
     "base_frame", "circumscribed_radius", "inscribed_radius", "height", "max_vel_x", "max_vel_theta", "sensors",
 )  # fmt: skip
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the verbs of the verb."""
+    """Add the arguments of the verb."""
     verbs = parser.add_subparsers(dest="urdf_verb", required=True, metavar="VERB")
-    put = verbs.add_parser("put", help="give a robot its URDF, and show what it tells")
+    put = verbs.add_parser("put", help="upload the URDF of a robot, and show the description derived from it")
     get = verbs.add_parser("get", help="print the URDF of a robot")
     delete = verbs.add_parser("delete", help="delete the URDF of a robot")
     for verb in (put, get, delete):
-        verb.add_argument("id", help="of the robot")
+        verb.add_argument("id", help="id of the robot")
         add_session_arguments(verb)
-    put.add_argument("file", type=Path, help="the URDF, as xacro gives it")
+    put.add_argument("file", type=Path, help="URDF file; xacro files must be expanded")
 
 
 async def run(arguments: argparse.Namespace) -> None:
-    """Carry out the verb."""
+    """Execute the verb."""
     await _VERBS[arguments.urdf_verb](arguments)
 
 
 async def _put(arguments: argparse.Namespace) -> None:
-    told = await logged_in(arguments).put_urdf(arguments.id, read_urdf(arguments.file))
-    show_told(told, as_json=arguments.json)
+    description = await logged_in(arguments).put_urdf(arguments.id, read_urdf(arguments.file))
+    show_description(description, as_json=arguments.json)
 
 
 async def _get(arguments: argparse.Namespace) -> None:
@@ -47,21 +47,27 @@ async def _delete(arguments: argparse.Namespace) -> None:
 
 
 def read_urdf(path: Path) -> bytes:
-    """Return the bytes of a file; ``InvalidInput`` if it cannot be read."""
+    """Return the bytes of a URDF file.
+
+    Raises
+    ------
+    InvalidInput
+        The file cannot be read.
+    """
     try:
         return path.read_bytes()
     except OSError as error:
         raise InvalidInput(f"cannot read the URDF: {error}") from error
 
 
-def show_told(told: dict[str, Any], *, as_json: bool) -> None:
-    """Print what a URDF tells of a robot: for people in a line, and below it what it does not tell."""
+def show_description(description: dict[str, Any], *, as_json: bool) -> None:
+    """Print the description derived from a URDF, and its warnings."""
     if as_json:
-        show(told, TOLD, as_json=True)
+        show(description, DESCRIPTION, as_json=True)
         return
-    sensors = [f"{sensor['link']} ({sensor['kind']})" for sensor in told["sensors"]]
-    show(told | {"sensors": sensors}, TOLD, as_json=False)
-    sys.stdout.writelines(f"warning: {printable(warning)}\n" for warning in told["warnings"])
+    sensors = [f"{sensor['link']} ({sensor['kind']})" for sensor in description["sensors"]]
+    show(description | {"sensors": sensors}, DESCRIPTION, as_json=False)
+    sys.stdout.writelines(f"warning: {printable(warning)}\n" for warning in description["warnings"])
 
 
 _VERBS = {"put": _put, "get": _get, "delete": _delete}

@@ -1,4 +1,4 @@
-"""What ``ppaas top`` shows: as a drawing for a terminal, and as text for all else."""
+"""Views of ``ppaas top``: tables for a terminal, and plain text."""
 
 import io
 import time
@@ -27,7 +27,7 @@ SORT_KEYS: dict[str, Callable[[Row], Any]] = {
 
 
 def as_text(seen: Row, sort: str) -> str:
-    """Return it as plain text."""
+    """Return the view as plain text."""
     text = io.StringIO()
     text.write(heading(seen) + "\n")
     for columns, rows in _tables(seen, sort):
@@ -37,7 +37,7 @@ def as_text(seen: Row, sort: str) -> str:
 
 
 def render(seen: Row, sort: str) -> "Group":
-    """Return it as something that rich draws."""
+    """Return the view as an object that rich draws."""
     from rich import box  # noqa: PLC0415 - a robot's install has no rich
     from rich.console import Group  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415
@@ -55,7 +55,7 @@ def render(seen: Row, sort: str) -> "Group":
 
 
 def heading(seen: Row) -> str:
-    """Return the line above all: when, and what it comes to."""
+    """Return the first line: the time and the totals."""
     containers = seen["containers"]
     robots = sum(1 for one in containers if one["robot"] is not None and one["clients"] > 0)
     cpu, memory = (sum(one[key] or 0 for one in containers) for key in ("cpu", "pss"))

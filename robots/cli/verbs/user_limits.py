@@ -1,4 +1,4 @@
-"""What ``ppaas user`` shows and changes of what users may have."""
+"""Quotas of users in ``ppaas user``: shows and changes them."""
 
 import argparse
 import math
@@ -12,39 +12,39 @@ from robots.client.rest_paths import path_of
 DEFAULT = "default"
 COLUMNS = ("quota", "used", "limit", "own")
 LIMITS = {
-    "containers": "clones that run, and planning on a map",
-    "cores": "of these containers together",
-    "robots": "robots that are told of",
-    "maps": "maps that the user owns",
-    "plans_per_minute": "paths asked for",
+    "containers": "running containers: clones and planning",
+    "cores": "CPU cores of these containers together",
+    "robots": "registered robots",
+    "maps": "maps owned",
+    "plans_per_minute": "paths requested per minute",
 }
 
 
 def add_limit_options(parser: argparse.ArgumentParser) -> None:
     """Add an option for each quota."""
-    for name, what in LIMITS.items():
+    for name, meaning in LIMITS.items():
         kind = _cores if name == "cores" else _count
-        text = f"{what}; '{DEFAULT}' is what every user may have"
+        text = f"{meaning}; '{DEFAULT}' for the limit that applies to all users"
         parser.add_argument(f"--{name.replace('_', '-')}", type=kind, metavar="NUMBER", help=text)
 
 
 async def limit(arguments: argparse.Namespace) -> None:
-    """Change what a user may have."""
+    """Change the quotas of a user."""
     given = {name: getattr(arguments, name) for name in LIMITS if getattr(arguments, name) is not None}
     if not given:
-        raise InvalidInput("nothing to change: give a limit, as --containers 8, or 'default' in its place")
+        raise InvalidInput("nothing to change; give a limit, as --containers 8 or --containers default")
     limits = {name: None if value == DEFAULT else value for name, value in given.items()}
     user = await logged_in(arguments).patch(path_of("users", arguments.id), {"limits": limits})
     show_detail(user, arguments)
 
 
 async def show_user(arguments: argparse.Namespace) -> None:
-    """Show a user, and what the user has of what the user may have."""
+    """Show a user with quotas and usage."""
     show_detail(await logged_in(arguments).get(path_of("users", arguments.id)), arguments)
 
 
 def show_detail(user: dict[str, Any], arguments: argparse.Namespace) -> None:
-    """Print a user and the user's quotas."""
+    """Print a user with quotas and usage."""
     show(user, ("id", "role"), as_json=arguments.json)
     if arguments.json:
         return
@@ -61,7 +61,7 @@ def _count(text: str) -> int | str:
     if text == DEFAULT:
         return DEFAULT
     if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"give a whole number from 0 up, or {DEFAULT!r}, not {text!r}")
+        raise argparse.ArgumentTypeError(f"must be a whole number of 0 or more, or {DEFAULT!r}, not {text!r}")
     return int(text)
 
 
@@ -70,5 +70,5 @@ def _cores(text: str) -> float | str:
         return DEFAULT
     cores = float(text)
     if not (math.isfinite(cores) and cores >= 0.0):
-        raise argparse.ArgumentTypeError(f"give cores from 0 up, or {DEFAULT!r}, not {text!r}")
+        raise argparse.ArgumentTypeError(f"must be a number of cores of 0 or more, or {DEFAULT!r}, not {text!r}")
     return cores

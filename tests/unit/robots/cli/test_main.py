@@ -111,7 +111,7 @@ def test_a_command_whose_packages_are_missing_says_which_extra_brings_them(insta
 
     install(do=command(run=run))
     assert main.main(["do"]) == 1
-    assert f"pip install 'ppaas[{extra}]'" in capsys.readouterr().err
+    assert f"pip install '.[{extra}]'" in capsys.readouterr().err
 
 
 def test_a_command_that_cannot_be_loaded_is_listed_with_what_it_misses(install, capsys):
@@ -128,7 +128,7 @@ def test_a_command_that_cannot_be_loaded_says_which_extra_brings_what_it_misses(
     monkeypatch.setitem(main.EXTRAS, "pymunk_of_another_robot", "sim")
     install(do=command(), fly="pymunk_of_another_robot.fly")
     assert main.main(["fly"]) == 1
-    assert "pip install 'ppaas[sim]'" in capsys.readouterr().err
+    assert "pip install '.[sim]'" in capsys.readouterr().err
 
 
 def test_a_fault_of_our_own_is_not_hidden(install):

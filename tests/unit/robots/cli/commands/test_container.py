@@ -17,7 +17,7 @@ async def test_a_user_sees_the_own_containers_and_an_administrator_all(ppaas: Co
 
 
 async def test_where_there_is_none_it_says_so(ppaas: CommandLine) -> None:
-    assert (await ppaas("container", "list")).out == "no containers: a robot has one while it is connected\n"
+    assert (await ppaas("container", "list")).out == "no containers; a robot has one while it is connected\n"
 
 
 async def test_a_container_is_given_up_by_its_user_alone(ppaas: CommandLine) -> None:
@@ -32,6 +32,8 @@ async def test_a_container_is_resized(ppaas: CommandLine) -> None:
     ppaas.cloud.running = [container("c1")]
     assert (await ppaas("container", "resize", "c1", "0.5")).rows[1][6] == "0.5"
     assert ppaas.cloud.running[0].cores == 0.5
-    assert (await ppaas("container", "resize", "c1", "nan")).err.startswith("ppaas: invalid-input: a size is a number")
+    assert (await ppaas("container", "resize", "c1", "nan")).err.startswith(
+        "ppaas: invalid-input: cores must be a finite number"
+    )
     assert (await ppaas("container", "resize", "c1", "-1")).err.startswith("ppaas: invalid-input: body.cores")
     assert (await ppaas("container", "resize", "c1", "0.5", user="bob")).err.startswith("ppaas: not-found: ")

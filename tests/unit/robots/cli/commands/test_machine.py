@@ -52,7 +52,7 @@ async def test_labels_are_put_and_taken_away(ppaas: CommandLine) -> None:
     assert labelled.rows[1][-2:] == ["gpu=yes,", "zone=a"]
     assert (await ppaas("machine", "label", "m1", "gpu=", user="admin")).rows[1][-1] == "zone=a"
     ended = await ppaas("machine", "label", "m1", "zone", user="admin")
-    assert ended.status == 2 and "give KEY=VALUE, not 'zone'" in ended.err
+    assert ended.status == 2 and "must be KEY=VALUE, not 'zone'" in ended.err
 
 
 async def test_limits_are_set_and_the_default_is_had_back(ppaas: CommandLine) -> None:

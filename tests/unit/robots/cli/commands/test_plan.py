@@ -60,7 +60,7 @@ async def test_a_map_that_may_not_be_seen_is_unknown(ppaas: CommandLine) -> None
 async def test_a_pose_has_two_or_three_numbers(ppaas: CommandLine, numbers: list[str]) -> None:
     ended = await ppaas("plan", "house", "--start", *numbers, "--goal", "1", "1")
     assert ended.status == 1
-    assert "--start takes x y [yaw]" in ended.err
+    assert "--start must be x y [yaw]" in ended.err
     assert ppaas.cloud.asked == []
 
 
@@ -117,7 +117,7 @@ async def test_the_path_is_drawn(ppaas: CommandLine, tmp_path: Path) -> None:
     [
         ((*IN_OFFICE, "--planner", "teleport"), "not-found: unknown planner 'teleport'; known: astar, dijkstra"),
         ((*IN_OFFICE, "--model", "r2d2"), "not-found: unknown robot model 'r2d2'; known: turtlebot2, "),
-        ((*IN_OFFICE, "--radius", "-1"), "invalid-parameter: the radius of a robot is from 0 to 100 m, not -1.0"),
+        ((*IN_OFFICE, "--radius", "-1"), "invalid-parameter: robot_radius must be from 0 to 100 m, not -1.0"),
         ((*IN_OFFICE, "--urdf", "no.urdf"), "invalid-input: cannot read the URDF: "),
         ((*IN_OFFICE, "--urdf", OFFICE), "invalid-urdf: the URDF is not XML: "),
         (
@@ -133,7 +133,7 @@ async def test_the_path_is_drawn(ppaas: CommandLine, tmp_path: Path) -> None:
             (OFFICE, "--start", "2", "2", "--goal", "99", "2"),
             "goal-outside-map: the goal x=99.000 y=2.000 is outside",
         ),
-        ((*IN_HOUSE, "--radius", "1"), "invalid-input: --radius, --model, --urdf and --rules go with a map file"),
+        ((*IN_HOUSE, "--radius", "1"), "invalid-input: --radius, --model, --urdf and --rules need a map file"),
     ],
 )
 async def test_what_cannot_be_planned_here_says_why(ppaas: CommandLine, arguments: tuple[str, ...], error: str) -> None:
@@ -152,7 +152,7 @@ async def test_the_verb_may_be_said(ppaas: CommandLine) -> None:
 
 
 async def test_what_was_planned_is_listed_shown_drawn_and_deleted(ppaas: CommandLine, tmp_path: Path) -> None:
-    assert "no paths on this map" in (await ppaas("plan", "list", "house")).out
+    assert "no stored paths on this map" in (await ppaas("plan", "list", "house")).out
     plan_id = (await ppaas("plan", *IN_HOUSE)).rows[1][0]
     assert [row[0] for row in (await ppaas("plan", "list", "house")).rows] == ["plan_id", plan_id]
     shown = await ppaas("plan", "show", plan_id, "--json", "--plot", str(tmp_path / "a.png"))

@@ -43,8 +43,8 @@ async def test_a_urdf_tells_the_height(ppaas: CommandLine, tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ((TABLE, "--start", "0", "0", "--goal", "1", "1", "1"), "--start takes x y z [yaw]"),
-        ((*IN_ROOM, "--plot", "a.png"), "--plot and --rules go with a map of the plane"),
+        ((TABLE, "--start", "0", "0", "--goal", "1", "1", "1"), "--start must be x y z [yaw]"),
+        ((*IN_ROOM, "--plot", "a.png"), "--plot and --rules need a 2D map"),
         ((*IN_ROOM, "--planner", "navfn"), "unknown planner in space 'navfn'"),
         ((*IN_ROOM, "--depth", "17"), "from 1 to 16"),
         (("none.bt", *IN_ROOM[1:]), "none.bt cannot be read"),
@@ -62,5 +62,5 @@ async def test_a_map_of_the_plane_takes_no_options_of_an_octomap(
     ppaas: CommandLine, where: str, option: tuple[str, ...]
 ) -> None:
     ended = await ppaas("plan", where, "--start", "0", "0", "--goal", "1", "1", *option)
-    assert "go with an octomap" in ended.err
+    assert "need an octomap" in ended.err
     assert ppaas.cloud.asked == []

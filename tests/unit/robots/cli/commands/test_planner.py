@@ -43,7 +43,7 @@ async def test_one_that_is_not_there_is_told_with_those_there_are(ppaas: Command
 async def test_how_planners_did_on_a_map_is_told_and_drawn(ppaas: CommandLine, tmp_path: Path) -> None:
     put_map(ppaas.services.map_store, house())
     nothing = await ppaas("planner", "evaluate", "house")
-    assert nothing.out == "no path was asked for on this map\n"
+    assert nothing.out == "no paths were requested on this map\n"
     for bucket in (6, 12):
         row = computed_row(("house", "v1", "navfn", bucket), 0.01 * bucket)
         ppaas.services.store.add_history([row, found_row(row.key, "reused")])

@@ -26,7 +26,7 @@ async def test_a_robot_is_put_listed_shown_and_deleted(ppaas: CommandLine, file:
     shown = json.loads((await ppaas("robot", "show", "tb1", "--json")).out)
     assert (shown["user"], shown["parameters"]) == ("ann", {})
     assert (await ppaas("robot", "delete", "tb1")).status == 0
-    assert (await ppaas("robot", "list")).out == "no robots: ppaas robot put ID FILE.json\n"
+    assert (await ppaas("robot", "list")).out == "no robots; register one: ppaas robot put ID FILE.json\n"
 
 
 async def test_a_urdf_is_put_with_the_robot_or_alone_shown_fetched_and_deleted(ppaas: CommandLine, file: Path) -> None:
@@ -120,15 +120,15 @@ async def test_a_robot_is_changed_by_names_and_values(ppaas: CommandLine, file: 
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        (["cores"], "invalid-input: 'cores': write NAME=VALUE"),
-        (["=1"], "invalid-input: '=1': write NAME=VALUE"),
-        (["a..b=1"], "invalid-input: 'a..b=1': write"),
-        (["cores=1", "cores=2"], "invalid-input: 'cores=2': write"),
-        (["parameters=1", "parameters.amcl=2"], "invalid-input: 'parameters.amcl=2': write"),
+        (["cores"], "invalid-input: 'cores' is not a valid change; write NAME=VALUE"),
+        (["=1"], "invalid-input: '=1' is not a valid change; write NAME=VALUE"),
+        (["a..b=1"], "invalid-input: 'a..b=1' is not a valid change; write"),
+        (["cores=1", "cores=2"], "invalid-input: 'cores=2' is not a valid change; write"),
+        (["parameters=1", "parameters.amcl=2"], "invalid-input: 'parameters.amcl=2' is not a valid change; write"),
         (["colour=red"], "invalid-input: body.colour: "),
         (["cores=-1"], "invalid-input: body.cores: "),
-        (["cores=NaN"], "invalid-input: a number must be finite"),
-        (['parameters.amcl={"a": [1e999]}'], "invalid-input: a number must be finite"),
+        (["cores=NaN"], "invalid-input: numbers must be finite"),
+        (['parameters.amcl={"a": [1e999]}'], "invalid-input: numbers must be finite"),
         (["map=atlantis"], "not-found: unknown map 'atlantis'"),
         (["model=\udcff"], "invalid-input: '\\udcff' is not valid Unicode text"),
     ],

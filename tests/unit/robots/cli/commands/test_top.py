@@ -60,14 +60,14 @@ async def test_containers_are_sorted_as_told(busy: CommandLine, sort: str, order
 
 
 async def test_it_goes_on_until_it_is_interrupted(busy: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
-    look, looks = top.look, iter(range(2))
+    read_state, calls = top.read_state, iter(range(2))
 
     async def interrupted(client: RestClient) -> dict[str, Any]:
-        if next(looks, None) is None:
+        if next(calls, None) is None:
             raise KeyboardInterrupt
-        return await look(client)
+        return await read_state(client)
 
-    monkeypatch.setattr(top, "look", interrupted)
+    monkeypatch.setattr(top, "read_state", interrupted)
     ended = await busy("top", "--json", "--interval", "0.1")
     assert ended.status == 130
     assert [len(json.loads(line)["containers"]) for line in ended.out.splitlines()] == [2, 2]

@@ -23,13 +23,13 @@ def file(ppaas: CommandLine, tmp_path: Path) -> str:
 
 
 async def test_a_path_is_put_found_changed_and_told_of(ppaas: CommandLine, file: str) -> None:
-    assert "no paths between" in (await ppaas("plan", "find", *BETWEEN)).out
+    assert "no stored paths between" in (await ppaas("plan", "find", *BETWEEN)).out
     for plan_id in ("one", "two"):
         ended = await ppaas("plan", "put", plan_id, file)
         assert ended.status == 0, ended.err
     found = await ppaas("plan", "find", *BETWEEN)
     assert [row[0] for row in found.rows] == ["plan_id", "one", "two"]
-    assert (await ppaas("plan", "find", *BETWEEN, "--planner", "jps")).out.startswith("no paths")
+    assert (await ppaas("plan", "find", *BETWEEN, "--planner", "jps")).out.startswith("no stored paths")
     assert len((await ppaas("plan", "find", *BETWEEN, "--limit", "1")).rows) == 2
     assert (await ppaas("plan", "set", "one", "cost=4.5", "parameters.weight=2")).status == 0
     assert ppaas.services.store.plan("one").parameters == {"weight": 2}
@@ -41,6 +41,6 @@ async def test_a_path_is_put_found_changed_and_told_of(ppaas: CommandLine, file:
 async def test_what_cannot_be_read_or_found_is_told(ppaas: CommandLine, file: str, tmp_path: Path) -> None:
     assert "No such file" in (await ppaas("plan", "put", "one", str(tmp_path / "none.json"))).err
     (tmp_path / "bad.json").write_text("{")
-    assert "is no JSON" in (await ppaas("plan", "put", "one", str(tmp_path / "bad.json"))).err
+    assert "is not JSON" in (await ppaas("plan", "put", "one", str(tmp_path / "bad.json"))).err
     assert "tolerance" in (await ppaas("plan", "find", *BETWEEN, "--tolerance", "9")).err
     assert "unknown plan" in (await ppaas("plan", "parts", "none")).err
