@@ -77,14 +77,9 @@ class CloudService:
         self._places: dict[str, PlaceLink] = {}
         self._times = StartTimes()
         self.of_machines = MachineEvents(
-            master,
-            checkpoints,
-            self._links,
-            self._times,
-            execute=self._execute,
-            container_lost=self._container_lost,
-            listener=listener,
-        )
+            master, checkpoints, self._links, self._times,
+            execute=self._execute, container_lost=self._container_lost, listener=listener,
+        )  # fmt: skip
         self._control = self.of_machines.listen(run_dir / "control.sock", secret)
         self.administration = Administration(master, self._execute, self.of_machines.cut_off)
         self._queue = Queue(master.quotas)
