@@ -160,16 +160,16 @@ class Accounts:
             return known
         forgotten = self._cache.forgotten
         try:
-            kept, user = await run_in_threadpool(self._token_and_user, token_hash)
+            stored, user = await run_in_threadpool(self._token_and_user, token_hash)
         except Unavailable:
             known = self._cache.last_known(token_hash, now)
             if known is None:
                 raise
             return known
-        if kept.expires <= now:
+        if stored.expires <= now:
             raise _unknown_token()
         if self._cache.forgotten == forgotten:  # otherwise the token may have been removed meanwhile
-            self._cache.put(token_hash, user, now, kept.expires)
+            self._cache.put(token_hash, user, now, stored.expires)
         return user
 
     async def change(
@@ -210,8 +210,8 @@ class Accounts:
 
     async def revoke(self, user_id: str, token: str) -> None:
         """Revoke a token of a user by its id; ``NotFound`` if the user has no such token."""
-        kept = await run_in_threadpool(self._store.token, token)
-        if kept.user != user_id:
+        stored = await run_in_threadpool(self._store.token, token)
+        if stored.user != user_id:
             raise NotFound("token", token)
         try:
             await run_in_threadpool(self._store.remove_token, token)

@@ -33,7 +33,7 @@ _EXAMPLES = {
     403: ("not-permitted", "Not permitted", "only an administrator may do this"),
     404: ("not-found", "Not found", "unknown map 'office'"),
     408: ("request-timeout", "Request Timeout", "the body did not arrive within 30 s: send it again, faster"),
-    409: ("conflict", "Conflict", "robot 'tb1' is connected: let it disconnect first"),
+    409: ("conflict", "Conflict", "robot 'tb1' is connected: disconnect it first"),
     413: ("message-too-large", "Too large", "the body of this request must have at most 1048576 bytes"),
     415: (
         "unsupported-media-type",

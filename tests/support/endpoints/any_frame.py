@@ -1,4 +1,4 @@
-"""Frames that a client of rosbridge may think of: most of them nearly right, by Hypothesis.
+"""Hypothesis strategies of rosbridge frames, most of them nearly valid.
 
 They have the operations, names, types and ids of a clone that is there, with anything else in some fields.
 """
@@ -44,7 +44,7 @@ FIELDS: dict[str, st.SearchStrategy[Any]] = {
 
 @st.composite
 def nearly_right(draw: st.DrawFn) -> str:
-    """Return an operation most of whose fields are what they should be."""
+    """Return an operation with mostly valid fields."""
     frame = {"op": draw(st.sampled_from(OPS))}
     wrong = draw(st.sets(st.sampled_from(sorted(FIELDS)), max_size=2))
     # One seed instead of a draw a field: ten thousand frames of sixteen fields must cost seconds.
@@ -74,4 +74,4 @@ GOOD: dict[str, Any] = {
 
 RUBBISH = st.text(max_size=20) | st.none() | st.sampled_from(["{", "[]", '{"op":1}', "[" * 5000, "\ud800", '"', "\x00"])
 FRAME = st.integers(0, 9).flatmap(lambda number: nearly_right() if number else RUBBISH)
-"""A frame as text, or None for one of bytes; one in ten is rubbish."""
+"""A text frame, or None for a binary frame; one in ten is garbage."""

@@ -1,4 +1,4 @@
-"""A cloud without machines: it answers what the test tells it to."""
+"""Fake control plane without machines, with responses set by the test."""
 
 import hashlib
 import json
@@ -22,7 +22,7 @@ from storage.records import User
 
 
 def machine() -> Machine:
-    """Return a machine that carries a container."""
+    """Return a machine that runs a container."""
     carries = {"c1": ContainerSpec("c1", "ann", MapVersion("house", "v"), 1.0)}
     return Machine(
         "m1",
@@ -45,7 +45,7 @@ def container(container_id: str = "c1", **fields: object) -> ContainerView:
 
 
 class FakeCloud:
-    """Answers every request with the straight line from start to goal, or with an error."""
+    """Answers every path request with the straight line from start to goal, or with an error."""
 
     def __init__(self) -> None:
         self.quotas = Quotas()
@@ -58,7 +58,7 @@ class FakeCloud:
         self.known = {"m1": machine()}
         self.given_up: list[str] = []
         self.reused = ""
-        """Id of the plan that every request is answered with, if there is one."""
+        """If set, id of the stored plan that every request returns."""
 
     def machines(self) -> list[MachineView]:
         return [machine_view(machine) for machine in self.known.values()]
@@ -126,7 +126,7 @@ class FakeCloud:
         )  # fmt: skip
 
     async def compute_costs(self, user: User, map: MapVersion, request: CostRequest) -> CostAnswer:  # noqa: A002
-        """Answer with 50 for each goal but the first, which no way leads to."""
+        """Answer with cost 50 for each goal except the first, to which there is no path."""
         self.costs_asked.append((user.id, map, request))
         if self.error is not None:
             raise self.error

@@ -1,4 +1,4 @@
-"""The REST service on a real socket with something of everything in it, for what is sent at random."""
+"""REST service on a real socket with objects of every kind, for random requests."""
 
 import asyncio
 import threading
@@ -36,12 +36,12 @@ KNOWN = {
     "container_id": "c1",
     "node": "amcl",
 }
-"""What is there, by the names of the paths' parameters."""
+"""Ids of existing objects by path parameter."""
 
 
 @dataclass
 class FuzzedService:
-    """A service, what is behind it, and how it answered."""
+    """Service under test, its stores, and counts of its responses."""
 
     services: Services
     cloud: FakeCloud
@@ -49,7 +49,7 @@ class FuzzedService:
     answers: Counter[tuple[str, int]] = field(default_factory=Counter)
 
     def refill(self) -> None:
-        """Put back what requests may have removed, so that the next one finds something."""
+        """Restore objects that requests may have removed."""
         store = self.services.store
         for user, role in (("root", "admin"), (USER, "user")):
             if user not in {known.id for known in store.users()}:
@@ -61,7 +61,7 @@ class FuzzedService:
         self.cloud.running = [container("c1", user="root", robot="tb2")]
 
     def summary(self) -> str:
-        """Return how many requests each operation had, and how they were answered."""
+        """Return the number of requests of each operation by status."""
         lines = []
         for operation in sorted({operation for operation, _ in self.answers}):
             counts = sorted((status, n) for (name, status), n in self.answers.items() if name == operation)
@@ -81,7 +81,7 @@ def description() -> dict[str, Any]:
 
 @contextmanager
 def fuzzed_service() -> Iterator[FuzzedService]:
-    """Serve from a thread of its own."""
+    """Serve from a separate thread."""
     store, cloud = MemoryStore(), FakeCloud()
     passwords = Passwords(PasswordHasher.from_parameters(profiles.CHEAPEST), workers=2)
     accounts = Accounts(store, passwords=passwords)

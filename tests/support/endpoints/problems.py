@@ -1,4 +1,4 @@
-"""What every error answer must be."""
+"""Checks of problem responses."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import httpx
 
 
 def problem_of(response: httpx.Response, status: int, slug: str) -> dict[str, Any]:
-    """Return the body of an answer that must be this problem."""
+    """Return the body of a response, which must be this problem."""
     assert (response.status_code, response.headers["content-type"]) == (status, "application/problem+json"), (
         response.text
     )

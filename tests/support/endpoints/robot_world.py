@@ -1,4 +1,4 @@
-"""A cloud on a real port, with a machine and its containers in the hands of the test."""
+"""Cloud on a real port, with a machine and containers played by the test."""
 
 import asyncio
 import json
@@ -31,7 +31,7 @@ KEY = "robot:ann/tb1"
 
 
 class World:
-    """A cloud on a real port, whose containers the test plays."""
+    """Cloud on a real port whose containers are played by the test."""
 
     def __init__(self, services: Services, service: CloudService, machine: FakeMachine, token: str) -> None:
         self.services = services
@@ -43,7 +43,7 @@ class World:
         self.port = 0
 
     def linger(self, seconds: float) -> None:
-        """Keep places and sessions for so long from now on."""
+        """Set the linger time of places and sessions [s]."""
         self.sessions._linger = self.clients._linger = seconds
 
     async def endpoint(self, websocket: WebSocket) -> None:
@@ -55,7 +55,7 @@ class World:
 
     @asynccontextmanager
     async def connected(self, role: str = "robot", **query: str) -> AsyncIterator[ClientConnection]:
-        """Connect, once a container is there."""
+        """Connect a client to a robot that has a container."""
         async with connect(self.url(role, **query), open_timeout=10) as client:
             yield client
 
@@ -120,14 +120,14 @@ async def closed(client: ClientConnection) -> tuple[int, str]:
 
 
 async def next_of(container: FarContainer, kind: type[Any]) -> Any:
-    """Return the next frame of a kind that a container gets."""
+    """Return the next frame of this kind that a container receives."""
     while not isinstance(frame := await container.next(), kind):
         assert frame is not None
     return frame
 
 
 async def refusal(url: str) -> tuple[int, dict[str, Any]]:
-    """Be refused; return the status and the problem."""
+    """Connect, expecting a refusal; return its status and problem."""
     with pytest.raises(InvalidStatus) as refused:
         await connect(url, open_timeout=10)
     response = refused.value.response

@@ -1,4 +1,4 @@
-"""A small rosbridge server for tests of clients: it notes what it hears and says what it is told to say."""
+"""Small rosbridge server for tests of clients: records received frames, sends frames on request."""
 
 import asyncio
 import json
@@ -13,7 +13,7 @@ from websockets.exceptions import ConnectionClosed
 
 
 class RosbridgeServer:
-    """One port, any number of connections, one after the other or at once."""
+    """Server on one port with any number of connections."""
 
     def __init__(self) -> None:
         self.url = ""
@@ -54,13 +54,13 @@ class RosbridgeServer:
         return [frame for frame in self.frames if frame["op"] == op]
 
     async def heard(self, op: str, count: int = 1, timeout: float = 10.0) -> list[dict[str, Any]]:
-        """Wait until so many frames of an operation have come."""
+        """Wait until ``count`` frames of an operation have been received."""
         async with asyncio.timeout(timeout), self._changed:
             await self._changed.wait_for(lambda: len(self.of(op)) >= count)
         return self.of(op)
 
     async def connected(self, count: int = 1, timeout: float = 10.0) -> ServerConnection:
-        """Wait until there have been so many connections, and return the last of them."""
+        """Wait for the connection number ``count``, and return it."""
         async with asyncio.timeout(timeout), self._changed:
             await self._changed.wait_for(lambda: len(self.connections) >= count)
         return self.connections[count - 1]
@@ -72,7 +72,7 @@ class RosbridgeServer:
 
 @asynccontextmanager
 async def rosbridge_server(**options: Any) -> AsyncIterator[RosbridgeServer]:
-    """Run one on a free port of the loopback."""
+    """Run a server on a free port of the loopback interface."""
     server = RosbridgeServer()
     hooks = {"process_request": server.check, "process_response": server.answer}
     async with serve(server.serve, "127.0.0.1", 0, **hooks, **options) as listening:

@@ -1,4 +1,4 @@
-"""A real server on a real socket."""
+"""Uvicorn server on a real socket."""
 
 import asyncio
 import socket
@@ -14,14 +14,14 @@ from endpoints.http.websocket_protocol import DirectWebSocket
 
 @asynccontextmanager
 async def serve(app: ASGIApp, **options: Any) -> AsyncIterator[int]:
-    """Serve an application on a free port of the loopback interface, with options of uvicorn; give the port."""
+    """Serve an application on a free port of the loopback interface, with options of uvicorn; yield the port."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
         server = uvicorn.Server(
             uvicorn.Config(
                 app, ws=DirectWebSocket, log_level="warning", lifespan="off", timeout_graceful_shutdown=5, **options
             )
         )
-        # The socket listens already: a client that is early waits to be accepted.
+        # The socket already listens, so early clients wait to be accepted.
         task = asyncio.create_task(server.serve(sockets=[listener]))
         try:
             yield listener.getsockname()[1]

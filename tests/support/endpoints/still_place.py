@@ -1,4 +1,4 @@
-"""A place whose container says nothing unless the test does: for clients without sockets."""
+"""Place without sockets whose container is played by the test."""
 
 import json
 from collections.abc import Callable
@@ -32,7 +32,7 @@ POSE = {
 
 
 class StillStream:
-    """The near end of a robot link: notes what is written, and hears what the test lets the container say."""
+    """Near end of a robot link: records written frames, and delivers frames that the test sends for the container."""
 
     waiting = 0
 
@@ -43,14 +43,14 @@ class StillStream:
         self.written.append(frame)
 
     def take(self, kind: type[msgspec.Struct]) -> list[Any]:
-        """Return the frames of a kind that were written since the last time."""
+        """Return the frames of a kind written since the last call."""
         found = [frame for frame in self.written if isinstance(frame, kind)]
         self.written = [frame for frame in self.written if not isinstance(frame, kind)]
         return found
 
 
 class StillPlace(PlaceLink):
-    """A place with a container from the start."""
+    """Place that has a container from the start."""
 
     def __init__(self) -> None:
         super().__init__("robot:ann/tb1")
@@ -61,16 +61,16 @@ class StillPlace(PlaceLink):
         self.nodes = {node.name: node for node in HELLO_NODES}
 
     def say(self, frame: robot_link.FromContainer) -> None:
-        """Let the container say something."""
+        """Deliver a frame of the container."""
         self._take(frame)
 
     def publish_json(self, topic: str, message: Any) -> None:
-        """Let the container publish a message."""
+        """Deliver a message published by the container."""
         self.say(robot_link.Published(topic, json.dumps(message).encode()))
 
 
 class StillClient:
-    """A session without a socket."""
+    """Client session without a socket."""
 
     def __init__(
         self,
@@ -86,11 +86,11 @@ class StillClient:
         self.session.take(json.dumps(frame))
 
     def told(self) -> list[dict[str, Any]]:
-        """Return what the client was sent since the last time."""
+        """Return the frames sent to the client since the last call."""
         return [json.loads(frame) for frame in sent(self.session.outbox)]
 
 
 async def answers(client: StillClient, count: int = 1) -> list[dict[str, Any]]:
-    """Wait until so many frames are there."""
+    """Wait until ``count`` frames have been sent."""
     await until(lambda: len(client.session.outbox) >= count)
     return client.told()

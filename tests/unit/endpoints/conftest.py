@@ -1,4 +1,4 @@
-"""A whole application over stores in memory and a cloud without machines."""
+"""Application with stores in memory and a cloud without machines."""
 
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from pathlib import Path
@@ -29,7 +29,7 @@ def clock() -> ManualClock:
 
 @pytest.fixture
 def passwords() -> Iterator[Passwords]:
-    """Hash as argon2id does, only cheaply."""
+    """Hash with argon2id at its lowest cost."""
     hashing = Passwords(PasswordHasher.from_parameters(profiles.CHEAPEST), workers=2, waiting=8)
     yield hashing
     hashing.close()
@@ -66,7 +66,7 @@ LogIn = Callable[[str], Awaitable[dict[str, str]]]
 
 @pytest.fixture
 def log_in(services: Services) -> LogIn:
-    """Return the header of a user, who is made if there is none; ``admin`` is an administrator."""
+    """Return the header of a user, who is created if missing; ``admin`` is an administrator."""
 
     async def header(user: str) -> dict[str, str]:
         if user not in {known.id for known in services.store.users()}:
@@ -81,7 +81,7 @@ Publish = Callable[..., Awaitable[httpx.Response]]
 
 @pytest.fixture
 def publish(client: httpx.AsyncClient) -> Publish:
-    """Return a call that sends the form of a map."""
+    """Return a function that publishes a map."""
 
     async def send(
         headers: dict[str, str],

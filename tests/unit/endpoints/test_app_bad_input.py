@@ -1,4 +1,4 @@
-"""What is wrong with a request is told as a problem, and nothing is lost by it."""
+"""Invalid requests are answered with problems and change nothing."""
 
 import asyncio
 import errno
@@ -139,7 +139,7 @@ async def test_a_body_that_comes_in_drops_is_waited_for_only_so_long(services: S
 
 
 class DeadStore:
-    """Has nothing to say but why."""
+    """Raises an error on every access."""
 
     def __getattr__(self, name: str) -> Any:
         def fail(*_arguments: object, **_options: object) -> None:
@@ -155,7 +155,7 @@ QUERIES = {
 
 
 def operations() -> list[tuple[str, str]]:
-    """Return the method and path of every operation that a store is asked in."""
+    """Return the method and path of every operation that uses a store."""
     asks_no_store = ("machines", "containers", "models", "planners", "health")  # the last one answers all the same
     known = {"map_id": "house", "version": "0" * 64, "robot_id": "tb1", "user_id": "bob", "plan_id": "p1", "token": "x"}
     known["node"] = "amcl"

@@ -1,4 +1,4 @@
-"""What each user may have, over REST."""
+"""Quotas over REST."""
 
 import asyncio
 from collections.abc import Callable
@@ -20,7 +20,7 @@ PATH = {"start": [0.0, 0.0], "goal": [1.0, 1.0]}
 
 @pytest.fixture
 def limit(services: Services) -> Callable[..., None]:
-    """Return a call that gives a user limits of the user's own, as it stands in the store."""
+    """Return a function that sets a user's own limits in the store."""
 
     def give(user: str, **limits: float) -> None:
         changed = msgspec.structs.replace(services.store.user(user), limits=Limits(**limits))  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Whatever is sent to any operation of the description, the answer is one that the description foresees.
+"""Every response to any request of any operation is one that the OpenAPI document declares.
 
 Requests are made by schemathesis: the examples of the description, its borders, and some at random, good and bad.
 ``make schemathesis`` sends more of them.
@@ -17,17 +17,17 @@ from tests.support.endpoints.fuzzed_rest import KNOWN, TOKEN, FuzzedService, des
 
 EXAMPLES = int(os.environ.get("PPAAS_SCHEMATHESIS_EXAMPLES", "10"))
 BEYOND_A_SCHEMA = [positive_data_acceptance]
-"""A schema cannot say which cursor a list gave, or which bytes are a map's: these are refused, and so they should."""
+"""Checks left out: a schema cannot describe valid cursors or map files, which are rightly refused."""
 
 HEADERS = {"Authorization": f"Bearer {TOKEN}"}
 
 FRAMING = ("connection", "content-length", "transfer-encoding", "upgrade")
-"""Headers by which a server tells where a request ends: with nonsense in them it is none, and no operation is asked."""
+"""Headers that delimit a request: with invalid values no operation is reached."""
 
 
 @schemathesis.hook
 def map_headers(context: schemathesis.HookContext, headers: dict[str, str] | None) -> dict[str, str] | None:
-    """Leave headers out that make something else of a request."""
+    """Remove headers that would change the framing of a request."""
     return headers and {name: value for name, value in headers.items() if name.lower() not in FRAMING}
 
 
@@ -43,7 +43,7 @@ def service() -> Iterator[FuzzedService]:
 
 def answered_as_described(case: schemathesis.Case, service: FuzzedService) -> None:
     if ask(service, case) == 404 and case.path_parameters:
-        # Names that are thought out are of nothing: ask the same of what is there.
+        # Generated names match nothing: use the names of existing objects.
         case.path_parameters = {name: KNOWN[name] for name in case.path_parameters}
         ask(service, case)
 
@@ -74,14 +74,14 @@ def ask(service: FuzzedService, case: schemathesis.Case) -> int:
     service.refill()
     response = case.call(service.url, headers=HEADERS)
     service.answers[case.operation.label, response.status_code] += 1
-    # What no operation knows of a query is passed over, as on the web at large.
+    # Unknown query parameters are ignored, as usual on the web.
     passed_over = [negative_data_rejection] if set(case.query or ()) - query_names(case) else []
     case.validate_response(response, excluded_checks=BEYOND_A_SCHEMA + passed_over)
     return response.status_code
 
 
 def query_names(case: schemathesis.Case) -> set[str]:
-    """Return the names that an operation knows in a query."""
+    """Return the names of an operation's query parameters."""
     return {each["name"] for each in case.operation.definition.raw.get("parameters", ()) if each["in"] == "query"}
 
 

@@ -1,4 +1,4 @@
-"""What only a real socket shows: bodies that are cut off, endless, rubbish."""
+"""Behaviour on real sockets: truncated, endless and invalid bodies."""
 
 import asyncio
 import json
@@ -24,7 +24,7 @@ async def port(services: Services) -> AsyncIterator[int]:
 
 
 async def exchange(port: int, *pieces: bytes) -> bytes:
-    """Send what is given and return what comes until the server closes."""
+    """Send bytes and return all that is received until the server closes the connection."""
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
     writer.writelines(pieces)
     answer = await reader.read()
@@ -38,7 +38,7 @@ async def test_a_huge_upload_is_refused_unread(port: int, log_in: LogIn) -> None
         "POST /v1/maps HTTP/1.1\r\nHost: cloud\r\nContent-Type: multipart/form-data; boundary=b\r\n"
         f"Authorization: {token}\r\nContent-Length: {HUGE}\r\n\r\n"
     )
-    # Nothing of the body is sent: only a server that does not want it can answer, and close.
+    # The body is not sent: only a server that refuses it by its header can respond and close.
     status, _, body = (await exchange(port, head.encode())).partition(b"\r\n\r\n")
     assert status.startswith(b"HTTP/1.1 413")
     assert b"application/problem+json" in status
@@ -61,7 +61,7 @@ async def test_an_endless_upload_is_cut_off_soon_after_the_limit(port: int, log_
             await loop.sock_sendall(client, b"%x\r\n%s\r\n" % (len(piece), piece))
             sent += len(piece)
 
-    # A stream would forget the answer that has come when it is told that no more can be sent.
+    # A stream would drop the received response when sending fails.
     with socket.create_connection(("127.0.0.1", port)) as client:
         client.setblocking(False)
         sender = asyncio.create_task(send())

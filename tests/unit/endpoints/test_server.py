@@ -1,4 +1,4 @@
-"""What the server needs before it serves, and the whole process from its start to its clean stop."""
+"""Start conditions of the server, and its process from start to clean stop."""
 
 import json
 import signal

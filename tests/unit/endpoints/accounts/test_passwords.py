@@ -1,4 +1,4 @@
-"""Hashing of passwords beside the event loop."""
+"""Password hashing in threads."""
 
 import asyncio
 import threading
@@ -13,7 +13,7 @@ PASSWORD = "correct horse"
 
 
 class SlowHasher(PasswordHasher):
-    """Takes as long as the test wants, and counts how many are at it."""
+    """Blocks until the test releases it, and counts concurrent calls."""
 
     def __init__(self) -> None:
         cheap = profiles.CHEAPEST

@@ -1,4 +1,4 @@
-"""``ppaas machine join`` and ``ppaas machine ticket``: what they refuse. That they work is a journey."""
+"""Errors of ``ppaas machine join`` and ``ppaas machine ticket``; end-to-end tests show that they work."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ TICKET = str(Ticket("127.0.0.1", 1, "ab" * 32, "secret"))
 
 
 def refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
-    """Return what a command says that ends with status 1."""
+    """Return the error of a command that exits with status 1."""
     assert main(["machine", *arguments]) == 1
     return capsys.readouterr().err
 

@@ -1,4 +1,4 @@
-"""The dashboard's files: what they are served with, and what they never hold."""
+"""Files of the dashboard: their headers, and what they must not contain."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""The pure modules of the dashboard, tested where they run: by node, which comes with Playwright."""
+"""Pure JavaScript modules of the dashboard, tested by node, which comes with Playwright."""
 
 import subprocess
 from pathlib import Path

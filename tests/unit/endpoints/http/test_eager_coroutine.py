@@ -1,4 +1,4 @@
-"""Coroutines that are begun at once."""
+"""Eagerly started coroutines."""
 
 import asyncio
 

@@ -1,4 +1,4 @@
-"""Bodies come to the application whole, in whatever pieces they are sent, and no block of a large one is copied."""
+"""Bodies reach the application complete in any chunking, and blocks of large bodies are not copied."""
 
 import asyncio
 import hashlib

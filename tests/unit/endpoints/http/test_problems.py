@@ -1,4 +1,4 @@
-"""Errors as problems, all of them."""
+"""All errors become problem responses."""
 
 import json
 import logging

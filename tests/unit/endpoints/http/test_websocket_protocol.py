@@ -1,4 +1,4 @@
-"""Whether the other end of a WebSocket is there, asked over real sockets."""
+"""Probes of WebSocket peers over real sockets."""
 
 import asyncio
 from collections.abc import AsyncIterator

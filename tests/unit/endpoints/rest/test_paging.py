@@ -1,4 +1,4 @@
-"""Lists come in pages, all in the same way."""
+"""Pagination, equal for all lists."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ LISTS = ["users", "tokens", "maps", "maps/m0/versions", "maps/m0/plans", "robots
 
 @pytest.fixture
 async def admin(services: Services, cloud: FakeCloud, log_in: LogIn) -> dict[str, str]:
-    """Return the header of an administrator who has five of each."""
+    """Return the header of an administrator who has five objects of each kind."""
     header = await log_in("admin")
     for number in range(5):
         services.store.add_user(user(f"u{number}"))

@@ -1,4 +1,4 @@
-"""JSON that no two readers can take in two ways."""
+"""Strict JSON: what two parsers could read differently is rejected."""
 
 import pytest
 

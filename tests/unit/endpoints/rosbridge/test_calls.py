@@ -1,4 +1,4 @@
-"""Calls of services among the clients at a place, and of those of the clone."""
+"""Service calls between clients of a place, and to the clone."""
 
 import json
 from typing import Any

@@ -1,4 +1,4 @@
-"""Goals of actions that a client gives at a place."""
+"""Action goals of a client."""
 
 import json
 from typing import Any

@@ -1,4 +1,4 @@
-"""Who is connected and says nothing is let go, unless its robot has a goal."""
+"""Idle clients are disconnected, unless their robot has a goal."""
 
 import asyncio
 

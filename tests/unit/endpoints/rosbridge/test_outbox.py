@@ -1,4 +1,4 @@
-"""What waits for one client is bounded, in order, and never an old command."""
+"""Frames waiting for one client are bounded and in order, and expired commands are not sent."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""The robot WebSocket over a real server, with a machine and its containers in the hands of the test."""
+"""Robot WebSocket over a real server, with a machine and containers played by the test."""
 
 import asyncio
 import json
@@ -170,7 +170,7 @@ async def test_calls_are_answered_or_refused_and_bounded(world: World) -> None:
             await say(robot, op="call_service", service="/make_plan", id=str(number), args={"n": number})
         refused = await hear(robot)
         assert (refused["id"], refused["result"]) == (str(MAX_CALLS), False)
-        assert "under way" in refused["values"]
+        assert "pending calls" in refused["values"]
         calls = [await next_of(container, robot_link.ServiceCall) for _ in range(MAX_CALLS)]
         assert [json.loads(call.payload) for call in calls] == [{"n": n} for n in range(MAX_CALLS)]
         container.stream.write(robot_link.ServiceAnswer(calls[1].call, b'{"plan":1}'))
@@ -227,7 +227,7 @@ async def test_a_client_that_does_not_read_its_answers_is_closed_rather_than_lef
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(self: FrameOutbox, frame: str) -> None:
-        raise Unavailable("the client sends requests faster than it reads the responses")
+        raise Unavailable("the client reads too slowly")
 
     async with world.robot() as (robot, container):
         monkeypatch.setattr(FrameOutbox, "put_answer", full)
@@ -235,7 +235,7 @@ async def test_a_client_that_does_not_read_its_answers_is_closed_rather_than_lef
         container.stream.write(robot_link.ServiceAnswer((await next_of(container, robot_link.ServiceCall)).call, b"{}"))
         assert await closed(robot) == (
             1011,
-            "unavailable: the client sends requests faster than it reads the responses",
+            "unavailable: the client reads too slowly",
         )
 
 

@@ -1,4 +1,4 @@
-"""Robots that would rather wait for their turn than be refused."""
+"""Robots that wait in the queue for a container."""
 
 import asyncio
 import json

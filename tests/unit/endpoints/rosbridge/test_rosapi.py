@@ -1,4 +1,4 @@
-"""What a place offers is told whole: clone, clients, and what tells it."""
+"""rosapi lists everything at a place: the clone, the clients, and rosapi itself."""
 
 import asyncio
 import json
@@ -17,7 +17,7 @@ from tests.support.engine.engine_links import hello, pair
 
 
 class Client:
-    """Hears, and says nothing."""
+    """Client that only receives."""
 
     def published(self, topic: str, payload: bytes) -> None: ...
 
@@ -30,7 +30,7 @@ class Client:
 
 @pytest.fixture
 async def place():
-    """A place whose container has said hello."""
+    """Return a place whose container has sent its hello."""
     made = PlaceLink("robot:ann/tb1")
     near, far = await pair(robot_link.FromContainer, robot_link.ToContainer)
     serving = asyncio.create_task(made.serve(hello("c1", ""), near))

@@ -1,4 +1,4 @@
-"""What a client may say at a robot's place, and what it and the others are told, without sockets."""
+"""Operations of a client, and what it and other clients receive, without sockets."""
 
 import asyncio
 from functools import partial

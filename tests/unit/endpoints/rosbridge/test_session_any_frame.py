@@ -1,4 +1,4 @@
-"""Ten thousand frames that a client may think of: none breaks the cloud, and none disturbs another client.
+"""Ten thousand generated frames: none breaks the cloud or disturbs another client.
 
 The frames are made by Hypothesis, most of them nearly right: the operations, names, types and ids of a clone that is
 there, with anything else in the fields. What a frame asks of the place is done for real; its container is a stand-in
@@ -19,14 +19,14 @@ from tests.support.endpoints.still_place import TOPICS, StillClient, StillPlace
 
 EXAMPLES = 250
 FRAMES = 40
-"""A client says so many in each example."""
+"""Number of frames per example."""
 
 SAID = st.tuples(st.sampled_from([topic.name for topic in TOPICS]), JSON)
 TOLD = {"publish", "status", "service_response", "call_service", "action_result", "action_feedback"}
 
 
 class Bystander:
-    """A well-behaved client: it hears its topic, and what it says reaches the container, whatever others do."""
+    """Well-behaved client: it receives its topic, and its messages reach the container, whatever other clients do."""
 
     def __init__(self, place: StillPlace) -> None:
         self._place = place
@@ -35,7 +35,7 @@ class Bystander:
         self._count = 0
 
     async def is_served(self) -> bool:
-        """Tell whether a velocity reaches it, and only that, and a message of its own reaches the container."""
+        """Return whether it receives a velocity and nothing else, and its own message reaches the container."""
         self._count += 1
         self._client.told()
         self._place.publish_json("cmd_vel", {"linear": {"x": self._count}})

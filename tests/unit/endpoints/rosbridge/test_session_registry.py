@@ -1,4 +1,4 @@
-"""Sessions that outlive their sockets, over real sockets, with the container in the hands of the test."""
+"""Sessions that outlive their sockets, over real sockets, with a container played by the test."""
 
 import asyncio
 import json
@@ -23,14 +23,14 @@ LONG = 1000.0
 
 @pytest.fixture
 async def world(world: World) -> World:
-    """Keep whoever is away for as long as a test takes."""
+    """Retain detached sessions for the duration of a test."""
     world.linger(LONG)
     return world
 
 
 @asynccontextmanager
 async def robot(world: World, **query: str) -> AsyncIterator[tuple[ClientConnection, FarContainer]]:
-    """Connect a robot with a session; in the end nobody is kept any longer."""
+    """Connect a robot with a session; at the end no session is retained."""
     async with world.robot(session="mine", **query) as (client, container):
         yield client, container
         world.linger(0.0)
@@ -39,7 +39,7 @@ async def robot(world: World, **query: str) -> AsyncIterator[tuple[ClientConnect
 
 
 def told(client: ClientConnection) -> tuple[str, str, int]:
-    """Return what the handshake said of the session: state, id, frames taken."""
+    """Return the session headers of the handshake: state, id, number of frames received."""
     assert client.response is not None
     headers = client.response.headers
     return headers[STATE_HEADER], headers[ID_HEADER], int(headers[TAKEN_HEADER])

@@ -1,4 +1,4 @@
-"""Planners that are installed, as a process of its own lists them."""
+"""Catalogue of installed planners, listed by a separate process."""
 
 import sys
 from pathlib import Path

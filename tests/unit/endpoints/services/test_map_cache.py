@@ -1,4 +1,4 @@
-"""Heads of maps are looked up once, and anew where they may have changed."""
+"""Heads of maps are cached, and read again when they may have changed."""
 
 import asyncio
 import threading
@@ -14,7 +14,7 @@ from tests.support.storage.records import house, put_map
 
 
 class Counting(MemoryMapStore):
-    """Counts how often it is asked, and answers when it may."""
+    """Counts queries, and answers when the test allows it."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -115,7 +115,7 @@ async def test_while_the_store_is_away_a_map_is_as_it_was_of_late(store: Countin
 
 
 class Away(MemoryMapStore):
-    """Does not answer."""
+    """Raises ``Unavailable``."""
 
     def __init__(self) -> None:
         super().__init__()

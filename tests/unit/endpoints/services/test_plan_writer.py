@@ -1,4 +1,4 @@
-"""Plans are kept beside the answers, and are there for whoever looks."""
+"""Plans are written in the background, and lookups wait for them."""
 
 import asyncio
 import threading
@@ -18,7 +18,7 @@ def plan(name: str) -> PlanRecord:
 
 
 class SlowStore(MemoryStore):
-    """Writes when it is told to."""
+    """Blocks writes until the test allows them."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -94,4 +94,4 @@ async def test_a_plan_that_is_invalid_does_not_take_others_along(caplog: pytest.
         await writer.write(store, partial(plan, name))
     await writer.settled()
     assert [store.plan(name).id for name in ("p1", "p2")] == ["p1", "p2"]
-    assert "bad was not kept: this one is bad" in caplog.text
+    assert "bad was not stored: this one is bad" in caplog.text

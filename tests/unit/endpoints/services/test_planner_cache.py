@@ -1,4 +1,4 @@
-"""What is told of planners, as it is kept between runs."""
+"""Disk cache of the planner catalogue."""
 
 import os
 import sys

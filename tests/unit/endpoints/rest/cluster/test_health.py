@@ -1,4 +1,4 @@
-"""How the cloud does, as REST tells of it."""
+"""Health of the cloud over REST."""
 
 import threading
 from collections.abc import Callable

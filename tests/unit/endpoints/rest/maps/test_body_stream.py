@@ -4,7 +4,7 @@ from collections.abc import AsyncIterator
 
 import pytest
 
-from endpoints.rest.maps.body_stream import MIN_BATCH, MAX_WAITING, consume
+from endpoints.rest.maps.body_stream import MAX_WAITING, MIN_BATCH, consume
 
 BLOCK = MIN_BATCH // 2
 

@@ -1,4 +1,4 @@
-"""Maps that are small to send and large to look at, or lie about themselves: refused, and nothing is kept."""
+"""Small uploads that unpack to large maps, or have wrong headers, are refused and not stored."""
 
 import io
 import struct
@@ -14,7 +14,7 @@ from tests.unit.endpoints.conftest import LogIn, Publish
 
 
 def png_of(width: int, height: int) -> bytes:
-    """Return a PNG that says how large it is and has next to nothing in it."""
+    """Return a PNG whose header has this size but which has almost no data."""
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
@@ -24,7 +24,7 @@ def png_of(width: int, height: int) -> bytes:
 
 
 def padded_png() -> bytes:
-    """Return a PNG with a text that unpacks to 64 MiB."""
+    """Return a PNG with a text chunk that unpacks to 64 MiB."""
     kept = io.BytesIO()
     Image.new("L", (4, 3), 254).save(kept, "PNG")
     image = kept.getvalue()

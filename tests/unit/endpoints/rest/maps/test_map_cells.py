@@ -1,4 +1,4 @@
-"""How the cells of a map travel; what they are is tested with the maps."""
+"""Transfer of a map's cells; their values are tested in ppaas.maps."""
 
 import httpx
 

@@ -1,4 +1,4 @@
-"""Versions of maps over REST: who, when and why, what differs, back to one of them, and octomaps."""
+"""Map versions over REST: list, differences, roll back, and octomaps."""
 
 import asyncio
 

@@ -1,4 +1,4 @@
-"""Changes of maps: who reads them, and what is said of them."""
+"""Changes of maps: readers and description."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""The form with which a map is uploaded."""
+"""Form that publishes a map."""
 
 import httpx
 import pytest

@@ -1,4 +1,4 @@
-"""What it costs from many starts to many goals, over REST."""
+"""Cost matrices over REST."""
 
 import httpx
 import pytest

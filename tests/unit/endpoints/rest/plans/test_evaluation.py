@@ -1,4 +1,4 @@
-"""How planners did on a map, as REST tells it."""
+"""Evaluation of planners over REST."""
 
 import httpx
 import pytest

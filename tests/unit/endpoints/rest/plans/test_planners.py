@@ -1,4 +1,4 @@
-"""The planners, as REST tells of them."""
+"""Planners over REST."""
 
 import httpx
 import pytest

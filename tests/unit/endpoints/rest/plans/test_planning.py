@@ -1,4 +1,4 @@
-"""Paths over REST."""
+"""Path requests over REST."""
 
 import json
 from collections.abc import AsyncIterator
@@ -117,7 +117,7 @@ async def test_what_cannot_be_asked_for_never_reaches_a_planner(
 ) -> None:
     ann = await log_in("ann")
     await publish(ann)
-    # As careless clients write it: Python's JSON has NaN and Infinity.
+    # Python's JSON encoder writes NaN and Infinity.
     headers = ann | {"Content-Type": "application/json"}
     answer = await client.post("/v1/maps/house/plans", headers=headers, content=json.dumps(ASKED | change))
     assert problem_of(answer, 422, "invalid-request")["errors"][0]["where"][1] == next(iter(change))

@@ -1,4 +1,4 @@
-"""The models of robots, as REST tells of them."""
+"""Robot models over REST."""
 
 import httpx
 

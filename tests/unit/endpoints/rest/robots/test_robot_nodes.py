@@ -1,4 +1,4 @@
-"""Where the nodes of a robot run, over REST."""
+"""Homes of a robot's nodes over REST."""
 
 import httpx
 import pytest
