@@ -1,6 +1,7 @@
 """The structure of the code as its imports show it: folders, the arrows between them, and modules named in strings."""
 
 import ast
+import itertools
 import re
 from collections import defaultdict
 from collections.abc import Iterator
@@ -59,7 +60,7 @@ def folder_cycle(arrows: Arrows) -> list[str]:
     except CycleError as error:
         # The sorter lists a cycle from each folder to the one that imports it.
         cycle = cast("list[str]", error.args[1])[::-1]
-        return [arrows[source][target][0] for source, target in zip(cycle, cycle[1:], strict=False)]
+        return [arrows[source][target][0] for source, target in itertools.pairwise(cycle)]
     return []
 
 

@@ -1,0 +1,28 @@
+"""Docstrings and documents are written in plain English, as far as a rule can see."""
+
+import pytest
+
+from tests.architecture import prose
+from tests.support.sources import ALL_PACKAGES, ROOT, Source, sources
+
+DOCUMENTS = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+
+
+def test_no_module_docstring_opens_with_a_question():
+    assert [fault for source in sources(*ALL_PACKAGES) for fault in prose.question_for_a_docstring(source)] == []
+
+
+def test_code_names_the_actor():
+    assert [fault for source in sources(*ALL_PACKAGES) for fault in prose.dialect(source.path, source.text)] == []
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda file: file.relative_to(ROOT).as_posix())
+def test_documents_name_the_actor(document):
+    assert prose.dialect(document.name, document.read_text(encoding="utf-8")) == []
+
+
+def test_the_rules_find_what_breaks_them():
+    assert prose.question_for_a_docstring(Source.of("a.py", '"""What an agent is told at its start."""'))
+    assert prose.question_for_a_docstring(Source.of("a.py", '"""Settings of an agent."""')) == []
+    assert prose.dialect("a.md", "one\nWhoever asks, waits.") == ["a.md:2: Whoever"]
+    assert prose.dialect("a.md", "The client waits.") == []
