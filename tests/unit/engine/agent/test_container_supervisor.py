@@ -179,7 +179,7 @@ async def test_layers_know_the_height_of_a_robot_whose_map_has_an_octomap(host: 
 async def test_a_container_whose_robot_has_a_footprint_that_is_none_is_refused(host: Host) -> None:
     bad = robot_config(parameters={"global_costmap": {"footprint": [[0, 0]]}})
     host.start(ContainerSpec("c1", "ann", HOUSE, 1.0, bad))
-    refusal = Refusal("invalid-parameter", "footprint must be a list of three corners x, y [m] or more")
+    refusal = Refusal("invalid-parameter", "footprint must be a list of at least three corners x, y [m]")
     await host.told(control_link.LaunchFailed("c1", refusal))
 
 
