@@ -1,4 +1,4 @@
-"""The processes of a cloud and its machines, told from all others by the folder for temporary files that they have."""
+"""Processes of a cloud and its machines, recognized by their folder for temporary files."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,12 +12,13 @@ from engine.runtimes.compilation import rest_compiler
 from robots import cli
 
 FORKED = "forkserver"
+"""Word in the command line of a fork server and its children."""
 
 MACHINES = "machines"
-"""Folder of a cloud's folder in which each machine that joined has one by its name."""
+"""Subfolder of the cloud's folder that has a folder for each joined machine, by its name."""
 
 OWN = "local"
-"""Name of the cloud's own machine."""
+"""Name of the cloud's local machine."""
 
 _BY_COMMAND = {
     f"{cli.__name__} up": "web",
@@ -32,17 +33,17 @@ _BY_COMMAND = {
 
 @dataclass(frozen=True, slots=True)
 class CloudProcessInfo:
-    """One process.
+    """A process of a cloud.
 
     Parameters
     ----------
     process : psutil.Process
-        It.
+        The process.
     kind : str
-        ``web``, ``agent``, ``joined machine``, ``router``, ``fork server``, ``forked`` (a container, or what makes the
-        layers of a map), ``compiler``, ``resource tracker`` or ``other``.
+        ``web``, ``agent``, ``joined machine``, ``router``, ``fork server``, ``forked`` (a container, or a process that
+        builds the layers of a map), ``compiler``, ``resource tracker`` or ``other``.
     home : str
-        Name of the machine that it belongs to.
+        Name of its machine.
     """
 
     process: psutil.Process
@@ -51,20 +52,20 @@ class CloudProcessInfo:
 
 
 def cloud_processes(folder: Path) -> list[CloudProcessInfo]:
-    """Return all processes whose folder for temporary files is this one, or lies in it; zombies have none."""
+    """Return all processes whose folder for temporary files is ``folder`` or below it; zombies are not found."""
     found = []
     for process in psutil.process_iter():
         try:
             home = Path(process.environ().get("TMPDIR", ""))
             if home.is_relative_to(folder):
                 found.append(CloudProcessInfo(process, _kind(process), machine_of(home.relative_to(folder))))
-        except psutil.Error:  # it ended just now, or is somebody else's
+        except psutil.Error:  # it has just exited, or belongs to another user
             continue
     return found
 
 
 def machine_of(home: Path) -> str:
-    """Return the machine that has a folder for temporary files, given below that of the cloud."""
+    """Return the machine of a folder for temporary files, given relative to the cloud's folder."""
     return home.parts[1] if home.parts[:1] == (MACHINES,) else OWN
 
 

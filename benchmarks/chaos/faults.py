@@ -1,4 +1,4 @@
-"""Which faults there are, and when: the same seed gives the same, as far as what they meet is the same."""
+"""Kinds of faults and their random order, which depends on the seed alone."""
 
 from collections.abc import Iterator
 from random import Random
@@ -10,7 +10,7 @@ How = Literal["kill", "stop", "drain"]
 
 
 class FaultKind(NamedTuple):
-    """A kind of fault: ``kill`` is SIGKILL, ``stop`` SIGSTOP, ``drain`` moves all that a machine carries."""
+    """A kind of fault: ``kill`` sends SIGKILL, ``stop`` sends SIGSTOP, ``drain`` moves all containers off a machine."""
 
     victim: str
     how: How
@@ -29,33 +29,33 @@ OF_ONE_MACHINE = (
     FaultKind("helper", "kill"),
     FaultKind("web", "kill"), FaultKind("web", "stop"),
 )  # fmt: skip
-"""What can be done to a cloud; containers die more often than all else."""
+"""Faults of a cloud with one machine; containers are killed twice as often as other processes."""
 
 OF_MORE = (FaultKind("joined machine", "kill"), FaultKind("joined machine", "stop"), FaultKind("machine", "drain"))
-"""What can be done beside that where it has machines of other hosts."""
+"""Additional faults of a cloud with joined machines."""
 
 PAUSE = {"web": 3.0, "joined machine": 8.0}
-"""Seconds after which what was stopped goes on, where nobody of the cloud can end it: no machine that it has lost."""
+"""Times after which stopped processes continue, for processes that the cloud itself cannot kill [s]."""
 
 LONGEST_STOP = 25.0
-"""Seconds after which all else that was stopped, and is still there, goes on."""
+"""Time after which other stopped processes continue if the cloud has not killed them [s]."""
 
 
 class InjectedFault(msgspec.Struct):
-    """One that was done.
+    """An injected fault.
 
     Parameters
     ----------
     name : str
-        Its kind, in words.
+        Kind of the fault, in words.
     at : float
-        Monotonic seconds.
+        Time of the fault [monotonic s].
     home : str
-        Whose process it was: the folder of the cloud or the name of a machine.
+        Name of the machine of the process, or of the drained machine.
     pid : int
-        Of the process; 0 where it was none.
+        Process id; 0 for a drained machine.
     until : float
-        When a process that was stopped had gone on or had ended; infinite until then, 0 where nothing was stopped.
+        Time when a stopped process continued or had exited; infinite until then, 0 if nothing was stopped.
     """
 
     name: str
@@ -66,7 +66,7 @@ class InjectedFault(msgspec.Struct):
 
 
 def deck(random: Random, machines: int) -> Iterator[FaultKind]:
-    """Yield kinds without end, each as often as the others, in an order that nobody knows."""
+    """Yield kinds without end: all kinds in random order, then again in another order."""
     kinds = [*OF_ONE_MACHINE, *(OF_MORE if machines > 1 else ())]
     while True:
         random.shuffle(kinds)

@@ -1,4 +1,4 @@
-"""What became of goals: each that was sent gets one result, or who sent it learns that it is lost."""
+"""Check of goals: each goal must get one result, or its client must learn that it is lost."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -8,14 +8,14 @@ Ending = Literal["result", "status", "lost"]
 
 
 class GoalResults:
-    """Keeps the books of one robot.
+    """Goals of one robot, and how they ended.
 
     Parameters
     ----------
     robot : str
-        Its name.
+        Name of the robot.
     tell : callable
-        Told of what should not have been.
+        Called with a description of each error.
     """
 
     def __init__(self, robot: str, tell: Callable[[str], None]) -> None:
@@ -27,40 +27,40 @@ class GoalResults:
 
     @property
     def sent(self) -> int:
-        """How many there were."""
+        """Number of goals sent."""
         return len(self._sent)
 
     def send(self, goal: str) -> None:
-        """Note a goal that was sent."""
+        """Record a goal that was sent."""
         self._sent[goal] = 0
 
     def result(self, goal: str) -> None:
-        """Note a result."""
+        """Record a result; a second one for the same goal is an error."""
         if goal not in self._sent:
-            self._tell(f"{self._robot} heard of a goal that it never had: {goal}")
+            self._tell(f"{self._robot} received the result of a goal that it never sent: {goal}")
             return
         self._sent[goal] += 1
         if self._sent[goal] > 1:
-            self._tell(f"{self._robot} heard of the end of {goal} {self._sent[goal]} times")
+            self._tell(f"{self._robot} received {self._sent[goal]} results of {goal}")
 
     def end(self, ending: Ending, status: str) -> None:
-        """Note what became of a goal.
+        """Record the end of a goal.
 
         Parameters
         ----------
         ending : str
-            ``result``; ``status``, where the result was lost and the list of statuses tells of it; ``lost``, where a
-            session began anew in which the clone does not know the goal, or the client gave up: both are told of it.
+            ``result``; ``status`` if the result was lost and the list of statuses shows the end; ``lost`` if a new
+            session began whose clone does not know the goal, or if the client gave up.
         status : str
-            How it ended.
+            Final status of the goal.
         """
         self.endings[ending] += 1
         self.statuses[status] += 1
 
     def forgotten(self, goal: str) -> None:
-        """Note that a clone does not know a goal, and nobody was told that it is lost."""
-        self._tell(f"{self._robot}: {goal} was forgotten, and nobody was told")
+        """Record that a clone does not know a goal although no new session began."""
+        self._tell(f"{self._robot}: the clone lost {goal} without a new session")
 
     def missing(self, goal: str, seconds: float) -> None:
-        """Note that nobody told of the end of a goal."""
-        self._tell(f"{self._robot}: nothing was heard of the end of {goal} in {seconds:.0f} s")
+        """Record that a goal neither ended nor was lost within a time limit [s]."""
+        self._tell(f"{self._robot}: {goal} did not end within {seconds:.0f} s")

@@ -1,4 +1,4 @@
-"""Does the faults, one after the other, and sees that nothing stays stopped that nobody else can set going."""
+"""Injects faults one after the other and continues processes that stay stopped."""
 
 import asyncio
 import contextlib
@@ -21,33 +21,33 @@ from robots.client.rest import RestClient
 logger = logging.getLogger(__name__)
 
 HELPERS = frozenset((FORKED, "compiler"))
-"""What works beside: containers that only plan, what makes the layers of maps, compilers of kernels."""
+"""Kinds of helper processes: containers that only plan, builders of map layers, compilers of kernels."""
 
 DRAIN = 5.0
-"""Seconds for which a machine is drained."""
+"""Time for which a machine is drained [s]."""
 
 SPREAD = 0.5, 1.5
-"""Of the time between two faults, as parts of its mean."""
+"""Shortest and longest time between two faults, as multiples of the mean."""
 
 LOOK = 0.2
-"""Seconds between two looks at a process that was stopped."""
+"""Period at which a stopped process is checked [s]."""
 
 
 class Injector:
-    """Does faults at random times.
+    """Injects faults at random times.
 
     Parameters
     ----------
     rest : RestClient
-        Of an administrator: only the cloud knows which process is whose container.
+        Login of an administrator, to list the containers of robots.
     folder : Path
-        Of the cloud, for its temporary files.
+        Folder of the cloud for temporary files.
     random : Random
-        Decides what, whom and when.
+        Chooses kinds, victims and times.
     machines : int
-        How many the cloud has.
+        Number of machines of the cloud.
     tell : callable
-        Told of what should not have been.
+        Called with a description of each error.
     """
 
     def __init__(
@@ -68,12 +68,12 @@ class Injector:
         self.faults: list[InjectedFault] = []
 
     async def run(self, seconds: float, every: float) -> None:
-        """Do faults for a while; then let all that was stopped go on.
+        """Inject faults for a while; then continue all stopped processes.
 
         Parameters
         ----------
         seconds : float
-            How long.
+            Duration [s].
         every : float
             Mean time between two faults [s].
         """
@@ -90,14 +90,14 @@ class Injector:
                 await self._drain(kind)
             else:
                 await self._signal(kind)
-        except (PPaaSError, psutil.Error) as error:  # the cloud is away, or the victim went just now
+        except (PPaaSError, psutil.Error) as error:  # the cloud is unreachable, or the victim has just exited
             logger.info("no fault (%s): %s", kind, error)
 
     async def _signal(self, kind: FaultKind) -> None:
         found = await asyncio.to_thread(cloud_processes, self._folder)
         victims = await self._victims(kind, found)
         if not victims:
-            logger.info("no fault (%s): there is none", kind)
+            logger.info("no fault (%s): no such process runs", kind)
             return
         victim = self._random.choice(sorted(victims, key=lambda member: member.process.pid))
         fault = InjectedFault(str(kind), monotonic(), victim.home, victim.process.pid)
@@ -118,7 +118,7 @@ class Injector:
         return [member for member in found if member.kind in HELPERS and member.process.pid not in clones]
 
     async def _go_on(self, process: psutil.Process, pause: float, fault: InjectedFault) -> None:
-        """Set a process going that was stopped and that nobody has ended, at the latest when all is over."""
+        """Continue a stopped process after a pause, or at the end of the run, unless it has exited."""
         end = fault.at + pause
         while _lives(process) and monotonic() < end and not self._over.is_set():
             with contextlib.suppress(TimeoutError):
@@ -129,7 +129,7 @@ class Injector:
         fault.until = monotonic()
 
     async def _drain(self, kind: FaultKind) -> None:
-        """Drain the machine that carries most, so that robots come to others too."""
+        """Drain the machine with the most containers, so that robots move to other machines."""
         machines = await self._rest.items("/v1/machines")
         fullest = max(machines, key=lambda machine: machine["containers"])["id"]
         self.faults.append(InjectedFault(str(kind), monotonic(), fullest))
@@ -137,7 +137,7 @@ class Injector:
         self._later(self._undrain(fullest))
 
     async def _undrain(self, machine: str) -> None:
-        """Give a machine work again; it may be away meanwhile, as the cloud may be."""
+        """End the drain of a machine; retry while the machine or the cloud is unreachable."""
         await asyncio.sleep(DRAIN)
         for _ in range(60):
             try:
@@ -146,7 +146,7 @@ class Injector:
             except PPaaSError as error:
                 logger.info("machine %s is not undrained yet: %s", machine, error)
                 await asyncio.sleep(1.0)
-        self._tell(f"machine {machine} was drained, and is away since")
+        self._tell(f"machine {machine} did not come back after it was drained")
 
     def _later(self, work: Coroutine[Any, Any, None]) -> None:
         task = asyncio.create_task(work)

@@ -1,4 +1,4 @@
-"""What processes leave behind: zombies, shared memory, control groups, temporary files, open files."""
+"""Leftovers of processes: zombies, shared memory, control groups, temporary files, and open files."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,26 +12,26 @@ SHARED_MEMORY = Path("/dev/shm")
 CGROUPS = Path("/sys/fs/cgroup")
 
 ZOMBIE_GRACE = 10.0
-"""Seconds in which whoever has to must have taken note of a process that ended."""
+"""Time within which the parent of an exited process must have reaped it [s]."""
 
 KEPT = frozenset(("data", "password", "ready.json", "log", MACHINES))
-"""What of a cloud's folder is meant to stay."""
+"""Entries of a cloud's folder that are meant to stay."""
 
 COUNTED = frozenset(("web", "agent", "joined machine", "router"))
-"""Processes that live on, so that what they open and do not close adds up."""
+"""Kinds of long-lived processes, whose open files are counted to find leaks."""
 
 
 class Leftovers:
-    """Looks at the processes of a cloud again and again, and at the end at what is left of them.
+    """Checks the processes of a cloud repeatedly, and their leftovers at the end.
 
     Parameters
     ----------
     folder : Path
-        For their temporary files.
+        Folder of the cloud for temporary files.
     tell : callable
-        Told of what should not be there.
+        Called with a description of each error.
     clock : callable
-        Monotonic seconds.
+        Monotonic clock [s].
     """
 
     def __init__(self, folder: Path, tell: Callable[[str], None], clock: Clock = monotonic) -> None:
@@ -47,7 +47,7 @@ class Leftovers:
         self._files: dict[str, int] = {}
 
     def look(self) -> list[CloudProcessInfo]:
-        """Note what there is now; return the processes that run. It takes tenths of a second on a busy computer."""
+        """Record the present state; return the running processes. Takes tenths of a second on a busy computer."""
         found = cloud_processes(self._folder)
         new = _names(SHARED_MEMORY) - self._before - self._shared
         for member in found:
@@ -67,13 +67,16 @@ class Leftovers:
                 self._tell(f"process {process.pid} ({kind}) has been a zombie for {now - since:.0f} s")
 
     def count_files(self, more: int | None = None) -> None:
-        """Note how many files each kind of process has open; with ``more``, tell of those that have so many more."""
+        """Record the number of open files of each kind of process.
+
+        With ``more``, report instead the processes with more than ``more`` files above the recorded number.
+        """
         for member in cloud_processes(self._folder):
             if member.kind not in COUNTED:
                 continue
             try:
                 count = member.process.num_fds()
-            except psutil.Error:  # it ended just now
+            except psutil.Error:  # it has just exited
                 continue
             if more is None:
                 self._files[member.kind] = max(count, self._files.get(member.kind, 0))
@@ -81,7 +84,7 @@ class Leftovers:
                 self._tell(f"a process ({member.kind}) has {count} files open, from {self._files[member.kind]}")
 
     def at_end(self) -> None:
-        """Tell of what is left after all was ended."""
+        """Report everything that is left after all processes have been ended."""
         for member in self.look():
             self._tell(f"process {member.process.pid} ({member.kind} of {member.home}) is left")
         for name in sorted(_names(SHARED_MEMORY) - self._before):
@@ -97,7 +100,7 @@ class Leftovers:
                     self._tell(f"{left} is left")
 
     def _is_of_ours(self, name: str) -> bool:
-        """Tell whether a folder in shared memory is named after one of the processes that were seen."""
+        """Return whether a folder in shared memory is named after a process of the cloud."""
         return name.startswith("ppaas-") and any(f"-{process.pid}-" in name for process in self._seen)
 
 
@@ -106,7 +109,7 @@ def _names(folder: Path) -> set[str]:
 
 
 def _groups(pid: str) -> set[str]:
-    """Return the control groups of a process, without the outermost, in which it dies."""
+    """Return the control groups of a process without the root group, to which it belongs once it has exited."""
     try:
         lines = Path(f"/proc/{pid}/cgroup").read_text().splitlines()
         return {line for line in lines if not line.endswith(":/")}
@@ -122,7 +125,7 @@ def _maps(pid: int) -> str:
 
 
 def _is_zombie(process: psutil.Process) -> bool:
-    """Tell whether a process ended, and one of ours that started it and is not stopped has not taken note of it."""
+    """Return whether a process is a zombie whose parent runs, is not stopped, and has not reaped it."""
     try:
         if not process.is_running() or process.status() != psutil.STATUS_ZOMBIE or process.ppid() == 1:
             return False

@@ -1,4 +1,4 @@
-"""What a robot hears, and what it should not have heard: a command twice, or two clones at a time."""
+"""Checks of the messages to a robot: nothing may arrive twice or come from two clones at once."""
 
 import asyncio
 from collections import Counter, deque
@@ -7,22 +7,22 @@ from collections.abc import Callable
 from benchmarks.chaos.silences import Silences
 
 MOST_CYCLES = 32
-"""Control cycles that a clone may have begun within a second. It begins 20, and two clones would begin 40."""
+"""Largest number of control cycles of one clone within a second: one clone runs 20, two would run 40."""
 
 
 class MessageChecks:
-    """Listens for one robot.
+    """Checks the messages to one robot.
 
-    A clone stamps what it says of each control cycle (``move_base/feedback``, which goes with each ``cmd_vel``) when it
-    says it, and where the robot is (``amcl_pose``) with the stamp of the scan that told it. So a stamp that was heard
-    before was said twice, an earlier one comes from another clone, and too many in a second come from two clones.
+    A clone stamps the feedback of each control cycle (``move_base/feedback``, sent with each ``cmd_vel``) with the
+    current time, and ``amcl_pose`` with the stamp of the scan that it used. So a repeated stamp is a message sent
+    twice, an earlier stamp comes from another clone, and too many stamps within a second come from two clones.
 
     Parameters
     ----------
     robot : str
-        Its name.
+        Name of the robot.
     tell : callable
-        Told of what should not have been heard.
+        Called with a description of each error.
     """
 
     def __init__(self, robot: str, tell: Callable[[str], None]) -> None:
@@ -36,31 +36,31 @@ class MessageChecks:
         self._scans: Counter[float] = Counter()
 
     def commanded(self, now: float) -> None:
-        """Note a ``cmd_vel``."""
+        """Record a ``cmd_vel`` at a monotonic time [s]."""
         self.commands += 1
         self.driven.set()
         self.uncommanded.heard(now)
 
     def cycled(self, stamp: float) -> None:
-        """Note the feedback of a control cycle."""
+        """Check the stamp of the feedback of a control cycle [s]."""
         if stamp <= self._cycle:
-            self._tell(f"{self._robot} heard of a control cycle {_again(stamp, self._cycle)}")
+            self._tell(f"{self._robot} received the feedback of a control cycle {_again(stamp, self._cycle)}")
         self._cycle = max(self._cycle, stamp)
         self._cycles.append(stamp)
         while self._cycles[0] < self._cycle - 1.0:
             self._cycles.popleft()
         if len(self._cycles) > MOST_CYCLES:
-            self._tell(f"{self._robot} heard of {len(self._cycles)} control cycles within a second")
+            self._tell(f"{self._robot} received the feedback of {len(self._cycles)} control cycles within a second")
             self._cycles.clear()
 
     def scanned(self, stamp: float) -> None:
-        """Note a scan that the robot sent; a simulated world that was held up sends several at the same moment."""
+        """Record the stamp of a scan that the robot sent; a delayed simulation sends several with the same stamp."""
         self._scans[stamp] += 1
 
     def localized(self, stamp: float) -> None:
-        """Note an ``amcl_pose``."""
+        """Check the stamp of an ``amcl_pose`` [s]."""
         if stamp < self._scan or not self._scans[stamp]:
-            self._tell(f"{self._robot} was told where it is by a scan {_again(stamp, self._scan)}")
+            self._tell(f"{self._robot} received the pose of a scan {_again(stamp, self._scan)}")
         self._scan = max(self._scan, stamp)
         self._scans = Counter({sent: left for sent, left in self._scans.items() if sent >= self._scan})
         self._scans[stamp] -= 1

@@ -1,4 +1,4 @@
-"""Somebody who asks for one path after another by REST, so that containers plan that are nobody's clones."""
+"""Client that requests paths by REST, so that containers without a robot run too."""
 
 import asyncio
 import itertools
@@ -10,20 +10,20 @@ from robots.client.rest import RestClient
 from robots.sim.courses import Course
 
 PERIOD = 1.0
-"""Seconds between two requests."""
+"""Period of the requests [s]."""
 
 
 class PathRequester:
-    """Asks, and counts how it was answered: with a path, or with what kept the cloud from it.
+    """Requests paths, and counts the answers: a path, or the code of the error.
 
     Parameters
     ----------
     rest : RestClient
         Logged in.
     map_id : str
-        Of the map.
+        Id of the map.
     courses : sequence of Course
-        Between whose places paths are asked for.
+        Starts and goals of the requested paths.
     """
 
     def __init__(self, rest: RestClient, map_id: str, courses: Sequence[Course]) -> None:
@@ -33,7 +33,7 @@ class PathRequester:
         self.answers: Counter[str] = Counter()
 
     async def run(self) -> None:
-        """Ask until cancelled."""
+        """Request paths until cancelled."""
         for start, goal in self._ways:
             try:
                 await self._rest.plan(self._map, start, goal)

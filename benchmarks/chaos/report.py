@@ -1,4 +1,4 @@
-"""What a run of faults came to, for people and for programs."""
+"""Report of a chaos run, for people and for programs."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -9,16 +9,16 @@ from benchmarks.chaos.faults import InjectedFault
 from benchmarks.chaos.silences import Gap
 
 BEFORE = 1.0
-"""Seconds before a gap within which a fault may have caused it: a robot drives on by what is still on its way."""
+"""Longest time from a fault to a gap that it caused [s]: messages in flight still reach the robot."""
 
 NO_FAULT, SEVERAL = "none", "several"
 
 LONGEST = 10
-"""So many of the longest silences are told one by one."""
+"""Number of longest silences that the report lists."""
 
 
 class Silence(msgspec.Struct, frozen=True):
-    """A time in which nobody served a robot, from and to [seconds since the run began], and what can have caused it."""
+    """Time in which no clone served a robot [s since the run began], and the faults that can have caused it."""
 
     robot: str
     begin: float
@@ -27,41 +27,41 @@ class Silence(msgspec.Struct, frozen=True):
 
 
 class ChaosReport(msgspec.Struct, frozen=True):
-    """What was done, and what came of it.
+    """Injected faults and their effects.
 
     Parameters
     ----------
     seed, robots, machines : int
-        Of the run.
+        Settings of the run.
     seconds : float
-        How long faults were done.
+        Duration of the injection [s].
     faults : dict of str to int
-        How many of each kind.
+        Number of faults of each kind.
     longest_gap_s : dict of str to float
-        Longest time that a robot with a goal was commanded nothing, by the fault that can have caused it; under
-        ``several`` where another came before it was over, under ``none`` where there was no fault.
+        Longest time that a robot with a goal received no command, by the fault that can have caused it; under
+        ``several`` if there were more than one, under ``none`` without a fault.
     longest_silence_s : dict of str to float
-        Longest time that such a robot heard of no control cycle, in the same way: nobody served it. In the rest of a
-        gap its clone planned anew or recovered, for robots stand in each other's way.
+        Longest time that such a robot received no feedback of a control cycle, by fault as above: no clone served
+        it. In the rest of a gap its clone replanned or recovered, since robots block each other.
     goals : dict of str to int
-        How many were sent; of how many a ``result`` came, the ``status`` was told, or it was told that they are
-        ``lost``.
+        Number of goals ``sent``, and of those whose end was known by their ``result``, by the list of statuses
+        (``status``), or that were reported ``lost``.
     statuses : dict of str to int
-        How goals ended.
+        Number of goals by their final status.
     paths : dict of str to int
-        Requests by REST that were answered with a path, or refused, and why.
+        Path requests by REST, by their answer: a path, or the code of an error.
     commands : int
-        That robots were given.
+        Number of commands that robots received.
     sessions : int
-        That robots began, one each if none was lost.
+        Number of sessions; one for each robot if none was lost.
     cloud_starts : int
-        How often the cloud was started again.
+        Number of restarts of the cloud.
     log : list of InjectedFault
-        What was done, when: seconds since the run began.
+        All faults, in seconds since the run began.
     silences : list of Silence
-        The longest of them.
+        The longest silences.
     wrong : list of str
-        What should not have been, and when.
+        Descriptions of all errors, with their times.
     """
 
     seed: int
@@ -83,7 +83,7 @@ class ChaosReport(msgspec.Struct, frozen=True):
 
     @property
     def passed(self) -> bool:
-        """Tell whether all was as it should be."""
+        """Whether no error was found."""
         return not self.wrong
 
     def rows(self) -> list[dict[str, object]]:
@@ -100,21 +100,21 @@ class ChaosReport(msgspec.Struct, frozen=True):
         ]
 
     def sentences(self) -> list[str]:
-        """Return the rest, for people."""
+        """Return the summary for people, one line each."""
         goals = self.goals
         return [
             f"{self.robots} robots on {self.machines} machines, {sum(self.faults.values())} faults in "
             f"{self.seconds:.0f} s (seed {self.seed}); {self.commands} commands",
-            f"goals: {goals['sent']} sent; the end of {goals['result']} told by their result, of {goals['status']} by "
-            f"the list of statuses; {goals['lost']} lost with the cloud, which was told",
-            f"paths by REST: {_counted(self.paths)}; the cloud was started {self.cloud_starts} times again",
+            f"goals: {goals['sent']} sent; {goals['result']} ended with a result, {goals['status']} by the list of "
+            f"statuses; {goals['lost']} reported lost",
+            f"paths by REST: {_counted(self.paths)}; the cloud was restarted {self.cloud_starts} times",
             *(f"WRONG: {one}" for one in self.wrong),
-            "nothing was lost, said twice or left behind" if self.passed else f"{len(self.wrong)} things are wrong",
+            "nothing was lost, repeated or left behind" if self.passed else f"errors: {len(self.wrong)}",
         ]
 
 
 def longest_by_fault(faults: Sequence[InjectedFault], gaps: Sequence[Gap]) -> dict[str, float]:
-    """Return the longest gap for each kind of fault, for several at a time, and for none."""
+    """Return the longest gap [s] by the kind of fault that caused it, or ``several``, or ``none``."""
     longest: dict[str, float] = {}
     for gap in gaps:
         causes = causes_of(faults, gap)
@@ -124,7 +124,7 @@ def longest_by_fault(faults: Sequence[InjectedFault], gaps: Sequence[Gap]) -> di
 
 
 def log_of(faults: Sequence[InjectedFault], began: float) -> list[InjectedFault]:
-    """Return faults by seconds since the run began."""
+    """Return the faults with times in seconds since the run began."""
     return [
         msgspec.structs.replace(
             fault, at=round(fault.at - began, 1), until=round(fault.until - began, 1) if fault.until else 0.0
@@ -134,12 +134,21 @@ def log_of(faults: Sequence[InjectedFault], began: float) -> list[InjectedFault]
 
 
 def causes_of(faults: Sequence[InjectedFault], gap: Gap) -> list[str]:
-    """Return the faults that were done shortly before a gap or in it, or had stopped what stood still then."""
+    """Return the faults that occurred during a gap or shortly before it, or whose process was stopped then."""
     return [fault.name for fault in faults if fault.at <= gap.end and max(fault.at, fault.until) >= gap.begin - BEFORE]
 
 
 def longest_silences(faults: Sequence[InjectedFault], gaps: Mapping[str, Sequence[Gap]], began: float) -> list[Silence]:
-    """Return the longest silences of all robots, which are given by their names; ``began`` is when the run did."""
+    """Return the longest silences of all robots.
+
+    Parameters
+    ----------
+    faults : sequence of InjectedFault
+    gaps : mapping of str to sequence of Gap
+        Gaps by name of robot.
+    began : float
+        Begin of the run [monotonic s].
+    """
     silences = [
         Silence(robot, round(gap.begin - began, 1), round(gap.end - began, 1), causes_of(faults, gap))
         for robot, own in gaps.items()

@@ -1,4 +1,4 @@
-"""A simulated robot that drives from goal to goal whatever happens, and keeps the books of what it is told."""
+"""Simulated robot that keeps driving from goal to goal during faults, and checks the messages that it receives."""
 
 import asyncio
 import itertools
@@ -31,30 +31,30 @@ from robots.sim.robot import SimulatedRobot
 logger = logging.getLogger(__name__)
 
 PATIENCE = 240.0
-"""Seconds in which something must be heard of the end of a goal."""
+"""Time within which a goal must end or be reported lost [s]."""
 
 LOOK = 0.5
-"""Seconds between two looks at a goal of which nothing is heard."""
+"""Period at which a goal without a result is checked [s]."""
 
 RETRY = 1.0
-"""Seconds before a client that gave up is replaced."""
+"""Delay before a client that gave up is replaced [s]."""
 
 
 class RobotUnderTest:
-    """One robot, on one connection: it is its own operator.
+    """A robot that sends goals over its own connection.
 
     Parameters
     ----------
     address : tuple of str
         URL of the cloud, and the token of the robot's owner.
     name : str
-        Of the robot.
+        Name of the robot.
     robot : SimulatedRobot
-        What drives.
+        The robot in its simulated world.
     course : Course
-        Where it goes, in a circle.
+        Its goals, which it visits in a circle.
     tell : callable
-        Told of what should not have been.
+        Called with a description of each error.
     """
 
     def __init__(
@@ -73,11 +73,11 @@ class RobotUnderTest:
         self._following: GoalTracker | None = None
 
     def enough(self) -> None:
-        """Take no goal after this one."""
+        """Stop after the current goal."""
         self._enough.set()
 
     async def run(self) -> None:
-        """Drive until it is enough; a client that gives up is replaced."""
+        """Drive until ``enough`` is called; a client that gives up is replaced."""
         url, token = self._address
         while not self._enough.is_set():
             try:
@@ -104,16 +104,16 @@ class RobotUnderTest:
             driving.cancel()
             gave_up.cancel()
 
-    # -- what it says and hears ----------------------------------------------------------------------------------------
+    # -- messages ------------------------------------------------------------------------------------------------------
 
     def published(self, topic: str, message: Message) -> bool:
-        """Take note of what the robot sends, all of it to the cloud."""
+        """Record a scan that the robot sends; return True, as all messages go to the cloud."""
         if isinstance(message, LaserScan):
             self.witness.scanned(message.header.stamp.seconds())
         return True
 
     def owns(self, topic: str) -> bool:
-        """Tell that all topics are heard from the cloud."""
+        """Return False: all topics come from the cloud."""
         return False
 
     def _on_feedback(self, message: MoveBaseActionFeedback) -> None:
@@ -172,5 +172,5 @@ class RobotUnderTest:
 
 
 def _session_of(client: RobotClient) -> int:
-    """Return the number of the session: where one begins anew, what was on its way in the one before is lost."""
+    """Return the number of the session; messages in flight are lost when a new session begins."""
     return client.connections - client.resumptions

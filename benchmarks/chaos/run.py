@@ -1,4 +1,4 @@
-"""The run: a cloud of some machines, robots that drive in it, faults, and the reckoning at the end."""
+"""Chaos run: a cloud with several machines, driving robots, injected faults, and the report."""
 
 import asyncio
 from collections import Counter
@@ -25,33 +25,34 @@ from robots.sim.simulator import Simulator
 from robots.sim.world import World
 
 CORES = 0.1
-"""Size of a container: so small that one machine carries all robots when the others are away."""
+"""Size of a container [cores]: small enough that one machine can run all robots while the others are lost."""
 
 MAPS = 2
-"""As the balancer keeps robots of a map together, robots of several maps use several machines."""
+"""Number of maps: the balancer keeps robots of a map together, so several maps use several machines."""
 
 LOOK = 1.0
+"""Period at which leftovers are checked [s]."""
 MORE_FILES = 16
 FILES_A_ROBOT = 8
-"""More files may be open at the end than at the beginning: all robots may be on one machine then."""
+"""Allowed increase of open files of a process, and for each robot: all robots may be on one machine at the end."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChaosOptions:
-    """What is run.
+    """Settings of a chaos run.
 
     Parameters
     ----------
     seconds : float
-        How long faults are done.
+        Duration of the injection [s].
     robots, machines : int
-        How many, the cloud's own machine included.
+        Number of robots, and of machines including the cloud's local machine.
     every : float
         Mean time between two faults [s].
     seed : int
-        Of the faults, the maps and the courses.
+        Seed of the faults, the maps and the courses.
     sides : tuple of float
-        Of the office in which robots drive [m].
+        Width and height of the offices in which robots drive [m].
     """
 
     seconds: float = 600.0
@@ -63,7 +64,7 @@ class ChaosOptions:
 
 
 async def run(options: ChaosOptions, progress: Progress) -> ChaosReport:
-    """Do faults in a cloud of one's own, and tell what came of them.
+    """Start a cloud, inject faults, and return the report.
 
     Raises
     ------
@@ -133,7 +134,7 @@ async def _look_on(traces: Leftovers) -> None:
 async def _drive(
     options: ChaosOptions, wanderers: list[RobotUnderTest], injector: Injector, traces: Leftovers, progress: Progress
 ) -> None:
-    """Let robots drive, begin with the faults when all of them do, and let each come to the end of its goal."""
+    """Run the robots, inject faults once all of them drive, and wait until each has ended its goal."""
     async with asyncio.TaskGroup() as group:
         for wanderer in wanderers:
             group.create_task(wanderer.run())

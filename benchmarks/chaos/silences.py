@@ -1,46 +1,46 @@
-"""When a robot that had a goal heard nothing of some kind.
+"""Gaps in the messages to a robot that has a goal.
 
-Of control cycles: then nobody served it. One that is served hears of each, also while it is commanded nothing: its
-clone plans anew, recovers, or waits for another robot to make way. Of commands: then it stood, for whatever reason.
+Without feedback of control cycles, no clone serves the robot: a clone sends it in every cycle, also while it replans,
+recovers or waits for another robot and commands nothing. Without commands, the robot stands, for any reason.
 """
 
 from typing import NamedTuple
 
 NOTEWORTHY = 0.5
-"""Seconds of silence that are a gap: as long as a base drives on by its last command."""
+"""Shortest silence that is a gap [s]: the time for which a base continues with its last command."""
 
 
 class Gap(NamedTuple):
-    """Time in which nothing was heard while there was a goal, from and to [monotonic s]."""
+    """Time without a message while the robot had a goal [monotonic s]."""
 
     begin: float
     end: float
 
     @property
     def seconds(self) -> float:
-        """How long it was."""
+        """Duration [s]."""
         return self.end - self.begin
 
 
 class Silences:
-    """Gaps in what a robot hears of one kind."""
+    """Gaps in one kind of messages to a robot."""
 
     def __init__(self) -> None:
         self._since: float | None = None
         self.gaps: list[Gap] = []
 
     def goal_sent(self, now: float) -> None:
-        """Expect to hear something from now on [monotonic s]."""
+        """Expect messages from now on [monotonic s]."""
         self._since = now
 
     def heard(self, now: float) -> None:
-        """Note that something was heard."""
+        """Record a message."""
         if self._since is not None:
             self._note(self._since, now)
             self._since = now
 
     def goal_ended(self, now: float) -> None:
-        """Expect no more."""
+        """Expect no more messages."""
         self.heard(now)
         self._since = None
 

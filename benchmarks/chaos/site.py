@@ -1,4 +1,4 @@
-"""A cloud with machines of other hosts, as far as it can tell: all on loopback, each with a folder of its own."""
+"""Cloud with joined machines for the chaos bench: all on loopback, each machine with its own folder."""
 
 import asyncio
 import contextlib
@@ -17,25 +17,28 @@ from robots.client.rest import RestClient
 from robots.demo.cloud_process import CloudProcess
 
 STOP_TIMEOUT = 20.0
+"""Time within which a machine must exit after SIGTERM [s]."""
 JOIN_TIMEOUT = 60.0
+"""Time within which all machines must have joined [s]."""
 BLINK = 0.05
+"""Period at which the list of machines is requested [s]."""
 
 RESTART = 0.5
-"""Seconds after which a machine that died is started again."""
+"""Delay before a machine that exited is restarted [s]."""
 
 LINGER = 60.0
-"""Seconds for which a robot's clone is kept: a cloud that is killed is back within them on a busy computer too."""
+"""Time that a clone is kept without its robot [s]: a killed cloud restarts within it, even on a busy computer."""
 
 
 class SupervisedMachine:
-    """A machine that has a ticket; whenever it dies it is started again, as a supervisor does it.
+    """A joined machine that is restarted whenever it exits, as by a process supervisor.
 
     Parameters
     ----------
     folder : Path
         For its log, its key and its temporary files.
     name : str
-        Of the machine.
+        Name of the machine.
     """
 
     def __init__(self, folder: Path, name: str) -> None:
@@ -45,7 +48,7 @@ class SupervisedMachine:
         self._keeper: asyncio.Task[None] | None = None
 
     async def start(self, ticket: str) -> None:
-        """Join, and stay."""
+        """Join the cloud by a ticket, and restart the machine from then on."""
         self._process = await join(self._name, self._folder, ticket)
         self._keeper = asyncio.create_task(self._keep(self._process))
 
@@ -56,12 +59,12 @@ class SupervisedMachine:
             process = self._process = await join(self._name, self._folder)
 
     async def stop(self) -> None:
-        """Start it no more, and end it in order.
+        """End the supervision, then the machine by SIGTERM.
 
         Raises
         ------
         Unavailable
-            It did not end, and was killed.
+            The machine did not exit, and was killed.
         """
         if self._keeper is None or self._process is None:
             return
@@ -75,16 +78,16 @@ class SupervisedMachine:
                 await self._process.wait()
         except TimeoutError as error:
             self._process.kill()
-            raise Unavailable(f"machine {self._name} did not end within {STOP_TIMEOUT:g} s of SIGTERM") from error
+            raise Unavailable(f"machine {self._name} did not exit within {STOP_TIMEOUT:g} s after SIGTERM") from error
 
 
 class ChaosSite:
-    """The cloud and its machines.
+    """A cloud and its machines.
 
     Parameters
     ----------
     machines : int
-        How many, the cloud's own included.
+        Number of machines, the cloud's local machine included.
     """
 
     def __init__(self, machines: int) -> None:
@@ -100,16 +103,16 @@ class ChaosSite:
 
     @property
     def folder(self) -> Path:
-        """Where all of it keeps its files."""
+        """Folder of all files of the cloud and its machines."""
         return self._cloud.folder
 
     async def __aenter__(self) -> Self:
-        """Start all of it, and wait until all machines are in.
+        """Start the cloud and its machines, and wait until all have joined.
 
         Raises
         ------
         Unavailable
-            Something did not come up.
+            The cloud did not start, or a machine did not join.
         """
         await self._cloud.__aenter__()
         try:
@@ -125,38 +128,38 @@ class ChaosSite:
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End what still runs, and remove the folder."""
-        with contextlib.suppress(Unavailable):  # who wants to know stops it before
+        """End all processes that still run, and remove the folder."""
+        with contextlib.suppress(Unavailable):  # a caller that checks it calls stop() before
             await self.stop()
         await self._cloud.__aexit__(kind, error, trace)
 
     async def _keep(self) -> None:
-        """Start the cloud again on the same data, whenever it dies."""
+        """Restart the cloud on the same data whenever it exits."""
         while True:
             await self._cloud.ended()
             await self._cloud.again()
             self.restarts += 1
 
     async def login(self) -> Target:
-        """Return the cloud as its administrator has it."""
+        """Log in as the administrator."""
         return await logged_in(self._cloud)
 
     async def _all_in(self, rest: RestClient) -> None:
         wanted = len(self._machines) + 1
         try:
             async with asyncio.timeout(JOIN_TIMEOUT):
-                while len(await rest.items("/v1/machines")) < wanted:  # noqa: ASYNC110 - the cloud tells nobody
+                while len(await rest.items("/v1/machines")) < wanted:  # noqa: ASYNC110 - the cloud sends no event
                     await asyncio.sleep(BLINK)
         except TimeoutError as error:
-            raise Unavailable(f"not all of {wanted} machines were in the cloud within {JOIN_TIMEOUT:g} s") from error
+            raise Unavailable(f"not all {wanted} machines joined the cloud within {JOIN_TIMEOUT:g} s") from error
 
     async def stop(self) -> None:
-        """End all of it in order; what it kept stays.
+        """End the machines and the cloud in order; their files stay.
 
         Raises
         ------
         Unavailable
-            A part did not end in order, or the cloud did not come up again.
+            A process did not exit in order, or the cloud could not be restarted.
         """
         keepers = [self._keeper] if self._keeper is not None else []
         for keeper in keepers:
@@ -165,6 +168,6 @@ class ChaosSite:
         await self._cloud.end()
         wrong = [str(error) for error in ended if isinstance(error, PPaaSError)]
         if self._cloud.status:
-            wrong.append(f"the cloud ended with status {self._cloud.status}, not in order")
+            wrong.append(f"the cloud exited with status {self._cloud.status} instead of 0")
         if wrong:
             raise Unavailable("; ".join(wrong))

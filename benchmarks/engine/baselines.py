@@ -1,7 +1,7 @@
-"""What a process takes that does nothing: a Python that is started, a fork that answers a byte, a byte there and back.
+"""Baselines of the engine bench: start of a Python process, a fork that answers a byte, and an echo of a byte.
 
-``python -m benchmarks.engine.baselines forks|echoes COUNT`` prints the seconds that each of so many took. It is a
-process of its own, with one thread: a fork of what has threads is another thing.
+``python -m benchmarks.engine.baselines forks|echoes COUNT`` prints the time of each repetition [s]. It runs in its own
+process with one thread, since a fork of a process with threads takes longer.
 """
 
 import asyncio
@@ -18,7 +18,7 @@ NOTHING = (sys.executable, "-c", "pass")
 
 
 def main() -> int:
-    """Measure one kind, and print how long each took."""
+    """Measure one baseline and print the time of each repetition."""
     kind, count = sys.argv[1], int(sys.argv[2])
     seconds = {"forks": _fork_often, "echoes": _echo_often}[kind](count)
     sys.stdout.write(msgspec.json.encode(seconds).decode())
@@ -66,7 +66,7 @@ def _fork_and_hear() -> float:
 
 
 async def python() -> float:
-    """Start a Python that does nothing; return how long it took [s]."""
+    """Return the time of an empty Python process, from start to exit [s]."""
     began = monotonic()
     process = await asyncio.create_subprocess_exec(*NOTHING)
     await process.wait()
@@ -74,12 +74,12 @@ async def python() -> float:
 
 
 async def forks(count: int) -> list[float]:
-    """Fork so many times, in another process; return how long each took to answer [s]."""
+    """Return the times until a forked child answered, for ``count`` forks in another process [s]."""
     return await _measured("forks", count)
 
 
 async def echoes(count: int) -> list[float]:
-    """Send a byte to a process and back, so many times; return how long each took [s]."""
+    """Return the times to send a byte to a process and back, for ``count`` repetitions [s]."""
     return await _measured("echoes", count)
 
 
@@ -91,12 +91,12 @@ async def _measured(kind: str, count: int) -> list[float]:
 
 
 def python_figure(part: str, started: list[float]) -> Figure:
-    """Return what it takes to start a Python that does nothing."""
+    """Return the figure of empty Python processes."""
     return median_of(part, "python -c pass", started, yardstick=True, note="fork, exec and a bare interpreter")
 
 
 def figures(part: str, started: list[float], forked: list[float]) -> list[Figure]:
-    """Return the yardsticks of what starts."""
+    """Return the baselines for the start of a container."""
     return [
         python_figure(part, started),
         median_of(part, "fork, answered", forked, yardstick=True, note="os.fork of a small process, a byte by a pipe"),

@@ -1,4 +1,4 @@
-"""How many containers one machine holds at a time: all opened at once, each answers, each weighed."""
+"""Capacity of a machine: opens many robots at once, requests a path from each, and measures memory."""
 
 import asyncio
 import contextlib
@@ -22,14 +22,15 @@ CORES = 0.25
 """Size of a container [cores]."""
 
 FEW = 3
+"""Number of containers of a quick run."""
 WEIGHED_TIMEOUT = 30.0
-"""Seconds in which the machine has told what each container uses."""
+"""Time within which the machine reports the memory of each container [s]."""
 
 ROBOT = "bench-crowd-"
 
 
 async def measure(site: EngineSite, options: EngineOptions, progress: Progress) -> list[Figure]:
-    """Let the machine give away as many cores as are asked for; then open all robots at a time."""
+    """Oversubscribe the machine for the wanted number of containers; then open all robots at once."""
     wanted = min(options.containers, FEW) if options.quick else options.containers
     question = await prepared(site.target)
     before = await site.target.rest.get(path_of("machines", site.machine))
@@ -81,7 +82,7 @@ async def _asked(question: FirstPathQuestion, socket: ClientConnection) -> float
 
 
 async def _weights(site: EngineSite, containers: int) -> list[int]:
-    """Return the proportional set size of each [bytes], as its machine tells it; fewer where it does not tell."""
+    """Return the proportional set size of each container as reported by its machine [bytes]; fewer after a timeout."""
     deadline = monotonic() + WEIGHED_TIMEOUT
     while True:
         weights = [view["pss"] for view in await site.containers(ROBOT) if view["pss"]]
@@ -93,20 +94,20 @@ async def _weights(site: EngineSite, containers: int) -> list[int]:
 def crowd_figures(
     wanted: int, ready: list[float], stopped: list[str], again: list[float], weights: list[int]
 ) -> list[Figure]:
-    """Return what a crowd came to.
+    """Return the figures of the capacity bench.
 
     Parameters
     ----------
     wanted : int
-        How many were opened.
+        Number of robots that were opened.
     ready : list of float
-        How long each took that answers [s].
+        Time until each container answered, for those that did [s].
     stopped : list of str
-        Why others do not.
+        Errors of the others.
     again : list of float
-        How long each took to answer once more [s].
+        Time of a second answer of each container [s].
     weights : list of int
-        Proportional set size of each [bytes].
+        Proportional set size of each container [bytes].
     """
     why = f"what stopped the next: {stopped[0]}" if stopped else f"of {CORES:g} cores each, opened at once"
     figures = [Figure(PART, "containers that answer", len(ready), "containers", limit=wanted, floor=True, note=why)]

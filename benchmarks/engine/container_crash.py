@@ -1,4 +1,4 @@
-"""How soon a robot is served again whose container is killed while it drives."""
+"""Recovery from a crash: time until a driving robot whose container was killed is served again."""
 
 import asyncio
 import os
@@ -19,11 +19,11 @@ from ppaas.errors import Unavailable
 PART = "crash"
 CRASHES, QUICK = 10, 1
 LIMITS_MS = {"process": 500.0, "ray": 500.0}
-"""By the runtime; none is set where containers are in reserve and may have run out."""
+"""Largest acceptable time by runtime; none for runtimes whose reserve of containers may be empty."""
 
 
 async def measure(site: EngineSite, options: EngineOptions, progress: Progress) -> list[Figure]:
-    """Kill a container of each of some robots, one a robot: what crashes again soon is replaced later each time."""
+    """Kill one container of each of several robots; repeated crashes of one robot would be replaced with a delay."""
     grid = grid_to_drive_on()
     await site.target.publish(MAP, grid)
     silences, started = [], []
@@ -50,12 +50,12 @@ async def _crash(site: EngineSite, robot: str, looker: Looker) -> float:
 
 
 async def served_by_another(site: EngineSite, robot: str, than: dict[str, Any]) -> dict[str, Any]:
-    """Return the container of a robot once it is another, and answers.
+    """Wait until a robot has another container that is ready; return it.
 
     Raises
     ------
     Unavailable
-        None comes.
+        The robot gets no other container within the time limit.
     """
     deadline = monotonic() + PATIENCE
     while monotonic() < deadline:

@@ -1,4 +1,4 @@
-"""A robot that drives, and whoever looks on notes when it is commanded."""
+"""Driving robot, and an observer that records the times of its commands."""
 
 import asyncio
 import contextlib
@@ -17,23 +17,25 @@ from robots.sim.simulator import Simulator
 from robots.sim.world import World
 
 PATIENCE = 30.0
+"""Time within which commands must arrive [s]."""
 MAP = "bench-driven"
+"""Id of the map."""
 UNDER_WAY = 10
-"""Commands that a robot has had before anything is done to it."""
+"""Number of commands before a fault is injected."""
 
 
 def grid_to_drive_on() -> GridMap:
-    """Return the map of the robots that drive."""
+    """Return the map of driving robots."""
     return office(seed=1, width=12.0, height=10.0)
 
 
 class Looker:
-    """Hears a robot's commands, beside the robot.
+    """Observes a robot's commands on a second connection.
 
     Attributes
     ----------
     commands : list of float
-        When each came [s].
+        Arrival time of each command [monotonic s].
     """
 
     def __init__(self) -> None:
@@ -41,17 +43,17 @@ class Looker:
         self._heard = asyncio.Event()
 
     def heard(self, _: Twist) -> None:
-        """Note a command."""
+        """Record a command."""
         self.commands.append(monotonic())
         self._heard.set()
 
     async def hears(self, count: int) -> None:
-        """Wait for more commands.
+        """Wait for ``count`` more commands.
 
         Raises
         ------
         Unavailable
-            They do not come.
+            They do not arrive within the time limit.
         """
         enough = len(self.commands) + count
         try:
@@ -60,12 +62,12 @@ class Looker:
                     self._heard.clear()
                     await self._heard.wait()
         except TimeoutError as error:
-            raise Unavailable(f"a robot that drives was not commanded for {PATIENCE:g} s") from error
+            raise Unavailable(f"a driving robot received no command for {PATIENCE:g} s") from error
 
 
 @contextlib.asynccontextmanager
 async def driven(site: EngineSite, robot: str, grid: GridMap) -> AsyncIterator[Looker]:
-    """Have a robot drive on a map that is published; it is under way."""
+    """Make a robot drive on a published map; yield its observer once the robot is under way."""
     url, token = site.target.url, site.target.token
     course = CoursePlanner(grid, 1).choose(1, 3)[0]
     world = World(grid, 1)

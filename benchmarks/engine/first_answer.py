@@ -1,4 +1,4 @@
-"""Opens robots by their WebSockets, and has their clones answer."""
+"""Opens robots by their WebSockets, and requests a first path from their clones."""
 
 import contextlib
 from collections.abc import AsyncIterator
@@ -16,40 +16,40 @@ from ppaas.maps.generate import warehouse
 MAP = "bench-engine"
 
 OPEN_TIMEOUT = 120.0
-"""Seconds: where many come at a time, or a runtime has nothing in reserve, the last waits long."""
+"""Time limit of a connection [s]: long, for many at once or a runtime without containers in reserve."""
 
 
 @dataclass(frozen=True, slots=True)
 class FirstPathQuestion:
-    """A path that is asked for of a clone: the first answer of which a robot has any use.
+    """A path request to a clone: its answer is the first that is useful to a robot.
 
     Parameters
     ----------
     start : tuple of float
-        Where the robot stands: x, y [m], yaw [rad].
+        Pose of the robot: x, y [m], yaw [rad].
     frame : str
-        The question.
+        WebSocket frame of the request.
     """
 
     start: tuple[float, float, float]
     frame: str
 
     async def ask(self, socket: ClientConnection) -> None:
-        """Ask, and wait for the path.
+        """Send the request and wait for the path.
 
         Raises
         ------
         Unavailable
-            There is none, or the cloud hangs up.
+            No path was computed, or the cloud closed the connection.
         """
         try:
             await socket.send(self.frame)
             while (answer := _read(await socket.recv())).op != "service_response":
                 continue
         except WebSocketException as error:
-            raise Unavailable(f"a robot that asked was hung up on: {error}") from error
+            raise Unavailable(f"the cloud closed the connection of a robot that requested a path: {error}") from error
         if not answer.result:
-            raise Unavailable(f"a clone has no path: {bytes(answer.values).decode()}")
+            raise Unavailable(f"a clone computed no path: {bytes(answer.values).decode()}")
 
 
 @contextlib.asynccontextmanager
@@ -59,12 +59,12 @@ async def opened(url: str) -> AsyncIterator[ClientConnection]:
     Raises
     ------
     Unavailable
-        It is not let in.
+        The cloud refuses the connection.
     """
     try:
         socket = await connect(url, max_size=None, open_timeout=OPEN_TIMEOUT)
     except (OSError, WebSocketException) as error:
-        raise Unavailable(f"a robot was not let in: {error}") from error
+        raise Unavailable(f"the cloud refused the connection of a robot: {error}") from error
     async with socket:
         yield socket
 
@@ -80,7 +80,7 @@ def _read(frame: str | bytes) -> _Answer:
 
 
 async def prepared(target: Target) -> FirstPathQuestion:
-    """Publish the map of the bench; return what can be asked on it."""
+    """Publish the map of the bench; return a path request on it."""
     grid = warehouse(seed=1)
     start, goal = ends(grid)
     await target.publish(MAP, grid)

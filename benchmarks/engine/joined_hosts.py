@@ -1,4 +1,4 @@
-"""Machines that join a cloud on this host by ``ppaas machine join``, over the links of machines of other hosts."""
+"""Machines that join a cloud on this host by ``ppaas machine join``, with the link of remote machines."""
 
 import asyncio
 import contextlib
@@ -12,18 +12,20 @@ from benchmarks.harness.joining import join, ticket_of
 from ppaas.errors import Unavailable
 
 JOIN_TIMEOUT = 60.0
+"""Time within which a machine must have joined [s]."""
 END_TIMEOUT = 10.0
+"""Time within which a machine must exit after SIGTERM [s]."""
 
 
 class JoinedAgent:
-    """The process of a machine; ``ppaas machine join`` becomes its agent.
+    """The agent process of a joined machine.
 
     Parameters
     ----------
     name : str
-        Of the machine.
+        Name of the machine.
     process : Process
-        That was started.
+        The process of ``ppaas machine join``, which becomes the agent.
     """
 
     def __init__(self, name: str, process: asyncio.subprocess.Process) -> None:
@@ -31,15 +33,15 @@ class JoinedAgent:
         self._process = process
 
     def kill(self) -> None:
-        """End the agent by force; its containers and its router end with it."""
+        """Kill the agent; its containers and its router exit with it."""
         self._process.kill()
 
     def freeze(self) -> None:
-        """Let the agent stand still."""
+        """Stop the agent by SIGSTOP."""
         self._process.send_signal(signal.SIGSTOP)
 
     async def end(self) -> None:
-        """End it in order, or by force where it stands still or does not go."""
+        """End the agent by SIGTERM, or kill it if it does not exit."""
         with contextlib.suppress(ProcessLookupError):
             self._process.terminate()
             self._process.send_signal(signal.SIGCONT)
@@ -50,12 +52,12 @@ class JoinedAgent:
             await self._process.wait()
 
     async def is_in(self, target: Target) -> None:
-        """Wait until the cloud has it.
+        """Wait until the machine has joined the cloud.
 
         Raises
         ------
         Unavailable
-            It ended before, or takes too long.
+            The process exited, or the machine did not join within the time limit.
         """
         deadline = asyncio.get_running_loop().time() + JOIN_TIMEOUT
         while self.name not in [view["id"] for view in await target.rest.items("/v1/machines")]:
@@ -65,12 +67,12 @@ class JoinedAgent:
 
 
 class LocalHosts:
-    """This host, as if it were several.
+    """Provides additional machines on this host.
 
     Parameters
     ----------
     arguments : tuple of str
-        Of the cloud, beside those that let machines join.
+        Arguments of the cloud; those that allow machines to join are added.
     """
 
     def __init__(self, arguments: tuple[str, ...]) -> None:
@@ -80,7 +82,7 @@ class LocalHosts:
 
     @contextlib.asynccontextmanager
     async def joined(self, target: Target, folder: Path) -> AsyncIterator[JoinedAgent]:
-        """Let a machine join the cloud whose files are in a folder, by a ticket."""
+        """Start a machine that joins the cloud with this folder by a ticket, and end it afterwards."""
         self._count += 1
         name = f"bench-{self._count}"
         with tempfile.TemporaryDirectory(prefix="m-", ignore_cleanup_errors=True) as own:  # sockets need a short path

@@ -1,4 +1,4 @@
-"""How soon robots are served elsewhere whose machine is lost: its power is cut, or it stands still."""
+"""Recovery from the loss of a machine: time until its robots are served by another one."""
 
 import contextlib
 from collections.abc import Callable
@@ -23,11 +23,11 @@ FAULTS: dict[str, tuple[str, Callable[[SecondMachine], None]]] = {
     "machine killed": ("kill -9 of its agent, on Ray of all of its node", lambda machine: machine.kill()),
     "machine frozen": ("its agent stands still, and says nothing", lambda machine: machine.freeze()),
 }
-"""What is done to a machine, by what it is called."""
+"""Faults of a machine by name: description and action."""
 
 
 async def measure(site: EngineSite, options: EngineOptions, progress: Progress) -> list[Figure]:
-    """Lose machines that a robot drives on, each time another one; the cloud's own goes on."""
+    """Lose machines that serve a driving robot, a new one each time; the cloud's local machine stays."""
     await site.target.publish(MAP, grid_to_drive_on())
     figures: list[Figure] = []
     for name, (how, fault) in tuple(FAULTS.items())[: options.of(len(FAULTS), 1)]:

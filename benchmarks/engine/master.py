@@ -1,7 +1,7 @@
-"""How fast the master places, and what is left where it is killed while it does.
+"""Placement rate of the master, and its state after it was killed during placements.
 
-The master is that of a cloud, with its service, its balancer and its store on the disk. Its machines are those of one
-other process: each has a real control link, takes its orders and says that the containers run, but starts none.
+The master is that of a cloud, with its service, its balancer and its store on disk. Another process simulates the
+machines: each has a real control link, accepts orders and reports running containers, but starts none.
 """
 
 import asyncio
@@ -24,17 +24,28 @@ PART = "master"
 BALANCERS = ("ppaas", "first_fit")
 NONE = "none"
 RATE_LIMIT = 2000.0
+"""Smallest acceptable placement rate [1/s]."""
 FEW_MACHINES, FEW_PLACEMENTS = 10, 200
 
 SAID_OF = 20
-"""Machines of which an administrator says something before the master is killed."""
+"""Number of machines that are configured before the master is killed."""
 
 KEEP_EVERY = 10
-"""Of every how many-th container its machine keeps a checkpoint before the master is killed."""
+"""Every tenth container has a checkpoint before the master is killed."""
 
 
 class PlacedRobot(msgspec.Struct, frozen=True):
-    """What a robot got: a container on a machine, which goes on from the checkpoint of another, and kept its own."""
+    """Placement of a robot.
+
+    Parameters
+    ----------
+    machine, container : str
+        Names of its machine and container.
+    goes_on : str
+        Container whose checkpoint it continues; empty if none.
+    kept : bool
+        Whether the container stored a checkpoint.
+    """
 
     machine: str
     container: str
@@ -43,7 +54,7 @@ class PlacedRobot(msgspec.Struct, frozen=True):
 
 
 async def measure(options: EngineOptions, progress: Progress) -> list[Figure]:
-    """Place all with each balancer, and once without any; then kill a master in the middle and start it again."""
+    """Place all robots with each balancer and without a master; then kill a master during placements and restart it."""
     machines = min(options.machines, FEW_MACHINES) if options.quick else options.machines
     robots = min(options.placements, FEW_PLACEMENTS) if options.quick else options.placements
     task = progress.add_task(f"placing {robots} containers on {machines} machines", total=len(BALANCERS) + 2)
@@ -69,7 +80,7 @@ def _rate_figure(balancer: str, placed: dict[str, float], robots: int, machines:
 
 @contextlib.asynccontextmanager
 async def _master(folder: Path, balancer: str, robots: int, machines: int) -> AsyncIterator[JsonProcess]:
-    """Run a master, and wait until its machines are there."""
+    """Run a master, and wait until its machines have joined."""
     async with json_process(master_process, str(folder), balancer, str(robots)) as master:
         await master.hear()
         await master.ask({"do": "wait", "machines": machines})
@@ -78,21 +89,21 @@ async def _master(folder: Path, balancer: str, robots: int, machines: int) -> As
 
 @contextlib.asynccontextmanager
 async def _machines(machines: int, keep_every: int) -> AsyncIterator[tuple[Path, JsonProcess]]:
-    """Run machines, and have a folder for their cloud."""
+    """Run simulated machines; yield the folder of their cloud, and their process."""
     with tempfile.TemporaryDirectory(prefix="b-", ignore_cleanup_errors=True) as name:  # sockets need a short path
         async with json_process(machines_process, name, str(machines), str(keep_every)) as carrying:
             yield Path(name), carrying
 
 
 async def _placed(balancer: str, robots: int, machines: int) -> dict[str, float]:
-    """Place all robots; return the seconds that it took, and of those of the master's CPU."""
+    """Place all robots; return ``seconds`` and the master's CPU time ``cpu`` [s]."""
     async with _machines(machines, 0) as (folder, _), _master(folder, balancer, robots, machines) as master:
         placed: dict[str, float] = await master.ask({"do": "place", "robots": robots})
         return placed
 
 
 async def _killed(robots: int, machines: int) -> list[Figure]:
-    """Kill a master while it places; start it again, and let all robots come again."""
+    """Kill a master during placements; restart it, and reconnect all robots."""
     said_of = min(SAID_OF, machines // 2)
     async with _machines(machines, KEEP_EVERY) as (folder, carrying):
         async with _master(folder, BALANCERS[0], robots, machines) as master:
@@ -128,16 +139,16 @@ def survived(
     still: dict[str, Any],
     took: float,
 ) -> list[Figure]:
-    """Return what a killed master left, by what machines were ordered before and after, and what is said of them.
+    """Return the figures of a killed master, from the placements and settings before and after.
 
     Parameters
     ----------
     before, after : dict of str to PlacedRobot
-        What each robot got from the master that was killed, and from the next.
+        Placements of the robots by the killed master, and by the next.
     said, still : dict
-        What administrators had said of machines, and what is known of it afterwards.
+        Settings of the machines before and after.
     took : float
-        From the kill until all robots were placed [s].
+        Time from the kill until all robots were placed [s].
     """
     made_anew = sum(robot in after for robot in before)
     kept = {robot: ordered.container for robot, ordered in before.items() if ordered.kept}

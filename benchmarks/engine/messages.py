@@ -1,8 +1,8 @@
-"""How long a message takes from robot to robot of the same map, and back, by where their containers are.
+"""Round-trip time of messages between robots of a map, by the placement of their containers.
 
-Each robot's clone tells its own robot where that is, and the others of the map: as containers do while robots drive.
-What is measured is how much later the other robot hears it. Both ways to the robots are alike, so what is left is the
-way between the containers: machine link, fabric, machine link. There and back are added.
+Each clone sends its pose to its own robot and to the clones of the map's other robots, as it does while robots drive.
+The bench measures the delay until the other robot receives the pose. The links to the two robots are alike, so the
+difference is the route between the containers: machine link, fabric, machine link. Both directions are added.
 """
 
 import asyncio
@@ -27,14 +27,14 @@ from robots.sim.courses import CoursePlanner
 PART = "messages"
 ROUNDS, QUICK = 100, 5
 PERIOD = 0.25
-"""Seconds between two messages of a robot: sooner, its container tells the others nothing new."""
+"""Period of the messages of a robot [s]; a container does not publish to others more often."""
 
 ACQUAINTED = 30.0
-"""Seconds within which both are heard before the first round that counts."""
+"""Time limit of the warm-up, until both robots have received a message [s]."""
 
 
 async def measure(site: EngineSite, options: EngineOptions, progress: Progress) -> list[Figure]:
-    """Let two nodes of a container, two containers of a machine, and those of two machines speak to each other."""
+    """Measure between two nodes of a container, two containers of a machine, and containers of two machines."""
     grid, rounds = grid_to_drive_on(), options.of(ROUNDS, QUICK)
     within = in_one_container(options.of(1000, 100))
     async with _pair(site, "near", grid, site.machine) as robots:
@@ -56,7 +56,7 @@ async def measure(site: EngineSite, options: EngineOptions, progress: Progress) 
 async def _pair(
     site: EngineSite, name: str, grid: GridMap, machine: str
 ) -> AsyncIterator[tuple[TalkingRobot, TalkingRobot]]:
-    """Open two robots on a map of their own: the first on the cloud's first machine, the second where it is said."""
+    """Open two robots on a new map: the first on the cloud's local machine, the second on ``machine``."""
     map_id = f"bench-{name}"
     await site.target.publish(map_id, grid)
     first, second = CoursePlanner(grid, 1).choose(2, 1)
@@ -73,7 +73,7 @@ async def _pair(
 async def _round_trips(
     robots: tuple[TalkingRobot, TalkingRobot], rounds: int, description: str, progress: Progress
 ) -> list[float]:
-    """Let both speak in turns; return the round trips of which no way was lost [s]."""
+    """Exchange messages in turns; return the times of round trips without a lost message [s]."""
     one, other = robots
     await _get_acquainted(one, other, description)
     trips: list[float | None] = []
@@ -81,16 +81,16 @@ async def _round_trips(
         trips.append(await _round_trip(one, other))
     heard = [trip for trip in trips if trip is not None]
     if not heard:
-        raise Unavailable(f"{description}: of {rounds} messages and their answers none was heard")
+        raise Unavailable(f"{description}: all {rounds} round trips lost a message")
     return heard
 
 
 async def _get_acquainted(one: TalkingRobot, other: TalkingRobot, description: str) -> None:
-    """Let both speak until both were heard: what is kept ready for the first message is not measured."""
+    """Exchange messages until both robots received one, as a warm-up."""
     until = monotonic() + ACQUAINTED
     while await _round_trip(one, other) is None:
         if monotonic() > until:
-            raise Unavailable(f"{description}: not heard within {ACQUAINTED:g} s: see the log of the cloud")
+            raise Unavailable(f"{description}: no message arrived within {ACQUAINTED:g} s: see the log of the cloud")
 
 
 async def _round_trip(one: TalkingRobot, other: TalkingRobot) -> float | None:

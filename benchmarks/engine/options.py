@@ -1,30 +1,30 @@
-"""What is asked of the bench of the engine."""
+"""Options of the engine bench."""
 
 from dataclasses import dataclass
 
 from benchmarks.harness.parts import PartSelection
 
 READY_LIMIT_MS = {"process": 100.0, "ray": 100.0, "docker": 400.0}
-"""In which a container must be ready, by its runtime; on Ray beyond the first start of a node."""
+"""Time within which a container must be ready [ms], by runtime; on Ray after the first start of a node."""
 
 PAUSES = {"docker": 5.0}
-"""Seconds between two robots that are opened, where a runtime has containers in reserve and makes others meanwhile."""
+"""Pause between two robots that are opened [s], in which the runtime refills its reserve of containers."""
 
 RUNTIMES = tuple(READY_LIMIT_MS)
 
 
 @dataclass(frozen=True, slots=True)
 class EngineOptions(PartSelection):
-    """What to measure.
+    """Options of the engine bench.
 
     Parameters
     ----------
     runtime : str
-        Starts the containers: one of ``RUNTIMES``.
+        Runtime of the containers, one of ``RUNTIMES``.
     containers : int
-        At a time on one machine.
+        Number of containers at once on one machine.
     placements, machines : int
-        That the master places, and on how many.
+        Number of containers that the master places, and of machines.
     """
 
     runtime: str = "process"
@@ -33,5 +33,5 @@ class EngineOptions(PartSelection):
     machines: int = 1_000
 
     def of(self, many: int, few: int) -> int:
-        """Return how many samples to take, by whether few will do."""
+        """Return the number of samples: ``few`` in a quick run, else ``many``."""
         return few if self.quick else many

@@ -1,4 +1,4 @@
-"""Two nodes of one graph that answer each other: what a message costs that stays in its container."""
+"""Two nodes of one graph that answer each other: round-trip time of messages within a container."""
 
 from typing import ClassVar
 
@@ -15,24 +15,24 @@ MESSAGE = PoseWithCovarianceStamped(Header(frame_id="map"), PoseWithCovariance(P
 
 
 class PongNode(Node):
-    """Says again what it hears."""
+    """Publishes each message that it receives."""
 
     name: ClassVar[str] = "answerer"
     subscribes: ClassVar[tuple[Topic, ...]] = (PING,)
     publishes: ClassVar[tuple[Topic, ...]] = (PONG,)
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Answer."""
+        """Publish the message."""
         self.context.publish(PONG.name, message)
 
 
 class PingNode(Node):
-    """Speaks, and notes when it is answered.
+    """Publishes a message, and records the time of the answer.
 
     Attributes
     ----------
     answered : float
-        When that was [s].
+        Time of the last answer [monotonic s].
     """
 
     name: ClassVar[str] = "asker"
@@ -41,18 +41,18 @@ class PingNode(Node):
     answered: float = 0.0
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Note the answer."""
+        """Record the time of the answer."""
         self.answered = monotonic()
 
     def ask(self) -> float:
-        """Return how long the answer took [s]."""
+        """Publish a message; return the time until its answer [s]."""
         began = monotonic()
         self.context.publish(PING.name, MESSAGE)
         return self.answered - began
 
 
 def in_one_container(rounds: int) -> list[float]:
-    """Return how long a pose takes from a node to another of the same graph, and back [s]."""
+    """Return the round-trip times of a pose between two nodes of a graph [s]."""
     graph = Graph()
     graph.add(PongNode)
     asker = graph.add(PingNode)

@@ -1,4 +1,4 @@
-"""A Ray cluster on this host: each node has a loopback address of its own, as each host has an address."""
+"""Ray cluster on this host, with a loopback address for each node."""
 
 import contextlib
 import os
@@ -22,32 +22,36 @@ SMALL = ("--disable-usage-stats", "--object-store-memory=80000000")
 HEAD_ALONE = ("--num-cpus=0", "--include-dashboard=false", "--no-monitor", "--include-log-monitor=false")
 STARTED = "Ray runtime started"
 START_TIMEOUT = 60.0
+"""Time within which a node must have started [s]."""
 END_TIMEOUT = 10.0
+"""Time within which killed processes must have exited [s]."""
 BLINK = 0.05
+"""Period at which the log of a starting node is read [s]."""
 
 HEAD = "127.0.0.2"
+"""Address of the head node."""
 
 CORES = 2
-"""That a node says it has."""
+"""Number of cores that a node declares."""
 
 
 class LocalRayNode:
-    """A node: ``ray start``, and all below it.
+    """A node: the process of ``ray start`` and its descendants.
 
     Parameters
     ----------
     address : str
-        Its own, of the loopback network.
+        Its loopback address.
     arguments : str
-        Of ``ray start``.
+        Further arguments of ``ray start``.
     environment : dict of str to str
-        For it, and all below.
+        Environment of its processes.
     log : Path
-        Where it tells what it does.
+        File of its output.
     """
 
     name = ""
-    """Of the machine that it is, once it is one."""
+    """Name of its machine, once it has joined a cloud."""
 
     def __init__(self, address: str, *arguments: str, environment: dict[str, str], log: Path) -> None:
         self.address = address
@@ -63,32 +67,32 @@ class LocalRayNode:
             )
 
     def wait_until_up(self) -> None:
-        """Wait until it is part of its cluster.
+        """Wait until the node has joined its cluster.
 
         Raises
         ------
         Unavailable
-            It ended, or takes too long.
+            The node exited, or did not start within the time limit.
         """
         deadline = time.monotonic() + START_TIMEOUT
         while STARTED not in (said := self.log.read_text()):
             if self.process.poll() is not None or time.monotonic() > deadline:
-                raise Unavailable(f"a node of Ray did not start (is the extra ppaas[ray] installed?):\n{said[-1000:]}")
+                raise Unavailable(f"a Ray node did not start (is the extra ppaas[ray] installed?):\n{said[-1000:]}")
             time.sleep(BLINK)
 
     def family(self) -> list[psutil.Process]:
-        """Return all processes of it, those that are its own machine's agent and containers as well."""
+        """Return all processes of the node, including an agent and its containers."""
         with contextlib.suppress(psutil.NoSuchProcess):
             top = psutil.Process(self.process.pid)
             return [top, *top.children(recursive=True)]
         return []
 
     def kill(self) -> None:
-        """End all of it at a time, as if its power were cut."""
+        """Kill all of its processes at once, as a power failure would."""
         self._signal(signal.SIGKILL)
 
     def freeze(self) -> None:
-        """Let all of it stand still."""
+        """Stop all of its processes by SIGSTOP."""
         self._signal(signal.SIGSTOP)
 
     def _signal(self, number: int) -> None:
@@ -97,7 +101,7 @@ class LocalRayNode:
                 process.send_signal(number)
 
     def end(self) -> None:
-        """End all of it by force, and wait until it is gone."""
+        """Kill all of its processes, and wait until they have exited."""
         family = self.family()
         self.kill()
         self.process.wait(END_TIMEOUT)
@@ -108,23 +112,23 @@ Node = TypeVar("Node", bound=LocalRayNode)
 
 
 class LocalRayCluster(Generic[Node]):
-    """A cluster of which the head has no cores, with a token that whoever takes part in it must have.
+    """A cluster whose head has no cores; joining it needs a token.
 
     Parameters
     ----------
     kind : type of LocalRayNode
-        Of its nodes.
+        Class of its nodes.
     environment : str
-        Variables of all its nodes, beside what this process has.
+        Environment variables of the nodes, in addition to those of this process.
 
     Attributes
     ----------
     address : str
-        Of the head, ``host:port``.
+        Address of the head, ``host:port``.
     credentials : dict of str to str
-        Variables of whoever may take part.
+        Environment variables with which a process may join.
     runs : Path
-        Where all that runs on the nodes has its temporary files.
+        Folder for temporary files of all processes of the nodes.
 
     Raises
     ------
@@ -155,11 +159,11 @@ class LocalRayCluster(Generic[Node]):
         log = self.folder / f"node-{number}.log"
         node = self._kind(f"127.0.0.{number}", *arguments, environment=self._environment, log=log)
         self.nodes.append(node)
-        node.wait_until_up()  # two that begin at a time on one host disturb each other
+        node.wait_until_up()  # nodes that start at the same time on one host disturb each other
         return node
 
     def join(self, *arguments: str, cores: int = CORES) -> Node:
-        """Return a node that has joined; Ray tells of it a moment later.
+        """Start a node that joins the cluster; Ray lists it a moment later.
 
         Raises
         ------
@@ -169,7 +173,7 @@ class LocalRayCluster(Generic[Node]):
         return self._begin(f"--address={self.address}", f"--num-cpus={cores}", *arguments)
 
     def stop(self) -> None:
-        """End all nodes by force, and remove what they kept."""
+        """Kill all nodes, and remove their files."""
         self._end_by_force()
 
     def _end_by_force(self) -> None:

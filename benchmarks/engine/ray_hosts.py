@@ -1,4 +1,4 @@
-"""Machines that are nodes of a Ray cluster on this host."""
+"""Machines on the nodes of a Ray cluster on this host."""
 
 import asyncio
 import contextlib
@@ -11,12 +11,12 @@ from benchmarks.harness.cloud_under_test import Target
 
 
 class RayHosts:
-    """The nodes of a cluster; use ``ray_hosts``.
+    """Provides additional machines as Ray nodes; use ``ray_hosts``.
 
     Parameters
     ----------
     cluster : LocalRayCluster
-        That they join.
+        Cluster that they join.
     """
 
     def __init__(self, cluster: LocalRayCluster[LocalRayNode]) -> None:
@@ -27,7 +27,7 @@ class RayHosts:
 
     @contextlib.asynccontextmanager
     async def joined(self, target: Target, folder: Path) -> AsyncIterator[LocalRayNode]:
-        """Start a node, and wait until it is a machine of a cloud; all of it is gone afterwards."""
+        """Start a node, wait until it is a machine of the cloud, and end it afterwards."""
         known = [view["id"] for view in await target.rest.items("/v1/machines")]
         node = await asyncio.to_thread(self._cluster.join)
         try:
@@ -50,7 +50,7 @@ async def ray_hosts() -> AsyncIterator[RayHosts]:
     try:
         cluster = await asyncio.shield(starting)
     except asyncio.CancelledError:
-        await asyncio.to_thread((await starting).stop)  # the thread starts it all the same
+        await asyncio.to_thread((await starting).stop)  # the thread cannot be cancelled
         raise
     try:
         await asyncio.to_thread(cluster.join)

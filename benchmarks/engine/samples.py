@@ -1,4 +1,4 @@
-"""Figures of samples of which the worst matter as well."""
+"""Figures of samples: median with 99th percentile or maximum."""
 
 import itertools
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from benchmarks.harness.figures import Figure, median_of
 def median_and_p99(
     part: str, name: str, samples: Sequence[float], *, limit: float | None = None, note: str = ""
 ) -> list[Figure]:
-    """Return the median of samples [s] and what 99 % of them do not go beyond, both with the limit [ms]."""
+    """Return the median and the 99th percentile of samples [s], both with the limit [ms]."""
     p99 = float(np.percentile(samples, 99, method="higher"))
     return [
         median_of(part, name, samples, limit=limit, note=note),
@@ -22,7 +22,7 @@ def median_and_p99(
 def median_and_worst(
     part: str, name: str, samples: Sequence[float], *, limit: float | None, note: str = ""
 ) -> list[Figure]:
-    """Return the median of samples [s] and the worst of them, both with the limit, if any [ms]."""
+    """Return the median and the maximum of samples [s], both with the limit, if any [ms]."""
     return [
         median_of(part, name, samples, limit=limit, note=note),
         Figure(part, f"{name}, worst", round(1e3 * max(samples), 3), "ms", limit=limit, note=f"of {len(samples)}"),
@@ -30,17 +30,16 @@ def median_and_worst(
 
 
 def served_after(commands: Sequence[float], fault: float) -> float:
-    """Return how long after a fault a robot was commanded again [s].
+    """Return the time from a fault until a robot received commands again [s].
 
-    What was on its way when the fault came is heard a moment later: the longest silence that ends after the fault is
-    the one that it made.
+    Commands in flight still arrive after the fault, so the effect of the fault is the longest gap that ends after it.
 
     Parameters
     ----------
     commands : sequence of float
-        When each was heard, in order, at least one of them before and one after the fault [s].
+        Arrival times in order [s], at least one of them before and one after the fault.
     fault : float
-        When it was [s].
+        Time of the fault [s].
     """
     ends = [(after - before, after) for before, after in itertools.pairwise(commands) if after > fault]
     return max(ends)[1] - fault

@@ -1,4 +1,4 @@
-"""The cloud that the engine's bench measures: its own, on loopback, and a second machine where one is needed."""
+"""Cloud of the engine bench: started on loopback, with a second machine where one is needed."""
 
 import asyncio
 import contextlib
@@ -15,55 +15,55 @@ from robots.client.rest_paths import path_of
 from robots.demo.cloud_process import CloudProcess
 
 SPARE = 16
-"""Containers that a user may have beyond those of the largest crowd."""
+"""Containers that the quota allows beyond those of the capacity bench."""
 
 
 JOIN_TIMEOUT = 60.0
-"""Seconds in which a machine must have joined: what Ray starts takes its time."""
+"""Time within which a machine must have joined [s]: long, as Ray starts slowly."""
 
 
 class SecondMachine(Protocol):
-    """A machine that joined, and whose end is in our hands."""
+    """A joined machine that the bench can kill or stop."""
 
     name: str
 
     def kill(self) -> None:
-        """End it by force, as if its power were cut."""
+        """Kill its processes, as a power failure would."""
         ...
 
     def freeze(self) -> None:
-        """Let it stand still."""
+        """Stop its processes by SIGSTOP."""
         ...
 
 
 class Hosts(Protocol):
-    """Where machines come from."""
+    """Provider of additional machines."""
 
     arguments: tuple[str, ...]
-    """Of the cloud that takes them."""
+    """Arguments of the cloud that they join."""
 
     environment: dict[str, str]
-    """For that cloud."""
+    """Environment variables of that cloud."""
 
     def joined(self, target: Target, folder: Path) -> contextlib.AbstractAsyncContextManager[SecondMachine]:
-        """Let one more machine join the cloud in a folder."""
+        """Start a machine that joins the cloud with this folder, and end it afterwards."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class EngineSite:
-    """A cloud of the bench's own.
+    """A cloud that the bench has started.
 
     Parameters
     ----------
     target : Target
         The cloud.
     machine : str
-        That it has from the start.
+        Name of its first machine.
     folder : Path
-        Where its files are.
+        Folder of its files.
     hosts : Hosts
-        Where a second machine comes from.
+        Provider of a second machine.
     """
 
     target: Target
@@ -72,12 +72,12 @@ class EngineSite:
     hosts: Hosts
 
     def second_machine(self) -> contextlib.AbstractAsyncContextManager[SecondMachine]:
-        """Let one more machine join; it is gone afterwards."""
+        """Start a second machine, and end it afterwards."""
         return self.hosts.joined(self.target, self.folder)
 
     @contextlib.asynccontextmanager
     async def only_on(self, machine: str) -> AsyncIterator[None]:
-        """Have what is opened inside placed on one machine."""
+        """Place all containers that are opened within the block on one machine."""
         others = [view for view in await self.target.rest.items("/v1/machines") if view["id"] != machine]
         for other in others:
             await self.limit(other["id"], max_containers=0)
@@ -88,11 +88,11 @@ class EngineSite:
                 await self.limit(other["id"], max_containers=other["max_containers"])
 
     async def limit(self, machine: str, **settings: float) -> None:
-        """Say how much a machine may be given."""
+        """Set limits of a machine."""
         await self.target.rest.patch(path_of("machines", machine), settings)
 
     async def containers(self, prefix: str = "") -> list[dict[str, Any]]:
-        """Return the containers of the robots whose names begin so."""
+        """Return the containers of the robots whose names begin with ``prefix``."""
         listed = await self.target.rest.items("/v1/containers")
         return [view for view in listed if (view["robot"] or "").startswith(prefix)]
 
@@ -102,7 +102,7 @@ class EngineSite:
         Raises
         ------
         NotFound
-            It has none.
+            The robot has no container.
         """
         for view in await self.containers(robot):
             if view["robot"] == robot:
@@ -117,7 +117,7 @@ async def cloud_on(hosts: Hosts, options: EngineOptions) -> AsyncIterator[Engine
     Raises
     ------
     Unavailable
-        It does not come up.
+        The cloud does not start.
     """
     most = options.containers + SPARE
     quotas = ("--quota", f"containers={most}", "--quota", f"cores={most}", "--quota", f"robots={10 * most}")
@@ -128,12 +128,12 @@ async def cloud_on(hosts: Hosts, options: EngineOptions) -> AsyncIterator[Engine
 
 
 async def machines_beyond(target: Target, known: Collection[str]) -> list[str]:
-    """Return the names of the machines that have joined since, once there is one.
+    """Wait until machines other than the known ones have joined; return their names.
 
     Raises
     ------
     Unavailable
-        None joins.
+        No machine joins within the time limit.
     """
     deadline = monotonic() + JOIN_TIMEOUT
     while monotonic() < deadline:

@@ -1,4 +1,4 @@
-"""All that the engine is measured by, part by part."""
+"""Runs the parts of the engine bench."""
 
 import contextlib
 from collections.abc import AsyncIterator, Awaitable, Callable
@@ -21,7 +21,7 @@ PARTS: dict[str, Measure] = {
     machine_loss.PART: machine_loss.measure,
     messages.PART: messages.measure,
 }
-"""What is measured at a cloud that is up; the master is measured without one."""
+"""Parts that need a running cloud; the part ``master`` needs none."""
 
 
 async def measure(options: EngineOptions, progress: Progress) -> list[Figure]:

@@ -1,4 +1,4 @@
-"""A robot that stands and speaks: what it tells of itself reaches the robots of the same map by their containers."""
+"""Standing robot that publishes its pose, which reaches other robots of the map by their containers."""
 
 import asyncio
 import contextlib
@@ -22,29 +22,29 @@ from robots.client.robot_client import RobotClient
 from robots.sim.world import World
 
 STEP = 0.0005
-"""How much further each odometry is than the one before [m]: by that it is known again where it is heard."""
+"""Distance between consecutive odometry messages [m]: their positions identify them at the receiver."""
 
 SAME_STAMP = 1e-5
-"""Seconds: a stamp went through a float on its way."""
+"""Largest difference between equal stamps [s], which are rounded to floats on the way."""
 
 PATIENCE = 1.0
-"""Seconds after which what was said counts as lost: between robots it may be."""
+"""Time after which a message counts as lost [s]; messages between robots may be lost."""
 
 
 @dataclass(slots=True)
 class ReceivedPositions:
-    """What was heard on a topic: when [s], and what x [m] it told of one or several robots."""
+    """Messages received on a topic: arrival time [monotonic s], and x of one or several robots [m]."""
 
     times: deque[tuple[float, list[float]]] = field(default_factory=lambda: deque(maxlen=100))
     news: asyncio.Event = field(default_factory=asyncio.Event)
 
     def note(self, *positions: float) -> None:
-        """Note what comes now."""
+        """Record positions that arrive now [m]."""
         self.times.append((monotonic(), list(positions)))
         self.news.set()
 
     async def of(self, x: float) -> float | None:
-        """Return when a position was heard first [s]; None where it does not come."""
+        """Return the arrival time of a position [monotonic s]; None if it does not arrive within the time limit."""
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(PATIENCE):
                 while True:
@@ -57,19 +57,19 @@ class ReceivedPositions:
 
 
 class TalkingRobot:
-    """A robot with a container.
+    """A standing robot with a container.
 
     Parameters
     ----------
     client : RobotClient
-        Its connection, open.
+        Its open connection.
     odometry, scan : Odometry, LaserScan
-        What its sensors tell where it stands.
+        Messages of its sensors.
 
     Attributes
     ----------
     others : ReceivedPositions
-        What its clone tells it of the others on its map.
+        Positions of other robots, received from its clone.
     """
 
     def __init__(self, client: RobotClient, odometry: Odometry, scan: LaserScan) -> None:
@@ -81,7 +81,7 @@ class TalkingRobot:
         self.others = ReceivedPositions()
 
     async def listen(self) -> None:
-        """Hear where the own robot is, and where the others are."""
+        """Subscribe to the poses of this robot and of the others."""
         await self._client.subscribe("amcl_pose", PoseWithCovarianceStamped, self._located)
         await self._client.subscribe("robots", RobotStates, self._told)
 
@@ -92,12 +92,12 @@ class TalkingRobot:
         self.others.note(*(pose.position.x for pose in poses.poses))
 
     async def say(self) -> tuple[float, float]:
-        """Move on a little; return when the clone told its own robot where that is [s], and its x [m].
+        """Publish a new position; return the arrival time of the clone's pose [monotonic s], and its x [m].
 
         Raises
         ------
         Unavailable
-            The clone does not tell.
+            The clone publishes no pose within the time limit.
         """
         self._said += 1
         stamp = Time.of(epoch())
@@ -110,7 +110,7 @@ class TalkingRobot:
                     if abs(pose.header.stamp.seconds() - stamp.seconds()) < SAME_STAMP:
                         return time, pose.pose.pose.position.x
         except TimeoutError as error:
-            raise Unavailable("a clone does not tell where its robot is") from error
+            raise Unavailable(f"a clone published no pose for {PATIENCE:g} s after a scan") from error
 
 
 def _at(header: Header, stamp: Time) -> Header:
@@ -128,7 +128,7 @@ def _moved(odometry: Odometry, x: float, stamp: Time) -> Odometry:
 async def talking_robot(
     target: Target, robot: str, map_id: str, grid: GridMap, start: Pose2D
 ) -> AsyncIterator[TalkingRobot]:
-    """Open a robot that stands somewhere on a map that is published."""
+    """Open a robot that stands at a pose of a published map."""
     await target.register(robot, map_id, start)
     body = World(grid, 1).add_robot(start)
     async with RobotClient(target.url, robot=robot, token=target.token) as client:

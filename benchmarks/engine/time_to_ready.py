@@ -1,4 +1,4 @@
-"""How soon a robot has a container that is of use: from the opening of its WebSocket to the first answer."""
+"""Start of a container: time from opening a robot's WebSocket to the first message and the first path."""
 
 import asyncio
 
@@ -16,11 +16,11 @@ PART = "ready"
 OPENS, OPENS_WITH_PAUSES, QUICK = 100, 20, 3
 
 FIRST_MESSAGE = '{"op":"subscribe","topic":"tf_static"}'
-"""Of a topic that is latched: the clone has it ready."""
+"""Subscription to a latched topic, which the clone answers at once."""
 
 
 async def measure(site: EngineSite, options: EngineOptions, progress: Progress) -> list[Figure]:
-    """Open robots one after the other, each beside a Python; the first, for which the map is new, does not count."""
+    """Open robots in turns with empty Python processes; the first robot is a warm-up, as the map is new for it."""
     pause = PAUSES.get(options.runtime, 0.0)
     opens = options.of(OPENS_WITH_PAUSES if pause else OPENS, QUICK)
     question = await prepared(site.target)
@@ -40,7 +40,7 @@ async def measure(site: EngineSite, options: EngineOptions, progress: Progress) 
 
 
 async def _open(site: EngineSite, robot: str, question: FirstPathQuestion) -> tuple[float, float]:
-    """Return how long it took to the first message, and to the path [s]."""
+    """Return the times until the first message and until the path [s]."""
     url = await site.target.register(robot, MAP, question.start)
     began = monotonic()
     async with opened(url) as socket:

@@ -1,4 +1,4 @@
-"""The cloud that a bench measures: one of its own on loopback, or one that is up."""
+"""The cloud that a bench measures: its own on loopback, or one that already runs."""
 
 import contextlib
 from collections.abc import AsyncIterator
@@ -11,25 +11,25 @@ from robots.client.robot_file import RobotFile
 from robots.demo.cloud_process import CloudProcess
 
 LINGER = 0.1
-"""Seconds that a clone is kept after its robot left: the next measurement is to find its room."""
+"""Time that a clone is kept after its robot disconnected [s]: short, to free capacity for the next measurement."""
 
 
 CORES = 0.1
-"""Size of a container: so small that the machine's capacity is not what limits a fleet."""
+"""Size of a container [cores]: small enough that the machine's capacity does not limit a fleet."""
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A cloud, and who asks it.
+    """A cloud under test, and a login to it.
 
     Parameters
     ----------
     rest : RestClient
         Logged in.
     url, token : str
-        Where it is and the token of that login.
+        Base URL of the cloud, and the token of that login.
     pid : int, optional
-        Of its web process, where it is the bench's own.
+        Process id of its web process; None if the bench did not start the cloud.
     """
 
     rest: RestClient
@@ -39,7 +39,7 @@ class Target:
 
     @property
     def ws_url(self) -> str:
-        """Where robots connect."""
+        """WebSocket URL for robots."""
         return self.url.replace("http", "ws", 1)
 
     async def publish(self, map_id: str, grid: GridMap) -> None:
@@ -48,7 +48,7 @@ class Target:
         await self.rest.upload_map(map_id, yaml, image)
 
     async def register(self, robot: str, map_id: str, pose: tuple[float, float, float], cores: float = CORES) -> str:
-        """Tell of a robot; return the URL of its WebSocket."""
+        """Register a robot; return the URL of its WebSocket."""
         await self.rest.put_robot(robot, RobotFile(map=map_id, initial_pose=pose, cores=cores))
         return f"{self.ws_url}/?robot={robot}&token={self.token}"
 
@@ -61,7 +61,7 @@ async def own_cloud() -> AsyncIterator[Target]:
 
 
 async def logged_in(cloud: CloudProcess) -> Target:
-    """Return a cloud of one's own, as its administrator."""
+    """Log in to a started cloud as its administrator."""
     rest = RestClient(cloud.ready.url)
     login = await rest.login(cloud.ready.admin_user, cloud.password)
     return Target(rest, cloud.ready.url, login.token, cloud.ready.pid)
@@ -69,5 +69,5 @@ async def logged_in(cloud: CloudProcess) -> Target:
 
 @contextlib.asynccontextmanager
 async def running_cloud(url: str, token: str) -> AsyncIterator[Target]:
-    """Take a cloud that is up."""
+    """Use a cloud that already runs."""
     yield Target(RestClient(url, token), url, token, None)

@@ -1,4 +1,4 @@
-"""What a bench tells: figures with their yardsticks and limits, as a table or as JSON."""
+"""Results of a bench: figures with baselines and limits, as a table or as JSON."""
 
 import statistics
 from collections.abc import Sequence
@@ -11,27 +11,27 @@ from robots.cli.benches import Measured
 
 
 class Figure(msgspec.Struct, frozen=True, omit_defaults=True):
-    """One thing that was measured.
+    """One measured quantity.
 
     Parameters
     ----------
     part : str
-        Of the bench.
+        Part of the bench.
     name : str
-        What was measured.
+        Name of the quantity.
     value : float
-        In ``unit``.
+        Median of the samples, in ``unit``.
     unit : str
     least, most : float, optional
-        Spread of the samples of which ``value`` is the median.
+        Smallest and largest sample.
     limit : float, optional
-        What the value should not go beyond.
+        Largest acceptable value.
     floor : bool
-        The limit is one that the value should not stay below.
+        Whether ``limit`` is the smallest acceptable value instead.
     yardstick : bool
-        Somebody else's, measured beside ours.
+        Whether this is a baseline: another implementation, measured in the same run.
     note : str
-        What it is made of.
+        How the value was obtained.
     """
 
     part: str
@@ -47,7 +47,7 @@ class Figure(msgspec.Struct, frozen=True, omit_defaults=True):
 
     @property
     def kept(self) -> bool | None:
-        """Tell whether the limit is kept; None where there is none."""
+        """Whether the value is within the limit; None without a limit."""
         if self.limit is None:
             return None
         return self.value >= self.limit if self.floor else self.value <= self.limit
@@ -55,7 +55,7 @@ class Figure(msgspec.Struct, frozen=True, omit_defaults=True):
 
 def median_of(part: str, name: str, samples: Sequence[float], unit: str = "ms", *, limit: float | None = None,
               yardstick: bool = False, note: str = "") -> Figure:  # fmt: skip
-    """Return the median of samples with their spread; seconds become milliseconds where ``unit`` says so."""
+    """Return the median of samples with their spread; samples are in seconds if ``unit`` is ``ms``."""
     scale = 1e3 if unit == "ms" else 1.0
     middle, least, most = (scale * f(samples) for f in (statistics.median, min, max))
     return Figure(
@@ -64,7 +64,7 @@ def median_of(part: str, name: str, samples: Sequence[float], unit: str = "ms", 
 
 
 def measured(figures: Sequence[Figure]) -> Measured:
-    """Return figures as the result of a bench; people get a table in which yardsticks are dim."""
+    """Return figures as the result of a bench; in the table, baselines are dim."""
     console = Console()
     with console.capture() as captured:
         console.print(_table(figures))

@@ -1,16 +1,16 @@
-"""Ports of loopback for servers that must be told theirs before they start."""
+"""Free ports of loopback for servers that need a fixed port."""
 
 import contextlib
 import secrets
 import socket
 
 LOWEST, END = 20_000, 32_768
-"""Below those that connections get by themselves (``net.ipv4.ip_local_port_range``): one of these may be taken again
-before the server that is told of it listens. Above those that Ray's workers get."""
+"""Range of ports. It ends below the ephemeral ports (``net.ipv4.ip_local_port_range``), which the kernel could give to
+a connection before the server listens, and begins above the ports of Ray's workers."""
 
 
 def free_ports(count: int, address: str = "127.0.0.1") -> list[int]:
-    """Return so many ports of an address, one after the other, that nobody uses now."""
+    """Return ``count`` consecutive ports of an address that are free now."""
     while True:
         first = LOWEST + secrets.randbelow(END - LOWEST - count + 1)
         ports = list(range(first, first + count))

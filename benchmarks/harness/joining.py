@@ -1,4 +1,4 @@
-"""Machines that join a cloud on this host, over the links of machines of other hosts."""
+"""Machines that join a cloud on this host by ``ppaas machine join``, as machines of other hosts do."""
 
 import asyncio
 import os
@@ -13,17 +13,17 @@ MACHINE = (sys.executable, "-m", cli.__name__, "machine")
 
 
 async def ticket_of(data: Path) -> str:
-    """Return a ticket of the cloud with this data folder.
+    """Return a ticket to the cloud with this data folder.
 
     Raises
     ------
     Unavailable
-        It gives none.
+        The cloud issues no ticket.
     """
     process = await asyncio.create_subprocess_exec(*MACHINE, "ticket", "--data", str(data), stdout=PIPE)
     told, _ = await process.communicate()
     if process.returncode:
-        raise Unavailable(f"no ticket for another machine was given: status {process.returncode}")
+        raise Unavailable(f"'ppaas machine ticket' failed with status {process.returncode}")
     return told.decode().strip()
 
 
@@ -33,11 +33,11 @@ async def join(name: str, folder: Path, ticket: str | None = None) -> Process:
     Parameters
     ----------
     name : str
-        Of the machine.
+        Name of the machine.
     folder : Path
-        For its log, its key and its temporary files: a short path, as there are sockets among them.
+        For its log, its key and its temporary files: a short path, since it contains sockets.
     ticket : str, optional
-        With which it joins; one that was in already has its key.
+        Ticket for the first join; a machine that has joined before uses its key.
     """
     (folder / "t").mkdir(parents=True, exist_ok=True)
     shown = () if ticket is None else (ticket,)

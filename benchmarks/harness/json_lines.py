@@ -1,4 +1,4 @@
-"""Lines of JSON on standard input and output, by which a bench speaks with a process that it measures."""
+"""Lines of JSON on standard input and output, by which a measured process talks with the bench."""
 
 import asyncio
 import sys
@@ -8,10 +8,11 @@ from typing import Any
 import msgspec
 
 MOST = 1 << 16
+"""Longest line [bytes]."""
 
 
 async def lines() -> AsyncIterator[Any]:
-    """Yield what comes, line by line, until whoever started this process hangs up."""
+    """Yield the decoded lines of standard input until it is closed."""
     reader = asyncio.StreamReader(MOST)
     await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
     async for line in reader:

@@ -1,4 +1,4 @@
-"""A process of the bench that answers lines of JSON."""
+"""Processes that a bench starts and talks with in lines of JSON."""
 
 import asyncio
 import contextlib
@@ -12,48 +12,48 @@ import msgspec
 from ppaas.errors import Unavailable
 
 MOST = 1 << 28
-"""Bytes of a line."""
+"""Longest line [bytes]."""
 
 
 class JsonProcess:
-    """A process that is asked.
+    """A process that reads requests and writes answers.
 
     Parameters
     ----------
     process : Process
-        With pipes to it.
+        The process, with pipes for standard input and output.
     """
 
     def __init__(self, process: asyncio.subprocess.Process) -> None:
         self._process = process
 
     async def say(self, value: object) -> None:
-        """Say something that is not waited for."""
+        """Send a line without waiting for an answer."""
         if self._process.stdin is None:
-            raise Unavailable("there is no way to the process")
+            raise Unavailable("the process of the bench has no pipe for standard input")
         self._process.stdin.write(msgspec.json.encode(value) + b"\n")
         await self._process.stdin.drain()
 
     async def hear(self) -> Any:
-        """Return what it says next.
+        """Return the next line of the process.
 
         Raises
         ------
         Unavailable
-            It ended.
+            The process has exited.
         """
         line = await self._process.stdout.readline() if self._process.stdout is not None else b""
         if not line:
-            raise Unavailable(f"a process of the bench ended: status {await self._process.wait()}")
+            raise Unavailable(f"a process of the bench exited with status {await self._process.wait()}")
         return msgspec.json.decode(line)
 
     async def ask(self, value: object) -> Any:
-        """Say something, and return the answer; raises as ``hear``."""
+        """Send a line and return the answer; raises as ``hear``."""
         await self.say(value)
         return await self.hear()
 
     async def kill(self) -> None:
-        """End it by force."""
+        """Kill the process and wait until it has exited."""
         with contextlib.suppress(ProcessLookupError):
             self._process.kill()
         await self._process.wait()
@@ -61,7 +61,7 @@ class JsonProcess:
 
 @contextlib.asynccontextmanager
 async def json_process(module: ModuleType, *arguments: str) -> AsyncIterator[JsonProcess]:
-    """Run a module as a process, and end it afterwards."""
+    """Run a module as a process, and kill it afterwards."""
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-m", module.__name__, *arguments,
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, limit=MOST,

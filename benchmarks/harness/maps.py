@@ -1,4 +1,4 @@
-"""The maps that a robot is localized in."""
+"""Maps of the benches: generated ones by name, map files, and costmap images."""
 
 from pathlib import Path
 
@@ -13,23 +13,25 @@ from robots.client.map_files import read_map_file
 from robots.plans.offline import yaml_of
 
 MADE = {"office": lambda: office(seed=1), "warehouse": lambda: warehouse(seed=1)}
-"""Maps that need no file, by name."""
+"""Generators of maps, by name."""
 
 LETHAL = 254
+"""Smallest value of a costmap image at which a cell is blocked."""
 RESOLUTION = 0.05
+"""Edge of a cell of a costmap image [m]."""
 
 
 def read_map(name: str) -> GridMap:
-    """Return a map: one that is made up, by its name, or that of a file.
+    """Return a generated map by its name, or the map of a file.
 
-    A file is a YAML file of map_server or its image. A PGM without a YAML file beside it is a costmap image, as ROS
-    keeps one of Willow Garage to test navfn with: what is lethal (254 and 255) beside what is not is a wall, what is
-    lethal behind that is unknown, as to a robot that made the map with its laser, and a cell has 0.05 m.
+    A file is a YAML file of map_server or its image. A PGM without a YAML file beside it is read as a costmap image,
+    such as the one of Willow Garage with which ROS tests navfn, with cells of 0.05 m. Lethal cells (254 and 255) next
+    to other cells become walls; the lethal cells behind them become unknown, as in a map made with a laser.
 
     Raises
     ------
     InvalidMap
-        It cannot be read.
+        The map cannot be read.
     """
     if name in MADE:
         return MADE[name]()
@@ -46,7 +48,7 @@ def read_map(name: str) -> GridMap:
 
 
 def _beside(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the cells that are marked, and all around them."""
+    """Return the marked cells and all their neighbours."""
     wide = np.pad(cells, 1)
     wide = wide[:-2] | wide[1:-1] | wide[2:]
     return wide[:, :-2] | wide[:, 1:-1] | wide[:, 2:]

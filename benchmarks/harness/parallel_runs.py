@@ -1,4 +1,4 @@
-"""Runs of a benchmark in processes of their own."""
+"""Runs of a bench in several processes."""
 
 import multiprocessing
 from collections.abc import Callable, Sequence
@@ -10,29 +10,29 @@ R = TypeVar("R")
 
 
 def run_all(run: Callable[[J], R], jobs: Sequence[J], processes: int, done: Callable[[], None]) -> list[R]:
-    """Return what comes of each job, in their order, whichever process ran it.
+    """Run a function on each job; return the results in the order of the jobs.
 
     Parameters
     ----------
     run : callable
-        A function of a module.
+        Function of a module, so that it can be pickled.
     jobs : sequence
-        What it is called with.
+        Arguments, one for each call.
     processes : int
-        With one, all is run in this process.
+        Number of processes; with one, all jobs run in this process.
     done : callable
         Called after each run.
     """
     if processes == 1:
         return [_told(run(job), done) for job in jobs]
     others = multiprocessing.active_children()
-    # A fork after kernels have had threads may hang: each process begins anew.
+    # A fork after kernels have started threads may hang, so processes are spawned.
     with ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool:
         futures = [pool.submit(run, job) for job in jobs]
         try:
             for future in as_completed(futures):
                 _told(future.result(), done)
-        except BaseException:  # Ctrl-C or SIGTERM, or a job that failed: the pool would run all that are left
+        except BaseException:  # Ctrl-C, SIGTERM or a failed job: the pool would still run all remaining jobs
             for process in set(multiprocessing.active_children()).difference(others):
                 process.kill()
             raise

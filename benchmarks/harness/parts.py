@@ -1,23 +1,23 @@
-"""What every bench of several parts is asked."""
+"""Options of a bench that has several parts."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
 class PartSelection:
-    """Which parts to measure, and how thoroughly.
+    """Parts to measure, and the number of samples.
 
     Parameters
     ----------
     only : tuple of str
-        PartSelection; none of them means all.
+        Names of parts; empty for all.
     quick : bool
-        Few samples.
+        Whether to take few samples.
     """
 
     only: tuple[str, ...] = ()
     quick: bool = False
 
     def wants(self, part: str) -> bool:
-        """Tell whether a part is to be measured."""
+        """Return whether a part is to be measured."""
         return not self.only or part in self.only

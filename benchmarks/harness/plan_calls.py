@@ -1,4 +1,4 @@
-"""Requests for a path over the wire: frames of WebSocket calls, a bare HTTP connection, and ends that are far apart."""
+"""Path requests over the wire: WebSocket frames, a minimal HTTP connection, and distant starts and goals."""
 
 import json
 import socket
@@ -19,7 +19,7 @@ def ends(grid: GridMap) -> tuple[tuple[float, float, float], tuple[float, float,
 
 
 def make_plan_call(start: tuple[float, float, float], goal: tuple[float, float, float]) -> str:
-    """Return the frame of a call of ``nav_msgs/GetPlan``, which tells what ROS tells of a path."""
+    """Return the frame of a ``nav_msgs/GetPlan`` call, whose answer is the path as in ROS."""
     ends = ({"header": {"frame_id": "map"}, "pose": _pose(end)} for end in (start, goal))
     return _call("/move_base/make_plan", *ends)
 
@@ -27,7 +27,7 @@ def make_plan_call(start: tuple[float, float, float], goal: tuple[float, float, 
 def compute_path_call(
     start: tuple[float, float, float], goal: tuple[float, float, float], **more: str | float | bool
 ) -> str:
-    """Return the frame of a call of ``ppaas_msgs/ComputePath``, which tells the planner's time too."""
+    """Return the frame of a ``ppaas_msgs/ComputePath`` call, whose answer includes the planner's time."""
     return _call("/move_base/compute_path", _pose(start), _pose(goal), **more)
 
 
@@ -41,10 +41,10 @@ def _call(service: str, start: dict[str, object], goal: dict[str, object], **mor
 
 
 class RestAsker:
-    """Posts one body again and again over one connection, as one packet.
+    """HTTP connection that posts a body repeatedly, each time in one packet.
 
-    It reads no more of an answer than its length, for it is not itself what is measured: ``http.client`` takes longer
-    for a request than the server does.
+    It parses only the length of an answer, to add little to the measured time: ``http.client`` takes longer for a
+    request than the server.
     """
 
     def __init__(self, url: str, token: str, path: str) -> None:
@@ -57,7 +57,7 @@ class RestAsker:
         )
 
     def exchange(self, body: bytes) -> bytes:
-        """Return the answer to a body; ``Unavailable`` if the server hangs up."""
+        """Return the answer to a body; raise ``Unavailable`` if the server closes the connection."""
         self._socket.sendall(self._head.format(len(body)).encode() + body)
         answer = self._read(b"", lambda read: b"\r\n\r\n" in read)
         head, _, begun = answer.partition(b"\r\n\r\n")
@@ -69,10 +69,10 @@ class RestAsker:
         while not enough(read):
             more = self._socket.recv(1 << 18)
             if not more:
-                raise Unavailable("the server hung up on the bench")
+                raise Unavailable("the server closed the connection of the bench")
             read += more
         return read
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         self._socket.close()

@@ -1,4 +1,4 @@
-"""What the processes of a cloud use: processor time and memory, read from ``/proc``."""
+"""CPU time and memory of the processes of a cloud, read from ``/proc``."""
 
 import os
 from collections import defaultdict
@@ -10,16 +10,16 @@ import psutil
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """Memory of one process, pages that n processes share counted as 1/n [MB].
+    """Memory of one process [MB]; pages that n processes share count 1/n.
 
     Parameters
     ----------
     pss : float
-        Beyond the shared map.
+        Proportional set size without the shared map.
     private : float
-        What it shares with nobody.
+        Pages that no other process shares.
     shared_map : float
-        Its part of the map's layers.
+        Its share of the map's layers.
     """
 
     pss: float
@@ -28,12 +28,12 @@ class Memory:
 
 
 def memory_of(pid: int) -> Memory:
-    """Return what of a process' memory is its own, and what of the map it shares.
+    """Return the memory of a process, from ``/proc/PID/smaps``.
 
     Raises
     ------
     OSError
-        The process is gone, or somebody else's.
+        The process has exited or belongs to another user.
     """
     totals: defaultdict[tuple[str, bool], int] = defaultdict(int)
     mapped = False
@@ -48,14 +48,14 @@ def memory_of(pid: int) -> Memory:
 
 
 def cpu_seconds(web: int, containers: set[int]) -> dict[str, float]:
-    """Return the processor time that each kind of process has used so far [s].
+    """Return the CPU time that each kind of process has used so far [s].
 
     Parameters
     ----------
     web : int
         Process id of the cloud's web process.
     containers : set of int
-        Those of the containers; what else is below the web process is its ``machine``.
+        Process ids of the containers; all other descendants of the web process count as ``machine``.
     """
     used = {"simulator": sum(os.times()[:2]), "web": _cpu(web), "containers": 0.0, "machine": 0.0}
     for process in psutil.Process(web).children(recursive=True):

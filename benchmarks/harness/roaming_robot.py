@@ -1,4 +1,4 @@
-"""A simulated robot that drives from goal to goal without end, and notes how evenly it is commanded."""
+"""Simulated robot that drives from goal to goal without end and records the gaps between its commands."""
 
 import asyncio
 import contextlib
@@ -18,23 +18,23 @@ from robots.sim.robot import SimulatedRobot
 
 
 class RoamingRobot:
-    """One robot under way, on one connection: it is its own operator.
+    """A driving robot that sends goals over its own connection.
 
     Parameters
     ----------
     client : RobotClient
-        Open, in the role of the robot.
+        An open connection of the robot.
     robot : SimulatedRobot
-        What drives.
+        The robot in its simulated world.
     course : Course
-        Where it goes, in a circle.
+        Its goals, which it visits in a circle.
 
     Attributes
     ----------
     gaps : list of float
-        Seconds between two ``cmd_vel`` on the way to the same goal.
+        Times between two ``cmd_vel`` for the same goal [s].
     goals : int
-        How many goals had a result.
+        Number of goals with a result.
     """
 
     def __init__(self, client: RobotClient, robot: SimulatedRobot, course: Course) -> None:
@@ -78,7 +78,7 @@ class RoamingRobot:
         self._last = now
 
     def _arrived(self, result: MoveBaseActionResult) -> None:
-        self._last = None  # the next goal begins with planning: no gap of this way
+        self._last = None  # the next goal begins with planning, which is not a gap
         self._results.put_nowait(result)
 
 
@@ -86,7 +86,7 @@ class RoamingRobot:
 async def roaming_robot(
     url: str, token: str, name: str, robot: SimulatedRobot, course: Course
 ) -> AsyncIterator[RoamingRobot]:
-    """Connect a robot and let it roam."""
+    """Connect a robot and make it drive until the end of the block."""
     async with RobotClient(url, robot=name, token=token) as client:
         roamer = RoamingRobot(client, robot, course)
         task = asyncio.create_task(roamer.run())

@@ -1,8 +1,8 @@
-"""Logs of CARMEN, and graphs of poses with their scans, as text.
+"""Text logs of CARMEN, and pose graphs with scans.
 
-``FLASER`` and ``ROBOTLASER1`` are scans (http://carmen.sourceforge.net, ``logger_message.html``), with the pose of the
-laser and that of the robot. In a log of which the poses were corrected these are the corrected ones. ``VERTEX2`` is a
-corrected pose, ``EDGE2`` how far the robot came from one to another: those from one to the next are its odometry.
+``FLASER`` and ``ROBOTLASER1`` are scans with the poses of the laser and the robot (http://carmen.sourceforge.net,
+``logger_message.html``); in a corrected log, the poses are the corrected ones. ``VERTEX2`` is a corrected pose.
+``EDGE2`` is the relative pose of two vertices; edges between consecutive vertices are the odometry.
 """
 
 import math
@@ -18,20 +18,22 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header
 
 MOST_BYTES = 1 << 30
+"""Largest size of a log [bytes]."""
 NO_READING = 80.0
-"""What a laser says that meets nothing, in logs that do not tell how far it sees [m]."""
+"""Range of a beam without a hit, in logs without a maximum range [m]."""
 LEAST_RANGE = 0.02
+"""Minimum range of the laser [m]."""
 
 
 @dataclass(slots=True)
 class _Lines:
-    """What the lines of a log say, in their order."""
+    """Content of the lines of a log, in their order."""
 
     scans: list[tuple[LaserScan, Pose2D, Pose2D, float]] = field(default_factory=list)
     """Scan, pose of the laser, pose of the robot, stamp."""
     vertices: list[Pose2D] = field(default_factory=list)
     edges: dict[int, Pose2D] = field(default_factory=dict)
-    """From a vertex to the next."""
+    """Relative pose from a vertex to the next, by the number of the vertex."""
 
 
 def read_log(path: Path) -> Recording:
@@ -40,16 +42,16 @@ def read_log(path: Path) -> Recording:
     Raises
     ------
     InvalidInput
-        It cannot be read, a line is malformed, or there is no scan.
+        The file cannot be read, a line is malformed, or there is no scan.
     """
     lines = _Lines()
     for number, words in _words(path):
         try:
             _take(lines, words)
         except (ValueError, IndexError) as error:
-            raise InvalidInput(f"line {number} of {path} is no {words[0]}: {error}") from error
+            raise InvalidInput(f"line {number} of {path} is not a valid {words[0]}: {error}") from error
     if not lines.scans:
-        raise InvalidInput(f"{path} has no scan: its lines begin with FLASER or ROBOTLASER1")
+        raise InvalidInput(f"{path} has no scan: no line begins with FLASER or ROBOTLASER1")
     return _recording(lines, path)
 
 
@@ -88,7 +90,7 @@ def _take(lines: _Lines, words: list[str]) -> None:
 def _count(values: list[str], at: int) -> int:
     count = int(values[at])
     if not 2 <= count <= len(values) - at - 1:
-        raise ValueError(f"{count} ranges are not what it has")
+        raise ValueError(f"the line does not have {count} ranges")
     return count
 
 
@@ -116,12 +118,14 @@ def _recording(lines: _Lines, path: Path) -> Recording:
     poses = [robot for _, _, robot, _ in lines.scans]
     true, odom = lines.vertices or poses, poses
     if len(true) != len(poses):
-        raise InvalidInput(f"{path} has {len(poses)} scans and {len(true)} poses: one for each is wanted")
+        raise InvalidInput(
+            f"{path} has {len(poses)} scans and {len(true)} poses (VERTEX2); their numbers must be equal"
+        )
     if lines.edges:
         odom = _summed(lines.edges, len(poses), path)
     stamps = [stamp for *_, stamp in lines.scans]
     if any(after <= before for before, after in pairwise(stamps)):
-        stamps = [float(number) for number in range(1, len(poses) + 1)]  # told in too few digits
+        stamps = [float(number) for number in range(1, len(poses) + 1)]  # the log has too few digits
     scans = [scan for scan, *_ in lines.scans]
     laser = lines.scans[0][2].inverse() @ lines.scans[0][1]
     return Recording(tuple(map(Look, stamps, odom, scans, true)), laser)
@@ -131,6 +135,6 @@ def _summed(edges: dict[int, Pose2D], count: int, path: Path) -> list[Pose2D]:
     odom = [Pose2D(0.0, 0.0)]
     for vertex in range(count - 1):
         if vertex not in edges:
-            raise InvalidInput(f"{path} has no EDGE2 from {vertex} to {vertex + 1}: there is no odometry without")
+            raise InvalidInput(f"{path} has no EDGE2 from {vertex} to {vertex + 1}, so its odometry is incomplete")
         odom.append(odom[-1] @ edges[vertex])
     return odom

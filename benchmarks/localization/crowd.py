@@ -1,4 +1,4 @@
-"""People who crowd around a robot for a time: most of what its laser sees then is in no map."""
+"""Crowd of people around a robot: most of its laser beams then hit people instead of the map."""
 
 import math
 
@@ -13,32 +13,32 @@ from robots.sim.shortest_paths import TRIES, ShortestPaths
 from robots.sim.world import World
 
 NEAREST, FARTHEST = 0.5, 1.4
-"""People stand so far from the robot, from middle to middle [m]."""
+"""Smallest and largest distance of people from the robot, centre to centre [m]."""
 PACE, STAY = 0.4, 3.0
-"""They step about as fast as this [m/s], and go for another place after so long, on average [s]."""
+"""Walking speed of people [m/s], and mean time until a person chooses another place [s]."""
 CREEP, TURN = 0.1, 0.6
-"""What the robot does among them: it creeps along its way, or turns in place, as often as not [m/s, rad/s]."""
+"""Speed of the robot along its path, and when it turns in place, each half of the time [m/s, rad/s]."""
 SHORTEST, LONGEST = 2.0, 6.0
-"""It does one or the other for so long [s]."""
+"""Shortest and longest time until the robot chooses between the two again [s]."""
 
 
 class Crowd:
-    """People who mill about close around a robot. They keep out of its way, and nobody bumps into them.
+    """People who walk close around a robot. They step aside for it and take part in no collision.
 
     Parameters
     ----------
     robot : SimulatedRobot
     ways : ShortestPaths
-        Where people may be.
+        Free space for people.
     people : int
-        How many.
+        Number of people.
     rng : numpy.random.Generator
-        Their own.
+        Random source of the crowd.
 
     Attributes
     ----------
     places : (people, 2) array
-        Where they are: x, y [m].
+        Positions x, y of the people [m].
     """
 
     def __init__(self, robot: SimulatedRobot, ways: ShortestPaths, people: int, rng: np.random.Generator) -> None:
@@ -47,7 +47,7 @@ class Crowd:
         self.places = self._goals.copy()
 
     def _place(self) -> tuple[float, float]:
-        """Return a place near the robot, off walls if there is one."""
+        """Return a random place near the robot, in free space if one is found."""
         x, y, _ = self._robot.base.pose
         for _ in range(TRIES):
             away, bearing = self._rng.uniform((NEAREST, -math.pi), (FARTHEST, math.pi)).tolist()
@@ -57,7 +57,7 @@ class Crowd:
         return place
 
     def mill(self, dt: float) -> None:
-        """Let everybody take a step of so long [s]."""
+        """Move all people for a time step [s]."""
         for person in np.flatnonzero(self._rng.random(len(self.places)) < dt / STAY):
             self._goals[person] = self._place()
         left = self._goals - self.places
@@ -73,7 +73,7 @@ class Crowd:
 
 
 class CrowdedWorld(World):
-    """A world in which people may crowd around a robot, whom lasers see.
+    """A world with an optional crowd, which lasers see.
 
     Attributes
     ----------
@@ -83,28 +83,28 @@ class CrowdedWorld(World):
     crowd: Crowd | None = None
 
     def people(self) -> NDArray[np.float64]:
-        """Return where people truly are, (n, 2) x, y [m]."""
+        """Return the true positions (n, 2) x, y of all people [m]."""
         people = super().people()
         return people if self.crowd is None else np.concatenate((people, self.crowd.places))
 
     def step(self) -> None:
-        """Let one step pass."""
+        """Simulate one time step."""
         if self.crowd is not None:
             self.crowd.mill(self.dt)
         super().step()
 
 
 class Inching:
-    """How a robot drives among people: it creeps on, or looks for a way out by turning.
+    """Motion of a robot in a crowd: it creeps along its route or turns in place.
 
     Parameters
     ----------
     route : Route
-        Where it wants to go.
+        Route of the robot.
     world : World
-        Tells the time.
+        Source of the time.
     rng : numpy.random.Generator
-        Its own.
+        Random source of the choices.
     """
 
     def __init__(self, route: Route, world: World, rng: np.random.Generator) -> None:
@@ -112,7 +112,7 @@ class Inching:
         self._turn, self._until = 0.0, 0.0
 
     def steer(self, pose: Pose2D) -> Twist:
-        """Return the velocity to go on at."""
+        """Return the velocity at a pose."""
         now = self._world.time()
         if now >= self._until:
             self._until = now + float(self._rng.uniform(SHORTEST, LONGEST))

@@ -1,4 +1,4 @@
-"""A clone's localization without the rest of the clone: told of odometry and scans, it tells where the robot is."""
+"""Localization nodes of a clone, run alone: they get odometry and scans, and return poses."""
 
 import dataclasses
 from typing import Any
@@ -23,28 +23,28 @@ MODEL = "turtlebot2"
 
 
 class Localizer:
-    """Nodes ``robot_state_publisher`` and ``amcl`` in a home of their own.
+    """Nodes ``robot_state_publisher`` and ``amcl`` in their own graph.
 
     Parameters
     ----------
     layers : MapLayers
-        The map.
+        Layers of the map.
     start : Pose2D
-        Where the robot is said to be.
+        Initial pose of the robot.
     parameters : dict
-        Of amcl, by their names.
+        Parameters of amcl by name.
     laser : Pose2D
-        Where the robot carries it [m, rad].
+        Pose of the laser in the robot's frame [m, rad].
 
     Attributes
     ----------
     seconds : list of float
-        That each scan took [s]: to move the particles, to weigh them, and to tell.
+        Time of each scan [s]: to move and weigh the particles, and to publish the pose.
 
     Raises
     ------
     InvalidParameter
-        There is no such parameter, or it cannot have that value.
+        A parameter is unknown, or its value is invalid.
     """
 
     def __init__(
@@ -68,12 +68,12 @@ class Localizer:
         self._told.append(message.pose.pose.planar())
 
     def odometry(self, message: Odometry) -> None:
-        """Take what odometry tells."""
+        """Process odometry."""
         self._now = message.header.stamp.seconds()
         self._graph.inject("odom", message)
 
     def scan(self, message: LaserScan) -> Pose2D | None:
-        """Take a scan; return where the robot is then, or None if the scan waits for odometry of its time."""
+        """Process a scan; return the estimated pose, or None if the scan waits for odometry of its time."""
         self._told.clear()
         began = monotonic()
         self._graph.inject("scan", message)

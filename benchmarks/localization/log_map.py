@@ -1,4 +1,4 @@
-"""A map made of scans whose poses are known: what rays went through is free, where many ended is a wall."""
+"""Map from scans with known poses: cells that rays cross are free, and cells where many rays end are walls."""
 
 import math
 from collections.abc import Sequence
@@ -14,32 +14,34 @@ from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
 
 RESOLUTION = 0.05
 FARTHEST = 20.0
-"""No cell farther than this from the laser is told of [m]."""
+"""Maximum range of scans [m]."""
 OFTEN = 0.25
-"""Of the rays that came to a cell so many must have ended in it for a wall, as in gmapping."""
+"""Share of the rays at a cell that must end in it for a wall, as in gmapping."""
 MARGIN = 1.0
+"""Margin around the endpoints of all rays [m]."""
 MOST_CELLS = 1 << 26
+"""Largest number of cells of a map."""
 
 
 def map_of(looks: Sequence[Look], laser: Pose2D) -> GridMap:
-    """Return a map.
+    """Return the map of some scans.
 
     Parameters
     ----------
     looks : sequence of Look
-        With their true poses.
+        Scans with their true poses.
     laser : Pose2D
-        In the robot's frame.
+        Pose of the laser in the robot's frame.
 
     Raises
     ------
     InvalidInput
-        Nothing was seen, the map would be too large, or a pose is not known.
+        No scan has a hit, the map would be too large, or a true pose is unknown.
     """
     rays = []
     for look in looks:
         if look.true is None:
-            raise InvalidInput("a map is made of scans whose poses are known: give --map")
+            raise InvalidInput("the recording has no true poses from which a map could be made: give --map")
         eye = look.true @ laser
         ends = scan_points(look.scan, eye)
         near = np.hypot(*(ends - (eye.x, eye.y)).T) < FARTHEST
@@ -55,7 +57,7 @@ def map_of(looks: Sequence[Look], laser: Pose2D) -> GridMap:
 
 def _size(ends: NDArray[np.float64]) -> GridInfo:
     if not len(ends):
-        raise InvalidInput("the scans saw nothing that a map could be made of: give --map")
+        raise InvalidInput("the scans of the recording hit nothing, so no map can be made of them: give --map")
     low, high = ends.min(axis=0) - MARGIN, ends.max(axis=0) + MARGIN
     width, height = (math.ceil(extent / RESOLUTION) for extent in (high - low).tolist())
     if width * height > MOST_CELLS:
@@ -64,7 +66,7 @@ def _size(ends: NDArray[np.float64]) -> GridInfo:
 
 
 def _along(eye: Pose2D, ends: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (n, 2) points on the rays, half a cell apart, up to a cell before their ends."""
+    """Return (n, 2) points along the rays, half a cell apart, up to one cell before their endpoints."""
     gaps = ends - (eye.x, eye.y)
     lengths = np.hypot(*gaps.T)
     counts = np.maximum(np.floor((lengths - RESOLUTION) / (RESOLUTION / 2.0)), 0.0).astype(np.int64)
@@ -75,7 +77,7 @@ def _along(eye: Pose2D, ends: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _cells(points: NDArray[np.float64], info: GridInfo) -> NDArray[np.int64]:
-    """Return the cells that points are in, each once for a scan."""
+    """Return the indices of the cells that contain points, without duplicates."""
     column, row = np.floor((points - (info.origin.x, info.origin.y)) / info.resolution).astype(np.int64).T
     inside = (column >= 0) & (column < info.width) & (row >= 0) & (row < info.height)
     return np.unique(row[inside] * info.width + column[inside])

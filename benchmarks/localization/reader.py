@@ -1,4 +1,4 @@
-"""Recordings by what their files are called."""
+"""Reads recordings: bags of ROS and logs, by the names of the files."""
 
 from pathlib import Path
 
@@ -13,10 +13,10 @@ def read_recording(path: Path) -> Recording:
     Raises
     ------
     InvalidInput
-        It cannot be read.
+        The file cannot be read.
     """
     if path.is_dir() or path.suffix.lower() in BAGS:
-        from benchmarks.localization.ros_bags import read_bag  # noqa: PLC0415 - logs want less
+        from benchmarks.localization.ros_bags import read_bag  # noqa: PLC0415 - logs need fewer packages
 
         return read_bag(path)
     from benchmarks.localization.carmen_logs import read_log  # noqa: PLC0415

@@ -1,4 +1,4 @@
-"""What a robot recorded: its odometry, its scans, and where it truly was, if somebody found that out later."""
+"""Recordings of a robot: odometry, scans, and true poses if they are known."""
 
 import math
 from dataclasses import dataclass, replace
@@ -12,17 +12,17 @@ from ppaas.messages.sensor_msgs import LaserScan
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """One scan.
+    """A scan with its poses.
 
     Parameters
     ----------
     stamp : float
-        Seconds, later than that of the look before.
+        Time of the scan [s], later than that of the one before.
     odom : Pose2D
-        Of the robot in the odometry frame.
+        Pose of the robot in the odometry frame.
     scan : LaserScan
     true : Pose2D or None
-        Of the robot in the map frame.
+        True pose of the robot in the map frame, if it is known.
     """
 
     stamp: float
@@ -33,14 +33,14 @@ class Look:
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """A drive.
+    """A recorded drive.
 
     Parameters
     ----------
     looks : tuple of Look
-        One at least.
+        At least one scan.
     laser : Pose2D
-        Of the laser in the robot's frame [m, rad].
+        Pose of the laser in the robot's frame [m, rad].
     """
 
     looks: tuple[Look, ...]
@@ -48,16 +48,16 @@ class Recording:
 
 
 def drifting(recording: Recording, drift: float, seed: int) -> Recording:
-    """Return the same drive with odometry that is worse.
+    """Return the same drive with noise added to the odometry.
 
     Parameters
     ----------
     recording : Recording
     drift : float
-        Standard deviation of what is added to each motion, as part of it: of its length, and of its turn, to which a
-        tenth of it for each metre is added [rad].
+        Standard deviation of the noise of each motion, relative to its length and its turn. The turn gets additional
+        noise of a tenth of ``drift`` for each metre [rad].
     seed : int
-        The same seed drifts in the same way.
+        Seed of the noise.
     """
     random = np.random.default_rng(seed)
     looks = list(recording.looks[:1])

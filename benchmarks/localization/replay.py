@@ -1,4 +1,4 @@
-"""A recording is played to localization, as its robot would have told it, and compared with where the robot was."""
+"""Replays a recording to localization, and compares the estimates with the recorded true poses."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -24,16 +24,16 @@ from ppaas.messages.std_msgs import Header, Time
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """What localization told.
+    """Estimates of localization for a recording.
 
     Parameters
     ----------
     looks : tuple of Look
-        That it was asked about.
+        Scans that localization processed.
     told : tuple of Pose2D
-        Of the robot in the map frame at each.
+        Estimated pose of the robot in the map frame at each scan.
     seconds : float
-        Mean time of a scan [s].
+        Mean time to process a scan [s].
     """
 
     looks: tuple[Look, ...]
@@ -50,30 +50,30 @@ def play(
     anywhere: bool,
     done: Callable[[], None],
 ) -> Replay:
-    """Play a recording.
+    """Replay a recording.
 
     Parameters
     ----------
     recording : Recording
     grid : GridMap
-        In the frame of the true poses.
+        Map in the frame of the true poses.
     parameters : dict
-        Of amcl.
+        Parameters of amcl.
     scans : sequence of int
-        Which of the scans localization gets; it gets all of the odometry.
+        Indices of the scans that localization gets; it gets all of the odometry.
     anywhere : bool
-        Do not say where the robot starts.
+        Whether to start with an unknown pose.
     done : callable
-        Called after each look of the recording.
+        Called after each scan of the recording.
 
     Raises
     ------
     InvalidInput
-        It is not known where the robot started, and it is to be said.
+        The recording has no true start pose, and ``anywhere`` is False.
     """
     start = recording.looks[scans[0]].true
     if start is None and not anywhere:
-        raise InvalidInput("the recording does not tell where its robot started: give --global")
+        raise InvalidInput("the recording has no true pose of its robot at the start: give --global")
     localizer = Localizer(build_layers(grid), start or Pose2D(*grid.info.origin), parameters, recording.laser)
     if anywhere:
         localizer.look_everywhere()
@@ -89,7 +89,7 @@ def play(
 
 
 def summary(replay: Replay, *, anywhere: bool) -> dict[str, Any]:
-    """Return how far off localization was: null where it is not known where the robot was, or it was not found."""
+    """Return the errors of a replay; they are null if true poses are unknown, or if the robot was not found."""
     true = [look.true for look in replay.looks if look.true is not None]
     told = {"scans": len(replay.told), "update_ms": round(1e3 * replay.seconds, 3)}
     if len(true) != len(replay.told):
@@ -100,7 +100,7 @@ def summary(replay: Replay, *, anywhere: bool) -> dict[str, Any]:
     turn = np.array([abs(wrap_angle(a.theta - b.theta)) for a, b in zip(replay.told, true, strict=True)])
     fine = (error <= LOST) & (turn <= LOST_TURN)
     found = found_after(way, fine) if anywhere else 0.0
-    # The way alone would not do: a robot that stands goes none.
+    # By scan, not by distance: a robot that stands drives no distance.
     since = 0 if not anywhere else len(way) if found is None else held_from(fine)
     return told | {
         "metres": round(float(way[-1]), 1),

@@ -1,4 +1,4 @@
-"""Bags of ROS: scans, odometry by topic or transforms, and where the robot was, if mapping told ``map`` → ``odom``."""
+"""Bags of ROS: scans, odometry by topic or transforms, and true poses if mapping published ``map`` → ``odom``."""
 
 import math
 import struct
@@ -19,7 +19,7 @@ from ppaas.transforms.planar import TransformTree, is_level, tf_time
 SCAN, ODOMETRY, TRANSFORMS = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
 
 BASES = ("base_link", "base_footprint")
-"""What a robot's own frame is called."""
+"""Names of a robot's base frame."""
 
 
 def read_bag(path: Path) -> Recording:
@@ -28,22 +28,22 @@ def read_bag(path: Path) -> Recording:
     Raises
     ------
     InvalidInput
-        The extra ``bags`` is not installed, the bag cannot be read, or there is no scan at a time of odometry.
+        The extra ``bags`` is not installed, the bag cannot be read, or no scan has odometry at its time.
     TransformError
-        Transforms are not finite, or make a loop of frames.
+        Transforms are not finite, or their frames form a loop.
     """
     return recording_of(list(_messages(path)), path)
 
 
 def recording_of(messages: Sequence[tuple[str, Any]], path: Path) -> Recording:
-    """Return what messages tell of a drive.
+    """Return the recording in the messages of a bag.
 
     Parameters
     ----------
     messages : sequence of (str, message)
-        Type and message, as ``rosbags`` reads it.
+        Type and message, as read by ``rosbags``.
     path : Path
-        Where they are from, for what is said of errors.
+        Path of the bag, for error messages.
 
     Raises
     ------
@@ -64,12 +64,12 @@ def recording_of(messages: Sequence[tuple[str, Any]], path: Path) -> Recording:
 
 
 def _messages(path: Path) -> Iterator[tuple[str, Any]]:
-    """Give type and message, in the order they were recorded."""
+    """Yield type and message, in the order of recording."""
     try:
-        from rosbags.highlevel import AnyReader, AnyReaderError  # noqa: PLC0415 - only bags want it
+        from rosbags.highlevel import AnyReader, AnyReaderError  # noqa: PLC0415 - of the extra bags
         from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
     except ModuleNotFoundError as error:
-        raise InvalidInput("bags of ROS are read by the extra bags: pip install 'ppaas[bags]'") from error
+        raise InvalidInput("reading bags of ROS needs the extra bags: pip install 'ppaas[bags]'") from error
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
             wanted = [known for known in reader.connections if known.msgtype in (SCAN, ODOMETRY, TRANSFORMS)]
@@ -80,7 +80,7 @@ def _messages(path: Path) -> Iterator[tuple[str, Any]]:
 
 
 def _set(tree: TransformTree, header: Any, child: str, place: Any, rotation: Any) -> None:
-    """Tell the tree, but of what is tilted: cameras are, and no laser that sees a plane."""
+    """Add a transform to the tree unless it is tilted: cameras may be tilted, planar lasers are not."""
     turned = Quaternion(x=rotation.x, y=rotation.y, z=rotation.z, w=rotation.w)
     if is_level(turned):
         moved = Transform(Vector3(place.x, place.y, 0.0), turned)
@@ -105,14 +105,14 @@ def _recording(scans: list[Any], tree: TransformTree, path: Path) -> Recording:
             lasers.append(laser)
     if not looks:
         raise InvalidInput(
-            f"{path} has {len(scans)} scans, and odometry ({ODOM} → {base}) at the time of none by their stamps: "
+            f"{path} has {len(scans)} scans, but no odometry ({ODOM} → {base}) at the time of any of them; "
             f"its frames are {', '.join(tree.frames()) or 'none'}"
         )
     return Recording(tuple(looks), lasers[0])
 
 
 def _laser(tree: TransformTree, base: str, frame: str, stamp: float) -> Pose2D:
-    """Return where the laser is; at the robot's origin, where nobody told."""
+    """Return the pose of the laser in the base frame; the origin if the bag has no transform of it."""
     return tree.lookup(base, frame, stamp) if frame in tree.frames() else Pose2D(0.0, 0.0)
 
 

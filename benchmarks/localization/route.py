@@ -1,4 +1,4 @@
-"""Where a robot drives: from goal to goal, and how it follows the way."""
+"""Endless route of a robot from goal to goal, and the controller that follows it."""
 
 import math
 
@@ -11,28 +11,28 @@ from robots.sim.courses import GoalRules
 from robots.sim.shortest_paths import PathWalk, ShortestPaths
 
 AHEAD = 0.5
-"""How far along the way it steers for [m]."""
+"""Lookahead distance along the path [m]."""
 SPEED, TURN = 0.5, 1.5
-"""[m/s, rad/s]"""
+"""Maximum velocities [m/s, rad/s]."""
 SHARP = 0.8
-"""With its way farther to the side than this it turns in place [rad]."""
+"""Bearing of the path beyond which the robot turns in place [rad]."""
 NEAREST_GOAL = 5.0
-"""No goal is nearer than this, where the map is large enough [m]."""
+"""Smallest distance to a goal if the map is large enough [m]."""
 
 
 class Route:
-    """An endless way through a map from one goal to the next, each anywhere.
+    """An endless route through random goals of a map.
 
     Parameters
     ----------
     grid : GridMap
     rng : numpy.random.Generator
-        Decides.
+        Random source of the goals.
 
     Raises
     ------
     InvalidMap
-        There is no room for a robot.
+        The map has no free space for a robot.
     """
 
     def __init__(self, grid: GridMap, rng: np.random.Generator) -> None:
@@ -40,15 +40,15 @@ class Route:
         self.begin(self._ways.anywhere())
 
     def anywhere(self) -> Pose2D:
-        """Return a pose that a robot may have."""
+        """Return a random pose in free space."""
         return self._ways.anywhere()
 
     def begin(self, start: Pose2D) -> None:
-        """Go on from elsewhere."""
+        """Start a new path from a pose."""
         self._end, self._way = start, PathWalk(np.array([start[:2]]))
 
     def steer(self, pose: Pose2D) -> Twist:
-        """Return the velocity that leads a robot on."""
+        """Return the velocity that follows the route from a pose."""
         while self._way.ended:
             goal = self._ways.away_from(self._end, NEAREST_GOAL)
             self._end, self._way = goal, PathWalk(self._ways.between(self._end, goal))

@@ -1,4 +1,4 @@
-"""One run in the simulated world: drive, localize beside it, and compare with where the robot really is."""
+"""A run in the simulated world: drives, localizes, and compares the estimates with the true poses."""
 
 import math
 from collections import deque
@@ -12,38 +12,38 @@ from benchmarks.localization.scene import LocalizationScene
 from ppaas.maps.grid import GridMap
 
 LOST, LOST_TURN = 0.5, math.radians(20.0)
-"""A robot that is told to be farther off than this is lost [m, rad]."""
+"""Errors of the estimate above which a robot is lost [m, rad]."""
 
 BEFORE = 10.0
-"""A robot is carried off, or people crowd around it, after this way [m]."""
+"""Distance that a robot drives before it is kidnapped or crowded [m]."""
 
 JAM = 80.0
-"""They go away again after this time [s]."""
+"""Time for which people crowd around the robot [s]."""
 
 CERTAIN = 2.0
-"""A robot is found where it is lost no more to the end of its way, and that is at least so far [m]."""
+"""Smallest distance to the end of a run without a lost scan, for a robot to count as found [m]."""
 
 Kind = Literal["track", "kidnap", "global", "jam"]
 
 
 @dataclass(frozen=True, slots=True)
 class LocalizationJob:
-    """What to run.
+    """Settings of a run.
 
     Parameters
     ----------
     grid : GridMap
     kind : {"track", "kidnap", "global", "jam"}
-        The robot is told where it starts; is told so, and carried off later; is not told; is told so, and people crowd
-        around it later.
+        ``track``: the initial pose is known. ``kidnap``: it is known, and the robot is moved elsewhere later.
+        ``global``: it is unknown. ``jam``: it is known, and people crowd around the robot later.
     metres : float
-        To drive; after it was carried off, after people have gone, or from the start [m].
+        Distance to drive, from the start, the kidnapping or the end of the crowding [m].
     parameters : dict
-        Of amcl.
+        Parameters of amcl.
     seed, run : int
-        What is left to chance depends on these and the kind, and nothing else.
+        All randomness depends on these and the kind alone.
     people : int
-        Who crowd around it.
+        Number of people in the crowd.
     """
 
     grid: GridMap
@@ -57,22 +57,22 @@ class LocalizationJob:
 
 @dataclass(frozen=True, slots=True)
 class LocalizationResult:
-    """What came of a run; errors are taken at each scan, once the robot is found.
+    """Result of a run; errors are those of all scans, or of those after the robot was found.
 
     Parameters
     ----------
     error, turn_error : float
-        Mean [m, rad].
+        Mean errors [m, rad].
     worst, worst_turn : float
-        Largest [m, rad].
+        Largest errors [m, rad].
     lost : bool
-        It was lost when it should not have been, or was not found.
+        Whether the robot was lost although its pose was known, or was not found.
     found : float or None
-        After which way it was found [m]; 0 where it never was to be looked for.
+        Distance after which the robot was found [m]; 0 if its pose was known.
     metres : float
-        Way driven [m].
+        Driven distance [m].
     update : float
-        Mean time that a scan took [s].
+        Mean time to process a scan [s].
     """
 
     run: int
@@ -87,7 +87,7 @@ class LocalizationResult:
 
 
 def drive(job: LocalizationJob) -> LocalizationResult:
-    """Drive one run, faster than real time."""
+    """Simulate a run, faster than real time."""
     rng = np.random.default_rng((job.seed, job.run, len(job.kind)))
     scene = LocalizationScene(job.grid, {"seed": job.run, **job.parameters}, rng, told=job.kind != "global")
     if job.kind in ("kidnap", "jam"):
@@ -101,20 +101,21 @@ def drive(job: LocalizationJob) -> LocalizationResult:
 
 
 def found_after(way: NDArray[np.float64], fine: NDArray[np.bool_]) -> float | None:
-    """Return from where on all is fine [m], or None where less than `CERTAIN` metres are left from there.
+    """Return the distance from which all scans are fine [m]; None if less than `CERTAIN` metres are left then.
 
     Parameters
     ----------
     way : (n,) array
-        Ascending [m].
+        Driven distance at each scan, ascending [m].
     fine : (n,) bool array
+        Whether the errors of each scan are small.
     """
     first = held_from(fine)
     return float(way[first]) if first < len(way) and way[-1] - way[first] >= CERTAIN else None
 
 
 def held_from(fine: NDArray[np.bool_]) -> int:
-    """Return from which scan on all is fine."""
+    """Return the index of the first scan from which all scans are fine."""
     wrong = np.flatnonzero(~fine)
     return int(wrong[-1]) + 1 if len(wrong) else 0
 
@@ -127,7 +128,7 @@ def _judge(job: LocalizationJob, rows: NDArray[np.float64], begin: float, second
     found = 0.0 if known else found_after(way, fine)
     if found is None:
         return LocalizationResult(job.run, math.nan, math.nan, math.nan, math.nan, True, None, float(way[-1]), seconds)
-    # The way alone would not do: a robot that turns in place goes none.
+    # By scan, not by distance: a robot that turns in place drives no distance.
     since = 0 if known else held_from(fine)
     error, turn = error[since:], turn[since:]
     lost = known and not bool(fine.all())

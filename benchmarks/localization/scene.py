@@ -1,4 +1,4 @@
-"""A robot that drives in the simulated world, and localization beside it."""
+"""Simulated robot with localization, whose errors are measured while it drives."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -18,21 +18,21 @@ ODOM_STEPS, SCAN_STEPS = 3, 5
 """Steps of the world (20 ms) between two messages: odometry at 17 Hz, scans at 10 Hz."""
 
 Errors = Iterator[tuple[float, float, float]]
-"""How far the robot has come [m], and how far off localization is [m, rad], at each scan."""
+"""Driven distance [m] and errors of localization [m, rad] at each scan."""
 
 
 class LocalizationScene:
-    """A robot somewhere in a map.
+    """A robot at a random pose of a map.
 
     Parameters
     ----------
     grid : GridMap
     parameters : dict
-        Of amcl.
+        Parameters of amcl.
     rng : numpy.random.Generator
-        Decides where the robot is, where it goes, and what people do.
+        Random source of the start, the route and the people.
     told : bool
-        Whether localization is told where the robot starts.
+        Whether localization gets the initial pose.
 
     Attributes
     ----------
@@ -52,16 +52,16 @@ class LocalizationScene:
 
     @property
     def way(self) -> float:
-        """How far the robot has come [m]."""
+        """Driven distance [m]."""
         return self._robot.base.travelled
 
     def drive(self, metres: float) -> Errors:
-        """Drive so far [m]."""
+        """Drive a distance [m]; yield the errors at each scan."""
         end = self.way + metres
         return self._errors(self._route.steer, lambda: self.way >= end)
 
     def jam(self, people: int, seconds: float) -> Errors:
-        """Have so many people crowd around the robot for so long [s], which creeps on or turns in place meanwhile."""
+        """Crowd the robot with people for a time [s]; yield the errors at each scan."""
         world, rng = self._world, self._rng
         world.crowd = Crowd(self._robot, ShortestPaths(world.grid, world.pedestrian_model.clearance, rng), people, rng)
         end = world.time() + seconds
@@ -69,7 +69,7 @@ class LocalizationScene:
         world.crowd = None
 
     def carry_off(self) -> None:
-        """Put the robot anywhere, which it does not notice."""
+        """Kidnap the robot: move it to a random pose without odometry."""
         there = self._route.anywhere()
         self._robot.base.carry_to(there)
         self._route.begin(there)

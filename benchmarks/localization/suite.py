@@ -1,4 +1,4 @@
-"""All runs, in processes of their own, and what they come to."""
+"""All runs of the localization bench, in parallel processes, and their summary."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -10,16 +10,16 @@ from benchmarks.harness.parallel_runs import run_all
 from benchmarks.localization.run import LocalizationJob, LocalizationResult, drive
 
 WITHIN = 10.0
-"""A robot should be found on so short a way [m]."""
+"""Distance within which a robot should be found [m]."""
 
 
 def measure(jobs: Sequence[LocalizationJob], processes: int, done: Callable[[], None]) -> list[LocalizationResult]:
-    """Drive all runs; return them in order, whichever process drove them. ``done`` is called after each."""
+    """Simulate all runs; return the results in the order of the jobs. ``done`` is called after each run."""
     return run_all(drive, jobs, processes, done)
 
 
 def summary(results: Sequence[LocalizationResult]) -> dict[str, Any]:
-    """Return what all runs come to; errors are those of the runs that were not lost, and null where all were."""
+    """Return the summary of all runs; errors are those of runs that were not lost, and null if all were."""
     held = [result for result in results if not result.lost]
     ways = [result.found for result in results]
     found = [way for way in ways if way is not None]

@@ -1,4 +1,4 @@
-"""How long one update takes: motion, a scan of 30 beams by the likelihood field, KLD sampling and resampling."""
+"""Time of one particle filter update: motion, a scan of 30 beams, likelihood field, KLD sampling and resampling."""
 
 import math
 from collections.abc import Sequence
@@ -18,22 +18,24 @@ from ppaas.messages.sensor_msgs import LaserScan
 from robots.sim.world import World
 
 BEAMS = 30
+"""Number of beams of a scan that are used."""
 RUNS = 25
+"""Number of measurements, of which the fastest counts."""
 SPREAD = np.diag((0.25, 0.25, math.radians(15.0) ** 2))
-"""Of an initial pose as rviz gives it [m², rad²]."""
+"""Covariance of an initial pose as set by rviz [m², rad²]."""
 
 
 def measure(grid: GridMap, particles: Sequence[int], threads: Sequence[int]) -> list[dict[str, Any]]:
-    """Return the least time of an update for each number of particles and threads.
+    """Return the shortest time of an update for each number of particles and threads.
 
     Parameters
     ----------
     grid : GridMap
-        Where the robot is.
+        Map of the robot.
     particles : sequence of int
-        Kept, all of them, whatever KLD sampling says.
+        Numbers of particles, which KLD sampling does not reduce.
     threads : sequence of int
-        Most threads that kernels may use.
+        Largest numbers of threads of the kernels.
     """
     rng = np.random.default_rng(1)
     pose = Route(grid, rng).anywhere()
@@ -53,7 +55,7 @@ def measure(grid: GridMap, particles: Sequence[int], threads: Sequence[int]) -> 
 
 
 def _seconds(localization: ParticleFilter, pose: Pose2D, scan: LaserScan) -> float:
-    """Return the time of the second update: the first has no motion."""
+    """Return the time of the second update [s]; the first has no motion."""
     sensor = localization.sensor
     localization.initialise(pose, SPREAD)
     beams, here = sensor.beams(scan, Pose2D(0.0, 0.0)), Pose2D(0.0, 0.0)

@@ -1,7 +1,7 @@
-"""Drives a Turtlebot through a map by each local planner, and times what the planner alone does in every cycle.
+"""Bench of control cycles: drives a Turtlebot by each local planner, and times the planner in each cycle.
 
-The base does at once what it is told: what is compared is the time that planners take at the same places, not how well
-they drive, which ``ppaas bench barn`` tells.
+The simulated base follows commands exactly. The bench compares the computing times of planners on the same goals;
+``ppaas bench barn`` compares how well they drive.
 """
 
 from collections.abc import Callable, Iterator
@@ -25,35 +25,36 @@ from ppaas.planners.registry import create as create_planner
 from robots.sim.courses import CoursePlanner
 
 RADIUS = 0.18
-"""Of a Turtlebot [m]."""
+"""Radius of a Turtlebot [m]."""
 
 OUTLINE = ((0.15, 0.12), (-0.15, 0.12), (-0.15, -0.12), (0.15, -0.12))
-"""Corners of a robot that is no disc [m]."""
+"""Corners of a polygonal footprint [m]."""
 
 WINDOW = 120
-"""Cells along an edge of the local costmap: 6 m at 5 cm."""
+"""Edge of the local costmap [cells]: 6 m at 5 cm."""
 
 RATE = 20.0
+"""Control frequency [Hz]."""
 MOST = 60.0
-"""Seconds after which a goal is let be: not to arrive is told, and is no reason to wait."""
+"""Time limit of a goal in simulated time [s]; the summary counts the goals that were reached."""
 
 
 @dataclass(frozen=True)
 class Setup:
-    """A local planner as it is measured.
+    """A local planner and its settings.
 
     Parameters
     ----------
     name : str
-        That it is told by.
+        Name in the results.
     planner : str
-        Of ``ppaas.controllers``.
+        Name of the plug-in, as in ``ppaas.controllers``.
     parameters : dict
-        Other than its own defaults.
+        Parameters that differ from the defaults.
     limit : float
-        What its cycles should not go beyond [ms].
+        Largest acceptable time of a cycle [ms].
     limited : str
-        What of them: ``p99_ms``, or ``median_ms`` where others' figure is one for a cycle as any.
+        Statistic that the limit applies to: ``p99_ms``, or ``median_ms`` if the published figure is typical.
     """
 
     name: str
@@ -65,15 +66,15 @@ class Setup:
 
 @dataclass
 class Cycles:
-    """What came of driving by a local planner.
+    """Results of a local planner.
 
     Parameters
     ----------
     setup : Setup
     seconds : list of float
-        That each cycle took.
+        Time of each cycle [s].
     goals, arrived : int
-        How many it was sent to, and how many of them it came to.
+        Number of goals, and of goals that were reached.
     """
 
     setup: Setup
@@ -83,12 +84,12 @@ class Cycles:
 
 
 def setups(names: tuple[str, ...] = ()) -> list[Setup]:
-    """Return all local planners with their defaults, or those that are named; ``dwa`` also as ROS is measured.
+    """Return the named local planners, or all, with default settings; ``dwa`` also with settings published for ROS.
 
     Raises
     ------
     NotFound
-        There is no such local planner.
+        There is no local planner of that name.
     """
     chosen = [CONTROLLERS.own_name(name) for name in names] or list(controller_names())
     for name in chosen:
@@ -110,20 +111,20 @@ def measure(
     clock: Clock = monotonic,
     done: Callable[[], object] = lambda: None,
 ) -> list[Cycles]:
-    """ControlledDrive by each in turn to the same goals, one goal after the other.
+    """Drive to the same goals by each local planner.
 
     Parameters
     ----------
     grid : GridMap
     chosen : list of Setup
     goals : int
-        To be driven to, by each.
+        Number of goals for each local planner.
     seed : int
-        The same seed chooses the same goals.
+        Seed of the goals.
     threads : int
-        Most threads of a planner.
+        Largest number of threads of a planner.
     clock : callable
-        Returns seconds.
+        Clock of the measured times [s].
     done : callable
         Called after each drive.
     """
@@ -135,7 +136,7 @@ def measure(
         for cycles in told:
             drive = ControlledDrive(costmap, start, plan, threads)
             if not cycles.goals:
-                drive.go(_made(cycles.setup), clock, until=1.0)  # kernels are loaded, and caches are warm
+                drive.go(_made(cycles.setup), clock, until=1.0)  # warm-up: loads kernels and fills caches
                 drive = ControlledDrive(costmap, start, plan, threads)
             cycles.seconds += drive.go(_made(cycles.setup), clock)
             cycles.goals, cycles.arrived = cycles.goals + 1, cycles.arrived + drive.arrived
@@ -148,12 +149,12 @@ def _made(setup: Setup) -> Controller:
 
 
 class ControlledDrive:
-    """One drive along a plan.
+    """A drive along a plan, in which the base follows commands exactly.
 
     Parameters
     ----------
     costmap : Costmap
-        Of the whole map.
+        Costmap of the whole map.
     start : Pose2D
     plan : (n, 7) array
     threads : int
@@ -167,7 +168,7 @@ class ControlledDrive:
         self.arrived = False
 
     def go(self, controller: Controller, clock: Clock, until: float = MOST) -> list[float]:
-        """ControlledDrive to the end; return what each cycle took [s]."""
+        """Drive to the goal, or for ``until`` seconds of simulated time; return the time of each cycle [s]."""
         controller.set_plan(self._plan)
         return list(self._cycles(controller, clock, round(until * RATE)))
 
@@ -188,7 +189,7 @@ class ControlledDrive:
 
 
 def window(costmap: Costmap, pose: Pose2D) -> Costmap:
-    """Return the costmap around a robot: ``WINDOW`` cells along each edge, unknown where the map ends."""
+    """Return the costmap around a robot: ``WINDOW`` by ``WINDOW`` cells, unknown outside the map."""
     info = costmap.info
     row, column = (int(cell) - WINDOW // 2 for cell in info.to_cells((pose.x, pose.y)))
     seen: NDArray[np.uint8] = np.full((WINDOW, WINDOW), NO_INFORMATION, np.uint8)
@@ -203,17 +204,19 @@ def window(costmap: Costmap, pose: Pose2D) -> Costmap:
 
 
 def summary(told: list[Cycles]) -> list[dict[str, Any]]:
-    """Return a row for each: how many cycles, their median, 99th percentile and longest [ms].
+    """Return a row for each local planner: number of cycles, and their median, 99th percentile and maximum [ms].
 
     Raises
     ------
     PPaaSError
-        One had not a single cycle.
+        A local planner ran no cycle.
     """
     rows = []
     for cycles in told:
         if not cycles.seconds:
-            raise PPaaSError(f"{cycles.setup.name} stood at each goal before its first cycle: choose another --seed")
+            raise PPaaSError(
+                f"{cycles.setup.name} started at each of its goals and ran no cycle: choose another --seed"
+            )
         median, most, longest = (
             round(float(part), 3) for part in 1e3 * np.percentile(cycles.seconds, (50.0, 99.0, 100.0))
         )

@@ -1,4 +1,4 @@
-"""Robots that come and go, to be placed: generated, or as they were recorded."""
+"""Arrivals and departures of robots that need containers, generated or recorded."""
 
 from collections.abc import Iterator
 from heapq import heappop, heappush
@@ -13,25 +13,25 @@ from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
 from ppaas.errors import InvalidInput
 
 SIZES, SHARES = (0.25, 0.5, 1.0, 2.0), (0.5, 0.3, 0.15, 0.05)
-"""Sizes of containers that are asked for, and how often."""
+"""Sizes of containers [cores], and their shares."""
 
 ZIPF = 0.8
-"""The n-th largest map has robots in proportion to n to minus this: some warehouses are large, most homes are small."""
+"""Zipf exponent of the robots of a map: a few warehouses have many robots, most homes have one."""
 
 
 class RobotArrival(msgspec.Struct, frozen=True):
-    """A robot that wants a container.
+    """A robot that needs a container.
 
     Parameters
     ----------
     at : float
-        When it comes [s].
+        Arrival time [s].
     robot, map : str
-        Its name, and where it drives.
+        Name of the robot, and id of its map.
     cores : float
-        Size of the container.
+        Size of the container [cores].
     stays : float
-        How long [s].
+        Time until the robot leaves [s].
     """
 
     at: float
@@ -41,13 +41,13 @@ class RobotArrival(msgspec.Struct, frozen=True):
     stays: float = float("inf")
 
     def spec(self, number: int) -> ContainerSpec:
-        """Return the container that it wants."""
+        """Return the specification of its container."""
         config = RobotConfig(self.robot, "turtlebot2", (0.0, 0.0, 0.0), "dijkstra", "dwa")
         return ContainerSpec(f"c{number}", "fleet", MapVersion(self.map, "v1"), self.cores, config)
 
 
 class Event(NamedTuple):
-    """A container that is to be placed, or, if not ``comes``, that is no longer wanted."""
+    """A container that must be placed (``comes``) or removed."""
 
     at: float
     comes: bool
@@ -55,16 +55,16 @@ class Event(NamedTuple):
 
 
 def generated(robots: int, maps: int, seed: int, changes: float = 0.5) -> Iterator[RobotArrival]:
-    """Yield robots in the order in which they come.
+    """Yield random robots in the order of their arrivals.
 
     Parameters
     ----------
     robots, maps : int
-        How many.
+        Numbers of robots and maps.
     seed : int
-        The same seed gives the same robots.
+        Random seed.
     changes : float
-        Share of the robots that go again before the last has come.
+        Share of the robots that leave before the last one arrives.
     """
     random = np.random.default_rng(seed)
     weights = np.arange(1, maps + 1, dtype=np.float64) ** -ZIPF
@@ -78,12 +78,12 @@ def generated(robots: int, maps: int, seed: int, changes: float = 0.5) -> Iterat
 
 
 def recorded(file: Path) -> Iterator[RobotArrival]:
-    """Yield the robots of a file: one JSON object a line, with the fields of ``Arrival``, in the order of their times.
+    """Yield the robots of a file: one JSON object a line with the fields of `RobotArrival`, in order of ``at``.
 
     Raises
     ------
     InvalidInput
-        A line is no arrival, or earlier than the one before.
+        A line is not a valid arrival, or is earlier than the one before.
     """
     decoder, before = msgspec.json.Decoder(RobotArrival), float("-inf")
     with file.open("rb") as lines:
@@ -93,13 +93,13 @@ def recorded(file: Path) -> Iterator[RobotArrival]:
             except msgspec.DecodeError as error:
                 raise InvalidInput(f"{file}, line {number}: {error}") from error
             if not (before <= arrival.at < float("inf") and arrival.cores > 0.0):
-                raise InvalidInput(f"{file}, line {number}: times grow, and sizes are above 0")
+                raise InvalidInput(f"{file}, line {number}: times must not decrease, and cores must be above 0")
             before = arrival.at
             yield arrival
 
 
 def events(arrivals: Iterator[RobotArrival]) -> Iterator[Event]:
-    """Yield what happens, in order; those who stay to the end do not go."""
+    """Yield arrivals and departures in order, without the departures after the last arrival."""
     leaving: list[tuple[float, int, ContainerSpec]] = []
     numbers = count()
     for arrival in arrivals:

@@ -1,7 +1,7 @@
-"""Balancers side by side: the same robots placed on the same machines, without any of them.
+"""Comparison of balancers: each places the same robots on the same simulated machines.
 
-What is compared is what a balancer is for: what goes from machine to machine, because robots of one map are told of
-each other; who finds no room; and how evenly machines are used. The balancers are those of the cloud.
+The bench compares the traffic between machines, since robots of one map receive each other's poses, the rejected
+containers, and the balance of the load. The balancers are those of the cloud.
 """
 
 import math
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
 
 TOLD_PER_SECOND = 10.0
 TOLD_BYTES = 200
-"""How often a robot tells the others of its map where it is, and in how many bytes."""
+"""Frequency [Hz] and size [bytes] of the messages from a robot to the others of its map."""
 
 LAYER_BYTES = 48e6
-"""What the layers of a map take on each machine that has a container on it: one of 2000 by 2000 cells."""
+"""Memory of the layers of a map of 2000 by 2000 cells, on each machine with a container of that map [bytes]."""
 
 SAMPLES = 200
-"""Looks at the machines between the first event and the last."""
+"""Number of samples of the machines between the first event and the last."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlacementOptions:
-    """What is asked for; ``arrivals`` is a file of recorded ones."""
+    """Settings of the comparison; ``arrivals`` is a file of recorded arrivals, which replaces generated ones."""
 
     robots: int
     machines: int
@@ -48,18 +48,18 @@ class PlacementOptions:
 
 
 class Spread:
-    """On how many machines each map is, kept up with each container that comes or goes."""
+    """Distribution of maps over machines, updated with each container that is placed or removed."""
 
     def __init__(self) -> None:
         self._members: defaultdict[str, defaultdict[str, int]] = defaultdict(lambda: defaultdict(int))
         self._robots: defaultdict[str, int] = defaultdict(int)
         self.copies = 0
-        """Pairs of a map and a machine that has it."""
+        """Number of pairs of a map and a machine with its layers."""
         self.messages = 0
-        """Pairs of a robot and another machine that is told of it."""
+        """Number of pairs of a robot and another machine that receives its messages."""
 
     def count(self, machine: str, spec: ContainerSpec, by: int) -> None:
-        """Count a container in, or out by -1."""
+        """Add (``by`` 1) or remove (``by`` -1) a container of a machine."""
         group = spec.group
         members = self._members[group]
         self.messages -= self._robots[group] * max(len(members) - 1, 0)
@@ -73,15 +73,16 @@ class Spread:
 
 
 class Simulation:
-    """Machines that containers are placed on.
+    """Simulated machines on which a balancer places containers.
 
     Parameters
     ----------
     balancer : Balancer
-        Places them.
+        Balancer under test.
     machines : int
+        Number of machines.
     cores : int
-        CPUs of each.
+        CPUs of each machine.
     """
 
     def __init__(self, balancer: Balancer, machines: int, cores: int) -> None:
@@ -96,7 +97,7 @@ class Simulation:
         self.seconds = 0.0
 
     def take(self, event: Event) -> None:
-        """Place a container, or end it."""
+        """Place or remove a container."""
         if event.comes:
             self._place(event.spec)
         else:
@@ -123,7 +124,7 @@ class Simulation:
         self._spread.count(machine.id, spec, 1)
 
     def look(self) -> None:
-        """Take a sample of what is shown."""
+        """Take a sample of traffic, layers, machines in use and unevenness."""
         used = np.array([machine.given / machine.capacity for machine in self._machines])
         in_use = used[used > 0.0]
         uneven = float(in_use.std() / in_use.mean()) if in_use.size else 0.0
@@ -131,7 +132,7 @@ class Simulation:
         self._samples.append((traffic, self._spread.copies * LAYER_BYTES / 1e9, float(in_use.size), uneven))
 
     def told(self) -> dict[str, Any]:
-        """Return what came of it: means over the samples, and what it took to place each."""
+        """Return the results: means over the samples, and the rate of placements."""
         traffic, copies, in_use, uneven = np.array(self._samples).T
         decisions = self.placed + self.rejected
         return {
@@ -153,7 +154,7 @@ def measure(options: PlacementOptions, progress: "Progress") -> dict[str, Any]:
     NotFound
         A balancer is not installed.
     InvalidInput
-        The recorded arrivals are none.
+        The file of recorded arrivals is invalid.
     """
     balancers = {name: BALANCERS.create(name, {}) for name in options.balancers}
     total = sum(1 for _ in _arrivals(options)())

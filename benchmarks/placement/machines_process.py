@@ -1,12 +1,12 @@
-"""Machines that carry what a master places, in one process.
+"""Simulated machines of the placement benches, all in one process.
 
 ``python -m benchmarks.placement.machines_process FOLDER COUNT KEEP_EVERY``.
 
-Each machine has a control link of its own to the socket in the folder, beats once a second, and reports each container
-that it is ordered to start as running. It starts none: what is measured is the master. Of every KEEP_EVERY-th container
-(0: of none) the checkpoint of the clone is kept in the store of the folder, as the container gateway of a machine does.
-A machine whose link is closed dials again, as a joined machine does. ``"told"`` on standard input prints what they were
-ordered so far.
+Each machine has a control link to the socket in the folder, sends a heartbeat once a second, and reports each container
+of an order as running. It starts none, since the bench measures the master. For every KEEP_EVERY-th container (0: for
+none), a checkpoint is saved in the store of the folder, as a container gateway does. A machine whose link is closed
+reconnects, as a joined machine does. ``"told"`` on standard input prints all placements so far, ``"count"`` their
+number.
 """
 
 import asyncio
@@ -37,20 +37,20 @@ from storage.urls.opening import open_store
 CORES, MEMORY = 8, 1 << 35
 DIAL_PAUSE = 0.25
 KEPT_BY = "bench"
-"""Name under which a checkpoint says which container kept it."""
+"""Key in a checkpoint of the id of the container that saved it."""
 
 
 class CarriedContainer(msgspec.Struct):
-    """What a robot got.
+    """A container that a machine was ordered to start.
 
     Parameters
     ----------
     machine, container : str
-        Where, and which.
+        Names of the machine and the container.
     goes_on : str
-        The container whose checkpoint it goes on from; empty without one.
+        Container whose checkpoint it continues; empty if none.
     kept : bool
-        Its checkpoint is kept.
+        Whether its checkpoint was saved.
     """
 
     machine: str
@@ -60,19 +60,19 @@ class CarriedContainer(msgspec.Struct):
 
 
 class Machines:
-    """All of them.
+    """All simulated machines.
 
     Parameters
     ----------
     folder : Path
-        Of the cloud.
+        Folder of the cloud.
     keep_every : int
-        Of every how many-th container the checkpoint is kept.
+        Number of containers for each one with a checkpoint; 0 for no checkpoints.
 
     Attributes
     ----------
     ordered : dict of str to CarriedContainer
-        By the robot.
+        Containers by the id of their robot.
     """
 
     def __init__(self, folder: Path, keep_every: int) -> None:
@@ -83,7 +83,7 @@ class Machines:
         self.ordered: dict[str, CarriedContainer] = {}
 
     async def be(self, name: str) -> None:
-        """Be one machine; dial again whenever the master goes."""
+        """Run one machine, which reconnects whenever the master closes the link."""
         while True:
             with contextlib.suppress(Unavailable):
                 await self._serve(name, FrameStream(*await dial(self._address), control_link.ToAgent))
@@ -135,7 +135,7 @@ def _answer(machines: Machines, said: Any) -> Any:
 
 
 def main() -> int:
-    """Carry until whoever started this hangs up."""
+    """Run until standard input is closed."""
     folder, count, keep_every = sys.argv[1:]
     uvloop.run(_serve(Path(folder), int(count), int(keep_every)))
     return 0

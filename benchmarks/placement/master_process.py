@@ -1,11 +1,11 @@
-"""A master at work, the engine of a cloud without a web, in a process of its own.
+"""Process with the master of a cloud, without its web server.
 
 ``python -m benchmarks.placement.master_process FOLDER BALANCER ROBOTS``.
 
-It is the service of the cloud with its master, its store and its file of settings in a folder; machines dial its
-control socket. It does what it is told by lines of JSON: ``{"do": "wait", "machines": N}``, ``{"do": "configure",
-"machines": N}``, ``{"do": "place", "robots": N}``, ``{"do": "state"}``, and answers each with one. The balancer
-``none`` is a yardstick: no master, no store; the same orders are written to the machines in turn.
+It runs the service of the cloud with its master, its store and its file of settings in a folder; machines connect to
+its control socket. It executes requests in lines of JSON: ``{"do": "wait", "machines": N}``, ``{"do": "configure",
+"machines": N}``, ``{"do": "place", "robots": N}`` and ``{"do": "state"}``, and answers each with a line. The balancer
+``none`` is a baseline without master and store, which sends the same orders to the machines in turn.
 """
 
 import asyncio
@@ -40,47 +40,46 @@ USER = "fleet"
 NO_BALANCER = "none"
 
 WITHIN = 600.0
-"""Seconds for which a checkpoint of a process that was killed is good, and in which a container must answer: here none
-does, since what is measured is where they are placed."""
+"""Lifetime of the checkpoint of a killed process, and start timeout of a container [s]: long, as none starts."""
 
 LOOK_PERIOD = 0.02
-"""Seconds between two looks at how far it is: each goes over all places."""
+"""Period at which the progress is checked [s]: each check visits all places."""
 
 AT_A_TIME = 50
-"""Places that are opened before anything else is seen to."""
+"""Number of places that are opened between two runs of the event loop."""
 
 
 class Placement(Protocol):
-    """What robots are placed by."""
+    """Interface of placements under test."""
 
     async def start(self) -> None:
         """Listen for machines."""
         ...
 
     def open(self, arrival: RobotArrival) -> None:
-        """Have a container started for a robot."""
+        """Order a container for a robot."""
         ...
 
     @property
     def machines(self) -> int:
-        """How many machines are here."""
+        """Number of connected machines."""
         ...
 
     @property
     def launched(self) -> int:
-        """Of how many containers their machines said that they run."""
+        """Number of containers that machines have reported as running."""
         ...
 
 
 class MasterPlacement:
-    """By a master.
+    """Placement by a master with its store.
 
     Parameters
     ----------
     folder : Path
-        For all that is kept.
+        Folder of the store and the settings.
     balancer : str
-        Chooses machines.
+        Name of the balancer.
     """
 
     def __init__(self, folder: Path, balancer: str) -> None:
@@ -101,16 +100,16 @@ class MasterPlacement:
 
     @property
     def machines(self) -> int:
-        """How many machines are here."""
+        """Number of connected machines."""
         return len(self._master.machines)
 
     @property
     def launched(self) -> int:
-        """Of how many containers their machines said that they run."""
+        """Number of containers that machines have reported as running."""
         return sum(place.pid is not None for place in self._master.places.values())
 
     def configure(self, machines: int) -> None:
-        """Say something of the first machines, and remove the last of them."""
+        """Configure the first machines, and remove the last of them."""
         names = sorted(self._master.machines)[:machines]
         for number, name in enumerate(names[:-1]):
             settings = MachineSettings({"bench": f"n{number}"}, max_containers=number, draining=number % 2 == 1)
@@ -118,12 +117,12 @@ class MasterPlacement:
         self._service.administration.remove(names[-1], force=True)
 
     def state(self) -> dict[str, Any]:
-        """Return what is said of machines."""
+        """Return the settings of machines and the names of removed machines."""
         return {"settings": self._master.settings, "removed": sorted(self._master.removed)}
 
 
 class RoundRobinPlacement:
-    """By nobody: each machine in its turn, without a master or a store."""
+    """Placement on the machines in turn, without master and store."""
 
     def __init__(self, folder: Path) -> None:
         self._server = ControlServer(folder / "control.sock", SECRET, self)
@@ -143,19 +142,19 @@ class RoundRobinPlacement:
 
     @property
     def machines(self) -> int:
-        """How many machines are here."""
+        """Number of connected machines."""
         return len(self._machines)
 
     async def machine_registered(self, register: control_link.Register) -> None:
-        """Take a machine in."""
+        """Add a machine."""
         self._machines.append(register.machine)
 
     def machine_said(self, machine: str, event: control_link.FromAgent) -> None:
-        """Count what runs."""
+        """Count running containers."""
         self.launched += isinstance(event, control_link.Launched)
 
     def machine_gone(self, machine: str) -> None:
-        """Count it no more."""
+        """Remove a machine."""
         self._machines.remove(machine)
 
 
@@ -167,7 +166,7 @@ async def _until(holds: Callable[[], bool]) -> None:
 
 
 async def _place(places: Placement, arrivals: list[RobotArrival]) -> dict[str, Any]:
-    """Open places until all machines have said that what they were ordered runs."""
+    """Open places, and wait until machines have reported all containers as running."""
     before, began, used = places.launched, monotonic(), sum(os.times()[:2])
     for number, arrival in enumerate(arrivals):
         places.open(arrival)
@@ -198,12 +197,12 @@ async def _done(places: Placement, arrivals: list[RobotArrival], said: dict[str,
             return places.state()
         case {"do": "state"} if isinstance(places, MasterPlacement):
             return places.state()
-    raise InvalidInput(f"this cannot be done: {said}")
+    raise InvalidInput(f"unknown request to the master process: {said}")
 
 
 def main() -> int:
-    """Serve until whoever started this hangs up."""
-    logging.basicConfig(level=logging.ERROR)  # that machines go is part of what is measured
+    """Run until standard input is closed."""
+    logging.basicConfig(level=logging.ERROR)  # lost machines are part of the bench
     folder, balancer, robots = sys.argv[1:]
     uvloop.run(_serve(Path(folder), balancer, int(robots)))
     return 0

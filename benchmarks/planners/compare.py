@@ -1,4 +1,4 @@
-"""The same grid and the same problem, ours beside the peers that are installed, in one run."""
+"""Comparison of our planners with installed peers, on the same grid and problem in one run."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,13 +20,13 @@ from ppaas.planners.ends import Cell
 from ppaas.planners.path import path_cost
 
 OURS = ("dijkstra", "astar", "jps", "hub_labels")
-"""Planners asked for one long path, of those that are installed."""
+"""Our planners that compute the long path, if they are installed."""
 
 RIGHT = 1e-4
-"""By how much an answer may be off the exact one."""
+"""Largest relative error of a right answer."""
 
 PATIENCE = 8.0
-"""Seconds that one of them may take to prepare the map."""
+"""Time limit of a planner to prepare the map [s]."""
 
 PACKAGES = tuple(dict.fromkeys((*BESIDE, *(peer.package for peer in PATHS))))
 
@@ -37,31 +37,31 @@ Reasons = dict[str, str]
 def measure(
     grid: Grid, goal: Cell | None, threads: Sequence[int], only: Sequence[str], progress: Progress
 ) -> dict[str, Any]:
-    """Compute the full field, and one long path, by all.
+    """Compute the full field and one long path by all planners and peers.
 
     Parameters
     ----------
     grid : Grid
     goal : (row, column), optional
-        A free cell; else one is chosen. The path begins where it costs most to come from.
+        A free cell; by default one near the middle. The path starts at the cell with the largest cost to it.
     threads : sequence of int
         Numbers of threads of our field.
     only : sequence of str
-        Packages of peers, or navfn; none of them means all.
+        Packages of peers, or navfn; empty for all.
     progress : Progress
-        Is told how far this is.
+        Display of the progress.
 
     Raises
     ------
     NotFound
-        No such peer.
+        A peer is unknown.
     GoalOutsideMap, GoalOccupied
 
     Returns
     -------
     dict
-        ``fields`` and ``paths``: rows with ``who``, what it ``solves``, ``seconds``, the ``ratio`` to ours, and how far
-        from the exact answer it is; why some are ``left_out``; what the problem is.
+        ``fields`` and ``paths``: rows with the implementation (``who``), the problem that it ``solves``, ``seconds``,
+        the ``ratio`` to ours, and the error; the reasons why some are ``left_out``; and the problem.
     """
     for package in only:
         if package not in PACKAGES:
@@ -72,7 +72,7 @@ def measure(
     exact = field.values()
     problem = PeerProblem(grid.costmap, goal, farthest(field))
     cheapest = path_cost(grid.costmap, field.path_from(problem.start))
-    del field  # its memory is that of the fields that are timed
+    del field  # frees its memory for the timed fields
     work = {
         "fields": _our_fields(problem, threads) + _field_steps(problem, exact, only),
         "paths": _our_path_steps(problem, cheapest) + _path_steps(problem, cheapest, only),
@@ -92,7 +92,7 @@ def measure(
 
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """Something to time: what it is called, and what makes its row, or why it cannot."""
+    """A measurement: its name, and the function that returns its row, or the reason why it cannot run."""
 
     name: str
     row: Callable[[], Row]
@@ -100,7 +100,7 @@ class _Step:
 
 
 def _work_off(work: Mapping[str, Sequence[_Step]], progress: Progress) -> tuple[dict[str, list[Row]], Reasons]:
-    """Return by kind the rows, and why some are left out."""
+    """Run the steps; return the rows by kind, and the reasons why some are left out."""
     told, left_out = dict[str, list[Row]](), dict[str, str]()
     task = progress.add_task("", total=sum(len(steps) for steps in work.values()))
     for kind, steps in work.items():
@@ -117,7 +117,7 @@ def _work_off(work: Mapping[str, Sequence[_Step]], progress: Progress) -> tuple[
 
 
 def _add_row(rows: list[Row], step: _Step) -> str | None:
-    """Add the row of a step, or return why there is none."""
+    """Run a step and add its row, or return the reason why it failed."""
     try:
         rows.append(step.row())
     except PlanningError as error:
@@ -126,7 +126,7 @@ def _add_row(rows: list[Row], step: _Step) -> str | None:
 
 
 def _add_ratios(rows: list[Row]) -> None:
-    """Say how many times longer than the fastest of ours each takes, of those of ours that have the right answer."""
+    """Add the ratio of each time to that of our fastest planner with the right answer."""
     ours = min(row["seconds"] for row in rows if row["ours"] and row["off"] < RIGHT)
     for row in rows:
         row["ratio"] = row["seconds"] / ours
@@ -210,7 +210,7 @@ def _path_row(peer: Peer, problem: PeerProblem, cheapest: float) -> Row:
 
 
 def _judged(problem: PeerProblem, cells: NDArray[np.integer], cheapest: float) -> Row:
-    """Return how much dearer than the cheapest a path is, and whether a robot could follow it."""
+    """Return the relative excess cost of a path over the cheapest, and whether a robot could follow it."""
     length = scenario.walked(problem.free(), cells, [*problem.start, *problem.goal])
     cost = path_cost(problem.costmap, cells.astype(np.int32)) if len(cells) else float("nan")
     return {

@@ -1,4 +1,4 @@
-"""How fast the full field of costs of a grid is computed, by itself and beside others."""
+"""Bench of the full cost field of a grid, alone and compared with other implementations."""
 
 import statistics
 from collections.abc import Callable, Mapping, Sequence
@@ -20,36 +20,36 @@ from ppaas.planners.field.cost_field import CostField
 Work = Callable[[], object]
 
 APART = 60
-"""Fields that are computed now and then with each number of threads."""
+"""Number of fields that are computed with pauses, for each number of threads."""
 
 
 def grow(costmap: Costmap, goal: Cell, threads: int) -> CostField:
-    """Compute a field from one goal all over the map."""
+    """Compute the full cost field of a goal."""
     field = CostField(costmap, np.array([goal]), threads=threads)
     field.grow()
     return field
 
 
 def reached_once(costmap: Costmap, goal: Cell, threads: Sequence[int]) -> int:
-    """Compute a field once with each number of threads, so that nothing is compiled later; return the cells reached."""
+    """Compute the field once with each number of threads, as a warm-up; return the number of reached cells."""
     *others, last = threads
     for n in others:
-        grow(costmap, goal, n)  # its memory is the next one's
+        grow(costmap, goal, n)  # frees its memory for the next one
     return int(np.count_nonzero(np.isfinite(grow(costmap, goal, last).values())))
 
 
 def newly_read(costmap: Costmap) -> Costmap:
-    """Return the same map as planners see it for the first time: they keep what they know of one, not of its copy."""
+    """Return a copy that is new to planners, whose caches are keyed by the costmap object."""
     return Costmap(costmap.data.view(), costmap.info)
 
 
 def grow_anew(costmap: Costmap, goal: Cell, threads: int) -> CostField:
-    """Compute a field of a map that planners see for the first time."""
+    """Compute the field on a copy of the map that is new to the planner."""
     return grow(newly_read(costmap), goal, threads)
 
 
 def farthest(field: CostField) -> Cell:
-    """Return the cell from which it costs most to reach the goal."""
+    """Return the cell with the largest finite cost to the goal."""
     values = field.values()
     row, column = np.unravel_index(np.argmax(np.where(np.isfinite(values), values, -1.0)), values.shape)
     return int(row), int(column)
@@ -64,36 +64,36 @@ def measure(
     runs: int = RUNS,
     others: Mapping[str, Peer] | None = None,
 ) -> dict[str, Any]:
-    """Compute the field again and again, with each number of threads and by each peer in turn.
+    """Compute the field repeatedly, with each number of threads and by each peer in turn.
 
     Parameters
     ----------
     grid : Grid
     goal : (row, column), optional
-        A free cell; else one is chosen.
+        A free cell; by default one near the middle.
     threads : sequence of int
     progress : Progress
-        Is told how far this is.
+        Display of the progress.
     runs : int
-        With each number of threads; one more, before, compiles the kernels or loads them, and does not count.
+        Number of runs with each number of threads, after a warm-up that compiles or loads kernels.
     others : dict of Peer, optional
-        To be measured beside ours.
+        Other implementations to compare with.
 
     Returns
     -------
     dict
-        ``cells`` in all, ``reached`` ones; by number of threads the ``seconds`` of the fastest run on a map that is
-        new to the planner, ``ns_per_cell`` that was reached, and ``again_seconds`` on the same map once more; the
-        seconds of others ``beside``, and why some are ``left_out``; the ``compile_seconds`` that are not in any.
+        ``cells`` and ``reached`` cells; by number of threads the ``seconds`` of the fastest run on a map that is new to
+        the planner, ``ns_per_cell`` reached, and ``again_seconds`` of a second field on the same map; the seconds of
+        others (``beside``), the reasons why some are ``left_out``, and ``compile_seconds``, which no time includes.
 
     Raises
     ------
     InvalidParameter
-        Not from 1 thread up.
+        A number of threads is below 1.
     GoalOutsideMap, GoalOccupied
     """
     if not threads or min(threads) < 1:
-        raise InvalidParameter(f"a field takes at least one thread, not {list(threads)}")
+        raise InvalidParameter(f"numbers of threads must be 1 or more, not {list(threads)}")
     goal = goal_in(grid.costmap, goal)
     announce(progress, f"field: {grid.name}")
     with compilation() as compiled:
@@ -117,7 +117,7 @@ def measure(
 
 
 def now_and_then(grid: Grid, goal: Cell, threads: Sequence[int], pause: float, progress: Progress) -> dict[str, float]:
-    """Return what a field takes a while after another, as robots plan: caches are cold by then, and threads asleep.
+    """Return the time of fields with pauses between them, as robots plan: with cold caches and sleeping threads.
 
     Parameters
     ----------
@@ -125,13 +125,13 @@ def now_and_then(grid: Grid, goal: Cell, threads: Sequence[int], pause: float, p
     goal : (row, column)
     threads : sequence of int
     pause : float
-        Between two fields [s].
+        Pause between two fields [s].
     progress : Progress
 
     Returns
     -------
     dict
-        By number of threads the median of `APART` fields, each on a map that is new to the planner [s].
+        Median time of `APART` fields by number of threads, each on a map that is new to the planner [s].
     """
     spent: dict[str, list[float]] = {str(n): [] for n in threads}
     for _ in progress.track(range(APART), description=f"{grid.name}, now and then"):
@@ -159,7 +159,7 @@ def _ours(costmap: Costmap, goal: Cell, threads: Sequence[int]) -> dict[str, Wor
 def _try_others(
     others: Mapping[str, Peer], problem: PeerProblem, progress: Progress
 ) -> tuple[dict[str, Work], dict[str, float], dict[str, str]]:
-    """Return what computes each field, the seconds that it took the first time, and why some cannot."""
+    """Return the calls that compute each field, the times of their first runs [s], and why some cannot."""
     works, tried, left_out = dict[str, Work](), dict[str, float](), dict[str, str]()
     for name, peer in others.items():
         announce(progress, f"  {name}")

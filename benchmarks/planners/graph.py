@@ -1,4 +1,4 @@
-"""The graph that our planners' definition makes of a grid, for libraries that take any graph."""
+"""Graph of all moves on a grid by our planners' definition, for general graph libraries."""
 
 from typing import Any
 
@@ -11,12 +11,13 @@ _MOVES = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1))
 
 
 def edges_of(weights: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-    """Return all moves away from the goal: cells from, cells to (row by row), and what a move costs.
+    """Return all moves away from the goal: flat indices of their source and target cells, and their costs.
 
     Parameters
     ----------
     weights : (height, width) array
-        Infinite where blocked. A move costs the weight of the cell it leads to, which is further from the goal.
+        Weights of the cells, infinite if blocked. A move costs the weight of its target, which is farther from the
+        goal.
     """
     free = np.isfinite(weights)
     padded = np.pad(free, 1)
@@ -35,7 +36,7 @@ def edges_of(weights: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[n
 
 
 def graph_of(weights: NDArray[np.float64]) -> Any:
-    """Return the sparse matrix of the graph, as scipy's csgraph takes it."""
+    """Return the graph as a sparse matrix for scipy's csgraph."""
     from scipy.sparse import coo_array  # noqa: PLC0415 - of the extra bench
 
     sources, targets, costs = edges_of(weights)
@@ -43,7 +44,7 @@ def graph_of(weights: NDArray[np.float64]) -> Any:
 
 
 def digraph_of(networkx: Any, weights: NDArray[np.float64]) -> Any:
-    """Return the graph of networkx."""
+    """Return the graph for networkx."""
     graph = networkx.DiGraph()
     graph.add_nodes_from(np.flatnonzero(np.isfinite(weights)).tolist())
     graph.add_weighted_edges_from(zip(*(ends.tolist() for ends in edges_of(weights)), strict=True))
@@ -51,6 +52,6 @@ def digraph_of(networkx: Any, weights: NDArray[np.float64]) -> Any:
 
 
 def _moved(padded: NDArray[np.bool_], down: int, right: int) -> NDArray[np.bool_]:
-    """Return for each cell whether the one so far away is free."""
+    """Return for each cell whether the cell at that offset is free."""
     height, width = padded.shape
     return padded[1 + down : height - 1 + down, 1 + right : width - 1 + right]

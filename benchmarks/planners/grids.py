@@ -1,4 +1,4 @@
-"""The grids that planners are measured on: made up, or from any map file."""
+"""Grids of the planner benches: generated, or read from a map file."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from robots.client.map_files import read_map_file
 from robots.plans.offline import PlannedRobot, costmap_of_file, yaml_of
 
 LARGEST = 32768
-"""Cells along an edge of a grid that is made up."""
+"""Largest edge of a grid [cells]."""
 
 RESOLUTION = 0.05
 SEED = 1
@@ -28,7 +28,7 @@ _NAVFN_UNKNOWN = 253
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """A costmap and what it is called; nobody can write to it, as in a container."""
+    """A named costmap, read-only as in a container."""
 
     name: str
     costmap: Costmap
@@ -37,36 +37,36 @@ class Grid:
 def empty(size: int) -> Grid:
     """Return a square without obstacles."""
     _check("an empty grid", size, 1)
-    # Not zeros: what nobody has written to is one page of zeros, again and again, as no map of a robot is.
+    # Not np.zeros, whose untouched memory would be one shared page of zeros.
     return _grid(f"empty {size}²", np.full((size, size), FREE_SPACE, np.uint8))
 
 
 def random(size: int, percent: float, seed: int = SEED) -> Grid:
-    """Return a square in which so many percent of the cells are blocked, the same each time for a seed."""
+    """Return a square in which random cells are blocked, ``percent`` of them on average; equal for equal seeds."""
     _check("a random grid", size, 1)
     if not 0.0 <= percent < 100.0:
-        raise InvalidParameter(f"from 0 to less than 100 percent of a grid can be blocked, not {percent:g}")
+        raise InvalidParameter(f"the percentage of blocked cells must be at least 0 and below 100, not {percent:g}")
     blocked = np.random.default_rng(seed).random((size, size), np.float32) < percent / 100.0
     return _grid(f"random {percent:g} % {size}²", np.where(blocked, LETHAL_OBSTACLE, FREE_SPACE).astype(np.uint8))
 
 
 def maze(size: int, width: int = 1, seed: int = SEED) -> Grid:
-    """Return a perfect maze: between any two cells of its corridors there is one way, the same each time for a seed.
+    """Return a perfect maze: any two cells of its corridors are connected by one path; equal for equal seeds.
 
     Parameters
     ----------
     size : int
         Edge of the square [cells].
     width : int
-        Of a corridor [cells]; a wall has one.
+        Width of a corridor [cells]; walls are one cell wide.
     seed : int
 
     Notes
     -----
-    A random spanning tree (Kruskal's, by random weights) of rooms that touch: its edges are the doors.
+    The doors are the edges of a random spanning tree (Kruskal's algorithm with random weights) of adjacent rooms.
     """
     if width < 1:
-        raise InvalidParameter(f"a corridor is 1 or more cells wide, not {width}")
+        raise InvalidParameter(f"the width of corridors must be 1 cell or more, not {width}")
     _check(f"a maze with corridors of {width}", size, width + 2)
     rooms = (size - 1) // (width + 1)
     doors = _doors(rooms, seed)
@@ -80,15 +80,15 @@ def maze(size: int, width: int = 1, seed: int = SEED) -> Grid:
 def from_file(path: Path) -> Grid:
     """Read any map file.
 
-    A ``.map`` is one of MovingAI's, taken as it is. A YAML file, or its image, is a map of map_server, inflated as
-    containers do it for the robot they plan for where none is named. An image without a YAML file beside it is a
-    costmap, row 0 at its top: of costmap_2d, or, where no byte is below 50, of navfn, as ROS keeps one to test navfn
-    with: 50 + 0.8·cost, 253 unknown, 254 and 255 blocked.
+    A ``.map`` is a MovingAI map and is not inflated. A YAML file or its image is a map of map_server; it is inflated as
+    in containers for the default robot. A PGM without a YAML file beside it is a costmap, with row 0 at the top: of
+    costmap_2d, or, if no byte is below 50, of navfn, such as the one with which ROS tests navfn: 50 + 0.8·cost, 253
+    unknown, 254 and 255 blocked.
 
     Raises
     ------
     InvalidMap
-        It cannot be read, or is none of these.
+        The file cannot be read, or has another format.
     """
     if path.suffix == ".map":
         grid = map_from_file(path)
@@ -102,12 +102,12 @@ def from_file(path: Path) -> Grid:
 
 
 def tiled(grid: Grid, copies: int) -> Grid:
-    """Return a grid of so many by so many copies of one, side by side.
+    """Return a grid of ``copies`` by ``copies`` copies of a grid, side by side.
 
     Raises
     ------
     InvalidParameter
-        It would be none, or larger than any grid may be.
+        The number of copies is below 1, or the grid would be too large.
     """
     _check(f"{copies} by {copies} times {grid.name}", copies * max(grid.costmap.data.shape), 1)
     if copies == 1:
@@ -116,37 +116,37 @@ def tiled(grid: Grid, copies: int) -> Grid:
 
 
 def map_from_file(path: Path) -> GridMap:
-    """Read a map of MovingAI's, or one of map_server by its YAML file or image.
+    """Read a MovingAI map, or a map of map_server by its YAML file or image.
 
     Raises
     ------
     InvalidMap
-        It cannot be read, or is neither.
+        The file cannot be read, or has another format.
     """
     return parse_map(_bytes(path)) if path.suffix == ".map" else read_map_file(yaml_of(path))
 
 
 def goal_in(costmap: Costmap, goal: Cell | None = None) -> Cell:
-    """Return a goal: the cell asked for, else the one nearest to the middle in the largest region that hangs together.
+    """Return the given goal, or the cell nearest to the middle in the largest connected region.
 
     Raises
     ------
     GoalOutsideMap, GoalOccupied
-        The goal asked for cannot be one, or no cell at all is free.
+        The given goal is not a free cell of the map, or no cell is free.
     """
     free = passable(True)[costmap.data]
     if goal is not None:
         if not (0 <= goal[0] < free.shape[0] and 0 <= goal[1] < free.shape[1]):
             raise GoalOutsideMap(f"row, column {goal} is outside the {free.shape[0]}×{free.shape[1]} map")
         if not free[goal]:
-            raise GoalOccupied(f"row, column {goal} is not free; choose a free cell, or let one be chosen")
+            raise GoalOccupied(f"row, column {goal} is not free; give a free cell, or no goal")
         return goal
     from scipy import ndimage  # noqa: PLC0415 - of the extra bench
 
-    # A diagonal needs both cells beside it, so regions hang together by their cardinal neighbours.
+    # A diagonal move needs both cells beside it, so regions are connected by cardinal neighbours.
     regions, count = ndimage.label(free)
     if not count:
-        raise GoalOccupied("no cell of the map is free: there is nothing to plan")
+        raise GoalOccupied("no cell of the map is free, so no path can be planned")
     largest = int(np.argmax(np.bincount(regions.ravel())[1:])) + 1
     cells = np.argwhere(regions == largest)
     offsets = cells - np.array(free.shape) // 2
@@ -162,11 +162,11 @@ def _grid(name: str, costs: NDArray[np.uint8], info: GridInfo | None = None) -> 
 
 def _check(what: str, size: int, least: int) -> None:
     if not least <= size <= LARGEST:
-        raise InvalidParameter(f"{what} has an edge of {least} to {LARGEST} cells, not {size}")
+        raise InvalidParameter(f"the edge of {what} must be {least} to {LARGEST} cells, not {size}")
 
 
 def _doors(rooms: int, seed: int) -> NDArray[np.bool_]:
-    """Return the (2·rooms − 1)² squares of a maze, rooms at even rows and columns: which of them are open."""
+    """Return the (2·rooms − 1)² mask of open squares of a maze; rooms are at even rows and columns, doors between."""
     from scipy.sparse import coo_array  # noqa: PLC0415 - of the extra bench
     from scipy.sparse.csgraph import minimum_spanning_tree  # noqa: PLC0415
 
@@ -179,7 +179,7 @@ def _doors(rooms: int, seed: int) -> NDArray[np.bool_]:
     ).tocoo()
     is_open = np.zeros((2 * rooms - 1, 2 * rooms - 1), np.bool_)
     is_open[::2, ::2] = True
-    # A door is halfway between its two rooms.
+    # A door is midway between its two rooms.
     is_open[tree.row // rooms + tree.col // rooms, tree.row % rooms + tree.col % rooms] = True
     return is_open
 
@@ -207,4 +207,4 @@ KINDS: dict[str, Callable[[int, int], Grid]] = {
     "random 30 %": lambda size, seed: random(size, 30.0, seed),
     "maze": lambda size, seed: maze(size, seed=seed),
 }
-"""Grids that can be made in any size, alike by a seed."""
+"""Generators of grids by name, called with an edge [cells] and a seed."""

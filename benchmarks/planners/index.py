@@ -1,4 +1,4 @@
-"""The index of a map: how long it takes to make, by number of threads, and how fast and right its queries are."""
+"""Bench of the index of a map: time to build it by number of threads, and speed and correctness of queries."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -17,31 +17,32 @@ from ppaas.planners.prepared import PreparedPlanner
 from ppaas.planners.weights import passable
 
 RUNS, BUDGET = 3, 12.0
-"""Times that an index is made, fewer where that would take longer than so many seconds."""
+"""Number of times that an index is built, and time after which it is not built again [s]."""
 
 QUERIES = 1000
+"""Number of queries."""
 DRAWN = 4
-"""How many times as many pairs of cells are drawn: some have no way between them."""
+"""Number of random pairs of cells for each query, since some are not connected."""
 
 JUDGE = "jps"
-"""Whose paths tell how long a shortest one is; `scenario` tells whether they are right."""
+"""Planner that provides the reference lengths; `scenario` checks it."""
 
 
 def measure(
     grid: Grid, name: str, threads: Sequence[int], progress: Progress, queries: int = QUERIES
 ) -> dict[str, Any]:
-    """Make an index on each number of threads, and ask it for ways between cells that are drawn at random.
+    """Build an index with each number of threads, and query paths between random cells.
 
     Parameters
     ----------
     grid : Grid
     name : str
-        Of a planner that prepares a map.
+        Name of a planner that prepares a map.
     threads : sequence of int
     progress : Progress
-        Is told how far this is.
+        Display of the progress.
     queries : int
-        Most of them.
+        Largest number of queries.
 
     Returns
     -------
@@ -52,20 +53,20 @@ def measure(
     Raises
     ------
     InvalidMap
-        No way between any two cells was found.
+        No two connected cells were found.
     InvalidParameter
-        The planner prepares no map.
+        The planner builds no index.
     InvalidPlanner
-        It makes no index of this one.
+        The planner refuses to build an index of this map.
     """
     planner = create(name)
     if not isinstance(planner, PreparedPlanner):
-        raise InvalidParameter(f"{name} makes no index of a map; hub_labels and jps do")
+        raise InvalidParameter(f"planner {name!r} builds no index of a map; use hub_labels or jps")
     announce(progress, f"index: {grid.name} by {name}")
     warm(planner)
     seconds, prepared = {}, None
     for n in threads:
-        del prepared  # its memory is the next one's
+        del prepared  # frees its memory for the next one
         making = partial(planner.prepare, grid.costmap, threads=n)
         seconds[str(n)], prepared = least(making, BUDGET, RUNS)
     assert prepared is not None
@@ -77,7 +78,7 @@ def measure(
 
 
 def drawn(grid: Grid, count: int) -> ScenarioScene:
-    """Return so many queries between cells that are drawn at random, or fewer where most have no way between them."""
+    """Return up to ``count`` queries between random connected cells."""
     free = passable(True)[grid.costmap.data]
     cells = np.argwhere(free)
     judge = create(JUDGE)
@@ -93,6 +94,6 @@ def drawn(grid: Grid, count: int) -> ScenarioScene:
         if len(found) == count:
             break
     if not found:
-        raise InvalidMap("no two cells with a way between them were found on the map")
+        raise InvalidMap("no two connected free cells were found on the map")
     starts, goals, lengths = np.split(np.array(found), (2, 4), axis=1)
     return ScenarioScene(grid.name, Scenario(starts.astype(int), goals.astype(int), lengths.ravel()), grid.costmap)

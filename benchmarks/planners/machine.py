@@ -1,4 +1,4 @@
-"""On what planners are measured."""
+"""Description of the machine and the software on which planners are measured."""
 
 import os
 import platform
@@ -9,7 +9,7 @@ from benchmarks.planners.timing import cpus
 
 
 def describe() -> dict[str, Any]:
-    """Return the kind of processor, how many of them this process may use, what else keeps them busy, and versions."""
+    """Return the kind of processor, the number of usable CPUs, the load by other processes, and versions."""
     from llvmlite import binding  # noqa: PLC0415 - only here, and not at the start of every command
 
     features = binding.get_host_cpu_features()

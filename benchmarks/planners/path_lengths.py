@@ -1,7 +1,7 @@
-"""Time over length of the path, one thread against many: Fig. 3 of the paper on PPaaS.
+"""Planning time over path length, on one thread and on several: Fig. 3 of the paper on PPaaS.
 
-There the curve of many threads is timed from the request to the answer, through a container of as many cores. So here
-a container is asked over its robot's WebSocket.
+In the paper, the curve of several threads is timed from the request to the answer of a container with as many cores, so
+this bench also requests paths from a container over its robot's WebSocket.
 """
 
 import contextlib
@@ -33,17 +33,18 @@ from robots.pictures.line_chart import Axis, Line
 
 MAP, ROBOT = "bench-lengths", "bench-lengths"
 POINTS = 12
+"""Number of path lengths."""
 PLANNER, BASELINE = "dijkstra", "navfn"
-"""Whose curves there are: ours, and ROS's planner, which the paper compares with."""
+"""Our planner, and ROS's planner, with which the paper compares."""
 
 Pose = tuple[float, float, float]
 Ask = Callable[[Pose, Pose], Awaitable[float]]
-"""Asks for a path; returns the seconds that it took."""
+"""Requests a path; returns its time [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class PathQuestion:
-    """Where a path begins and ends, and how long it is [m]."""
+    """Start and goal of a path, and its length [m]."""
 
     start: Pose
     goal: Pose
@@ -56,12 +57,12 @@ class _Response(msgspec.Struct):
 
 
 def default_map() -> GridMap:
-    """Return a warehouse of 120 m by 80 m, made up: 3.8 million cells."""
+    """Return a generated warehouse of 120 m by 80 m: 3.8 million cells."""
     return warehouse(seed=1, width=120.0, height=80.0)
 
 
 def questions(costmap: Costmap, points: int = POINTS) -> list[PathQuestion]:
-    """Return paths to one goal that are longer and longer, in equal steps, up to nearly the longest there is."""
+    """Return paths to one goal with evenly increasing lengths, up to nearly the longest on the map."""
     edge = farthest(grow(costmap, goal_in(costmap), cpus()))
     field = grow(costmap, edge, cpus())
     cells = field.path_from(farthest(field))
@@ -75,7 +76,7 @@ def questions(costmap: Costmap, points: int = POINTS) -> list[PathQuestion]:
 
 
 def local(costmap: Costmap, planner: str, threads: int) -> Ask:
-    """Return what plans in this process."""
+    """Return a planner in this process."""
     chosen = create(planner)
 
     async def ask(start: Pose, goal: Pose) -> float:
@@ -88,12 +89,12 @@ def local(costmap: Costmap, planner: str, threads: int) -> Ask:
 
 
 def local_ways(costmap: Costmap, threads: Sequence[int]) -> dict[str, Ask]:
-    """Return our planner in this process by its curve, one for each number of threads."""
+    """Return our planner in this process for each number of threads, by the name of its curve."""
     return {f"{PLANNER}, {on_threads(n)}": local(costmap, PLANNER, n) for n in threads}
 
 
 def remote(socket: ClientConnection) -> Ask:
-    """Return what asks the container of a robot, from the request to the answer."""
+    """Return a client of a robot's container, timed from the request to the answer."""
 
     async def ask(start: Pose, goal: Pose) -> float:
         frame = compute_path_call(start, goal)
@@ -103,34 +104,34 @@ def remote(socket: ClientConnection) -> Ask:
         seconds = monotonic() - began
         told = msgspec.json.decode(answer, type=_Response)
         if not told.result:
-            raise Unavailable(f"the container did not plan: {bytes(told.values).decode()}")
+            raise Unavailable(f"the container computed no path: {bytes(told.values).decode()}")
         return seconds
 
     return ask
 
 
 async def measure(grid: GridMap, cores: int, progress: Progress, points: int = POINTS) -> dict[str, Any]:
-    """Ask all for the same paths, in turn; the least of several runs counts.
+    """Request the same paths from all in turn; the minimum of several runs counts.
 
     Parameters
     ----------
     grid : GridMap
-        Published in a cloud of the bench's own.
+        Map, published in a cloud that the bench starts.
     cores : int
         Size of the robot's container, which plans on as many threads.
     progress : Progress
     points : int
-        How many lengths.
+        Number of path lengths.
 
     Returns
     -------
     dict
-        ``length_m`` of the paths, and in ``seconds`` by curve one number each.
+        ``length_m`` of the paths, and ``seconds`` by curve, one number for each path.
 
     Raises
     ------
     PPaaSError
-        The cloud does not start, or does not plan.
+        The cloud does not start, or computes no path.
     """
     costmap = build_layers(grid).costmap
     costmap.data.setflags(write=False)
@@ -148,7 +149,7 @@ async def measure(grid: GridMap, cores: int, progress: Progress, points: int = P
 
 
 async def measure_locally(costmap: Costmap, threads: Sequence[int], progress: Progress) -> dict[str, Any]:
-    """Do the same without a cloud, with each number of threads; return what ``measure`` returns."""
+    """Measure only this process, with each number of threads; return the result of ``measure``."""
     return await _sample(local_ways(costmap, threads), questions(costmap), costmap, progress)
 
 
@@ -160,7 +161,7 @@ async def _sample(
         for number, question in enumerate(asked):
             for name, ask in ways.items():
                 taken = await ask(question.start, question.goal)
-                if run >= 0:  # the first of each compiles, loads, and touches its memory
+                if run >= 0:  # the first run is a warm-up
                     seconds[name][number] = min(seconds[name][number], taken)
     return {
         "cells": costmap.data.size,
@@ -171,7 +172,7 @@ async def _sample(
 
 
 def chart(told: dict[str, Any]) -> tuple[str, list[Line], Axis, Axis]:
-    """Return what a chart shows of it."""
+    """Return title, lines and axes of the chart."""
     lines = [
         Line(name, [(length, 1e3 * one) for length, one in zip(told["length_m"], seconds, strict=True)])
         for name, seconds in told["seconds"].items()

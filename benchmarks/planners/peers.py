@@ -1,6 +1,6 @@
-"""Other people's planners from PyPI: how each is called, and what it solves, which is often not what ours solve.
+"""Planners of packages from PyPI: calls, and the problems that they solve, which often differ from ours.
 
-What a library wants a map to be like is made before its time begins; what it takes itself is all that is timed.
+The conversion of a map to the input of a library is not part of its time.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,21 +25,21 @@ Field = NDArray[np.float64]
 Cells = NDArray[np.integer]
 
 SMALL, MIDDLE = 256 * 256, 2048 * 2048
-"""Cells that a library of Python objects is asked to plan on, and one that wants all moves in one matrix."""
+"""Largest grids [cells] for libraries of Python objects, and for libraries that need a matrix of all moves."""
 
 UNREACHED = 2**31 - 1
-"""What tcod has where it did not come."""
+"""Value of unreached cells in tcod."""
 
 
 @dataclass(frozen=True, slots=True)
 class PeerProblem:
-    """A grid with what to plan on it.
+    """A planning problem on a grid.
 
     Parameters
     ----------
     costmap : Costmap
     goal, start : (row, column)
-        Free cells that are joined.
+        Connected free cells.
     """
 
     costmap: Costmap
@@ -47,11 +47,11 @@ class PeerProblem:
     start: Cell
 
     def free(self) -> NDArray[np.bool_]:
-        """Return which cells may be entered."""
+        """Return the (height, width) mask of free cells."""
         return passable(True)[self.costmap.data]
 
     def weights(self, blocked: float = np.inf) -> Field:
-        """Return the (height, width) weights of the cells."""
+        """Return the (height, width) weights of the cells, with ``blocked`` for blocked cells."""
         return np.where(self.free(), exact_weights()[self.costmap.data], blocked)
 
 
@@ -62,17 +62,18 @@ class Peer:
     Parameters
     ----------
     name : str
-        Of the function.
+        Name of the function.
     package, module : str
-        That it is in: what PyPI calls it, and Python.
+        Its package on PyPI, and its Python module.
     solves : str
-        What it computes, and where that is not what we compute.
+        Problem that it solves, and the difference from ours.
     prepare : callable
-        Makes of the imported module and a problem the call that is timed.
+        Returns the timed call, from the imported module and a problem.
     told : callable
-        Makes of what the call returns a field in our units, infinite where it did not come, or the cells of a path.
+        Converts the result of the call to a field in our units, infinite for unreached cells, or to the cells of a
+        path.
     most : int, optional
-        Cells of the largest grid that it is asked about.
+        Largest grid [cells] on which it is measured.
     """
 
     name: str
@@ -85,17 +86,17 @@ class Peer:
 
     @property
     def installed(self) -> str | None:
-        """The version that is installed, if one is."""
+        """Installed version, or None."""
         return version(self.package) if find_spec(self.module.partition(".")[0]) else None
 
     def why_not(self, cells: int) -> str | None:
-        """Return why it cannot be asked about a grid of so many cells, or None if it can."""
+        """Return why it cannot be measured on a grid of that many cells; None if it can."""
         if not self.installed:
             return "not installed: pip install 'ppaas[bench]'"
         return "the grid is too large" if self.most is not None and cells > self.most else None
 
     def call(self, problem: PeerProblem) -> tuple[float, Callable[[], Any]]:
-        """Return the call that is to be timed, and the seconds that it took to make for it what it takes."""
+        """Return the time of the preparation [s], and the call to be timed."""
         module = import_module(self.module)
         return timed(lambda: self.prepare(module, problem))
 
@@ -115,7 +116,7 @@ def _tcod_field(tcod: Any, problem: PeerProblem) -> Callable[[], Any]:
 
 
 def _tcod_told(distance: Any, problem: PeerProblem) -> Field:
-    # Where all cells weigh the same tcod is given 1 for it, and half of the 2 that a cardinal move then costs is one.
+    # If all cells have the same weight, tcod gets weights of 1, and a cardinal move costs 2 units.
     unit = 1.0 / 2.0 if _graded(problem) else float(problem.weights()[problem.goal]) / 2.0
     return np.where(distance == UNREACHED, np.inf, distance * unit)
 
@@ -197,19 +198,19 @@ def _navfn_field(navfn: Any, problem: PeerProblem) -> Callable[[], Any]:
 NAVFN = Peer("navfn", "ppaas", navigation_function.__name__,
              "ROS's planner, compiled by numba like ours; interpolates potentials between cells, on one thread",
              _navfn_field, lambda function, problem: _as_field(function.potentials(), problem))  # fmt: skip
-"""ROS's own planner as ``ppaas`` has it, the yardstick of the paper; what it sets up is timed, as it is of ours."""
+"""ROS's planner as implemented in ``ppaas``, the baseline of the paper; its setup is timed, as ours is."""
 
 BESIDE = {"navfn": NAVFN} | {peer.package: peer for peer in FIELDS}
-"""Whose fields can be computed beside ours, by what they are called."""
+"""Other implementations of a field, by name."""
 
 
 def beside(names: Sequence[str]) -> dict[str, Peer]:
-    """Return those that are asked for.
+    """Return the implementations of some names.
 
     Raises
     ------
     NotFound
-        No such peer.
+        A name is unknown.
     """
     for name in names:
         if name not in BESIDE:

@@ -1,6 +1,6 @@
-"""How fast maps are prepared and paths are planned, without a cloud.
+"""Bench of map preparation and planning without a cloud.
 
-The least of several runs on one thread, compiled before the first. A plan goes from corner to corner, so that its
+Times are the minimum of several runs on one thread, after a warm-up. A path runs from corner to corner, so that its
 field covers nearly the whole grid.
 """
 
@@ -25,11 +25,11 @@ RUNS = 5
 SIZES, QUICK = (1024, 4096), (256,)
 RESOLUTION = 0.05
 MARGIN = 10
-"""Cells from the edge to start and goal."""
+"""Distance of start and goal from the edges [cells]."""
 
 
 def measure(progress: Progress, quick: bool) -> list[Figure]:
-    """Prepare maps and plan across them."""
+    """Prepare maps, and plan a path across each."""
     figures = []
     for name, map_ in progress.track(list(grids(QUICK if quick else SIZES)), description="planning"):
         layers, _ = best(lambda map_=map_: build_layers(map_))  # type: ignore[misc]
@@ -41,7 +41,7 @@ def measure(progress: Progress, quick: bool) -> list[Figure]:
 
 
 def grids(sizes: tuple[int, ...]) -> Iterator[tuple[str, GridMap]]:
-    """Yield empty and cluttered grids by name."""
+    """Yield empty grids and grids with pillars, by name."""
     for size in sizes:
         yield f"empty {size}²", grid(np.full((size, size), FREE, np.int8))
         random = np.random.default_rng(size).random((size, size)) < 0.0005
@@ -51,13 +51,13 @@ def grids(sizes: tuple[int, ...]) -> Iterator[tuple[str, GridMap]]:
 
 
 def grid(data: np.ndarray) -> GridMap:
-    """Make a map of its cells."""
+    """Return the map of some cells."""
     height, width = data.shape
     return GridMap(data, GridInfo(RESOLUTION, width, height))
 
 
 def best(work: Callable[[], T]) -> tuple[float, T]:
-    """Return the seconds of the fastest run, and its result; the first, which may compile, does not count."""
+    """Return the time of the fastest run [s] and its result, after a warm-up."""
     result = work()
     seconds = float("inf")
     for _ in range(RUNS):
@@ -68,7 +68,7 @@ def best(work: Callable[[], T]) -> tuple[float, T]:
 
 
 def plan_across(map_: GridMap) -> tuple[float, PlanResult]:
-    """Plan over the inflated costmap from the lower-left corner to the upper-right."""
+    """Plan on the inflated costmap from the lower left corner to the upper right one."""
     costmap = build_layers(map_).costmap
     (x0, y0), (x1, y1) = (costmap.info.to_world(cell).tolist() for cell in corners(map_.info))
     request = PlanRequest(Pose2D(x0, y0, 0.0), Pose2D(x1, y1, 0.0), tolerance=1.0)
@@ -76,5 +76,5 @@ def plan_across(map_: GridMap) -> tuple[float, PlanResult]:
 
 
 def corners(info: GridInfo) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return a cell near the first and a cell near the last."""
+    """Return cells near the first and the last cell of the grid."""
     return (MARGIN, MARGIN), (info.height - 1 - MARGIN, info.width - 1 - MARGIN)

@@ -1,7 +1,7 @@
-"""How fast what a robot knows of the space around it is prepared: inflation of whole maps, scans of depth images.
+"""Bench of costmap preparation: inflation of whole maps, and scans from depth images.
 
-Those of costmap_2d and OpenCV on one core of such a machine took 590 and 359 ms to inflate as much, and ROS's
-depthimage_to_laserscan 136 µs a scan.
+On one core of the reference machine, costmap_2d took 590 ms and OpenCV 359 ms for the same inflation, and ROS's
+depthimage_to_laserscan took 136 µs a scan.
 """
 
 from functools import partial
@@ -22,13 +22,13 @@ SIZE = 4096
 RADIUS = 0.55
 """Inflation radius [m]."""
 MOST_INFLATION, MOST_DEPTH = 150.0, 0.03
-"""What a map may take on two threads, and a scan on one [ms]."""
+"""Largest acceptable times of an inflation on two threads, and of a scan on one [ms]."""
 ROWS, SCANS = 10, 200
-"""Of a depth image that a scan is made of, and scans that are made in one run: one alone is too short to be timed."""
+"""Rows of a depth image that a scan uses, and number of scans in a run: one alone is too short to be timed."""
 
 
 def measure(progress: Progress, quick: bool) -> list[Figure]:
-    """Inflate maps on one thread and on two, and make scans of depth images."""
+    """Inflate maps on one thread and on two, and convert depth images to scans."""
     sizes = QUICK if quick else (SIZE,)
     inflated = [
         _inflation(name, map_, threads)

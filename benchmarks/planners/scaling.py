@@ -1,4 +1,4 @@
-"""How the time for a cell of the full field depends on the size of the grid and the number of threads."""
+"""Bench of scaling: time per cell of the full cost field, by size of the grid and number of threads."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -14,24 +14,25 @@ from ppaas.planners.ends import Cell
 from robots.pictures.line_chart import Axis, Line
 
 SMALLEST, LARGEST = 256, 8192
+"""Smallest and largest edge [cells]."""
 FROM = 512
-"""Edge from which on the time for a cell is to stay the same; smaller grids fit the processor's caches."""
+"""Edge from which the time per cell should stay constant [cells]; smaller grids fit the processor's caches."""
 RUNS, PASSES = 3, 2
-"""Of each size in a row, and how often all sizes are gone through: what disturbs a machine for a while then spoils the
-figures of no size."""
+"""Number of consecutive runs of a size, and of passes over all sizes: a temporary disturbance then affects no size in
+all of its runs."""
 ALIKE, MOST_ALIKE = 2048, 16
-"""Small grids take turns with others of their size, as many as a grid of this edge has room for: a single one would be
-learned by heart by the processor, as no robot's map is, and compared with one that is too large for that."""
+"""Small grids take turns with others of their size, as many as fit a grid of this edge [cells], and at most this many:
+the branch predictor and the caches would adapt to a single small grid, but not to a large one."""
 
 Told = dict[str, dict[str, float]]
 """``seconds`` and ``ns_per_cell``, by number of threads."""
 
 KINDS_SHOWN = ("empty", "random 20 %", "maze")
-"""Of those that there are, where none is asked for."""
+"""Kinds of grids that are measured by default."""
 
 
 class _Alike(NamedTuple):
-    """Grids of one kind and size, a goal in each, and how many cells are reached in all of them together."""
+    """Grids of one kind and size, a goal in each, and the total number of reached cells."""
 
     grids: list[Grid]
     goals: list[Cell]
@@ -39,15 +40,15 @@ class _Alike(NamedTuple):
 
 
 def sizes_up_to(largest: int) -> list[int]:
-    """Return 256, 512 … up to ``largest``.
+    """Return the edges 256, 512 … up to ``largest`` [cells].
 
     Raises
     ------
     InvalidParameter
-        It is below the smallest.
+        ``largest`` is below the smallest edge.
     """
     if largest < SMALLEST:
-        raise InvalidParameter(f"the largest grid has an edge of {SMALLEST} cells or more, not {largest}")
+        raise InvalidParameter(f"the largest edge must be {SMALLEST} cells or more, not {largest}")
     return [SMALLEST << power for power in range((largest // SMALLEST).bit_length())]
 
 
@@ -57,13 +58,14 @@ def measure(kinds: Sequence[str], sizes: Sequence[int], threads: Sequence[int], 
     Returns
     -------
     dict
-        ``sizes`` and, by kind of grid and number of threads, ``seconds`` and ``ns_per_cell``, one number a size, and
-        the ``spread``: the most ns a cell over the least, of grids from 512² on where there are any.
+        ``sizes`` and, by kind of grid and number of threads, ``seconds`` and ``ns_per_cell``, one number for each size,
+        and the ``spread``: the ratio of the largest to the smallest time per cell, of grids from 512² on if there are
+        any.
 
     Raises
     ------
     NotFound
-        No such kind of grid.
+        A kind of grid is unknown.
     """
     unknown = [kind for kind in kinds if kind not in KINDS]
     if unknown:
@@ -91,7 +93,7 @@ def _alike(kind: str, size: int, threads: Sequence[int], progress: Progress) -> 
 
 
 def _of_kind(sizes: Sequence[_Alike], threads: Sequence[int], progress: Progress) -> list[Told]:
-    """Return what a field of one of the grids of each size takes in the mean, and for each cell that is reached."""
+    """Return the mean time of a field of each size [s], and the time per reached cell [ns]."""
     passes = [[_of_size(alike, threads, progress) for alike in sizes] for _ in range(PASSES)]
     least = [{n: min(one[n] for one in measured) for n in measured[0]} for measured in zip(*passes, strict=True)]
     return [
@@ -104,12 +106,12 @@ def _of_kind(sizes: Sequence[_Alike], threads: Sequence[int], progress: Progress
 
 
 def _of_size(alike: _Alike, threads: Sequence[int], progress: Progress) -> dict[str, float]:
-    """Return the seconds that fields of all these grids take together, by number of threads."""
+    """Return the total time of the fields of all grids [s], by number of threads."""
     name = alike.grids[0].name
     announce(progress, f"scaling: {name}")
     works = {
         f"{n} {number}": partial(grow_anew, grid.costmap, goal, n)
-        for n in threads  # one after the other, as a container always has as many: each finds its part in its own cache
+        for n in threads  # not in turn: a container always has the same number, so each thread finds its part cached
         for number, (grid, goal) in enumerate(zip(alike.grids, alike.goals, strict=True))
     }
     best = in_turn(works, progress, name, RUNS)
@@ -122,7 +124,7 @@ def _spread(sizes: Sequence[int], values: Sequence[float]) -> float:
 
 
 def chart(told: dict[str, Any]) -> tuple[str, list[Line], Axis, Axis]:
-    """Return what a chart shows of it: a colour a kind of grid, dashes for one thread."""
+    """Return title, lines and axes of the chart: a colour for each kind of grid, dashed lines for one thread."""
     lines = [
         Line(
             f"{kind}, {on_threads(n)}",

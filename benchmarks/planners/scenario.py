@@ -1,4 +1,4 @@
-"""Every query of a MovingAI scenario: how long it takes, and whether the path is one and as short as can be."""
+"""Bench of MovingAI scenarios: time of every query, and whether its path is valid and as short as the optimum."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -24,11 +24,11 @@ from ppaas.planners.watch import proceed
 from ppaas.planners.weights import SQRT2, passable
 
 TOLERANCE = 0.01
-"""By which a length may differ from the scenario's optimum [cells]."""
+"""Largest difference of a length from the scenario's optimum [cells]."""
 
 BLOCK, LONGEST = 2048, 1.0
-"""Most queries, and about how long [s], are asked one after the other before their answers are looked at, which leaves
-the caches to other data: where that was after each 256 queries, those of hub labels took a fifth more in the mean."""
+"""Largest number of queries, and approximate time [s], before their answers are checked. The check evicts the caches:
+after every 256 queries, it slowed queries of hub labels by a fifth on average."""
 
 _NO_CELLS = np.empty((0, 2), np.int32)
 _WARM = grids.random(64, 10.0)
@@ -38,7 +38,7 @@ Query = Callable[[], PlanResult | NDArray[np.int32]]
 
 @dataclass(frozen=True, slots=True)
 class ScenarioScene:
-    """The queries of a scenario, or some of them, on their map, and what that is called."""
+    """Queries of a scenario, their map, and its name."""
 
     name: str
     queries: Scenario
@@ -47,16 +47,16 @@ class ScenarioScene:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """A planner on a map.
+    """A planner that is prepared for a map.
 
     Parameters
     ----------
     question : callable
-        Makes of two cells, (row, column, row, column), what is called to have a path.
+        Returns the call that computes a path, from two cells (row, column, row, column).
     index_seconds : float
-        That the planner took to prepare the map; 0 if it prepares none.
+        Time to prepare the map [s]; 0 if the planner prepares none.
     index_bytes : int
-        That what it prepared takes.
+        Size of the prepared data [bytes].
     """
 
     question: Callable[[int, int, int, int], Query]
@@ -65,21 +65,21 @@ class Asked:
 
 
 def measure(scenario: Path, map_: Path | None, planner: str, limit: int | None, progress: Progress) -> dict[str, Any]:
-    """Time each query by itself.
+    """Time each query of a scenario alone.
 
     Parameters
     ----------
     scenario : Path
         A ``.scen`` file.
     map_ : Path, optional
-        Of its map; else it is looked for beside it.
+        File of its map; by default the one beside it.
     planner : str
-        Name of any planner. One that prepares a map does that once, on all CPUs, and its kernel interface is timed;
-        of another ``plan`` as a whole, on all CPUs.
+        Name of a planner. If it prepares a map, it does so once on all CPUs, and its kernel interface is timed;
+        otherwise all of ``plan`` is timed, on all CPUs.
     limit : int, optional
-        Most queries, the scenario's first.
+        Number of first queries to use; all by default.
     progress : Progress
-        Is told how far this is.
+        Display of the progress.
 
     Returns
     -------
@@ -90,26 +90,26 @@ def measure(scenario: Path, map_: Path | None, planner: str, limit: int | None, 
     Raises
     ------
     InvalidMap
-        One of the files cannot be read, or they do not belong together.
+        One of the files cannot be read, or the queries do not fit the map.
     InvalidParameter
         The limit is below 1.
     NotFound
-        No such planner.
+        The planner is unknown.
     """
     if limit is not None and limit < 1:
-        raise InvalidParameter(f"--limit is the most queries to ask, from 1 up, not {limit}")
-    create(planner)  # that there is none is told before files are read
+        raise InvalidParameter(f"--limit, the largest number of queries, must be 1 or more, not {limit}")
+    create(planner)  # report an unknown planner before reading files
     scene = read(scenario, map_)
     return ask(planner, replace(scene, queries=scene.queries.first(limit)), progress)
 
 
 def read(scenario: Path, map_: Path | None = None) -> ScenarioScene:
-    """Return what a scenario asks; its map lies beside it if it is not told.
+    """Read a scenario and its map, by default the one beside it.
 
     Raises
     ------
     InvalidMap
-        One of the files cannot be read, or they do not belong together.
+        One of the files cannot be read, or the queries do not fit the map.
     """
     try:
         queries = parse_scenario(scenario.read_bytes())
@@ -121,7 +121,7 @@ def read(scenario: Path, map_: Path | None = None) -> ScenarioScene:
 
 
 def ask(planner: str, scene: ScenarioScene, progress: Progress, check: Callable[[], None] = proceed) -> dict[str, Any]:
-    """Time each query by itself, and return what ``measure`` does; ``check`` may end the preparing of the map."""
+    """Time each query alone; return the result of ``measure``. ``check`` may abort the preparation of the map."""
     what = f"{scene.name} by {planner}"
     announce(progress, f"scenario: {what}, {len(scene.queries):,} queries")
     chosen = create(planner)
@@ -137,12 +137,12 @@ def ask(planner: str, scene: ScenarioScene, progress: Progress, check: Callable[
 
 
 def map_beside(scenario: Path) -> Path:
-    """Return the map that lies beside a scenario: ``A.map`` for ``A.map.scen``."""
+    """Return the path of the map beside a scenario: ``A.map`` for ``A.map.scen``."""
     return scenario.with_suffix("")
 
 
 def check_belongs(queries: Scenario, costmap: Costmap) -> None:
-    """Raise ``InvalidMap`` unless there are queries, and all of them begin and end in free cells of the map."""
+    """Raise ``InvalidMap`` unless there are queries, and all start and end in free cells of the map."""
     if not len(queries):
         raise InvalidMap("the scenario has no queries")
     free = passable(True)[costmap.data]
@@ -152,18 +152,18 @@ def check_belongs(queries: Scenario, costmap: Costmap) -> None:
         if not good.all():
             number = int(np.argmin(good))
             cell = tuple(cells[number].tolist())
-            raise InvalidMap(f"query {number} {what} in row, column {cell}, not free on this map: is it the right one?")
+            raise InvalidMap(f"query {number} {what} in row, column {cell}, which is not free: is this the right map?")
 
 
 def warm(planner: Planner) -> None:
-    """Let a planner plan on a small map, so that its kernels are compiled or loaded before anything is timed."""
+    """Plan on a small map, so that kernels are compiled or loaded before anything is timed."""
     asked = on_map(planner, _WARM.costmap)
     free = np.argwhere(_WARM.costmap.data == 0)
     answer(asked.question(*free[0].tolist(), *free[-1].tolist()))
 
 
 def on_map(planner: Planner, costmap: Costmap, check: Callable[[], None] = proceed) -> Asked:
-    """Return a planner that is ready for queries on a map; ``check`` may end what it does to prepare it."""
+    """Prepare a planner for queries on a map; ``check`` may abort the preparation."""
     threads = cpus()
     if isinstance(planner, PreparedPlanner):
         seconds, prepared = timed(lambda: planner.prepare(costmap, threads=threads, check=check))
@@ -172,9 +172,9 @@ def on_map(planner: Planner, costmap: Costmap, check: Callable[[], None] = proce
 
 
 def ask_all(asked: Asked, scene: ScenarioScene, progress: Progress, what: str) -> dict[str, Any]:
-    """Time each query by itself, in the round over all of them that took least, and count the answers that are wrong.
+    """Time each query alone, in the fastest of several rounds over all queries, and count wrong answers.
 
-    There are `RUNS` rounds, fewer where they would take longer than `BUDGET`.
+    There are `RUNS` rounds, or fewer if they would take longer than `BUDGET`.
 
     Returns
     -------
@@ -184,7 +184,7 @@ def ask_all(asked: Asked, scene: ScenarioScene, progress: Progress, what: str) -
     free = passable(True)[scene.costmap.data]
     ends, optima = np.hstack((scene.queries.starts, scene.queries.goals)).tolist(), scene.queries.optima
     questions = [asked.question(*own) for own in ends]
-    answer(questions[0])  # the first query after a map was prepared pays for what it leaves cold
+    answer(questions[0])  # warm-up: the preparation leaves cold caches
     best, wrong = np.full(len(ends), np.inf), np.zeros(len(ends), bool)
     task = progress.add_task(what, total=len(ends))
     for number in range(RUNS):
@@ -211,7 +211,7 @@ def ask_all(asked: Asked, scene: ScenarioScene, progress: Progress, what: str) -
 
 
 def ask_some(questions: Sequence[Query]) -> tuple[list[float], list[NDArray[np.int32]]]:
-    """Ask the first of some queries, one at least; return the seconds that each took, and the cells of the answers."""
+    """Run one or more of the first queries; return the time of each [s], and the cells of its path."""
     seconds, answers, last = list[float](), list[NDArray[np.int32]](), monotonic() + LONGEST
     for question in questions:
         began = monotonic()
@@ -228,7 +228,7 @@ def ask_some(questions: Sequence[Query]) -> tuple[list[float], list[NDArray[np.i
 
 
 def answer(question: Query) -> NDArray[np.int32]:
-    """Return the cells of an answer; none where the planner says that there is no path."""
+    """Return the cells of a path; empty if the planner finds none."""
     try:
         return _cells_of(question())
     except PlanningError:
@@ -240,7 +240,7 @@ def _cells_of(found: PlanResult | NDArray[np.int32]) -> NDArray[np.int32]:
 
 
 def walked(free: NDArray[np.bool_], cells: NDArray[np.integer], ends: list[int]) -> float:
-    """Recount how long a path is, in cells, octile.
+    """Check a path and return its octile length [cells].
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""All that ``docs/performance.md`` tells of planners, measured in one run."""
+"""Suite of planner benches: all figures of planners in ``docs/performance.md``, measured in one run."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -18,41 +18,41 @@ from robots.cli import event_loop
 ROS_MAPS = ("warehouse.yaml", "depot.yaml", "tb3_sandbox.yaml", "willow_costmap.pgm")
 
 COMPARED = ("warehouse.yaml", "willow_costmap.pgm")
-"""Of these, on which peers are measured too."""
+"""Maps on which peers are measured too."""
 
 BESIDE = ("navfn", "tcod", "dijkstra3d")
-"""Whose fields are computed beside ours on every grid."""
+"""Other implementations of a field, measured on every grid."""
 
 PREPARED = ("hub_labels", "jps")
 """Planners that answer every query of a scenario."""
 SAMPLED = ("dijkstra", "astar", "dstar_lite")
-"""Other planners whose paths are the shortest: they answer `SAMPLE` queries from all over a scenario."""
+"""Other optimal planners, which answer `SAMPLE` queries spread over a scenario."""
 PATIENCE = 60.0
-"""Seconds that a planner may take to prepare a map of a scenario."""
+"""Time limit of a planner to prepare the map of a scenario [s]."""
 SAMPLE, QUICK_SAMPLE = 100, 10
 
 INDEXED = "hub_labels"
-"""Whose index is made of grids that are made up, too."""
+"""Planner whose index is also built of generated grids."""
 STREWN = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 2.0)
-"""Percent of a grid that is blocked by single cells, which is worst for an index."""
+"""Percentages of randomly blocked single cells, the worst case for an index."""
 TILED = {"cities/Paris_1_512.map": 2, "cities/Boston_0_256.map": 4}
-"""City maps, and how many copies of them side by side make one of 1024²."""
+"""City maps, and the number of copies along each edge that make a grid of 1024²."""
 
 Told = list[dict[str, Any]]
 
 
 @dataclass(frozen=True, slots=True)
 class PlannerSuiteOptions:
-    """What to measure.
+    """Options of the suite.
 
     Parameters
     ----------
     data : Path, optional
-        Folder with real maps, ``ros/`` and ``movingai/``; without it only grids that are made up.
+        Folder with real maps in ``ros/`` and ``movingai/``; without it, only generated grids are measured.
     only : tuple of str
-        PartSelection; none of them means all.
+        Names of parts; empty for all.
     quick : bool
-        Small grids and few queries: to see that it runs, not to compare.
+        Whether to use small grids and few queries, as a check that all of it runs.
     """
 
     data: Path | None = None
@@ -61,7 +61,7 @@ class PlannerSuiteOptions:
 
     @property
     def size(self) -> int:
-        """Edge of the grids that are made up."""
+        """Edge of generated grids [cells]."""
         return 256 if self.quick else 4096
 
     @property
@@ -71,17 +71,17 @@ class PlannerSuiteOptions:
 
 
 def measure(options: PlannerSuiteOptions, progress: Progress) -> Iterator[tuple[str, Told]]:
-    """Measure part by part; yield each with what was measured.
+    """Measure part by part; yield each with its results.
 
     Raises
     ------
     InvalidInput
-        The folder of maps is none.
+        The folder of maps does not exist.
     PPaaSError
-        Something cannot be measured.
+        A part cannot be measured.
     """
     if options.data is not None and not options.data.is_dir():
-        raise InvalidInput(f"--data is a folder with real maps, and {str(options.data)!r} is none")
+        raise InvalidInput(f"--data must be a folder with real maps; {str(options.data)!r} is not a folder")
     yield "machine", [machine.describe() | {"quick": options.quick}]
     for name, part in PARTS.items():
         if not options.only or name in options.only:
@@ -102,7 +102,7 @@ def _scenarios(options: PlannerSuiteOptions, progress: Progress) -> Told:
 
 
 def _scenario(file: Path, options: PlannerSuiteOptions, progress: Progress) -> Iterator[dict[str, Any]]:
-    """Ask planners that prepare the map for all that there is to ask, the others for some of it."""
+    """Run all queries with planners that prepare the map, and a sample with the others."""
     scene = scenario.read(file)
     for planner in (name for name in (*PREPARED, *SAMPLED) if name in planner_names()):
         most = QUICK_SAMPLE if options.quick else SAMPLE if planner in SAMPLED else len(scene.queries)

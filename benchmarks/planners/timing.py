@@ -1,4 +1,4 @@
-"""How planners are timed: the least of several runs, with what numba's compiler takes told apart."""
+"""Timing of planners: minimum of several runs, without the time of numba's compiler."""
 
 import contextlib
 import os
@@ -17,29 +17,29 @@ T = TypeVar("T")
 RUNS = 5
 MOST_RUNS = 50
 BUDGET = 4.0
-"""Seconds after which something slow is not run again."""
+"""Time after which a slow call is not run again [s]."""
 ENOUGH = 0.4
-"""Seconds for which what is quick runs more often than `RUNS` times: one of its runs tells little."""
+"""Total time up to which quick calls run more than `RUNS` times [s]."""
 
 
 def cpus() -> int:
-    """Return how many CPUs this process may use."""
+    """Return the number of CPUs that this process may use."""
     return len(os.sched_getaffinity(0))
 
 
 def on_threads(count: int | str) -> str:
-    """Return how so many threads are called."""
+    """Return the name of a number of threads, such as ``2 threads``."""
     return f"{count} thread{'s' * (int(count) != 1)}"
 
 
 @dataclass(slots=True)
 class Compilation:
-    """What was compiled.
+    """Compilation of kernels.
 
     Parameters
     ----------
     seconds : float
-        That the compiler took; 0 where all kernels came from the cache on the disk.
+        Time of the compiler [s]; 0 if all kernels came from the cache on disk.
     """
 
     seconds: float = 0.0
@@ -47,7 +47,7 @@ class Compilation:
 
 @contextlib.contextmanager
 def compilation() -> Iterator[Compilation]:
-    """Measure what numba's compiler takes inside; it is known at the end."""
+    """Measure the time of numba's compiler within the block; it is set at the end."""
     compiled, timer = Compilation(), event.TimingListener()  # type: ignore[no-untyped-call]
     with event.install_listener("numba:compile", timer):
         yield compiled
@@ -56,12 +56,12 @@ def compilation() -> Iterator[Compilation]:
 
 
 def timed(work: Callable[[], T]) -> tuple[float, T]:
-    """Return the seconds of one run and its result; a run in which something was compiled is one before it."""
+    """Return the time of a run [s] and its result; a run in which numba compiled is repeated."""
     with compilation() as compiled:
         began = monotonic()
         result = work()
         seconds = monotonic() - began
-    if compiled.seconds:  # to take it off would leave the error of a long time in a short one
+    if compiled.seconds:  # subtracting it would leave the error of a long time in a short one
         del result
         began = monotonic()
         result = work()
@@ -70,31 +70,32 @@ def timed(work: Callable[[], T]) -> tuple[float, T]:
 
 
 def least(work: Callable[[], T], budget: float = BUDGET, runs: int = RUNS) -> tuple[float, T]:
-    """Return the seconds of the fastest of several runs and its result; no run begins that would pass ``budget``."""
+    """Return the time of the fastest of several runs [s] and its result; no run starts that would exceed ``budget``."""
     began = monotonic()
     seconds, result = timed(work)
     for _ in range(runs - 1):
         if monotonic() - began + seconds > budget:
             break
-        del result  # its memory is the next one's
+        del result  # frees its memory for the next run
         again, result = timed(work)
         seconds = min(seconds, again)
     return seconds, result
 
 
 def in_turn(ways: Mapping[str, Callable[[], object]], progress: Progress, what: str, runs: int) -> dict[str, float]:
-    """Return the seconds of the fastest run of each, which take turns, so that all see the same machine.
+    """Return the time of the fastest run of each call [s]; calls take turns to share the state of the machine.
 
-    They turn back each time, so that none always finds the caches as the same other left them.
+    The order is reversed each time, so that no call always follows the same other one.
 
     Parameters
     ----------
     ways : dict of callable
     progress : Progress
     what : str
-        Is shown meanwhile.
+        Description of the progress.
     runs : int
-        Of each: fewer where they would take longer than `BUDGET`, more while all together take less than `ENOUGH`.
+        Number of runs of each call: fewer if they would take longer than `BUDGET`, more while all together have taken
+        less than `ENOUGH`.
     """
     best, spent = dict.fromkeys(ways, float("inf")), dict.fromkeys(ways, 0.0)
     for number in progress.track(range(MOST_RUNS), description=what):
@@ -109,7 +110,7 @@ def in_turn(ways: Mapping[str, Callable[[], object]], progress: Progress, what: 
 
 
 def within(seconds: float) -> Callable[[], None]:
-    """Return a check for a planner's work that ends it after some seconds from now, by ``PlanTimeout``."""
+    """Return a check that raises ``PlanTimeout`` from ``seconds`` after now on."""
     end = monotonic() + seconds
 
     def check() -> None:
@@ -120,6 +121,6 @@ def within(seconds: float) -> Callable[[], None]:
 
 
 def announce(progress: Progress, what: str) -> None:
-    """Say what runs next, on a line of its own where no progress can be shown."""
+    """Print the next step if the output is not a terminal, on which the progress is shown."""
     if not progress.console.is_terminal:
         progress.console.print(what, markup=False, highlight=False, soft_wrap=True)

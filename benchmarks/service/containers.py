@@ -1,4 +1,4 @@
-"""How fast a robot has its container: from the opening of an authenticated WebSocket to its clone's first message."""
+"""Start of a container: time from opening an authenticated WebSocket to the clone's first message."""
 
 from rich.progress import Progress
 from websockets.asyncio.client import connect
@@ -16,11 +16,11 @@ OPENS, QUICK = 20, 5
 LIMIT_MS = 100.0
 
 FIRST_MESSAGE = '{"op":"subscribe","topic":"tf_static"}'
-"""Of a topic that is latched: the clone has it ready."""
+"""Subscription to a latched topic, which the clone answers at once."""
 
 
 async def measure(target: Target, progress: Progress, quick: bool) -> list[Figure]:
-    """Open robots one after the other; the first, for which the map is new to the machine, does not count."""
+    """Open robots one after the other; the first is a warm-up, as the map is new to the machine."""
     grid = warehouse(seed=1)
     start = CoursePlanner(grid, 1).choose(1, 1)[0].start
     await target.publish(MAP, grid)

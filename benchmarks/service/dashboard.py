@@ -1,4 +1,4 @@
-"""How soon a user sees the dashboard: its page fetched bare, and painted by a browser where there is one."""
+"""Load time of the dashboard: the HTML page alone, and the first paint in a browser if one is installed."""
 
 import http.client
 import importlib.util
@@ -21,11 +21,11 @@ FIRST_PAINT = """() => new Promise(tell => {
   const painted = list => list.filter(entry => entry.name === "first-contentful-paint").forEach(e => tell(e.startTime));
   new PerformanceObserver(list => painted(list.getEntries())).observe({type: "paint", buffered: true});
 })"""
-"""Milliseconds from the beginning of the navigation to the first text or picture."""
+"""Script that returns the first contentful paint [ms since the begin of the navigation]."""
 
 
 async def measure(target: Target, progress: Progress, quick: bool) -> list[Figure]:
-    """Fetch the page, then let a browser that has nothing in its cache paint it."""
+    """Fetch the page, then measure its first paint in a browser with an empty cache."""
     runs = QUICK if quick else RUNS
     fetched = [fetch(target.url) for _ in progress.track(range(runs), description="dashboard, its page")]
     bare = median_of(PART, "its page, fetched", fetched, yardstick=True, note="the HTML alone")
@@ -38,7 +38,7 @@ async def measure(target: Target, progress: Progress, quick: bool) -> list[Figur
 
 
 def fetch(url: str, path: str = PATH) -> float:
-    """Return the seconds until a page is there, on a connection of its own."""
+    """Return the time to fetch a page over a new connection [s]."""
     began = monotonic()
     connection = http.client.HTTPConnection(urlsplit(url).netloc, timeout=30.0)
     try:
@@ -62,4 +62,4 @@ async def _paint(executable: str, url: str, runs: int) -> list[float]:
             painted.append(await page.evaluate(FIRST_PAINT) / 1e3)
             await context.close()
         await browser.close()
-    return painted[1:]  # before the first, the browser itself started
+    return painted[1:]  # the first includes the start of the browser

@@ -1,7 +1,7 @@
-"""Measures the dashboard in a browser while robots drive, or takes pictures of it.
+"""Measures the dashboard in a browser while robots drive, or takes screenshots of it.
 
-``python -m benchmarks.service.dashboard_under_load [--robots N] [--screenshots FOLDER]``. The first paint is what the
-browser tells, with nothing cached; frames are those that the page could draw in ten seconds with all layers on.
+``python -m benchmarks.service.dashboard_under_load [--robots N] [--screenshots FOLDER]``. The first paint is measured
+by the browser with an empty cache; the frame rate is measured for ten seconds with all layers shown.
 """
 
 import argparse
@@ -30,7 +30,7 @@ ONLINE = '#robots .presence[data-presence="online"]'
 
 
 async def first_paint(browser: Browser, url: str) -> float:
-    """Return the first contentful paint of one visit with nothing cached [ms]."""
+    """Return the first contentful paint of a visit with an empty cache [ms]."""
     page = await browser.new_page(viewport=DESK)
     await page.goto(f"{url}/dashboard/")
     await page.get_by_role("button", name="Log in").wait_for()
@@ -40,7 +40,7 @@ async def first_paint(browser: Browser, url: str) -> float:
 
 
 async def frames(page: Page) -> tuple[float, float]:
-    """Return how often a second the page could draw, and the longest time between two frames [ms]."""
+    """Return the frame rate of the page [1/s], and the longest time between two frames [ms]."""
     script = """(ms) => new Promise((done) => {
         const times = [], began = performance.now();
         const look = (now) => { times.push(now); now - began < ms ? requestAnimationFrame(look) : done(times); };
@@ -51,7 +51,7 @@ async def frames(page: Page) -> tuple[float, float]:
 
 
 async def take_screenshots(browser: Browser, url: str, token: str, grid: GridMap, folder: Path) -> None:
-    """Write a picture of the dashboard on a desk, and one on a phone in the dark."""
+    """Write screenshots of the dashboard on a desktop, and on a phone in dark mode."""
     views: list[tuple[str, ViewportSize, Literal["light", "dark"]]] = [
         ("dashboard", DESK, "light"),
         ("dashboard-phone", PHONE, "dark"),
@@ -62,14 +62,14 @@ async def take_screenshots(browser: Browser, url: str, token: str, grid: GridMap
         await enter(page, url, token)
         await expect(page.locator(ONLINE).first).to_be_attached()
         await page.evaluate("document.querySelector('#robots .robot').click()")
-        await asyncio.sleep(3.0)  # until particles, scans and paths of all robots have come once
+        await asyncio.sleep(3.0)  # until particles, scans and paths of all robots have arrived
         await Eye.on(page, grid.info)
         await page.screenshot(path=folder / f"{name}.png")
         await context.close()
 
 
 async def under_way(stack: contextlib.AsyncExitStack, cloud: RunningCloud, grid: GridMap, robots: int) -> str:
-    """Have some robots drive far; return their owner's token."""
+    """Make some robots drive to distant goals; return their owner's token."""
     rest = await cloud.admin()
     await publish_map(rest, "office", grid)
     for number in range(robots):
@@ -81,7 +81,7 @@ async def under_way(stack: contextlib.AsyncExitStack, cloud: RunningCloud, grid:
 
 
 async def measure(folder: Path, robots: int, screenshots: Path | None) -> None:
-    """Start all, and print what was measured."""
+    """Start a cloud, a browser and robots; print the measurements, or write the screenshots."""
     grid = office(seed=1, width=24.0, height=16.0)
     async with contextlib.AsyncExitStack() as stack:
         cloud = stack.enter_context(running_cloud(folder))
@@ -101,15 +101,17 @@ async def measure(folder: Path, robots: int, screenshots: Path | None) -> None:
 
 
 def say(line: str) -> None:
-    """Print what was measured."""
+    """Print a line."""
     sys.stdout.write(line + "\n")
 
 
 def main() -> None:
     """Read the arguments and run."""
-    parser = argparse.ArgumentParser(description="how fast the dashboard is, and what it looks like")
-    parser.add_argument("--robots", type=int, default=10, help="that drive (%(default)s)")
-    parser.add_argument("--screenshots", type=Path, metavar="FOLDER", help="write pictures there, and measure nothing")
+    parser = argparse.ArgumentParser(description="measure the dashboard in a browser, or take screenshots of it")
+    parser.add_argument("--robots", type=int, default=10, help="number of driving robots (%(default)s)")
+    parser.add_argument(
+        "--screenshots", type=Path, metavar="FOLDER", help="write screenshots there instead of measuring"
+    )
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         asyncio.run(measure(Path(folder), arguments.robots, arguments.screenshots))

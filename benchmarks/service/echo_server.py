@@ -1,7 +1,7 @@
-"""The yardsticks of the network: servers that answer a request with bytes they have ready, and do nothing else.
+"""Baselines of the network: servers that answer each request with prepared bytes.
 
-They run on uvloop, as a cloud does: asyncio itself would hold back the second packet of an answer for 40 ms.
-``python -m benchmarks.service.echo_server websockets|fastapi BYTES`` prints its port and answers until its input ends.
+They run on uvloop, as a cloud does: asyncio's own loop would delay the second packet of an answer by 40 ms.
+``python -m benchmarks.service.echo_server websockets|fastapi BYTES`` prints its port and runs until its input ends.
 """
 
 import asyncio
@@ -15,7 +15,7 @@ HOST = "127.0.0.1"
 
 
 def main() -> int:
-    """Serve one kind until whoever started us hangs up."""
+    """Run one kind of server until standard input is closed."""
     kind, size = sys.argv[1], int(sys.argv[2])
     answer = "[" + "0.25," * (size // 5) + "0]"
     uvloop.run({"websockets": _websockets, "fastapi": _fastapi}[kind](answer))

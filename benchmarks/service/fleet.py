@@ -1,4 +1,4 @@
-"""How many simulated robots one machine carries, the simulator included, until their commands come late."""
+"""Largest fleet of simulated robots that one machine serves in time, the simulator included."""
 
 import asyncio
 import contextlib
@@ -24,10 +24,10 @@ from robots.sim.world import World
 PART = "fleet"
 MAP = "bench-fleet"
 SIDES = 45.0, 30.0
-"""Of the warehouse [m]."""
+"""Sides of the warehouse [m]."""
 
 GAP_LIMIT = 0.1
-"""p99 of the time between two commands [s]."""
+"""Largest acceptable 99th percentile of the time between two commands [s]."""
 
 LEAST_ROBOTS = 10
 MOST_ROBOTS = 64
@@ -36,20 +36,21 @@ MEMORY_LIMIT_MB = 25.0
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """How long a fleet is looked at.
+    """Sizes of fleets and durations of their trials.
 
     Parameters
     ----------
     first : int
-        Robots to begin with.
+        Number of robots of the first trial.
     most : int
-        Robots to try at most.
+        Largest number of robots.
     warm, seconds : float
-        Driving before it is measured, and while [s].
+        Durations of the warm-up and of the measurement [s].
     driven : float
-        Driving before memory is read, in all [s].
+        Total driving time before memory is measured [s].
     weighed : tuple of int
-        Robots whose containers are weighed; what is shared counts the more for each, the fewer there are.
+        Sizes of fleets whose memory is measured; the fewer containers, the larger the share of each in shared
+        memory.
     """
 
     first: int = 8
@@ -65,20 +66,20 @@ QUICK = Plan(first=2, most=2, warm=2.0, seconds=4.0, driven=6.0, weighed=(2,))
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """What one number of robots came to.
+    """Result of a fleet of one size.
 
     Parameters
     ----------
     robots : int
-        How many there were.
+        Number of robots.
     gaps : array
-        All gaps between commands [s], in order of size.
+        All gaps between commands, sorted [s].
     shares : dict
-        CPUs that each kind of process used.
+        CPUs used by each kind of process.
     late : float
-        How far the simulated world was behind at the end [s]: a figure with a slow world is no figure.
+        Delay of the simulated world at the end [s]; the trial is invalid if the world was too slow.
     memory : list of Memory
-        Of the containers, at the end.
+        Memory of the containers at the end.
     """
 
     robots: int
@@ -88,20 +89,20 @@ class Trial:
     memory: list[Memory]
 
     def gap(self, percentile: float) -> float:
-        """Return a percentile of the gaps [ms]; infinite where nothing was commanded."""
+        """Return a percentile of the gaps [ms]; infinite without commands."""
         return 1e3 * float(np.percentile(self.gaps, percentile)) if len(self.gaps) else float("inf")
 
     @property
     def good(self) -> bool:
-        """Tell whether the commands came in time, in a world that kept up."""
+        """Whether commands arrived in time, and the simulated world kept up."""
         return self.gap(99) <= 1e3 * GAP_LIMIT and self.late < GAP_LIMIT
 
     def cpus(self) -> str:
-        """Return who used how many CPUs."""
+        """Return the CPUs used by each kind of process, as text."""
         return ", ".join(f"{kind} {share:.2f}" for kind, share in self.shares.items())
 
     def sentence(self) -> str:
-        """Return how it went."""
+        """Return the result as a sentence."""
         gaps = ", ".join(
             f"{name} {self.gap(percent):.0f}" for name, percent in (("p50", 50), ("p99", 99), ("most", 100))
         )
@@ -109,7 +110,7 @@ class Trial:
 
 
 async def measure(target: Target, progress: Progress, quick: bool) -> list[Figure]:
-    """Look for the largest fleet that is commanded in time; then let a few drive on and weigh their containers."""
+    """Search the largest fleet that is served in time; then measure the memory of containers of small fleets."""
     plan = QUICK if quick else Plan()
     grid = warehouse(3, *SIDES)
     await target.publish(MAP, grid)
@@ -117,7 +118,7 @@ async def measure(target: Target, progress: Progress, quick: bool) -> list[Figur
     async def drive(robots: int) -> Trial:
         try:
             trial = await SimulatedFleet(target, grid, robots).trial(plan, progress)
-        except Unavailable as error:  # so busy that one more is not even let in
+        except Unavailable as error:  # the cloud is too busy for another robot
             progress.console.print(f"  {robots} robots: {error}")
             return Trial(robots, np.empty(0), {}, 0.0, [])
         progress.console.print(f"  {trial.sentence()}")
@@ -130,14 +131,14 @@ async def measure(target: Target, progress: Progress, quick: bool) -> list[Figur
 
 
 async def search(drive: Callable[[int], Awaitable[Trial]], first: int, most: int) -> list[Trial]:
-    """Double the fleet until it is too large, then halve the doubt; return all trials in order of size.
+    """Double the fleet until it is too large, then bisect; return all trials in order of size.
 
     Parameters
     ----------
     drive : callable
-        Tries a number of robots.
+        Runs a trial with a number of robots.
     first, most : int
-        Robots to begin with, and at most.
+        Number of robots of the first trial, and largest number.
     """
     trials: list[Trial] = []
     good, bad, robots = 0, most + 1, first
@@ -150,16 +151,16 @@ async def search(drive: Callable[[int], Awaitable[Trial]], first: int, most: int
 
 
 class SimulatedFleet:
-    """Some robots in one world, each with its container.
+    """Simulated robots in one world, each with its container.
 
     Parameters
     ----------
     target : Target
         The cloud.
     grid : GridMap
-        The world.
+        Map of the world.
     robots : int
-        How many.
+        Number of robots.
     """
 
     def __init__(self, target: Target, grid: GridMap, robots: int) -> None:
@@ -169,7 +170,7 @@ class SimulatedFleet:
         self._world = World(grid, robots)
 
     async def trial(self, plan: Plan, progress: Progress) -> Trial:
-        """Drive for a while and return how it went."""
+        """Run the robots, and return the result."""
         async with contextlib.AsyncExitStack() as stack:
             simulator = Simulator(self._world)
             running = asyncio.create_task(simulator.run())

@@ -1,4 +1,4 @@
-"""How long it takes to publish a map of 8192 × 8192 cells over REST, and to fetch it, beside copying its file."""
+"""Time to publish and fetch a map of 8192 × 8192 cells over REST, compared with copying its file."""
 
 import asyncio
 import os
@@ -24,7 +24,7 @@ MAP = "bench-large"
 
 
 async def measure(target: Target, progress: Progress, quick: bool) -> list[Figure]:
-    """Copy the file and publish it in turns, each time with other cells, so that there is something to be kept."""
+    """Copy the file and publish it in turns, each time with other cells, so that the cloud must store it."""
     side = QUICK_SIDE if quick else SIDE
     copied, synced, published, fetched = [], [], [], []
     with tempfile.TemporaryDirectory(prefix="ppaas-bench-") as name:
@@ -76,8 +76,8 @@ def _write(path: Path, side: int, run: int) -> None:
 
 
 def _copy(source: Path, target: Path, *, sync: bool) -> float:
-    """Copy a file to one that is new, as a version of a map is: its memory is not what another has just left."""
-    os.sync()  # what others wrote before is not to be waited for
+    """Copy a file to a new one, as a new map version is written; return the time [s]."""
+    os.sync()  # exclude earlier writes of other processes
     began = monotonic()
     shutil.copyfile(source, target)
     if sync:

@@ -1,4 +1,4 @@
-"""How much a plan over the wire takes beyond the planning itself, beside servers that only echo."""
+"""Overhead of a path request over the wire beyond the planning time, compared with echo servers."""
 
 import asyncio
 import contextlib
@@ -27,16 +27,16 @@ MAP = "bench-plans"
 ROBOT = "bench-asker"
 REQUESTS, QUICK = 200, 20
 WARM = 10
-"""Requests before the first that counts."""
+"""Number of warm-up requests."""
 
 LIMIT_MS = 1.0
 
 Ask = Callable[[], Awaitable[float]]
-"""Asks once; returns the seconds that the planner says it took."""
+"""Sends one request; returns the time reported by the planner [s]."""
 
 
 async def measure(target: Target, progress: Progress, quick: bool) -> list[Figure]:
-    """Ask for the same path in all ways, one after the other, again and again."""
+    """Request the same path in all ways in turn, repeatedly."""
     grid = warehouse(seed=1)
     start, goal = ends(grid)
     await target.publish(MAP, grid)
@@ -58,7 +58,7 @@ async def measure(target: Target, progress: Progress, quick: bool) -> list[Figur
             "planner": in_process(grid, start, goal),
             "ws": lambda: _ask_socket(socket, frame),
             "rest": lambda: _ask_rest(rest, body),
-            "ws exact": lambda: _ask_socket(socket, exact),  # not right after the other: who just planned is faster
+            "ws exact": lambda: _ask_socket(socket, exact),  # not right after "ws", which would make it faster
             "ws echo": lambda: _ask_socket(plain_socket, frame),
             "rest echo": lambda: _ask_rest(fast_rest, body),
         }
@@ -67,7 +67,7 @@ async def measure(target: Target, progress: Progress, quick: bool) -> list[Figur
 
 
 async def sample(ways: dict[str, Ask], count: int, progress: Progress) -> dict[str, list[tuple[float, float]]]:
-    """Return (seconds in all, seconds of the planner) of each way, asked in turn so that all see the same machine."""
+    """Return (total time, time of the planner) [s] of each way; they take turns to share the state of the machine."""
     samples: dict[str, list[tuple[float, float]]] = {name: [] for name in ways}
     for number in progress.track(range(count + WARM), description="plan requests"):
         for name, ask in ways.items():
@@ -79,11 +79,11 @@ async def sample(ways: dict[str, Ask], count: int, progress: Progress) -> dict[s
 
 
 def figures(samples: dict[str, list[tuple[float, float]]], poses: int, ws_size: int, rest_size: int) -> list[Figure]:
-    """Return what the samples say."""
+    """Return the figures of the samples."""
     total = {name: [all_ for all_, _ in taken] for name, taken in samples.items()}
     rest_planner = [planning for _, planning in samples["rest"]]
     exact_more, rest_more = ([all_ - planning for all_, planning in samples[name]] for name in ("ws exact", "rest"))
-    # make_plan tells no time: its container was asked for the same path soon after, and told what it took.
+    # make_plan reports no time, so the time of the same path by compute_path, requested soon after, is used.
     clone_planner = [planning for _, planning in samples["ws exact"]]
     ws_more = [seconds - planning for seconds, planning in zip(total["ws"], clone_planner, strict=True)]
     return [
@@ -101,7 +101,7 @@ def figures(samples: dict[str, list[tuple[float, float]]], poses: int, ws_size: 
 
 
 def in_process(grid: GridMap, start: tuple[float, float, float], goal: tuple[float, float, float]) -> Ask:
-    """Return what plans here, on the same costs as a container does."""
+    """Return a planner in this process, on the same costmap as in a container."""
     costmap, planner = build_layers(grid).costmap, Dijkstra()
     request = PlanRequest(Pose2D(*start), Pose2D(*goal))
 
@@ -125,7 +125,7 @@ class _Response(msgspec.Struct):
 
 
 def _planner_seconds(answer: bytes, kind: type[_Planned] | type[_Response]) -> float:
-    """Return what an answer says of the planner, and what it takes to read that here: no time of the cloud's."""
+    """Return the planner's time in an answer plus the time to decode it here, which is not the cloud's [s]."""
     began = monotonic()
     if answer[:1] != b"{":
         return 0.0
@@ -139,7 +139,7 @@ async def _ask_rest(asker: RestAsker, body: bytes) -> float:
 
 @contextlib.asynccontextmanager
 async def echo(kind: str, size: int) -> AsyncIterator[str]:
-    """Run a server that echoes answers of a size in a process of its own; its host and port."""
+    """Run an echo server with answers of a size in its own process; yield its host and port."""
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-m", echo_server.__name__, kind, str(size),
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,

@@ -1,8 +1,8 @@
-"""How much sooner a plan that is kept reaches a robot than one that is computed, on a large map.
+"""Speed-up of stored plans over computed ones, on a large map.
 
-Each planner is asked for one way across the map: first to compute it every time, then to reuse what is kept where that
-is expected to be sooner. All is measured where the path arrives: at the end of a robot's WebSocket, and of a REST
-connection. Where criterion (a) refuses, because computing takes no longer, nothing may have become slower by it.
+Each planner gets the same request across the map: first without reuse, then with reuse allowed where it is expected
+to be faster. Times are measured at the client, over a robot's WebSocket and over REST. Where criterion (a) prefers to
+compute, as it is as fast, the request must not become slower.
 """
 
 import asyncio
@@ -31,7 +31,7 @@ RESOLUTION = 0.05
 SAMPLES, QUICK = 7, 3
 PLANNERS = ("dijkstra", "navfn", "theta_star")
 TIMES = 10.0
-"""How many times sooner a kept plan must be there than one that is computed."""
+"""Smallest acceptable speed-up of a stored plan over a computed one."""
 
 CORES = 1.0
 
@@ -46,12 +46,12 @@ class _Response(msgspec.Struct):
 
 
 Ask = Callable[[bool], Awaitable[str]]
-"""Asks once, and returns where the plan came from; told whether a kept one will do."""
+"""Sends one request, with or without reuse allowed; returns the origin of the plan."""
 
 
 @dataclass(slots=True)
 class _Taken:
-    """Seconds that answers took, and where their plans came from."""
+    """Times of the answers [s], and origins of their plans."""
 
     computed: list[float] = field(default_factory=list)
     asked: list[float] = field(default_factory=list)
@@ -59,7 +59,7 @@ class _Taken:
 
 
 async def measure(progress: Progress, quick: bool) -> list[Figure]:
-    """Start a cloud, and ask each planner in each way."""
+    """Start a cloud, and measure each planner over WebSocket and REST."""
     edge = (QUICK_EDGE if quick else EDGE) * RESOLUTION
     grid = warehouse(seed=1, width=edge, height=edge, resolution=RESOLUTION)
     found: list[Figure] = []
@@ -84,12 +84,12 @@ async def _ways(target: Target, grid: GridMap, stack: contextlib.AsyncExitStack)
 
 def _by_rest(target: Target, body: dict[str, object]) -> Ask:
     def exchange(reuse: bool) -> bytes:
-        # A connection of its own: one that waits while another way is measured is hung up on.
+        # A new connection: the server would close one that is idle while the other way is measured.
         with contextlib.closing(RestAsker(target.url, target.token, f"/v1/maps/{MAP}/plans")) as rest:
             return rest.exchange(json.dumps(body | {"reuse": reuse}).encode())
 
     async def ask(reuse: bool) -> str:
-        # In a thread, so that the WebSocket beside it is kept alive.
+        # In a thread, to keep the WebSocket alive meanwhile.
         return msgspec.json.decode(await asyncio.to_thread(exchange, reuse), type=_Origin).origin
 
     return ask
@@ -107,7 +107,7 @@ def _by_socket(socket: ClientConnection, frame: str) -> Ask:
 
 async def _sample(ask: Ask, count: int) -> _Taken:
     taken = _Taken()
-    await ask(False)  # it may have compiled, or prepared the map
+    await ask(False)  # warm-up: may compile kernels, or prepare the map
     for _ in range(count):
         began = monotonic()
         await ask(False)

@@ -1,4 +1,4 @@
-"""How long a user waits for the command and for a cloud."""
+"""Startup times of the command and of a cloud."""
 
 import asyncio
 import sys
@@ -24,7 +24,7 @@ HELP = (sys.executable, "-m", cli.__name__, "--help")
 
 
 async def measure(progress: Progress, quick: bool) -> list[Figure]:
-    """Run the command for its help, and start clouds whose kernels are compiled already."""
+    """Measure ``ppaas --help``, and the start of clouds with cached kernels and, unless quick, without."""
     bare, helped = [], []
     for _ in progress.track(range(QUICK if quick else RUNS), description="ppaas --help"):
         bare.append(await _run(*NOTHING))
@@ -55,7 +55,7 @@ async def _up(environment: Mapping[str, str] | None = None) -> float:
 
 
 async def _first_up(progress: Progress) -> Figure:
-    """Start a cloud for which nothing was compiled yet."""
+    """Start a cloud with an empty cache of kernels."""
     task = progress.add_task("ppaas up, kernels to be compiled", total=None)
     with tempfile.TemporaryDirectory() as cache:
         seconds = await _up({"NUMBA_CACHE_DIR": cache})

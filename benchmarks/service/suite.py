@@ -1,4 +1,4 @@
-"""All that a user waits for, part by part, in one run."""
+"""Runs the parts of the service bench."""
 
 import contextlib
 from collections.abc import Awaitable, Callable
@@ -20,17 +20,17 @@ PARTS: dict[str, Measure] = {
     dashboard.PART: dashboard.measure,
     fleet.PART: fleet.measure,
 }
-"""What is measured at a cloud that is up; ``startup`` starts its own."""
+"""Parts that need a running cloud; the part ``startup`` starts its own."""
 
 
 @dataclass(frozen=True, slots=True)
 class ServiceOptions(PartSelection):
-    """What to measure.
+    """Options of the service bench.
 
     Parameters
     ----------
     url, token : str, optional
-        Of a cloud that is up; else one is started.
+        URL and token of a running cloud; without them, the bench starts one.
     """
 
     url: str | None = None

@@ -1,6 +1,7 @@
-"""Measure plans in a real Cassandra of ordinary size: ``python -m benchmarks.stores.cassandra_plans [ARGUMENT ...]``.
+"""Runs ``ppaas bench plans`` on a real Cassandra: ``python -m benchmarks.stores.cassandra_plans [ARGUMENT ...]``.
 
-The arguments are those of ``ppaas bench plans``, whose store is a node that is started for it and ended after it.
+The arguments are those of ``ppaas bench plans``. The store is a Cassandra node of ordinary size, started for the bench
+and stopped after it.
 """
 
 import sys
@@ -12,7 +13,7 @@ from tests.servers.cassandra_server import ORDINARY, CassandraServer
 
 
 def main(arguments: list[str]) -> int:
-    """Start a node, measure, and end it; return the status of the command."""
+    """Start a node, run the bench, and stop the node; return the status of the command."""
     with tempfile.TemporaryDirectory(prefix="ppaas-cassandra-") as folder:
         server = CassandraServer(Path(folder), ORDINARY)
         try:

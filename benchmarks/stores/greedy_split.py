@@ -1,9 +1,9 @@
-"""The paper's own way to keep equal stretches of plans once: each new plan is laid over all that is kept.
+"""Deduplication of plans by the paper's algorithm: greedy matching of each new plan against all stored segments.
 
-From its first waypoint on the longest stretch that is kept anywhere is looked for. Where it has G waypoints at least,
-it becomes an entry, which the plan that had it is split for, and is told by its id; what is found nowhere is kept.
-This twin of ``ppaas.plans.encoding.chunks`` keeps the whole index of all G waypoints that follow one another in
-memory, and counts alone: it shows what the split is worth, and how the splits of old entries add up.
+From the first waypoint on, the algorithm seeks the longest stored segment that matches. If it has at least G waypoints,
+it becomes a shared entry, for which the entry that contains it is split, and the new plan refers to it by its id;
+waypoints without a match are stored. This counterpart of ``ppaas.plans.encoding.chunks`` keeps an index of all runs of
+G waypoints in memory and only counts: it shows the ratio of the deduplication, and how splits of old entries add up.
 """
 
 from bisect import bisect_left, insort
@@ -11,17 +11,17 @@ from collections.abc import Sequence
 
 
 class GreedySplit:
-    """Counts what would be kept.
+    """Counts the waypoints that would be stored.
 
     Parameters
     ----------
     granularity : int
-        G: waypoints of the shortest entry.
+        G: number of waypoints of the shortest shared entry.
 
     Attributes
     ----------
     waypoints, kept : int
-        Of all plans, and those that are kept for them.
+        Number of waypoints of all plans, and of stored ones.
     """
 
     def __init__(self, granularity: int) -> None:
@@ -33,7 +33,7 @@ class GreedySplit:
         self._recipes: list[list[tuple[int, int]]] = []
 
     def add(self, hashes: Sequence[int]) -> None:
-        """Keep a plan, told by the hashes of its waypoints."""
+        """Add a plan, given by the hashes of its waypoints."""
         self.waypoints += len(hashes)
         recipe, at, fresh = list[tuple[int, int]](), 0, 0
         while at < len(hashes):
@@ -52,7 +52,7 @@ class GreedySplit:
         self._recipes.append(recipe)
 
     def ids_per_plan(self) -> float:
-        """Return how many entries a plan refers to, after all splits."""
+        """Return the mean number of entries that a plan refers to, after all splits."""
         parts = sum(
             1 + bisect_left(self._splits, end) - bisect_left(self._splits, begin + 1)
             for recipe in self._recipes
@@ -61,7 +61,7 @@ class GreedySplit:
         return parts / max(1, len(self._recipes))
 
     def _longest(self, hashes: Sequence[int], at: int) -> tuple[int, int]:
-        """Return where the stretch from ``at`` on is kept, and how long."""
+        """Return begin and length of a stored match of the segment from ``at`` on; length 0 without a match."""
         window = hashes[at : at + self._granularity]
         begin = self._where.get(hash(tuple(window)), -1)
         if begin < 0 or len(window) < self._granularity:

@@ -1,7 +1,7 @@
-"""Daily routes of a fleet in a warehouse, really planned: what a database of plans is measured with.
+"""Daily routes of a fleet in a warehouse, computed by a planner: the data of the plan store bench.
 
-Each robot has a round of stations that it drives day after day. At a station it stops in one of a few cells, from which
-its next route begins; so routes between the same stations differ at their ends, and run together between them.
+Each robot visits the same stations every day. At a station it stops in one of a few cells, at which its next route
+begins, so routes between the same stations differ at their ends and coincide in between.
 """
 
 import os
@@ -33,29 +33,29 @@ MAP, VERSION, USER = "bench-warehouse", "bench", "bench"
 WIDTH, HEIGHT = 36.0, 22.0
 STATIONS, ROBOTS, ROUND = 120, 50, 12
 STOPS = [(row, column) for row in (-1, 0, 1) for column in (-1, 0, 1)]
-"""Cells beside that of a station in which robots come to a halt."""
+"""Offsets from a station to the cells in which robots stop."""
 YAWS = (0.0, 1.5708, 3.1416, -1.5708)
 MEAN_TIME = 7.3
-"""Seconds between two plans of the fleet."""
+"""Time between two plans of the fleet [s]."""
 
 Stop = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class Routes:
-    """Routes in the order in which they are driven.
+    """Plans of a fleet in order of time, and the distinct routes that they use.
 
     Parameters
     ----------
     costmap : Costmap
     drawn : (n,) array
-        The route of each plan.
+        Index of the route of each plan.
     robots : (n,) array
-        Who drives it.
+        Number of the robot of each plan.
     cells, stops : (k, 2) array, (m,) array
-        Row, column along all routes, one after the other, and the row behind the last cell of each.
+        Cells (row, column) of all routes in sequence, and the end of each route in ``cells``.
     told : (m, 3) array
-        Cost, length [m] and seconds of each.
+        Cost, length [m] and planning time [s] of each route.
     """
 
     costmap: Costmap
@@ -66,12 +66,12 @@ class Routes:
     told: NDArray[np.float64]
 
     def records(self, first: int, last: int, *, smooth: bool = False) -> Iterator[PlanRecord]:
-        """Yield the plans from one to behind another, each with an id of its own."""
+        """Yield the plans ``first`` to ``last - 1``, each with its own id."""
         for number in range(first, last):
             yield self.record(number, smooth=smooth)
 
     def record(self, number: int, *, smooth: bool = False) -> PlanRecord:
-        """Return a plan; the same number is always the same plan."""
+        """Return a plan by its number."""
         route = int(self.drawn[number])
         cells = self.cells[self.stops[route - 1] if route else 0 : self.stops[route]].astype(np.int32)
         start, goal = (self._pose(cells[end]) for end in (0, -1))
@@ -93,7 +93,7 @@ class Routes:
 
 
 def routes(count: int, seed: int, folder: Path, progress: "Progress") -> Routes:
-    """Return so many plans of a fleet, planned now or kept from an earlier time."""
+    """Return ``count`` plans of a fleet, from a file of an earlier run if there is one."""
     costmap = build_layers(warehouse(seed, WIDTH, HEIGHT)).costmap
     legs, drawn, robots = _driven(costmap, count, seed)
     file = folder / f"routes-{seed}-{count}.npz"
@@ -110,7 +110,7 @@ def routes(count: int, seed: int, folder: Path, progress: "Progress") -> Routes:
 def _driven(
     costmap: Costmap, count: int, seed: int
 ) -> tuple[list[tuple[Stop, Stop]], NDArray[np.int32], NDArray[np.int16]]:
-    """Return the different legs that are driven, which of them each plan is, and who drives it."""
+    """Return the distinct legs, and the leg and the robot of each plan."""
     random = np.random.default_rng(seed)
     stations = _stations(costmap, random)
     rounds = [random.choice(STATIONS, ROUND, replace=False) for _ in range(ROBOTS)]
@@ -126,7 +126,7 @@ def _driven(
 
 
 def _stations(costmap: Costmap, random: np.random.Generator) -> NDArray[np.int64]:
-    """Return cells with room around them, all of which robots come to from the first."""
+    """Return free cells away from obstacles, all reachable from the first."""
     free = np.argwhere(costmap.data == 0)
     chosen = free[random.choice(len(free), 4 * STATIONS, replace=False)]
     x, y = costmap.info.to_world(chosen[0]).tolist()

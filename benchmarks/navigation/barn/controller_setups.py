@@ -1,4 +1,4 @@
-"""The local planners as they are set up for a Jackal."""
+"""Parameters of local planners for a Jackal."""
 
 import math
 from typing import Any
@@ -9,20 +9,20 @@ from ppaas.geometry import Pose2D
 from robots.sim.drivetrain import DrivetrainModel
 
 REVERSE = -0.5
-"""Fastest backwards [m/s]."""
+"""Maximum reverse velocity [m/s]."""
 
 
 def make_navigator(planner: str, goal: Pose2D, drive: DrivetrainModel) -> Navigator:
-    """Return a pilot that drives by a local planner.
+    """Return a navigator that uses a local planner.
 
     Parameters
     ----------
     planner : str
-        By its plug-in name; one that is not known here has its own defaults.
+        Name of the plug-in; planners other than ``mppi`` use their defaults and the robot's radius.
     goal : Pose2D
-        From where the robot was switched on [m].
+        Goal relative to the robot's start [m].
     drive : DrivetrainModel
-        What an owner knows of the motors: speeds, accelerations, delay and lag.
+        Known properties of the motors: speeds, accelerations, delay and lag.
     """
     return Navigator(goal, planner, _parameters(planner, drive))
 

@@ -1,4 +1,4 @@
-"""Places at which the robot got no farther, though its plan led on: plans keep out of them from then on."""
+"""Blocked places: if the robot makes no progress, the narrowest place ahead is blocked for later plans."""
 
 import math
 
@@ -10,22 +10,22 @@ from ppaas.geometry import Pose2D, Poses
 from ppaas.navigation.oscillation import Oscillation
 
 DISTANCE, TIMEOUT = 0.4, 2.0
-"""It gets no farther if it has not moved so far [m] in so long [s]."""
+"""The robot makes no progress if it has not moved this distance [m] within this time [s]."""
 NEAR, AHEAD = 0.55, 1.2
-"""How far off on the plan the narrowest place is looked for [m]; what is shut must leave the robot room to turn."""
+"""Range of distances in which the narrowest place of the plan is sought [m]; closer, the robot needs space to turn."""
 RADIUS = 0.15
-"""Of the disc that shuts it [m]."""
+"""Radius of a blocked disc [m]."""
 STEP, BESIDE = 0.1, 0.3
-"""How far apart the places are that it remembers to have come through, and how near to one nothing is shut [m]."""
+"""Spacing of the recorded positions of the robot, and distance around each within which nothing is blocked [m]."""
 
 
 class DeadEnds:
-    """Watches whether the robot gets on, and shuts the narrowest place ahead where it does not.
+    """Checks the robot's progress, and blocks the narrowest place ahead if there is none.
 
     Attributes
     ----------
     discs : list of (x, y, radius)
-        What is shut, in the frame of the plan [m].
+        Blocked discs in the frame of the plan [m].
     """
 
     def __init__(self) -> None:
@@ -34,17 +34,18 @@ class DeadEnds:
         self._trail: list[tuple[float, float]] = []
 
     def look(self, now: float, pose: Pose2D, plan: Poses, costs: Costmap) -> bool:
-        """Tell whether a place was shut, since the robot at ``pose`` got no farther.
+        """Block a place if the robot makes no progress; return whether a place was blocked.
 
         Parameters
         ----------
         now : float
-            [s].
+            Current time [s].
         pose : Pose2D
+            Pose of the robot.
         plan : (n, 7) array
-            That it follows.
+            Poses of the current plan.
         costs : Costmap
-            Around it.
+            Local costmap.
         """
         self._remember(pose)
         self._watch.has_left(now, pose)
@@ -57,7 +58,7 @@ class DeadEnds:
         return place is not None
 
     def forget(self) -> None:
-        """Open all that was shut."""
+        """Unblock all places."""
         self.discs.clear()
 
     def _remember(self, pose: Pose2D) -> None:
@@ -65,14 +66,14 @@ class DeadEnds:
             self._trail.append((pose.x, pose.y))
 
     def _untried(self, plan: Poses) -> Poses:
-        """Return what of a plan lies where the robot has not been: on the way back out, it is slow to turn round."""
+        """Return the poses of a plan away from the robot's path: a slow turn on the way back is not a dead end."""
         away = plan[:, None, :2] - np.array(self._trail)
         untried: Poses = plan[np.hypot(away[..., 0], away[..., 1]).min(axis=1) > BESIDE]
         return untried
 
 
 def _narrowest(pose: Pose2D, plan: Poses, costs: Costmap) -> tuple[float, float] | None:
-    """Return x, y of the dearest cell that the plan leads through next."""
+    """Return x, y [m] of the plan's most expensive cell between ``NEAR`` and ``AHEAD``; None without one."""
     if not len(plan):
         return None
     away = np.hypot(plan[:, 0] - pose.x, plan[:, 1] - pose.y)

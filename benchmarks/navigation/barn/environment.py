@@ -1,4 +1,4 @@
-"""One world with the robot in it: physics, sensors, and what a judge must know of the truth."""
+"""Simulated BARN world with a Jackal: physics, sensors, and the ground truth for judging a run."""
 
 import math
 
@@ -19,22 +19,22 @@ from robots.sim.laser import Laser
 from robots.sim.odometry import WheelOdometry
 
 DT = 0.01
-"""Length of a step [s]."""
+"""Time step [s]."""
 ODOM, BASE_LINK = "odom", "base_link"
 
 
 class Environment:
-    """A Jackal among cylinders, on a clock of its own. The same seed and the same commands give the same run.
+    """A Jackal among cylinders, with its own clock; equal seeds and commands give equal runs.
 
     Parameters
     ----------
     world : BarnWorld
     jackal : Jackal
-        What the robot is made of.
+        Models of the motors, the laser and the odometry.
     rng : numpy.random.Generator
-        Of all that is left to chance.
+        Source of all noise.
     start : Pose2D
-        Where the robot stands at first.
+        Start pose of the robot.
     """
 
     def __init__(self, world: BarnWorld, jackal: Jackal, rng: np.random.Generator, start: Pose2D = START) -> None:
@@ -43,7 +43,7 @@ class Environment:
         self._centres = world.centres
         self._steps = 0
         self._drive = Drivetrain(jackal.drive, drive_rng)
-        # Nothing but cylinders can be hit: the laser's grid of walls is one free cell.
+        # The laser can hit only cylinders, so its grid of walls is one free cell.
         self._laser = Laser(np.zeros((1, 1), np.bool_), GridInfo(1.0, 1, 1), jackal.laser, laser_rng)
         self._odometry = WheelOdometry(jackal.odometry, odometry_rng)
         self._space = pymunk.Space()
@@ -67,32 +67,32 @@ class Environment:
         body.velocity = velocity.linear * math.cos(body.angle), velocity.linear * math.sin(body.angle)
         body.angular_velocity = velocity.angular
 
-    # -- what the robot has --------------------------------------------------------------------------------------------
+    # -- interface of the robot ----------------------------------------------------------------------------------------
 
     def command(self, twist: Twist) -> None:
-        """Take a ``cmd_vel``."""
+        """Execute a ``cmd_vel``."""
         self._drive.command(Velocity(twist.linear.x, twist.angular.z))
 
     def odometry(self) -> Odometry:
-        """Return what the odometry tells now."""
+        """Return the current odometry."""
         return self._odometry.message(self.time, ODOM, BASE_LINK)
 
     def scan(self) -> LaserScan:
-        """Return what the laser sees now; it stands in the middle of the base."""
+        """Return the current scan; the laser is in the centre of the base."""
         return self._laser.scan(self._laser.measure(self.pose, (self._centres, self._radius)), self.time, BASE_LINK)
 
     @property
     def time(self) -> float:
-        """Seconds since the run began."""
+        """Time since the run began [s]."""
         return self._steps * DT
 
     def step(self) -> None:
-        """Let one step pass."""
+        """Simulate one time step."""
         self._space.step(DT)
         self._steps += 1
         self._odometry.update(self._drive.wheels.linear, self._body.angular_velocity, DT)
 
-    # -- what only the judge may ask -----------------------------------------------------------------------------------
+    # -- ground truth --------------------------------------------------------------------------------------------------
 
     @property
     def pose(self) -> Pose2D:

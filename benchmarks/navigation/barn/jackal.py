@@ -1,4 +1,4 @@
-"""The robot of the benchmark, and how far its sensors and motors are from perfect."""
+"""Clearpath Jackal of the BARN bench, with three levels of noise in sensors and motors."""
 
 import math
 from dataclasses import dataclass
@@ -8,20 +8,21 @@ from robots.sim.laser import LaserModel
 from robots.sim.odometry import OdometryNoise
 
 LENGTH, WIDTH = 0.508, 0.430
-"""Of a Clearpath Jackal [m]."""
+"""Size of a Jackal [m]."""
 FOOTPRINT = (
     (LENGTH / 2, WIDTH / 2), (-LENGTH / 2, WIDTH / 2), (-LENGTH / 2, -WIDTH / 2), (LENGTH / 2, -WIDTH / 2),
 )  # fmt: skip
 MASS = 17.0
-"""[kg]."""
+"""Mass of a Jackal [kg]."""
 MAX_LINEAR, MAX_ANGULAR = 2.0, 4.0
-"""[m/s, rad/s]."""
+"""Maximum velocities [m/s, rad/s]."""
 BEAMS, FIELD_OF_VIEW, RANGE_MAX = 720, math.radians(270.0), 10.0
+"""Number of laser beams, field of view [rad] and maximum range [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Jackal:
-    """What a Jackal is made of.
+    """Models of a Jackal's motors and sensors.
 
     Parameters
     ----------
@@ -37,7 +38,7 @@ class Jackal:
 
 def _jackal(drive: DrivetrainModel, laser_sigma: float, scale: float, gyro_scale: float, gyro_bias: float) -> Jackal:
     laser = LaserModel(BEAMS, range_min=0.1, range_max=RANGE_MAX, sigma=laser_sigma, field_of_view=FIELD_OF_VIEW)
-    # What is left to chance from step to step is the slip of the wheels, which odometry does not see.
+    # The only noise from step to step is the slip of the wheels, which odometry does not measure.
     odometry = OdometryNoise(
         scale=scale, gyro_scale=gyro_scale, gyro_bias=gyro_bias, gyro_walk=0.0, noise_linear=0.0, noise_angular=0.0
     )
@@ -55,4 +56,5 @@ NOISE = {
         0.02, 0.02, 0.03, 0.001,
     ),
 }  # fmt: skip
-"""By name: standard deviations of the laser [m], of the scales of wheels and gyro, and of its bias [rad/s]."""
+"""Robots by noise level: standard deviations of the laser [m], of the scales of wheels and gyro, and of its bias
+[rad/s]."""

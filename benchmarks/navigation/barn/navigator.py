@@ -1,4 +1,4 @@
-"""What drives a robot that has no map: scan matching, a memory of obstacles, and two planners."""
+"""Navigator of a robot without a map: scan matching, obstacle memory, a global and a local planner."""
 
 from typing import Any
 
@@ -24,38 +24,38 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.planners.base import PlanRequest
 
 PERIOD = 0.05
-"""Of the control cycle [s]."""
+"""Period of the control cycle [s]."""
 PLAN_EVERY = 4
-"""Cycles between two plans, as long as the last one can be followed."""
+"""Number of control cycles between two plans."""
 PATIENCE = 40
-"""Cycles without a velocity after which what was seen is forgotten, as Move Base's conservative_reset does."""
+"""Number of failed cycles after which obstacles are cleared, as by Move Base's conservative_reset."""
 PADDING = 0.03
-"""Added to the radius: a cell is marked by its middle, and what was seen may be nearer [m]."""
+"""Padding of the radius [m]: a cell is marked at its centre, but the obstacle may be closer."""
 KEPT = 1.0
-"""What was seen so near is never forgotten [m]."""
+"""Distance within which obstacles are never cleared [m]."""
 MARGIN = 6.0
-"""The plane is known to be planned on so far beyond start and goal [m]."""
+"""Margin of the global costmap around start and goal [m]."""
 WINDOW = 10.0
 """Edge of the local costmap [m]."""
 
 
 class Navigator:
-    """Drives to a goal in the frame that the odometry began with, told only what the robot's sensors tell.
+    """Drives to a goal by odometry and laser alone; its frame is the odometry frame at the start.
 
     Parameters
     ----------
     goal : Pose2D
-        Where to go, from where the robot was switched on [m, rad].
+        Goal relative to the robot's start [m, rad].
     planner : str
-        Local planner, by its plug-in name.
+        Name of the local planner's plug-in.
     parameters : dict
-        Of the local planner.
+        Parameters of the local planner.
     inscribed_radius : float
-        No plan brings the middle of the robot nearer to an obstacle [m].
+        Smallest distance of plans from obstacles [m].
     resolution : float
         Edge of a cell [m].
     inflation_radius, cost_scaling_factor : float
-        Of the costmaps [m, 1/m].
+        Inflation of the costmaps [m, 1/m].
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class Navigator:
         self.costs: Costmap | None = None
 
     def drive(self, odometry: Odometry, scan: LaserScan) -> Twist:
-        """Take what the sensors tell now; return the velocity to drive until the next cycle."""
+        """Run a control cycle: process the sensors' messages, and return the velocity until the next cycle."""
         odom, twist = odometry.pose.pose.planar(), odometry.twist.twist
         seen = smoothed(LaserReading.of(scan, odom))
         pose = self._matching.correct(odom, seen)
@@ -116,7 +116,7 @@ class Navigator:
         try:
             plan = self._planner.plan(costmap, PlanRequest(pose, self._goal, tolerance=MARGIN))
         except PlanningError:
-            # The last plan is followed as far as it leads, and what was shut may have been the only way.
+            # Keep the last plan, and unblock all places: one of them may have been the only way.
             self._impasses.forget()
             return
         self._controller.set_plan(plan.poses)
@@ -125,7 +125,7 @@ class Navigator:
     def _velocity(self, request: ControlRequest) -> Velocity:
         try:
             if self._plan is None:
-                raise NoValidControl("there is no plan yet")
+                raise NoValidControl("no plan has been computed yet")
             velocity = self._controller.compute_velocity(request)
         except NoValidControl:
             self._on_no_velocity(request.pose)
@@ -137,7 +137,7 @@ class Navigator:
         self._failed += 1
         if self._failed >= PATIENCE:
             self._failed = 0
-            # Not what is near: much of it lies where the laser does not look.
+            # Keep near obstacles, as many of them are outside the laser's field of view.
             self._impasses.forget()
             self._local.clear(pose, KEPT)
             self._memory.clear(pose, KEPT)

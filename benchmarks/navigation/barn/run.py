@@ -1,4 +1,4 @@
-"""One run: the robot drives until it is there, touches something, or the time is up; and what that scores."""
+"""A BARN run: the robot drives until it arrives, collides, or exceeds the time limit; and its score."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,17 +20,17 @@ Outcome = Literal["success", "collision", "timeout"]
 
 @dataclass(frozen=True, slots=True)
 class BarnJob:
-    """What to run.
+    """Settings of a run.
 
     Parameters
     ----------
     world : BarnWorld
     planner : str
-        Local planner, by its plug-in name.
+        Name of the local planner's plug-in.
     noise : str
-        One of `benchmarks.navigation.barn.jackal.NOISE`.
+        Noise level, a key of `benchmarks.navigation.barn.jackal.NOISE`.
     seed, run : int
-        What is left to chance depends on these, the number of the world, and nothing else.
+        All noise depends on these and the number of the world alone.
     """
 
     world: BarnWorld
@@ -42,18 +42,18 @@ class BarnJob:
 
 @dataclass(frozen=True, slots=True)
 class BarnResult:
-    """What came of a run.
+    """Result of a run.
 
     Parameters
     ----------
     world, run : int
     outcome : str
     seconds : float
-        That it took [s].
+        Duration of the run [s].
     best_time : float
-        That the reference path takes at full speed [s].
+        Time of the reference path at full speed [s].
     clearance : float
-        Smallest between the footprint and a cylinder [m].
+        Smallest distance between the footprint and a cylinder [m].
     """
 
     world: int
@@ -75,16 +75,16 @@ Watch = Callable[[Environment, Navigator], None]
 
 
 def drive(job: BarnJob, watch: Watch | None = None) -> BarnResult:
-    """Drive one run, faster than real time.
+    """Simulate a run, faster than real time.
 
     Parameters
     ----------
     job : BarnJob
     watch : callable, optional
-        Called after each cycle.
+        Called with the environment and the navigator after each control cycle.
     """
     course = Environment(job.world, NOISE[job.noise], np.random.default_rng((job.seed, job.world.world, job.run)))
-    # The goal as the robot is told it: from where it stands.
+    # The goal relative to the start, as the navigator expects it.
     x, y, _ = START.inverse() @ GOAL
     pilot = make_navigator(job.planner, Pose2D(x, y), NOISE[job.noise].drive)
     clearance = course.clearance()

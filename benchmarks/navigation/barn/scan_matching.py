@@ -1,8 +1,8 @@
-"""Where the robot is, by its odometry and by what it saw before: scans are laid on earlier ones.
+"""Scan matching: corrects the drift of odometry by aligning scans with earlier ones.
 
-Odometry alone drifts with the way and with each turn; what was seen before a detour then lies elsewhere than what is
-seen after it, and the two together shut gaps that are open. Points are laid on lines (Chen and Medioni, "Object
-modelling by registration of multiple range images", 1992), each the line through one seen before and its neighbours.
+With odometry alone, obstacles that were seen before a detour and after it are shifted against each other, and together
+they close open gaps. The alignment is point-to-line (Chen and Medioni, "Object modelling by registration of multiple
+range images", 1992): each line runs through a point that was seen before and its neighbours.
 """
 
 import math
@@ -17,29 +17,29 @@ from robots.sim.kernels.nearest import nearest
 Floats = NDArray[np.float64]
 
 FAR = 5.0
-"""What is farther is not laid on anything [m]."""
+"""Maximum range of points that are matched [m]."""
 REACH = 0.15
-"""What was seen before lies no farther from what is seen now [m]."""
+"""Maximum distance between corresponding points [m]."""
 SIGMA = 0.03
-"""Standard deviation of a point from the line of another: noise, and that surfaces are round [m]."""
+"""Standard deviation of a point from the line of its correspondence [m]: noise and the curvature of surfaces."""
 FAITH = (0.01, 0.01, 0.01)
-"""Standard deviations of what odometry tells from one cycle to the next [m, m, rad]."""
+"""Standard deviations of odometry from one cycle to the next [m, m, rad]."""
 POINTS = 150
-"""Of a scan that are laid, at most."""
+"""Maximum number of points of a scan that are matched."""
 ROUNDS = 3
-"""How often each looks for its nearest anew."""
+"""Number of iterations, each with new correspondences."""
 SPACING, SPACING_TURN = 0.3, 0.4
-"""A scan is remembered where the robot was so far from the last one, or so turned [m, rad]."""
+"""Motion since the last stored scan after which a scan is stored [m, rad]."""
 APART = 0.04
-"""Two points that are remembered are no nearer to each other than about this [m]."""
+"""Approximate smallest distance between stored points [m]."""
 SAME_SIDE = 0.5
-"""Cosine of the angle between two surfaces that may be one."""
+"""Cosine of the largest angle between the normals of corresponding points."""
 BESIDE = 0.1
-"""Points of neighbouring beams that are farther apart are not of one surface [m]."""
+"""Maximum distance between points of neighbouring beams on one surface [m]."""
 
 
 class ScanMatching:
-    """Corrects odometry by what the laser sees; the frame is that of the odometry when it began."""
+    """Corrects odometry by laser scans; the frame is the odometry frame at the start."""
 
     def __init__(self) -> None:
         self._drift = Pose2D(0.0, 0.0, 0.0)
@@ -48,14 +48,14 @@ class ScanMatching:
         self._last: Pose2D | None = None
 
     def correct(self, odom: Pose2D, reading: LaserReading) -> Pose2D:
-        """Return where the robot is.
+        """Return the corrected pose of the robot.
 
         Parameters
         ----------
         odom : Pose2D
-            What odometry tells.
+            Pose by odometry.
         reading : LaserReading
-            What the laser sees from there; its beams are in order.
+            Scan at that pose, with beams in angular order.
         """
         surfaces = _surfaces(reading)
         pose = self._drift @ odom
@@ -85,7 +85,7 @@ class ScanMatching:
 
 
 def _surfaces(reading: LaserReading) -> Floats:
-    """Return (n, 4) x, y of where beams ended, and the normal of the surface there, in the robot's frame."""
+    """Return (n, 4) endpoints x, y of the beams [m] and unit normals of the surface, in the robot's frame."""
     ranges = np.where((reading.ranges > 0.0) & (reading.ranges <= FAR), reading.ranges, np.nan)
     points = ranges[:, None] * np.column_stack((np.cos(reading.angles), np.sin(reading.angles)))
     along = points[2:] - points[:-2]
@@ -104,19 +104,29 @@ def _moved(surfaces: Floats, pose: Pose2D) -> Floats:
 
 
 def _laid(surfaces: Floats, told: Pose2D, seen: Floats) -> Pose2D:
-    """Return the pose from which surfaces lie on those seen before, as far as odometry lets it be believed."""
+    """Return the pose that aligns surfaces with stored ones: Gauss-Newton steps with odometry as prior.
+
+    Parameters
+    ----------
+    surfaces : (n, 4) array
+        Points and normals of the scan in the robot's frame.
+    told : Pose2D
+        Prediction by odometry.
+    seen : (m, 4) array
+        Stored points and normals near the robot.
+    """
     pose, faith = told, 1.0 / np.square(FAITH)
     for _ in range(ROUNDS):
         now = _moved(surfaces, pose)
         index = nearest(now, seen, REACH)
-        # The other side of what was seen is another surface.
+        # A point with the opposite normal belongs to the other side of an obstacle.
         fits = (index >= 0) & ((seen[index, 2:] * now[:, 2:]).sum(axis=1) > SAME_SIDE)
         there = seen[index[fits]]
         off, normals = now[fits, :2] - there[:, :2], there[:, 2:]
         arm = now[fits, :2] - (pose.x, pose.y)
         rows = np.column_stack((normals, arm[:, 0] * normals[:, 1] - arm[:, 1] * normals[:, 0]))
         error = (normals * off).sum(axis=1)
-        # What is far off counts less (Cauchy).
+        # Cauchy weights reduce the influence of outliers.
         weighed = rows / (SIGMA * SIGMA + np.square(error))[:, None]
         gone = np.array((pose.x - told.x, pose.y - told.y, wrap_angle(pose.theta - told.theta)))
         step = np.linalg.solve(weighed.T @ rows + np.diag(faith), -weighed.T @ error - faith * gone)

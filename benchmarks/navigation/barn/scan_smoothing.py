@@ -1,7 +1,7 @@
-"""A scan with less noise: beams beside one another that hit the same thing are averaged.
+"""Scan smoothing: averages neighbouring beams that hit the same surface.
 
-Each beam marks the cell that it ended in. Of many noisy beams on one surface near by some always end too near, so
-without this a gap seems narrower than it is, on both sides by some standard deviations of the laser.
+Each beam marks the cell of its endpoint. Of many noisy beams on a near surface, some always end too close, so without
+smoothing a gap appears narrower by a few standard deviations of the laser on both sides.
 """
 
 import numpy as np
@@ -9,25 +9,25 @@ import numpy as np
 from ppaas.costmap.obstacle_layer import LaserReading
 
 ARC = 0.04
-"""Beams that end so near beside one another may have hit the same thing [m]."""
+"""Maximum lateral distance between the endpoints of averaged beams [m]."""
 DEPTH = 0.08
-"""They have, if their ranges differ by no more [m]."""
+"""Maximum difference between the ranges of averaged beams [m]."""
 MOST = 12
-"""Beams to either side that are looked at."""
+"""Maximum number of averaged beams on each side."""
 
 
 def smoothed(reading: LaserReading) -> LaserReading:
-    """Return a reading in which each range is the mean of those on the same surface beside it.
+    """Return a reading in which each range is the mean of neighbouring ranges on the same surface.
 
     Parameters
     ----------
     reading : LaserReading
-        Its beams are in order, and as far from one another as the first two.
+        Reading whose beams are in angular order and evenly spaced.
 
     Returns
     -------
     LaserReading
-        Beams that hit nothing, or have no reading, are as they were, and count for no other.
+        Invalid ranges and those without a hit are unchanged, and are not part of any mean.
     """
     ranges = reading.ranges
     hit = np.isfinite(ranges) & (ranges > 0.0)
@@ -35,7 +35,7 @@ def smoothed(reading: LaserReading) -> LaserReading:
         return reading
     spacing = abs(float(reading.angles[1] - reading.angles[0]))
     known = np.where(hit, ranges, np.nan)
-    # How many beams lie within the arc, at the range of each.
+    # Number of beams within the arc, at the range of each beam.
     reach = np.zeros(len(ranges), np.int64)
     reach[hit] = np.minimum(ARC / np.maximum(ranges[hit] * spacing, ARC / MOST), MOST)
     total, count = known.copy(), np.ones(len(ranges))

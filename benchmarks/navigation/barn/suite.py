@@ -1,4 +1,4 @@
-"""All runs of a benchmark, in processes of their own, and what they come to."""
+"""All runs of the BARN bench, in parallel processes, and their summary."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,18 +13,18 @@ from benchmarks.navigation.barn.worlds import BarnWorld
 
 @dataclass(frozen=True, slots=True)
 class BarnOptions:
-    """What is to be run.
+    """Settings of the BARN bench.
 
     Parameters
     ----------
     runs : int
-        Of each world.
+        Number of runs in each world.
     planner, noise : str
-        As `benchmarks.navigation.barn.run.BarnJob` has them.
+        Local planner and noise level, as in `benchmarks.navigation.barn.run.BarnJob`.
     seed : int
-        Of all that is left to chance.
+        Seed of all noise.
     jobs : int
-        Processes.
+        Number of processes.
     """
 
     runs: int
@@ -35,7 +35,7 @@ class BarnOptions:
 
 
 def measure(worlds: Sequence[BarnWorld], options: BarnOptions, done: Callable[[], None]) -> list[BarnResult]:
-    """Drive all runs; return them by world and run, whichever process drove them.
+    """Simulate all runs; return the results in the order of worlds and runs.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def measure(worlds: Sequence[BarnWorld], options: BarnOptions, done: Callable[[]
 
 
 def jobs_of(worlds: Sequence[BarnWorld], options: BarnOptions) -> list[BarnJob]:
-    """Return all runs, by world and run."""
+    """Return all runs, in the order of worlds and runs."""
     return [
         BarnJob(world, options.planner, options.noise, options.seed, run)
         for world in worlds
@@ -57,10 +57,10 @@ def jobs_of(worlds: Sequence[BarnWorld], options: BarnOptions) -> list[BarnJob]:
 
 
 def summary(results: Sequence[BarnResult]) -> dict[str, Any]:
-    """Return what all runs come to: shares of them by outcome, and means.
+    """Return the summary of runs: shares by outcome, and means.
 
-    ``metric`` is the mean score, ``at_over_ot`` the mean of the time taken by the time that the reference path takes at
-    full speed, over the successes, and ``min_clearance`` the smallest of any run [m].
+    ``metric`` is the mean score. ``at_over_ot`` is the mean ratio of the duration to the time of the reference path at
+    full speed, over successful runs. ``min_clearance`` is the smallest clearance of any run [m].
     """
     successes = [result for result in results if result.outcome == "success"]
     times = [result.seconds / result.best_time for result in successes]

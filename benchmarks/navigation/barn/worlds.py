@@ -1,4 +1,4 @@
-"""The worlds of the benchmark: cylinders, and how long the reference path among them is."""
+"""Worlds of the BARN benchmark: cylinders and the length of a reference path."""
 
 from pathlib import Path
 
@@ -10,29 +10,30 @@ from ppaas.errors import InvalidInput, NotFound
 from ppaas.geometry import Pose2D
 
 START = Pose2D(-2.0, 3.0, 1.57)
-"""Where every run begins, in the frame of the world [m, rad]."""
+"""Start pose of every run in the frame of the world [m, rad]."""
 GOAL = Pose2D(-2.0, 13.0)
+"""Goal of every run in the frame of the world [m]."""
 GOAL_TOLERANCE = 1.0
-"""So near to the goal is there [m]."""
+"""Distance from the goal at which a run has succeeded [m]."""
 TIME_LIMIT = 100.0
-"""A run that takes longer has failed [s]."""
+"""Time limit of a run [s]."""
 FULL_SPEED = 2.0
-"""By which the time is reckoned that the reference path takes at best [m/s]."""
+"""Speed at which the time of the reference path is computed [m/s]."""
 
 
 class BarnWorld(msgspec.Struct, frozen=True):
-    """One world.
+    """A world.
 
     Parameters
     ----------
     world : int
         Its number among the 300 of the benchmark (Perille et al., "Benchmarking Metric Ground Navigation", 2020).
     radius : float
-        Of each cylinder [m].
+        Radius of each cylinder [m].
     cylinders : list of (x, y)
-        Their centres [m].
+        Centres of the cylinders [m].
     path_length : float
-        Of the reference path [m].
+        Length of the reference path [m].
     """
 
     world: int
@@ -47,7 +48,7 @@ class BarnWorld(msgspec.Struct, frozen=True):
 
     @property
     def best_time(self) -> float:
-        """The reference path at full speed [s]."""
+        """Time of the reference path at full speed [s]."""
         return self.path_length / FULL_SPEED
 
 
@@ -59,21 +60,21 @@ def read_worlds(path: Path, numbers: tuple[int, ...] = (), radius: float | None 
     path : Path
         JSON: a list of objects of ``world``, ``radius``, ``cylinders`` and ``path_length``.
     numbers : tuple of int
-        Those that are wanted; all where it is empty.
+        Numbers of the worlds to return; empty for all.
     radius : float, optional
-        Of the cylinders, instead of the file's [m].
+        Radius of the cylinders instead of the file's [m].
 
     Raises
     ------
     InvalidInput
-        The file cannot be read, or is not of that form.
+        The file cannot be read, or its content is invalid.
     NotFound
-        It has no world of a number that is wanted.
+        The file has no world of one of the numbers.
     """
     try:
         worlds = msgspec.json.decode(path.read_bytes(), type=list[BarnWorld])
     except (OSError, msgspec.MsgspecError) as error:
-        raise InvalidInput(f"{path} is no file of BARN worlds: {error}") from error
+        raise InvalidInput(f"{path} is not a file of BARN worlds: {error}") from error
     known = {each.world: each for each in worlds}
     for number in numbers:
         if number not in known:
@@ -88,5 +89,5 @@ def read_worlds(path: Path, numbers: tuple[int, ...] = (), radius: float | None 
 def _checked(world: BarnWorld) -> BarnWorld:
     finite = np.isfinite(world.centres).all() and np.isfinite((world.radius, world.path_length)).all()
     if not (finite and world.radius > 0.0 and world.path_length > 0.0):
-        raise InvalidInput(f"world {world.world} needs finite cylinders, a radius and a path length above 0")
+        raise InvalidInput(f"world {world.world}: cylinders must be finite, and radius and path_length above 0")
     return world

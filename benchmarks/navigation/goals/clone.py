@@ -1,4 +1,4 @@
-"""A robot's clone in this process, by a clock that is simulated: what the cloud would run in a container."""
+"""Clone of a robot in this process with a simulated clock: the nodes that the cloud would run in a container."""
 
 from collections import deque
 from collections.abc import Callable
@@ -33,46 +33,47 @@ from ppaas.planners.base import PlanResult
 T = TypeVar("T")
 
 MODEL = "turtlebot2"
+"""Model of the robot."""
 PLANNING = 0.1
-"""Seconds of the simulated clock that a plan takes, or to look for a lost robot: the robot drives on meanwhile."""
+"""Simulated time of a background job, such as a plan or the search for a lost robot [s]; the robot drives meanwhile."""
 RECOVERING = "recovering by"
-"""So Move Base tells that it recovers."""
+"""Begin of the status text of Move Base during a recovery."""
 
 
 @dataclass(frozen=True, slots=True)
 class GoalEnd:
-    """How a goal ended: the status of its action, and Move Base's words."""
+    """End of a goal: final status of the action, and its text."""
 
     status: Status
     text: str
 
 
 class InProcessClone:
-    """All nodes of a clone.
+    """Nodes of a clone, run step by step.
 
     Parameters
     ----------
     layers : MapLayers
-        The map.
+        Layers of the map.
     start : Pose2D
-        Where the robot is said to be.
+        Initial pose of the robot.
     controller : str
-        Local planner.
+        Name of the local planner.
     parameters : dict
-        Of nodes and plug-ins, as a robot's file gives them.
+        Parameters of nodes and plug-ins, as in a robot's file.
     clock : callable
-        Simulated seconds since the epoch.
+        Simulated time since the epoch [s].
 
     Attributes
     ----------
     recoveries : int
-        How often Move Base began to recover.
+        Number of recoveries that Move Base began.
     end : GoalEnd or None
-        Of the goal that it was given last, once that has ended.
+        End of the last goal; None until it has ended.
     particles : (n, 3) array
-        Of localization, as it told of them last: x, y [m], theta [rad].
+        Last particles of localization: x, y [m], theta [rad].
     plan : PlanResult or None
-        That it follows, or followed last.
+        Last plan.
 
     Raises
     ------
@@ -101,15 +102,15 @@ class InProcessClone:
             self.graph.tap(topic, self._hear)
 
     def odometry(self, message: Odometry) -> None:
-        """Take what odometry tells."""
+        """Publish odometry to the clone."""
         self.graph.inject("odom", message)
 
     def scan(self, message: LaserScan) -> None:
-        """Take what the laser sees."""
+        """Publish a scan to the clone."""
         self.graph.inject("scan", message)
 
     def people(self, positions: NDArray[np.float64], velocities: NDArray[np.float64]) -> None:
-        """Take where people are, (n, 2) x, y [m], and how they walk, (n, 2) [m/s], as if somebody told."""
+        """Publish positions (n, 2) [m] and velocities (n, 2) [m/s] of people, as an external detector would."""
         header = Header(stamp=Time.of(self._clock()), frame_id=MAP)
         told = [
             Person(str(index), Point(*place), Point(*way))
@@ -119,23 +120,23 @@ class InProcessClone:
 
     @property
     def costs(self) -> Costmap | None:
-        """The local costmap, as Move Base saw it last."""
+        """Last local costmap of Move Base."""
         move_base = self.graph.nodes[MoveBaseNode.name]
         assert isinstance(move_base, MoveBaseNode)
         return move_base.costs
 
     def send_to(self, goal: Pose2D) -> None:
-        """Send the robot to a pose in the map."""
+        """Send the robot to a pose in the map frame."""
         self.end = None
         header = Header(stamp=Time.of(self._clock()), frame_id=MAP)
         self.graph.inject(topics.SIMPLE_GOAL.name, PoseStamped(header, Pose.of(goal)))
 
     def cancel(self) -> None:
-        """Give the goal up."""
+        """Cancel the goal."""
         self.graph.inject(topics.MOVE_BASE_CANCEL.name, GoalID())
 
     def command(self) -> Twist | None:
-        """Let the clone do what is due by now; return the velocity that it sent last, if it sent any."""
+        """Run everything that is due; return the last velocity that the clone sent, or None."""
         self._command_sent = None
         while self._jobs and self._jobs[0][0] <= self._clock():
             self._jobs.popleft()[1]()

@@ -1,4 +1,4 @@
-"""Who touches whom, and whose doing it is."""
+"""Contacts of a robot with walls and people, and whether the robot caused them."""
 
 from dataclasses import dataclass
 
@@ -8,26 +8,26 @@ from robots.sim.robot import SimulatedRobot
 from robots.sim.world import World
 
 MOVES = 0.05
-"""A robot that comes nearer to whom it touches by more than this has caused it [m/s]."""
+"""Speed of approach above which the robot has caused a contact [m/s]."""
 
 TOUCH = 0.005
-"""Outlines that are no farther apart touch [m]: what collides is held a millimetre apart."""
+"""Largest gap between outlines that counts as a contact [m]: the physics keeps colliding bodies a millimetre apart."""
 
 
 @dataclass(slots=True)
 class Touches:
-    """What happened so far.
+    """Number of contacts of a robot.
 
     Parameters
     ----------
     walls : int
-        Touches of walls.
+        Contacts with walls.
     caused : int
-        Touches of people to whom the robot moved.
+        Contacts with people that the robot approached.
     suffered : int
-        Touches by people while it stood, or moved away.
+        Contacts with people while the robot stood or moved away.
     nearest : float
-        Least distance from outline to outline while the robot moved [m].
+        Smallest gap between the outlines of the robot and a person while the robot moved [m].
     """
 
     walls: int = 0
@@ -37,16 +37,16 @@ class Touches:
 
 
 class Referee:
-    """Watches one robot, step by step.
+    """Counts the contacts of a robot, step by step.
 
-    A touch of a person begins when the outlines come together and ends when they part. It is the robot's doing if, at
-    any moment of it, the robot drives towards the person at more than ``MOVES``; whatever the person does.
+    A contact with a person lasts while the outlines touch. The robot has caused it if at any moment of it the robot
+    drives towards the person at more than ``MOVES``, whatever the person does.
 
     Parameters
     ----------
     world : World
     robot : SimulatedRobot
-        Its first.
+        The first robot of the world.
     """
 
     def __init__(self, world: World, robot: SimulatedRobot) -> None:
@@ -57,13 +57,13 @@ class Referee:
         self._walls_before = 0
 
     def begin(self) -> Touches:
-        """Count anew; return what is counted from now on."""
+        """Start new counts and return them; ``look`` updates them."""
         self.touches = Touches()
         self._walls_before = self._world.contacts.wall_contacts[0]
         return self.touches
 
     def look(self) -> None:
-        """Look at what the last step brought."""
+        """Update the counts after a step of the world."""
         touches, base = self.touches, self._robot.base
         touches.walls = self._world.contacts.wall_contacts[0] - self._walls_before
         people = self._world.people()

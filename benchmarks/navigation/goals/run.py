@@ -1,4 +1,4 @@
-"""One drive: a robot is sent to one goal after the other, while people walk about."""
+"""A drive: a simulated robot is sent to several goals in a map with pedestrians."""
 
 import math
 from collections.abc import Callable
@@ -21,37 +21,38 @@ from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.world import World
 
 EPOCH = 1_000.0
-"""Stamp of the first moment: zero would mean the latest [s]."""
+"""Stamp at the start [s]; a stamp of zero would mean the latest time."""
 NEAREST = 5.0
-"""No goal is nearer than this, where the map is large enough [m]."""
+"""Smallest distance to a goal if the map is large enough [m]."""
 ROOM = 3.0
-"""Nobody stands nearer to the robot at first [m]."""
+"""Smallest distance of pedestrians from the robot at the start [m]."""
 SLOWEST, PATIENCE = 0.1, 120.0
-"""A goal is given up after its way at this speed [m/s], and so many seconds more."""
+"""The time limit of a goal is the length of the shortest path at this speed [m/s], plus this time [s]."""
 THERE, TURNED = 0.5, math.radians(30.0)
-"""A robot that says it is there must truly be as near as this [m, rad]."""
+"""Largest true distance and angle from a goal that counts as reached [m, rad]."""
 
 
 @dataclass(frozen=True, slots=True)
 class GoalsJob:
-    """What to run.
+    """Settings of a drive.
 
     Parameters
     ----------
     name : str
-        Of the map.
+        Name of the map.
     grid : GridMap
     people : int
+        Number of pedestrians.
     goals : int
-        To be sent to, one after the other.
+        Number of goals.
     controller : str
-        Local planner.
+        Name of the local planner.
     parameters : dict
-        Of nodes and plug-ins, as a robot's file gives them.
+        Parameters of nodes and plug-ins, as in a robot's file.
     seed, drive : int
-        What is left to chance depends on these and nothing else.
+        All randomness depends on these alone.
     told : bool
-        Whether the robot is told where people are.
+        Whether the positions of people are published to the robot.
     """
 
     name: str
@@ -67,23 +68,23 @@ class GoalsJob:
 
 @dataclass(frozen=True, slots=True)
 class GoalsResult:
-    """What came of a goal.
+    """Result of a goal.
 
     Parameters
     ----------
     map : str
     drive, goal : int
-        Numbers of both.
+        Numbers of the drive and of the goal.
     outcome : str
-        ``reached``, or why it was not.
+        ``reached``, or the reason why it was not.
     seconds, metres : float
-        Taken and driven.
+        Duration and driven distance.
     recoveries : int
-        How often Move Base began one.
+        Number of recoveries.
     walls, caused, suffered : int
-        Touches of walls; of people, caused by the robot and not.
+        Contacts with walls, and with people, caused by the robot or not.
     nearest : float
-        Least distance to anybody while the robot moved [m].
+        Smallest distance to a person while the robot moved [m].
     """
 
     map: str
@@ -100,12 +101,12 @@ class GoalsResult:
 
     @property
     def reached(self) -> bool:
-        """Whether it stands there."""
+        """Whether the robot reached the goal."""
         return self.outcome == "reached"
 
 
 class Trip:
-    """The world, the robot in it, its clone, and who watches.
+    """The simulated world, the robot, its clone, and the referee.
 
     Parameters
     ----------
@@ -130,7 +131,7 @@ class Trip:
         self._odometry, self._scan = Schedule(rates.odom, 0.0), Schedule(rates.scan, 0.0)
 
     def step(self) -> None:
-        """Let a step pass: what the robot measures goes to the clone, and what that commands to the wheels."""
+        """Simulate a step: pass the robot's sensor data to the clone, and the clone's command to the wheels."""
         now = self.world.time()
         if self._odometry.take(now):
             self.clone.odometry(self.robot.odometry())
@@ -150,13 +151,13 @@ Watch = Callable[[Trip], None]
 
 
 def drive(job: GoalsJob, watch: Watch | None = None) -> list[GoalsResult]:
-    """Drive to all goals, faster than real time.
+    """Simulate the drive to all goals, faster than real time.
 
     Parameters
     ----------
     job : GoalsJob
     watch : callable, optional
-        Called after each step.
+        Called with the trip after each step.
     """
     trip = Trip(job)
     return [_send(trip, job, number, watch) for number in range(job.goals)]

@@ -1,4 +1,4 @@
-"""All drives, in processes of their own, and what they come to."""
+"""All drives of the goals bench, in parallel processes, and their summary."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -16,7 +16,7 @@ from benchmarks.navigation.goals.run import GoalsJob, GoalsResult, drive
 def measure(
     jobs: Sequence[GoalsJob], processes: int, done: Callable[[], None], keep: Path | None = None
 ) -> list[GoalsResult]:
-    """Drive all; return what came of each goal, in order, whichever process drove there.
+    """Simulate all drives; return the result of each goal, in the order of the jobs.
 
     Parameters
     ----------
@@ -25,12 +25,12 @@ def measure(
     done : callable
         Called after each drive.
     keep : Path, optional
-        Where what comes of each drive is kept; what is there already is not driven again.
+        File of results; drives that it contains are not repeated.
 
     Raises
     ------
     InvalidInput
-        The file holds something else.
+        The file is not a file of results.
     """
     if keep is None:
         return [result for results in run_all(drive, jobs, processes, done) for result in results]
@@ -48,7 +48,7 @@ def _drive_and_keep(path: Path, job: GoalsJob) -> None:
 
 
 def summary(results: Sequence[GoalsResult]) -> dict[str, Any]:
-    """Return what all goals come to; times are means over those that were reached."""
+    """Return the summary of all goals; times are means over the reached goals."""
     times = [result.seconds for result in results if result.reached]
     nearest = min(result.nearest for result in results)
     return {

@@ -16,9 +16,9 @@ def test_each_goal_has_one_result_and_no_more() -> None:
     goals.missing("b", 240.0)
     goals.forgotten("b")
     assert told == [
-        "r heard of the end of a 2 times",
-        "r heard of a goal that it never had: c",
-        "r: nothing was heard of the end of b in 240 s",
-        "r: b was forgotten, and nobody was told",
+        "r received 2 results of a",
+        "r received the result of a goal that it never sent: c",
+        "r: b did not end within 240 s",
+        "r: the clone lost b without a new session",
     ]
     assert (goals.sent, goals.endings["result"], goals.statuses["SUCCEEDED"]) == (2, 1, 1)

@@ -30,13 +30,13 @@ def test_a_clone_that_is_replaced_by_another_is_nothing_to_tell_of(witness: Mess
 def test_a_cycle_that_is_heard_of_twice_is_told_of(witness: MessageChecks, told: list[str]) -> None:
     for stamp in (1.0, 1.05, 1.05):
         witness.cycled(stamp)
-    assert told == ["r heard of a control cycle again"]
+    assert told == ["r received the feedback of a control cycle again"]
 
 
 def test_a_cycle_of_an_earlier_clone_is_told_of(witness: MessageChecks, told: list[str]) -> None:
     for stamp in (1.0, 5.0, 4.9, 5.05):
         witness.cycled(stamp)
-    assert told == ["r heard of a control cycle that is 0.100 s older than the last one"]
+    assert told == ["r received the feedback of a control cycle that is 0.100 s older than the last one"]
 
 
 def test_two_clones_at_a_time_are_told_of_though_each_says_nothing_twice(
@@ -57,8 +57,8 @@ def test_a_scan_that_tells_where_the_robot_is_twice_is_told_of(witness: MessageC
     for stamp in (1.0, 1.1, 1.1, 1.0):
         witness.localized(stamp)
     assert told == [
-        "r was told where it is by a scan again",
-        "r was told where it is by a scan that is 0.100 s older than the last one",
+        "r received the pose of a scan again",
+        "r received the pose of a scan that is 0.100 s older than the last one",
     ]
 
 
@@ -66,7 +66,7 @@ def test_a_pose_by_a_scan_that_was_never_sent_is_told_of(witness: MessageChecks,
     witness.scanned(1.0)
     for stamp in (1.0, 1.000_001):
         witness.localized(stamp)
-    assert told == ["r was told where it is by a scan that was never sent"]
+    assert told == ["r received the pose of a scan that was never sent"]
 
 
 def test_a_world_that_stood_still_sends_several_scans_at_a_moment(witness: MessageChecks, told: list[str]) -> None:

@@ -50,10 +50,10 @@ def test_the_longest_silences_are_told_with_their_causes_and_all_by_seconds_of_t
 
 def test_what_is_wrong_fails_a_run() -> None:
     assert report().passed
-    failed = report("3.0 s: r heard of a control cycle again")
+    failed = report("3.0 s: r received the feedback of a control cycle again")
     assert not failed.passed
-    assert "WRONG: 3.0 s: r heard of a control cycle again" in failed.sentences()
-    assert failed.sentences()[-1] == "1 things are wrong"
+    assert "WRONG: 3.0 s: r received the feedback of a control cycle again" in failed.sentences()
+    assert failed.sentences()[-1] == "errors: 1"
 
 
 def test_kinds_that_were_not_done_or_left_no_gap_have_their_row() -> None:

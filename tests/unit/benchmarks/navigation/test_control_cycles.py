@@ -53,5 +53,5 @@ def test_the_window_is_what_lies_around_the_robot_and_unknown_beyond_the_map(gri
 
 
 def test_one_without_a_cycle_is_told_of() -> None:
-    with pytest.raises(PPaaSError, match="hands stood at each goal"):
+    with pytest.raises(PPaaSError, match="hands started at each of its goals"):
         summary([Cycles(Setup("hands", "hands"))])

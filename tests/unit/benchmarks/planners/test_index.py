@@ -45,12 +45,12 @@ def test_queries_are_drawn_where_there_is_a_way():
 
 
 def test_a_map_of_walls_alone_is_refused():
-    with pytest.raises(InvalidMap, match="no two cells"):
+    with pytest.raises(InvalidMap, match="no two connected free cells"):
         index.drawn(grids._grid("walls", np.full((3, 3), 254, np.uint8)), 5)
 
 
 def test_who_prepares_no_map_has_no_index():
-    with pytest.raises(InvalidParameter, match="dijkstra makes no index"):
+    with pytest.raises(InvalidParameter, match="'dijkstra' builds no index"):
         measure(grids.empty(9), "dijkstra")
 
 
