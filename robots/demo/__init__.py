@@ -1,1 +1,1 @@
-"""The demo: a cloud of its own, simulated robots with missions, and a score of how they went."""
+"""Demo: starts a cloud, drives simulated robots to goals, and scores them by their true poses."""

@@ -1,4 +1,4 @@
-"""A cloud of one's own, as a process that lives as long as a demo."""
+"""Cloud in a child process, for the duration of a demo or a bench."""
 
 import asyncio
 import contextlib
@@ -18,7 +18,7 @@ from robots import cli
 
 
 class CloudReady(msgspec.Struct, frozen=True):
-    """What the cloud writes once it is up."""
+    """Content of the ready file that the cloud writes when it is up."""
 
     url: str
     pid: int
@@ -26,18 +26,18 @@ class CloudReady(msgspec.Struct, frozen=True):
 
 
 class CloudProcess:
-    """Runs ``ppaas up`` in a folder of its own that is removed afterwards.
+    """Runs ``ppaas up`` with a temporary data folder, which is removed afterwards.
 
     Parameters
     ----------
     start_timeout : float
-        Seconds in which it must be up.
+        Time limit of the start [s].
     stop_timeout : float
-        Seconds that it has to end by itself.
+        Time to exit after SIGTERM before it is killed [s].
     arguments : sequence of str
-        Of ``ppaas up``, beside those that make it a cloud of its own.
+        Further arguments of ``ppaas up``.
     environment : mapping of str, optional
-        Variables to set for it.
+        Further environment variables.
     """
 
     def __init__(
@@ -57,24 +57,24 @@ class CloudProcess:
 
     @property
     def folder(self) -> Path:
-        """Where its files are."""
+        """Folder with the files of the cloud."""
         return Path(self._folder.name)
 
     @property
     def password(self) -> str:
-        """The administrator's."""
+        """Password of the administrator."""
         return (self.folder / "password").read_text().strip()
 
     async def __aenter__(self) -> Self:
-        """Start it and wait until it is up.
+        """Start the cloud and wait until it is up.
 
         Raises
         ------
         Unavailable
-            It ended or was not up in time; the text has the end of its log.
+            The cloud exited or was not up in time; the text includes the end of its log.
         """
         try:
-            await self._come_up()
+            await self._start_and_wait()
         except BaseException:
             await self._stop()
             raise
@@ -87,31 +87,31 @@ class CloudProcess:
 
     @property
     def status(self) -> int | None:
-        """With which it ended, the last time that it did; None while it runs."""
+        """Exit status; None while the process runs."""
         return self._process.returncode if self._process is not None else None
 
     async def ended(self) -> None:
-        """Wait until it has ended, however that came."""
+        """Wait until the process has exited."""
         if self._process is not None:
             await self._process.wait()
 
     async def again(self) -> None:
-        """Start it again with the data that it had, after it has ended.
+        """Start the cloud again with the same data, after it has exited.
 
         Raises
         ------
         Unavailable
-            It ended or was not up in time; the text has the end of its log.
+            The cloud exited or was not up in time; the text includes the end of its log.
         """
         (self.folder / "ready.json").unlink(missing_ok=True)
-        await self._come_up()
+        await self._start_and_wait()
 
     async def end(self) -> None:
-        """End it, by force if it does not go by itself; its folder stays."""
+        """Stop the cloud, with SIGKILL if SIGTERM does not suffice; its folder is kept."""
         if self._process is not None:
             await self._end(self._process)
 
-    async def _come_up(self) -> None:
+    async def _start_and_wait(self) -> None:
         await self._start()
         self.ready = await self._wait_ready(self._start_timeout)
 
@@ -121,7 +121,7 @@ class CloudProcess:
         command += ["--admin-password-file", str(self.folder / "password"), "--log-level", "warning"]
         command += self._arguments
         with (self.folder / "log").open("ab") as log:
-            # A session of its own: Ctrl-C ends the demo, and the demo ends the cloud. Its temporary files go with ours.
+            # In its own session: on Ctrl-C the demo stops the cloud. Temporary files are removed with the folder.
             self._process = await asyncio.create_subprocess_exec(
                 *command,
                 stdin=asyncio.subprocess.DEVNULL,
@@ -131,24 +131,24 @@ class CloudProcess:
                 start_new_session=True,
             )
 
-    async def _wait_ready(self, patience: float) -> CloudReady:
+    async def _wait_ready(self, timeout: float) -> CloudReady:
         assert self._process is not None
         ended = asyncio.create_task(self._process.wait())
         try:
-            async with asyncio.timeout(patience):
+            async with asyncio.timeout(timeout):
                 while not ended.done():
                     found = self._read_ready()
                     if found is not None:
                         return found
                     await asyncio.wait({ended}, timeout=0.05)
         except TimeoutError as error:
-            raise Unavailable(f"the cloud was not up in {patience:g} s{self._log_end()}") from error
+            raise Unavailable(f"the cloud was not up within {timeout:g} s{self._log_end()}") from error
         finally:
             ended.cancel()
-        raise Unavailable(f"the cloud ended with status {self._process.returncode}{self._log_end()}")
+        raise Unavailable(f"the cloud exited with status {self._process.returncode}{self._log_end()}")
 
     def _read_ready(self) -> CloudReady | None:
-        """Return what the ready file says; None while it is not there or not yet whole."""
+        """Return the content of the ready file; None while it is missing or incomplete."""
         try:
             return msgspec.json.decode((self.folder / "ready.json").read_bytes(), type=CloudReady)
         except (FileNotFoundError, msgspec.DecodeError):
@@ -167,7 +167,7 @@ class CloudProcess:
     async def _end(self, process: asyncio.subprocess.Process) -> None:
         try:
             if not self.ready.pid:
-                # It was interrupted while it started, and ends in order only once it is up.
+                # Interrupted during the start: the cloud can shut down cleanly only once it is up.
                 with contextlib.suppress(Unavailable):
                     await self._wait_ready(self._stop_timeout)
             if process.returncode is None:

@@ -1,4 +1,4 @@
-"""The whole way in one place: a cloud, a map, simulated robots with goals, and a scorer."""
+"""The demo end to end: a cloud, a map, simulated robots with goals, and a scorer."""
 
 import asyncio
 import contextlib
@@ -26,29 +26,29 @@ from robots.sim.simulator import Simulator
 from robots.sim.world import World
 
 CORES = 0.5
-"""Size of a robot's container: most of the time it waits for the next scan."""
+"""Size of a robot's container [CPU cores]; it is idle between scans."""
 
 
 @dataclass(frozen=True, slots=True)
 class DemoOptions:
-    """What to demonstrate.
+    """Options of the demo.
 
     Parameters
     ----------
     robots, goals : int
-        How many robots, and goals for each.
+        Number of robots, and of goals per robot.
     seed : int
-        Of the courses, of what is left to chance in the world, and of the warehouse if there is no map.
+        Seed of the courses, of the world's noise, and of the generated warehouse.
     map_path : Path, optional
-        YAML file of a map; without it a warehouse is made.
+        YAML file of a map; by default a warehouse is generated.
     keep_going : bool
-        Drive the courses again and again, until interrupted.
+        Repeat the courses until interrupted.
     console : Console, optional
-        Where to show progress; nowhere by default.
+        Console for the progress display; none by default.
     planner, controller : str
         Move Base's global and local planner.
     cloud : CloudAccess, optional
-        A cloud that is up already; without it one is started.
+        Running cloud to use; by default one is started.
     """
 
     robots: int = 3
@@ -64,7 +64,7 @@ class DemoOptions:
 
 @dataclass(frozen=True, slots=True)
 class CloudAccess:
-    """How a cloud is reached, and who may do everything in it."""
+    """URL of a cloud, and the name and password of an administrator."""
 
     url: str
     admin: str
@@ -73,7 +73,7 @@ class CloudAccess:
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """What is set up before the cloud starts."""
+    """Map, world and missions of a demo."""
 
     map_id: str
     grid: GridMap
@@ -82,12 +82,12 @@ class Stage:
 
 
 def set_stage(options: DemoOptions) -> Stage:
-    """Load or make the map, choose the courses and put the robots at their starts.
+    """Load or generate the map, choose the courses, and place the robots at their starts.
 
     Raises
     ------
     PPaaSError
-        The map cannot be read, or has no room for so many.
+        The map cannot be read, or is too small for this number of robots and goals.
     """
     path = options.map_path
     grid = read_map_file(path) if path else warehouse(options.seed)
@@ -101,12 +101,12 @@ def set_stage(options: DemoOptions) -> Stage:
 
 
 async def demonstrate(options: DemoOptions) -> DemoReport:
-    """Run the demo in the cloud given, or in one of its own; return how it went.
+    """Run the demo in the given cloud or in a new one; return its report.
 
     Raises
     ------
     PPaaSError
-        The map or the options will not do, or the cloud does not start, or does not let us in.
+        The map or the options are invalid, or the cloud does not start or rejects the login.
     """
     async with contextlib.AsyncExitStack() as stack:
         with _waiting(options.console):
@@ -114,7 +114,7 @@ async def demonstrate(options: DemoOptions) -> DemoReport:
             access = options.cloud or await _own_cloud(stack)
         rest = RestClient(access.url)
         login = await rest.login(access.admin, access.password)
-        await introduce(rest, stage, options)
+        await register(rest, stage, options)
         began = monotonic()
         async with _simulated(stage, options):
             await _run_missions(stage, access.url, login.token, options.keep_going)
@@ -128,14 +128,14 @@ async def _own_cloud(stack: contextlib.AsyncExitStack) -> CloudAccess:
 
 
 def _waiting(console: Console | None) -> contextlib.AbstractContextManager[object]:
-    """Show that something goes on until robots can be shown."""
+    """Show a status line until the robots are running."""
     if console is None:
         return contextlib.nullcontext()
-    return console.status("starting the cloud; the first start on a computer compiles the kernels for a minute")
+    return console.status("starting the cloud; the first start on a computer compiles kernels for about a minute")
 
 
-async def introduce(rest: RestClient, stage: Stage, options: DemoOptions) -> None:
-    """Tell the cloud of the map and the robots in it."""
+async def register(rest: RestClient, stage: Stage, options: DemoOptions) -> None:
+    """Publish the map and register the robots."""
     yaml, image = save_map(stage.grid, "map.pgm")
     await rest.upload_map(stage.map_id, yaml, image)
     for mission in stage.missions:
@@ -152,7 +152,7 @@ async def introduce(rest: RestClient, stage: Stage, options: DemoOptions) -> Non
 
 @contextlib.asynccontextmanager
 async def _simulated(stage: Stage, options: DemoOptions) -> AsyncIterator[None]:
-    """Let the world go on, and show it, meanwhile."""
+    """Run the simulation and the progress display during the block."""
     tasks = [asyncio.create_task(Simulator(stage.world).run())]
     if options.console is not None:
         tasks.append(asyncio.create_task(show(stage.missions, options.console)))
@@ -174,7 +174,7 @@ async def _run_missions(stage: Stage, url: str, token: str, keep_going: bool) ->
 
 @contextlib.contextmanager
 def _on_interrupt(tasks: list[asyncio.Task[None]]) -> Iterator[None]:
-    """End the tasks by Ctrl-C, and not the program: what they did is still told."""
+    """Make Ctrl-C cancel the tasks instead of the program, so the report is still printed."""
     loop = asyncio.get_running_loop()
     loop.add_signal_handler(signal.SIGINT, lambda: [task.cancel() for task in tasks])
     try:

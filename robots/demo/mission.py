@@ -1,4 +1,4 @@
-"""What one simulated robot does with the cloud: connect, localize, and drive to its goals under the scorer's eyes."""
+"""Mission of one simulated robot: connects, localizes, drives to its goals, and is scored."""
 
 import asyncio
 import contextlib
@@ -21,15 +21,15 @@ from robots.sim.world import World
 logger = logging.getLogger(__name__)
 
 SLOWEST = 0.15
-"""A goal is given up when the robot was slower than this over its whole way [m/s]."""
+"""Average speed below which a goal times out [m/s]."""
 
-PATIENCE = 45.0
-"""… and beside that, seconds for planning, turning and recoveries."""
+ALLOWANCE = 45.0
+"""Time per goal for planning, turning and recoveries, in addition to the driving time [s]."""
 
 
 @dataclass(slots=True)
 class MissionProgress:
-    """How far a robot is, for those who watch."""
+    """Progress of a mission, for display."""
 
     robot: str
     state: str = "waiting"
@@ -40,18 +40,18 @@ class MissionProgress:
 
 @dataclass(slots=True)
 class Mission:
-    """One robot's course.
+    """Mission of one robot.
 
     Parameters
     ----------
     world : World
-        With the robot in it.
+        World that contains the robot.
     index : int
-        Of the robot in the world.
+        Index of the robot in the world.
     robot : str
-        Its id in the cloud.
+        Id of the robot in the cloud.
     course : Course
-        Where it goes.
+        Start and goals.
     """
 
     world: World
@@ -66,9 +66,9 @@ class Mission:
         self.progress = MissionProgress(self.robot, goals=len(self.course.goals))
 
     async def run(self, url: str, token: str, *, keep_going: bool = False) -> None:
-        """Drive the course; with ``keep_going`` again and again, until cancelled.
+        """Drive the course; with ``keep_going``, repeat it until cancelled.
 
-        An error of the cloud ends the mission: it is logged, and the goals that were not reached tell of it.
+        An error of the cloud ends the mission. It is logged, and the remaining goals count as not reached.
         """
         try:
             async with self._connected(url, token) as move_base:
@@ -81,7 +81,7 @@ class Mission:
 
     @contextlib.asynccontextmanager
     async def _connected(self, url: str, token: str) -> AsyncIterator[MoveBaseClient]:
-        """Connect the robot and its operator, and wait until the cloud knows where the robot is."""
+        """Connect the robot and its operator, and wait until the robot is localized."""
         self.progress.state = "connecting"
         began = monotonic()
         async with (
@@ -102,13 +102,13 @@ class Mission:
         self.report.goals_asked = 0 if keep_going else len(goals)
         rounds = itertools.cycle((*goals, self.course.start)) if keep_going else iter(goals)
         for number, goal in enumerate(rounds, start=1):
-            # On a round trip there are other ways than the course's; none is longer than three times one of these.
-            way = 3.0 * max(self.course.lengths) if keep_going else self.course.lengths[number - 1]
-            await self._go(move_base, number, goal, PATIENCE + way / SLOWEST)
+            # The paths of a round trip are not those of the course, but at most three times as long as its longest one.
+            length = 3.0 * max(self.course.lengths) if keep_going else self.course.lengths[number - 1]
+            await self._go(move_base, number, goal, ALLOWANCE + length / SLOWEST)
 
-    async def _go(self, move_base: MoveBaseClient, number: int, goal: Pose2D, patience: float) -> None:
+    async def _go(self, move_base: MoveBaseClient, number: int, goal: Pose2D, timeout: float) -> None:
         self.progress.goal, self.progress.target, self.progress.state = number, goal, "driving"
-        outcome = await move_base.go(goal, patience)
+        outcome = await move_base.go(goal, timeout)
         error = Scorer(self.world).error(self.index, goal)
         self.report.goals_asked = max(number, self.report.goals_asked)
         self.report.add_goal(outcome.reached, error, outcome.plan_seconds)
@@ -116,7 +116,7 @@ class Mission:
             logger.warning("%s: goal %d: %s: %s", self.robot, number, outcome.status.name, outcome.text)
 
     def close(self) -> RobotReport:
-        """Return the report, with what the scorer saw on the whole way."""
+        """Return the report, completed with the true distance and the contacts."""
         scorer = Scorer(self.world)
         self.report.distance_m = round(scorer.distance(self.index), 3)
         self.report.collisions = scorer.collisions(self.index)

@@ -1,4 +1,4 @@
-"""Shows on a terminal how simulated robots are getting on."""
+"""Progress display of a demo on a terminal."""
 
 import asyncio
 
@@ -12,10 +12,11 @@ from robots.demo.report import DemoReport
 from robots.demo.scorer import Scorer
 
 PERIOD = 0.25
+"""Time between two updates of the display [s]."""
 
 
 def progress_table(missions: list[Mission]) -> Table:
-    """Return a row for each robot: its goal, how far it is from it, and what it touched."""
+    """Return a table with a row per robot: its goal, the distance to it, and its contacts."""
     table = Table(title="PPaaS demo", title_justify="left")
     for heading in ("robot", "goal", "to go (m)", "travelled (m)", "contacts", "state"):
         table.add_column(heading, justify="left" if heading in ("robot", "state") else "right")
@@ -34,7 +35,7 @@ def progress_table(missions: list[Mission]) -> Table:
 
 
 async def show(missions: list[Mission], console: Console) -> None:
-    """Keep a live table on the terminal until cancelled."""
+    """Show a live table on the terminal until cancelled."""
     with Live(progress_table(missions), console=console, auto_refresh=False) as live:
         try:
             while True:
@@ -45,7 +46,7 @@ async def show(missions: list[Mission], console: Console) -> None:
 
 
 def summary(report: DemoReport, console: Console) -> None:
-    """Print what came of it."""
+    """Print the report."""
     for robot in report.robots:
         worst = f", at most {max(robot.final_errors_m):.2f} m off" if robot.final_errors_m else ""
         console.print(

@@ -1,4 +1,4 @@
-"""What a run of simulated robots gave, as one JSON object."""
+"""Report of a demo, as one JSON object."""
 
 import math
 
@@ -6,24 +6,24 @@ import msgspec
 
 
 class RobotReport(msgspec.Struct):
-    """One robot.
+    """Report of one robot.
 
     Parameters
     ----------
     id : str
-        Its name.
+        Id of the robot.
     goals_asked, goals_reached : int
-        A goal counts as reached when Move Base says so.
+        Number of goals sent, and of goals that Move Base reported as reached.
     distance_m : float
-        Truly travelled [m].
+        True distance travelled [m].
     final_errors_m : list of float
-        True distance from each goal at the moment when its result came [m].
+        True distance to each goal when its result arrived [m].
     collisions : int
-        Touches of walls and other robots.
+        Contacts with walls, robots and people.
     plan_seconds : list of float or None
-        From each goal sent to the first plan received; None where none came.
+        Time from sending each goal to the first plan [s]; None if there was no plan.
     ready_seconds : float or None
-        From the beginning of the robot's WebSocket to the first pose that localization gave its operator.
+        Time from opening the WebSocket to the first pose estimate [s].
     """
 
     id: str
@@ -36,14 +36,14 @@ class RobotReport(msgspec.Struct):
     ready_seconds: float | None = None
 
     def add_goal(self, reached: bool, error: float, plan_seconds: float) -> None:
-        """Note what became of a goal."""
+        """Add the outcome of a goal."""
         self.goals_reached += reached
         self.final_errors_m.append(round(error, 4))
         self.plan_seconds.append(round(plan_seconds, 4) if math.isfinite(plan_seconds) else None)
 
 
 class DemoReport(msgspec.Struct):
-    """A whole run: the map, how long the robots were under way [s], and each of them."""
+    """Report of a demo: the map, the driving time [s], and a report per robot."""
 
     map: str
     seconds: float
@@ -51,9 +51,9 @@ class DemoReport(msgspec.Struct):
 
     @property
     def passed(self) -> bool:
-        """Tell whether every goal was reached and nothing was touched."""
+        """Whether every goal was reached without a contact."""
         return all(robot.goals_reached == robot.goals_asked and not robot.collisions for robot in self.robots)
 
     def to_json(self) -> str:
-        """Return it on one line."""
+        """Return the report as one line of JSON."""
         return msgspec.json.encode(self).decode()

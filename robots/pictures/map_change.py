@@ -1,4 +1,4 @@
-"""Pictures of what changed from one version of a map to another."""
+"""Picture of the difference between two versions of a map."""
 
 import mmap
 from pathlib import Path
@@ -20,25 +20,25 @@ _BECAME = np.array([[20, 140, 85], [205, 38, 74], [226, 142, 20]], np.uint8)  # 
 _FRAME = (23, 95, 214)
 
 Side = tuple[bytes, Path]
-"""The YAML of a map, and where its image is."""
+"""YAML of a map, and the path of its image."""
 
 
 def write_change(picture: Path, old: Side, new: Side) -> None:
-    """Draw the newer map and write it to a PNG file: what changed in colour, and a frame around it.
+    """Draw the newer map with the changed cells in colour and a frame around them, as a PNG file.
 
-    Green became free, red became an obstacle, and orange unknown.
+    Green cells became free, red ones obstacles, and orange ones unknown.
 
     Raises
     ------
     InvalidMap
-        One of the two cannot be read.
+        One of the maps cannot be read.
     InvalidInput
-        Their cells do not lie on each other, or the file cannot be written.
+        The maps differ in resolution or origin, or the file cannot be written.
     """
     before, after = _opened(old), _opened(new)
     found = difference(before, after)
     if not found.aligned:
-        raise InvalidInput("the two versions differ in resolution or origin: their cells cannot be drawn together")
+        raise InvalidInput("the versions differ in resolution or origin, so they cannot be drawn on one grid")
     step = -(-max(after.info.width, after.info.height) // MOST)
     image = Image.fromarray(_pixels(before, after, step)[::-1])
     if found.rectangle is not None:
@@ -61,7 +61,7 @@ def _opened(side: Side) -> GridRows:
 
 
 def _pixels(before: GridRows, after: GridRows, step: int) -> NDArray[np.uint8]:
-    """Return a pixel for each square of ``step`` cells; it shows what changed if anything in it did."""
+    """Return a pixel for each square of ``step`` × ``step`` cells, coloured if any of its cells changed."""
     bands = []
     for first in range(0, after.info.height, step):
         cells = after.rows(first, min(first + step, after.info.height))
@@ -78,5 +78,5 @@ def _pixels(before: GridRows, after: GridRows, step: int) -> NDArray[np.uint8]:
 
 
 def _kinds(cells: NDArray[np.int8]) -> NDArray[np.int8]:
-    """Return 0 where cells may be crossed, 1 for obstacles, 2 for unknown."""
+    """Return 0 for free cells, 1 for obstacles, 2 for unknown cells."""
     return np.select([cells == UNKNOWN, cells >= OCCUPIED_THRESHOLD], [2, 1], FREE).astype(np.int8)

@@ -1,4 +1,4 @@
-"""Pictures of paths: the map, what is near its obstacles, the path, where it starts and ends."""
+"""Picture of a path: the inflated map, the path, its start and its goal."""
 
 import math
 from collections.abc import Sequence
@@ -27,9 +27,9 @@ Point = tuple[float, float]
 
 
 def check_picture(path: Path) -> None:
-    """Raise ``InvalidInput`` unless a picture may be called so."""
+    """Raise ``InvalidInput`` unless a file name ends in ``.png``."""
     if path.suffix.lower() != ".png":
-        raise InvalidInput(f"a picture is a PNG file: call it {path.stem or 'path'}.png, not {str(path)!r}")
+        raise InvalidInput(f"pictures are PNG files; use {path.stem or 'path'}.png, not {str(path)!r}")
 
 
 def write_picture(
@@ -40,7 +40,7 @@ def write_picture(
     Parameters
     ----------
     path : Path
-        Of the file.
+        PNG file to write.
     costmap, poses, radius, title, facts
         As in ``draw``.
 
@@ -65,13 +65,13 @@ def draw(costmap: Costmap, poses: Poses, *, radius: float, title: str, facts: Se
     costmap : Costmap
         Inflated for the robot.
     poses : (n, 7) array
-        At least one, in the frame of the costmap.
+        One pose or more, in the frame of the costmap.
     radius : float
-        Of the robot, which is drawn where it starts and ends [m].
+        Radius of the robot, drawn at start and goal [m].
     title : str
-        The headline.
+        Title.
     facts : sequence of str
-        The line below.
+        Facts in the line below the title.
     """
     view = View.of(costmap, poses[:, :2])
     pad, head, foot, narrowest = (n * OVERSAMPLING for n in (_PAD, _HEAD, _FOOT, _NARROWEST))
@@ -82,7 +82,7 @@ def draw(costmap: Costmap, poses: Poses, *, radius: float, title: str, facts: Se
     pen = ImageDraw.Draw(sheet)
     _write_head(pen, title, "   ·   ".join(facts))
     _draw_foot(pen, view, (left, head, left + width - 1, head + height - 1))
-    # On the sheet, not on the map: what stands at the edge of a map is seen whole.
+    # Drawn on the sheet, not on the map, so symbols at the map's edge are not cut off.
     points = [(x + left, y + head) for x, y in view.pixels(poses[:, :2])]
     _draw_path(pen, points)
     turn = costmap.info.origin.theta
@@ -105,7 +105,7 @@ def _draw_path(pen: ImageDraw.ImageDraw, points: Sequence[Point]) -> None:
 
 
 def _draw_robot(pen: ImageDraw.ImageDraw, place: Point, heading: float, footprint: float, colour: Colour) -> None:
-    """Draw the footprint to scale, a disc that can be seen on any map, and which way the robot looks."""
+    """Draw the footprint to scale, a disc of constant size, and the heading."""
     x, y = place
     disc = 7.0 * OVERSAMPLING
     reach = max(footprint, disc) + 9.0 * OVERSAMPLING
@@ -119,7 +119,7 @@ def _draw_robot(pen: ImageDraw.ImageDraw, place: Point, heading: float, footprin
 
 
 def _draw_foot(pen: ImageDraw.ImageDraw, view: View, box: Box) -> None:
-    """Frame the map, and write below it what a metre is and what the colours are."""
+    """Draw the frame of the map, the scale bar and the legend."""
     left, _, right, bottom = box
     pen.rectangle(box, outline=FAINT, width=OVERSAMPLING)
     left, right = min(left, _PAD * OVERSAMPLING), max(right, (_PAD + _NARROWEST) * OVERSAMPLING)
@@ -151,6 +151,6 @@ def _around(x: float, y: float, radius: float) -> Box:
 
 
 def _round_length(most: float) -> float:
-    """Return the largest of 1, 2, 5, 10 … (and their tenths) that is not above ``most`` metres."""
+    """Return the largest of 1, 2, 5 × 10ⁿ that is not above ``most`` [m]."""
     decade = 10.0 ** math.floor(math.log10(most))
     return decade * float(np.array([1.0, 2.0, 5.0])[np.array([1.0, 2.0, 5.0]) <= most / decade].max())

@@ -19,7 +19,7 @@ def write_evaluation(path: Path, evaluation: Mapping[str, Any]) -> None:
     """
     lines = [line for line in map(_line, evaluation["planners"]) if line.points]
     if not lines:
-        raise InvalidInput(f"nothing was computed on map {evaluation['map']!r} yet: there is nothing to draw")
+        raise InvalidInput(f"no path was computed on map {evaluation['map']!r} yet, so there is nothing to draw")
     title = f"{evaluation['map']}: computing time of the planners"
     x = Axis("cells between start and goal", logarithmic=True)
     write_chart(path, title, lines, x, Axis("typical time to compute [ms]", logarithmic=True))

@@ -1,4 +1,4 @@
-"""Which part of a costmap a picture shows, how large, and where in it a point of the world lies."""
+"""View of a costmap: the part that a picture shows, its scale, and the pixel of a point."""
 
 from dataclasses import dataclass
 
@@ -9,20 +9,20 @@ from PIL import Image
 from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 
 WIDEST, HIGHEST = 1400, 1000
-"""Of the map in the picture, at the size it is looked at [pixels]."""
+"""Largest size of the map in the picture [pixels]."""
 
 OVERSAMPLING = 2
-"""Everything is drawn this many times larger, so that slanted lines come out smooth."""
+"""Factor by which everything is drawn larger and then reduced, for smooth lines."""
 
 MARGIN = 8
-"""Cells shown around what is known."""
+"""Margin around the known cells [cells]."""
 
 FREE, UNKNOWN, OBSTACLE = (253, 253, 251), (221, 225, 230), (40, 46, 56)
 NEAR, FAR, INSCRIBED = (247, 178, 103), (253, 240, 222), (238, 125, 88)
 
 
 def palette() -> NDArray[np.uint8]:
-    """Return the (256, 3) colours of the costs."""
+    """Return the (256, 3) RGB colours of the costs."""
     share = np.linspace(0.0, 1.0, LETHAL_OBSTACLE)[:, np.newaxis]
     colours = np.zeros((256, 3))
     colours[:LETHAL_OBSTACLE] = (1.0 - share) * FAR + share * NEAR
@@ -35,16 +35,16 @@ def palette() -> NDArray[np.uint8]:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """A window of cells, magnified.
+    """Magnified window of a costmap.
 
     Parameters
     ----------
     costmap : Costmap
-        The whole.
+        The whole costmap.
     top, bottom, left, right : int
-        Rows from ``bottom`` up to, but without, ``top``, columns from ``left`` to ``right``.
+        Bounds of the window [cells]; ``top`` and ``right`` are exclusive.
     scale : float
-        Pixels in a cell.
+        Pixels per cell.
     """
 
     costmap: Costmap
@@ -56,7 +56,7 @@ class View:
 
     @classmethod
     def of(cls, costmap: Costmap, points: NDArray[np.float64]) -> "View":
-        """Return the view of all that is known, and of some points of the world."""
+        """Return the view that contains all known cells and some points."""
         height, width = costmap.data.shape
         known = costmap.data != NO_INFORMATION
         rows, columns = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
@@ -65,7 +65,7 @@ class View:
         bottom, top = max(0, rows.min() - MARGIN), min(height, rows.max() + 1 + MARGIN)
         left, right = max(0, columns.min() - MARGIN), min(width, columns.max() + 1 + MARGIN)
         fits = min(WIDEST / (right - left), HIGHEST / (top - bottom))
-        # Whole pixels where cells can be seen singly, so that all are alike.
+        # A whole number of pixels per cell if possible, so all cells have the same size.
         scale = OVERSAMPLING * (float(int(fits)) if fits >= 1.0 else fits)
         return cls(costmap, int(top), int(bottom), int(left), int(right), scale)
 
@@ -76,14 +76,14 @@ class View:
         return max(1, round(width)), max(1, round(height))
 
     def picture(self) -> Image.Image:
-        """Return the map itself: obstacles, what is near them, free and unknown cells."""
+        """Return the image of the costmap."""
         cells = self.costmap.data[self.bottom : self.top, self.left : self.right][::-1]
         coloured = Image.fromarray(palette()[cells])
         how = Image.Resampling.NEAREST if self.scale >= 1.0 else Image.Resampling.BOX
         return coloured.resize(self.size, how)
 
     def pixels(self, points: ArrayLike) -> list[tuple[float, float]]:
-        """Return where (n, 2) points of the world lie, from the upper left corner."""
+        """Return the pixels of (n, 2) points [m], counted from the upper left corner."""
         info = self.costmap.info
         local = np.asarray(points, dtype=np.float64) - (info.origin.x, info.origin.y)
         c, s = np.cos(info.origin.theta), np.sin(info.origin.theta)
@@ -93,5 +93,5 @@ class View:
 
     @property
     def metre(self) -> float:
-        """Pixels in a metre."""
+        """Pixels per metre."""
         return self.scale / self.costmap.info.resolution

@@ -1,1 +1,1 @@
-"""Paths on a map file, planned on this computer without a cloud. Needs ``ppaas[plan]``."""
+"""Planning on a map file without a cloud. Needs the extra ``plan``."""

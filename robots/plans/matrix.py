@@ -1,4 +1,4 @@
-"""What it costs to get from each of many starts to each of many goals, on a map file."""
+"""Cost matrix on a map file: the cost from each start to each goal."""
 
 import json
 import math
@@ -18,7 +18,7 @@ def read_ends(path: Path) -> dict[str, Any]:
     Raises
     ------
     InvalidInput
-        It cannot be read, or has not these two lists.
+        The file cannot be read, or does not have exactly these two lists.
     """
     try:
         ends = json.loads(path.read_bytes())
@@ -26,7 +26,7 @@ def read_ends(path: Path) -> dict[str, Any]:
         raise InvalidInput(f"cannot read starts and goals: {error}") from error
     if not (isinstance(ends, dict) and ends.keys() == {"starts", "goals"} and all(map(_are_poses, ends.values()))):
         raise InvalidInput(
-            f'{path} must be a JSON object of starts and goals: {{"starts": [[x, y], ...], "goals": [[x, y], ...]}}'
+            f'{path} must be a JSON object with starts and goals: {{"starts": [[x, y], ...], "goals": [[x, y], ...]}}'
         )
     return ends
 
@@ -39,14 +39,14 @@ def _are_poses(given: object) -> bool:
 
 
 def answer_of(costmap: Costmap, ends: dict[str, Any]) -> dict[str, Any]:
-    """Return the costs, a row for each start, ``None`` where no way leads, and in how many seconds they were found.
+    """Return the costs, a row per start and ``None`` where there is no path, and the computing time [s].
 
     Raises
     ------
     InvalidInput
-        A number is not finite, or some rows have a yaw and others not.
+        A number is not finite, or only some of the poses have a yaw.
     PlanningError
-        A start or a goal is not on the map, or not free.
+        A start or a goal is off the map or not free.
     """
     began = monotonic()
     costs = cost_matrix(costmap, ends["starts"], ends["goals"], threads=len(os.sched_getaffinity(0)))
@@ -55,7 +55,7 @@ def answer_of(costmap: Costmap, ends: dict[str, Any]) -> dict[str, Any]:
 
 
 def table_of(answer: dict[str, Any]) -> tuple[list[dict[str, Any]], list[str]]:
-    """Return the rows that people see, and their columns: costs by the numbers of start and goal, from 0."""
+    """Return the rows and columns of the table: costs by the index of start and goal, from 0."""
     rows = answer["costs"]
     columns = ["start", *(f"goal {number}" for number in range(len(rows[0]) if rows else 0))]
     return [dict(zip(columns, [number, *row], strict=True)) for number, row in enumerate(rows)], columns

@@ -1,4 +1,4 @@
-"""Plans on a map file, without a cloud."""
+"""Offline planning: paths on a map file, without a cloud."""
 
 import os
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ from ppaas.robot_model.known_models import RobotModel
 from robots.client.map_files import read_map_files
 
 MODEL = "turtlebot2"
-"""The cloud as well plans for it where no robot is named."""
+"""Default robot model, the same as in the cloud."""
 
 IMAGES = (".pgm", ".png")
 
@@ -32,58 +32,60 @@ _TWO_CELLS = Costmap(np.zeros((1, 2), np.uint8), GridInfo(1.0, 2, 1))
 
 @dataclass(frozen=True, slots=True)
 class PlannedRobot:
-    """For whom a path is: a model by name, a URDF that goes before it, and a radius [m] that goes before both."""
+    """Robot to plan for: a model by name, a URDF that overrides it, and a radius [m] that overrides both."""
 
     model: str = MODEL
     radius: float | None = None
     urdf: bytes | None = None
 
     def body(self) -> RobotModel:
-        """Return the body that the map is inflated for, as a clone has it.
+        """Return the robot model that the map is inflated for, as in a clone.
 
         Raises
         ------
         NotFound
-            No such model; the text lists those there are.
+            There is no such model; the text lists the models.
         InvalidParameter
-            The radius is none.
+            The radius is invalid.
         InvalidInput
-            The URDF is none, or tells no footprint.
+            The URDF is invalid or has no footprint.
         """
-        told = None if self.urdf is None else describe(self.urdf)
-        if told is not None and not told.footprint and self.radius is None:
-            raise InvalidInput(f"the URDF tells no footprint: {'; '.join(told.warnings) or 'its shapes have no size'}")
-        said = {} if self.radius is None else {COSTMAP: {"robot_radius": self.radius}}
-        return robot_body(self.model, told, said)
+        described = None if self.urdf is None else describe(self.urdf)
+        if described is not None and not described.footprint and self.radius is None:
+            raise InvalidInput(
+                f"the URDF has no footprint: {'; '.join(described.warnings) or 'its shapes have no size'}"
+            )
+        parameters = {} if self.radius is None else {COSTMAP: {"robot_radius": self.radius}}
+        return robot_body(self.model, described, parameters)
 
     def radius_of(self) -> float:
-        """Return the radius [m]; raises as ``body``."""
+        """Return the radius [m]. Raises as ``body`` does."""
         return self.body().robot_radius
 
 
 def yaml_of(path: Path) -> Path:
-    """Return the YAML file of a map that is given by it or by its image."""
+    """Return the YAML file of a map, given that file or its image."""
     return path.with_suffix(".yaml") if path.suffix.lower() in IMAGES else path
 
 
 def inflated(record: bytes, image: bytes, radius: float, rules: Rules | None = None) -> Costmap:
-    """Return the costmap of a map's two files, inflated for a robot as a clone has it.
+    """Return the costmap of a YAML file and an image, inflated for a robot as in a clone.
 
     Raises
     ------
     InvalidMap
-        The files are no map.
+        The files do not describe a map.
     """
     return build_layers(load_map(record, image, rules), robot_radius=radius).costmap
 
 
 def costmap_of_file(path: Path, radius: float, rules: Rules | None = None) -> Costmap:
-    """Return the costmap of a map on the disk.
+    """Return the inflated costmap of a map file.
 
     Raises
     ------
     InvalidMap
-        It or its image cannot be read.
+        The file or its image cannot be read.
     """
     return inflated(*read_map_files(yaml_of(path)), radius, rules)
 
@@ -91,26 +93,26 @@ def costmap_of_file(path: Path, radius: float, rules: Rules | None = None) -> Co
 def plan(
     costmap: Costmap, start: Pose2D, goal: Pose2D, planner: str, tolerance: float, *, robot: PlannedRobot | None = None
 ) -> PlanResult:
-    """Plan on as many threads as there are CPUs, for as long as it takes; a robot's outline counts where a planner can.
+    """Plan a path with one thread per CPU and no time limit; planners that can use the robot's footprint do.
 
     Raises
     ------
     NotFound
-        No such planner; the text lists those there are.
+        There is no such planner; the text lists the planners.
     InvalidInput
-        A pose that is not finite, or a negative tolerance.
+        A pose is not finite, or the tolerance is negative.
     PlanningError
         There is no path; one of its subclasses.
     """
     chosen = planner_of((robot or PlannedRobot()).body(), planner, {})
-    # A first plan loads the kernels, so that the time told of the second is the planner's alone.
+    # A first plan loads the kernels, so the reported time is that of planning alone.
     threads = len(os.sched_getaffinity(0))
     chosen.plan(_TWO_CELLS, PlanRequest(Pose2D(0.5, 0.5), Pose2D(1.5, 0.5), threads=threads))
     return chosen.plan(costmap, PlanRequest(start, goal, tolerance, threads=threads))
 
 
 def answer_of(result: PlanResult) -> Mapping[str, Any]:
-    """Return a result with the names that the cloud's answers have."""
+    """Return a result with the keys of the REST service."""
     return {
         "planner": result.planner,
         "length": result.length,

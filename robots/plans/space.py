@@ -1,4 +1,4 @@
-"""Plans in space on a file of OctoMap, without a cloud."""
+"""Offline planning in 3D: paths in an octomap file, without a cloud."""
 
 import os
 from dataclasses import dataclass
@@ -13,23 +13,24 @@ from ppaas.planners.base import PlanResult
 from ppaas.planners.volume import PlanRequest3D, Pose3D, create
 
 PLANNER = "astar3d"
+"""Default planner."""
 
 HEIGHT = 0.42
-"""Of a Turtlebot2 [m]."""
+"""Height of a Turtlebot2 [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class SpaceBody:
-    """For whom a path in space is.
+    """Body of the robot to plan for.
 
     Parameters
     ----------
     radius, height : float
-        Of the robot [m].
+        Radius and height [m].
     step : float, optional
-        Height of a step that it climbs [m]; as much as one voxel by default, since the ground in a map is as rough.
+        Highest step that it climbs [m]; one voxel by default, which is the roughness of the ground in a map.
     flies : bool
-        Whether it needs no ground.
+        Whether it flies, and so needs no ground.
     """
 
     radius: float
@@ -39,33 +40,33 @@ class SpaceBody:
 
 
 def costmap_of_file(path: Path, body: SpaceBody, depth: int = DEPTH) -> VoxelCostmap:
-    """Return where a robot can be in a map on the disk.
+    """Return the costmap of an octomap file for a robot.
 
     Raises
     ------
     InvalidMap
-        It cannot be read, or is too large at this depth.
+        The file cannot be read, or is too large at this depth.
     InvalidInput
-        No such depth, or no such body.
+        The depth or the body is invalid.
     """
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise InvalidMap(f"{path} cannot be read: {error.strerror}") from error
+        raise InvalidMap(f"cannot read {path}: {error.strerror}") from error
     voxels = parse_octomap(data).voxels(depth)
     step = voxels.info.resolution if body.step is None else body.step
     return inflate_voxels(voxels, Cylinder(body.radius, body.height), ground=not body.flies, max_step=step)
 
 
 def plan(costmap: VoxelCostmap, start: Pose3D, goal: Pose3D, planner: str, tolerance: float) -> PlanResult:
-    """Plan for as long as it takes; the second time, so that the time told of is the planner's alone.
+    """Plan a path without a time limit; planned twice, so the reported time excludes loading the kernels.
 
     Raises
     ------
     NotFound
-        No such planner in space; the text lists those there are.
+        There is no such 3D planner; the text lists the planners.
     InvalidInput
-        A pose that is not finite, or a negative tolerance.
+        A pose is not finite, or the tolerance is negative.
     PlanningError
         There is no path; one of its subclasses.
     """

@@ -1,4 +1,4 @@
-"""Simulated robots: a world made of a map, Turtlebots in it, and what their sensors tell. Needs ``ppaas[sim]``.
+"""Simulation of Turtlebots and people in a map. Needs the extra ``sim``.
 
-The true pose never leaves this room: what a simulated robot publishes is made by its sensors alone.
+The true pose is never published: a simulated robot publishes only the output of its sensors.
 """

@@ -1,4 +1,4 @@
-"""Counts what robots bump into: one for a touch that begins, however long it lasts and however it chatters."""
+"""Contact counter: counts each contact of a robot once, however long it lasts and however often it flickers."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -6,24 +6,24 @@ from collections.abc import Callable
 import pymunk
 
 SETTLE = 0.3
-"""A touch that ends and comes again within so many seconds is still the same touch [s]."""
+"""Contacts that reappear within this time count as the same contact [s]."""
 
 WALL = -1
-"""Stands for all walls, where the other robot's index would be."""
+"""Stands for all walls, in place of the other robot's index."""
 
 PERSON = -2
-"""Stands for all people."""
+"""Stands for all people, in place of the other robot's index."""
 
 
 class ContactCounter:
-    """Counts the touches of each robot, looking after every step who touches what.
+    """Counts the contacts of each robot; checks all bodies after every step.
 
-    All walls count as one: a robot that slides along from one piece to the next has touched once.
+    All walls count as one object: a robot that slides from one wall rectangle to the next has one contact.
 
     Parameters
     ----------
     clock : callable
-        Seconds of the simulated world.
+        Returns the simulated time [s].
     """
 
     def __init__(self, clock: Callable[[], float]) -> None:
@@ -36,19 +36,19 @@ class ContactCounter:
         self.person_contacts: Counter[int] = Counter()
 
     def watch(self, body: pymunk.Body, robot: int) -> None:
-        """Count the touches of this body as those of this robot."""
+        """Count the contacts of a body as those of a robot."""
         self._robots[body] = robot
 
-    def know_person(self, body: pymunk.Body) -> None:
-        """Count what this body is touched by apart from walls."""
+    def add_person(self, body: pymunk.Body) -> None:
+        """Count contacts with this body as contacts with a person."""
         self._people.add(body)
 
     def total(self, robot: int) -> int:
-        """Return how often a robot touched a wall, another robot or a person."""
+        """Return the number of contacts of a robot with walls, robots and people."""
         return self.wall_contacts[robot] + self.robot_contacts[robot] + self.person_contacts[robot]
 
-    def look(self) -> None:
-        """Count the touches that began in the step that was just taken."""
+    def update(self) -> None:
+        """Count the contacts that began in the last step."""
         now = self._clock()
         for robot, other in self._touching():
             before = self._last_touched.get((robot, other), float("-inf"))

@@ -1,4 +1,4 @@
-"""Where robots start and what they are asked, chosen by seed so that it is worth driving and can be driven."""
+"""Courses of simulated robots: random starts and goals, far enough apart and reachable, reproducible by a seed."""
 
 import math
 from contextlib import suppress
@@ -20,22 +20,24 @@ Mask = NDArray[np.bool_]
 _Cell = tuple[int, int]
 
 _TRIES = 64
+"""Random cells tried in search of the largest free region."""
 _ATTEMPTS = 20
+"""Attempts to place all robots and goals."""
 
 
 @dataclass(frozen=True, slots=True)
 class GoalRules:
-    """What a choice must keep to.
+    """Constraints on starts and goals.
 
     Parameters
     ----------
     clearance : float
-        Least distance of every path from walls: the robot's radius and a margin [m].
+        Least distance of every path from walls: the robot's radius plus a margin [m].
     starts_apart, goals_apart : float
-        Least distance between two robots' starts, and between goals of different robots [m].
+        Least distance between the starts of two robots, and between goals of different robots [m].
     shortest, preferred : float
-        Length of the way to a goal, as parts of the longest way there is from where the robot then is: it is never
-        less than the first, and not more than the second if there is such a goal.
+        Length of the path to a goal, as fractions of the longest shortest path from the robot's position: at least
+        ``shortest``, and at most ``preferred`` if there is such a goal.
     """
 
     clearance: float = 0.18 + 0.15
@@ -47,16 +49,16 @@ class GoalRules:
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """What one robot does.
+    """Course of one robot.
 
     Parameters
     ----------
     start : Pose2D
-        Where it stands at first.
+        Pose at the start.
     goals : tuple of Pose2D
-        What it is asked, one after the other.
+        Goals in order.
     lengths : tuple of float
-        Of the way to each goal from the one before, along the cells of the map [m].
+        Length of the path to each goal from the one before, along the cells of the map [m].
     """
 
     start: Pose2D
@@ -65,7 +67,7 @@ class Course:
 
 
 def drivable(grid: GridMap, clearance: float, rng: np.random.Generator) -> Mask:
-    """Return the largest part of a map that hangs together and keeps clear of walls and of the unknown.
+    """Return the largest connected free region of a map with a distance to walls.
 
     Parameters
     ----------
@@ -74,12 +76,12 @@ def drivable(grid: GridMap, clearance: float, rng: np.random.Generator) -> Mask:
     clearance : float
         Least distance from the centre of an occupied cell [m].
     rng : numpy.random.Generator
-        Decides where it is looked for.
+        Random generator for the starting cells of the search.
 
     Raises
     ------
     InvalidMap
-        Nothing is free.
+        No cell is free.
     """
     left: Mask = (grid.data == FREE) & (distance_to_occupied(grid) > clearance)
     free, best = left.copy(), np.zeros_like(left)
@@ -93,33 +95,33 @@ def drivable(grid: GridMap, clearance: float, rng: np.random.Generator) -> Mask:
         if np.count_nonzero(part) > np.count_nonzero(best):
             best = part
     if not best.any():
-        raise InvalidMap(f"the map has no free cell that is {clearance:g} m away from every wall")
+        raise InvalidMap(f"the map has no free cell at least {clearance:g} m from every wall")
     return best
 
 
 def path_lengths(info: GridInfo, where: Mask, cell: _Cell) -> NDArray[np.float64]:
-    """Return the length of the way from one cell to each [m]; infinite where there is none."""
+    """Return the length of the shortest path from one cell to each cell [m]; infinite if there is none."""
     costs = np.where(where, FREE_SPACE, LETHAL_OBSTACLE).astype(np.uint8)
     field = cost_field(Costmap(costs, info), cells=cell, allow_unknown=False)
     return field * (info.resolution / NEUTRAL)
 
 
 class CoursePlanner:
-    """Chooses courses for robots in one map.
+    """Chooses courses for robots on a map.
 
     Parameters
     ----------
     grid : GridMap
         The map.
     seed : int
-        The same seed gives the same courses.
+        Seed of the courses.
     rules : GoalRules, optional
-        What they keep to.
+        Constraints on the courses.
 
     Raises
     ------
     InvalidMap
-        There is no room in it.
+        The map has no free region.
     """
 
     def __init__(self, grid: GridMap, seed: int, rules: GoalRules | None = None) -> None:
@@ -129,14 +131,14 @@ class CoursePlanner:
         self._where = drivable(grid, self._rules.clearance, self._rng)
 
     def choose(self, robots: int, goals: int) -> list[Course]:
-        """Choose starts and goals for some robots.
+        """Choose a start and goals for each robot.
 
         Raises
         ------
         InvalidMap
-            The map is too small for so many.
+            The map is too small for this number of robots and goals.
         """
-        # In a small map an early choice may leave no room for a late one.
+        # On a small map, an early choice may leave no space for a later one.
         for _ in range(_ATTEMPTS - 1):
             with suppress(InvalidMap):
                 return self._attempt(robots, goals)
@@ -155,8 +157,8 @@ class CoursePlanner:
                 chosen[robot].append(goal)
                 lengths[robot].append(length)
         return [
-            Course(self._pose(start), tuple(map(self._pose, cells)), tuple(ways))
-            for start, cells, ways in zip(starts, chosen, lengths, strict=True)
+            Course(self._pose(start), tuple(map(self._pose, cells)), tuple(distances))
+            for start, cells, distances in zip(starts, chosen, lengths, strict=True)
         ]
 
     def _next_goal(self, here: _Cell, others: list[_Cell]) -> tuple[_Cell, float]:
@@ -168,7 +170,7 @@ class CoursePlanner:
         return goal, float(length[goal])
 
     def _away_from(self, cells: list[_Cell], distance: float) -> Mask:
-        """Return where a robot may be that is far enough from some cells."""
+        """Return the allowed cells at a distance [m] or more from all given cells."""
         allowed = self._where.copy()
         rows, columns = np.ogrid[: allowed.shape[0], : allowed.shape[1]]
         reach = distance / self._info.resolution
@@ -179,7 +181,7 @@ class CoursePlanner:
     def _pick(self, candidates: Mask, what: str) -> _Cell:
         cells = np.flatnonzero(candidates)
         if not len(cells):
-            raise InvalidMap(f"the map has no place left for another {what}; take fewer robots or goals")
+            raise InvalidMap(f"the map has no space for another {what}; use fewer robots or goals")
         row, column = divmod(int(cells[self._rng.integers(len(cells))]), candidates.shape[1])
         return row, column
 

@@ -1,4 +1,4 @@
-"""Connects a simulated robot to the cloud: sensors go up, ``cmd_vel`` comes down."""
+"""Driver of a simulated robot: publishes its sensors and executes ``cmd_vel``."""
 
 import asyncio
 import logging
@@ -16,12 +16,12 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class SensorRates:
-    """How often the sensors speak [Hz].
+    """Publishing rates of the sensors [Hz].
 
     Raises
     ------
     InvalidParameter
-        Not a positive number.
+        A rate is not a positive number.
     """
 
     odom: float = 20.0
@@ -29,21 +29,22 @@ class SensorRates:
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(rate) and rate > 0.0 for rate in (self.odom, self.scan)):
-            raise InvalidParameter(f"rates must be positive numbers [Hz], not {self.odom} and {self.scan}")
+            raise InvalidParameter(f"odom and scan must be positive rates [Hz], not {self.odom} and {self.scan}")
 
 
 class Schedule:
-    """When something is due that happens again and again; what was missed is not made up for.
+    """Fixed-rate schedule; missed times are skipped.
 
     Parameters
     ----------
     rate : float
-        [Hz].
+        Rate [Hz].
     start : float
-        When it is due first [s].
+        First due time [s].
     """
 
     SLACK = 0.002
+    """Tolerance for timers that fire early [s]."""
 
     def __init__(self, rate: float, start: float) -> None:
         self._rate = rate
@@ -52,11 +53,11 @@ class Schedule:
 
     @property
     def next(self) -> float:
-        """When it is due next [s]."""
+        """Next due time [s]."""
         return self._start + self._count / self._rate
 
     def take(self, now: float) -> bool:
-        """Tell whether it is due now, and if so, wait for the next time."""
+        """Return whether the schedule is due at ``now`` [s]; if so, advance it."""
         if now < self.next - self.SLACK:
             return False
         self._count = math.floor((now + self.SLACK - self._start) * self._rate) + 1
@@ -71,9 +72,9 @@ class Driver:
     robot : SimulatedRobot
         The robot.
     client : RobotClient
-        Its connection, open, in the role of the robot.
+        Connected client in the role of the robot.
     rates : SensorRates, optional
-        Of its sensors.
+        Rates of the sensors.
     clock : callable
         Monotonic seconds.
     """
@@ -93,14 +94,14 @@ class Driver:
         Raises
         ------
         PPaaSError
-            The client gave up.
+            The client has failed.
         """
         await self._client.subscribe("cmd_vel", Twist, self._command, queue_size=1)
         start = self._clock()
         odom, scan = Schedule(self._rates.odom, start), Schedule(self._rates.scan, start)
         while True:
             now = self._clock()
-            # Odometry goes first: when the scan arrives, where the robot stood is known.
+            # Odometry first: localization needs the pose when it processes the scan.
             if odom.take(now):
                 await self._client.publish("odom", self._robot.odometry())
             if scan.take(now):
@@ -111,6 +112,6 @@ class Driver:
         try:
             self._robot.command(twist)
         except InvalidInput as error:
-            logger.warning("a command of the cloud was refused: %s", error)
+            logger.warning("rejected a command of the cloud: %s", error)
             return
         self.commands += 1

@@ -1,4 +1,4 @@
-"""What is between a command and the motion of a base: a delay, motors that lag, and a floor that slips."""
+"""Drivetrain of a simulated base: command delay, motor lag, acceleration limits and wheel slip."""
 
 import math
 from collections import deque
@@ -11,22 +11,22 @@ from ppaas.controllers.base import Velocity
 
 @dataclass(frozen=True, slots=True)
 class DrivetrainModel:
-    """What the drive can.
+    """Parameters of a drivetrain.
 
     Parameters
     ----------
     max_linear, max_angular : float
-        [m/s, rad/s]; it goes no faster, whatever it is told.
+        Speed limits [m/s, rad/s].
     acc_linear, acc_angular : float
-        [m/s², rad/s²].
+        Acceleration limits [m/s², rad/s²].
     slip_linear, slip_angular : float
-        Standard deviation of the part of a motion that the wheels lose or gain on the floor.
+        Standard deviation of the slip, as a fraction of the motion.
     slip_time : float
-        Seconds for which the floor stays much the same under the wheels.
+        Correlation time of the slip [s].
     lag : float
         Time constant of the motors [s].
     delay : float
-        Until a command reaches the motors [s].
+        Delay of commands [s].
     """
 
     max_linear: float
@@ -46,42 +46,44 @@ class Drivetrain:
     Parameters
     ----------
     model : DrivetrainModel
-        What they can.
+        Parameters.
     rng : numpy.random.Generator
-        Of the floor.
+        Random generator of the slip.
     """
 
     def __init__(self, model: DrivetrainModel, rng: np.random.Generator) -> None:
         self.model = model
         self.wheels = Velocity()
         self._target = Velocity()
-        self._under_way: deque[tuple[float, Velocity]] = deque()
+        self._pending: deque[tuple[float, Velocity]] = deque()
         self._now = 0.0
         self._slip = np.zeros(2)
         self._rng = rng
 
     def command(self, velocity: Velocity) -> None:
-        """Go for this velocity as soon as the command has reached the motors, as fast as they allow."""
-        self._under_way.append((self._now + self.model.delay, velocity))
+        """Set the target velocity; it takes effect after the delay, within the acceleration limits."""
+        self._pending.append((self._now + self.model.delay, velocity))
 
     def turn(self, dt: float) -> Velocity:
-        """Let a step [s] pass; return the velocity that the wheels give the body in it."""
+        """Simulate a step of ``dt`` [s]; return the velocity of the body during the step."""
         model = self.model
-        while self._under_way and self._under_way[0][0] <= self._now + 1e-9:
-            self._target = self._under_way.popleft()[1]
+        while self._pending and self._pending[0][0] <= self._now + 1e-9:
+            self._target = self._pending.popleft()[1]
         self._now += dt
-        part = -math.expm1(-dt / model.lag) if model.lag > 0.0 else 1.0
+        response = -math.expm1(-dt / model.lag) if model.lag > 0.0 else 1.0
         self.wheels = Velocity(
-            _approach(self.wheels.linear, self._target.linear, model.acc_linear * dt, model.max_linear, part),
-            _approach(self.wheels.angular, self._target.angular, model.acc_angular * dt, model.max_angular, part),
+            _approach(self.wheels.linear, self._target.linear, model.acc_linear * dt, model.max_linear, response),
+            _approach(self.wheels.angular, self._target.angular, model.acc_angular * dt, model.max_angular, response),
         )
+        # The slip is an Ornstein-Uhlenbeck process: correlated over `slip_time`, with constant standard deviation.
         fade = math.exp(-dt / model.slip_time)
-        most = np.array((model.slip_linear, model.slip_angular))
-        self._slip = fade * self._slip + most * math.sqrt(1.0 - fade**2) * self._rng.standard_normal(2)
+        sigma = np.array((model.slip_linear, model.slip_angular))
+        self._slip = fade * self._slip + sigma * math.sqrt(1.0 - fade**2) * self._rng.standard_normal(2)
         linear, angular = self._slip.tolist()
         return Velocity(self.wheels.linear * (1.0 + linear), self.wheels.angular * (1.0 + angular))
 
 
-def _approach(now: float, target: float, step: float, most: float, part: float) -> float:
-    wanted = now + part * (min(max(target, -most), most) - now)
-    return min(max(wanted, now - step), now + step)
+def _approach(current: float, target: float, max_change: float, limit: float, response: float) -> float:
+    """Return the next speed of a first-order lag towards the target, within the limits of speed and acceleration."""
+    wanted = current + response * (min(max(target, -limit), limit) - current)
+    return min(max(wanted, current - max_change), current + max_change)

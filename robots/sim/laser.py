@@ -1,4 +1,4 @@
-"""A laser scanner that sees the walls of the map, the other robots and people."""
+"""Simulated laser scanner: measures walls, other robots and people."""
 
 import math
 from dataclasses import dataclass
@@ -14,23 +14,24 @@ from ppaas.messages.std_msgs import Header, Time
 from robots.sim.kernels import discs as kernels
 
 Discs = tuple[NDArray[np.float64], float]
-"""Round things of one size: (m, 2) true positions of their middles, and their radius [m]."""
+"""Discs of one size: (m, 2) centres and their radius [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class LaserModel:
-    """What the scanner can.
+    """Parameters of a laser scanner.
 
     Parameters
     ----------
     beams : int
-        Spread evenly over the field of view, from right to left; on the full circle the first looks backwards.
+        Number of beams, evenly spaced over the field of view, from right to left. With a full circle, the first
+        beam points backwards.
     range_min, range_max : float
-        [m].
+        Limits of the range [m].
     sigma : float
         Standard deviation of a range [m].
     field_of_view : float
-        The middle of it is where the robot heads [rad].
+        Field of view, centred on the robot's heading [rad].
     """
 
     beams: int = 360
@@ -47,30 +48,30 @@ class LaserModel:
 
     @property
     def angles(self) -> NDArray[np.float64]:
-        """(beams,) directions from the robot's heading [rad]."""
+        """(beams,) angles of the beams relative to the robot's heading [rad]."""
         return np.asarray(-0.5 * self.field_of_view + self.increment * np.arange(self.beams))
 
 
 def cast_at_discs(
     origin: Pose2D, angles: NDArray[np.float64], centres: NDArray[np.float64], radius: float
 ) -> NDArray[np.float64]:
-    """Return the distance from a pose to the first of some discs in each direction.
+    """Return the distance from a pose to the nearest disc along each ray.
 
     Parameters
     ----------
     origin : Pose2D
-        Where the rays begin; angles count from its heading. It lies in none of the discs.
+        Origin of the rays, outside all discs; the angles are relative to its heading.
     angles : (n,) array
-        [rad].
+        Directions of the rays [rad].
     centres : (m, 2) array
-        x, y [m].
+        Centres of the discs: x, y [m].
     radius : float
-        Of each disc [m].
+        Radius of the discs [m].
 
     Returns
     -------
     (n,) array
-        [m]; infinite where no disc is hit.
+        Distances [m]; infinite where no disc is hit.
     """
     ranges: NDArray[np.float64] = kernels.cast_at_discs(
         origin.x, origin.y, np.ascontiguousarray(angles + origin.theta), np.ascontiguousarray(centres), radius
@@ -79,18 +80,18 @@ def cast_at_discs(
 
 
 class Laser:
-    """One scanner, in the middle of its robot.
+    """Laser scanner in the centre of its robot.
 
     Parameters
     ----------
     occupied : (height, width) bool array
-        The walls.
+        Occupied cells of the map.
     info : GridInfo
-        Where they lie.
+        Resolution and origin of the map.
     model : LaserModel
-        What it can.
+        Parameters.
     rng : numpy.random.Generator
-        Of its noise.
+        Random generator of the noise.
     """
 
     def __init__(
@@ -103,14 +104,14 @@ class Laser:
         self._rng = rng
 
     def measure(self, pose: Pose2D, *others: Discs) -> NDArray[np.float64]:
-        """Return what the beams measure: (beams,) ranges [m], infinite where nothing is in reach.
+        """Return the (beams,) measured ranges [m], infinite where nothing is in range.
 
         Parameters
         ----------
         pose : Pose2D
             True pose of the scanner in the map frame.
         *others : (centres, radius)
-            Who else is there, by size.
+            Other robots and people, grouped by radius.
         """
         model = self.model
         ranges = cast_rays(self._occupied, self._info, pose, self._angles, model.range_max)
@@ -120,7 +121,7 @@ class Laser:
         return np.where(noisy <= model.range_max, noisy, np.inf)
 
     def scan(self, ranges: NDArray[np.float64], stamp: float, frame_id: str) -> LaserScan:
-        """Return ``sensor_msgs/LaserScan`` of what was measured, to the millimetre."""
+        """Return the ranges as ``sensor_msgs/LaserScan``, rounded to millimetres."""
         millimetres = np.round(ranges, 3).tolist()
         return LaserScan(
             header=Header(stamp=Time.of(stamp), frame_id=frame_id),

@@ -1,4 +1,4 @@
-"""Odometry as a Turtlebot has it: distance from the wheels, turning from the gyro, and both a little wrong."""
+"""Simulated odometry of a Turtlebot: distance from wheel encoders and rotation from a gyro, both with errors."""
 
 import math
 from dataclasses import dataclass
@@ -15,20 +15,20 @@ from ppaas.messages.std_msgs import Header, Time
 
 @dataclass(frozen=True, slots=True)
 class OdometryNoise:
-    """How wrong it is; each number is a standard deviation.
+    """Error model of the odometry; each value is a standard deviation.
 
     Parameters
     ----------
     scale, gyro_scale : float
-        Error of the wheels' diameter, and of the gyro's scale, as a part of the motion.
+        Scale error of the wheel diameter and of the gyro, as a fraction of the motion.
     gyro_bias : float
-        What the gyro tells when nothing turns [rad/s].
+        Gyro bias [rad/s].
     gyro_walk : float
-        How the bias wanders [rad/s in one √s].
+        Random walk of the bias [rad/s per √s].
     noise_linear, noise_angular : float
-        Of a motion, as a part of the square root of its length [√m, √rad].
+        Noise of a motion, per square root of its length [√m, √rad].
     drift : float
-        Factor on all of these: 0 is odometry without a fault of its own.
+        Factor on all errors; 0 disables them.
     """
 
     scale: float = 0.01
@@ -41,18 +41,18 @@ class OdometryNoise:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.drift) and self.drift >= 0.0):
-            raise InvalidParameter(f"drift must be a number from 0 up, not {self.drift}")
+            raise InvalidParameter(f"drift must be a number of 0 or more, not {self.drift}")
 
 
 class WheelOdometry:
-    """Adds up what wheels and gyro measure, from (0, 0, 0) where the robot was switched on.
+    """Integrates wheel and gyro measurements, starting at (0, 0, 0).
 
     Parameters
     ----------
     model : OdometryNoise
-        How wrong it is.
+        Error model.
     rng : numpy.random.Generator
-        Decides how this robot's sensors are wrong.
+        Random generator of the errors.
     """
 
     def __init__(self, model: OdometryNoise, rng: np.random.Generator) -> None:
@@ -65,14 +65,14 @@ class WheelOdometry:
         self._bias = model.drift * model.gyro_bias * rng.standard_normal()
 
     def update(self, wheel_speed: float, turn_rate: float, dt: float) -> None:
-        """Take one step.
+        """Integrate one step.
 
         Parameters
         ----------
         wheel_speed : float
-            How fast the wheels roll forwards, slip or not [m/s].
+            Linear speed of the wheels, regardless of slip [m/s].
         turn_rate : float
-            How fast the body really turns [rad/s].
+            True angular velocity of the body [rad/s].
         dt : float
             Length of the step [s].
         """
@@ -85,7 +85,7 @@ class WheelOdometry:
         angle = turned * self._gyro_scale + self._bias * dt + noise_angular
         half_turned = self.pose @ Pose2D(0.0, 0.0, angle / 2.0)
         self.pose = half_turned @ Pose2D(distance, 0.0, angle / 2.0)
-        # What is told as velocity is smoothed as an encoder's is: the noise of one step over a step is no speed.
+        # The velocity is smoothed as an encoder's is: the noise of one step divided by its length is not a speed.
         self.velocity = Velocity(wheel_speed * self._wheel_scale, turn_rate * self._gyro_scale + self._bias)
 
     def message(self, stamp: float, frame_id: str, child_frame_id: str) -> Odometry:

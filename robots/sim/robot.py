@@ -1,4 +1,4 @@
-"""A simulated robot: body, base controller, odometry and laser. What it publishes comes from its sensors alone."""
+"""Simulated robot: body, base controller, odometry and laser. It publishes only the output of its sensors."""
 
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -20,7 +20,7 @@ from robots.sim.turtlebot import Turtlebot, TurtlebotModel
 
 @dataclass(frozen=True, slots=True)
 class SimulatedRobotModel:
-    """What a robot is made of."""
+    """Models of a robot's parts, its frames, and the time-out of its commands [s]."""
 
     base: TurtlebotModel = field(default_factory=TurtlebotModel)
     laser: LaserModel = field(default_factory=LaserModel)
@@ -31,39 +31,39 @@ class SimulatedRobotModel:
 
 
 class RobotSurroundings(Protocol):
-    """What a robot needs of the world that it stands in."""
+    """Interface of the world to a robot."""
 
     grid: GridMap
     occupied: NDArray[np.bool_]
 
     def time(self) -> float:
-        """Return the seconds since the world began."""
+        """Return the simulated time [s]."""
         ...
 
     def stamp(self) -> float:
-        """Return the present moment as a stamp."""
+        """Return the stamp of the current time [seconds since the epoch]."""
         ...
 
     def others(self, robot: "SimulatedRobot") -> tuple[Discs, ...]:
-        """Return who else is there."""
+        """Return the other robots and the people, as discs."""
         ...
 
 
 class SimulatedRobot:
-    """A robot of a simulated world, as its driver sees it.
+    """Robot of a simulated world.
 
     Parameters
     ----------
     world : RobotSurroundings
-        Where it is.
+        World that contains the robot.
     space : pymunk.Space
-        Of the world.
+        Space of the world.
     pose : Pose2D
-        Where it stands at first.
+        Pose at the start.
     model : SimulatedRobotModel
-        What it is made of.
+        Models of its parts.
     rng : numpy.random.Generator
-        Its own.
+        Random generator of this robot.
     """
 
     def __init__(
@@ -84,29 +84,29 @@ class SimulatedRobot:
         self._odometry = WheelOdometry(model.odometry, odometry_rng)
 
     def command(self, twist: Twist) -> None:
-        """Take a ``cmd_vel``.
+        """Execute a ``cmd_vel``.
 
         Raises
         ------
         InvalidInput
-            Not finite; the base stops.
+            The command is not finite; the base stops.
         """
         self._controller.command(twist)
 
     def odometry(self) -> Odometry:
-        """Return what the odometry tells now."""
+        """Return the current odometry."""
         return self._odometry.message(self._world.stamp(), self.model.odom_frame, self.model.base_frame)
 
     def scan(self) -> LaserScan:
-        """Return what the laser sees now; it stands in the middle of the base."""
+        """Return the current scan; the laser is in the centre of the base."""
         ranges = self._laser.measure(self.base.pose, *self._world.others(self))
         return self._laser.scan(ranges, self._world.stamp(), self.model.base_frame)
 
     def before_step(self) -> None:
-        """Give the wheels their command."""
+        """Pass the current command to the wheels."""
         self.base.drive(self._controller.velocity())
 
     def after_step(self, dt: float) -> None:
-        """Let the odometry measure what the step has done."""
+        """Update the odometry after a step of ``dt`` [s]."""
         self.base.after_step()
         self._odometry.update(self.base.wheels.linear, self.base.body.angular_velocity, dt)

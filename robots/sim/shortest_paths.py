@@ -1,4 +1,4 @@
-"""Ways through a map from anywhere to anywhere, and how one is gone along."""
+"""Shortest paths on a map, and the progress of a walk along one."""
 
 import math
 
@@ -15,41 +15,43 @@ from robots.sim.courses import drivable
 Points = NDArray[np.float64]
 
 TRIES = 32
+"""Random poses tried in search of a distant one."""
 
 
 class ShortestPaths:
-    """Where one may be in a map, and how one gets from here to there.
+    """Random poses on a map and shortest paths between them.
 
     Parameters
     ----------
     grid : GridMap
+        The map.
     clearance : float
-        Least distance of every way from walls [m].
+        Least distance of all paths from walls [m].
     rng : numpy.random.Generator
-        Decides where `anywhere` is.
+        Random generator of the poses.
 
     Raises
     ------
     InvalidMap
-        There is no room.
+        The map has no free region with this clearance.
     """
 
     def __init__(self, grid: GridMap, clearance: float, rng: np.random.Generator) -> None:
         self._rng = rng
         self._info = grid.info
-        self._where = drivable(grid, clearance, rng)
-        self._cells = np.argwhere(self._where)
-        self._costmap = Costmap(np.where(self._where, FREE_SPACE, LETHAL_OBSTACLE).astype(np.uint8), grid.info)
+        self._allowed = drivable(grid, clearance, rng)
+        self._cells = np.argwhere(self._allowed)
+        self._costmap = Costmap(np.where(self._allowed, FREE_SPACE, LETHAL_OBSTACLE).astype(np.uint8), grid.info)
         self._planner = planners.create("dijkstra")
 
     def anywhere(self) -> Pose2D:
-        """Return a pose that one may have."""
+        """Return a random allowed pose."""
         cell = self._cells[self._rng.integers(len(self._cells))]
         x, y = self._info.to_world(cell).tolist()
         return Pose2D(x, y, float(self._rng.uniform(-math.pi, math.pi)))
 
     def away_from(self, place: Pose2D, distance: float) -> Pose2D:
-        """Return a pose that is so far from a place [m], where the map is large enough."""
+        """Return a random allowed pose at a distance [m] or more from a pose, if one is found."""
         found = self.anywhere()
         for _ in range(TRIES):
             if found.distance_to(place) >= distance:
@@ -58,12 +60,12 @@ class ShortestPaths:
         return found
 
     def allows(self, x: float, y: float) -> bool:
-        """Tell whether one may be there [m]."""
+        """Return whether a point [m] is allowed."""
         cell = self._info.cell_of(x, y)
-        return cell is not None and bool(self._where[cell])
+        return cell is not None and bool(self._allowed[cell])
 
     def nearest(self, place: Pose2D) -> Pose2D:
-        """Return the pose nearest to a place where one may be."""
+        """Return the allowed pose nearest to a pose."""
         row, column = self._info.to_cells(place[:2])
         rows, columns = self._cells.T
         cell = self._cells[np.argmin((rows - row) ** 2 + (columns - column) ** 2)]
@@ -71,18 +73,18 @@ class ShortestPaths:
         return Pose2D(x, y, place.theta)
 
     def between(self, start: Pose2D, goal: Pose2D) -> Points:
-        """Return the points of the shortest way, (n, 2) x, y [m].
+        """Return the points of the shortest path, (n, 2) x, y [m].
 
         Raises
         ------
         PlanningError
-            One of both is where one may not be.
+            The start or the goal is not allowed.
         """
         return self._planner.plan(self._costmap, PlanRequest(start, goal)).poses[:, :2]
 
 
 class PathWalk:
-    """How far one has come along the points of a way.
+    """Progress along the points of a path.
 
     Parameters
     ----------
@@ -95,23 +97,23 @@ class PathWalk:
         self._at = 0
 
     @property
-    def come(self) -> int:
-        """How many of its points were come to."""
+    def reached(self) -> int:
+        """Index of the last point reached."""
         return self._at
 
     @property
     def ended(self) -> bool:
-        """Whether its last point was come to."""
+        """Whether the last point was reached."""
         return self._at >= len(self._points) - 1
 
     def ahead(self, x: float, y: float, distance: float) -> tuple[float, float]:
-        """Return the point to go for from a place, so far ahead [m]; what lies before it was come to."""
-        gaps = np.hypot(*(self._points[self._at :] - (x, y)).T)
-        # Where the way comes back near to here later, that part is not come to yet.
-        away = np.flatnonzero(gaps > 2.0 * distance)
-        part = gaps[: away[0]] if len(away) else gaps
+        """Return the point to steer for, up to ``distance`` ahead of a position [m], and mark it as reached."""
+        distances = np.hypot(*(self._points[self._at :] - (x, y)).T)
+        # A later part of the path that returns close to here must not count as reached.
+        away = np.flatnonzero(distances > 2.0 * distance)
+        part = distances[: away[0]] if len(away) else distances
         if len(part):
             within = np.flatnonzero(part < distance)
             self._at += int(within[-1] if len(within) else np.argmin(part))
-        right, up = self._points[self._at].tolist()
-        return right, up
+        to_x, to_y = self._points[self._at].tolist()
+        return to_x, to_y

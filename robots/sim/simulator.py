@@ -1,4 +1,4 @@
-"""Runs a simulated world in real time."""
+"""Real-time simulation: steps a world in time with the clock."""
 
 import asyncio
 import math
@@ -7,20 +7,20 @@ from ppaas.clock import Clock, epoch, monotonic
 from robots.sim.world import World
 
 BURST = 25
-"""Steps taken at once to catch up, before others may run."""
+"""Largest number of steps taken at once to catch up, before other tasks run."""
 
 
 class Simulator:
-    """Steps a world so that its time keeps up with the clock, in one asyncio task for all its robots.
+    """Steps a world so that its time follows the clock, in one asyncio task for all robots.
 
-    Each step is due at its own moment since the start, so rounding never adds up; a world that was held up catches up.
+    The due time of each step is computed from the start, so rounding errors do not add up. A delayed world catches up.
 
     Parameters
     ----------
     world : World
-        Its stamps begin with the present moment when this is made.
+        World to step; its stamps start at the current time.
     clock, stamp_clock : callable
-        Monotonic seconds; seconds since the epoch.
+        Monotonic time [s]; time since the epoch [s].
     """
 
     def __init__(self, world: World, clock: Clock = monotonic, stamp_clock: Clock = epoch) -> None:
@@ -30,18 +30,18 @@ class Simulator:
         world.epoch = stamp_clock() - world.time()
 
     def due(self) -> int:
-        """Return how many steps the world is behind."""
+        """Return the number of steps that are due."""
         return max(math.floor((self._clock() - self._origin) / self._world.dt) - self._world.steps, 0)
 
     def catch_up(self) -> int:
-        """Take the steps that are due, but not more than a burst; return how many."""
+        """Take the due steps, at most ``BURST``; return their number."""
         steps = min(self.due(), BURST)
         for _ in range(steps):
             self._world.step()
         return steps
 
     async def run(self) -> None:
-        """Keep up until cancelled."""
+        """Step the world in real time until cancelled."""
         while True:
             self.catch_up()
             next_due = self._origin + (self._world.steps + 1) * self._world.dt

@@ -1,4 +1,4 @@
-"""A Turtlebot 2 as a body in the simulated world: a disc on two wheels."""
+"""Turtlebot 2 as a rigid body of the simulated world: a disc with a differential drive."""
 
 import math
 from dataclasses import dataclass
@@ -13,22 +13,22 @@ from robots.sim.drivetrain import Drivetrain, DrivetrainModel
 
 @dataclass(frozen=True, slots=True)
 class TurtlebotModel:
-    """What a Turtlebot 2 (Kobuki base) is and can.
+    """Parameters of a Turtlebot 2 (Kobuki base).
 
     Parameters
     ----------
     radius : float
-        [m].
+        Radius [m].
     mass : float
-        [kg].
+        Mass [kg].
     max_linear, max_angular : float
-        [m/s, rad/s]; the base does not turn faster than 180° a second, whatever it is told.
+        Speed limits [m/s, rad/s]; the base turns at most 180° per second.
     acc_linear, acc_angular : float
-        [m/s², rad/s²].
+        Acceleration limits [m/s², rad/s²].
     slip : float
-        Standard deviation of the part of a motion that the wheels lose or gain on the floor.
+        Standard deviation of the wheel slip, as a fraction of the motion.
     slip_time : float
-        Seconds for which the floor stays much the same under the wheels.
+        Correlation time of the slip [s].
     """
 
     radius: float = 0.18
@@ -42,7 +42,7 @@ class TurtlebotModel:
 
     @property
     def drive(self) -> DrivetrainModel:
-        """What its motors and wheels can; they follow a command at once."""
+        """Parameters of the drivetrain, without delay and lag."""
         return DrivetrainModel(
             self.max_linear, self.max_angular, self.acc_linear, self.acc_angular, self.slip, self.slip, self.slip_time
         )
@@ -54,13 +54,13 @@ class Turtlebot:
     Parameters
     ----------
     space : pymunk.Space
-        The world's.
+        Space of the world.
     pose : Pose2D
-        Where it stands at first, in the map frame.
+        Pose at the start in the frame ``map``.
     model : TurtlebotModel
-        What it can.
+        Parameters.
     rng : numpy.random.Generator
-        Its own, so that its fate does not depend on how many robots there are.
+        Random generator of this robot, so its noise does not depend on the number of robots.
     """
 
     def __init__(self, space: pymunk.Space, pose: Pose2D, model: TurtlebotModel, rng: np.random.Generator) -> None:
@@ -79,32 +79,32 @@ class Turtlebot:
 
     @property
     def pose(self) -> Pose2D:
-        """The true pose in the map frame. For the sensors and the scorer; it is never published."""
+        """True pose in the frame ``map``, for the sensors and the scorer; never published."""
         return Pose2D(self.body.position.x, self.body.position.y, wrap_angle(self.body.angle))
 
     @property
     def wheels(self) -> Velocity:
-        """How fast the wheels roll."""
+        """Velocity of the wheels."""
         return self._drive.wheels
 
     def drive(self, velocity: Velocity) -> None:
-        """Go for this velocity, as fast as the motors allow, from the next step on."""
+        """Set the target velocity from the next step on."""
         self._drive.command(velocity)
 
     def carry_to(self, pose: Pose2D) -> None:
-        """Put it elsewhere, which neither its wheels nor its gyro notice."""
+        """Move the robot to another pose without its wheels or gyro measuring it (a kidnapping)."""
         self.body.position = self._last = pose.x, pose.y
         self.body.angle = pose.theta
         self._space.reindex_shapes_for_body(self.body)
 
     def after_step(self) -> None:
-        """Note how far the step has brought it."""
+        """Add the motion of the step to the distance travelled."""
         position = self.body.position
         self.travelled += math.dist(position, self._last)
         self._last = position
 
     def _turn_wheels(self, body: pymunk.Body, _gravity: tuple[float, float], _damping: float, dt: float) -> None:
-        """Set the velocity that the wheels give the body; the walls may take it away within the same step."""
+        """Set the velocity of the body from the wheels; contacts may still reduce it in the same step."""
         velocity = self._drive.turn(dt)
         body.velocity = velocity.linear * math.cos(body.angle), velocity.linear * math.sin(body.angle)
         body.angular_velocity = velocity.angular

@@ -1,13 +1,13 @@
-"""Walls as few rectangles, so that a map of millions of cells becomes a world in a moment."""
+"""Decomposition of walls into few rectangles, so large maps become collision shapes quickly."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 
 def merge_rectangles(occupied: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Cover the occupied cells with rectangles that do not overlap.
+    """Cover the occupied cells with disjoint rectangles.
 
-    Runs along the rows are found first; equal runs in rows one above the other become one rectangle.
+    Finds horizontal runs first; equal runs in consecutive rows are merged into one rectangle.
 
     Parameters
     ----------

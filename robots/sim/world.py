@@ -1,4 +1,4 @@
-"""The simulated world: the walls of a map, robots, people, and time in fixed steps."""
+"""Simulated world: walls of a map, robots and pedestrians, in fixed time steps."""
 
 import numpy as np
 import pymunk
@@ -16,18 +16,18 @@ from robots.sim.wall_rectangles import merge_rectangles
 
 
 class World:
-    """A map with robots in it. The same seed and the same commands give the same world.
+    """Map with robots and pedestrians. The same seed and commands give the same simulation.
 
     Parameters
     ----------
     grid : GridMap
-        Cells of 65 or more are walls. Unknown cells are not: nobody knows what is there, so nothing is.
+        The map; cells of 65 or more are walls. Unknown cells are free.
     seed : int
-        Of all that is left to chance.
+        Seed of all random numbers.
     dt : float
         Length of a step [s].
     epoch : float
-        Stamp of the first moment [seconds since the epoch].
+        Stamp of the start [seconds since the epoch].
     """
 
     def __init__(self, grid: GridMap, seed: int = 0, dt: float = 0.02, epoch: float = 0.0) -> None:
@@ -57,15 +57,15 @@ class World:
         self._space.add(body, *shapes)
 
     def time(self) -> float:
-        """Return the seconds since the world began."""
+        """Return the simulated time since the start [s]."""
         return self.steps * self.dt
 
     def stamp(self) -> float:
-        """Return the present moment as a stamp [seconds since the epoch]."""
+        """Return the stamp of the current time [seconds since the epoch]."""
         return self.epoch + self.time()
 
     def add_robot(self, pose: Pose2D, model: SimulatedRobotModel | None = None) -> SimulatedRobot:
-        """Put a robot into the world.
+        """Add a robot.
 
         Raises
         ------
@@ -73,7 +73,7 @@ class World:
             The pose is not finite.
         """
         if not pose.is_finite():
-            raise InvalidInput(f"a robot needs a finite pose, not {tuple(pose)}")
+            raise InvalidInput(f"pose of a robot must be finite, not {tuple(pose)}")
         index = len(self.robots)
         rng = np.random.default_rng((self._seed, index))
         robot = SimulatedRobot(self, self._space, pose, model or SimulatedRobotModel(), rng)
@@ -81,44 +81,44 @@ class World:
         self.robots.append(robot)
         return robot
 
-    def add_pedestrian(self, ways: ShortestPaths, pose: Pose2D) -> Pedestrian:
-        """Put a person into the world, who walks about.
+    def add_pedestrian(self, paths: ShortestPaths, pose: Pose2D) -> Pedestrian:
+        """Add a pedestrian.
 
         Parameters
         ----------
-        ways : ShortestPaths
-            Where to.
+        paths : ShortestPaths
+            Paths that the pedestrian walks.
         pose : Pose2D
-            Where they stand at first.
+            Pose at the start.
         """
         rng = np.random.default_rng((self._seed, len(self.pedestrians), 1))
-        pedestrian = Pedestrian(self._space, ways, pose, self.pedestrian_model, rng)
-        self.contacts.know_person(pedestrian.body)
+        pedestrian = Pedestrian(self._space, paths, pose, self.pedestrian_model, rng)
+        self.contacts.add_person(pedestrian.body)
         self.pedestrians.append(pedestrian)
         return pedestrian
 
     def others(self, robot: SimulatedRobot) -> tuple[Discs, ...]:
-        """Return where the other robots and people truly are."""
+        """Return the true positions of the other robots and of the people, as discs."""
         robots = [tuple(other.base.body.position) for other in self.robots if other is not robot]
         return (_positions(robots), robot.model.base.radius), (self.people(), self.pedestrian_model.radius)
 
     def people(self) -> NDArray[np.float64]:
-        """Return where people truly are, (n, 2) x, y [m]."""
+        """Return the true positions of the people, (n, 2) x, y [m]."""
         return _positions([tuple(pedestrian.body.position) for pedestrian in self.pedestrians])
 
     def step(self) -> None:
-        """Let one step pass."""
+        """Simulate one step."""
         for robot in self.robots:
             robot.before_step()
         self._walk()
         self._space.step(self.dt)
         self.steps += 1
-        self.contacts.look()
+        self.contacts.update()
         for robot in self.robots:
             robot.after_step(self.dt)
 
     def _walk(self) -> None:
-        """Let everybody look where they go: at robots and at each other."""
+        """Update the velocities of the pedestrians."""
         if not self.pedestrians:
             return
         robots = [(*robot.base.body.position, robot.model.base.radius) for robot in self.robots]

@@ -16,7 +16,7 @@ from tests.support.cloud.cloud import RunningCloud, running_cloud
 from tests.support.cloud.drive import Drive
 from tests.support.cloud.joined_machine import JoinedMachine, container_of, machines, ticket
 from tests.support.engine.processes import has_ended
-from tests.support.network.partition import Namespace, Way, through_a_proxy
+from tests.support.network.partition import Namespace, NetworkPath, through_a_proxy
 
 pytestmark = pytest.mark.journey
 
@@ -76,7 +76,7 @@ async def test_links_that_lose_all_packets_heal(
 
 
 @asynccontextmanager
-async def second_machine(folder: Path, rest: RestClient, way: Way, shown: str) -> AsyncIterator[None]:
+async def second_machine(folder: Path, rest: RestClient, way: NetworkPath, shown: str) -> AsyncIterator[None]:
     """Have a machine join over a way; whatever happens to it, it is in again at the end, and leaves nothing behind."""
     machine = JoinedMachine(folder, THERE, way.within)
     machine.start(shown)
@@ -95,7 +95,7 @@ async def until_gone(rest: RestClient) -> None:
             await asyncio.sleep(0.02)
 
 
-async def cut_for_a_while(way: Way, rest: RestClient, drives: dict[str, Drive]) -> None:
+async def cut_for_a_while(way: NetworkPath, rest: RestClient, drives: dict[str, Drive]) -> None:
     """Cut the way, see who serves whom, and mend it; no robot hears two clones."""
     loop = asyncio.get_running_loop()
     wrong: list[str] = []

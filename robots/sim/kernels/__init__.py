@@ -1,1 +1,1 @@
-"""Inner loops of the simulated world, compiled by numba."""
+"""Kernels of the simulated world, compiled by numba."""

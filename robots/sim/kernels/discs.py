@@ -1,4 +1,4 @@
-"""Kernels: rays that end at discs, and how far a box is from them."""
+"""Kernels: ray casting against discs, and the clearance between a box and discs."""
 
 import math
 
@@ -11,29 +11,30 @@ Floats = NDArray[np.float64]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cast_at_discs(x: float, y: float, headings: Floats, centres: Floats, radius: float) -> Floats:
-    """Return the distance to the first of some discs of one radius, by heading.
+    """Return the distance to the nearest disc along each ray.
 
     Parameters
     ----------
     x, y : float
-        Where the rays begin, in none of the discs [m].
+        Origin of the rays, outside all discs [m].
     headings : (n,) array
-        In the frame of the discs [rad].
+        Directions of the rays, in the frame of the discs [rad].
     centres : (m, 2) array
-        x, y [m].
+        Centres of the discs: x, y [m].
     radius : float
-        Of each disc [m].
+        Radius of all discs [m].
 
     Returns
     -------
     (n,) array
-        [m]; infinite where no disc is hit.
+        Distances [m]; infinite where no disc is hit.
     """
     ranges = np.full(headings.size, np.inf)
     for i in range(headings.size):
         cosine, sine = math.cos(headings[i]), math.sin(headings[i])
         for k in range(len(centres)):
             right, up = centres[k, 0] - x, centres[k, 1] - y
+            # Centre of the disc in the frame of the ray: the ray enters the disc half a chord before the foot point.
             along, beside = cosine * right + sine * up, cosine * up - sine * right
             if along > 0.0 and abs(beside) <= radius:
                 ranges[i] = min(ranges[i], along - math.sqrt(radius * radius - beside * beside))
@@ -49,18 +50,19 @@ def box_clearance(
     Parameters
     ----------
     x, y, theta : float
-        Of the middle of the box [m, rad].
+        Pose of the centre of the box [m, rad].
     half_length, half_width : float
-        Along and across its heading [m].
+        Half of its size along and across its heading [m].
     centres : (m, 2) array
-        x, y [m].
+        Centres of the discs: x, y [m].
     radius : float
-        Of each disc [m].
+        Radius of all discs [m].
     """
     cosine, sine = math.cos(theta), math.sin(theta)
     nearest = np.inf
     for k in range(len(centres)):
         right, up = centres[k, 0] - x, centres[k, 1] - y
+        # Signed distances from the centre of the disc to the sides of the box, in the frame of the box.
         ahead = abs(cosine * right + sine * up) - half_length
         beside = abs(cosine * up - sine * right) - half_width
         outside = math.hypot(max(ahead, 0.0), max(beside, 0.0))

@@ -1,4 +1,4 @@
-"""Kernel: which of the points that were seen before is the nearest to each that is seen now."""
+"""Kernel: nearest neighbour of each point among the points of an earlier scan, by exhaustive search."""
 
 import numpy as np
 from numba import njit
@@ -7,21 +7,21 @@ from numpy.typing import NDArray
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def nearest(points: NDArray[np.float64], others: NDArray[np.float64], reach: float) -> NDArray[np.int64]:
-    """Return for each point the index of the nearest of some others, -1 where none is within ``reach`` [m].
+    """Return for each point the index of its nearest neighbour among others, -1 if none is within ``reach``.
 
     Parameters
     ----------
     points : (n, k) array
-        x, y, and what else a row tells [m].
+        Points: x, y [m]; further columns are ignored.
     others : (m, k) array
-        Likewise.
+        Candidates, in the same form.
     reach : float
-        [m].
+        Greatest distance of a neighbour [m].
 
     Returns
     -------
     (n,) array
-        Of two that are as near, the first.
+        Indices into ``others``; the first of several at the same distance.
     """
     found = np.full(len(points), -1, np.int64)
     for i in range(len(points)):
@@ -35,5 +35,5 @@ def nearest(points: NDArray[np.float64], others: NDArray[np.float64], reach: flo
 
 
 def warm() -> None:
-    """Compile, or load what was compiled."""
+    """Compile the kernel or load it from the cache."""
     nearest(np.zeros((1, 4)), np.zeros((1, 4)), 0.1)

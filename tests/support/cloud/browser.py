@@ -1,4 +1,4 @@
-"""A browser for tests: Debian's Chromium, headless, told by Playwright what to do."""
+"""Headless Chromium for tests, controlled by Playwright."""
 
 import os
 import re
@@ -19,11 +19,11 @@ ARGUMENTS = [
 ]  # fmt: skip
 DESK, PHONE = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
 MARGIN_TOP, MARGIN_BOTTOM, MARGIN_SIDE = 76, 24, 24
-"""Pixels around a map that is shown whole (`stage.js`)."""
+"""Margins around a map that fits the page [px], as in `stage.js`."""
 
 
 def chromium() -> str:
-    """Return the browser's path, or skip."""
+    """Return the path of the browser, or skip the test."""
     path = os.environ.get("PPAAS_CHROMIUM") or shutil.which("chromium")
     return path or pytest.skip("no browser: install Debian's chromium, or name one in PPAAS_CHROMIUM")
 
@@ -43,7 +43,7 @@ async def browsing() -> AsyncIterator[Browser]:
 
 @asynccontextmanager
 async def looking(context: BrowserContext, expected: str = r"$^") -> AsyncIterator[Page]:
-    """Open a page that may not complain, but for what is expected."""
+    """Open a page; fail if it logs errors or warnings other than the expected ones."""
     complaints: list[str] = []
 
     def hear(message: ConsoleMessage) -> None:
@@ -58,27 +58,27 @@ async def looking(context: BrowserContext, expected: str = r"$^") -> AsyncIterat
 
 
 async def enter(page: Page, url: str, token: str) -> None:
-    """Open the dashboard as who is logged in already."""
-    # The page begins anew where a login ended, and then leaves a note: it is not to be let in a second time.
+    """Open the dashboard with a user already logged in."""
+    # After a login ends, the page reloads and leaves a note; it must not be logged in again then.
     kept = f"sessionStorage.setItem('ppaas-token', '{token}')"
     await page.add_init_script(f"sessionStorage.getItem('ppaas-note') ?? {kept}")
     await page.goto(f"{url}/dashboard/")
 
 
 class Eye:
-    """Where places of a map are on the page, while all of the map is shown.
+    """Converts points of a map to pixels of the page, while the whole map is shown.
 
     Parameters
     ----------
     box : dict
-        Of the canvas on the page [px].
+        Bounding box of the canvas on the page [px].
     info : GridInfo
-        The map's.
+        Grid of the map.
 
     Attributes
     ----------
     corner : (float, float)
-        A place beside every map [px].
+        A point outside every map [px].
     """
 
     def __init__(self, box: dict[str, float], info: GridInfo) -> None:
@@ -95,13 +95,13 @@ class Eye:
 
     @classmethod
     async def on(cls, page: Page, info: GridInfo) -> "Eye":
-        """Show all of the map, and look at it."""
+        """Zoom to the whole map, and return its converter."""
         await page.locator("#zoom-fit").click()
         box = await page.locator("#map").bounding_box()
         assert box is not None
         return cls(dict(box), info)
 
     def see(self, pose: Pose2D) -> tuple[float, float]:
-        """Return where a place is [px]."""
+        """Return the pixel of a pose [px]."""
         dx, dy = pose.x - self._middle[0], pose.y - self._middle[1]
         return self._at[0] + dx * self.scale, self._at[1] - dy * self.scale

@@ -1,4 +1,4 @@
-"""A script with a client of somebody else's, which operates a simulated robot and prints what it found."""
+"""Runs scripts with third-party clients, which operate a simulated robot and print their results."""
 
 import asyncio
 import json
@@ -15,14 +15,14 @@ from tests.support.world.places import free_pose, reachable_pose
 
 
 class Found(NamedTuple):
-    """What the script printed as JSON, and its error output."""
+    """JSON output of the script, and its error output."""
 
     told: dict[str, Any]
     errors: bytes
 
 
 async def operate(command: Sequence[str], cloud: RunningCloud, grid: GridMap, robot: str, seed: int) -> Found:
-    """Run a script as a robot's operator; it gets the socket's URL and the poses ``near``, ``far`` and ``back``."""
+    """Run a script as operator of a robot; its arguments: a WebSocket URL, and the poses ``near``, ``far``, ``back``."""
     rest = await cloud.admin()
     await publish_map(rest, "office", grid)
     start = free_pose(grid, seed=seed)

@@ -1,4 +1,4 @@
-"""A real cloud for tests: ``ppaas up`` in a process of its own, and clients over real sockets."""
+"""Real cloud for tests: ``ppaas up`` in a child process, with clients over real sockets."""
 
 import json
 import signal
@@ -24,49 +24,49 @@ ADMIN_PASSWORD = "correct horse battery"
 START_TIMEOUT = 90.0
 
 LOG_SHOWN = 8000
-"""Characters of a cloud's log that are shown beside a test that failed."""
+"""Number of characters of the cloud's log that a failed test prints."""
 
 
 @dataclass
 class RunningCloud:
-    """A cloud that was started, and how to reach it."""
+    """A running cloud."""
 
     url: str
     pid: int
     log: Path
     status: int = 0
-    """With which it will have ended; a test that kills it says so."""
+    """Expected exit status; a test that kills the cloud sets it."""
 
     @property
     def ws_url(self) -> str:
-        """Where the robot socket is."""
+        """URL of the robot socket."""
         return self.url.replace("http", "ws", 1)
 
     def children(self) -> list[psutil.Process]:
-        """All processes below the web process, oldest first."""
+        """Return all descendants of the web process, oldest first."""
         return psutil.Process(self.pid).children(recursive=True)
 
     def find(self, *words: str) -> list[psutil.Process]:
-        """The processes below the web process whose command line has all the words."""
+        """Return the descendants of the web process whose command line contains all words."""
         return named(self.children(), *words)
 
     def agent(self) -> psutil.Process:
-        """The process of the machine."""
+        """Return the agent's process."""
         (found,) = self.find(agent_main.__name__)
         return found
 
     def router(self) -> psutil.Process:
-        """The machine's router."""
+        """Return the process of the machine's router."""
         (found,) = self.find(router_main.__name__)
         return found
 
     def fork_server(self) -> psutil.Process:
-        """What containers are forked from."""
+        """Return the fork server of the containers."""
         (found,) = named(self.agent().children(), "forkserver")
         return found
 
     def container(self) -> psutil.Process:
-        """The container that was started last."""
+        """Return the process of the newest container."""
         return max(self.fork_server().children(), key=lambda process: process.create_time())
 
     async def admin(self) -> RestClient:
@@ -77,7 +77,7 @@ class RunningCloud:
 
 
 def named(processes: Iterable[psutil.Process], *words: str) -> list[psutil.Process]:
-    """Return the processes whose command line has all the words; of those that end just now there is none."""
+    """Return the processes whose command line contains all words; processes that exit meanwhile are left out."""
     found = []
     for process in processes:
         with suppress(psutil.NoSuchProcess):
@@ -87,13 +87,13 @@ def named(processes: Iterable[psutil.Process], *words: str) -> list[psutil.Proce
 
 
 def shared_memory(pid: int) -> list[Path]:
-    """Return the folders in shared memory of a machine, by the process of its agent."""
+    """Return the folders in shared memory of a machine, given its agent's process id."""
     return list(Path("/dev/shm").glob(f"ppaas-*-{pid}-*"))
 
 
 @contextmanager
 def running_cloud(folder: Path, *arguments: str) -> Iterator[RunningCloud]:
-    """Start a cloud with its data in a folder; stop it by SIGTERM and check that it leaves nothing behind."""
+    """Start a cloud with its data in a folder; stop it with SIGTERM, and check that it leaves nothing behind."""
     password = folder / "password"
     password.write_text(ADMIN_PASSWORD)
     ready = folder / "ready.json"
@@ -111,7 +111,7 @@ def running_cloud(folder: Path, *arguments: str) -> Iterator[RunningCloud]:
         yield cloud
         family = cloud.children()
     except BaseException:
-        sys.stdout.write(log.read_text()[-LOG_SHOWN:])  # beside what failed
+        sys.stdout.write(log.read_text()[-LOG_SHOWN:])  # shown with the failure
         raise
     finally:
         process.send_signal(signal.SIGTERM)
@@ -142,7 +142,7 @@ async def publish_map(rest: RestClient, map_id: str, grid: GridMap) -> None:
 
 
 async def register_robot(rest: RestClient, robot_id: str, map_id: str, pose: tuple[float, float, float]) -> str:
-    """Tell of a robot; return the token with which it connects."""
+    """Register a robot; return the token for its connection."""
     await rest.put_robot(robot_id, RobotFile(map=map_id, initial_pose=pose, cores=0.25))
     assert rest.token is not None
     return rest.token

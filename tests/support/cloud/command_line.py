@@ -1,4 +1,4 @@
-"""``ppaas`` as users type it, against a cloud of the test's."""
+"""Command line ``ppaas`` against a cloud of the test."""
 
 import asyncio
 import io
@@ -16,7 +16,7 @@ PASSWORD = "correct horse"
 
 @dataclass
 class Ended:
-    """How a command ended."""
+    """Result of a command."""
 
     status: int
     out: str
@@ -24,13 +24,13 @@ class Ended:
 
     @property
     def rows(self) -> list[list[str]]:
-        """The words of each line that was printed."""
+        """The words of each output line."""
         return [line.split() for line in self.out.splitlines()]
 
 
 @dataclass
 class CommandLine:
-    """Runs ``ppaas`` as a user who is logged in."""
+    """Runs ``ppaas`` with the token of a user."""
 
     url: str
     services: Services
@@ -40,7 +40,7 @@ class CommandLine:
     tokens: dict[str, str] = field(default_factory=dict)
 
     async def __call__(self, *arguments: str, user: str | None = "ann", stdin: str = "") -> Ended:
-        """Run a command to its end; ``user`` is whose token it finds in the environment."""
+        """Run a command; it finds the token of ``user`` in the environment."""
         self.patch.setenv("PPAAS_URL", self.url)
         self.patch.delenv("PPAAS_TOKEN", raising=False)
         if user is not None:
@@ -54,5 +54,5 @@ class CommandLine:
 def _run(arguments: list[str]) -> int:
     try:
         return main(arguments)
-    except SystemExit as end:  # argparse ends so
+    except SystemExit as end:  # raised by argparse
         return int(end.code or 0)

@@ -1,4 +1,4 @@
-"""A simulated Turtlebot at the end of a real socket, and an operator that sends it places."""
+"""Simulated Turtlebot connected over a real socket, with an operator that sends goals."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -24,7 +24,7 @@ from robots.sim.world import World
 
 @dataclass
 class Drive:
-    """A robot under way: its operator, its scorer, and what came over the wire."""
+    """A connected robot with its operator, its scorer, and the messages received."""
 
     operator: RobotClient
     robot: RobotClient
@@ -36,7 +36,7 @@ class Drive:
     results: "asyncio.Queue[MoveBaseActionResult]" = field(default_factory=asyncio.Queue)
 
     async def send(self, goal: Pose2D, goal_id: str = "") -> None:
-        """Send a goal by the action of Move Base."""
+        """Send a goal through Move Base's action."""
         target = PoseStamped(Header(frame_id="map"), Pose.of(goal))
         await self.operator.publish("move_base/goal", MoveBaseActionGoal(MoveBaseGoal(target), GoalID(id=goal_id)))
 
@@ -49,7 +49,7 @@ class Drive:
             raise AssertionError(f"no result within {timeout:g} s: {self.situation()}") from None
 
     def situation(self) -> str:
-        """Return in words where the robot is and what it is told, for who must find out why."""
+        """Return the robot's state as text, for the messages of failed tests."""
         truth, believed = self.world.robots[0].base.pose, self.estimate() if self.poses else None
         commands = [(twist.linear.x, twist.angular.z) for _, twist in self.commands[-3:]]
         status = [(s.goal_id.id, s.status, s.text) for s in self.status.status_list]
@@ -57,19 +57,19 @@ class Drive:
         return f"{truth=}, {believed=}, {status=}, last {commands=}, {touched=}"
 
     async def go(self, goal: Pose2D, timeout: float = 90.0) -> float:
-        """Drive somewhere; return the true distance to it at the end [m]."""
+        """Drive to a goal; return the true distance to it at the end [m]."""
         await self.send(goal)
         result = await self.result(timeout)
         assert result.status.status == Status.SUCCEEDED, result.status.text
         return self.scorer.error(0, goal)
 
     def estimate(self) -> Pose2D:
-        """Return where the cloud believes the robot to be."""
+        """Return the last pose estimate of the cloud."""
         return self.poses[-1].pose.pose.planar()
 
 
 def odometry_with_drift(drift: float) -> SimulatedRobotModel:
-    """Return a Turtlebot whose odometry is so many times worse."""
+    """Return a Turtlebot whose odometry errors are scaled by a factor."""
     return SimulatedRobotModel(odometry=OdometryNoise(drift=drift))
 
 
@@ -86,7 +86,7 @@ async def driving(
     link: ConnectionOptions | None = None,
     client: type[RobotClient] = RobotClient,
 ) -> AsyncIterator[Drive]:
-    """Put one Turtlebot into a world and connect it, by a client of some kind."""
+    """Simulate one Turtlebot and connect it to a cloud with a client class."""
     world = World(grid, seed)
     simulated = world.add_robot(pose, odometry_with_drift(drift))
     loop = asyncio.get_running_loop()

@@ -1,6 +1,6 @@
-"""The hardware.py of the examples: a simulated robot in the office, in a thread; where it truly is goes to the scorer.
+"""Module ``hardware`` of the examples: a simulated robot in the office, in a thread; its true pose goes to the scorer.
 
-Copied beside an example by its test, and run in the example's process. What the example is given comes from sensors.
+The test copies it next to an example. The example receives only sensor data.
 """
 
 import json
@@ -24,7 +24,7 @@ _robot = _world.add_robot(load_robot_file(EXAMPLES / "tb1.json").pose)
 
 
 def odometry() -> tuple[float, float, float, float, float]:
-    """Return what the wheels say."""
+    """Return the odometry: x, y, yaw, v, w."""
     with _lock:
         message = _robot.odometry()
     twist = message.twist.twist
@@ -32,13 +32,13 @@ def odometry() -> tuple[float, float, float, float, float]:
 
 
 def scan() -> list[float | None]:
-    """Return what the laser sees."""
+    """Return the ranges of the laser [m]."""
     with _lock:
         return _robot.scan().ranges
 
 
 def drive(v: float, w: float) -> None:
-    """Drive."""
+    """Set the velocity of the base [m/s, rad/s]."""
     with _lock:
         _robot.command(Twist(Vector3(x=v), Vector3(z=w)))
 

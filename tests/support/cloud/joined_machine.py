@@ -1,4 +1,4 @@
-"""``ppaas machine join`` in a process of its own."""
+"""Child process ``ppaas machine join``."""
 
 import asyncio
 import os
@@ -19,22 +19,22 @@ PATIENCE = 60.0
 
 
 def ticket(data: Path, *arguments: str) -> str:
-    """Return a ticket of the cloud with a data folder."""
+    """Return a ticket of the cloud with the given data folder."""
     command = [sys.executable, "-m", cli.__name__, "machine", "ticket", "--data", str(data), *arguments]
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
 
 
 class JoinedMachine:
-    """A machine of another host, as far as a cloud can tell.
+    """Process that a cloud sees as a machine of another host.
 
     Parameters
     ----------
     folder : Path
-        For its data and its log.
+        Folder for its data and its log.
     name : str
-        Of the machine.
+        Name of the machine.
     within : tuple of str
-        Words before its command, which run it somewhere else.
+        Command prefix, such as one that enters a network namespace.
     """
 
     def __init__(self, folder: Path, name: str, within: tuple[str, ...] = ()) -> None:
@@ -42,12 +42,12 @@ class JoinedMachine:
         self._within = within
         self.log = folder / "log"
         self._data = folder / "data"
-        self._runs = Path(tempfile.mkdtemp(prefix="m-"))  # not below the folder: sockets need a short path
+        self._runs = Path(tempfile.mkdtemp(prefix="m-"))  # elsewhere, because sockets need a short path
         self._family: list[psutil.Process] = []
         folder.mkdir()
 
     def start(self, *arguments: str) -> None:
-        """Start it, for the first time with a ticket."""
+        """Start the process; the first start needs a ticket."""
         command = [*self._within, sys.executable, "-m", cli.__name__, "machine", "join", *arguments]
         with self.log.open("ab") as output:
             self.process = subprocess.Popen(
@@ -58,7 +58,7 @@ class JoinedMachine:
             )
 
     async def is_in(self, rest: RestClient) -> None:
-        """Wait until the cloud has it."""
+        """Wait until the machine has joined the cloud."""
         async with asyncio.timeout(PATIENCE):
             while self.name not in await machines(rest):
                 assert self.process.poll() is None, self.log.read_text()
@@ -66,12 +66,12 @@ class JoinedMachine:
         self._family = psutil.Process(self.process.pid).children(recursive=True)
 
     def signal(self, number: int) -> None:
-        """Send it a signal; what it has started by then must end with it."""
+        """Send a signal; all its current descendants must exit with it."""
         self._family = psutil.Process(self.process.pid).children(recursive=True)
         self.process.send_signal(number)
 
     async def has_ended(self) -> int:
-        """Wait until it and all that it started is gone; return its exit status."""
+        """Wait until it and its descendants have exited; return its exit status."""
         return await asyncio.to_thread(self._ended)
 
     def _ended(self) -> int:
@@ -81,11 +81,11 @@ class JoinedMachine:
         return status
 
     def end(self) -> None:
-        """End it in order, and see that it leaves nothing behind, nor did the lives before."""
+        """Stop it with SIGTERM; check that no run left anything behind."""
         self.signal(signal.SIGTERM)
         assert self._ended() == 0, self.log.read_text()
         assert not shared_memory(self.process.pid)
-        self._runs.rmdir()  # so it is empty
+        self._runs.rmdir()  # fails unless it is empty
 
 
 async def machines(rest: RestClient) -> list[str]:
@@ -94,6 +94,6 @@ async def machines(rest: RestClient) -> list[str]:
 
 
 async def container_of(rest: RestClient, robot: str) -> dict[str, Any]:
-    """Return the container of a robot that is connected."""
+    """Return the container of a connected robot."""
     (found,) = [container for container in await rest.items("/v1/containers") if container["robot"] == robot]
     return dict(found)

@@ -1,4 +1,4 @@
-"""Local node managers beside clients."""
+"""Local node managers for tests."""
 
 import asyncio
 import contextlib
@@ -14,12 +14,12 @@ from tests.support.waiting import until
 WEAK = Computer(4, 1.5, 1.0)
 ABLE = Computer(4, 2.0, 2.2)
 ASK_AGAIN, GIVE_UP = 10.0, 120.0
-"""[s]"""
+"""Time before a request is repeated, and before the test fails [s]."""
 
 
 @asynccontextmanager
 async def managing(client: RobotClient, computer: Computer, **options: Any) -> AsyncIterator[LocalNodes]:
-    """Let a local node manager run beside a client."""
+    """Run a local node manager beside a client."""
     manager = LocalNodes(client, computer, **options)
     running = asyncio.create_task(manager.run())
     ready = asyncio.create_task(manager.ready.wait())
@@ -33,7 +33,7 @@ async def managing(client: RobotClient, computer: Computer, **options: Any) -> A
 
 
 async def take_over(manager: LocalNodes, *nodes: str) -> None:
-    """Have nodes run on the robot, though the cloud takes back what a busy computer did not tell of in time."""
+    """Move nodes to the robot; repeat the request if the cloud takes them back from a busy computer."""
     async with asyncio.timeout(GIVE_UP):
         while manager.running != set(nodes):
             for node in nodes:

@@ -1,7 +1,7 @@
-"""An operator in plain roslibpy: looks around, drives the robot by topic and by action, and offers a service.
+"""Operator in plain roslibpy: queries rosapi, drives the robot by topic and by action, and advertises a service.
 
-python roslibpy_operator.py WS_URL '{"near": POSE, "far": POSE, "back": POSE}'; prints what it found as one line of
-JSON. It has a process of its own, since the reactor of roslibpy starts only once in one.
+python roslibpy_operator.py WS_URL '{"near": POSE, "far": POSE, "back": POSE}'; prints its results as one line of
+JSON. It runs in its own process, because roslibpy's reactor can be started only once per process.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""``ppaas up`` in a process of its own, from its first moment to its last."""
+"""Child process ``ppaas up``, from its start to its exit."""
 
 import os
 import subprocess
@@ -18,20 +18,20 @@ TIMEOUT = 60.0
 
 
 class Up:
-    """The process, with all its folders below one.
+    """Process ``ppaas up`` with its folders.
 
     Parameters
     ----------
     folder : Path
-        For its data, its log and what it makes while it runs.
+        Folder for its data, its log and its ready file.
     arguments : str
-        More of its arguments.
+        Further arguments.
     """
 
     def __init__(self, folder: Path, *arguments: str) -> None:
         self.folder = folder
         self.log = folder / "log"
-        self.runs = Path(tempfile.mkdtemp(prefix="up-"))  # not below the folder: sockets need a short path
+        self.runs = Path(tempfile.mkdtemp(prefix="up-"))  # elsewhere, because sockets need a short path
         self.ready = folder / "ready.json"
         command = [sys.executable, "-m", cli.__name__, "up", "--port", "0", "--data", str(folder / "data")]
         with self.log.open("wb") as output:
@@ -43,20 +43,22 @@ class Up:
             )
 
     def wait_for(self, condition: Callable[[], object]) -> None:
-        """Wait until a condition holds; the process must still run. A test that fails here leaves nothing running."""
+        """Wait until a condition holds while the process runs; stop the process before failing."""
         deadline = time.monotonic() + TIMEOUT
         while not condition():
             if self.process.poll() is not None or time.monotonic() >= deadline:
                 self.process.terminate()
-                pytest.fail(f"no sign of it within {TIMEOUT:.0f} s, or it has ended:\n{self.log.read_text()}")
+                pytest.fail(
+                    f"condition not met within {TIMEOUT:.0f} s, or the process has exited:\n{self.log.read_text()}"
+                )
             time.sleep(0.005)
 
     def children(self, word: str = "") -> list[psutil.Process]:
-        """Return the processes below this one with a word in their command line."""
+        """Return the descendants with a word in their command line."""
         return named(psutil.Process(self.process.pid).children(recursive=True), word)
 
     def end(self, number: int) -> int:
-        """Send a signal; return the exit status, after a look at whether anything was left behind."""
+        """Send a signal; check that nothing is left behind, and return the exit status."""
         family = self.children()
         self.process.send_signal(number)
         status = self.wait()
@@ -66,7 +68,7 @@ class Up:
         return status
 
     def wait(self) -> int:
-        """Return the exit status, once it has ended by itself or by a signal."""
+        """Wait for the exit, and return the exit status."""
         status = self.process.wait(TIMEOUT)
-        self.runs.rmdir()  # so it is empty
+        self.runs.rmdir()  # fails unless it is empty
         return status

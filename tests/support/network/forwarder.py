@@ -1,4 +1,4 @@
-"""A way to a cloud that a test can cut and mend, as a network does."""
+"""TCP forwarder to a cloud that a test can close and reopen."""
 
 import asyncio
 import contextlib
@@ -7,12 +7,12 @@ from urllib.parse import urlsplit
 
 
 class Forwarder:
-    """Carries connections to a server for as long as it is open; at the same port each time.
+    """Forwards TCP connections to a server while open, always at the same port.
 
     Parameters
     ----------
     url : str
-        Of the server, ``http://host:port``.
+        URL of the server, ``http://host:port``.
     """
 
     def __init__(self, url: str) -> None:
@@ -23,16 +23,16 @@ class Forwarder:
 
     @property
     def url(self) -> str:
-        """Where the server is reached through this."""
+        """URL of the server through the forwarder."""
         return f"http://127.0.0.1:{self._port}"
 
     async def mend(self) -> None:
-        """Open the way."""
+        """Open the forwarder."""
         self._server = await asyncio.start_server(self._carry, "127.0.0.1", self._port)
         self._port = self._server.sockets[0].getsockname()[1]
 
     async def cut(self) -> None:
-        """Close the way, and all connections on it."""
+        """Close the forwarder and abort its connections."""
         assert self._server is not None
         self._server.close()
         for writer in self._writers:
@@ -54,7 +54,7 @@ class Forwarder:
         await asyncio.gather(self.pipe(reader, far_writer), self.pipe(far_reader, writer))
 
     async def pipe(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Carry one way, until it ends."""
+        """Forward one direction until it ends."""
         with contextlib.suppress(ConnectionError):
             while data := await reader.read(1 << 16):
                 writer.write(data)

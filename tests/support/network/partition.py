@@ -1,4 +1,4 @@
-"""Ways between a cloud and a machine of another host that a test can cut so that nobody is told: packets get lost."""
+"""Network partitions between a cloud and a machine of another host: packets are lost silently."""
 
 import os
 import shutil
@@ -17,19 +17,19 @@ from tests.support.cloud.joined_machine import ticket
 from tests.support.network.wire import wire_to
 
 NOBODY = "02:00:00:00:00:01"
-"""An address of the link layer that no host has: what is sent there is lost, and whoever sends learns nothing."""
+"""Link-layer address that no host has: packets sent there are lost without an error."""
 
 
 @dataclass(frozen=True)
-class Way:
-    """A way to a cloud.
+class NetworkPath:
+    """Network path to a cloud.
 
     Parameters
     ----------
     cut, mend : callable
-        Lose all packets from now on; lose none any more.
+        Start and stop losing all packets.
     within : tuple of str
-        Words before the command of the machine at the other end.
+        Command prefix of the machine at the other end.
     """
 
     cut: Callable[[], None]
@@ -38,17 +38,17 @@ class Way:
 
 
 @asynccontextmanager
-async def through_a_proxy(data: Path, machine: str) -> AsyncIterator[tuple[Way, str]]:
-    """Lay a way for the links of a machine, past that of what is shared; yield it with a ticket for its other end."""
+async def through_a_proxy(data: Path, machine: str) -> AsyncIterator[tuple[NetworkPath, str]]:
+    """Yield a path for a machine's links that bypasses the fabric, and a ticket for the machine."""
     direct = read_ticket(ticket(data, "--host", "127.0.0.1", "--name", machine))
     async with wire_to(f"http://{direct.address.authority}") as wire:
         port = urlsplit(wire.url).port
         assert port is not None
-        yield Way(wire.stall, wire.flow), str(msgspec.structs.replace(direct, port=port))
+        yield NetworkPath(wire.stall, wire.flow), str(msgspec.structs.replace(direct, port=port))
 
 
 class Namespace:
-    """A network namespace with one way out, to this one."""
+    """Network namespace with a single link, to this one."""
 
     def __init__(self) -> None:
         number = os.getpid()
@@ -57,7 +57,7 @@ class Namespace:
         self.address, self._inside = (f"10.213.{number // 64 % 256}.{number % 64 * 4 + end}" for end in (1, 2))
 
     def add(self) -> None:
-        """Make it, or skip the test where that is not allowed."""
+        """Create the namespace, or skip the test if that is not permitted."""
         made = shutil.which("ip") is not None and _ip("netns", "add", self._name, check=False)
         if not made:
             pytest.skip("network namespaces are not allowed here")
@@ -68,13 +68,13 @@ class Namespace:
         self._inner("link", "set", self._far, "up")
 
     def remove(self) -> None:
-        """Remove it, with all that is in it."""
+        """Remove the namespace and its link."""
         _ip("netns", "delete", self._name, check=False)
 
     @property
-    def way(self) -> Way:
-        """The way out of it."""
-        return Way(self._cut, self._mend, ("ip", "netns", "exec", self._name))
+    def way(self) -> NetworkPath:
+        """Path from the namespace to this one."""
+        return NetworkPath(self._cut, self._mend, ("ip", "netns", "exec", self._name))
 
     def _cut(self) -> None:
         _ip("neigh", "replace", self._inside, "lladdr", NOBODY, "dev", self._near, "nud", "permanent")

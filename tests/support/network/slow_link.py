@@ -1,4 +1,4 @@
-"""A way to a cloud that carries few bytes a second, as a bad link does."""
+"""TCP forwarder to a cloud with a limited bandwidth."""
 
 import asyncio
 import contextlib
@@ -9,14 +9,14 @@ CHUNK = 4096
 
 
 class SlowLink(Forwarder):
-    """Carries connections to a server at so many bytes a second, each way.
+    """Forwards TCP connections to a server with a limited bandwidth in each direction.
 
     Parameters
     ----------
     url : str
-        Of the server.
+        URL of the server.
     rate : float
-        [bytes/s].
+        Bandwidth [bytes/s].
     """
 
     def __init__(self, url: str, rate: float) -> None:
@@ -24,7 +24,7 @@ class SlowLink(Forwarder):
         self._rate = rate
 
     async def pipe(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Carry one way, until it ends."""
+        """Forward one direction until it ends."""
         with contextlib.suppress(ConnectionError):
             while data := await reader.read(CHUNK):
                 await asyncio.sleep(len(data) / self._rate)

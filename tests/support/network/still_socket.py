@@ -1,10 +1,10 @@
-"""A connection that goes nowhere, for what waits to be sent."""
+"""Fake connection of an outbox."""
 
 from endpoints.rosbridge.outbox import FrameOutbox
 
 
 class Connection:
-    """Takes so many frames, then no more."""
+    """Accepts ``room`` frames and then blocks."""
 
     def __init__(self, room: float = float("inf")) -> None:
         self.sent: list[str] = []
@@ -15,12 +15,12 @@ class Connection:
         return len(self.sent) < self.room
 
     def send_frame(self, frame: bytes) -> None:
-        assert self.ready, "frames are sent only while the connection takes them"
+        assert self.ready, "frames are sent only while the connection is ready"
         self.sent.append(frame.decode())
 
 
 def sent(outbox: FrameOutbox, count: float = float("inf")) -> list[str]:
-    """Return what a connection is sent that takes so many frames; then it is gone."""
+    """Return the frames sent to a connection that accepts ``count`` frames and is then lost."""
     connection = Connection(count)
     outbox.connect(connection)
     outbox.connect(None)

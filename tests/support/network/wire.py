@@ -1,4 +1,4 @@
-"""A wire between clients and a cloud that a test can cut."""
+"""TCP proxy between clients and a cloud that a test can cut, stall or redirect."""
 
 import asyncio
 import contextlib
@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 
 
 class Wire:
-    """Passes bytes on, until it is cut, or silently passes nothing any more.
+    """TCP proxy; it can break connections, or silently stop forwarding.
 
     Parameters
     ----------
@@ -41,28 +41,28 @@ class Wire:
             self._writers -= {writer, far_writer}
 
     def cut(self) -> None:
-        """Break all connections, and let nobody connect until ``mend``."""
+        """Abort all connections, and refuse new ones until ``mend``."""
         self._whole = False
         for writer in tuple(self._writers):
             writer.transport.abort()
 
     def mend(self, url: str | None = None) -> None:
-        """Let clients connect again, to another cloud if one is given."""
+        """Accept connections again, to another cloud if a URL is given."""
         self._far = url or self._far
         self._whole = True
 
     def fall_silent(self) -> None:
-        """Pass nothing more on the connections that there are, though they stand; new ones are served."""
+        """Stop forwarding on existing connections without closing them; new connections work."""
         self._flows.clear()
         self._flows = asyncio.Event()
         self._flows.set()
 
     def stall(self) -> None:
-        """Pass nothing, on no connection, old or new, until ``flow``: what is lost until then is sent again, by TCP."""
+        """Stop forwarding on all connections, old and new, until ``flow``; nothing is lost."""
         self._flows.clear()
 
     def flow(self) -> None:
-        """Pass again, what was held back first."""
+        """Resume forwarding."""
         self._flows.set()
 
 
@@ -77,7 +77,7 @@ async def _pass(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, flow
 
 @asynccontextmanager
 async def wire_to(url: str) -> AsyncIterator[Wire]:
-    """Lay a wire to a cloud; its ``url`` is where clients connect."""
+    """Open a proxy to a cloud; clients connect to its ``url``."""
     wire = Wire(url)
     server = await asyncio.start_server(wire._connected, "127.0.0.1", 0)
     wire.url = "http://{}:{}".format(*server.sockets[0].getsockname()[:2])

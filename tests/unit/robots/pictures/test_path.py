@@ -50,7 +50,7 @@ def test_a_map_of_which_nothing_is_known_is_drawn_around_the_path():
 
 
 @pytest.mark.parametrize(
-    ("name", "error"), [("a.jpg", "call it a.png"), ("a", "call it a.png"), ("no/a.png", "cannot write")]
+    ("name", "error"), [("a.jpg", "use a.png"), ("a", "use a.png"), ("no/a.png", "cannot write")]
 )
 def test_a_picture_that_cannot_be_written_says_why(tmp_path, name, error):
     costmap = grids.of(np.zeros((2, 2), np.uint8))

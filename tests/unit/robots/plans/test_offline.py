@@ -47,7 +47,7 @@ def test_the_radius_goes_before_the_model():
 
 @pytest.mark.parametrize("radius", [-0.1, 100.0, float("nan"), float("inf")])
 def test_a_radius_that_is_none_is_refused(radius):
-    with pytest.raises(InvalidParameter, match="radius of a robot"):
+    with pytest.raises(InvalidParameter, match="robot_radius must be"):
         offline.PlannedRobot(radius=radius).radius_of()
 
 

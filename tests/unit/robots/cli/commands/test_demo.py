@@ -58,7 +58,7 @@ async def test_a_cloud_that_does_not_start_says_why_and_leaves_nothing() -> None
     folder = cloud.folder
     (folder / "password").mkdir()
     with pytest.raises(
-        Unavailable, match=r"the cloud ended with status 1:\n(.*\n)*.*cannot read or create the password file"
+        Unavailable, match=r"the cloud exited with status 1:\n(.*\n)*.*cannot read or create the password file"
     ):
         async with cloud:
             pytest.fail("it started")

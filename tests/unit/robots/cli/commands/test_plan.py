@@ -124,7 +124,7 @@ async def test_the_path_is_drawn(ppaas: CommandLine, tmp_path: Path) -> None:
             (*IN_OFFICE, "--tolerance", "nan"),
             "invalid-input: the tolerance must be at least 0 metres, not nan",
         ),
-        ((*IN_OFFICE, "--plot", "a.jpg"), "invalid-input: a picture is a PNG file: call it a.png, not 'a.jpg'"),
+        ((*IN_OFFICE, "--plot", "a.jpg"), "invalid-input: pictures are PNG files; use a.png, not 'a.jpg'"),
         (("no.yaml", *IN_OFFICE[1:]), "invalid-map: cannot read the map: "),
         (("no.png", *IN_OFFICE[1:]), "invalid-map: cannot read the map: "),
         ((str(ROOT / "README.md"), *IN_OFFICE[1:]), "invalid-map: the map's YAML "),

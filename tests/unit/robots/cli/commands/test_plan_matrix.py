@@ -43,9 +43,9 @@ def test_where_no_way_leads_there_is_no_cost() -> None:
 @pytest.mark.parametrize(
     ("ends", "why"),
     [
-        ([], "must be a JSON object of starts and goals"),
-        ({"starts": [[2, 2]]}, "must be a JSON object of starts and goals"),
-        ({"starts": [[2, 2]], "goals": [["here", 2]]}, "must be a JSON object of starts and goals"),
+        ([], "must be a JSON object with starts and goals"),
+        ({"starts": [[2, 2]]}, "must be a JSON object with starts and goals"),
+        ({"starts": [[2, 2]], "goals": [["here", 2]]}, "must be a JSON object with starts and goals"),
         ({"starts": [[2, 2]], "goals": [[2, 2, 0.5], [2, 2]]}, "goals must be rows of x, y"),
         ({"starts": [[2, 2]], "goals": [[200, 2]]}, "goal-outside-map"),
     ],

@@ -57,7 +57,7 @@ async def test_how_planners_did_on_a_map_is_told_and_drawn(ppaas: CommandLine, t
 
 async def test_what_cannot_be_drawn_is_told(ppaas: CommandLine, tmp_path: Path) -> None:
     put_map(ppaas.services.map_store, house())
-    for picture, why in (("house.jpg", "a picture is a PNG file"), ("house.png", "nothing was computed")):
+    for picture, why in (("house.jpg", "pictures are PNG files"), ("house.png", "no path was computed")):
         ended = await ppaas("planner", "evaluate", "house", "--plot", str(tmp_path / picture))
         assert ended.status == 1
         assert why in ended.err
