@@ -113,7 +113,7 @@ export class Dashboard {
     say(byId("banner"), text);
   }
 
-  // -- from whoever uses it
+  // -- from the user
 
   #otherMap() {
     this.#select(null);

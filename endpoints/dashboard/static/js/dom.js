@@ -1,4 +1,4 @@
-/** Elements of the page. Text is always text: nothing that anybody called anything is ever read as HTML. */
+/** Elements of the page. Text is never parsed as HTML, whatever names users choose. */
 
 /** The element of an id. @param {string} id @returns {HTMLElement} */
 export function byId(id) {
@@ -22,7 +22,7 @@ export function make(tag, properties = {}, ...children) {
 }
 
 /**
- * Have a list show some things: those that stay keep their elements, and with them the focus.
+ * Update a list to show these things; things that stay keep their elements and thus the focus.
  * @template T
  * @param {HTMLElement} parent
  * @param {T[]} things
@@ -43,7 +43,7 @@ export function show(parent, things, keyOf, create, update) {
   for (const gone of before.values()) gone.remove();
 }
 
-/** Set text only where it changed, so that a reader of the screen is not told twice. */
+/** Set text only if it changed, so that screen readers do not repeat it. */
 export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }

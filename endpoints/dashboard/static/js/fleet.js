@@ -1,4 +1,4 @@
-/** The robots of the map that is shown, each with its own link. */
+/** Robots of the shown map, each with its own link. */
 
 import { RobotLink } from "./robot_link.js";
 
@@ -39,7 +39,7 @@ export class Fleet {
   }
 
   /**
-   * Take what the cloud says of its robots.
+   * Update the links from the lists of the cloud.
    * @param {object[]} robots of this map @param {object[]} containers of this user's robots
    * @param {Map<string, number>} radii by model [m]
    */

@@ -10,7 +10,7 @@ export function yawOf({ x = 0, y = 0, z, w }) {
   return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
 }
 
-/** The planar pose of a geometry_msgs/Pose, or null where it is none. @returns {Pose | null} */
+/** The planar pose of a geometry_msgs/Pose, or null if it is invalid. @returns {Pose | null} */
 export function poseOf(message) {
   const { position, orientation } = message ?? {};
   if (!position || !orientation) return null;
@@ -32,14 +32,14 @@ export function wrap(angle) {
   return turned === -Math.PI ? Math.PI : turned;
 }
 
-/** Where a point of a frame lies, given the frame's pose. @param {Pose} frame @param {Point} point @returns {Point} */
+/** Transform a point out of a frame with this pose. @param {Pose} frame @param {Point} point @returns {Point} */
 export function place(frame, { x, y }) {
   const c = Math.cos(frame.theta);
   const s = Math.sin(frame.theta);
   return { x: frame.x + c * x - s * y, y: frame.y + s * x + c * y };
 }
 
-/** A pose of a frame, seen from the frame that this one is given in. @param {Pose} frame @param {Pose} pose */
+/** Transform a pose out of a frame into the frame's parent. @param {Pose} frame @param {Pose} pose */
 export function compose(frame, pose) {
   return { ...place(frame, pose), theta: wrap(frame.theta + pose.theta) };
 }

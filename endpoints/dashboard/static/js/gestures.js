@@ -1,6 +1,6 @@
 /**
- * What fingers and mice mean on the map. One finger, or the left button, aims or pans, by what the tool is for; two
- * fingers, and any other button, always pan; two fingers and the wheel zoom.
+ * Gestures on the map. One finger or the left button aims or pans, depending on the tool; two fingers or any other
+ * button always pan; two fingers and the wheel zoom.
  *
  * @typedef {import("./geometry.js").Point} Point pixels
  * @typedef {{
@@ -14,7 +14,7 @@
  * }} Meaning
  */
 
-/** Pixels that a finger may tremble. */
+/** Movement of a finger that still counts as a tap [pixels]. */
 const TREMBLE = 8;
 
 export class Gestures {
@@ -39,7 +39,7 @@ export class Gestures {
     canvas.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
   }
 
-  /** Forget what the finger that is down began. */
+  /** Cancel the gesture in progress. */
   #reset() {
     if (this.#aiming) this.#meaning.drop();
     this.#from = null;

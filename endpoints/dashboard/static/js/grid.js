@@ -1,4 +1,4 @@
-/** Occupancy grids: where they lie, and what they look like. */
+/** Occupancy grids: their pose and their pixels. */
 
 import { place } from "./geometry.js";
 
@@ -9,7 +9,7 @@ import { place } from "./geometry.js";
  * @typedef {{free: Colour, occupied: Colour, unknown: Colour}} Palette
  */
 
-/** A browser's canvas is no larger; of a larger map several cells share a pixel. */
+/** Largest side of a browser's canvas [pixels]; in larger maps several cells share a pixel. */
 const LARGEST = 4096;
 
 /** The box around a grid, whichever way it is turned [m]. @param {GridInfo} info */

@@ -1,4 +1,4 @@
-/** Which layers are drawn: a switch for each. */
+/** Panel with a switch for each layer. */
 
 import { byId, make } from "./dom.js";
 import { LAYERS } from "./topics.js";

@@ -1,4 +1,4 @@
-/** The page to log in at. */
+/** Login page. */
 
 import { byId, say } from "./dom.js";
 import { Refused, logIn } from "./rest.js";

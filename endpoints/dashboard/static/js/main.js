@@ -1,4 +1,4 @@
-/** Begins here: a login, and while it holds a dashboard. */
+/** Entry point: shows the login and, while logged in, the dashboard. */
 
 import { Dashboard } from "./dashboard.js";
 import { byId } from "./dom.js";

@@ -1,4 +1,4 @@
-/** Which map is shown. */
+/** Choice of the map to show. */
 
 import { byId, make, show } from "./dom.js";
 

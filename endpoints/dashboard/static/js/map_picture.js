@@ -1,4 +1,4 @@
-/** The occupancy grid as a picture that is painted once and drawn with each frame. */
+/** Picture of the occupancy grid, painted once and drawn in each frame. */
 
 import { cellsAPixel, pixelsOf } from "./grid.js";
 

@@ -1,4 +1,4 @@
-/** What the dashboard reads out of ROS messages. What is no such message gives nothing, and never an error. */
+/** Readers of ROS messages. Invalid messages yield nothing and never raise an error. */
 
 import { poseOf } from "./geometry.js";
 
@@ -34,8 +34,8 @@ export function posesOf(message) {
 }
 
 /**
- * What a sensor_msgs/LaserScan hit, in the frame of the laser: x, y one after the other. A range that is null or not
- * within range_min and range_max is no reading.
+ * Hit points of a sensor_msgs/LaserScan in the frame of the laser: x, y one after the other. Ranges that are null or
+ * outside range_min and range_max are skipped.
  */
 export function scanOf(message) {
   const { angle_min: first, angle_increment: step, range_min: least, range_max: most, ranges = [] } = message;
@@ -57,7 +57,7 @@ export function framesOf(message) {
   return frames;
 }
 
-/** How a goal stands, by the numbers of actionlib_msgs/GoalStatus. */
+/** Names of the states of actionlib_msgs/GoalStatus by number. */
 export const STATUS = [
   "waiting", "driving", "stopped", "arrived", "gave up", "refused", "stopping", "stopping", "stopped", "lost",
 ];
@@ -65,7 +65,7 @@ const ACTIVE = new Set([0, 1, 6, 7]);
 
 /** @typedef {{code: number, word: string, active: boolean, text: string, id: string}} GoalState */
 
-/** What an actionlib_msgs/GoalStatus says. @returns {GoalState | null} */
+/** Return the state in an actionlib_msgs/GoalStatus. @returns {GoalState | null} */
 export function goalOf(status) {
   const code = status?.status;
   if (!(code in STATUS)) return null;

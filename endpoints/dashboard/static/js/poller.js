@@ -1,4 +1,4 @@
-/** Asks the cloud again and again, but only while somebody looks. */
+/** Polls the cloud while the page is visible. */
 
 const PERIOD = 2000; // ms
 
@@ -18,7 +18,7 @@ export class Poller {
     document.addEventListener("visibilitychange", () => this.now());
   }
 
-  /** Ask now, and from then on. */
+  /** Poll now, and periodically from then on. */
   async now() {
     clearTimeout(this.#timer);
     if (this.#busy || document.visibilityState !== "visible") return;

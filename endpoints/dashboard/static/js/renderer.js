@@ -1,4 +1,4 @@
-/** Draws the map and the robots: once a frame at most, and only if something changed. */
+/** Draws the map and the robots: at most once per frame, and only after changes. */
 
 import { MapPicture } from "./map_picture.js";
 import { body, dashes, dots, label, line, target } from "./shapes.js";
@@ -34,13 +34,13 @@ export class Renderer {
     this.ask();
   }
 
-  /** What is pointed at, while a finger is down. */
+  /** Set the pose being aimed at while a finger is down. */
   set aim(aim) {
     this.#aim = aim;
     this.ask();
   }
 
-  /** Have it drawn with the next frame. */
+  /** Request drawing in the next frame. */
   ask() {
     if (this.#asked) return;
     this.#asked = true;
@@ -50,7 +50,7 @@ export class Renderer {
     });
   }
 
-  /** Take the size of the canvas on the page. */
+  /** Adopt the size of the canvas on the page. */
   resize() {
     const { clientWidth, clientHeight } = this.#canvas;
     Object.assign(this.#view, { width: clientWidth, height: clientHeight });

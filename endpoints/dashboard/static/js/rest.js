@@ -1,10 +1,10 @@
-/** The REST service, asked with the token of whoever logged in. */
+/** Client of the REST service with the token of the logged-in user. */
 
 const PAGE = 500;
 const PATIENCE = 10_000; // ms
 const PATIENCE_FOR_MAPS = 120_000;
 
-/** The cloud said no, and why. */
+/** The cloud refused a request, with the reason. */
 export class Refused extends Error {
   /** @param {number} status @param {string} detail */
   constructor(status, detail) {
@@ -17,7 +17,7 @@ export class Refused extends Error {
 export class Unreachable extends Error {}
 
 /**
- * Ask, and read the answer as it should be.
+ * Send a request and read its response.
  * @template T
  * @param {string} path @param {RequestInit} options
  * @param {(response: Response) => Promise<T>} read
@@ -58,7 +58,7 @@ export class Rest {
     return { Authorization: `Bearer ${this.#token}` };
   }
 
-  /** Make the token worthless; the page may go meanwhile. */
+  /** Revoke the token, also if the page is being closed. */
   logOut() {
     const read = async () => undefined;
     return ask("/v1/tokens/current", { method: "DELETE", headers: this.#headers, keepalive: true }, read);
@@ -69,7 +69,7 @@ export class Rest {
     return ask(path, { headers: this.#headers }, json);
   }
 
-  /** All of a list, a page at a time. @param {string} path @returns {Promise<any[]>} */
+  /** Fetch all items of a list, page by page. @param {string} path @returns {Promise<any[]>} */
   async list(path) {
     const found = [];
     let cursor = "";
@@ -94,7 +94,7 @@ export class Rest {
     return { version, cells, info: { resolution, width, height, origin: { x, y, theta } } };
   }
 
-  /** Where the robot's WebSocket is: an operator's, which keeps no container alive. @param {string} robot */
+  /** Return the URL of an operator's WebSocket of a robot, which keeps no container alive. @param {string} robot */
   socketUrl(robot) {
     const query = new URLSearchParams({ robot, token: this.#token, role: "operator", hold: "0", status: "1" });
     const url = new URL(`/?${query}`, location.href);

@@ -1,4 +1,4 @@
-/** The card of the robot that is selected: how it is, and what it can be told. */
+/** Card of the selected robot: its state and its commands. */
 
 import { byId, make, say } from "./dom.js";
 import { degrees, number } from "./format.js";

@@ -1,4 +1,4 @@
-/** One robot of the map: what its file says, what its clone says, and the socket to it while it has a container. */
+/** Link to one robot of the map: its file, the state of its clone, and its socket while it has a container. */
 
 import { poseMessage } from "./geometry.js";
 import { bare } from "./messages.js";
@@ -7,7 +7,8 @@ import { Rosbridge } from "./rosbridge.js";
 import { TOPICS, wanted } from "./topics.js";
 
 /**
- * How a robot is: without a container, with one that starts, with one that hears nothing of the robot, or alive.
+ * State of a robot: without a container, with a starting container, with a container that receives nothing from the
+ * robot, or alive.
  * @typedef {"offline" | "starting" | "silent" | "online"} Presence
  */
 
@@ -116,7 +117,7 @@ export class RobotLink {
     return this.#publish("initialpose", message);
   }
 
-  /** Give up whatever goal it has. */
+  /** Cancel all goals of the robot. */
   cancel() {
     return this.#publish("move_base/cancel", {});
   }

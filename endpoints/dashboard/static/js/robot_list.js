@@ -5,7 +5,7 @@ import { number } from "./format.js";
 
 const PRESENCE = { offline: "offline", starting: "starting", silent: "no signal", online: "online" };
 
-/** What a robot is doing, in words. @param {import("./robot_link.js").RobotLink} link */
+/** Return the state of a robot in words. @param {import("./robot_link.js").RobotLink} link */
 export function doing({ presence, state, robot }) {
   if (presence === "offline") return "Not connected";
   if (presence === "starting") return "Its container starts";

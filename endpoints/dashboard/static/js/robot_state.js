@@ -1,17 +1,17 @@
-/** What is known of one robot, from what its clone says. Messages in, state out: no socket and no clock. */
+/** State of one robot from the messages of its clone, without sockets or clocks. */
 
 import { distance, lengthOf, placeAll, poseOf } from "./geometry.js";
 import { bare, framesOf, goalOf, pathOf, posesOf, scanOf, secondsOf } from "./messages.js";
 
-/** Seconds without a pose after which nobody can say that the robot is there. */
+/** Time without a pose after which the robot counts as lost [s]. */
 export const SILENCE = 3;
 const NOTHING = new Float32Array(0);
 
 export class RobotState {
   /** @type {import("./geometry.js").Pose | null} */ pose = null;
-  /** When the pose came [s]. */
+  /** Time of the last pose [s]. */
   heardAt = -Infinity;
-  /** What the laser hit, in the map: x, y one after the other. */
+  /** Hit points of the laser in the map frame: x, y one after the other. */
   scan = NOTHING;
   /** x, y one after the other. */
   path = NOTHING;
@@ -53,13 +53,13 @@ export class RobotState {
     return now - this.heardAt > SILENCE;
   }
 
-  /** Where it is going: what was said, or else where its path ends. @returns {import("./geometry.js").Point | null} */
+  /** Return the goal, or the end of the path if the goal is unknown. @returns {import("./geometry.js").Point | null} */
   get destination() {
     if (!this.goal?.active) return null;
     return this.target ?? (this.path.length ? { x: this.path.at(-2), y: this.path.at(-1) } : null);
   }
 
-  /** How far it still has to go [m]: along the path, if there is one. @returns {number | null} */
+  /** Return the remaining distance [m], along the path if there is one. @returns {number | null} */
   get remaining() {
     if (!this.pose || !this.destination) return null;
     return this.path.length > 2 ? lengthOf(this.path) : distance(this.pose, this.destination);

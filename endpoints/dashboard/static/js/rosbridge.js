@@ -44,7 +44,7 @@ export class Rosbridge {
     return this.#send({ op: "publish", topic, msg });
   }
 
-  /** Close it, and tell the listener nothing more. */
+  /** Close the socket without further events to the listener. */
   close() {
     this.#closed = true;
     this.#socket.close(CLEAN);

@@ -1,4 +1,4 @@
-/** Who is logged in: the token, kept for as long as this tab is open and nowhere else. */
+/** Token of the logged-in user, stored only while this tab is open. */
 
 const KEY = "ppaas-token";
 const NOTE = "ppaas-note";
@@ -20,7 +20,7 @@ export const session = {
     sessionStorage.setItem(NOTE, note);
   },
 
-  /** What was to be said; it is said once. @returns {string} */
+  /** Return the pending message once. @returns {string} */
   takeNote() {
     const note = sessionStorage.getItem(NOTE) ?? "";
     sessionStorage.removeItem(NOTE);

@@ -1,4 +1,4 @@
-/** What is drawn of a robot. The context is in pixels, and points go through the view. */
+/** Shapes of a robot. The context is in pixels; points are transformed by the view. */
 
 const BACK = 2.5; // where the back corners of the wedge lie, from the way it faces [rad]
 const DASH = 6;
@@ -28,7 +28,7 @@ export function dots(context, view, points, colour, size) {
   }
 }
 
-/** A dash for each pose, so that its yaw is seen. */
+/** A dash for each pose, which shows its yaw. */
 export function dashes(context, view, poses, colour) {
   context.beginPath();
   for (let i = 0; i < poses.length; i += 3) {
@@ -41,7 +41,7 @@ export function dashes(context, view, poses, colour) {
   context.stroke();
 }
 
-/** The robot: its footprint, and a wedge that points where it faces. */
+/** The robot: its footprint, and a wedge that shows its heading. */
 export function body(context, at, radius, theta, { colour, halo, faded, selected }) {
   context.save();
   context.translate(at.x, at.y);
@@ -107,7 +107,7 @@ function arrow(context, theta) {
   context.lineTo(...at(21, 6));
 }
 
-/** A name with a halo, so that it is read on anything. */
+/** A name with a halo, legible on any background. */
 export function label(context, text, x, y, ink, halo, bold) {
   context.font = `${bold ? 600 : 500} 12px system-ui, sans-serif`;
   context.textAlign = "center";

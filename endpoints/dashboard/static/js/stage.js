@@ -1,4 +1,4 @@
-/** The map on the page: what is seen of it, and what is done with it by finger, mouse and keys. */
+/** The map on the page: view and interaction by touch, mouse and keyboard. */
 
 import { byId, say } from "./dom.js";
 import { Gestures } from "./gestures.js";
@@ -109,7 +109,7 @@ export class Stage {
     else if (aims) this.#orders.order({ ...point, theta: this.#heading(selected, point) });
   }
 
-  /** Who does not say how to face is driven up to the place, and faces as it came. */
+  /** Without a heading, the robot drives to the place and keeps the heading of its arrival. */
   #heading({ state: { pose } }, point) {
     if (!pose) return 0;
     return this.#tools.current === "locate" ? pose.theta : Math.atan2(point.y - pose.y, point.x - pose.x);

@@ -1,4 +1,4 @@
-/** Short news that go away by themselves. */
+/** Short messages that disappear by themselves. */
 
 import { byId, make } from "./dom.js";
 

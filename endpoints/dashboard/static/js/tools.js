@@ -1,4 +1,4 @@
-/** What a click on the map does: look around, send the selected robot somewhere, or say where it is. */
+/** Tools for clicks on the map: look around, send the selected robot to a goal, or set its pose. */
 
 import { byId, say } from "./dom.js";
 
@@ -27,7 +27,7 @@ export class Tools {
     this.#show();
   }
 
-  /** Say for which robot the tools are, if for any. @param {string | null} robot */
+  /** Set the robot that the tools apply to, if any. @param {string | null} robot */
   set robot(robot) {
     this.#robot = robot;
     if (robot === null) this.current = "look";

@@ -1,4 +1,4 @@
-/** The topics of a robot that the dashboard hears: their types, how often at most [ms], and for which layer. */
+/** Topics of a robot that the dashboard subscribes to: type, minimum interval [ms], and layer. */
 
 /** @typedef {"plan" | "scan" | "particles"} Layer */
 
@@ -17,7 +17,7 @@ export const TOPICS = {
 /** @type {Record<Layer, string>} */
 export const LAYERS = { plan: "Paths", scan: "Laser scans", particles: "Particles" };
 
-/** The topics of the layers that are shown, and those of none. @param {Set<string>} shown */
+/** Return the topics without a layer and those of the shown layers. @param {Set<string>} shown */
 export function wanted(shown) {
   return Object.keys(TOPICS).filter((name) => !TOPICS[name].layer || shown.has(TOPICS[name].layer));
 }

@@ -1,4 +1,4 @@
-/** Which part of the map is seen: the world's metres to the screen's pixels and back. y goes up there and down here. */
+/** Visible part of the map: converts metres of the world, y up, to pixels of the screen, y down, and back. */
 
 /** @typedef {import("./geometry.js").Point} Point */
 
@@ -7,9 +7,9 @@ const FARTHEST = 0.5;
 
 export class View {
   /** @type {Point} */ centre = { x: 0, y: 0 };
-  /** Pixels a metre. */
+  /** Scale [pixels/m]. */
   scale = 50;
-  /** Of the screen, in pixels. */
+  /** Size of the screen [pixels]. */
   width = 1;
   height = 1;
 

@@ -78,7 +78,7 @@ async def test_a_place_without_a_container_yet_has_nothing_but_itself() -> None:
 async def test_a_client_asks_by_a_call_and_cannot_answer_in_its_place(place: PlaceLink) -> None:
     frames: asyncio.Queue[str] = asyncio.Queue()
     calls = ClientCalls(place, place.join(Client()), RosbridgeSession(), frames.put_nowait, lambda _: None)
-    with pytest.raises(Conflict, match="cloud's own"):
+    with pytest.raises(Conflict, match="belongs to the cloud"):
         calls.advertise(AdvertiseService("/rosapi/topics", "rosapi/Topics"))
     calls.start(CallService("/rosapi/get_time", "1"))
     calls.start(CallService("rosapi/message_details", "2", msgspec.Raw(b'{"type": "no/Such"}')))
