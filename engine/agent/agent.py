@@ -1,12 +1,13 @@
-"""The agent of a machine.
+"""Agent of a machine.
 
-It starts its parts, registers with the master and carries out orders until the master dismisses it. Then it ends all it
-started, and itself. A master that hangs up without a word was killed, or the way to it is cut: the agent keeps what it
-carries for some time, dials again, and tells whoever answers of it. So does one that carries nothing: to start another
-takes longer than to start the master, on the same cores.
+The agent starts its components, registers with the master and executes orders until the master dismisses it. Then it
+stops everything that it started, and exits. If the connection ends without a dismissal, the master was killed or the
+network is down: the agent keeps its containers for `AgentConfig.adopt_within` seconds, dials again, and reports them to
+the master that answers. An agent without containers does the same, since starting a new agent takes longer than
+starting the master, on the same cores.
 
-On another host than the master's it dials over TLS, relays what its containers say to their endpoint, and hangs up by
-itself when the master is silent: the connection may not tell that somebody cut the way.
+On another host than the master's, the agent dials over TLS, relays the robot links of its containers to their endpoint,
+and closes the connection when the master misses heartbeats: TCP may not notice that the network is down.
 """
 
 import asyncio
@@ -36,10 +37,11 @@ from ppaas.errors import Conflict, PPaaSError
 logger = logging.getLogger(__name__)
 
 HEARTBEAT_PERIOD = 1.0
+"""Period of load reports to the master [s]."""
 
 
 class Agent:
-    """What runs in the agent's process."""
+    """Agent of one machine: its sessions with one master after another."""
 
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
@@ -49,7 +51,7 @@ class Agent:
         self._redial: Redial | None = None
 
     async def stay(self, dial: Dial) -> None:
-        """Serve one master after the other, until one dismisses us or none comes in time."""
+        """Serve one master after another, until one dismisses this agent or none is reachable in time."""
         stream: Master | None = await dial()
         while stream is not None:
             await self.serve(stream)
@@ -57,12 +59,15 @@ class Agent:
                 return
             if self._redial is None:
                 within = self._parts.config.adopt_within
-                logger.warning("the master is gone: what runs here waits for %g s for it, or another", within)
+                logger.warning(
+                    "the master is unreachable: containers keep running for %g s, and the agent dials again",
+                    within,
+                )
                 self._redial = Redial(within)
             stream = await self._redial(dial)
 
     async def serve(self, stream: Master) -> None:
-        """Register, then carry out orders until the master hangs up."""
+        """Register, then execute orders until the master dismisses this agent or the connection ends."""
         self._standing.begin(stream)
         stream.write(self._register())
         telling = [asyncio.create_task(work(stream)) for work in (self._send_beats, self._send_heartbeats)]
@@ -112,13 +117,13 @@ class Agent:
         self._standing.welcome()
         self._redial = None
         if welcome.adopted:
-            logger.info("the master is back and has adopted %d containers", len(welcome.adopted))
+            logger.info("the agent is connected to a master again, which adopted %d containers", len(welcome.adopted))
 
     async def _send_beats(self, stream: Master) -> None:
         lease = self._standing.lease
         while True:
             if lease is not None and not lease.beat():
-                logger.error("the master did not answer %d beats: it is gone, or the way to it", MISSED)
+                logger.error("the master did not answer %d heartbeats: it or the network is down", MISSED)
                 stream.abort()
             stream.write(control_link.AgentBeat())
             await asyncio.sleep(BEAT_PERIOD)
@@ -130,9 +135,21 @@ class Agent:
 
 
 async def run(config: AgentConfig, told: asyncio.Event, dial: Dial | None = None) -> bool:
-    """Be the agent of a machine until no master wants it, which is true then, or SIGTERM, which sets ``told``.
+    """Run the agent of a machine until no master needs it, or until SIGTERM.
 
-    ``dial`` connects to the master, where more is to be done for that than to dial.
+    Parameters
+    ----------
+    config : AgentConfig
+        Settings of the machine.
+    told : asyncio.Event
+        Set by SIGTERM.
+    dial : callable, optional
+        Connects to the master; `dial_master` by default.
+
+    Returns
+    -------
+    bool
+        True if the agent ended because no master needs it, false after SIGTERM.
     """
     hung_up = False
     async with contextlib.AsyncExitStack() as stack:
@@ -141,25 +158,30 @@ async def run(config: AgentConfig, told: asyncio.Event, dial: Dial | None = None
             try:
                 await agent.stay(dial or partial(dial_master, config))
             except Conflict as error:
-                logger.warning("what runs here ends: %s", error)
+                logger.warning("the agent stops, with its containers: %s", error)
             hung_up = True
-    if hung_up:  # if the master was killed, nobody else is left to remove the folder of its sockets
+    if hung_up:  # if the master was killed, no other process removes the folder with its sockets
         remove_unless_owned(Path(config.run_dir))
     return hung_up
 
 
 @contextlib.contextmanager
 def until_told(told: asyncio.Event) -> Iterator[None]:
-    """Give up what is inside on SIGTERM; whatever comes after it, as the end of what was started, is not disturbed.
+    """Cancel the body of the ``with`` statement on SIGTERM; code after it, such as clean-up, is not cancelled.
 
     Parameters
     ----------
     told : asyncio.Event
-        Set by the signal, also where it comes after what is inside.
+        Set by the signal, even if it arrives after the body has ended.
+
+    Raises
+    ------
+    RuntimeError
+        The caller does not run in an asyncio task.
     """
     loop, task = asyncio.get_running_loop(), asyncio.current_task()
     if task is None:
-        raise RuntimeError("there is no task to give up")
+        raise RuntimeError("until_told needs a running asyncio task")
     inside = True
 
     def tell() -> None:
@@ -179,15 +201,15 @@ def until_told(told: asyncio.Event) -> Iterator[None]:
 
 
 def be_told(told: bytes) -> None:
-    """Be what an ``AgentConfig`` as JSON says until the master hangs up; signals from a terminal are the master's."""
+    """Run the agent that an ``AgentConfig`` as JSON describes; SIGINT is ignored, since the master handles Ctrl-C."""
     logging.basicConfig(level=logging.INFO, format="%(levelname)s agent %(name)s: %(message)s")
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     config = msgspec.json.decode(told, type=AgentConfig)
     try:
         uvloop.run(run(config, asyncio.Event()))
     except PPaaSError as error:
-        logger.error("the machine cannot run: %s", error)
+        logger.error("the agent cannot start: %s", error)
         sys.exit(1)
     finally:
-        if is_dead(config.cloud):  # it was killed, perhaps before we reached it
+        if is_dead(config.cloud):  # it was killed, perhaps before this agent connected
             remove_unless_owned(Path(config.run_dir))

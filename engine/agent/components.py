@@ -1,4 +1,4 @@
-"""What an agent starts before it registers, and keeps through all its connections to masters."""
+"""Components of an agent: started before it registers, and kept over all its sessions with masters."""
 
 import asyncio
 import contextlib
@@ -36,7 +36,7 @@ from storage.urls.opening import open_map_store, open_store
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """What the agent is made of; ``cpus`` are those that containers may use."""
+    """Components of an agent; ``cpus`` are the indices of the CPUs that its containers may use."""
 
     config: AgentConfig
     cpus: tuple[int, ...]
@@ -47,24 +47,25 @@ class Parts:
 
 
 async def dial_cloud(config: AgentConfig, purpose: Purpose) -> Streams:
-    """Dial the cloud, as the machine that we are where it is on another host."""
+    """Dial the cloud, with the machine's certificate if the cloud is on another host; ``Unavailable`` if that fails."""
     identity = TlsIdentity.in_folder(Path(config.identity), "machine") if config.identity is not None else None
     return await dial(parse_address(config.control), identity.client_context(purpose) if identity else None)
 
 
 async def dial_master(config: AgentConfig) -> Master:
-    """Dial the master; ``Unavailable`` where nobody answers."""
+    """Dial the master; ``Unavailable`` if it does not answer."""
     return FrameStream(*await dial_cloud(config, "control"), control_link.ToAgent)
 
 
 async def open_parts(config: AgentConfig, stack: contextlib.AsyncExitStack) -> Parts:
-    """Start the warm fork server and, beside it, the router; then the session on the fabric, the gate and the rest.
+    """Start the fork server and the router concurrently; then the fabric session, the container gateway and the rest.
 
     Parameters
     ----------
     config : AgentConfig
+        Settings of the machine.
     stack : AsyncExitStack
-        Ends all of it.
+        Stops all components when it is closed.
     """
     run_dir, cpus = Path(config.run_dir), tuple(sorted(os.sched_getaffinity(0)))[: config.cores]
     permit_only(config.allowed)
@@ -101,13 +102,13 @@ async def _runtime(config: AgentConfig, stack: contextlib.AsyncExitStack) -> Run
     premises = Premises(instance, Path(config.run_dir), folder_of(instance), config.image, ENTRIES)
     runtime: Runtime = RUNTIMES.load(config.runtime).on(premises)
     stack.push_async_callback(runtime.close)
-    # Both compile at the first start on a computer, each what it needs, beside each other.
+    # Both compile kernels at the first start on a host, each its own: do it concurrently.
     await asyncio.gather(runtime.start(), asyncio.to_thread(store_kernels.prepare))
     return runtime
 
 
 def _router(config: AgentConfig, stack: contextlib.AsyncExitStack) -> asyncio.Task[RouterProcess]:
-    """Begin to start the router, which takes no longer than the runtime does meanwhile."""
+    """Start the router in a task: it starts while the runtime does, which takes longer."""
     router = RouterProcess(Path(config.run_dir), peering=config.peering)
     stack.push_async_callback(router.close)
 
@@ -132,7 +133,7 @@ async def _fabric(router: RouterProcess, stack: contextlib.AsyncExitStack) -> Fa
 
 
 async def _relay(config: AgentConfig, stack: contextlib.AsyncExitStack) -> str:
-    """Open the way of containers to an endpoint on another host; return its Unix socket."""
+    """Start the relay of robot links to an endpoint on another host; return the path of its Unix socket."""
     relay = Relay(Path(config.run_dir) / "link.sock", lambda: dial_cloud(config, "robot"))
     stack.push_async_callback(relay.close)
     await relay.start()

@@ -1,4 +1,4 @@
-"""What an agent is told at its start."""
+"""Configuration of an agent, which it reads at its start."""
 
 import msgspec
 
@@ -8,40 +8,40 @@ from engine.runtimes.registry import DEFAULT
 
 
 class AgentConfig(msgspec.Struct, frozen=True):
-    """How a machine finds its master, its stores and its folders.
+    """Configuration of an agent: its master, stores, folders and resources.
 
     Parameters
     ----------
     machine : str
         Name of the machine.
     control : str
-        Where the master takes machines: a Unix socket, or ``tls://host:port``.
+        Address of the control link: path of a Unix socket, or ``tls://host:port``.
     secret : str
-        Shows the master that the agent is ours.
+        Authenticates the agent to the master.
     run_dir : str
         Folder for its sockets.
     cloud : str
-        Name of the cloud process that this machine belongs to at its start.
+        Name of the cloud process that starts this agent.
     store, map_store : str
         URLs of the stores.
     outbox : str, optional
-        File in which plans wait while a store that is not on this machine is away.
+        File that queues plans while a store on another machine is unavailable.
     cores : int, optional
-        CPUs it may use; without it, all.
+        Number of CPUs that the machine may use; all of them by default.
     labels : dict of str to str
-        What the machine is like.
+        Labels of the machine.
     peering : Peering, optional
-        How its router reaches those of other hosts.
+        How its router connects to the routers of other hosts.
     identity : str, optional
-        Folder with its key and certificates, where the master is on another host.
+        Folder with its key and certificates, if the master is on another host.
     runtime : str
-        Starts its containers.
+        Name of the runtime plug-in that starts its containers.
     image : str
-        Image that containers run from, for a runtime that has images.
+        Image of its containers, for a runtime that uses images.
     allowed : tuple of str
-        Other people's plug-ins that may run, each as ``group:name`` of its entry point.
+        Third-party plug-ins that may run, each as ``group:name`` of its entry point.
     adopt_within : float
-        Seconds for which what it carries outlives a master that was killed.
+        Time for which its containers outlive a master that was killed [s].
     """
 
     machine: str

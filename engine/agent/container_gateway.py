@@ -1,7 +1,7 @@
-"""The gate of a machine: through it, and only through it, its containers reach the stores and the fabric.
+"""Container gateway: the only connection of a machine's containers to the stores and the fabric.
 
-A container says who it is once, with the secret it was launched with. From then on what it asks for is done in the
-name of its user and robot: it cannot name another.
+A container identifies itself once, with the secret that it was launched with. All its later requests act for the user
+and robot of that container; a request cannot name others.
 """
 
 import asyncio
@@ -29,14 +29,16 @@ from storage.records import CloneCheckpoint
 logger = logging.getLogger(__name__)
 
 ATTACH_TIMEOUT = 5.0
+"""Time within which a container must identify itself [s]."""
+
 MAX_REQUESTS = 16
-"""Requests of one container to the stores that may be under way."""
+"""Largest number of store requests of one container in progress at once."""
 
 Stream = FrameStream[machine_link.FromContainer]
 
 
 Prepare = Callable[[str], Awaitable[None]]
-"""Puts what a planner, by its name, prepares of a map beside the layers of that map."""
+"""Makes the index of the planner with the given name, in the folder with the layers of the container's map."""
 
 
 class _Expected(NamedTuple):
@@ -45,11 +47,11 @@ class _Expected(NamedTuple):
 
 
 async def _nothing_to_prepare(planner: str) -> None:
-    raise Unavailable(f"the machine prepares nothing for {planner!r}")
+    raise Unavailable(f"this machine makes no index for planner {planner!r}")
 
 
 class _Guest:
-    """A container that was let in."""
+    """A container that identified itself, with its connection."""
 
     def __init__(self, expected: _Expected, stream: Stream) -> None:
         self.spec = spec = expected.spec
@@ -63,25 +65,25 @@ class _Guest:
 
 
 class Gate:
-    """Serves the machine links of this machine's containers.
+    """Server of the machine links of this machine's containers.
 
     Parameters
     ----------
     path : Path
-        Of the socket; only this user may connect to it.
+        Path of the Unix socket; only the user of this process may connect to it.
     store : Store
-        Where checkpoints and plans are kept.
+        Store of checkpoints and plans.
     fabric : Fabric
-        Where positions are shared.
+        Session on the fabric, over which robots share positions.
     cloud : str
-        Name of the cloud process whose machine this is.
+        Name of the cloud process that this machine belongs to.
     link : str
-        What the way from this machine to the store is called in the history.
+        Name of the network link from this machine to the store, in the history of planning.
     acts : callable
-        Tells whether this machine acts for its cloud now: else it keeps no checkpoint, for another may have made later
-        ones, and robots of others hear nothing of its own.
+        Returns whether this machine acts for its cloud now. While it does not, the gateway stores no checkpoint, since
+        another machine may have stored later ones, and publishes nothing on the fabric.
     attach_timeout : float
-        Seconds that whoever dials has to say who it is.
+        Time within which a connecting container must identify itself [s].
     """
 
     def __init__(
@@ -109,44 +111,44 @@ class Gate:
         self._server: asyncio.Server | None = None
 
     async def start(self) -> None:
-        """Listen."""
+        """Start to listen on the socket."""
         self._server = await asyncio.start_unix_server(self._connected, self.path)
         self.path.chmod(0o600)
 
     def expect(self, spec: ContainerSpec, secret: str, prepare: Prepare = _nothing_to_prepare) -> None:
-        """Await a container, once; ``prepare`` is for the map that it stands in."""
+        """Accept one connection of a container, by its secret; ``prepare`` makes the indexes of its map."""
         self._awaited.expect(spec.id, secret, _Expected(spec, prepare))
 
     def forget(self, container: str) -> None:
-        """Await it no more."""
+        """Stop expecting a container that has not connected yet."""
         self._awaited.forget(container)
 
     def shut_out(self, container: str) -> None:
-        """Do nothing more for a container, which is to end."""
+        """Execute no more checkpoints and publications of a container that is being stopped."""
         self.forget(container)
         guest = self._guests.get(container)
         if guest is not None:
             guest.is_shut = True
 
     def resized(self, container: str, threads: int) -> None:
-        """Tell a container how many threads its kernels may use from now on; nothing happens where it is gone."""
+        """Send a container the new number of threads of its kernels; do nothing if it has disconnected."""
         guest = self._guests.get(container)
         if guest is not None:
             guest.stream.write(machine_link.Resized(threads))
 
     def endpoint_came(self) -> None:
-        """Tell all containers but those that are to end that an endpoint awaits them."""
+        """Notify all containers, except those being stopped, that an endpoint accepts connections again."""
         for guest in self._guests.values():
             if not guest.is_shut:
                 guest.stream.write(machine_link.EndpointCame())
 
     @property
     def awaited(self) -> int:
-        """How many containers have not dialled yet."""
+        """Number of expected containers that have not connected yet."""
         return len(self._awaited)
 
     async def close(self) -> None:
-        """Hang up on all containers and listen no more."""
+        """Stop listening, and close the connections of all containers."""
         if self._server is not None:
             self._server.close()
         await asyncio.gather(*(stream.close() for stream in self._streams))
@@ -161,7 +163,9 @@ class Gate:
         try:
             await self._serve(await self._admitted(stream))
         except (PPaaSError, TimeoutError) as error:
-            logger.warning("a container was cut off at the gate: %s", error or "it said nothing")
+            logger.warning(
+                "the container gateway closed the connection of a container: %s", error or "it sent nothing in time"
+            )
         finally:
             self._streams.discard(stream)
             await stream.close()
@@ -170,7 +174,7 @@ class Gate:
         async with asyncio.timeout(self._attach_timeout):
             attach = await stream.receive()
         if not isinstance(attach, machine_link.Attach):
-            raise NotPermitted("it did not say who it is")
+            raise NotPermitted("the first message of a container must be its attach request")
         return _Guest(self._awaited.admit(attach.container, attach.secret), stream)
 
     async def _serve(self, guest: _Guest) -> None:
@@ -201,13 +205,13 @@ class Gate:
             case machine_link.Share():
                 self._share(frame, guest)
             case machine_link.Attach():
-                raise NotPermitted(f"container {guest.spec.id} wants to be another")
+                raise NotPermitted(f"container {guest.spec.id} is attached already, and sent another attach request")
 
     # -- the stores ----------------------------------------------------------------------------------------------------
 
     def _ask(self, request: int, guest: _Guest, work: Callable[[], Awaitable[machine_link.Answer | None]]) -> None:
         if guest.requests >= MAX_REQUESTS:
-            error = QuotaExceeded(f"{MAX_REQUESTS} requests of this container are under way: wait for their answers")
+            error = QuotaExceeded(f"{MAX_REQUESTS} requests of this container are in progress: wait for their answers")
             guest.stream.write(machine_link.Done(request, Refusal(error.slug, str(error))))
             return
         guest.requests += 1
@@ -233,9 +237,9 @@ class Gate:
     def _save_clone(self, guest: _Guest, nodes: dict[str, bytes]) -> None:
         spec = guest.spec
         if spec.robot is None:
-            raise NotPermitted("a container that only plans has no clone")
+            raise NotPermitted("a planning container has no clone, so no checkpoint to save")
         if guest.is_shut or not self._acts():
-            raise Unavailable("this machine has not heard from its cloud: the robot may be served by another by now")
+            raise Unavailable("this machine has lost contact with its cloud: another machine may serve the robot now")
         marked = nodes | marks(spec, self.cloud)
         self._store.save_clone(CloneCheckpoint(spec.user, spec.robot.id, marked, epoch()))
 
@@ -246,12 +250,12 @@ class Gate:
         self._background.run(self._noted(frame, guest))
 
     async def _noted(self, frame: machine_link.NoteHistory, guest: _Guest) -> None:
-        """Nobody waits for an answer to a note: one that is lost is told in the log."""
+        """Store a note; no client waits for an answer, so a failure is only logged."""
         try:
             async with guest.turn:
                 await asyncio.to_thread(self._plans.note, guest.spec, frame.rows, frame.link)
         except PPaaSError as error:
-            logger.warning("container %s: what it planned is not in the history: %s", guest.spec.id, error)
+            logger.warning("container %s: its planning times were not added to the history: %s", guest.spec.id, error)
 
     # -- the fabric ----------------------------------------------------------------------------------------------------
 
@@ -261,14 +265,14 @@ class Gate:
         try:
             self._topics.share(guest.scope, frame)
         except PPaaSError as error:
-            # Nobody waits for an answer to a share, and the container has more to do: it is served on.
+            # A share has no answer, and the container has other work: keep the connection.
             level = logging.DEBUG if guest.was_refused else logging.WARNING
-            logger.log(level, "container %s may not share this: %s", guest.spec.id, error)
+            logger.log(level, "container %s cannot share a message: %s", guest.spec.id, error)
             guest.was_refused = True
 
 
 def _in_turn(guest: _Guest, work: Callable[[], None]) -> Callable[[], Awaitable[None]]:
-    """Let work wait for what its container asked for before: else an older checkpoint might be kept over a newer."""
+    """Run the work after earlier work of its container, so that an older checkpoint cannot replace a newer one."""
 
     async def run() -> None:
         async with guest.turn:

@@ -1,4 +1,4 @@
-"""The containers of one machine: started, watched, stopped."""
+"""Container supervisor: starts, watches, resizes and stops the containers of one machine."""
 
 import asyncio
 import logging
@@ -25,7 +25,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass(slots=True)
 class _Hosted:
-    """A container from the order to start it until it is gone."""
+    """A container, from the order to start it until it has exited."""
 
     order: control_link.StartContainer
     launch: Launch | None = None
@@ -34,24 +34,24 @@ class _Hosted:
 
 
 class Hosting:
-    """Carries out the orders that concern containers.
+    """Executes the master's orders that concern containers.
 
     Parameters
     ----------
     runtime : Runtime
-        Starts processes.
+        Starts the containers' processes.
     gate : Gate
-        Awaits them.
+        Container gateway, to which they connect.
     cache : MapCache
-        Where the layers of their maps are made and shared.
+        Makes the layers of their maps, and shares them.
     cpus : tuple of int
-        CPUs they may use.
+        Indices of the CPUs that they may use.
     tell : callable
-        Sends news to the master.
+        Sends a report to the master.
     allowed : tuple of str
-        Other people's plug-ins that may run in them.
+        Third-party plug-ins that may run in them, each as ``group:name``.
     link : str, optional
-        Unix socket that leads to the endpoint, where the endpoint's own is on another host.
+        Path of the relay's Unix socket, if the endpoint is on another host.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class Hosting:
         self._background = Background()
 
     def start(self, order: control_link.StartContainer) -> None:
-        """Start a container and watch it to its end: the master is told that it could not be started, or has exited."""
+        """Start a container and watch it; report to the master that its launch failed, or its exit status."""
         hosted = self._hosted[order.spec.id] = _Hosted(order)
         self._background.run(self._host(order, hosted))
 
@@ -91,7 +91,7 @@ class Hosting:
         except PPaaSError as error:
             self._tell_failed(container, error)
         except Exception as error:
-            logger.exception("container %s broke its machine", container)
+            logger.exception("starting or watching container %s failed with an internal error", container)
             self._tell_failed(container, PPaaSError(f"internal error: {type(error).__name__}"))
         else:
             self._tell(control_link.Exited(container, status))
@@ -105,7 +105,7 @@ class Hosting:
     async def _run(self, order: control_link.StartContainer, hosted: _Hosted, layers: Path) -> int:
         container = order.spec.id
         if hosted.stopped.is_set():
-            raise Unavailable("it was stopped before it ran")
+            raise Unavailable(f"container {container} was stopped before it was started")
         hosted.launch = self._launch_of(order, layers)
         self._gate.expect(order.spec, order.secret, lambda planner: self._prepare(hosted, layers, planner))
         try:
@@ -143,7 +143,7 @@ class Hosting:
         return await self._cache.ensure(layers_of(spec))
 
     def stop(self, order: control_link.StopContainer) -> None:
-        """End a container: it was told by its link; by force, if it stays."""
+        """Kill a container that still runs after the grace period; its endpoint has requested its exit already."""
         hosted = self._hosted.get(order.container)
         if hosted is None:
             return
@@ -152,7 +152,7 @@ class Hosting:
             asyncio.get_running_loop().call_later(order.grace, hosted.process.kill)
 
     def carried(self) -> tuple[control_link.RunningContainer, ...]:
-        """Return the clones that run, for a master that did not start them; nobody waits for what only plans."""
+        """Return the running clones, for a master that did not start them; planning containers are not adopted."""
         return tuple(
             control_link.RunningContainer(
                 msgspec.structs.replace(hosted.order.spec, checkpoint={}),
@@ -168,20 +168,20 @@ class Hosting:
         )
 
     def keep_only(self, containers: Collection[str]) -> None:
-        """End all others at once, and do nothing more for them."""
+        """Kill all other containers at once, and execute no more requests of theirs."""
         for container in self._hosted.keys() - set(containers):
             self._gate.shut_out(container)
             self.stop(control_link.StopContainer(container, grace=0.0))
 
     def endpoint_came(self) -> None:
-        """Let all reach the endpoint of a master that has come: its socket has the name of the one before."""
+        """Notify all containers that the endpoint of the new master listens, on the same socket path as before."""
         for hosted in self._hosted.values():
             if hosted.process is not None:
                 hosted.process.endpoint_came()
         self._gate.endpoint_came()
 
     def resize(self, order: control_link.ResizeContainer) -> None:
-        """Hold a container to another size, which it learns; nothing happens where it has gone."""
+        """Resize a container and notify it; do nothing if it has exited."""
         hosted = self._hosted.get(order.container)
         if hosted is None or hosted.launch is None or hosted.process is None:
             return
@@ -191,10 +191,10 @@ class Hosting:
         )
         hosted.process.resize(hosted.launch)
         self._gate.resized(spec.id, hosted.launch.threads)
-        logger.info("container %s has %g cores now, on CPUs %s", spec.id, spec.cores, hosted.launch.cpus)
+        logger.info("container %s was resized to %g cores, on CPUs %s", spec.id, spec.cores, hosted.launch.cpus)
 
     def loads(self) -> list[control_link.ContainerLoad]:
-        """Return what each container uses now; reading this may block for milliseconds."""
+        """Return the CPU time and memory of each container; reading them may block for milliseconds."""
         loads = []
         for container, hosted in tuple(self._hosted.items()):
             if hosted.process is None:
@@ -205,11 +205,11 @@ class Hosting:
                     cpu = sum(observed.cpu_times()[:2])
                     pss = observed.memory_full_info().pss
             except psutil.Error:
-                continue  # it ended just now, which is told by its watcher
+                continue  # it has just exited; the task that watches it reports that
             loads.append(control_link.ContainerLoad(container, cpu, pss))
         return loads
 
     async def close(self) -> None:
-        """Start no more, end all containers and wait until they are gone."""
+        """Start no more containers, stop all and wait until they have exited."""
         await self._background.cancel()
         await self._runtime.close()

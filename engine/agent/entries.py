@@ -1,6 +1,6 @@
-"""Modules that run in processes which the agent's fork server forks, by name: the agent itself must not load them.
+"""Names of the modules that run in the fork server's children: the agent itself must not load them.
 
-So they are imported for type checkers and linters alone, and a name that is wrong here is one that these do not find.
+Type checkers and linters see them as imports, and report a module that does not exist.
 """
 
 from typing import TYPE_CHECKING
@@ -20,7 +20,7 @@ PRELOAD, WARM_UP, FREEZE = (
 
 
 def loaded_before(function: str, *after: str) -> Entry:
-    """Return a function that runs in a container, with what is loaded before: the usual, its module, and then more."""
+    """Return the entry of a function, preceded by the common preload, the function's module, and ``after``."""
     return Entry(function, (PRELOAD, function.partition(":")[0], *after), FREEZE)
 
 

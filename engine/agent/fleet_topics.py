@@ -1,4 +1,4 @@
-"""Topics that robots on one map share: what the containers of a machine say to those of others, and hear of them."""
+"""Fleet topics: the topics that robots on one map share, published and received for the containers of a machine."""
 
 from collections.abc import Callable
 from typing import Protocol
@@ -12,17 +12,17 @@ from ppaas.nodes.topics import TOPICS
 
 DEFAULT_GROUP = "default"
 SHARED_TOPICS = tuple(topic.name for topic in TOPICS.values() if topic.shared)
-"""Topics that the robots on a map receive from each other."""
+"""Names of the topics that the robots on a map receive from each other."""
 
 MAX_WAITING = 1 << 18
-"""Bytes that may wait for a slow container before positions of others are dropped."""
+"""Bytes queued for a slow container above which shared messages to it are dropped."""
 
 MAX_SHARED = 1 << 16
-"""Bytes of one message that is shared; it goes to every robot of the map."""
+"""Largest shared message [bytes]; it is sent to every robot on the map."""
 
 
 class Subscription(Protocol):
-    """A subscription."""
+    """Subscription to a key expression."""
 
     def close(self) -> None:
         """End it."""
@@ -30,24 +30,24 @@ class Subscription(Protocol):
 
 
 class Fabric(Protocol):
-    """What is asked of the fabric."""
+    """Part of the fabric's session that fleet topics need."""
 
     def publish(self, key: str, payload: bytes) -> None:
-        """Publish; it may be lost."""
+        """Publish a payload; it may be lost."""
         ...
 
     def subscribe(self, key: str, callback: Callable[[str, bytes], None]) -> Subscription:
-        """Call back with key and payload of what is published under a key expression."""
+        """Call ``callback`` with key and payload of each publication that matches a key expression."""
         ...
 
 
 class FleetTopics:
-    """What robots on one map share, for the containers of one machine.
+    """Publisher and subscriber of shared topics for the containers of one machine.
 
     Parameters
     ----------
     fabric : Fabric
-        By which other machines are reached.
+        Session on the fabric.
     """
 
     def __init__(self, fabric: Fabric) -> None:
@@ -59,14 +59,14 @@ class FleetTopics:
         Raises
         ------
         NotPermitted
-            It only plans.
+            The container only plans.
         MessageTooLarge
-            It would go to every robot of the map.
+            The payload is over `MAX_SHARED` bytes.
         """
         self._fabric.publish(_shared_key(frame, scope), frame.payload)
 
     def hear_others(self, scope: Scope | None, stream: FrameStream[machine_link.FromContainer]) -> list[Subscription]:
-        """Send a container what the other robots on its map share, until the subscriptions returned are closed.
+        """Forward what other robots on its map share to a container, until the returned subscriptions are closed.
 
         A container that only plans receives nothing.
         """
@@ -84,14 +84,14 @@ class FleetTopics:
 
 def _shared_key(frame: machine_link.Share, scope: Scope | None) -> str:
     if scope is None:
-        raise NotPermitted("a container that only plans has nothing to share")
+        raise NotPermitted("a planning container has no robot, so no topics to share")
     if len(frame.payload) > MAX_SHARED:
-        raise MessageTooLarge(f"{len(frame.payload)} bytes are over the limit of {MAX_SHARED}")
+        raise MessageTooLarge(f"a shared message may have up to {MAX_SHARED} bytes, not {len(frame.payload)}")
     return scope.shared_key(frame.topic)
 
 
 def scope_of(spec: ContainerSpec) -> Scope | None:
-    """Return what a container may read and write on the fabric; nothing, if it only plans."""
+    """Return the scope in which a container may publish and subscribe; None if it only plans."""
     if spec.robot is None:
         return None
     return Scope(spec.user, DEFAULT_GROUP, spec.robot.id, spec.map.id)

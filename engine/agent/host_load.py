@@ -1,4 +1,4 @@
-"""What a host uses, measured for its heartbeats."""
+"""Host load: CPU, memory and network usage of a host and its containers, for heartbeats."""
 
 import asyncio
 from collections.abc import Callable
@@ -16,11 +16,11 @@ class HostLoad:
     Parameters
     ----------
     loads : callable
-        Tells what each container has used, with the seconds of CPU since its start; it may block.
+        Returns the load of each container, with its CPU time since its start [s]; it may block.
     network : NetworkLoad
-        Of the host.
+        Network load of the host.
     neighbours : Neighbours
-        How far other machines are.
+        Round-trip times to other machines.
     """
 
     def __init__(
@@ -35,11 +35,11 @@ class HostLoad:
 
     @property
     def network(self) -> float:
-        """What it can send and receive in a second [bytes]; 0 where that is not known."""
+        """Capacity of the network, both directions together [bytes/s]; 0 if unknown."""
         return self._network.capacity
 
     async def measure(self) -> control_link.Heartbeat:
-        """Return what is used since the last call."""
+        """Return the load since the last call."""
         loads = await asyncio.to_thread(self._loads)
         return control_link.Heartbeat(
             cpu=psutil.cpu_percent() / 100.0 * (psutil.cpu_count() or 1),

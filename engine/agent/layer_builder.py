@@ -1,4 +1,7 @@
-"""Makes layers and indexes of a map in a process of its own: warm from the first call, alone if memory runs out."""
+"""Layer builder: makes layers and indexes of a map in a forked process.
+
+The process is forked from the warm fork server, so nothing has to be imported. If memory runs out, only it is killed.
+"""
 
 import asyncio
 import multiprocessing
@@ -20,16 +23,16 @@ from storage.ports import MapStore
 from storage.versions import IMAGE, OCTOMAP, YAML
 
 ENDING = 1.0
-"""Seconds that a process which has answered may take to end."""
+"""Time limit of a process to exit after its answer [s]."""
 
 
 class LayerBuilder:
-    """Makes the layers of maps that a store keeps.
+    """Builder of layers for the maps of a store.
 
     Parameters
     ----------
     maps : MapStore
-        Which one.
+        Store of the maps.
     """
 
     def __init__(self, maps: MapStore) -> None:
@@ -41,13 +44,13 @@ class LayerBuilder:
         Raises
         ------
         NotFound
-            The map is gone.
+            The map does not exist.
         InvalidParameter
-            A mask is gone, or no grid.
+            A mask does not exist, or is not a grid.
         InvalidMap
-            The map is no grid.
+            The map is not a grid.
         Unavailable
-            Its store is away, there is no room, or the process was killed.
+            The store is unavailable, there is no space, or the process was killed.
         """
         with ExitStack() as stack:
             parts = (YAML, IMAGE) if spec.heights is None else (YAML, IMAGE, OCTOMAP)
@@ -73,13 +76,16 @@ class LayerBuilder:
 
 
 async def index_in_fork(folder: Path, planner: str) -> None:
-    """Let a planner prepare a map, as ``index_here`` does, in a process forked from the fork server.
+    """Make a planner's index of a map, as ``index_here`` does, in a process forked from the fork server.
 
     Raises
     ------
-    NotFound, InvalidPlanner
+    NotFound
+        No planner of that name makes an index that can be shared.
+    InvalidPlanner
+        The planner cannot prepare this map.
     Unavailable
-        There is no room, or the process was killed.
+        There is no space, or the process was killed.
     """
     await _in_fork(f"the index of {planner}", index_here, folder, planner)
 
@@ -90,8 +96,9 @@ async def build_in_fork(spec: LayerSpec, files: GridFiles, masks: Mapping[str, G
     Raises
     ------
     InvalidMap
+        The files are not a valid map, or those of a mask are not.
     Unavailable
-        There is no room, the files are gone, or the process was killed.
+        There is no space, a file cannot be read, or the process was killed.
     """
     await _in_fork(f"the layers of map {spec.map.id!r}", build_here, spec, files, masks, folder)
 
@@ -104,16 +111,18 @@ async def _in_fork(what: str, make: Callable[..., None], *arguments: object) -> 
             sending.close()
             answer = await asyncio.to_thread(_answer_of, process, receiving)
         except (EOFError, OSError) as error:
-            raise Unavailable(f"the process that made {what} was lost; try again") from error
+            raise Unavailable(
+                f"the process that makes {what} exited without an answer, perhaps out of memory; try again"
+            ) from error
     if answer is not None:
         raise rebuild(answer.slug, answer.text)
 
 
 def _answer_of(process: Popen, receiving: Connection) -> Refusal | None:
     answer: Refusal | None = receiving.recv()
-    status = process.wait(ENDING)  # a fork server that is frozen tells nothing of it
+    status = process.wait(ENDING)  # with a limit: a frozen fork server reports no exit
     process.close()
-    if status == UNKNOWN_STATUS:  # the fork server died meanwhile, and left the process to us
+    if status == UNKNOWN_STATUS:  # the fork server died, so this process is the parent now
         with suppress(ChildProcessError):
             os.waitpid(process.pid, 0)
     return answer

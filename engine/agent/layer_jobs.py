@@ -1,4 +1,4 @@
-"""Jobs that make the layers and indexes of a map, each in a process that is forked for it."""
+"""Jobs that make the layers and indexes of a map; each runs in its own forked process."""
 
 import os
 from collections.abc import Callable, Mapping
@@ -21,11 +21,14 @@ if TYPE_CHECKING:
     from ppaas.maps.grid import GridInfo, GridMap
 
 INDEX_NICENESS = 10
-"""How much an index gives way: robots drive meanwhile."""
+"""Niceness of a process that makes an index: containers of driving robots have precedence."""
 
 
 class GridFiles(msgspec.Struct, frozen=True):
-    """Files of a map on this machine, of them an octomap where one is wanted, and its time [s since the epoch]."""
+    """Paths of a map's files on this machine, and its time of creation [s since the epoch].
+
+    ``octomap`` is empty if the layers need none.
+    """
 
     yaml: str
     image: str
@@ -39,22 +42,22 @@ def build_here(spec: LayerSpec, files: GridFiles, masks: Mapping[str, GridFiles]
     Parameters
     ----------
     spec : LayerSpec
-        What they are to be.
+        Robot radius, masks and heights of the layers.
     files : GridFiles
-        Of the map.
+        Files of the map.
     masks : mapping of str to GridFiles
-        Of its masks, by the names of the costmap filters.
+        Files of its masks, by the names of the costmap filters.
     folder : Path
-        Where to.
+        Folder to write to.
 
     Raises
     ------
     InvalidMap
-        The files are no map, or those of a mask.
+        The files are not a valid map, or those of a mask are not.
     Unavailable
-        There is no room, or the files are gone.
+        There is no space, or a file cannot be read.
     """
-    # Loaded in the process that builds: numba is not for the agent.
+    # Imported in the forked process only: the agent must not load numba.
     from ppaas.costmap.build_layers import build_layers  # noqa: PLC0415
 
     grid = _grid_of(files)
@@ -90,16 +93,16 @@ def _grid_of(files: GridFiles) -> "GridMap":
 
 
 def index_here(folder: Path, planner: str) -> None:
-    """Let a planner prepare the map of which a folder has the layers, and put what it made beside them.
+    """Make a planner's index of the map whose layers are in a folder, and write it to that folder.
 
     Raises
     ------
     NotFound
         No planner of that name makes an index that can be shared.
     InvalidPlanner
-        It cannot prepare this map.
+        The planner cannot prepare this map.
     Unavailable
-        There is no room.
+        There is no space.
     """
     from ppaas.planners.hub_labels.planner import HubLabels  # noqa: PLC0415
 
@@ -112,7 +115,7 @@ def index_here(folder: Path, planner: str) -> None:
 
 
 def make_and_tell(make: Callable[..., None], arguments: tuple[object, ...], answer: Connection) -> None:
-    """Make something, and answer why it could not be made, or nothing; ends with the agent."""
+    """Run a job, and send its refusal, or None on success; the process is killed when the agent exits."""
     die_with_parent()
     try:
         make(*arguments)

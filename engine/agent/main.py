@@ -1,6 +1,7 @@
-"""The agent of the cloud's own machine: ``python -m engine.agent.main``, with an ``AgentConfig`` as JSON on its input.
+"""Agent of the local machine: ``python -m engine.agent.main``, with an ``AgentConfig`` as JSON on standard input.
 
-Robots wait for it when it was killed, and most of all for its fork server: that is started before the agent is loaded.
+When an agent was killed, robots wait for its successor, mostly for the fork server: so the fork server is started
+before the agent's own modules are imported.
 """
 
 import json
@@ -13,14 +14,14 @@ from engine.runtimes.fork_server import early_start
 
 
 def main() -> None:
-    """Be the agent."""
+    """Run the agent."""
     told = sys.stdin.buffer.read()
     config = json.loads(told)
-    keep_temporary_files_in(Path(config["run_dir"]))  # it goes with the cloud, should this be killed
+    keep_temporary_files_in(Path(config["run_dir"]))  # the cloud removes it, if this process is killed
     add_owner(Path(config["run_dir"]))
     if config["runtime"] == early_start.RUNTIME:
         early_start.begin(ENTRIES.container.of_fork_server)
-    from engine.agent.agent import be_told  # noqa: PLC0415 - it takes as long as a third of what the fork server loads
+    from engine.agent.agent import be_told  # noqa: PLC0415 - a slow import, after the fork server has started
 
     be_told(told)
 

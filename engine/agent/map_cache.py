@@ -1,4 +1,4 @@
-"""The maps of a machine: the layers of each map version and robot, made once and shared by all containers."""
+"""Map cache of a machine: the layers of each map version and robot radius, made once and shared by all containers."""
 
 import asyncio
 import hashlib
@@ -24,25 +24,25 @@ Builder = Callable[[LayerSpec, Path], Awaitable[None]]
 """Writes layers into an empty folder."""
 
 Indexer = Callable[[Path, str], Awaitable[None]]
-"""Puts what a planner, by its name, prepares of a map beside its layers."""
+"""Makes the index of the planner with the given name, in a folder with layers."""
 
 SPARE = 4
-"""Map versions that are kept though nobody uses them: a robot that comes back finds its map."""
+"""Number of unused layer folders that are kept, for robots that return."""
 
 
 class MapCache:
-    """Layers of maps, in folders that appear whole or not at all. It belongs to one event loop.
+    """Cache of layers, each in a folder that is created atomically. Not thread-safe: use it in one event loop.
 
     Parameters
     ----------
     root : Path
-        Folder of its own, in shared memory; made if it is not there.
+        Folder of the cache, in shared memory; created if it does not exist.
     build : callable
-        Makes layers. It is not asked for those that are here: a map that was used can be used while its store is away.
+        Makes layers. It is not called for cached ones, so a cached map is usable while its store is unavailable.
     index : callable, optional
-        Makes indexes; without it, in such a process as well.
+        Makes indexes; by default in a forked process, as the layers are.
     spare : int
-        Layers that are kept though nobody uses them.
+        Number of unused layer folders that are kept.
     """
 
     def __init__(self, root: Path, *, build: Builder, index: Indexer = index_in_fork, spare: int = SPARE) -> None:
@@ -59,28 +59,30 @@ class MapCache:
 
     @classmethod
     def of_instance(cls, instance: str, build: Builder) -> "MapCache":
-        """Return the cache of a running cloud on this machine, after those of dead ones were removed."""
+        """Return the cache of this cloud process, and remove the caches of cloud processes that have died."""
         sweep_stale()
         return cls(folder_of(instance), build=build)
 
     async def ensure(self, spec: LayerSpec) -> Path:
-        """Return the folder with the layers of a map, made now if need be; ``release`` it when it is not used any more.
+        """Return the folder with the layers of a map, making them if needed; ``release`` it after use.
 
-        However many ask at once, the layers are made once.
+        Concurrent calls for the same layers make them once.
 
         Parameters
         ----------
         spec : LayerSpec
-            Of what they are made.
+            Map version, robot radius, masks and heights of the layers.
 
         Raises
         ------
         InvalidMap
-            The files are no map, or those of a mask.
+            The files are not a valid map, or those of a mask are not.
+        InvalidParameter
+            The robot radius is outside [0, 100) m, or a mask does not exist or is not a grid.
         NotFound
-            The map is gone, or a mask.
+            The map does not exist.
         Unavailable
-            Its store is away, or there is no room in shared memory, even without the layers that nobody uses.
+            The store is unavailable, or shared memory is full, even after unused layers were removed.
         """
         folder = self._root / _name(spec)
         self._users[folder] += 1
@@ -94,9 +96,9 @@ class MapCache:
         return folder
 
     async def prepare(self, folder: Path, planner: str) -> None:
-        """Put what a planner prepares of a map beside its layers, which the caller uses; nothing to do if it is there.
+        """Make a planner's index of a map, in a folder of layers that the caller uses, unless it exists.
 
-        However many ask at once, it is made once; so is the attempt, where the planner cannot prepare the map.
+        Concurrent calls for the same index make it once. A planner that cannot prepare the map is not tried again.
 
         Raises
         ------
@@ -105,7 +107,7 @@ class MapCache:
         InvalidPlanner
             The planner cannot prepare this map.
         Unavailable
-            There is no room in shared memory, even without the layers that nobody uses.
+            Shared memory is full, even after unused layers were removed.
         """
         path = folder / f"{quote(planner, safe='')}{INDEX}"
         if path in self._refused:
@@ -113,7 +115,7 @@ class MapCache:
         if path.exists():
             return
         if path not in self._indexing:
-            self._users[folder] += 1  # whoever asks may give up meanwhile
+            self._users[folder] += 1  # keeps the folder in use even if all callers are cancelled
             task = self._indexing[path] = asyncio.create_task(self._make_index(folder, planner))
             task.add_done_callback(lambda _: self._indexed(folder, path))
         await asyncio.shield(self._indexing[path])
@@ -134,9 +136,9 @@ class MapCache:
         self.release(folder)
 
     def release(self, folder: Path) -> None:
-        """Use layers no more, once for each ``ensure``; they stay for a while."""
+        """End one use of layers, once for each ``ensure``; unused layers are kept for a while."""
         if self._users[folder] < 1:
-            raise ValueError(f"{folder} was released more often than it was taken")
+            raise ValueError(f"{folder} was released more often than ensure() returned it")
         self._users[folder] -= 1
         if self._users[folder]:
             return
@@ -146,7 +148,7 @@ class MapCache:
             self._drop_unused(keep=self._spare)
 
     def remove_all(self) -> None:
-        """Remove all layers and the folder itself. Processes that have mapped them keep what they mapped."""
+        """Remove all layers and the folder itself. Processes that have mapped layers keep their mappings."""
         for task in (*self._building.values(), *self._indexing.values()):
             task.cancel()
         shutil.rmtree(self._root, ignore_errors=True)
@@ -168,7 +170,7 @@ class MapCache:
 
     def _made(self, folder: Path) -> None:
         del self._building[folder]
-        if folder not in self._users and folder.exists():  # all who asked have given up
+        if folder not in self._users and folder.exists():  # all callers were cancelled
             self._unused[folder] = None
             self._drop_unused(keep=self._spare)
 
@@ -193,9 +195,11 @@ class MapCache:
 
 def _name(spec: LayerSpec) -> str:
     if not 0.0 <= spec.robot_radius < 100.0:
-        raise InvalidParameter(f"the radius of a robot is from 0 to 100 m, not {spec.robot_radius}")
+        raise InvalidParameter(f"robot radius must be at least 0 m and less than 100 m, not {spec.robot_radius}")
     name = f"map-{quote(spec.map.id, safe='')}@{quote(spec.map.version, safe='')}@{spec.robot_radius:.4f}m"
     if not spec.masks and spec.heights is None:
         return name
-    more = msgspec.json.encode((spec.masks, spec.heights), order="deterministic")  # hashed: a file's name has an end
+    more = msgspec.json.encode(
+        (spec.masks, spec.heights), order="deterministic"
+    )  # hashed: the length of a file name is limited
     return f"{name}@{hashlib.sha256(more).hexdigest()[:32]}"

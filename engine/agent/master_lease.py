@@ -1,8 +1,8 @@
-"""How long a machine of another host acts for its cloud without hearing from it.
+"""Master lease: the time for which a machine of another host acts for its cloud without an answer from the master.
 
-The master takes a machine for gone that misses ``MISSED`` beats, and has what it carried served elsewhere. A machine
-that stood still, or was cut off, must not go on as if nothing had happened: until the master has answered a beat of the
-last seconds it keeps no checkpoint, which might be older than one that was made elsewhere meanwhile.
+The master gives up a machine that misses ``MISSED`` heartbeats, and starts its containers elsewhere. A machine that was
+frozen or disconnected must not resume as if nothing had happened: it stores no checkpoint until the master has answered
+a recent heartbeat, since its checkpoint might be older than one that was made elsewhere meanwhile.
 """
 
 from collections import deque
@@ -11,16 +11,16 @@ from engine.processes.heartbeats import BEAT_PERIOD, MISSED, Heartbeats
 from ppaas.clock import Clock, monotonic
 
 LEASE = (MISSED - 1) * BEAT_PERIOD
-"""Seconds from a beat that was answered. The master waits a period longer before it gives a machine up."""
+"""Length of the lease, from the sending of an answered heartbeat [s]; the master waits one beat period longer."""
 
 
 class Lease:
-    """Of one connection to the master, which answers each beat in turn.
+    """Lease of one connection to the master, which answers heartbeats in order.
 
     Parameters
     ----------
     clock : callable
-        Monotonic seconds; they go on while this process is stopped.
+        Returns monotonic time [s], which advances while this process is stopped.
     """
 
     def __init__(self, clock: Clock = monotonic) -> None:
@@ -31,16 +31,16 @@ class Lease:
         self._heartbeats = Heartbeats(clock)
 
     def beat(self) -> bool:
-        """Note that a beat is sent; return whether the master still answers."""
+        """Record that a heartbeat is sent; return whether the master still answers."""
         self._asked.append(self._clock())
         return not self._heartbeats.check({"master": self._answers})
 
     def answered(self) -> None:
-        """Note that the master has answered the oldest beat that it had not."""
+        """Record the master's answer to the oldest unanswered heartbeat."""
         self._answers += 1
         if self._asked:
             self._since = self._asked.popleft()
 
     def holds(self) -> bool:
-        """Tell whether the master cannot have given this machine up yet."""
+        """Return whether the lease is valid: the master cannot have given up this machine yet."""
         return self._clock() - self._since < LEASE

@@ -1,4 +1,4 @@
-"""How long, and how often, an agent dials a master that went away, while containers wait."""
+"""Master redial: dials the master again after a lost connection, for a limited time."""
 
 import asyncio
 import logging
@@ -12,24 +12,24 @@ from ppaas.errors import Unavailable
 logger = logging.getLogger(__name__)
 
 ADOPT_WITHIN = 30.0
-"""Seconds for which containers outlive their master, where nothing else is said."""
+"""Default time for which containers outlive their master [s]."""
 
 PERIOD = 0.1
-"""Seconds between two tries, which cost next to nothing: all robots of the machine wait for that which is answered."""
+"""Time between two attempts [s]; short, since an attempt is cheap and all robots of the machine wait."""
 
 Master = FrameStream[control_link.ToAgent]
 Dial = Callable[[], Awaitable[Master]]
 
 
 class Redial:
-    """Dials until somebody answers or the time is over, which counts from when this is made.
+    """Dialler that retries until the master answers or the time limit, counted from construction, has passed.
 
     Parameters
     ----------
     within : float
-        Seconds.
+        Time limit [s].
     clock : callable
-        Monotonic seconds.
+        Returns monotonic time [s].
     """
 
     def __init__(self, within: float, clock: Clock = monotonic) -> None:
@@ -37,12 +37,12 @@ class Redial:
         self._deadline = clock() + within
 
     async def __call__(self, dial: Dial) -> Master | None:
-        """Return a new connection, or None where the time is over."""
+        """Return a new connection, or None after the time limit."""
         while self._clock() + PERIOD < self._deadline:
             await asyncio.sleep(PERIOD)
             try:
-                async with asyncio.timeout(max(0.0, self._deadline - self._clock())):  # a way that is cut is silent
+                async with asyncio.timeout(max(0.0, self._deadline - self._clock())):  # a cut network answers nothing
                     return await dial()
             except (Unavailable, TimeoutError) as error:
-                logger.debug("no master yet: %s", error)
+                logger.debug("the master is not reachable yet: %s", error)
         return None

@@ -1,4 +1,4 @@
-"""Whether a machine acts for a cloud now, and where its news go."""
+"""Master session: sends reports to the current master, and knows whether the machine acts for its cloud."""
 
 from typing import Any
 
@@ -9,16 +9,16 @@ from engine.protocols.framing import FrameStream
 
 
 class Standing:
-    """Of one machine, through all its connections to masters.
+    """Master session of one machine, over all its connections to masters.
 
-    It acts from the master's welcome until the connection ends; where that is to another host, while its lease holds
-    as well. A machine that does not act keeps no checkpoint and shows nothing to robots of others: what it carries may
-    run elsewhere by then.
+    The machine acts for its cloud from the master's welcome until the connection ends. If the master is on another
+    host, its lease must be valid as well. A machine that does not act stores no checkpoints and publishes nothing on
+    the fabric, since its containers may have been replaced elsewhere.
 
     Parameters
     ----------
     leased : bool
-        The master is on another host, and answers beats.
+        Whether the master is on another host, and answers heartbeats.
     """
 
     def __init__(self, *, leased: bool) -> None:
@@ -28,24 +28,24 @@ class Standing:
         self.lease: Lease | None = None
 
     def begin(self, stream: FrameStream[Any]) -> None:
-        """Note a connection to a master, which has not said yet what goes on."""
+        """Begin a connection to a master that has not sent its welcome yet."""
         self._stream = stream
         self._welcome = False
         self.lease = Lease() if self._leased else None
 
     def welcome(self) -> None:
-        """Note that the master wants what is left."""
+        """Record the master's welcome: from now on the machine acts for it."""
         self._welcome = True
 
     def lost(self) -> None:
-        """Note that the connection has ended."""
+        """Record that the connection has ended."""
         self._stream, self._welcome = None, False
 
     def tell(self, news: msgspec.Struct) -> None:
-        """Send news to the master; without one, whatever comes next is told how things stand then."""
+        """Send a report to the master; dropped without one, as the next master gets the whole state on registration."""
         if self._stream is not None:
             self._stream.write(news)
 
     def acts(self) -> bool:
-        """Tell whether the machine acts for its cloud."""
+        """Return whether the machine acts for its cloud."""
         return self._welcome and (self.lease is None or self.lease.holds())

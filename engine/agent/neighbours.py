@@ -1,11 +1,11 @@
-"""How far other machines are: each answers the pings of the others over the fabric, on the way of what robots share.
+"""Round-trip times between machines: each pings the others over the fabric, the network of shared positions.
 
 ::
 
-    ppaas-machines/<machine>/alive    a token, there while the agent is
-    ppaas-machines/<machine>/ping     is answered with nothing
+    ppaas-machines/<machine>/alive    liveliness token, declared while the agent runs
+    ppaas-machines/<machine>/ping     queryable that answers with an empty payload
 
-No container reaches these keys: they are not below the root of what robots share.
+Containers cannot reach these keys, which are outside the root key of shared topics.
 """
 
 import asyncio
@@ -17,26 +17,30 @@ from ppaas.errors import PPaaSError
 
 ROOT = "ppaas-machines"
 PERIOD = 5.0
-"""Seconds between two rounds of pings."""
+"""Time between two rounds of pings [s]."""
 
 AT_A_TIME = 8
-"""Machines that are pinged in a round, whichever: of thousands, not each can ping all."""
+"""Number of machines pinged in a round, chosen at random: with thousands, a machine cannot ping all."""
 
 MOST_KNOWN = 100_000
+"""Largest number of machines that are known by their tokens."""
+
 TIMEOUT = 1.0
+"""Time limit of a ping [s]."""
+
 NEWEST = 0.3
-"""Share of the newest of the round trips to a machine in what is told."""
+"""Weight of the newest round trip in the exponential moving average."""
 
 
 class Neighbours:
-    """Measures the round trips from one machine to the others.
+    """Measures the round-trip times from one machine to the others.
 
     Parameters
     ----------
     fabric : Fabric
-        Of this machine.
+        Session of this machine on the fabric.
     machine : str
-        Its name.
+        Name of this machine.
     """
 
     def __init__(self, fabric: Fabric, machine: str) -> None:
@@ -49,11 +53,11 @@ class Neighbours:
 
     @property
     def round_trips(self) -> dict[str, float]:
-        """Seconds to each machine that answered, by name."""
+        """Average round-trip time to each machine that answered, by name [s]."""
         return dict(self._round_trips)
 
     async def start(self) -> None:
-        """Answer the others, and ping them from now on."""
+        """Start to answer pings of other machines, and to ping them."""
         self._declared = [
             self._fabric.serve(f"{ROOT}/{self._machine}/ping", _answer),
             self._fabric.watch(f"{ROOT}/*/alive", self._changed, limit=MOST_KNOWN),
@@ -77,7 +81,7 @@ class Neighbours:
             await asyncio.sleep(PERIOD)
 
     async def ping_some(self) -> None:
-        """Ping some of the others."""
+        """Ping up to `AT_A_TIME` other machines, one after another."""
         for machine in random.sample(sorted(self._there), min(AT_A_TIME, len(self._there))):
             await self._ping(machine)
 
@@ -86,7 +90,7 @@ class Neighbours:
         try:
             await self._fabric.request(f"{ROOT}/{machine}/ping", b"", timeout=TIMEOUT)
         except PPaaSError:
-            self._round_trips.pop(machine, None)  # it is not there any more, or too far to be told
+            self._round_trips.pop(machine, None)  # it has left, or the ping timed out
             return
         seconds = monotonic() - began
         known = self._round_trips.get(machine, seconds)
@@ -94,7 +98,7 @@ class Neighbours:
             self._round_trips[machine] = known + NEWEST * (seconds - known)
 
     async def close(self) -> None:
-        """Ping no more, and answer no more."""
+        """Stop pinging and answering."""
         if self._measuring is not None:
             self._measuring.cancel()
             await asyncio.gather(self._measuring, return_exceptions=True)

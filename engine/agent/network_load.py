@@ -1,4 +1,4 @@
-"""How much of its network a host uses: the counters of its fastest interface, and what that can carry."""
+"""Network load of a host: bytes per second on its fastest interface, and the capacity of that interface."""
 
 from collections.abc import Mapping
 from typing import Protocol
@@ -12,7 +12,7 @@ MEGA = 1e6
 
 
 class InterfaceState(Protocol):
-    """What the system says of an interface."""
+    """State of a network interface, as psutil reports it."""
 
     @property
     def isup(self) -> bool:
@@ -20,41 +20,41 @@ class InterfaceState(Protocol):
 
     @property
     def duplex(self) -> int:
-        """Whether it sends and receives at a time, by a constant of psutil."""
+        """Duplex mode, as a ``NIC_DUPLEX_`` constant of psutil."""
 
     @property
     def speed(self) -> int:
-        """In Mbit/s, 0 where the system does not know."""
+        """Speed [Mbit/s]; 0 if unknown."""
 
     @property
     def flags(self) -> str:
-        """What it is, by words with commas between them."""
+        """Flags, as words separated by commas."""
 
 
 def fastest(interfaces: Mapping[str, InterfaceState]) -> str | None:
-    """Return the name of the fastest interface that is up and leads out of the host; None where there is none."""
+    """Return the name of the fastest interface that is up and not a loopback; None if none is."""
     out = {name: state.speed for name, state in interfaces.items() if state.isup and "loopback" not in state.flags}
     return max(sorted(out), key=lambda name: out[name], default=None)
 
 
 def capacity_of(state: InterfaceState) -> float:
-    """Return what an interface can send and receive in a second [bytes]; 0 where that is not known."""
+    """Return the capacity of an interface, both directions together [bytes/s]; 0 if unknown."""
     ways = 1 if state.duplex == psutil.NIC_DUPLEX_HALF else 2
     return ways * state.speed * MEGA / BITS
 
 
 class NetworkLoad:
-    """What goes over the network of this host.
+    """Traffic of this host on its fastest interface.
 
     Parameters
     ----------
     clock : callable
-        Monotonic seconds.
+        Returns monotonic time [s].
 
     Attributes
     ----------
     capacity : float
-        What it can send and receive in a second [bytes]; 0 where that is not known.
+        Capacity, both directions together [bytes/s]; 0 if unknown.
     """
 
     def __init__(self, clock: Clock = monotonic) -> None:
@@ -65,11 +65,11 @@ class NetworkLoad:
         self._counted, self._at = self._count(), clock()
 
     def rate(self) -> float:
-        """Return what was sent and received in a second since the last call [bytes]."""
+        """Return the mean traffic since the last call, both directions together [bytes/s]."""
         count, now = self._count(), self._clock()
         more, seconds = count - self._counted, now - self._at
         self._counted, self._at = count, now
-        return max(more, 0) / seconds if seconds > 0.0 else 0.0  # counters begin anew with an interface
+        return max(more, 0) / seconds if seconds > 0.0 else 0.0  # counters restart at 0 with an interface
 
     def _count(self) -> int:
         counters = psutil.net_io_counters(pernic=True).get(self._name or "")

@@ -1,7 +1,7 @@
-"""What a machine does for its containers about plans: find and keep them, and the history of planning.
+"""Plan service of a machine: finds and stores plans and planning history for its containers.
 
-It does so for the map version that a container stands in, and no other: a plan has the rights of its map, and a
-container is on a map only because its user may see it.
+A container only reaches plans of its own map version. A plan has the access rights of its map, and a container runs on
+a map only if its user may read that map.
 """
 
 import msgspec
@@ -20,18 +20,18 @@ from storage.ports import Store
 from storage.records import PlanPassage, PlanRecord
 
 POSE = 7 * 8
-"""Bytes of a pose."""
+"""Size of a pose: 7 float64 values [bytes]."""
 
 
 class PlanDesk:
-    """Answers what containers ask about plans; its methods may block.
+    """Executes the plan requests of containers; its methods may block.
 
     Parameters
     ----------
     store : Store
-        Where plans and history are kept.
+        Store of plans and history.
     link : str
-        What the way from this machine to the store is called in the history.
+        Name of the network link from this machine to the store, in the history.
     """
 
     def __init__(self, store: Store, link: str) -> None:
@@ -40,20 +40,20 @@ class PlanDesk:
         self._link = link
 
     def keep(self, spec: ContainerSpec, plan: PlanRecord) -> None:
-        """Keep a plan; the same one again changes nothing.
+        """Store a plan; storing the same plan again changes nothing.
 
         Raises
         ------
         NotPermitted
-            It is not of the container's user, robot and map version.
+            The plan does not have the container's user, robot and map version.
         """
         robot = spec.robot.id if spec.robot is not None else None
         if (plan.user, plan.robot, plan.map, plan.version) != (spec.user, robot, spec.map.id, spec.map.version):
-            raise NotPermitted("a plan is kept under the user, robot and map version of its container")
+            raise NotPermitted("a container may only store plans with its own user, robot and map version")
         self._store.add_plan(plan)
 
     def find(self, spec: ContainerSpec, asked: machine_link.FindPlans) -> list[machine_link.Candidate]:
-        """Return plans worth a look: between both ends, or else such as pass by them."""
+        """Return candidates for reuse: plans from start to goal or, without any, segments of plans that pass both."""
         version, tolerance = spec.map.version, asked.tolerance
         query = stored.PlanQuery(
             Pose2D(*asked.start), Pose2D(*asked.goal), version, asked.planner, asked.parameters, asked.robot_radius,
@@ -74,7 +74,7 @@ class PlanDesk:
         try:
             return [machine_link.Candidate(self._recent.plan(head))]
         except NotFound:
-            return []  # it was removed a moment ago
+            return []  # it was removed since the query
 
     def _stretch(self, passage: PlanPassage) -> list[machine_link.Candidate]:
         part = slice(passage.first * POSE, (passage.last + 1) * POSE)
@@ -84,25 +84,27 @@ class PlanDesk:
         ]
 
     def history(self, spec: ContainerSpec) -> machine_link.PlanningHistory:
-        """Return what is known of planning on the map, and of the link to the store."""
+        """Return the history of planning on the container's map, and of the link to the store."""
         known = {row.link: row for row in self._store.links()}
         return machine_link.PlanningHistory(0, self._store.history(spec.map.id), self._link, known.get(self._link))
 
     def note(self, spec: ContainerSpec, rows: list[PlannerHistory], link: LinkHistory | None) -> None:
-        """Add to the history.
+        """Add rows to the history of planning, and replace that of the link.
 
         Raises
         ------
         NotPermitted
-            A row is of another map version, or another link.
+            A row is about another map version, or the link is another one.
         """
         if any((row.map, row.version) != (spec.map.id, spec.map.version) for row in rows):
-            raise NotPermitted("history is noted of the map version of the container")
+            raise NotPermitted("a container may only add history about its own map version")
         if rows:
             self._store.add_history(rows)
         if link is not None:
             if link.link != self._link:
-                raise NotPermitted(f"history is noted of the link {self._link!r}")
+                raise NotPermitted(
+                    f"this machine only stores history about its own link {self._link!r}, not {link.link!r}"
+                )
             self._store.put_link(link)
 
 

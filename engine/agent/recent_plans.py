@@ -1,4 +1,4 @@
-"""The plans that a machine gave out last, as they were read: what one robot asks for, another often asks for soon."""
+"""Recent plans: a cache of the plans that a machine read last, since robots often request the same plans."""
 
 from collections import OrderedDict
 from threading import Lock
@@ -9,18 +9,18 @@ from storage.ports import Store
 from storage.records import PlanRecord
 
 MOST_BYTES = 16 << 20
-"""Of poses that are kept in memory."""
+"""Default capacity of the cache, in poses [bytes]."""
 
 
 class RecentPlans:
-    """Reads plans, and remembers them; several threads may use it.
+    """Least-recently-used cache of plans in front of the store; thread-safe.
 
     Parameters
     ----------
     store : Store
-        Where plans are kept.
+        Store of plans.
     most_bytes : int
-        Of poses that are remembered; those asked for least lately go first.
+        Capacity, counted in the poses of the cached plans [bytes].
     """
 
     def __init__(self, store: Store, most_bytes: int = MOST_BYTES) -> None:
@@ -31,9 +31,9 @@ class RecentPlans:
         self._lock = Lock()
 
     def plan(self, head: PlanRecord) -> PlanRecord:
-        """Return the plan of a head that was just found; ``NotFound`` if it was removed since.
+        """Return the whole plan of a head that a query returned; ``NotFound`` if it was removed since.
 
-        One that is remembered is taken only if its head is still the same: plans may be replaced.
+        A cached plan is returned only if its head is equal to the given one, since plans may be replaced.
         """
         with self._lock:
             known = self._plans.get(head.id)

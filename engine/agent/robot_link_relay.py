@@ -1,7 +1,7 @@
-"""The way of a machine's containers to an endpoint on another host.
+"""Robot link relay: forwards the robot links of a machine's containers to an endpoint on another host.
 
-A container dials a Unix socket, as it does where the endpoint is on its own machine, and the machine carries its bytes
-on over TLS. So no container holds the key of its machine, with which it could pass for it, and none needs a network.
+A container dials a Unix socket, as with an endpoint on its own machine, and the agent forwards the bytes over TLS. So a
+container neither holds the key of its machine, with which it could impersonate the machine, nor needs a network.
 """
 
 import asyncio
@@ -17,18 +17,18 @@ from ppaas.errors import Unavailable
 logger = logging.getLogger(__name__)
 
 CHUNK = 1 << 16
-"""Bytes that are carried at a time."""
+"""Largest number of bytes forwarded at once."""
 
 
 class Relay:
-    """Carries what containers and their endpoint say to each other, unread; who reads slowly slows the other down.
+    """Forwards bytes between containers and their endpoint, without decoding them; a slow reader slows the sender down.
 
     Parameters
     ----------
     path : Path
-        Of the socket; only this user may connect to it.
+        Path of the Unix socket; only the user of this process may connect to it.
     dial : callable
-        Connects to the endpoint.
+        Connects to the endpoint; raises ``Unavailable`` if it does not answer.
     """
 
     def __init__(self, path: Path, dial: Callable[[], Awaitable[Streams]]) -> None:
@@ -38,14 +38,14 @@ class Relay:
         self._open: set[asyncio.StreamWriter] = set()
 
     async def start(self) -> None:
-        """Listen."""
+        """Start to listen on the socket."""
         self._server = await listen(UnixAddress(self.path), self._connected)
 
     async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         try:
             far_reader, far_writer = await self._dial()
         except Unavailable as error:
-            logger.warning("a container did not reach its endpoint: %s", error)
+            logger.warning("a container could not connect to its endpoint: %s", error)
             writer.close()
             return
         both = {writer, far_writer}
@@ -56,13 +56,13 @@ class Relay:
         finally:
             self._open -= both
             for end in both:
-                end.close()  # what was written still goes
+                end.close()  # what was written is still sent
             for way in ways:
                 way.cancel()
             await asyncio.gather(*ways, return_exceptions=True)
 
     async def close(self) -> None:
-        """Hang up on all, and listen no more."""
+        """Stop listening, and close all connections."""
         if self._server is not None:
             self._server.close()
         for writer in tuple(self._open):
@@ -71,7 +71,7 @@ class Relay:
 
 
 async def _carry(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-    with contextlib.suppress(OSError):  # either end has gone, which ends the other
+    with contextlib.suppress(OSError):  # one end disconnected: the caller closes the other
         while data := await reader.read(CHUNK):
             writer.write(data)
             await writer.drain()

@@ -22,7 +22,7 @@ async def test_checkpoints_are_kept_only_while_the_lease_holds(tmp_path: Path) -
     stream.write(machine_link.Attach("c1", "secret"))
     stream.write(machine_link.SaveClone(1, {"n": b"old"}))
     refused = await receive(stream)
-    assert refused.refusal.slug == "unavailable" and "has not heard from its cloud" in refused.refusal.text
+    assert refused.refusal.slug == "unavailable" and "lost contact with its cloud" in refused.refusal.text
     with pytest.raises(NotFound):
         store.clone("ann", "tb1")
     may = True

@@ -83,7 +83,7 @@ async def test_when_the_endpoint_does_not_answer_the_container_is_hung_up_on(
     reader, writer = await dial(UnixAddress(relay.path))
     async with asyncio.timeout(10.0):
         assert await reader.read() == b""
-    assert "did not reach its endpoint" in caplog.text
+    assert "could not connect to its endpoint" in caplog.text
     writer.close()
     await relay.close()
 
