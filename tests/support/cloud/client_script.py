@@ -22,7 +22,7 @@ class Found(NamedTuple):
 
 
 async def operate(command: Sequence[str], cloud: RunningCloud, grid: GridMap, robot: str, seed: int) -> Found:
-    """Run a script as operator of a robot; its arguments: a WebSocket URL, and the poses ``near``, ``far``, ``back``."""
+    """Run a script as operator of a robot, with a WebSocket URL and the poses ``near``, ``far`` and ``back``."""
     rest = await cloud.admin()
     await publish_map(rest, "office", grid)
     start = free_pose(grid, seed=seed)

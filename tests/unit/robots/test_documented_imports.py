@@ -1,4 +1,4 @@
-"""Imports that documents show work, and those of earlier releases are the same objects."""
+"""Documented imports work, and earlier import paths give the same objects."""
 
 import ast
 import importlib
@@ -32,11 +32,11 @@ ALIASES = {
     "robots.rest:RestClient": "robots.client:RestClient",
     "robots.rest:Login": "robots.client:Login",
 }
-"""What the documents of this release and of those before it name, and where it is."""
+"""Documented names of this release and of earlier ones, and the modules that define them."""
 
 
 def documented() -> list[str]:
-    """Return what the documents and the examples import of our packages, each as ``module:name``."""
+    """Return the imports of our packages in documents and examples, each as ``module:name``."""
     pages = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
     blocks = [block for page in pages for block in re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)]
     blocks += [file.read_text() for file in sorted((ROOT / "docs" / "examples").rglob("*.py"))]

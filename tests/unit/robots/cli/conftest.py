@@ -1,4 +1,4 @@
-"""The command line against a real server: the whole application, over stores in memory and a cloud without machines."""
+"""Command line against a real server: the application with in-memory stores and a cloud without machines."""
 
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -35,7 +35,7 @@ async def ppaas(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPa
 
 @pytest.fixture
 def house(tmp_path: Path) -> Path:
-    """Return the YAML file of a map, its image beside it."""
+    """Return the YAML file of a map, with its image in the same folder."""
     (tmp_path / "house.yaml").write_bytes(YAML)
     (tmp_path / "house.pgm").write_bytes(pgm())
     return tmp_path / "house.yaml"

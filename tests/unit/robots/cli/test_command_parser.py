@@ -5,7 +5,7 @@ from robots.cli.command_parser import CommandParser
 
 
 def parser(default: str | None) -> CommandParser:
-    """Return a command with two verbs, below a parser of commands as ``ppaas`` has it."""
+    """Return a command with two verbs, below a parser like that of ``ppaas``."""
     root = CommandParser("root")
     command = root.add_subparsers(required=True).add_parser("do", description="what it does")
     verbs = command.add_subparsers(dest="verb", required=True)

@@ -1,4 +1,4 @@
-"""SIGTERM ends what a command runs, in order, and Ctrl-C does as it always did."""
+"""SIGTERM ends a command cleanly, as Ctrl-C does."""
 
 import asyncio
 import signal

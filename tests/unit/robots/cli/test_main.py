@@ -1,4 +1,4 @@
-"""The command line itself: which commands there are, what their help costs, and how they end."""
+"""Command line: registered commands, cost of ``--help``, and exit statuses."""
 
 import json
 import re
@@ -20,7 +20,7 @@ HEAVY = [
 
 
 def command(**members: object) -> ModuleType:
-    """Return a command that does as a test wants."""
+    """Return a command with the given behaviour."""
     module = ModuleType("command")
     given = {"NAME": "do", "HELP": "do it", "configure": lambda _parser: None, "run": lambda _arguments: 0}
     vars(module).update(given | members)
@@ -29,7 +29,7 @@ def command(**members: object) -> ModuleType:
 
 @pytest.fixture
 def install(monkeypatch: pytest.MonkeyPatch):
-    """Return a call that makes some modules, or names of modules that cannot be loaded, all the commands there are."""
+    """Return a function that replaces all commands by given modules, or by names that cannot be loaded."""
 
     def put(**commands: ModuleType | str) -> None:
         entries = []

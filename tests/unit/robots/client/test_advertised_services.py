@@ -1,4 +1,4 @@
-"""Services that a client offers, against a real WebSocket server."""
+"""Advertised services of a client, against a real WebSocket server."""
 
 import asyncio
 import itertools
@@ -39,7 +39,7 @@ async def ask(server: RosbridgeServer, number: int, service: str = "lights", **m
 
 
 async def answers(server: RosbridgeServer, count: int = 1) -> dict[str, Any]:
-    """Return what was answered: the values by the ids of the calls, or the reason where there are none."""
+    """Return the responses by call id: the values, or the reason of a failure."""
     return {told["id"]: told["values"] for told in await server.heard("service_response", count)}
 
 

@@ -1,4 +1,4 @@
-"""What the end of a goal is known by."""
+"""A goal's end is learned from its result or from the status lists."""
 
 import asyncio
 
@@ -13,7 +13,7 @@ def status(goal: str, number: Status) -> GoalStatus:
 
 
 def listed(following: GoalTracker, times: int, *statuses: GoalStatus, since: float = 0.0) -> float:
-    """Let lists of statuses come, one a second; return when the last came."""
+    """Deliver status lists, one per second; return the time of the last."""
     for number in range(times):
         following.on_status(GoalStatusArray(status_list=list(statuses)), since + number)
     return since + times - 1

@@ -37,7 +37,7 @@ async def say_statuses(server: RosbridgeServer, *listed: tuple[str, Status, str]
 
 
 class LeapingClock:
-    """A clock by which seconds pass whenever it is looked at."""
+    """A clock that advances each time it is read."""
 
     def __init__(self, leap: float) -> None:
         self.now, self.leap = 0.0, leap

@@ -1,4 +1,4 @@
-"""The REST client against a real HTTP server, and its forms read by the web framework's own parser."""
+"""REST client against a real HTTP server; its forms are read by the web framework's parser."""
 
 import json
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ class Handler(BaseHTTPRequestHandler):
     do_GET = do_PATCH = do_POST = do_PUT = answer  # noqa: N815
 
     def log_message(self, format: str, *args: object) -> None:  # noqa: A002
-        """Say nothing."""
+        """Log nothing."""
 
 
 @contextmanager

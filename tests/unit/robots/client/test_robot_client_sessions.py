@@ -1,4 +1,4 @@
-"""The client and its session: what it finds again on another connection, and what it begins anew."""
+"""Sessions of the client: resumption after a reconnect, and new sessions."""
 
 import asyncio
 import itertools
@@ -38,12 +38,12 @@ def client_of(server: RosbridgeServer, **options: Any) -> RobotClient:
 
 
 def asked(server: RosbridgeServer) -> list[str]:
-    """Return what the client said with each connection of how far it got."""
+    """Return the resumption point that the client sent with each connection."""
     return [parse_qs(urlsplit(path).query)["resume"][0] for path in server.paths]
 
 
 async def again(server: RosbridgeServer, headers: dict[str, str]) -> None:
-    """Break the connection; the next is told something else."""
+    """Break the connection; the server answers the next one differently."""
     count = len(server.connections)
     server.headers = headers
     server.connections[-1].transport.abort()

@@ -1,4 +1,4 @@
-"""What a computer is worth: measured once, and kept."""
+"""The benchmark of a computer runs once and is cached."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Which nodes a program wants on its robot, and what it tells of them."""
+"""Requested homes of nodes, and the reports of their placement."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The local node manager and a cloud that is killed: what it does when its client has a new session."""
+"""Local node manager after a cloud was killed and its client has a new session."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -25,7 +25,7 @@ COMPUTER = Computer(4, 2.0, 2.2)
 
 
 class FakeCloud:
-    """A client whose cloud has a node monitor, as far as Move Base goes."""
+    """Client of a cloud with a node monitor for Move Base alone."""
 
     def __init__(self) -> None:
         self.connections, self.resumptions = 1, 0
@@ -39,7 +39,7 @@ class FakeCloud:
         self._tell: Any = None
 
     def forget(self) -> None:
-        """Be another node monitor, for a session that is new."""
+        """Act as another node monitor, in a new session."""
         self.told.clear()
         self.asked.clear()
         self.lease, self.leases, self.wanted = 0, 0, "cloud"
@@ -107,7 +107,7 @@ class FakeCloud:
 
 
 class FakeProcess:
-    """Nodes that live at once."""
+    """Executor process that is ready at once."""
 
     pid, alive = 42, True
 

@@ -1,4 +1,4 @@
-"""The process of local nodes, for real: it starts, answers, dies and is stopped."""
+"""The real executor process starts, answers, dies and is stopped."""
 
 import asyncio
 import os

@@ -1,4 +1,4 @@
-"""What local nodes can be asked is offered by the client for as long as they are here."""
+"""The client advertises the services of local nodes while they run on the robot."""
 
 import msgspec
 import pytest
@@ -20,7 +20,7 @@ ADDED = protocol.Added(
 
 
 class FakeClient:
-    """Holds what it is asked to offer."""
+    """Records the advertised services."""
 
     def __init__(self) -> None:
         self.handlers: dict[str, Handler] = {}
@@ -35,7 +35,7 @@ class FakeClient:
 
 
 class FakeProcess:
-    """Answers with the number of calls, until it is gone."""
+    """Answers with the number of calls until it exits."""
 
     def __init__(self) -> None:
         self.asked: list[tuple[str, bytes]] = []

@@ -1,4 +1,4 @@
-"""Works that belong together."""
+"""Coroutines that end together."""
 
 import asyncio
 
@@ -9,7 +9,7 @@ from robots.onboard.task_group import run_together
 
 
 class Work:
-    """Goes on until it is cancelled, and then takes a while to leave, if it has one."""
+    """Runs until cancelled, and then may take time to clean up."""
 
     def __init__(self, leaving: float = 0.01) -> None:
         self.leaving = leaving

@@ -1,4 +1,4 @@
-"""What local nodes hear and say: each thing once, by the nearest way."""
+"""Messages of local nodes are delivered once, and directly where possible."""
 
 import asyncio
 from typing import Any
@@ -24,7 +24,7 @@ ODOM = protocol.TopicName("odom", "nav_msgs/Odometry")
 
 
 class FakeClient:
-    """Notes what it is asked, and delivers what it is told to hear to who subscribed."""
+    """Records calls, and delivers messages to its subscribers."""
 
     def __init__(self) -> None:
         self.subscriptions: dict[str, Any] = {}
@@ -48,7 +48,7 @@ class FakeClient:
 
 
 class FakeProcess:
-    """Notes what its nodes are told."""
+    """Records the messages for its nodes."""
 
     def __init__(self) -> None:
         self.told: list[str] = []

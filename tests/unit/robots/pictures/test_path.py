@@ -18,7 +18,7 @@ TOLD = {"radius": 0.18, "title": "office", "facts": ["12.5 m", "0.4 ms"]}
 
 
 def count(picture: Image.Image, colour: tuple[int, int, int]) -> int:
-    """Return how many pixels are of a colour."""
+    """Return the number of pixels of a colour."""
     return int((np.asarray(picture) == colour).all(axis=-1).sum())
 
 
@@ -49,9 +49,7 @@ def test_a_map_of_which_nothing_is_known_is_drawn_around_the_path():
     assert draw(costmap, poses_along(np.array([[20.0, 20.0]])), **TOLD).width > 100
 
 
-@pytest.mark.parametrize(
-    ("name", "error"), [("a.jpg", "use a.png"), ("a", "use a.png"), ("no/a.png", "cannot write")]
-)
+@pytest.mark.parametrize(("name", "error"), [("a.jpg", "use a.png"), ("a", "use a.png"), ("no/a.png", "cannot write")])
 def test_a_picture_that_cannot_be_written_says_why(tmp_path, name, error):
     costmap = grids.of(np.zeros((2, 2), np.uint8))
     with pytest.raises(InvalidInput, match=error):

@@ -1,4 +1,4 @@
-"""Plans on map files: the same as a clone's, for the robot that was named."""
+"""Offline planning gives the same paths as a clone, for the given robot."""
 
 from pathlib import Path
 

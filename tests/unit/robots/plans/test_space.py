@@ -1,4 +1,4 @@
-"""Plans in space on files: for the body that was named."""
+"""Offline planning in 3D for a given body."""
 
 import numpy as np
 import pytest

@@ -20,7 +20,7 @@ RULES = GoalRules()
 
 
 def check(grid: GridMap, courses: list[Course], robots: int, goals: int) -> None:
-    """Hold courses to all that they promise."""
+    """Check courses against all rules."""
     assert [len(course.goals) for course in courses] == [goals] * robots
     for one, other in itertools.combinations(courses, 2):
         assert one.start.distance_to(other.start) >= RULES.starts_apart - 1e-9

@@ -1,4 +1,4 @@
-"""A simulated robot on a real socket."""
+"""Driver of a simulated robot over a real socket."""
 
 import asyncio
 import math

@@ -11,7 +11,7 @@ DT = 0.02
 
 
 def run(drift: float, seed: int) -> Pose2D:
-    """Drive a square of 5 m twice, which ends where it began; return where the odometry thinks that it is."""
+    """Drive a square of 5 m twice, back to the start; return the pose of the odometry."""
     odometry = WheelOdometry(OdometryNoise(drift=drift), np.random.default_rng(seed))
     for _ in range(8):
         for _ in range(500):

@@ -1,4 +1,4 @@
-"""People in the simulated world: they walk about, look where they go, and nothing more."""
+"""Pedestrians walk to random destinations and avoid only what is ahead."""
 
 import math
 
@@ -15,7 +15,7 @@ from tests.support.world.rooms import room
 
 
 class Towards(ShortestPaths):
-    """Everybody walks to one place."""
+    """Paths that all lead to one place."""
 
     goal = Pose2D(9.0, 2.0)
 
@@ -85,7 +85,7 @@ def test_in_a_corridor_they_stop_before_a_robot_and_turn_back() -> None:
 
 
 def test_who_only_steps_to_and_fro_before_somebody_goes_elsewhere_too() -> None:
-    """The corridor is wide enough to step aside in, but not to pass by."""
+    """The corridor is wide enough to step aside, but not to pass."""
     grid = room(10.0, 1.8)
     world = World(grid, 3)
     robot = world.add_robot(Pose2D(5.0, 0.9))

@@ -1,4 +1,4 @@
-"""The true pose is for the physics, the sensors and the scorers: all else must do with what the cloud tells."""
+"""Only physics, sensors and scorers read the true pose."""
 
 import ast
 
@@ -16,7 +16,7 @@ KNOW_THE_TRUTH = {
 
 
 def reads_the_truth(tree: ast.Module) -> bool:
-    """Tell whether a module looks into a robot's body."""
+    """Return whether a module reads a robot's body."""
     return any(
         isinstance(node, ast.Attribute)
         and isinstance(node.value, ast.Attribute)

@@ -1,4 +1,4 @@
-"""Physics: what a Turtlebot does in a room."""
+"""Physics of a Turtlebot in a room."""
 
 import math
 from collections.abc import Callable
@@ -24,7 +24,7 @@ def drive(
     world: World, seconds: float, commands: dict[SimulatedRobot, tuple[float, float]],
     each_step: Callable[[], None] = lambda: None,
 ) -> None:  # fmt: skip
-    """Repeat the commands for so long."""
+    """Repeat a command for a time."""
     for _ in range(round(seconds / world.dt)):
         for robot, (linear, angular) in commands.items():
             robot.command(Twist(Vector3(x=linear), Vector3(z=angular)))

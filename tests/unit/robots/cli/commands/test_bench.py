@@ -1,4 +1,4 @@
-"""``ppaas bench``: which benches there are, and how what they return is printed."""
+"""``ppaas bench``: registered benches, and the output of their results."""
 
 import json
 import subprocess
@@ -16,7 +16,7 @@ from tests.support.sources import ROOT
 
 @pytest.fixture
 def install(monkeypatch: pytest.MonkeyPatch):
-    """Return a call that makes these the benches there are: what they return, or a module that is not there."""
+    """Return a function that replaces all benches, by results or by modules that cannot be loaded."""
 
     def put(**benches: Measured | str) -> None:
         entries = []

@@ -1,4 +1,4 @@
-"""SIGTERM to a bench or a demo ends all that it started."""
+"""SIGTERM to a bench or a demo stops all processes that it started."""
 
 import os
 import signal
@@ -37,7 +37,7 @@ def running(folder: Path, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
 
 
 def wait_for(process: subprocess.Popen[bytes], holds: Callable[[], object]) -> None:
-    """Wait until something holds; the process must still run."""
+    """Wait until a condition holds while the process runs."""
     deadline = time.monotonic() + PATIENCE
     while not holds():
         assert process.poll() is None
@@ -69,7 +69,7 @@ def test_its_pool_of_processes_ends_with_it(short_path: Path) -> None:
 
 
 def wait_for_none(folder: Path) -> None:
-    """Wait until no process is left; Python's resource tracker ends a moment after the process that it serves."""
+    """Wait until no process is left; Python's resource tracker exits shortly after its process."""
     deadline = time.monotonic() + 5.0
     while left := cloud_processes(folder):
         assert time.monotonic() < deadline, left

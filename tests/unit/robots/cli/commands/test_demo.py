@@ -1,4 +1,4 @@
-"""The demo's command, and the whole way once over."""
+"""Command ``ppaas demo``, with one complete run."""
 
 import argparse
 import asyncio
@@ -15,7 +15,7 @@ from robots.demo.cloud_process import CloudProcess
 
 
 def children() -> set[psutil.Process]:
-    """Return the processes that this one has started; other tests may have left some that serve them all."""
+    """Return the child processes; some may be shared with other tests."""
     return set(psutil.Process().children())
 
 

@@ -17,7 +17,7 @@ from tests.support.storage.records import house as house_map
 
 @pytest.fixture
 def coarse(house: Path) -> Path:
-    """Return the same map, of larger cells."""
+    """Return the same map with larger cells."""
     file = house.with_name("coarse.yaml")
     file.write_bytes(house.read_bytes().replace(b"0.05", b"0.1"))
     return file
@@ -25,7 +25,7 @@ def coarse(house: Path) -> Path:
 
 @pytest.fixture
 def broken(house: Path) -> Path:
-    """Return a map whose image is cut off."""
+    """Return a map with a truncated image."""
     image = house.with_suffix(".pgm")
     image.write_bytes(image.read_bytes()[:-1])
     return house

@@ -1,4 +1,4 @@
-"""``ppaas plan`` on a file of OctoMap."""
+"""``ppaas plan`` on an octomap file."""
 
 import json
 from pathlib import Path

@@ -12,7 +12,7 @@ from tests.support.world.urdf import EXAMPLES, example, link, part, urdf
 
 @pytest.fixture
 def file(tmp_path: Path, ppaas: CommandLine) -> Path:
-    """Return the file of a robot that stands in a map which ann has published."""
+    """Return the file of a robot on a map that ann has published."""
     put_map(ppaas.services.map_store, house())
     (tmp_path / "tb1.json").write_text('{"map": "house", "initial_pose": [0.5, -0.5, 1.5], "cores": 0.25}')
     return tmp_path / "tb1.json"

@@ -1,4 +1,4 @@
-"""One simulated robot against a cloud that is up."""
+"""One simulated robot against a running cloud."""
 
 import argparse
 import asyncio
@@ -23,7 +23,7 @@ GRID = room(6.0, 6.0)
 
 
 def parse(folder: Path, *more: str) -> argparse.Namespace:
-    """Write a robot file and a map into a folder, and return the command's arguments for them."""
+    """Write a robot file and a map; return the command's arguments for them."""
     yaml, image = save_map(GRID, "room.pgm")
     (folder / "room.yaml").write_bytes(yaml)
     (folder / "room.pgm").write_bytes(image)

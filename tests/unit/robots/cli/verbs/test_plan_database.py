@@ -1,4 +1,4 @@
-"""``ppaas plan``: what a cloud keeps, found, changed and told of."""
+"""``ppaas plan``: verbs of the path plan database."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The robot's home of nodes, in this process: what it is told, and what its nodes say."""
+"""Local executor, run in this process: its commands and the messages of its nodes."""
 
 import asyncio
 from collections.abc import Callable
