@@ -1,4 +1,4 @@
-"""Containers that run since another cloud process, and the places that go on with them."""
+"""Adoption: places take over containers that an earlier cloud process started."""
 
 import math
 
@@ -11,25 +11,25 @@ from engine.specs.containers import ContainerSpec
 
 
 def request_of(spec: ContainerSpec) -> PlaceRequest:
-    """Return what the place is for that a container was started to fill."""
+    """Return the request for the place that a container was started to fill."""
     return PlaceRequest(spec.user, spec.map, spec.cores, spec.robot, labels=spec.labels)
 
 
 def may_adopt(place: Place | None, machine: Machine, carried: RunningContainer) -> bool:
-    """Tell whether a place can go on with a container that a machine tells of.
+    """Return whether a place may adopt a container that a machine reported.
 
-    A place that nobody has asked for yet can. One that was asked for must be for the same robot on the same map, and
-    have no other container, nor one to come: a robot has one clone. What only plans is not adopted: whoever waited for
-    a path was told by the end of the connection.
+    A place that is not open yet may. An open place must be for the same robot on the same map, and have neither another
+    container nor a successor, since a robot has one clone. Containers that only plan are not adopted: the connections
+    of the clients that waited for their paths ended with the earlier cloud process.
 
     Parameters
     ----------
     place : Place, optional
-        Of the name that the container says, if it is open.
+        Place that the container fills; None if it is not open.
     machine : Machine
-        That carries it.
+        Machine that runs the container.
     carried : RunningContainer
-        The container.
+        The container as its machine reported it.
     """
     spec, cores = carried.spec, carried.cores
     if spec.robot is None or not (math.isfinite(cores) and 0.0 < cores <= machine.cores):
@@ -41,7 +41,7 @@ def may_adopt(place: Place | None, machine: Machine, carried: RunningContainer) 
 
 
 def take_up(place: Place, machine: Machine, carried: RunningContainer) -> ContainerSpec:
-    """Let a place go on with a container; return it as the machine is counted to carry it."""
+    """Assign a running container to a place and count it on its machine; return its spec with its current size."""
     spec = replace(carried.spec, cores=carried.cores)
     machine.place(spec)
     place.spec, place.machine, place.state = spec, machine.id, "starting"

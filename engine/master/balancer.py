@@ -1,4 +1,4 @@
-"""What a balancer is told and asked."""
+"""Interface of balancers, the plug-ins that choose machines for containers."""
 
 from abc import ABC, abstractmethod
 from typing import ClassVar
@@ -8,16 +8,17 @@ from engine.specs.containers import ContainerSpec
 
 
 class Balancer(ABC):
-    """Chooses machines for containers. It is told of all that happens, so that it need not look at all to choose one.
+    """Chooses machines for containers.
 
-    A subclass is found by an entry point in the group ``ppaas.balancers``, and takes its parameters as keyword
-    arguments. What it overrides of ``joined`` … ``measured`` calls what it overrides; all but the first two do nothing
-    here. It changes no machine.
+    The master notifies it of every change, so that it can keep an index and need not examine every machine for each
+    container. A subclass is found by an entry point in the group ``ppaas.balancers``, and takes its parameters as
+    keyword arguments. Each method from ``joined`` to ``measured`` that it overrides must call the overridden one; here,
+    all but ``joined`` and ``left`` do nothing. A balancer does not modify machines.
 
     Attributes
     ----------
     machines : dict of str to Machine
-        All there are, in the order in which they registered.
+        All machines by name, in the order in which they registered.
     """
 
     name: ClassVar[str]
@@ -28,24 +29,24 @@ class Balancer(ABC):
 
     @abstractmethod
     def choose(self, spec: ContainerSpec) -> Machine | None:
-        """Return the machine for a container, or None if none has room."""
+        """Return the machine for a container, or None if no machine has room."""
 
     def joined(self, machine: Machine) -> None:
-        """Learn of a machine, which carries nothing yet."""
+        """Add a machine, which runs no containers yet."""
         self.machines[machine.id] = machine
 
     def left(self, machine: Machine) -> None:
-        """Learn that a machine is gone, with all that it carried."""
+        """Remove a machine, with all its containers."""
         del self.machines[machine.id]
 
     def placed(self, machine: Machine, spec: ContainerSpec) -> None:
-        """Learn that a machine carries a container from now on."""
+        """Note that a container was placed on a machine."""
 
     def removed(self, machine: Machine, spec: ContainerSpec) -> None:
-        """Learn that it carries it no more."""
+        """Note that a container was removed from a machine."""
 
     def timed(self, serves: str, machine_id: str, round_trip: float) -> None:
-        """Learn how far a robot is from a machine, as a test of round trips between the two has shown [s]."""
+        """Note the measured round trip between a robot and a machine [s]."""
 
     def measured(self, machine: Machine) -> None:
-        """Learn that its load, or what it may be given, is another now."""
+        """Note that the load, the limits or the labels of a machine changed."""

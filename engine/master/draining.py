@@ -1,4 +1,4 @@
-"""Moves containers away from machines that are drained, some at a time."""
+"""Moves containers from machines that are being drained to others, a few at once."""
 
 from engine.master.machine import Machine
 from engine.master.orders import Leave, Order
@@ -6,11 +6,11 @@ from engine.master.places import Place
 from engine.master.state import MasterState
 
 MOVES = 4
-"""Places that are moved at a time from machines that are drained: each does without its container for a moment."""
+"""Largest number of places that move at once: each has no container for a moment."""
 
 
 def move_on(state: MasterState) -> list[Order]:
-    """Let containers leave machines that are drained, those that are ready and fit elsewhere."""
+    """Return orders that make ready containers leave machines being drained, if another machine has room for them."""
     ready = (place for machine in sorted(state.draining) for place in _ready_on(state.machines[machine], state))
     return [order for place in ready for order in _move(place, state)]
 

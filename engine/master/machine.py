@@ -1,4 +1,4 @@
-"""A machine as the master sees it."""
+"""Machine, as the master sees it."""
 
 from dataclasses import dataclass, field
 
@@ -8,39 +8,45 @@ from engine.specs.cores import capacity
 from engine.specs.machine_settings import MachineSettings
 
 DECIMALS = 6
-"""Sums of sizes are rounded to these, so that what comes and goes leaves no traces of a float."""
+"""Decimals to which sums of sizes are rounded, so that no floating-point residue accumulates."""
 
 
 @dataclass(slots=True)
 class Machine:
-    """A machine and what is placed on it.
+    """A machine and the containers placed on it.
 
     Parameters
     ----------
     id : str
         Its name.
     cores : int
-        CPUs it has.
+        Number of CPUs.
     memory : int
-        Bytes it has.
+        Memory [bytes].
     pid : int
-        Of its agent.
+        Process id of its agent.
     labels : dict of str to str
-        What it is like, as its agent says.
+        Labels that its agent reports.
     settings : MachineSettings
-        What an administrator says of it.
+        Settings by an administrator.
     network : float
-        Bytes that it can send and receive in a second; 0 where that is not known.
+        Capacity of its network, sent and received [bytes/s]; 0 if unknown.
+    containers : dict of str to ContainerSpec
+        Containers placed on it, by id.
     cpu : float
-        CPU in use, in cores.
-    memory_used, network_used : float
-        Bytes in use, and bytes sent and received in a second.
+        CPU in use [cores].
+    memory_used : int
+        Memory in use [bytes].
+    network_used : float
+        Data sent and received [bytes/s].
     round_trip : float
-        To those that it serves and to other machines, on average [s].
+        Average round trip to the robots that it serves and to other machines [s].
     neighbours, served : dict of str to float
-        Round trips to other machines, by their names, and to the robots of its containers [s].
+        Round trips to other machines, by name, and to the robots of its containers, by container id [s].
     given : float
-        Sum of the sizes of its containers.
+        Sum of the sizes of its containers [cores].
+    loads : dict of str to ContainerLoad
+        Last reported load of each container, by id.
     """
 
     id: str
@@ -62,48 +68,48 @@ class Machine:
 
     @property
     def all_labels(self) -> dict[str, str]:
-        """What it is like; what an administrator says goes first."""
+        """Labels of the agent and of the administrator, who takes precedence."""
         return self.labels | self.settings.labels
 
     @property
     def capacity(self) -> float:
-        """Size it has to give, in cores."""
+        """Total size that it may give to containers [cores]."""
         limit = self.settings.max_memory
         memory = self.memory if limit is None else min(self.memory, limit)
         return capacity(self.cores, memory, self.settings.oversubscription)
 
     @property
     def free(self) -> float:
-        """Size it has left, in cores."""
+        """Size that is not given to containers [cores]; negative after a limit was lowered below what is given."""
         return self.capacity - self.given
 
     @property
     def room(self) -> float:
-        """Size of the largest container that it takes now: of what is left, and of the CPUs that there are."""
+        """Size of the largest container that it accepts now [cores]: at most the free size, and at most its CPUs."""
         if self.settings.draining or len(self.containers) >= self.settings.max_containers:
             return 0.0
         return min(self.free, self.cores)
 
     def has_room(self, spec: ContainerSpec) -> bool:
-        """Tell whether it takes a container: it has the room, and the labels that are asked for."""
+        """Return whether it has room for a container, and the labels that the container requires."""
         return spec.cores <= self.room and self.suits(spec.labels)
 
     def suits(self, labels: dict[str, str]) -> bool:
-        """Tell whether it has these labels."""
+        """Return whether it has these labels."""
         return not labels or labels.items() <= self.all_labels.items()
 
     def place(self, spec: ContainerSpec) -> None:
-        """Carry a container."""
+        """Add a container."""
         self.containers[spec.id] = spec
         self.given = round(self.given + spec.cores, DECIMALS)
 
     def average_round_trips(self) -> None:
-        """Take what was measured to others, and to whom it serves, into its round trip."""
+        """Update ``round_trip`` from the round trips to other machines and to robots."""
         known = (*self.neighbours.values(), *self.served.values())
         self.round_trip = sum(known) / len(known) if known else 0.0
 
     def remove(self, container: str) -> ContainerSpec | None:
-        """Carry a container no more; return what it was, if it was here."""
+        """Remove a container; return its spec, or None if it was not here."""
         spec = self.containers.pop(container, None)
         self.served.pop(container, None)
         if spec is not None:

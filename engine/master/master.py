@@ -1,11 +1,10 @@
 """The master, as a pure state machine: events in, orders out.
 
-It places, counts and decides what happens to what is lost. It starts nothing itself, and no message of a robot passes
-through it. ``engine.service.master_driver`` carries its orders out.
+It places containers, counts quotas, and replaces lost containers. It starts nothing itself, and no message of a robot
+passes through it. ``engine.service.master_driver`` executes its orders.
 
-A *place* is what a user has, for as long as the user wants it: the clone of a robot, or planning on a map. The
-containers that fill it come and go; each has an id of its own, so that news of a dead one is never taken for news of
-the one that replaced it.
+A *place* is what a user holds: the clone of a robot, or planning on a map version. The containers that fill it are
+replaced over time. Each has its own id, so that a late report about a dead container is never applied to its successor.
 """
 
 from collections.abc import Callable, Iterable
@@ -27,18 +26,18 @@ from ppaas.errors import Conflict, InvalidInput, NotFound, NotPermitted, PPaaSEr
 
 
 class Master:
-    """Machines, places and containers.
+    """Decides where containers run; turns events into orders.
 
     Parameters
     ----------
     balancer : Balancer
-        Chooses machines.
+        Balancer that chooses machines.
     quotas : Quotas
-        Of the users; what they have is counted there.
+        Quotas of the users, where their usage is counted.
     clock : callable
-        Monotonic seconds.
+        Returns monotonic seconds.
     new_id : callable
-        Gives the next container id.
+        Returns the next container id.
     """
 
     def __init__(
@@ -58,17 +57,17 @@ class Master:
         self.settings: dict[str, MachineSettings] = {}
         self.removed: set[str] = set()
 
-    # -- what users want -----------------------------------------------------------------------------------------------
+    # -- requests of users ---------------------------------------------------------------------------------------------
 
     def open(self, request: PlaceRequest) -> list[Order]:
-        """Make a place and fill it; a place that is there already is left as it is.
+        """Open a place and fill it; a place that is open already is left unchanged.
 
         Raises
         ------
         InvalidParameter
-            A size that is not positive.
+            The size is not positive.
         QuotaExceeded
-            The user has too many containers or cores.
+            The size exceeds the CPUs of every machine, or the user's quota of containers or cores.
         Unavailable
             No machine has room.
         """
@@ -83,35 +82,35 @@ class Master:
         return orders
 
     def close(self, key: str) -> list[Order]:
-        """Give a place up, if it is there; what it had is room for places that wait."""
+        """Close a place, if it is open; waiting places get its room."""
         place = self.state.drop(key)
         return [*self.state.empty(place), *self._use_room()] if place is not None else []
 
     def resize(self, container: str, cores: float) -> list[Order]:
-        """Give a container another size, which its place keeps while it is open.
+        """Change the size of a container; its place keeps the new size while it is open.
 
         Raises
         ------
         NotFound
-            There is no such container, or no longer.
+            There is no such container.
         InvalidParameter, QuotaExceeded, Unavailable
-            As ``engine.master.resizing.resize`` says.
+            As ``engine.master.resizing.resize`` raises them.
         """
         machine = self.machine(self.carrier(container))
         place = self.places[self.state.place_of[container]]
         return [resize(place, machine, cores, self._balancer, self.quotas), *self._use_room()]
 
-    # -- what administrators want --------------------------------------------------------------------------------------
+    # -- requests of administrators ------------------------------------------------------------------------------------
 
     def configure(self, machine_id: str, settings: MachineSettings) -> list[Order]:
-        """Take over what is said of a machine, also for when it comes again; from one that is drained all moves away.
+        """Apply the settings of a machine, now and whenever it reconnects; start to drain it if they say so.
 
-        What it carries already stays, whatever its limits are now.
+        Containers that it already runs stay, even if they exceed the new limits.
 
         Raises
         ------
         InvalidParameter
-            What is said cannot be meant.
+            A setting is not valid.
         NotFound
             There is no such machine.
         """
@@ -122,20 +121,20 @@ class Master:
         return self._use_room()
 
     def remove(self, machine_id: str, *, force: bool = False) -> list[Order]:
-        """Forget a machine and let it in no more.
+        """Remove a machine and refuse it from now on.
 
-        With ``force`` also one that carries something, which is lost then as with a machine that vanishes.
+        With ``force``, also a machine that runs containers; these are replaced as if the machine had failed.
 
         Raises
         ------
         Conflict
-            It carries something.
+            It runs containers.
         NotFound
             There is no such machine.
         """
         carries = len(self.machine(machine_id).containers)
         if carries and not force:
-            raise Conflict(f"machine {machine_id!r} carries {carries} containers: drain it first, or force it")
+            raise Conflict(f"machine {machine_id!r} runs {carries} containers: drain it first, or force its removal")
         self.settings.pop(machine_id, None)
         self.removed.add(machine_id)
         return self.machine_left(machine_id)
@@ -148,19 +147,19 @@ class Master:
             self.state.draining.discard(machine.id)
 
     def admit(self, machine_id: str) -> None:
-        """Let a machine in again that was removed."""
+        """Accept a removed machine again."""
         self.removed.discard(machine_id)
 
     def machine(self, machine_id: str) -> Machine:
-        """Return a machine; ``NotFound`` if there is none."""
+        """Return a machine; raises ``NotFound`` if there is no such machine."""
         if machine_id not in self.machines:
             raise NotFound("machine", machine_id, list(self.machines))
         return self.machines[machine_id]
 
-    # -- what happens to machines --------------------------------------------------------------------------------------
+    # -- events of machines --------------------------------------------------------------------------------------------
 
     def machine_joined(self, machine: Machine, carries: Iterable[RunningContainer] = ()) -> list[Order]:
-        """Take a machine in with its settings, adopt what it carries, and fill the places that wait for one.
+        """Add a machine with its settings, adopt its containers, and fill waiting places.
 
         Raises
         ------
@@ -168,7 +167,7 @@ class Master:
             An administrator removed it.
         """
         if machine.id in self.removed:
-            raise NotPermitted(f"machine {machine.id!r} was removed: an administrator can admit it again")
+            raise NotPermitted(f"machine {machine.id!r} was removed: an administrator must admit it first")
         orders = self.machine_left(machine.id)
         self._apply(self.settings.get(machine.id, machine.settings), machine)
         self.machines[machine.id] = machine
@@ -178,16 +177,16 @@ class Master:
         return orders + self._use_room()
 
     def move_on(self) -> list[Order]:
-        """Let containers leave machines that are drained, some at a time, those that are ready and fit elsewhere."""
+        """Continue draining: return orders that make containers leave, a few at once."""
         return move_on(self.state)
 
     def wait_no_more(self) -> list[Order]:
-        """Fill the places of robots that wait for the ``returning``, where their clones may run."""
+        """Stop waiting for the machines in ``returning``; fill the places of robots whose clones might run there."""
         self.returning.clear()
         return self._use_room()
 
     def machine_left(self, machine_id: str) -> list[Order]:
-        """Place what a vanished machine carried anew; what finds no room waits for the next machine."""
+        """Remove a machine and place its containers on others; places without room wait for the next machine."""
         machine = self.machines.pop(machine_id, None)
         if machine is None:
             return []
@@ -204,41 +203,41 @@ class Master:
         return orders
 
     def machine_measured(self, machine_id: str) -> None:
-        """Note that what is known of the load of a machine is new."""
+        """Notify the balancer of a new load of a machine."""
         if machine_id in self.machines:
             self._balancer.measured(self.machines[machine_id])
 
     def robot_timed(self, key: str, round_trip: float) -> None:
-        """Note the round trip between a robot and the machine that serves it [s]."""
+        """Record the round trip between a robot and the machine that serves it [s]."""
         place = self.places.get(key)
         machine = self.machines.get(place.machine or "") if place is not None else None
         if place is not None and place.spec is not None and machine is not None:
             machine.served[place.spec.id] = round_trip
             self._balancer.timed(place.spec.serves, machine.id, round_trip)
 
-    # -- what happens to containers ------------------------------------------------------------------------------------
+    # -- events of containers ------------------------------------------------------------------------------------------
 
     def container_launched(self, container: str, pid: int) -> None:
-        """Note the process of a container."""
+        """Record the process id of a container."""
         place = self.state.filled_by(container)
         if place is not None:
             place.pid = pid
 
     def container_ready(self, container: str, pid: int) -> str | None:
-        """Note that a container answers; return the place it fills, or None if it is not awaited."""
+        """Mark a container as ready; return the name of the place it fills, or None if it fills none."""
         place = self.state.filled_by(container)
         if place is None:
             return None
         place.state = "ready"
-        place.pid = place.pid or pid  # its machine knows better: in a container of Docker it may have another
+        place.pid = place.pid or pid  # the pid on the machine counts: inside a Docker container it may differ
         self.state.moving.discard(place.request.key)
         return place.request.key
 
     def container_lost(self, container: str, reason: PPaaSError) -> list[Order]:
         """Replace a container that exited or could not be started.
 
-        Later each time it crashes again, and not where it does so too often, nor where the reason is what it was
-        asked for: another try would end the same way.
+        The delay grows with each crash. The place is closed after too many crashes, or if the reason is the request
+        itself, so that another attempt would fail the same way.
         """
         place = self.state.filled_by(container)
         if place is None:
@@ -256,30 +255,30 @@ class Master:
         return self.state.fill(key, place, delay)
 
     def carrier(self, container: str) -> str:
-        """Return the machine of a container; ``NotFound`` if there is no such container, or no longer."""
+        """Return the name of the machine of a container; raises ``NotFound`` if there is no such container."""
         place = self.state.filled_by(container)
         if place is None or place.machine is None:
             raise NotFound("container", container)
         return place.machine
 
     def check_carries(self, machine_id: str, container: str) -> None:
-        """Make sure that a machine speaks of what is its own, or was.
+        """Check that a machine reports on its own containers only, present or former.
 
         Raises
         ------
         NotPermitted
-            Another machine carries this container.
+            The container runs on another machine.
         """
         place = self.state.filled_by(container)
         if place is not None and place.machine != machine_id:
-            raise NotPermitted(f"machine {machine_id!r} speaks of container {container!r}, which is on another")
+            raise NotPermitted(f"machine {machine_id!r} reported on container {container!r} of another machine")
 
     def is_leaving(self, container: str) -> bool:
-        """Tell whether a container was ordered to leave its machine."""
+        """Return whether a container was ordered to leave its machine."""
         place = self.state.filled_by(container)
         return place is not None and place.leaving
 
-    # -- inside --------------------------------------------------------------------------------------------------------
+    # -- private -------------------------------------------------------------------------------------------------------
 
     def _give_up(self, key: str, reason: PPaaSError) -> list[Order]:
         self.state.drop(key)

@@ -1,4 +1,4 @@
-"""What the master orders."""
+"""Orders of the master."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from ppaas.errors import PPaaSError
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """Order: start this container on this machine after some seconds, from the last checkpoint of its session."""
+    """Order: start a container on a machine after ``delay`` [s], from the last checkpoint of its session."""
 
     place: str
     machine: str
@@ -19,7 +19,7 @@ class Start:
 
 @dataclass(frozen=True, slots=True)
 class Adopt:
-    """Order: let a place go on with this container, which a machine carries since another cloud process."""
+    """Order: adopt a container that a machine runs since an earlier cloud process."""
 
     place: str
     machine: str
@@ -28,7 +28,7 @@ class Adopt:
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """Order: end this container."""
+    """Order: end a container."""
 
     machine: str
     container: str
@@ -36,7 +36,7 @@ class End:
 
 @dataclass(frozen=True, slots=True)
 class Leave:
-    """Order: have this container keep its state and end; when it is gone, another goes on elsewhere."""
+    """Order: make a container store its state and end; its successor then starts on another machine."""
 
     place: str
     machine: str
@@ -45,7 +45,7 @@ class Leave:
 
 @dataclass(frozen=True, slots=True)
 class Resize:
-    """Order: hold this container to another size [cores] while it runs."""
+    """Order: change the size of a running container [cores]."""
 
     machine: str
     container: str
@@ -54,7 +54,7 @@ class Resize:
 
 @dataclass(frozen=True, slots=True)
 class Close:
-    """Order: tell whoever uses the place that it is no more, and why."""
+    """Order: close a place, and notify its clients of the reason."""
 
     place: str
     reason: PPaaSError

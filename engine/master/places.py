@@ -1,4 +1,4 @@
-"""Places: what users have, whatever containers fill them."""
+"""Places: what users hold, while containers fill them and are replaced."""
 
 from dataclasses import dataclass, field
 from typing import Literal
@@ -14,7 +14,7 @@ def robot_key(user: str, robot: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class PlaceRequest:
-    """What a place is for; its machine has all of the labels."""
+    """Request for a place: its user, map version, size [cores], robot, and labels that its machine must have."""
 
     user: str
     map: MapVersion
@@ -24,7 +24,7 @@ class PlaceRequest:
 
     @property
     def key(self) -> str:
-        """Name of the place: one a robot, and one a user, map version and choice of labels for planning."""
+        """Name of the place: one for each robot; for planning, one for each user, map version and set of labels."""
         if self.robot is not None:
             return robot_key(self.user, self.robot.id)
         where = f" on {labels_text(self.labels)}" if self.labels else ""
@@ -33,10 +33,22 @@ class PlaceRequest:
 
 @dataclass(slots=True)
 class Place:
-    """A place and the container that fills it now, if one does.
+    """A place, and the container that fills it now, if any.
 
-    One whose container is to move has a ``successor``, a machine and what it keeps room for, from the order to leave
-    until the container is gone. One whose container was ``resized`` keeps that size [cores].
+    Attributes
+    ----------
+    spec, machine, pid : optional
+        Its container, the machine and the process id of it.
+    crashes : list of float
+        Times of the last crashes [monotonic s].
+    session : str
+        Session of all its containers; empty before the first.
+    leaving : bool
+        Whether its container was ordered to leave its machine.
+    successor : tuple of str and ContainerSpec, optional
+        Machine and spec of the next container, for which room is reserved until the leaving one has ended.
+    resized : float, optional
+        Size of its containers after a resize [cores].
     """
 
     request: PlaceRequest
@@ -52,5 +64,5 @@ class Place:
 
     @property
     def cores(self) -> float:
-        """Size of its containers."""
+        """Size of its containers [cores]."""
         return self.request.cores if self.resized is None else self.resized

@@ -1,4 +1,4 @@
-"""The queue of those who would rather wait than be refused."""
+"""Queue of requests that wait for a container instead of being refused."""
 
 import math
 from collections.abc import Callable
@@ -10,21 +10,22 @@ from ppaas.errors import QuotaExceeded, Unavailable
 
 MAX_QUEUED = 1000
 MAX_QUEUED_OF_USER = 100
+"""Largest number of queued requests, of all users and of one user."""
 
 Open = Callable[[PlaceRequest], list[Order]]
-"""Opens a place, or raises why it cannot be now."""
+"""Opens a place, or raises the reason why it cannot be opened now."""
 
 
 class Queue:
-    """Places that wait for room, or for what their user's quota has left.
+    """Places that wait for room on a machine, or for their user's quota.
 
-    First come, first served, within what fits: a large one that does not fit yet keeps its position and no small one
-    from being served.
+    First come, first served among those that fit. A large request that does not fit yet keeps its position and
+    does not block smaller ones behind it.
 
     Parameters
     ----------
     quotas : Quotas
-        What users may have.
+        Quotas of the users.
     """
 
     def __init__(self, quotas: Quotas) -> None:
@@ -32,14 +33,14 @@ class Queue:
         self._requests: dict[str, PlaceRequest] = {}
 
     def open(self, request: PlaceRequest, opening: Open) -> list[Order]:
-        """Open a place now, or let it wait for its turn.
+        """Open a place now, or queue it.
 
         Raises
         ------
         QuotaExceeded
-            Its user may never have it, or there are too many who wait.
+            The request exceeds its user's whole quota, or the queue is full.
         InvalidParameter
-            As ``opening`` says.
+            As ``opening`` raises it.
         """
         try:
             return opening(request)
@@ -54,13 +55,13 @@ class Queue:
         mine = sum(other.user == request.user for other in self._requests.values())
         if len(self._requests) >= MAX_QUEUED or mine >= MAX_QUEUED_OF_USER:
             raise QuotaExceeded(
-                f"{len(self._requests)} wait already, {mine} of them of user {request.user!r}; the queue holds "
-                f"{MAX_QUEUED}, and {MAX_QUEUED_OF_USER} of one user: try again later"
+                f"the queue is full: it holds {len(self._requests)} of at most {MAX_QUEUED} requests, {mine} of at "
+                f"most {MAX_QUEUED_OF_USER} of user {request.user!r}: try again later"
             )
         self._requests[request.key] = request
 
     def serve(self, opening: Open) -> list[Order]:
-        """Open all places that fit now, in their order; return what is to be ordered."""
+        """Open all queued places that fit now, in order; return the orders."""
         orders: list[Order] = []
         too_large: dict[frozenset[tuple[str, str]], float] = {}
         for key, request in tuple(self._requests.items()):
@@ -78,13 +79,13 @@ class Queue:
         return orders
 
     def get(self, key: str) -> PlaceRequest | None:
-        """Return who waits, or None."""
+        """Return the queued request for a place, or None."""
         return self._requests.get(key)
 
     def remove(self, key: str) -> None:
-        """Let a place wait no more, if it does."""
+        """Remove a place from the queue, if it is queued."""
         self._requests.pop(key, None)
 
     def position(self, key: str) -> int | None:
-        """Return the position of a place, the first being 1; None if it does not wait."""
+        """Return the position of a place, from 1; None if it is not queued."""
         return next((number for number, other in enumerate(self._requests, 1) if other == key), None)

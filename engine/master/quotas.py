@@ -1,4 +1,4 @@
-"""What each user may have at a time, and what each has of the engine."""
+"""Quotas of users, and their usage of the engine."""
 
 from collections import defaultdict
 from dataclasses import dataclass, fields, replace
@@ -10,20 +10,20 @@ from storage.records import Limits, User
 
 @dataclass(frozen=True, slots=True)
 class Quota:
-    """What one user may have.
+    """Quota of one user.
 
     Parameters
     ----------
     containers : int
-        Clones that run and planning on a map, together.
+        Containers at once, for clones and for planning.
     cores : float
-        Of these containers, together.
+        Sum of the sizes of these containers [cores].
     robots : int
-        Robots that are told of, connected or not.
+        Registered robots, connected or not.
     maps : int
-        Maps that the user owns, however many versions each has.
+        Maps that the user owns; versions do not count.
     plans_per_minute : int
-        Paths asked for by REST or as a service of the robot; not what a clone plans on its way.
+        Paths requested by REST or by a service of the robot; plans that a clone makes for its own goals do not count.
     """
 
     containers: int = 64
@@ -33,7 +33,7 @@ class Quota:
     plans_per_minute: int = 120_000
 
     def with_own(self, limits: Limits) -> "Quota":
-        """Return what a user may have who has limits of the user's own."""
+        """Return this quota with a user's own limits in place of its own."""
         own = {name: getattr(limits, name) for name in QUOTAS}
         return replace(self, **{name: value for name, value in own.items() if value is not None})
 
@@ -43,19 +43,19 @@ QUOTAS = tuple(field.name for field in fields(Quota))
 
 @dataclass(frozen=True, slots=True)
 class Used:
-    """What a user has of the engine."""
+    """Usage of one user: number of containers, and the sum of their sizes [cores]."""
 
     containers: int = 0
     cores: float = 0.0
 
 
 class Quotas:
-    """The quota of every user, and what is used of it.
+    """Quota and usage of every user.
 
     Parameters
     ----------
     default : Quota, optional
-        Of each user who has no limits of the user's own.
+        Quota of users without own limits.
     """
 
     def __init__(self, default: Quota | None = None) -> None:
@@ -64,47 +64,47 @@ class Quotas:
         self._used: defaultdict[str, Used] = defaultdict(Used)
 
     def learn(self, user: User) -> None:
-        """Note what the store says that a user may have."""
+        """Take over a user's own limits from the user's stored record."""
         if user.limits == NO_LIMITS:
             self._own.pop(user.id, None)
         else:
             self._own[user.id] = self._default.with_own(user.limits)
 
     def forget(self, user: str) -> None:
-        """Forget the limits of a user who is no more."""
+        """Forget the limits of a deleted user."""
         self._own.pop(user, None)
 
     def of(self, user: str) -> Quota:
-        """Return what a user may have."""
+        """Return the quota of a user."""
         return self._own.get(user, self._default)
 
     def used(self, user: str) -> Used:
-        """Return what a user has."""
+        """Return the usage of a user."""
         return self._used.get(user, NOTHING)
 
     def check_container(self, user: str, cores: float) -> None:
-        """Make sure that a user may have one more container of this size.
+        """Check that a user may have one more container of this size.
 
         Raises
         ------
         QuotaExceeded
-            It would be one too many, or too large.
+            It would exceed the quota of containers or of cores.
         """
         check_quota(user, "containers", self.of(user).containers, self.used(user).containers)
         self.check_cores(user, cores)
 
     def check_cores(self, user: str, cores: float) -> None:
-        """Make sure that a user may have so many cores more.
+        """Check that a user may have ``cores`` more.
 
         Raises
         ------
         QuotaExceeded
-            They would be too many.
+            They would exceed the quota.
         """
         check_quota(user, "cores", self.of(user).cores, self.used(user).cores, cores)
 
     def add(self, user: str, containers: int, cores: float) -> None:
-        """Note that a user has more, or less if they are negative."""
+        """Add to the usage of a user; negative numbers subtract."""
         had = self._used[user]
         self._used[user] = Used(had.containers + containers, round(had.cores + cores, DECIMALS))
         if not self._used[user].containers:
@@ -116,15 +116,15 @@ NOTHING = Used()
 
 
 def check_quota(user: str, name: str, limit: float, used: float, more: float = 1) -> None:
-    """Make sure that a user may have so much more of something.
+    """Check that ``more`` of a resource stays within a user's limit.
 
     Raises
     ------
     QuotaExceeded
-        It would be over the limit; the text names the quota, the limit, what is used and what was asked for.
+        It would exceed the limit; the text names the quota, the limit, the usage and the request.
     """
     if round(used + more, DECIMALS) > limit:
         raise QuotaExceeded(
-            f"user {user!r} may have {limit:g} {name} and has {used:g}; {more:g} more cannot be given: "
-            f"remove what is not needed, or let an administrator raise the quota {name!r}"
+            f"user {user!r} may have {limit:g} {name} and has {used:g}; {more:g} more would exceed the limit: "
+            f"remove some, or ask an administrator to raise the quota {name!r}"
         )

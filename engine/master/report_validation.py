@@ -1,7 +1,7 @@
-"""What machines say of themselves, and what of it can be believed.
+"""Validation of the reports of machines.
 
-Nobody can tell from afar how many cores a machine has. But what no machine has is refused, and what a machine says of
-others: then it is cut off, as one whose agent is broken.
+The master cannot verify how many cores a machine has. It refuses values that no machine can have, and disconnects the
+machine that reported them: its agent is broken.
 """
 
 import math
@@ -16,18 +16,20 @@ from storage.names import check_name
 MOST_CORES = 4096
 LEAST_MEMORY = 1 << 24
 MOST_MEMORY = 1 << 46
+"""Bounds of a plausible memory [bytes]: 16 MiB, 64 TiB."""
 MOST_NETWORK = 1e12
+"""Upper bound of a plausible network rate [bytes/s]."""
 
 
 def machine_of(register: control_link.Register) -> Machine:
-    """Return the machine that registers.
+    """Return the machine that a registration describes.
 
     Raises
     ------
     InvalidInput
-        Its name is none, or a size or a label.
+        Its name, a label or a size is not valid.
     NotPermitted
-        It runs another release of this program.
+        It runs another release than the cloud.
     """
     _check_release(register)
     check_name("machine", register.machine)
@@ -46,16 +48,16 @@ def machine_of(register: control_link.Register) -> Machine:
 
 
 def _check_release(register: control_link.Register) -> None:
-    """Let nobody in who may understand orders otherwise than they are meant."""
+    """Refuse machines of other releases, which may interpret orders differently."""
     if register.release != __version__:
         raise NotPermitted(
-            f"machine {register.machine[:64]!r} runs release {register.release[:64] or '(untold)'} and this cloud "
-            f"{__version__}: what it carries ends, and is started anew from checkpoints"
+            f"machine {register.machine[:64]!r} runs release {register.release[:64] or '(unknown)'}, but this cloud "
+            f"runs {__version__}: install that release on it; its containers end and restart from their checkpoints"
         )
 
 
 def note_load(machine: Machine, heartbeat: control_link.Heartbeat) -> None:
-    """Note what a machine says of its load; raises as ``check_heartbeat`` does."""
+    """Take over the reported load of a machine; raises as ``check_heartbeat`` does."""
     check_heartbeat(machine, heartbeat)
     machine.cpu, machine.memory_used = heartbeat.cpu, heartbeat.memory_used
     machine.network_used, machine.neighbours = heartbeat.network_used, heartbeat.round_trips
@@ -64,12 +66,12 @@ def note_load(machine: Machine, heartbeat: control_link.Heartbeat) -> None:
 
 
 def check_heartbeat(machine: Machine, heartbeat: control_link.Heartbeat) -> None:
-    """Make sure that a machine uses what a machine of its size can use.
+    """Check that the load of a machine is possible for its size.
 
     Raises
     ------
     InvalidParameter
-        It does not.
+        A value is out of range.
     """
     _check(machine.id, "cores in use", heartbeat.cpu, 0.0, MOST_CORES)
     _check(machine.id, "bytes in use", heartbeat.memory_used, 0, machine.memory)
@@ -83,4 +85,4 @@ def check_heartbeat(machine: Machine, heartbeat: control_link.Heartbeat) -> None
 
 def _check(machine: str, what: str, value: float, least: float, most: float) -> None:
     if not (math.isfinite(value) and least <= value <= most):
-        raise InvalidParameter(f"machine {machine!r} says {value} {what}: there are from {least:g} to {most:g}")
+        raise InvalidParameter(f"machine {machine!r} reports {value} {what}, not within {least:g} to {most:g}")

@@ -1,4 +1,4 @@
-"""Containers of another size: what is counted of them changes, and they run on."""
+"""Changes the size of running containers."""
 
 from msgspec.structs import replace
 
@@ -12,38 +12,38 @@ from ppaas.errors import Unavailable
 
 
 def resize(place: Place, machine: Machine, cores: float, balancer: Balancer, quotas: Quotas) -> Resize:
-    """Give the container of a place another size, and the next ones of this place too; return what is to be ordered.
+    """Change the size of a place's container and of its later containers; return the order.
 
     Parameters
     ----------
     place : Place
     machine : Machine
-        That carries its container.
+        Machine of its container.
     cores : float
-        The new size.
+        New size [cores].
     balancer : Balancer
-        Learns of it.
+        Balancer to notify.
     quotas : Quotas
-        Count it.
+        Quotas, where the new size is counted.
 
     Raises
     ------
     InvalidParameter
         The size is not a positive number.
     QuotaExceeded
-        The user may not have so much more, or the machine has no so many cores.
+        The size exceeds the user's quota, or the CPUs of the machine.
     Unavailable
         The machine has no room for it, or the container is not ready.
     """
     before = place.spec
     if before is None or place.state != "ready" or place.leaving:
-        raise Unavailable("the container starts or moves at this moment: try again when it is ready")
+        raise Unavailable("the container is starting or moving: try again when it is ready")
     check_size(cores, machine.cores)
     more = round(cores - before.cores, DECIMALS)
     if more > 0.0:
         quotas.check_cores(before.user, more)
     if more > max(machine.free, 0.0):
-        raise Unavailable(f"machine {machine.id!r} has {max(machine.free, 0.0):g} cores left, and {more:g} are wanted")
+        raise Unavailable(f"machine {machine.id!r} has {max(machine.free, 0.0):g} free cores, but {more:g} are needed")
     after = replace(before, cores=cores)
     machine.remove(before.id)
     balancer.removed(machine, before)

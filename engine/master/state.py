@@ -1,4 +1,4 @@
-"""What the master knows: machines, places, and the containers that fill these."""
+"""State of the master: machines, places, and the containers that fill these."""
 
 import itertools
 from collections.abc import Callable
@@ -14,31 +14,31 @@ from engine.specs.containers import ContainerSpec
 
 
 class MasterState:
-    """Machines and places, and how places are filled and emptied.
+    """Machines and places; fills places with containers and empties them.
 
     Parameters
     ----------
     balancer : Balancer
-        Chooses machines.
+        Balancer that chooses machines.
     quotas : Quotas
-        Count what users have.
+        Quotas, where the usage of users is counted.
     new_id : callable, optional
-        Gives the next container id.
+        Returns the next container id.
 
     Attributes
     ----------
     machines, places : dict
-        By name.
+        Machines and places by name.
     place_of : dict of str to str
-        The place that each container fills, or is to.
+        Place that each container fills or will fill, by container id.
     waiting : dict of str to None
         Places without a container, in the order in which they are filled.
     moving : set of str
-        Places whose container leaves its machine, until the next one is ready.
+        Places whose container leaves its machine, until the next container is ready.
     draining : set of str
-        Machines from which all moves away.
+        Machines that are being drained.
     returning : set of str
-        Machines of a cloud process before this one, which may come back.
+        Machines of an earlier cloud process, which may reconnect.
     """
 
     def __init__(self, balancer: Balancer, quotas: Quotas, new_id: Callable[[], str] | None = None) -> None:
@@ -55,16 +55,16 @@ class MasterState:
         self.returning: set[str] = set()
 
     def filled_by(self, container: str) -> Place | None:
-        """Return the place that a container fills; None if it fills none any more."""
+        """Return the place that a container fills; None if it no longer fills one."""
         place = self.places.get(self.place_of.get(container, ""))
         return place if place is not None and place.spec is not None and place.spec.id == container else None
 
     def may_run(self, place: Place) -> bool:
-        """Tell whether the clone of a robot may run on a machine that has not returned yet."""
+        """Return whether the clone of a robot may still run on a machine that has not reconnected yet."""
         return bool(self.returning) and place.request.robot is not None and not place.session
 
     def adopt(self, machine: Machine, carried: RunningContainer) -> list[Order]:
-        """Let a place go on with a container that ran since another cloud process, if it may."""
+        """Adopt a container that an earlier cloud process started, if its place may; return the orders."""
         request = request_of(carried.spec)
         place = self.places.get(request.key)
         if carried.spec.id in self.place_of or not may_adopt(place, machine, carried):
@@ -77,14 +77,14 @@ class MasterState:
         return [Adopt(request.key, machine.id, carried)]
 
     def add(self, request: PlaceRequest) -> Place:
-        """Make a place, which waits to be filled."""
+        """Add a place, which waits to be filled."""
         place = self.places[request.key] = Place(request)
         self.waiting[request.key] = None
         self.quotas.add(request.user, 1, request.cores)
         return place
 
     def drop(self, key: str) -> Place | None:
-        """Forget a place, and what room was kept for it; return it if it was there."""
+        """Remove a place and release the room reserved for it; return it, or None if there is no such place."""
         place = self.places.pop(key, None)
         if place is not None:
             self.waiting.pop(key, None)
@@ -95,7 +95,7 @@ class MasterState:
         return place
 
     def fill(self, key: str, place: Place, delay: float = 0.0) -> list[Order]:
-        """Order the next container of a place to be started; where no machine has room the place waits on."""
+        """Return the order to start the next container of a place; if no machine has room, the place keeps waiting."""
         reserved = place.successor or self.reserve(place)
         place.successor = None
         if reserved is None:
@@ -107,7 +107,7 @@ class MasterState:
         return [Start(key, place.machine, place.spec, delay)]
 
     def reserve(self, place: Place) -> tuple[str, ContainerSpec] | None:
-        """Give the next container of a place the room that it needs, where the balancer wants it."""
+        """Reserve room for the next container of a place; return its machine and spec, or None if there is no room."""
         if self.may_run(place):
             return None
         request, container = place.request, self._new_id()
@@ -124,7 +124,7 @@ class MasterState:
         return machine.id, spec
 
     def empty(self, place: Place) -> list[Order]:
-        """Let a place have no container: its own is ended."""
+        """Detach the container of a place; return the order to end it."""
         spec, machine_id = place.spec, place.machine
         place.spec, place.machine, place.state, place.pid, place.leaving = None, None, "waiting", None, False
         if place is self.places.get(place.request.key):

@@ -9,7 +9,7 @@ from engine.specs.containers import ContainerSpec
 
 
 class FirstFit(Balancer):
-    """Take the first machine with room."""
+    """Chooses the first machine with room."""
 
     name: ClassVar[str] = "first_fit"
     purpose: ClassVar[str] = "Rapyuta's: the first registered machine with enough free size."
@@ -23,23 +23,23 @@ class FirstFit(Balancer):
         return self._tree.first(spec)
 
     def joined(self, machine: Machine) -> None:
-        """Learn of a machine."""
+        """Add a machine."""
         super().joined(machine)
         self._tree.put(machine)
 
     def left(self, machine: Machine) -> None:
-        """Learn that a machine is gone."""
+        """Remove a machine."""
         super().left(machine)
         self._tree.remove(machine.id)
 
     def placed(self, machine: Machine, spec: ContainerSpec) -> None:
-        """Learn that a machine has less room."""
+        """Update the room of a machine."""
         self._tree.put(machine)
 
     def removed(self, machine: Machine, spec: ContainerSpec) -> None:
-        """Learn that it has more room again."""
+        """Update the room of a machine."""
         self._tree.put(machine)
 
     def measured(self, machine: Machine) -> None:
-        """Learn that it may be given more or less."""
+        """Update the room of a machine."""
         self._tree.put(machine)

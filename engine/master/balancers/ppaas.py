@@ -1,8 +1,8 @@
-"""The paper's enhanced balancer (section IV): robots of a map go together, and else where least is used.
+"""The paper's enhanced balancer (section IV): robots of one map share a machine, others go to the least used one.
 
-Containers of one map share its layers in memory and what their robots tell each other, so that a machine which has
-some of them is the right one for the next. Where none of these has room, the machine with the smallest utilization
-score is taken.
+Containers of one map share its layers in memory and the messages between their robots. Therefore the next container of
+a map is placed on a machine that already runs some of them. If none of these has room, the balancer chooses the machine
+with the smallest utilization score.
 """
 
 from collections import defaultdict
@@ -16,18 +16,18 @@ from engine.master.machine import Machine
 from engine.specs.containers import ContainerSpec
 
 MOST_TIMED = 100_000
-"""Robots whose round trips are known at a time, of those that are connected and those that may come again."""
+"""Largest number of robots whose round trips are stored, whether or not they are connected."""
 
 _NO_TRIPS: Mapping[str, float] = {}
 
 
 class SameMap(Balancer):
-    """Keep the containers of a group together: of a map version, if they name no other.
+    """Keeps the containers of a group on one machine; by default, a group is a map version.
 
     Parameters
     ----------
     weights : Weights, optional
-        Of what the score is made of.
+        Weights of the utilization score.
     """
 
     name: ClassVar[str] = "ppaas"
@@ -41,10 +41,10 @@ class SameMap(Balancer):
         self._trips: defaultdict[str, dict[str, float]] = defaultdict(dict)
 
     def choose(self, spec: ContainerSpec) -> Machine | None:
-        """Return the machine with most of the container's group that has room, else the least used one."""
-        return self._with_its_group(spec) or self._least_used(spec)
+        """Return the machine with room that runs most containers of this group, else the least used machine."""
+        return self._with_group(spec) or self._least_used(spec)
 
-    def _with_its_group(self, spec: ContainerSpec) -> Machine | None:
+    def _with_group(self, spec: ContainerSpec) -> Machine | None:
         best, most = None, 0
         for machine_id, members in self._groups.get(spec.group, {}).items():
             if members > most and self.machines[machine_id].has_room(spec):
@@ -54,7 +54,7 @@ class SameMap(Balancer):
     def _least_used(self, spec: ContainerSpec) -> Machine | None:
         trips = self._trips.get(spec.serves, _NO_TRIPS)
         least, found = self._tree.least(spec, trips)
-        for machine_id, round_trip in trips.items():  # for these the robot's own are known
+        for machine_id, round_trip in trips.items():  # machines whose round trip to this robot is known
             machine = self.machines.get(machine_id)
             if machine is not None and machine.has_room(spec):
                 score = utilization(machine, round_trip, self._weights)
@@ -68,12 +68,12 @@ class SameMap(Balancer):
     # -- what happens --------------------------------------------------------------------------------------------------
 
     def joined(self, machine: Machine) -> None:
-        """Learn of a machine."""
+        """Add a machine."""
         super().joined(machine)
         self._put(machine)
 
     def left(self, machine: Machine) -> None:
-        """Learn that a machine is gone, and with it what it had of each group."""
+        """Remove a machine, and its containers from their groups."""
         super().left(machine)
         self._tree.remove(machine.id)
         for group in {spec.group for spec in machine.containers.values()}:
@@ -82,12 +82,12 @@ class SameMap(Balancer):
                 del self._groups[group]
 
     def placed(self, machine: Machine, spec: ContainerSpec) -> None:
-        """Learn that a machine has one more of a group."""
+        """Count a container in its group, and update the score of its machine."""
         self._groups[spec.group][machine.id] += 1
         self._put(machine)
 
     def removed(self, machine: Machine, spec: ContainerSpec) -> None:
-        """Learn that it has one less."""
+        """Remove a container from its group, and update the score of its machine."""
         members = self._groups[spec.group]
         members[machine.id] -= 1
         if not members[machine.id]:
@@ -97,11 +97,11 @@ class SameMap(Balancer):
         self._put(machine)
 
     def measured(self, machine: Machine) -> None:
-        """Learn that it is used more or less."""
+        """Update the score of a machine."""
         self._put(machine)
 
     def timed(self, serves: str, machine_id: str, round_trip: float) -> None:
-        """Learn how far a robot is from a machine; of too many robots those are forgotten that were told of first."""
+        """Note the round trip between a robot and a machine [s]; over `MOST_TIMED` robots, forget the oldest."""
         self._trips[serves][machine_id] = round_trip
         if len(self._trips) > MOST_TIMED:
             del self._trips[next(iter(self._trips))]

@@ -1,4 +1,4 @@
-"""The balancers that are installed: ours, and other people's by entry point."""
+"""Registry of the installed balancers: the built-in ones, and those of other distributions, by entry point."""
 
 from engine.master.balancer import Balancer
 from ppaas.plugins import PluginRegistry

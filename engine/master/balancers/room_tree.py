@@ -1,7 +1,7 @@
-"""Machines to be searched for room, thousands of them, without a look at each.
+"""Segment tree that finds a machine with room among thousands without examining each.
 
-A segment tree: a node knows the most room and the least score of the machines below it, so that a search leaves out
-what cannot be the answer.
+A tree node holds the largest room and the smallest score of the machines below it. A search skips every subtree that
+cannot contain the result.
 """
 
 import math
@@ -15,35 +15,35 @@ _LEAST_WIDTH = 8
 
 
 class RoomTree:
-    """Machines in the order in which they came."""
+    """Machines, in the order in which they were added."""
 
     def __init__(self) -> None:
-        self._lay(_LEAST_WIDTH)
+        self._allocate(_LEAST_WIDTH)
 
     def __len__(self) -> int:
-        """Return how many machines there are."""
+        """Return the number of machines."""
         return len(self._slots)
 
     def put(self, machine: Machine, score: float = 0.0) -> None:
-        """Take a machine in, or note that its room or its score is another now."""
+        """Add a machine, or update its room and score."""
         slot = self._slots.get(machine.id)
         if slot is None:
             if self._next == self._width:
-                self._lay_anew()
+                self._rebuild()
             slot = self._slots[machine.id] = self._next
             self._next += 1
         self._machines[slot] = machine
         self._set(slot, machine.room, score)
 
     def remove(self, machine_id: str) -> None:
-        """Forget a machine; nothing happens where it is not known."""
+        """Remove a machine, if it is in the tree."""
         slot = self._slots.pop(machine_id, None)
         if slot is not None:
             self._machines[slot] = None
             self._set(slot, 0.0, math.inf)
 
     def first(self, spec: ContainerSpec) -> Machine | None:
-        """Return the machine that came first of those that take a container; None if none does."""
+        """Return the first added machine that has room for a container; None if no machine has."""
         waiting = [1]
         while waiting:
             node = waiting.pop()
@@ -58,13 +58,19 @@ class RoomTree:
         return None
 
     def least(self, spec: ContainerSpec, without: Container[str] = _NONE) -> tuple[float, Machine | None]:
-        """Return the least score of the machines that take a container, and such a machine.
+        """Return the smallest score among the machines that have room for a container, and a machine with it.
 
         Parameters
         ----------
         spec : ContainerSpec
         without : container of str
-            Ids of machines that are left out.
+            Ids of machines to skip.
+
+        Returns
+        -------
+        score : float
+            Infinity if no machine has room.
+        machine : Machine or None
         """
         best, found = math.inf, None
         room, scores, width = self._room, self._scores, self._width
@@ -82,8 +88,8 @@ class RoomTree:
                 best, found = scores[node], machine
         return best, found
 
-    def _lay(self, width: int) -> None:
-        """Lay an empty tree with room for so many machines, a power of two."""
+    def _allocate(self, width: int) -> None:
+        """Create an empty tree for ``width`` machines, a power of two."""
         self._width = width
         self._next = 0
         self._slots: dict[str, int] = {}
@@ -91,10 +97,10 @@ class RoomTree:
         self._room = [0.0] * (2 * width)
         self._scores = [math.inf] * (2 * width)
 
-    def _lay_anew(self) -> None:
-        """Leave out those that are gone, and make room for as many again as there are."""
+    def _rebuild(self) -> None:
+        """Rebuild the tree without removed machines, with at least twice the capacity needed."""
         known = [(machine, self._scores[self._width + slot]) for slot, machine in enumerate(self._machines) if machine]
-        self._lay(max(_LEAST_WIDTH, 1 << (2 * len(known)).bit_length()))
+        self._allocate(max(_LEAST_WIDTH, 1 << (2 * len(known)).bit_length()))
         for machine, score in known:
             self.put(machine, score)
 
@@ -102,7 +108,7 @@ class RoomTree:
         node = self._width + slot
         self._room[node], self._scores[node] = room, score
         node //= 2
-        while node:
+        while node:  # update the ancestors, up to the first that does not change
             left, right = 2 * node, 2 * node + 1
             room, score = max(self._room[left], self._room[right]), min(self._scores[left], self._scores[right])
             if (room, score) == (self._room[node], self._scores[node]):

@@ -1,15 +1,15 @@
-"""How much a machine is used: one number of round trips, network, CPU and memory, as the paper weighs them."""
+"""Utilization score of a machine: the paper's weighted mean of round trip, network, CPU and memory."""
 
 import msgspec
 
 from engine.master.machine import Machine
 
 LATE = 0.1
-"""Seconds of a round trip after which a machine is as good as full: so long after a scan its command is due."""
+"""Round trip that counts as full use [s]: the time after a scan within which its command is due."""
 
 
 class Weights(msgspec.Struct, frozen=True):
-    """What counts how much; only their ratios matter."""
+    """Weights of the terms of the score; only their ratios matter."""
 
     round_trip: float = 1.0
     network: float = 1.0
@@ -18,16 +18,17 @@ class Weights(msgspec.Struct, frozen=True):
 
 
 def utilization(machine: Machine, round_trip: float, weights: Weights) -> float:
-    """Return the utilization score of a machine: from 0, idle and near, to 1.
+    """Return the utilization score of a machine: 0 if it is idle and near, up to 1.
 
-    Its CPUs count as used that are given away, if more than were measured: what was placed a moment ago does not
-    compute yet, and a machine that looks idle would be given all that comes until it is measured again.
+    The CPU term is the larger of the cores given to containers and the measured load. Containers placed a moment ago do
+    not load the CPU yet; by the measured load alone, a machine that looks idle would get every new container until its
+    next report.
 
     Parameters
     ----------
     machine : Machine
     round_trip : float
-        To whom it is to serve, or else on average [s].
+        Round trip to the robot to be served, or the average round trip [s].
     weights : Weights
     """
     given = machine.given / machine.capacity if machine.capacity else 1.0

@@ -71,7 +71,7 @@ class FakeCloud:
 
     def remove_machine(self, machine: str, *, force: bool = False) -> None:
         if self._machine(machine).containers and not force:
-            raise Conflict(f"machine {machine!r} carries 1 containers: drain it first, or force it")
+            raise Conflict(f"machine {machine!r} runs 1 containers: drain it first, or force its removal")
         del self.known[machine]
 
     def admit_machine(self, machine: str) -> None:

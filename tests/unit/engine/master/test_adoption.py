@@ -1,4 +1,4 @@
-"""Containers that run since another cloud process: which are adopted, and by which place."""
+"""Tests of adoption: containers of an earlier cloud process, and the places that adopt them."""
 
 from collections.abc import Callable
 from dataclasses import replace as other

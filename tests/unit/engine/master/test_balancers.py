@@ -1,4 +1,4 @@
-"""Which machine a container is placed on."""
+"""Tests of the balancers: the machine that a container is placed on."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -21,7 +21,7 @@ from tests.support.engine.placing import machine, spec
 
 
 class Placing:
-    """Does what the master does with a balancer."""
+    """Uses a balancer as the master does."""
 
     def __init__(self, balancer: Balancer, *machines: Machine) -> None:
         self.balancer = balancer
@@ -30,7 +30,7 @@ class Placing:
             balancer.joined(each)
 
     def place(self, wanted: ContainerSpec) -> str | None:
-        """Return where a container was placed."""
+        """Place a container; return the name of its machine, if any."""
         chosen = self.balancer.choose(wanted)
         if chosen is None:
             return None
@@ -47,11 +47,11 @@ class Placing:
         self.balancer.removed(carried, removed)
 
     def leave(self, machine_id: str) -> None:
-        """Lose a machine with all that it carries."""
+        """Remove a machine with all its containers."""
         self.balancer.left(self.machines.pop(machine_id))
 
     def measure(self, machine_id: str, **figures: Any) -> None:
-        """Note what was measured of a machine."""
+        """Report measured values of a machine."""
         for name, value in figures.items():
             setattr(self.machines[machine_id], name, value)
         self.balancer.measured(self.machines[machine_id])
@@ -155,7 +155,7 @@ def test_a_balancer_that_is_not_installed_is_told_with_those_that_are() -> None:
 
 
 class PlacingInAnyOrder(RuleBasedStateMachine):
-    """Whatever comes and goes, the balancers know what is where."""
+    """After any sequence of events, the balancers agree with the actual placements."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""The master as a pure state machine."""
+"""Tests of the master as a pure state machine."""
 
 import contextlib
 from collections.abc import Sequence
@@ -227,7 +227,7 @@ def test_closing_a_place_ends_its_container(master: Master) -> None:
 
 
 class MasterMachine(RuleBasedStateMachine):
-    """Whatever happens, in whatever order, the books are right."""
+    """After any sequence of events, the master's counts are correct."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""What administrators do with machines: drained, limited, labelled, removed."""
+"""Tests of machine administration: draining, limits, labels and removal."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -18,7 +18,7 @@ from tests.support.engine.placing import machine
 from tests.support.engine.specs import robot_request
 
 DRAINING = MachineSettings(draining=True)
-GONE = Unavailable("it ended with status 0")
+GONE = Unavailable("it exited with status 0")
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def leaves(orders: Sequence[Order]) -> list[str]:
 
 
 def run(master: Master, robot: str, **fields: Any) -> str:
-    """Open a place and let its container be ready; return the container."""
+    """Open a place and make its container ready; return the container."""
     container = started(master.open(robot_request(robot, **fields))).spec.id
     master.container_ready(container, 42)
     return container
@@ -48,7 +48,7 @@ def on(master: Master, machine_id: str) -> set[str]:
     return set(master.machines[machine_id].containers)
 
 
-# -- drained -----------------------------------------------------------------------------------------------------------
+# -- draining ----------------------------------------------------------------------------------------------------------
 
 
 def test_a_container_of_a_drained_machine_leaves_and_goes_on_elsewhere_when_it_is_gone(master: Master) -> None:
@@ -198,7 +198,7 @@ def test_who_asks_for_labels_gets_a_machine_that_has_them(balancer: Any) -> None
 def test_labels_that_no_machine_has_are_told_with_the_machine_that_fits_best(master: Master) -> None:
     master.configure("m1", MachineSettings({"zone": "a"}))
     master.machine_joined(machine("m2"))
-    with pytest.raises(Unavailable, match="'m1' fits best, and lacks gpu=yes"):
+    with pytest.raises(Unavailable, match="'m1' is closest, but lacks gpu=yes"):
         master.open(robot_request("r1", labels={"zone": "a", "gpu": "yes"}))
     assert master.places == {}
 
@@ -206,7 +206,7 @@ def test_labels_that_no_machine_has_are_told_with_the_machine_that_fits_best(mas
 def test_a_full_machine_with_the_labels_is_told_to_be_full(master: Master) -> None:
     master.configure("m1", MachineSettings({"zone": "a"}, max_containers=0))
     master.machine_joined(machine("m2"))
-    with pytest.raises(Unavailable, match="no machine labelled zone=a has room"):
+    with pytest.raises(Unavailable, match="no machine with labels zone=a has room"):
         master.open(robot_request("r1", labels={"zone": "a"}))
 
 
@@ -225,7 +225,7 @@ def test_planning_with_labels_is_a_place_of_its_own(master: Master) -> None:
     assert started(master.open(anywhere)).place != started(master.open(there)).place
 
 
-# -- removed -----------------------------------------------------------------------------------------------------------
+# -- removal -----------------------------------------------------------------------------------------------------------
 
 
 def test_a_machine_is_removed_when_it_is_empty_and_let_in_when_it_is_admitted(master: Master) -> None:
@@ -242,14 +242,14 @@ def test_a_machine_is_removed_when_it_is_empty_and_let_in_when_it_is_admitted(ma
 def test_one_that_carries_something_is_removed_by_force_only(master: Master) -> None:
     run(master, "r1")
     master.machine_joined(machine("m2"))
-    with pytest.raises(Conflict, match="carries 1 container"):
+    with pytest.raises(Conflict, match="runs 1 container"):
         master.remove("m1")
     assert started(master.remove("m1", force=True)).machine == "m2"
     with pytest.raises(NotFound):
         master.remove("m1", force=True)
 
 
-# -- how far -----------------------------------------------------------------------------------------------------------
+# -- round trips -------------------------------------------------------------------------------------------------------
 
 
 def test_a_robot_goes_where_it_was_near_and_its_machine_forgets_it_with_its_container() -> None:

@@ -1,4 +1,4 @@
-"""Why no machine takes a container."""
+"""Tests of the texts that explain why no machine has room."""
 
 from engine.master.placement_diagnostics import why_none
 from tests.support.engine.placing import machine
@@ -16,7 +16,7 @@ def test_the_machine_that_lacks_least_is_named() -> None:
         for name, labels in (("m1", {}), ("m2", {"a": "1", "b": "2"}), ("m3", {"a": "1"}))
     }
     why = why_none(robot_request(labels={"a": "1", "b": "2", "c": "3"}), machines)
-    assert why == "no machine is labelled a=1, b=2, c=3; 'm2' fits best, and lacks c=3"
+    assert why == "no machine has the labels a=1, b=2, c=3; 'm2' is closest, but lacks c=3"
 
 
 def test_a_label_of_another_value_is_lacked() -> None:

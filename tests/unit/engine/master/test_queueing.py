@@ -1,4 +1,4 @@
-"""The queue of those who would rather wait than be refused."""
+"""Tests of the queue of requests that wait for a container."""
 
 import pytest
 
@@ -33,7 +33,7 @@ def master(quotas: Quotas) -> Master:
 
 @pytest.fixture
 def queue(master: Master, quotas: Quotas) -> Queue:
-    """Return a queue before a machine that has no room left."""
+    """Return a queue in front of a machine without free room."""
     made = Queue(quotas)
     for number in range(4):
         assert made.open(request(f"full{number}", "zoe"), master.open)
@@ -106,11 +106,11 @@ def test_who_goes_leaves_the_queue(master: Master, queue: Queue) -> None:
 def test_the_queue_is_bounded_for_each_user_and_for_all(master: Master, queue: Queue) -> None:
     for number in range(MAX_QUEUED):
         queue.open(request("r", f"u{number // MAX_QUEUED_OF_USER}-{number}"), master.open)
-    with pytest.raises(QuotaExceeded, match=f"{MAX_QUEUED} wait already"):
+    with pytest.raises(QuotaExceeded, match=f"it holds {MAX_QUEUED} of at most {MAX_QUEUED}"):
         queue.open(request("r", "late"), master.open)
     for number in range(MAX_QUEUED - MAX_QUEUED_OF_USER):
         queue.remove(f"robot:u{number // MAX_QUEUED_OF_USER}-{number}/r")
     for number in range(MAX_QUEUED_OF_USER):
         queue.open(request(f"r{number}", "greedy"), master.open)
-    with pytest.raises(QuotaExceeded, match=f"{MAX_QUEUED_OF_USER} of them of user 'greedy'"):
+    with pytest.raises(QuotaExceeded, match=f"{MAX_QUEUED_OF_USER} of at most {MAX_QUEUED_OF_USER} of user 'greedy'"):
         queue.open(request("one more", "greedy"), master.open)

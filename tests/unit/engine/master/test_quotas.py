@@ -1,4 +1,4 @@
-"""What each user may have, and what is used of it."""
+"""Tests of quotas: limits and usage of users."""
 
 import pytest
 from hypothesis import given

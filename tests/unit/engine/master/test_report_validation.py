@@ -1,4 +1,4 @@
-"""What a machine says of itself is believed only as far as it can be true."""
+"""Tests of the validation of machine reports."""
 
 import math
 from typing import Any
@@ -72,5 +72,5 @@ def test_a_machine_may_use_all_it_has() -> None:
     ids=str,
 )
 def test_a_machine_that_uses_what_it_has_not_is_told_so(heartbeat: Heartbeat) -> None:
-    with pytest.raises(InvalidParameter, match="'m1' says"):
+    with pytest.raises(InvalidParameter, match="'m1' reports"):
         check_heartbeat(machine("m1"), heartbeat)

@@ -1,4 +1,4 @@
-"""Containers of another size, as the master counts them."""
+"""Tests of resizing: sizes of running containers, as the master counts them."""
 
 import pytest
 
@@ -29,7 +29,7 @@ def master(quotas: Quotas) -> Master:
 
 
 def ready(master: Master, name: str = "tb1", cores: float = 1.0) -> str:
-    """Open a place; return its container, which answers."""
+    """Open a place; return its container, which is ready."""
     [start] = master.open(request(name, cores))
     assert isinstance(start, Start)
     master.container_ready(start.spec.id, 77)
@@ -83,7 +83,7 @@ def test_more_than_the_machine_has_left_is_refused_with_what_is_left() -> None:
     master = Master(SameMap(), Quotas())
     master.machine_joined(Machine("m1", 2, 8 << 30, 1000))
     first, *_ = [ready(master, f"tb{number}", cores) for number, cores in enumerate([1.0, 2.0, 2.0, 2.0, 0.5])]
-    with pytest.raises(Unavailable, match=r"'m1' has 0\.5 cores left, and 0\.75 are wanted"):
+    with pytest.raises(Unavailable, match=r"'m1' has 0\.5 free cores, but 0\.75 more are needed"):
         master.resize(first, 1.75)
     assert master.resize(first, 1.5)
 

@@ -1,4 +1,4 @@
-"""Machines found without a look at each."""
+"""Tests of the room tree: it finds a machine with room without examining each."""
 
 from dataclasses import dataclass, field
 
@@ -13,7 +13,7 @@ from tests.support.engine.placing import machine, spec
 
 @dataclass
 class Twin:
-    """Looks at each."""
+    """Twin of `RoomTree` that examines every machine."""
 
     known: dict[str, tuple[Machine, float]] = field(default_factory=dict)
 
