@@ -81,8 +81,8 @@ class ClientCalls:
 
     def _begin(self, operation: CallService, service: str) -> None:
         kind = _request_type(self._place.service_type(service) or operation.type)
-        asked = operation.timeout or 0.0
-        timeout = min(asked, CALL_TIMEOUT) if asked > 0.0 else CALL_TIMEOUT
+        requested = operation.timeout or 0.0
+        timeout = min(requested, CALL_TIMEOUT) if requested > 0.0 else CALL_TIMEOUT
         number = next(self._numbers)
 
         def done(outcome: Outcome) -> None:

@@ -13,7 +13,7 @@ RETRY = 5.0
 """Time after which an unreachable store is queried again for the same map [s]; a query may take as long to fail."""
 
 
-class MapCache:
+class MapHeadCache:
     """Heads of recently requested maps; for use on one event loop.
 
     Parameters

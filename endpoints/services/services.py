@@ -6,7 +6,7 @@ from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.usage import Usage
 from endpoints.services.control_plane import ControlPlane
 from endpoints.services.installed_planners import InstalledPlanners
-from endpoints.services.map_cache import MapCache
+from endpoints.services.map_cache import MapHeadCache
 from endpoints.services.plan_writer import PlanWriter
 from endpoints.services.request_limits import RequestLimits
 from endpoints.services.store_health import StoreHealthCheck
@@ -24,6 +24,6 @@ class Services:
     limits: RequestLimits = field(default_factory=RequestLimits)
     health: StoreHealthCheck = field(default_factory=StoreHealthCheck)
     plan_writer: PlanWriter = field(default_factory=PlanWriter)
-    map_cache: MapCache = field(default_factory=MapCache)
+    map_cache: MapHeadCache = field(default_factory=MapHeadCache)
     usage: Usage = field(default_factory=Usage)
     planners: InstalledPlanners = field(default_factory=InstalledPlanners)

@@ -4,7 +4,7 @@ import re
 
 from endpoints.accounts.token_cache import TokenCache
 from endpoints.cli import store as command
-from endpoints.services.map_cache import MapCache
+from endpoints.services.map_cache import MapHeadCache
 from robots.cli.command_parser import CommandParser
 from storage.cassandra.connection.address import CONSISTENCIES, PORT, SETTINGS, parse_address
 from storage.cassandra.plans.entries import GRACE
@@ -27,7 +27,7 @@ def test_the_url_says_all_that_can_be_said() -> None:
 def test_the_numbers_are_those_of_the_code() -> None:
     assert f"written for {GRACE / 3600:g} h" in PAGE
     assert f"{MAX_BYTES >> 20} MiB" in PAGE
-    for kept in (TokenCache(), MapCache()):
+    for kept in (TokenCache(), MapHeadCache()):
         assert f"within {kept._patience / 3600:g} h" in PAGE
     decision = " ".join(text_of("docs/adr/0020-cassandra-without-transactions.md").split())
     assert f"at most {PLANS_PER_CELL} plans" in decision

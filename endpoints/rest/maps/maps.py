@@ -66,13 +66,13 @@ async def change_map(
 ) -> MapSummary:
     """Change the readers or the description of a map by a JSON merge patch (RFC 7396); its files stay unchanged."""
     await _owned_head(services, user, map_id)
-    said: dict[str, Any] = change.model_dump(exclude_unset=True)
-    if "readers" in said:
-        said["readers"] = tuple(dict.fromkeys(said["readers"] or ()))
-    if "description" in said:
-        said["description"] = said["description"] or ""
+    fields: dict[str, Any] = change.model_dump(exclude_unset=True)
+    if "readers" in fields:
+        fields["readers"] = tuple(dict.fromkeys(fields["readers"] or ()))
+    if "description" in fields:
+        fields["description"] = fields["description"] or ""
     with _invalidate(services, map_id):
-        return MapSummary.of(await run_in_threadpool(services.map_store.change_map, map_id, **said))
+        return MapSummary.of(await run_in_threadpool(services.map_store.change_map, map_id, **fields))
 
 
 @router.post("/{map_id}/roll_back", response_model=MapSummary, responses=KNOWN | BODY | problems(403, 404, 409))
@@ -81,9 +81,9 @@ async def roll_back_map(
 ) -> MapSummary:
     """Make an earlier version of a map the current one again; this adds an entry to its versions."""
     head = await _owned_head(services, user, map_id)
-    said = Publication(map_id, user.id, epoch(), wanted.message, head.owner, if_match=_version(if_match))
+    publication = Publication(map_id, user.id, epoch(), wanted.message, head.owner, if_match=_version(if_match))
     with _invalidate(services, map_id):
-        return MapSummary.of(await run_in_threadpool(services.map_store.roll_back, wanted.version, said))
+        return MapSummary.of(await run_in_threadpool(services.map_store.roll_back, wanted.version, publication))
 
 
 @router.delete("/{map_id}", status_code=204, responses=KNOWN | problems(403, 404, 409))
@@ -127,7 +127,7 @@ async def _owned_head(services: Services, user: User, map_id: str) -> MapRecord:
 
 def _publish(services: Services, user: User, form: MapForm, upload: StagedUpload, if_match: str | None) -> MapAnswer:
     info = check_contents(upload)
-    said = Publication(
+    publication = Publication(
         form.id,
         user.id,
         epoch(),
@@ -138,7 +138,7 @@ def _publish(services: Services, user: User, form: MapForm, upload: StagedUpload
         _version(if_match),
     )
     with services.usage.new_map(services.map_store, services.cloud.quotas, user.id, form.id):
-        return MapAnswer.of(services.map_store.publish(upload, said), **info)
+        return MapAnswer.of(services.map_store.publish(upload, publication), **info)
 
 
 def _owner(services: Services, user: User, map_id: str) -> str:

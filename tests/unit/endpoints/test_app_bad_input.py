@@ -210,7 +210,7 @@ async def test_a_disk_without_room_for_an_upload_is_unavailable(
 
     monkeypatch.setattr(staged_uploads.os, "fsync", on_a_full_disk)
     large = RequestLimits(max_upload=8 << 20)
-    object.__setattr__(services, "settings", large)
+    object.__setattr__(services, "limits", large)
     transport = httpx.ASGITransport(create_app(services))
     headers = await log_in("ann")
     async with httpx.AsyncClient(transport=transport, base_url="http://cloud") as client:

@@ -49,13 +49,13 @@ async def test_robots_wait_are_told_their_positions_and_are_served_in_turn(crowd
         assert frame["msg"] == "queued: position 1 in the queue"
         assert (await told(third))["msg"] == "queued: position 2 in the queue"
         await first.close()
-        assert (await told(second))["msg"] == "queued: it is this robot's turn: its container starts"
+        assert (await told(second))["msg"] == "queued: the robot left the queue: its container starts"
         assert (await told(third))["msg"] == "queued: position 1 in the queue"
         assert isinstance(await crowded.machine.order(), StopContainer)
         container = await crowded.machine.boot(await crowded.machine.started())
         assert crowded.service.place("robot:ann/tb2") is not None
         limit(crowded, 2)
-        assert "turn" in (await told(third))["msg"]
+        assert "left the queue" in (await told(third))["msg"]
         other = await crowded.machine.boot(await crowded.machine.started())
         for booted in (container, other):
             await booted.stream.close()

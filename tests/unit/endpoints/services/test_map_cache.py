@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from endpoints.services.map_cache import MapCache
+from endpoints.services.map_cache import MapHeadCache
 from ppaas.clock import ManualClock
 from ppaas.errors import NotFound, Unavailable
 from storage.memory.maps import MemoryMapStore
@@ -41,14 +41,14 @@ def publish(store: Counting, map_id: str = "house", description: str = "") -> No
 
 async def test_a_map_is_looked_up_once(store: Counting) -> None:
     publish(store)
-    heads = MapCache()
+    heads = MapHeadCache()
     assert (await heads.head(store, "house")).owner == "ann"
     assert (await heads.head(store, "house")).owner == "ann"
     assert store.asked == 1
 
 
 async def test_what_is_not_there_is_not_remembered_as_such(store: Counting) -> None:
-    heads = MapCache()
+    heads = MapHeadCache()
     with pytest.raises(NotFound):
         await heads.head(store, "house")
     publish(store)
@@ -57,7 +57,7 @@ async def test_what_is_not_there_is_not_remembered_as_such(store: Counting) -> N
 
 async def test_a_map_that_changed_is_looked_up_anew(store: Counting) -> None:
     publish(store)
-    heads = MapCache()
+    heads = MapHeadCache()
     await heads.head(store, "house")
     publish(store, description="painted")
     heads.forget("house")
@@ -66,7 +66,7 @@ async def test_a_map_that_changed_is_looked_up_anew(store: Counting) -> None:
 
 async def test_what_was_read_while_it_changed_is_not_believed(store: Counting) -> None:
     publish(store)
-    heads = MapCache()
+    heads = MapHeadCache()
     store.go_on.clear()
     reading = asyncio.create_task(heads.head(store, "house"))
     assert await asyncio.to_thread(store.begun.wait, 10.0)
@@ -80,7 +80,7 @@ async def test_what_was_read_while_it_changed_is_not_believed(store: Counting) -
 async def test_what_another_process_changed_is_seen_after_a_while(store: Counting) -> None:
     publish(store)
     now = 100.0
-    heads = MapCache(lifetime=30.0, clock=lambda: now)
+    heads = MapHeadCache(lifetime=30.0, clock=lambda: now)
     await heads.head(store, "house")
     publish(store, description="painted")
     now = 129.0
@@ -90,7 +90,7 @@ async def test_what_another_process_changed_is_seen_after_a_while(store: Countin
 
 
 async def test_the_map_that_was_unused_for_longest_is_forgotten_first(store: Counting) -> None:
-    heads = MapCache(size=2)
+    heads = MapHeadCache(size=2)
     for map_id in ("a", "b", "a", "c", "a", "b"):
         if map_id not in {head.id for head in store.maps()}:
             publish(store, map_id)
@@ -101,7 +101,7 @@ async def test_the_map_that_was_unused_for_longest_is_forgotten_first(store: Cou
 async def test_while_the_store_is_away_a_map_is_as_it_was_of_late(store: Counting) -> None:
     clock, away = ManualClock(0.0), Away()
     publish(store)
-    heads = MapCache(clock=clock, lifetime=30.0, patience=100.0)
+    heads = MapHeadCache(clock=clock, lifetime=30.0, patience=100.0)
     head = await heads.head(store, "house")
     for now, asked in ((31.0, 1), (35.0, 1), (37.0, 2)):
         clock.now = now
