@@ -1,4 +1,4 @@
-"""``ppaas bench barn``: a local planner drives a Jackal through the worlds of the BARN benchmark."""
+"""``ppaas bench barn``: drives a Jackal by a local planner through the worlds of the BARN benchmark."""
 
 import argparse
 import os
@@ -13,36 +13,40 @@ if TYPE_CHECKING:
 
     from benchmarks.navigation.barn.run import BarnResult
 
-HELP = "a robot without a map among cylinders: how often it arrives, how soon, and how near it comes to them"
+HELP = "a robot without a map among cylinders: success rate, time, and clearance"
 
 MOST_RUNS, MOST_JOBS, MOST_RADIUS = 10_000, 1_024, 1.0
 WORST = 5
-"""Worlds that the table for people names."""
+"""Number of the worst worlds that the table lists."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument("file", type=Path, metavar="WORLDS.json")
-    parser.add_argument("--runs", type=whole(most=MOST_RUNS), default=10, metavar="N", help="a world (%(default)s)")
+    parser.add_argument(
+        "--runs", type=whole(most=MOST_RUNS), default=10, metavar="N", help="runs of each world (%(default)s)"
+    )
     parser.add_argument("--seed", type=whole(least=0), default=0, metavar="N",
-                        help="the same seed makes the same runs (%(default)s)")  # fmt: skip
+                        help="seed of all noise; equal seeds give equal runs (%(default)s)")  # fmt: skip
     parser.add_argument("--planner", default="mppi", metavar="NAME", help="local planner (%(default)s)")
     parser.add_argument("--noise", choices=("none", "nominal", "hard"), default="nominal",
-                        help="of sensors and motors (%(default)s)")  # fmt: skip
-    parser.add_argument("--radius", type=above_zero(MOST_RADIUS), metavar="M", help="of the cylinders (the file's)")
-    parser.add_argument("--worlds", type=_numbers, default=(), metavar="3,9", help="by their numbers (all)")
+                        help="noise of sensors and motors (%(default)s)")  # fmt: skip
+    parser.add_argument(
+        "--radius", type=above_zero(MOST_RADIUS), metavar="M", help="radius of the cylinders (that of the file)"
+    )
+    parser.add_argument("--worlds", type=_numbers, default=(), metavar="3,9", help="numbers of worlds (all)")
     parser.add_argument("--jobs", type=whole(most=MOST_JOBS), default=os.cpu_count() or 1, metavar="N",
-                        help="processes (%(default)s)")  # fmt: skip
+                        help="number of processes (%(default)s)")  # fmt: skip
     parser.add_argument("--picture", type=Path, metavar="OUT.png", help="draw the first run of the first world")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
-    """Return what all runs come to, and rows for people."""
+    """Return the summary of all runs, and its table."""
     from benchmarks.navigation.barn import suite  # noqa: PLC0415
     from benchmarks.navigation.barn.worlds import read_worlds  # noqa: PLC0415
     from ppaas.controllers.registry import CONTROLLERS  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
-    CONTROLLERS.load(arguments.planner)  # a name that nobody has is told before any process is begun
+    CONTROLLERS.load(arguments.planner)  # report an unknown name before any process is started
     worlds = read_worlds(arguments.file, arguments.worlds, arguments.radius)
     options = suite.BarnOptions(arguments.runs, arguments.planner, arguments.noise, arguments.seed, arguments.jobs)
     if arguments.picture is not None:
@@ -61,7 +65,7 @@ def _draw(path: Path, job: Any) -> None:
 
 
 def _rows(results: "list[BarnResult]") -> list[dict[str, str]]:
-    """Return a row for all, and one for each of the worlds that scored worst."""
+    """Return a row for all runs, and one for each of the worst worlds."""
     from benchmarks.navigation.barn.suite import summary  # noqa: PLC0415
 
     of: dict[int, list[BarnResult]] = {}
@@ -86,5 +90,5 @@ def _row(name: str, told: dict[str, Any]) -> dict[str, str]:
 
 def _numbers(text: str) -> tuple[int, ...]:
     if not all(number.isdecimal() for number in text.split(",")):
-        raise argparse.ArgumentTypeError(f"worlds are whole numbers, not {text!r}")
+        raise argparse.ArgumentTypeError(f"worlds must be whole numbers separated by commas, not {text!r}")
     return tuple(dict.fromkeys(map(int, text.split(","))))

@@ -1,4 +1,4 @@
-"""``ppaas bench chaos``: processes of a cloud are killed and stopped at random while robots drive in it."""
+"""``ppaas bench chaos``: kills and stops random processes of a cloud while robots drive."""
 
 import argparse
 from typing import TYPE_CHECKING
@@ -11,7 +11,7 @@ from robots.cli.output import table
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "kill and stop processes of a cloud at random under driving robots: what is lost, or left behind"
+HELP = "kill and stop random processes of a cloud while robots drive: reports losses and leftovers"
 
 MOST_ROBOTS, MOST_MACHINES = 32, 8
 LONGEST = 24 * 60.0
@@ -20,27 +20,29 @@ LONGEST = 24 * 60.0
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument("--minutes", type=above_zero(LONGEST), default=10.0, metavar="N",
-                        help="of faults (%(default)s)")  # fmt: skip
-    parser.add_argument("--robots", type=whole(most=MOST_ROBOTS), default=10, metavar="N", help="(%(default)s)")
+                        help="duration of the faults (%(default)s)")  # fmt: skip
+    parser.add_argument(
+        "--robots", type=whole(most=MOST_ROBOTS), default=10, metavar="N", help="number of robots (%(default)s)"
+    )
     parser.add_argument(
         "--machines",
         type=whole(most=MOST_MACHINES),
         default=3,
         metavar="N",
-        help="the cloud's own included (%(default)s)",
+        help="number of machines, the cloud's local one included (%(default)s)",
     )
     parser.add_argument(
         "--every",
         type=above_zero(600.0),
         default=5.0,
         metavar="SECONDS",
-        help="between faults, on average (%(default)s)",
+        help="mean time between faults (%(default)s)",
     )
-    parser.add_argument("--seed", type=int, default=1, help="the same seed does the same faults (%(default)s)")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the faults (%(default)s)")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
-    """Run it; the exit status is 1 where something is wrong."""
+    """Run the bench; the exit status is 1 if it found errors."""
     import msgspec  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
     from benchmarks.chaos.run import ChaosOptions, run  # noqa: PLC0415

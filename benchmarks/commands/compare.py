@@ -1,4 +1,4 @@
-"""``ppaas bench compare``: measures our planners beside packages of others on the same grid."""
+"""``ppaas bench compare``: compares our planners with packages from PyPI on the same grid."""
 
 import argparse
 from typing import TYPE_CHECKING
@@ -17,7 +17,7 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "the same grid by the peers that are installed from PyPI"
+HELP = "our planners and installed packages from PyPI on the same grid"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -25,7 +25,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_grid_arguments(parser)
     add_goal_argument(parser)
     add_threads_argument(parser)
-    parser.add_argument("--only", action="append", metavar="PACKAGE", help="a peer; all that are installed")
+    parser.add_argument(
+        "--only", action="append", metavar="PACKAGE", help="package to compare with (all that are installed)"
+    )
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:

@@ -1,4 +1,4 @@
-"""``ppaas bench control``: how long each local planner takes for a control cycle."""
+"""``ppaas bench control``: computing time of the control cycles of local planners."""
 
 import argparse
 from pathlib import Path
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from benchmarks.navigation.control_cycles import Cycles
 
-HELP = "how long each local planner takes for a control cycle, on the way to the same goals"
+HELP = "computing time of the control cycles of each local planner, on the way to the same goals"
 
 MOST_GOALS, MOST_THREADS = 1_000, 1_024
 
@@ -22,15 +22,23 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--planner", action="append", default=[], metavar="NAME", help="local planner (all)")
     parser.add_argument("--map", default="office", metavar="NAME|FILE",
                         help="office, warehouse, a YAML file, or the PGM of a costmap (%(default)s)")  # fmt: skip
-    parser.add_argument("--goals", type=whole(most=MOST_GOALS), default=10, metavar="N", help="(%(default)s)")
+    parser.add_argument(
+        "--goals", type=whole(most=MOST_GOALS), default=10, metavar="N", help="number of goals (%(default)s)"
+    )
     parser.add_argument("--seed", type=whole(least=0), default=0, metavar="N",
-                        help="the same seed chooses the same goals (%(default)s)")  # fmt: skip
-    parser.add_argument("--threads", type=whole(most=MOST_THREADS), default=1, metavar="N", help="(%(default)s)")
+                        help="seed of the goals (%(default)s)")  # fmt: skip
+    parser.add_argument(
+        "--threads",
+        type=whole(most=MOST_THREADS),
+        default=1,
+        metavar="N",
+        help="largest number of threads (%(default)s)",
+    )
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the times of all cycles")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
-    """Return what was measured, and rows for people."""
+    """Return the results, and their table."""
     from benchmarks.harness.maps import read_map  # noqa: PLC0415
     from benchmarks.navigation import control_cycles as cycles  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
@@ -52,7 +60,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
 
 
 def _draw(path: Path, told: "list[Cycles]") -> None:
-    """Draw for each planner which part of its cycles takes no longer than so many ms."""
+    """Draw the percentiles of the times of each planner's cycles."""
     import numpy as np  # noqa: PLC0415
 
     from robots.pictures.line_chart import Axis, Line, write_chart  # noqa: PLC0415
@@ -63,5 +71,5 @@ def _draw(path: Path, told: "list[Cycles]") -> None:
         for cycles in told
     ]
     write_chart(
-        path, "Control cycles", lines, Axis("part of all cycles [%]"), Axis("takes up to [ms]", logarithmic=True)
+        path, "Control cycles", lines, Axis("share of all cycles [%]"), Axis("take at most [ms]", logarithmic=True)
     )

@@ -1,4 +1,4 @@
-"""``ppaas bench field``: how long the field of costs around a goal takes on one grid."""
+"""``ppaas bench field``: time of the full cost field of a goal on one grid."""
 
 import argparse
 import math
@@ -23,10 +23,10 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "the full field of costs from one goal"
+HELP = "the full cost field of one goal"
 
 LONGEST_PAUSE = 60.0
-"""Between two fields [s]."""
+"""Longest pause between two fields [s]."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -36,12 +36,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_threads_argument(parser)
     parser.add_argument("--plot", type=Path, metavar="OUT.png",
                         help="draw the planning time over the path length, by number of threads")  # fmt: skip
-    parser.add_argument("--beside", type=_names, default=[], metavar="A,B", help="navfn, or packages of peers")
-    parser.add_argument("--pause", type=_pause, metavar="S", help="tell what a field takes that long after another")
+    parser.add_argument(
+        "--beside",
+        type=_names,
+        default=[],
+        metavar="A,B",
+        help="implementations to compare with: navfn, or packages from PyPI",
+    )
+    parser.add_argument(
+        "--pause", type=_pause, metavar="S", help="also measure fields with this pause [s] between them"
+    )
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
-    """Measure, and draw where that is asked for."""
+    """Measure, and draw the chart if it is requested."""
     from benchmarks.planners import field, path_lengths, tables  # noqa: PLC0415 - ``ppaas bench --help`` loads this
     from benchmarks.planners.peers import beside  # noqa: PLC0415
 
@@ -64,7 +72,7 @@ def _pause(text: str) -> float:
     except ValueError:
         seconds = math.nan
     if not 0.0 <= seconds <= LONGEST_PAUSE:
-        raise InvalidParameter(f"a pause is 0 to {LONGEST_PAUSE:g} s long, not {text!r}")
+        raise InvalidParameter(f"--pause must be 0 to {LONGEST_PAUSE:g} seconds, not {text!r}")
     return seconds
 
 

@@ -1,4 +1,4 @@
-"""``ppaas bench fig3``: how the time of a plan grows with the length of its path."""
+"""``ppaas bench fig3``: planning time over path length, as in Fig. 3 of the paper."""
 
 import argparse
 from pathlib import Path
@@ -11,18 +11,18 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "time over length of the path: one thread here, a container of many cores, and navfn"
+HELP = "planning time over path length: threads of this process, a container of several cores, and navfn"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the planning time over the path length")
-    parser.add_argument("--map", type=Path, help="YAML file or MovingAI map (a warehouse of 120 by 80 m)")
-    parser.add_argument("--cores", type=int, default=2, help="of the container (%(default)s)")
+    parser.add_argument("--map", type=Path, help="YAML file or MovingAI map (a generated warehouse of 120 by 80 m)")
+    parser.add_argument("--cores", type=int, default=2, help="cores of the container (%(default)s)")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
-    """Measure paths of all lengths, and draw where that is asked for."""
+    """Measure paths of all lengths, and draw the chart if it is requested."""
     import uvloop  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
     from benchmarks.planners import grids, path_lengths, tables  # noqa: PLC0415

@@ -1,4 +1,4 @@
-"""``ppaas bench goals``: a robot is sent to goals in a map in which people walk about."""
+"""``ppaas bench goals``: sends a simulated robot to goals in a map with pedestrians."""
 
 import argparse
 import os
@@ -13,38 +13,44 @@ if TYPE_CHECKING:
 
     from benchmarks.navigation.goals.run import GoalsJob
 
-HELP = "a robot among people who walk about: how many goals it comes to, and whom and what it touches"
+HELP = "a robot among pedestrians: reached goals, and contacts with people and walls"
 
 MOST_GOALS, MOST_PEOPLE, MOST_JOBS = 100_000, 1_000, 1_024
 TOUR = 10
-"""Goals that one robot is sent to, one after the other."""
+"""Number of consecutive goals of one robot."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument("--map", action="append", default=[], metavar="NAME|FILE",
                         help="office (the default), warehouse, a YAML file, or the PGM of a costmap; again for "
-                             "more")  # fmt: skip
+                        "more maps")  # fmt: skip
     parser.add_argument("--goals", type=whole(most=MOST_GOALS), default=100, metavar="N",
-                        help=f"in each map, {TOUR} of them for a robot, one after the other (%(default)s)")  # fmt: skip
+                        help=f"goals in each map, {TOUR} consecutive ones for each robot (%(default)s)")  # fmt: skip
     parser.add_argument("--people", type=whole(least=0, most=MOST_PEOPLE), default=10, metavar="N",
-                        help="who walk in each map (%(default)s)")  # fmt: skip
-    parser.add_argument("--planner", metavar="NAME", help="local planner (that of a robot whose file names none)")
-    parser.add_argument("--told", action="store_true", help="tell the robot where people are, on the topic people")
-    parser.add_argument("--set", action="append", default=[], metavar="NODE.NAME=VALUE", help="a parameter")
+                        help="pedestrians in each map (%(default)s)")  # fmt: skip
+    parser.add_argument("--planner", metavar="NAME", help="local planner (the default of robots)")
+    parser.add_argument(
+        "--told", action="store_true", help="publish the positions of people to the robot, on the topic people"
+    )
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NODE.NAME=VALUE", help="set a parameter of a node"
+    )
     parser.add_argument("--seed", type=whole(least=0), default=0, metavar="N",
-                        help="the same seed makes the same drives (%(default)s)")  # fmt: skip
+                        help="random seed; equal seeds give equal drives (%(default)s)")  # fmt: skip
     parser.add_argument("--jobs", type=whole(most=MOST_JOBS), default=os.cpu_count() or 1, metavar="N",
-                        help="processes (%(default)s)")  # fmt: skip
+                        help="number of processes (%(default)s)")  # fmt: skip
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the first drive in the first map")
-    parser.add_argument("--drive", type=whole(least=0), metavar="N", help="that robot alone, of each map, from 0 on")
+    parser.add_argument(
+        "--drive", type=whole(least=0), metavar="N", help="only the drive of this number in each map, from 0 on"
+    )
     parser.add_argument("--keep", type=Path, metavar="FILE",
-                        help="keep what comes of each drive, and count the same drive the next time as it was "
-                             "kept: so a long table is made in parts")  # fmt: skip
+                        help="store the result of each drive in a file, and do not repeat stored drives: so a long "
+                        "bench may be interrupted")  # fmt: skip
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
-    """Return what all goals come to, in each map and together, and rows for people."""
+    """Return the summaries of each map and of all goals, and their table."""
     from benchmarks.navigation.goals import suite  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
     jobs = _jobs(arguments)
@@ -60,12 +66,12 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
 
 
 def _jobs(arguments: argparse.Namespace) -> "list[GoalsJob]":
-    """Return a drive for each robot of each map.
+    """Return the drives of all robots in all maps.
 
     Raises
     ------
     NotFound, InvalidParameter
-        Of a plug-in or a parameter: told before any process is begun.
+        A plug-in or a parameter is unknown or invalid; raised before any process is started.
     """
     from benchmarks.harness.maps import read_map  # noqa: PLC0415
     from benchmarks.navigation.goals.run import GoalsJob, Trip  # noqa: PLC0415
@@ -92,7 +98,7 @@ def _jobs(arguments: argparse.Namespace) -> "list[GoalsJob]":
 
 
 def _parameter(text: str) -> tuple[str, str, Any]:
-    """Return node, name and value; a value that is no JSON is a word."""
+    """Return node, name and value; a value that is not JSON is a string."""
     import msgspec  # noqa: PLC0415
 
     from ppaas.errors import InvalidInput  # noqa: PLC0415
@@ -100,7 +106,7 @@ def _parameter(text: str) -> tuple[str, str, Any]:
     path, _, value = text.partition("=")
     node, _, name = path.rpartition(".")
     if not node or not value:
-        raise InvalidInput(f"a parameter is NODE.NAME=VALUE, such as amcl.max_particles=1000, not {text!r}")
+        raise InvalidInput(f"--set takes NODE.NAME=VALUE, such as amcl.max_particles=1000, not {text!r}")
     try:
         return node, name, msgspec.json.decode(value)
     except msgspec.DecodeError:
@@ -116,7 +122,7 @@ def _draw(path: Path, job: "GoalsJob") -> None:
 
 
 def _row(name: str, told: dict[str, Any]) -> dict[str, str]:
-    """Return what people are told of one map; reasons of failures are in the JSON."""
+    """Return the row of a map; reasons of failures are only in the JSON."""
     return {"map": name} | {
         key: "-" if value is None else f"{value:,}" for key, value in told.items() if key != "failures"
     }

@@ -1,4 +1,4 @@
-"""``ppaas bench index``: how long a planner takes to prepare a grid, and how right its answers are."""
+"""``ppaas bench index``: time to prepare a grid for a planner, and correctness of its answers."""
 
 import argparse
 from typing import TYPE_CHECKING
@@ -9,14 +9,14 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "an index of one grid, by number of threads, and how right its queries are"
+HELP = "the index of a grid: time to build it by number of threads, and correctness of queries"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     add_grid_arguments(parser)
     add_threads_argument(parser)
-    parser.add_argument("--planner", default="hub_labels", help="one that prepares a map (%(default)s)")
+    parser.add_argument("--planner", default="hub_labels", help="planner that prepares a map (%(default)s)")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:

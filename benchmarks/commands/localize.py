@@ -1,4 +1,4 @@
-"""``ppaas bench localize``: how well localization holds a robot and finds it again, and how long an update takes."""
+"""``ppaas bench localize``: accuracy and recovery of localization, and time of an update."""
 
 import argparse
 import os
@@ -12,9 +12,7 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = (
-    "a simulated robot whose odometry drifts: how far off localization is, how soon it finds a lost robot, update times"
-)
+HELP = "localization of a simulated robot or a recording: errors, distance until a lost robot is found, update times"
 
 MOST_RUNS, MOST_JOBS, MOST_METRES, MOST_PEOPLE = 10_000, 1_024, 100_000.0, 100
 
@@ -22,42 +20,44 @@ MOST_RUNS, MOST_JOBS, MOST_METRES, MOST_PEOPLE = 10_000, 1_024, 100_000.0, 100
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument("recording", type=Path, nargs="?", metavar="BAG|LOG",
-                        help="play this to localization: a bag of ROS, or a log of CARMEN; else simulate")  # fmt: skip
+                        help="recording to replay: a bag of ROS, or a log of CARMEN (a simulated robot)")  # fmt: skip
     parser.add_argument("--map", metavar="NAME|FILE",
-                        help="office (the default), warehouse, a YAML file, or the PGM of a costmap; of a recording "
-                             "that tells where its robot was, one is made of every other scan")  # fmt: skip
+                        help="office (the default), warehouse, a YAML file, or the PGM of a costmap; for a recording "
+                        "with true poses, a map is made of every other scan by default")  # fmt: skip
     parser.add_argument("--same", action="store_true",
-                        help="make the map of all scans of a recording, those too that are played")  # fmt: skip
+                        help="make the map of all scans of a recording, also of those that are replayed")  # fmt: skip
     parser.add_argument("--drift", type=above_zero(1.0), default=0.0, metavar="PART",
-                        help="add so much noise to the odometry of a recording, 0.02 for 2 %%")  # fmt: skip
-    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw what came of a recording")
-    parser.add_argument("--runs", type=whole(most=MOST_RUNS), default=20, metavar="N", help="(%(default)s)")
+                        help="relative noise to add to the odometry of a recording, 0.02 for 2 %%")  # fmt: skip
+    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the paths of a recording")
+    parser.add_argument(
+        "--runs", type=whole(most=MOST_RUNS), default=20, metavar="N", help="number of runs (%(default)s)"
+    )
     parser.add_argument("--metres", type=above_zero(MOST_METRES), default=200.0, metavar="M",
-                        help="a run (%(default)g)")  # fmt: skip
+                        help="distance of a run (%(default)g)")  # fmt: skip
     lost = parser.add_mutually_exclusive_group()
-    lost.add_argument("--kidnap", action="store_true", help="carry the robot off, and count metres from there")
-    lost.add_argument("--global", action="store_true", dest="anywhere", help="do not say where the robot starts")
+    lost.add_argument("--kidnap", action="store_true", help="kidnap the robot, and count metres from there")
+    lost.add_argument("--global", action="store_true", dest="anywhere", help="start with an unknown pose")
     lost.add_argument("--jam", type=whole(most=MOST_PEOPLE), default=0, metavar="PEOPLE",
-                      help="have people crowd around the robot for 80 s, and count metres from there")  # fmt: skip
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a parameter of amcl")
+                      help="crowd PEOPLE around the robot for 80 s, and count metres from there")  # fmt: skip
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="set a parameter of amcl")
     parser.add_argument("--seed", type=whole(least=0), default=0, metavar="N",
-                        help="the same seed makes the same runs (%(default)s)")  # fmt: skip
+                        help="random seed; equal seeds give equal runs (%(default)s)")  # fmt: skip
     parser.add_argument("--jobs", type=whole(most=MOST_JOBS), default=os.cpu_count() or 1, metavar="N",
-                        help="processes (%(default)s)")  # fmt: skip
+                        help="number of processes (%(default)s)")  # fmt: skip
     parser.add_argument("--update", action="store_true", help="measure the time of one update instead")
     parser.add_argument("--particles", type=_numbers, default=(2_000, 20_000), metavar="2000,20000")
     parser.add_argument("--threads", type=_numbers, default=(1, 2), metavar="1,2")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
-    """Return what was measured, and rows for people."""
+    """Return the results, and their table."""
     from benchmarks.harness.maps import read_map  # noqa: PLC0415 - so here and below: ``ppaas bench --help`` loads this
 
     if arguments.recording is not None:
         told = _play(arguments, progress)
         return Measured(told, [_texts(told)])
     if arguments.plot is not None or arguments.drift or arguments.same:
-        raise InvalidInput("--plot, --drift and --same are for a recording: give a bag or a log")
+        raise InvalidInput("--plot, --drift and --same are only for a recording: give a bag or a log")
     arguments.map = arguments.map or "office"
     grid = read_map(arguments.map)
     if arguments.update:
@@ -78,7 +78,7 @@ def _drive(arguments: argparse.Namespace, grid: Any, progress: "Progress") -> di
     asked: dict[Kind, Any] = {"kidnap": arguments.kidnap, "global": arguments.anywhere, "jam": arguments.jam}
     kind: Kind = next((kind for kind, wanted in asked.items() if wanted), "track")
     parameters = dict(map(_parameter, arguments.set))
-    read_parameters(AmclParameters, "amcl", parameters)  # what cannot be set is told before any process is begun
+    read_parameters(AmclParameters, "amcl", parameters)  # report errors before any process is started
     given = (grid, kind, arguments.metres, parameters, arguments.seed)
     jobs = [LocalizationJob(*given, run, arguments.jam) for run in range(arguments.runs)]
     task = progress.add_task(f"{kind} in {arguments.map}", total=len(jobs))
@@ -95,7 +95,7 @@ def _play(arguments: argparse.Namespace, progress: "Progress") -> dict[str, Any]
     from benchmarks.localization.recording import drifting  # noqa: PLC0415
 
     if arguments.kidnap or arguments.jam or arguments.update:
-        raise InvalidInput("--kidnap, --jam and --update are not for a recording")
+        raise InvalidInput("--kidnap, --jam and --update cannot be used with a recording")
     if arguments.plot is not None:
         from robots.pictures.figure_file import check_figure  # noqa: PLC0415
 
@@ -104,7 +104,7 @@ def _play(arguments: argparse.Namespace, progress: "Progress") -> dict[str, Any]
     looks = recording.looks
     whole_drive = arguments.map is not None or arguments.same
     grid = read_map(arguments.map) if arguments.map else map_of(looks if whole_drive else looks[::2], recording.laser)
-    # What a map is made of is not asked about.
+    # Scans of which the map is made are not replayed.
     scans = range(len(looks)) if whole_drive else range(1, len(looks), 2)
     task = progress.add_task(f"play {arguments.recording}", total=len(looks))
     played = replay.play(
@@ -125,7 +125,7 @@ def _texts(row: dict[str, Any]) -> dict[str, str]:
 
 
 def _parameter(text: str) -> tuple[str, Any]:
-    """Return name and value; a value that is no JSON is a word."""
+    """Return name and value; a value that is not JSON is a string."""
     import msgspec  # noqa: PLC0415
 
     name, _, value = text.partition("=")

@@ -1,4 +1,4 @@
-"""``ppaas bench placement``: balancers side by side."""
+"""``ppaas bench placement``: comparison of balancers."""
 
 import argparse
 from pathlib import Path
@@ -10,26 +10,39 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "which machines balancers choose for the same robots: traffic between machines, rejections, balance"
+HELP = "balancers with the same robots: traffic between machines, rejected containers, balance of the load"
 
 MOST_ROBOTS, MOST_MACHINES = 10_000_000, 100_000
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
-    parser.add_argument("--robots", type=whole(most=MOST_ROBOTS), default=20_000, metavar="N", help="(%(default)s)")
-    parser.add_argument("--machines", type=whole(most=MOST_MACHINES), default=500, metavar="N", help="(%(default)s)")
+    parser.add_argument(
+        "--robots", type=whole(most=MOST_ROBOTS), default=20_000, metavar="N", help="number of robots (%(default)s)"
+    )
+    parser.add_argument(
+        "--machines", type=whole(most=MOST_MACHINES), default=500, metavar="N", help="number of machines (%(default)s)"
+    )
     parser.add_argument(
         "--cores", type=whole(most=1024), default=8, metavar="N", help="CPUs of a machine (%(default)s)"
     )
-    parser.add_argument("--maps", type=whole(most=MOST_ROBOTS), default=1000, metavar="N", help="(%(default)s)")
-    parser.add_argument("--seed", type=int, default=1, help="the same seed makes the same robots (%(default)s)")
-    parser.add_argument("--arrivals", type=Path, metavar="FILE", help="recorded: {at, robot, map, cores, stays} a line")
-    parser.add_argument("--balancer", action="append", metavar="NAME", help="one of those installed (all)")
+    parser.add_argument(
+        "--maps", type=whole(most=MOST_ROBOTS), default=1000, metavar="N", help="number of maps (%(default)s)"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="seed of the robots (%(default)s)")
+    parser.add_argument(
+        "--arrivals",
+        type=Path,
+        metavar="FILE",
+        help="recorded arrivals, a JSON object {at, robot, map, cores, stays} a line",
+    )
+    parser.add_argument(
+        "--balancer", action="append", metavar="NAME", help="balancer, again for more (all installed ones)"
+    )
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
-    """Return what was measured, and rows of it for people."""
+    """Return the results, and their table."""
     from benchmarks.placement import balancers  # noqa: PLC0415 - ``ppaas bench --help`` loads this
     from engine.master.balancers.registry import BALANCERS  # noqa: PLC0415
 

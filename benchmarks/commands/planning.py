@@ -1,4 +1,4 @@
-"""``ppaas bench planning``: how long maps take to be prepared, depth images to be read, and paths to be planned."""
+"""``ppaas bench planning``: time to prepare maps, to convert depth images to scans, and to plan paths."""
 
 import argparse
 from typing import TYPE_CHECKING
@@ -8,12 +8,12 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "preparing maps, making scans of depth images, and planning paths, without a cloud"
+HELP = "preparation of maps, scans from depth images, and planning, without a cloud"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
-    parser.add_argument("--quick", action="store_true", help="few samples: to see that it runs, not to compare")
+    parser.add_argument("--quick", action="store_true", help="few samples: a check that it runs, not for comparison")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:

@@ -1,4 +1,4 @@
-"""``ppaas bench plans``: how the Path Plan Database does as it fills."""
+"""``ppaas bench plans``: speed and size of the Path Plan Database as it fills."""
 
 import argparse
 import os
@@ -11,7 +11,7 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "how fast the Path Plan Database keeps and finds plans as it fills, and what they take"
+HELP = "the Path Plan Database as it fills: rates of writes, times of lookups, bytes per plan"
 
 Row = dict[str, str]
 
@@ -19,27 +19,27 @@ Row = dict[str, str]
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument(
-        "--plans", type=whole(100, 10_000_000), default=100_000, metavar="N", help="of a fleet (%(default)s)"
+        "--plans", type=whole(100, 10_000_000), default=100_000, metavar="N", help="number of plans (%(default)s)"
     )
-    parser.add_argument("--store", metavar="URL", help="where they are kept (an SQLite file that goes away)")
-    parser.add_argument("--smooth", action="store_true", help="smooth them: fewer waypoints lie on a grid")
-    parser.add_argument("--seed", type=int, default=1, help="the same seed makes the same plans (%(default)s)")
+    parser.add_argument("--store", metavar="URL", help="store of the plans (a temporary SQLite file)")
+    parser.add_argument("--smooth", action="store_true", help="smooth the plans: fewer waypoints are on the grid")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the plans (%(default)s)")
     parser.add_argument(
         "--rest", type=whole(0, 600), default=0, metavar="S",
-        help="looks for plans once more after so many seconds without writing",
+        help="measure lookups again after a pause of S seconds without writes",
     )  # fmt: skip
     parser.add_argument(
         "--warm", type=whole(0, 1_000_000), default=0, metavar="N",
-        help="looks for so many before that, unmeasured: what a store's Java does often it compiles",
+        help="warm-up lookups after the pause, for the compiler of a store's JVM",
     )  # fmt: skip
-    parser.add_argument("--cache", type=Path, metavar="FOLDER", help="keeps the routes that were planned")
+    parser.add_argument("--cache", type=Path, metavar="FOLDER", help="folder for the planned routes")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
-    """Return what was measured, and rows of it for people."""
+    """Return the results, and their table."""
     from benchmarks.stores import plans  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
-    options = plans.Options(
+    options = plans.PlanStoreOptions(
         arguments.plans,
         arguments.cache or _cache(),
         arguments.store,
@@ -54,7 +54,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
 
 
 def rows_of(told: dict[str, Any]) -> list[Row]:
-    """Return a row for each size, and one for what others make of the same plans."""
+    """Return a row for each size, and one for each baseline."""
     rows = [
         {
             "plans": f"{size['plans']:,}",

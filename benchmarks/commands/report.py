@@ -1,4 +1,4 @@
-"""``ppaas bench report``: writes what a suite measured as Markdown."""
+"""``ppaas bench report``: writes the results of a suite as Markdown."""
 
 import argparse
 from pathlib import Path
@@ -9,12 +9,12 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "what a suite measured, as Markdown"
+HELP = "the results of a suite, as Markdown"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
-    parser.add_argument("--write", type=Path, metavar="PAGE.md", help="into a page, between its marks")
+    parser.add_argument("--write", type=Path, metavar="PAGE.md", help="write the report into a page, between its marks")
     parser.add_argument("file", type=Path, metavar="FILE.json")
 
 

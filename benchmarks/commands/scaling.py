@@ -1,4 +1,4 @@
-"""``ppaas bench scaling``: how the time of a field grows with the grid."""
+"""``ppaas bench scaling``: time of the full cost field by size of the grid."""
 
 import argparse
 from pathlib import Path
@@ -10,19 +10,19 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "the field on grids from 256² up, by number of threads"
+HELP = "the full cost field on grids from 256² up, by number of threads"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     add_threads_argument(parser)
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the time per cell over the grid size")
-    parser.add_argument("--kind", action="append", help="of grid (empty, random 20 %%, maze)")
-    parser.add_argument("--largest", type=int, default=8192, metavar="N", help="edge in cells (%(default)s)")
+    parser.add_argument("--kind", action="append", help="kind of grid, again for more (empty, random 20 %%, maze)")
+    parser.add_argument("--largest", type=int, default=8192, metavar="N", help="largest edge in cells (%(default)s)")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
-    """Measure grids of all sizes, and draw where that is asked for."""
+    """Measure grids of all sizes, and draw the chart if it is requested."""
     from benchmarks.planners import scaling, tables  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
     check_plot(arguments)

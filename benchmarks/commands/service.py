@@ -1,4 +1,4 @@
-"""``ppaas bench service``: what a user of a cloud waits for, part by part."""
+"""``ppaas bench service``: waiting times of a cloud's user, part by part."""
 
 import argparse
 from typing import TYPE_CHECKING
@@ -10,7 +10,7 @@ from robots.cli.session import add_cloud_arguments, token_of
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "what a user waits for, from the start of a cloud to a driving robot"
+HELP = "waiting times of a user, from the start of a cloud to driving robots"
 
 PARTS = ("startup", "plans", "maps", "containers", "fleet", "dashboard")
 
@@ -19,12 +19,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     add_cloud_arguments(parser)
     parser.set_defaults(url=None)
-    parser.add_argument("--only", choices=PARTS, metavar="NAME", action="append", help=f"of {', '.join(PARTS)}")
-    parser.add_argument("--quick", action="store_true", help="few samples: to see that it runs, not to compare")
+    parser.add_argument(
+        "--only",
+        choices=PARTS,
+        metavar="NAME",
+        action="append",
+        help=f"part to measure, again for more: {', '.join(PARTS)} (all)",
+    )
+    parser.add_argument("--quick", action="store_true", help="few samples: a check that it runs, not for comparison")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
-    """Return the figures of the parts that are asked for."""
+    """Return the figures of the chosen parts."""
     import uvloop  # noqa: PLC0415 - what is measured is the cloud, not our own loop
 
     from benchmarks.harness.figures import measured  # noqa: PLC0415 - ``ppaas bench --help`` loads this

@@ -1,27 +1,24 @@
-"""How a store of plans does as it fills: how fast it takes and finds them, and what they take, beside yardsticks."""
+"""Bench of a plan store as it fills: rates of writes, times of lookups, and bytes per plan, with baselines."""
 
 import os
 import sqlite3
 import tempfile
-import zlib
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import cycle, islice
+from itertools import cycle
 from pathlib import Path
 from time import process_time, sleep
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.stores.greedy_split import GreedySplit
+from benchmarks.stores import baselines
 from benchmarks.stores.routes import MAP, VERSION, Routes, routes
 from ppaas.clock import monotonic
 from ppaas.errors import Conflict
-from ppaas.plans.encoding.chunks import GRANULARITY, waypoint_hashes, words_of
-from storage.plan_checks import array_of
-from storage.plan_query import PlanSearch
+from storage.plan_query import PlanStoreQuery
 from storage.ports import Store
 from storage.records import PlanRecord
 from storage.urls.opening import open_store
@@ -33,19 +30,31 @@ AT_ONCE = 1000
 ONE_BY_ONE, LOOKUPS, READS = 1000, 2000, 500
 PAGE, PAGES = bytes(4096), 1024
 WRITERS = 8
-"""Threads that keep plans one by one at a time, as a server does for robots."""
+"""Number of threads that write single plans at once, as a server does for robots."""
 TOLERANCE = 0.25
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
-COMPARED = 2_000
-"""Plans that are laid over each other as the paper has it, and kept raw, beside which the store is measured."""
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
-    """What is asked for: how many plans, of what kind, where they are kept; ``folder`` keeps planned routes.
+class PlanStoreOptions:
+    """Options of the bench.
 
-    After ``rest`` seconds in which nothing is written plans are looked for once more, behind ``warm`` lookups that are
-    not measured.
+    Parameters
+    ----------
+    plans : int
+        Number of plans.
+    folder : Path
+        Folder for planned routes and temporary files.
+    store : str, optional
+        URL of the store; by default a temporary SQLite file.
+    smooth : bool
+        Whether to smooth the plans.
+    seed : int
+        Seed of the routes.
+    rest : float
+        Pause without writes before lookups are measured again [s]; 0 for none.
+    warm : int
+        Number of warm-up lookups after the pause.
     """
 
     plans: int
@@ -59,7 +68,7 @@ class Options:
 
 @dataclass(frozen=True, slots=True)
 class _Took:
-    """What something took [s]: by the clock, and of a processor alone, which waits for no disk and no neighbour."""
+    """Wall-clock time and CPU time of an operation [s]; the latter excludes waits for the disk and other processes."""
 
     seconds: float = 0.0
     processor: float = 0.0
@@ -68,23 +77,23 @@ class _Took:
         return _Took(self.seconds + other.seconds, self.processor + other.processor)
 
 
-def measure(options: Options, progress: "Progress") -> dict[str, Any]:
-    """Fill a store, and tell at each of ``SIZES`` how it does.
+def measure(options: PlanStoreOptions, progress: "Progress") -> dict[str, Any]:
+    """Fill a store, and measure it at each of ``SIZES``.
 
     Raises
     ------
     Conflict
-        The store has plans of an earlier run, which would be counted too.
+        The store has plans of an earlier run.
     """
     driven = routes(options.plans, options.seed, options.folder, progress)
     told: dict[str, Any] = {"store": options.store or "sqlite", "smooth": options.smooth, "sizes": []}
-    told["yardsticks"] = _yardsticks(driven, options, progress)
+    told["yardsticks"] = baselines.measure(driven, options.plans, options.folder, progress, smooth=options.smooth)
     with tempfile.TemporaryDirectory(prefix="ppaas-bench-", dir=options.folder) as name:
         file = Path(name) / "plans.db"
         store = open_store(options.store or f"sqlite://{file}")
         try:
             if store.plan_statistics(MAP).plans:
-                raise Conflict(f"the store has plans of the map {MAP!r} already: give another, or remove them")
+                raise Conflict(f"the store already has plans of map {MAP!r}: give another store, or remove them")
             sizes = [size for size in SIZES if size < options.plans]
             for row in _fill(store, driven, [*sizes, options.plans], options, progress):
                 told["sizes"].append(row | _bytes_a_plan(file, row["plans"]))
@@ -94,7 +103,7 @@ def measure(options: Options, progress: "Progress") -> dict[str, Any]:
 
 
 def _fill(
-    store: Store, driven: Routes, sizes: list[int], options: Options, progress: "Progress"
+    store: Store, driven: Routes, sizes: list[int], options: PlanStoreOptions, progress: "Progress"
 ) -> Iterator[dict[str, Any]]:
     task, kept, smooth = progress.add_task("keeping plans", total=sizes[-1]), 0, options.smooth
     for size in sizes:
@@ -123,9 +132,9 @@ def _fill(
 
 
 def _one_by_one(store: Store, singles: list[PlanRecord], together: list[PlanRecord], folder: Path) -> dict[str, float]:
-    """Keep plans one at a time, each acknowledged for itself: first from one thread, then from several.
+    """Write single plans, each acknowledged before the next: first from one thread, then from several.
 
-    Before each of the first a page is written in the folder and synced, the least that something that lasts takes.
+    Before each plan of the first thread, a page is written and synced as a baseline for durable writes.
     """
     single, page = _Took(), _Took()
     with _synced_page(folder) as write_page:
@@ -144,7 +153,7 @@ def _one_by_one(store: Store, singles: list[PlanRecord], together: list[PlanReco
 
 @contextmanager
 def _synced_page(folder: Path) -> Iterator[Callable[[], None]]:
-    """Give what writes one of the pages of a file that does not grow, and syncs it."""
+    """Yield a function that overwrites one page of a file of constant size, and syncs it."""
     with tempfile.TemporaryFile(dir=folder, buffering=0) as file:
         file.write(PAGE * PAGES)
         os.fsync(file.fileno())
@@ -158,7 +167,7 @@ def _synced_page(folder: Path) -> Iterator[Callable[[], None]]:
 
 
 def _looked_for(store: Store, driven: Routes, size: int) -> dict[str, Any]:
-    """Look for some of the plans, near their ends, and read some of these."""
+    """Look up random plans with positions near their ends, and read some of them by id."""
     sought = list(_sought(driven, size, LOOKUPS, size))
     lookups = [
         _took(lambda record=record, off=off: _find(store, record, off))  # type: ignore[misc]
@@ -174,17 +183,17 @@ def _looked_for(store: Store, driven: Routes, size: int) -> dict[str, Any]:
 
 
 def _sought(driven: Routes, size: int, count: int, seed: int) -> Iterator[tuple[PlanRecord, list[float]]]:
-    """Yield some of the first plans, and how far off their ends they are looked for."""
+    """Yield random plans, and the offsets [m] from their ends at which they are looked up."""
     random = np.random.default_rng(seed)
     numbers = random.integers(0, size, count).tolist()
     offsets = random.uniform(-0.6 * TOLERANCE, 0.6 * TOLERANCE, (count, 4)).tolist()
     return ((driven.record(number), off) for number, off in zip(numbers, offsets, strict=True))
 
 
-def _rested(store: Store, driven: Routes, size: int, options: Options) -> dict[str, Any]:
-    """Do the same once nothing has been written for some time: a store may bring order into it until then.
+def _rested(store: Store, driven: Routes, size: int, options: PlanStoreOptions) -> dict[str, Any]:
+    """Measure lookups after a pause without writes, in which a store may compact its data.
 
-    Some are looked for before, since a store may also compile what it does often.
+    Warm-up lookups come first, as the JVM of a store compiles hot code.
     """
     sleep(options.rest)
     for record, off in _sought(driven, size, options.warm, size + 1):
@@ -196,7 +205,7 @@ def _state(store: Store, driven: Routes, size: int, smooth: bool) -> dict[str, A
     found = _looked_for(store, driven, size)
     for record in driven.records(0, 3, smooth=smooth):
         if store.plan(record.id) != record:
-            raise Conflict(f"the store gives another plan {record.id!r} than it was given")
+            raise Conflict(f"the store returned plan {record.id!r} with other content than was written")
     counts = store.plan_statistics(MAP)
     return {
         "plans": size,
@@ -211,12 +220,12 @@ def _state(store: Store, driven: Routes, size: int, smooth: bool) -> dict[str, A
 def _find(store: Store, record: PlanRecord, off: list[float]) -> None:
     start = record.start[0] + off[0], record.start[1] + off[1]
     goal = record.goal[0] + off[2], record.goal[1] + off[3]
-    if not store.find_plans(PlanSearch(MAP, VERSION, start, goal, TOLERANCE)):
-        raise Conflict(f"the store does not find plan {record.id!r}")
+    if not store.find_plans(PlanStoreQuery(MAP, VERSION, start, goal, TOLERANCE)):
+        raise Conflict(f"the store did not find plan {record.id!r} by its ends")
 
 
 def _bytes_a_plan(file: Path, plans: int) -> dict[str, float]:
-    """Return what the file takes for each plan, if there is one: tables, indexes and all."""
+    """Return the size of the SQLite file per plan, with tables and indexes; empty if there is no file."""
     if not file.exists():
         return {}
     with sqlite3.connect(file) as connection:
@@ -226,41 +235,6 @@ def _bytes_a_plan(file: Path, plans: int) -> dict[str, float]:
         )
     connection.close()
     return {"file_bytes_a_plan": (pages - free) * size / plans}
-
-
-def _yardsticks(driven: Routes, options: Options, progress: "Progress") -> dict[str, float]:
-    """Tell what others would make of some of the plans."""
-    count = min(COMPARED, options.plans)
-    greedy = GreedySplit(GRANULARITY)
-    raw = zipped = seconds = 0.0
-    task = progress.add_task("comparing", total=count)
-    with tempfile.TemporaryDirectory(dir=options.folder) as name, sqlite3.connect(Path(name) / "raw.db") as connection:
-        connection.execute("PRAGMA journal_mode = WAL")
-        connection.execute("CREATE TABLE plans (id TEXT PRIMARY KEY, poses BLOB)")
-        records = driven.records(0, count, smooth=options.smooth)
-        while batch := list(islice(records, AT_ONCE)):
-            rows = [(record.id, record.poses) for record in batch]
-            seconds += _took(lambda rows=rows: _insert(connection, rows)).seconds  # type: ignore[misc]
-            for record in batch:
-                greedy.add(waypoint_hashes(words_of(array_of(record.poses))).tolist())
-                raw += len(record.poses)
-                zipped += len(zlib.compress(record.poses))
-            progress.advance(task, len(batch))
-    connection.close()
-    progress.remove_task(task)
-    return {
-        "plans": count,
-        "raw_sqlite_per_second": count / seconds,
-        "raw_bytes_a_plan": raw / count,
-        "zlib_bytes_a_plan": zipped / count,
-        "greedy_kept_once": greedy.waypoints / greedy.kept,
-        "greedy_ids_a_plan": greedy.ids_per_plan(),
-    }
-
-
-def _insert(connection: sqlite3.Connection, rows: list[tuple[str, bytes]]) -> None:
-    with connection:
-        connection.executemany("INSERT INTO plans VALUES (?, ?)", rows)
 
 
 def _percentiles(seconds: list[float]) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""Which faults there are."""
+"""Kinds of faults and their order."""
 
 import itertools
 from collections import Counter

@@ -1,4 +1,4 @@
-"""The books of goals."""
+"""Goals must end once, or be reported lost."""
 
 from benchmarks.chaos.goal_results import GoalResults
 

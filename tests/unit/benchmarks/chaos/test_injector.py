@@ -1,4 +1,4 @@
-"""What is done to a process that stands in for one of a cloud."""
+"""Faults of a process that stands in for one of a cloud."""
 
 import asyncio
 import math

@@ -1,4 +1,4 @@
-"""What processes leave behind is found; what others leave is not."""
+"""Leftovers of a cloud's processes are found, and those of other processes are ignored."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""What a robot should not have heard is noticed, and what it may hear is not."""
+"""Repeated and old messages are errors; others are not."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What a run came to, as programs and people read it."""
+"""Report of a chaos run, as JSON and as text."""
 
 import msgspec
 

@@ -1,4 +1,4 @@
-"""When a robot is taken to have heard nothing."""
+"""Gaps in the messages to a robot."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""A small map, and what a bench prints for programs."""
+"""A small map, and the JSON output of a bench."""
 
 import json
 from collections.abc import Callable

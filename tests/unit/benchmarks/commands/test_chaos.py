@@ -1,4 +1,4 @@
-"""``ppaas bench chaos``: what it is asked for, what it prints, and its exit status."""
+"""``ppaas bench chaos``: options, output, and exit status."""
 
 import json
 
@@ -12,7 +12,7 @@ from robots.cli.main import main
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[chaos.ChaosOptions]:
-    """Return what is asked for; all is well unless the seed is 13."""
+    """Return the options of runs; a run has an error only if its seed is 13."""
     seen: list[chaos.ChaosOptions] = []
 
     async def run(options: chaos.ChaosOptions, progress: Progress) -> ChaosReport:

@@ -1,4 +1,4 @@
-"""``ppaas bench compare``: what programs and people read of it, and what is refused."""
+"""``ppaas bench compare``: JSON, table, and errors."""
 
 import pytest
 

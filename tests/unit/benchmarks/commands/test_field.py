@@ -1,4 +1,4 @@
-"""``ppaas bench field``: what programs and people read of it, and what is refused."""
+"""``ppaas bench field``: JSON, table, and errors."""
 
 from pathlib import Path
 
@@ -54,7 +54,7 @@ def test_threads_are_whole_numbers(capsys: pytest.CaptureFixture[str], threads: 
 def test_a_pause_is_a_while(capsys: pytest.CaptureFixture[str], pause: str) -> None:
     with pytest.raises(SystemExit):
         main(["bench", "field", "--empty", "3", "--pause", pause])
-    assert "a pause is 0 to 60 s long" in capsys.readouterr().err
+    assert "--pause must be 0 to 60 seconds" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

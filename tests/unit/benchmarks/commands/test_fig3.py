@@ -1,4 +1,4 @@
-"""``ppaas bench fig3``: what programs and people read of it, and what is refused."""
+"""``ppaas bench fig3``: errors."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""``ppaas bench index``: what programs and people read of it, and what is refused."""
+"""``ppaas bench index``: JSON, table, and errors."""
 
 from pathlib import Path
 

@@ -71,4 +71,4 @@ def test_what_a_recording_is_not_for_is_refused(
 
 def test_a_picture_is_of_a_recording(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*RUN, "--plot", "out.png"]) == 1
-    assert "for a recording" in capsys.readouterr().err
+    assert "only for a recording" in capsys.readouterr().err

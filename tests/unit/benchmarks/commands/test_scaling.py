@@ -1,4 +1,4 @@
-"""``ppaas bench scaling``: what programs and people read of it, and what is refused."""
+"""``ppaas bench scaling``: JSON, table, and errors."""
 
 from pathlib import Path
 

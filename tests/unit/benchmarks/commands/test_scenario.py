@@ -1,4 +1,4 @@
-"""``ppaas bench scenario``: what programs and people read of it, and what is refused."""
+"""``ppaas bench scenario``: JSON, table, and errors."""
 
 from pathlib import Path
 

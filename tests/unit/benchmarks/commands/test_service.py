@@ -1,4 +1,4 @@
-"""``ppaas bench service``: what it is asked for."""
+"""``ppaas bench service``: options."""
 
 import pytest
 

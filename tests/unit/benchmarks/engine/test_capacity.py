@@ -1,4 +1,4 @@
-"""What a crowd of containers came to."""
+"""Figures of the capacity bench."""
 
 from benchmarks.engine.capacity import crowd_figures
 

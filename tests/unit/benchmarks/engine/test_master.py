@@ -1,4 +1,4 @@
-"""What a killed master left is counted, and what is missing is seen."""
+"""Figures of a killed master count what survived and what is missing."""
 
 from typing import Any
 

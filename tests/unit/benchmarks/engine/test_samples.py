@@ -1,4 +1,4 @@
-"""Figures of samples of which the worst matter."""
+"""Median, 99th percentile and maximum of samples."""
 
 from benchmarks.engine.samples import median_and_p99, median_and_worst, served_after
 

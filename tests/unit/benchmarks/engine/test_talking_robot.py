@@ -1,4 +1,4 @@
-"""What is heard of others is known by what was said."""
+"""Received positions are matched with published ones."""
 
 import asyncio
 

@@ -1,4 +1,4 @@
-"""Ports that servers are told of."""
+"""Free ports for servers."""
 
 import socket
 

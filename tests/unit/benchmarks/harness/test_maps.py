@@ -1,4 +1,4 @@
-"""The maps of the bench of localization."""
+"""Maps of the benches."""
 
 from pathlib import Path
 

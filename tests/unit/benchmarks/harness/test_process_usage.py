@@ -1,4 +1,4 @@
-"""What processes use, as ``/proc`` tells it."""
+"""Memory and CPU time of processes, from ``/proc``."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""Recordings that are played to localization."""
+"""Recordings are replayed to localization."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.localization.carmen_logs import read_log
 from benchmarks.localization.log_map import map_of
-from benchmarks.localization.picture import APART, TOLD, draw
+from benchmarks.localization.picture import ERROR, draw
 from benchmarks.localization.recording import Recording, drifting
 from benchmarks.localization.replay import Replay, play, summary
 from benchmarks.localization.run import LOST
@@ -77,10 +77,12 @@ def test_a_picture_shows_where_what_was_told_is_not_true(recording: Recording) -
     looks = recording.looks
     right = Replay(looks, tuple(look.true for look in looks), 0.001)
     wrong = Replay(looks, tuple(reversed(right.told)), 0.001)
-    colours = [{colour for _, colour in draw(ROOM, replay).getcolors(1 << 24)} for replay in (right, wrong)]
-    assert TOLD in colours[0]
-    assert APART not in colours[0]
-    assert APART in colours[1]
+    for replay, has_errors in ((right, False), (wrong, True)):
+        [axes] = draw(ROOM, replay).axes
+        lines = {line.get_label(): line.get_xydata().tolist() for line in axes.lines}
+        assert lines["true"] == [[look.true.x, look.true.y] for look in looks]
+        assert lines["estimated"] == [[pose.x, pose.y] for pose in replay.told]
+        assert (ERROR in {line.get_color() for line in axes.lines}) == has_errors
 
 
 def test_a_robot_that_stands_until_it_is_found_is_held_from_there(recording: Recording) -> None:

@@ -73,7 +73,9 @@ def test_transforms_tell_of_odometry_the_laser_and_where_the_robot_was() -> None
 
 
 def test_a_bag_of_which_no_scan_has_odometry_is_refused_by_its_frames() -> None:
-    with pytest.raises(InvalidInput, match=r"1 scans, but no odometry .* at the time of any of them.*base_footprint, odom"):
+    with pytest.raises(
+        InvalidInput, match=r"1 scans, but no odometry .* at the time of any of them.*base_footprint, odom"
+    ):
         recording_of([odometry(1.0, 0.0), scan(30.0)], BAG)
 
 

@@ -1,4 +1,4 @@
-"""When a robot counts as found, and the way that it drives."""
+"""Conditions under which a robot counts as found, and its route."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Runs of the bench of localization, and what they come to."""
+"""Runs of the localization bench, and their summary."""
 
 import pytest
 

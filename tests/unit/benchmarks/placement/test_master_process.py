@@ -1,4 +1,4 @@
-"""A master and its machines, as the bench of the engine runs them, in one process here."""
+"""Master and simulated machines of the engine bench, here in one process."""
 
 import asyncio
 from collections.abc import AsyncIterator

@@ -1,4 +1,4 @@
-"""Peers beside ours: what is equal is told as equal, and what is not as how far off it is."""
+"""Comparison with peers: right answers have no error, and others the right error."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What is told of the field of a grid."""
+"""Results of the field bench."""
 
 import numpy as np
 import pytest

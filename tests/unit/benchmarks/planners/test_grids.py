@@ -1,4 +1,4 @@
-"""The grids that planners are measured on."""
+"""Grids of the planner benches."""
 
 from collections.abc import Callable
 from pathlib import Path

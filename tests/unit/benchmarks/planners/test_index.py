@@ -1,4 +1,4 @@
-"""What is told of an index: its queries are drawn where there are ways, and those that are wrong are counted."""
+"""Results of the index bench: queries join connected cells, and wrong answers are counted."""
 
 import numpy as np
 import pytest

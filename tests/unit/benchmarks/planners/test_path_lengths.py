@@ -1,4 +1,4 @@
-"""Paths that are longer and longer, here and through a container."""
+"""Paths of increasing length, in this process and in a container."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Whether a scenario's answers are counted right, wrong ones above all."""
+"""Answers of a scenario are checked, and wrong ones are counted."""
 
 from collections.abc import Callable
 from pathlib import Path

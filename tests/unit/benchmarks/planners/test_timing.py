@@ -1,4 +1,4 @@
-"""Compilation is told apart from what is timed."""
+"""Times exclude compilation."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""What the bench of kept paths makes of its samples."""
+"""Figures of the reuse bench."""
 
 from benchmarks.service.plan_reuse import TIMES, _figures, _sample, _Taken
 

@@ -1,4 +1,4 @@
-"""The paper's own split counts what it would keep."""
+"""Greedy deduplication counts the waypoints that it would store."""
 
 from benchmarks.stores.greedy_split import GreedySplit
 

@@ -34,7 +34,7 @@ def test_what_was_measured_is_told_as_json(folder: Path, capsys: pytest.CaptureF
 
 def test_smooth_plans_share_stretches_too_in_a_store_of_ones_own(folder: Path) -> None:
     url = f"sqlite://{folder}/own.db"
-    options = plans.Options(200, folder, url, smooth=True, rest=0.01, warm=3)
+    options = plans.PlanStoreOptions(200, folder, url, smooth=True, rest=0.01, warm=3)
     with Progress(disable=True) as progress:
         told = plans.measure(options, progress)
         [size] = told["sizes"]

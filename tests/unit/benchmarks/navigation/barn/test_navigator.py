@@ -1,4 +1,4 @@
-"""What drives is told odometry and scans, and nothing of where the robot truly is."""
+"""The navigator gets odometry and scans, and no true pose."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Odometry is corrected by what the laser saw before."""
+"""Scan matching corrects odometry by earlier scans."""
 
 import math
 

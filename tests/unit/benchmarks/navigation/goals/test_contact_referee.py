@@ -1,4 +1,4 @@
-"""Whose doing a touch is."""
+"""Contacts are counted, and attributed to the robot or not."""
 
 import numpy as np
 import pytest

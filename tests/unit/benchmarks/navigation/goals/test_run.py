@@ -1,4 +1,4 @@
-"""Drives to goals among people: what comes of them, and that chance is the seed's."""
+"""Drives to goals among people: results, and reproducibility by seed."""
 
 import dataclasses
 from pathlib import Path
