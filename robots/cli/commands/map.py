@@ -35,17 +35,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     publish = verbs.add_parser("publish", help="publish a map, or a new version of it")
-    publish.add_argument(
-        "file", type=Path, help="YAML file of map_server, which names the image; or an octomap (.bt, .ot)"
-    )
-    publish.add_argument("--octomap", type=Path, metavar="FILE", help="octomap to publish with the image")
-    publish.add_argument("--id", help="id of the map (name of the file)")
-    publish.add_argument("--if-match", metavar="VERSION", help="publish only if this is the current version")
-    publish.add_argument(
-        "--rules",
-        choices=("map_server", "nav2"),
-        help="rules for free and occupied pixels (those of the file, or map_server)",
-    )
+    _add_publish_arguments(publish)
     listing = verbs.add_parser("list", help="list the maps that you may use")
     one = verbs.add_parser("show", help="show one map")
     change = verbs.add_parser("change", help="change the readers or the description of a map")
@@ -76,6 +66,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
         add_limit_argument(verb)
     for verb in (publish, listing, one, change, versions, diff, roll_back, fetch, delete):
         add_session_arguments(verb)
+
+
+def _add_publish_arguments(publish: argparse.ArgumentParser) -> None:
+    publish.add_argument(
+        "file", type=Path, help="YAML file of map_server, which names the image; or an octomap (.bt, .ot)"
+    )
+    publish.add_argument("--octomap", type=Path, metavar="FILE", help="octomap to publish with the image")
+    publish.add_argument("--id", help="id of the map (name of the file)")
+    publish.add_argument("--if-match", metavar="VERSION", help="publish only if this is the current version")
+    publish.add_argument(
+        "--rules",
+        choices=("map_server", "nav2"),
+        help="rules for free and occupied pixels (those of the file, or map_server)",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
