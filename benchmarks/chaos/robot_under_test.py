@@ -22,7 +22,7 @@ from ppaas.messages.move_base_msgs import (
 )
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header
-from robots.client.goal_tracker import GoalTracker
+from robots.client.goal_tracker import TrackedGoal
 from robots.client.robot_client import RobotClient
 from robots.sim.courses import Course
 from robots.sim.driver import Driver
@@ -70,7 +70,7 @@ class RobotUnderTest:
         self._ways = itertools.cycle((*course.goals, course.start))
         self._numbers = itertools.count(1)
         self._enough = asyncio.Event()
-        self._following: GoalTracker | None = None
+        self._following: TrackedGoal | None = None
 
     def enough(self) -> None:
         """Stop after the current goal."""
@@ -136,7 +136,7 @@ class RobotUnderTest:
 
     async def _go(self, client: RobotClient, target: Pose2D) -> None:
         goal = f"{self.name}-goal-{next(self._numbers)}"
-        following = self._following = GoalTracker(goal)
+        following = self._following = TrackedGoal(goal)
         self.goals.send(goal)
         self.witness.uncommanded.goal_sent(monotonic())
         self.silences.goal_sent(monotonic())
@@ -152,7 +152,7 @@ class RobotUnderTest:
             self.witness.uncommanded.goal_ended(monotonic())
             self.silences.goal_ended(monotonic())
 
-    async def _follow(self, client: RobotClient, following: GoalTracker, session: int) -> None:
+    async def _follow(self, client: RobotClient, following: TrackedGoal, session: int) -> None:
         began = now = monotonic()
         while now - began < PATIENCE:
             await asyncio.wait([following.result], timeout=LOOK)

@@ -17,7 +17,7 @@ MIN_LISTS = 4
 """Number of consecutive status lists without the goal before it counts as unknown."""
 
 
-class GoalTracker:
+class TrackedGoal:
     """State of one goal.
 
     Parameters

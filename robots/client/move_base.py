@@ -14,7 +14,7 @@ from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceSt
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
 from ppaas.messages.nav_msgs import Path
 from ppaas.messages.std_msgs import Header, Time
-from robots.client.goal_tracker import GoalTracker
+from robots.client.goal_tracker import TrackedGoal
 from robots.client.robot_client import RobotClient
 
 
@@ -60,7 +60,7 @@ class MoveBaseClient:
         self._client = client
         self._clock = clock
         self._stamp_clock = stamp_clock
-        self._tracker: GoalTracker | None = None
+        self._tracker: TrackedGoal | None = None
         self._planned: float | None = None
         self._posed = asyncio.Event()
         self.estimate: Pose2D | None = None
@@ -108,7 +108,7 @@ class MoveBaseClient:
         """
         stamp = Time.of(self._stamp_clock())
         header = Header(stamp=stamp, frame_id="map")
-        tracker = self._tracker = GoalTracker(uuid4().hex)
+        tracker = self._tracker = TrackedGoal(uuid4().hex)
         self._planned = None
         pose = PoseStamped(header, Pose.of(target))
         sent = self._clock()
@@ -123,7 +123,7 @@ class MoveBaseClient:
             plan_seconds=math.nan if self._planned is None else self._planned - sent,
         )
 
-    async def _wait(self, tracker: GoalTracker, timeout: float) -> GoalStatus:
+    async def _wait(self, tracker: TrackedGoal, timeout: float) -> GoalStatus:
         """Return the final status of the goal; raise if the client fails meanwhile."""
         failed = asyncio.ensure_future(self._client.closed())
         either: set[asyncio.Future[Any]] = {tracker.result, failed}
@@ -164,5 +164,5 @@ class MoveBaseClient:
         self._posed.set()
 
 
-def _lost_status(tracker: GoalTracker, why: str) -> GoalStatus:
+def _lost_status(tracker: TrackedGoal, why: str) -> GoalStatus:
     return GoalStatus(GoalID(id=tracker.goal), Status.LOST, f"no result {why}")

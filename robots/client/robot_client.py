@@ -30,7 +30,7 @@ from robots.client.connection_keeper import ConnectionKeeper
 from robots.client.nearby_nodes import NearbyNodes
 from robots.client.send_queue import SUBSCRIPTION, SendQueue
 from robots.client.service_calls import ServiceCalls
-from robots.client.subscription import TopicSubscription, TopicSubscriptions
+from robots.client.subscription import SubscriptionRegistry, TopicSubscription
 
 logger = logging.getLogger(__name__)
 
@@ -94,7 +94,7 @@ class RobotClient:
             received=self._handle_frame,
             lost=self._session_lost,
         )
-        self._subscriptions = TopicSubscriptions()
+        self._subscriptions = SubscriptionRegistry()
         self._calls = ServiceCalls(self._session, self._queue)
         self._services = AdvertisedServices(self._session, self._queue)
         self._nearby: NearbyNodes | None = None

@@ -77,7 +77,7 @@ class TopicSubscription(Generic[M]):
         return self._waiting.popleft()
 
 
-class TopicSubscriptions:
+class SubscriptionRegistry:
     """All subscriptions of a client, by topic."""
 
     def __init__(self) -> None:

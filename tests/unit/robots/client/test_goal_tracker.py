@@ -5,14 +5,14 @@ import asyncio
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
 from ppaas.messages.std_msgs import Header
-from robots.client.goal_tracker import MIN_LISTS, SETTLED, GoalTracker
+from robots.client.goal_tracker import MIN_LISTS, SETTLED, TrackedGoal
 
 
 def status(goal: str, number: Status) -> GoalStatus:
     return GoalStatus(GoalID(id=goal), int(number))
 
 
-def listed(following: GoalTracker, times: int, *statuses: GoalStatus, since: float = 0.0) -> float:
+def listed(following: TrackedGoal, times: int, *statuses: GoalStatus, since: float = 0.0) -> float:
     """Deliver status lists, one per second; return the time of the last."""
     for number in range(times):
         following.on_status(GoalStatusArray(status_list=list(statuses)), since + number)
@@ -20,7 +20,7 @@ def listed(following: GoalTracker, times: int, *statuses: GoalStatus, since: flo
 
 
 async def test_a_result_ends_its_goal_and_no_other() -> None:
-    following = GoalTracker("mine")
+    following = TrackedGoal("mine")
     following.on_result(MoveBaseActionResult(Header(), status("other", Status.SUCCEEDED)))
     assert not following.result.done()
     following.on_result(MoveBaseActionResult(Header(), status("mine", Status.ABORTED)))
@@ -29,7 +29,7 @@ async def test_a_result_ends_its_goal_and_no_other() -> None:
 
 
 async def test_lists_that_agree_for_a_while_tell_of_an_end_whose_result_is_lost() -> None:
-    following = GoalTracker("mine")
+    following = TrackedGoal("mine")
     now = listed(following, 3, status("other", Status.SUCCEEDED), status("mine", Status.ACTIVE))
     assert not following.is_over(now + 2.0 * SETTLED)
     now = listed(following, 2, status("mine", Status.SUCCEEDED), since=10.0)
@@ -38,7 +38,7 @@ async def test_lists_that_agree_for_a_while_tell_of_an_end_whose_result_is_lost(
 
 
 async def test_a_goal_is_unknown_when_several_lists_in_a_row_do_not_have_it() -> None:
-    following = GoalTracker("mine")
+    following = TrackedGoal("mine")
     listed(following, MIN_LISTS - 1)
     assert not following.is_unknown(100.0)
     now = listed(following, 1, status("mine", Status.ACTIVE), since=100.0)
