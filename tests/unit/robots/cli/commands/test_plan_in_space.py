@@ -47,7 +47,7 @@ async def test_a_urdf_tells_the_height(ppaas: CommandLine, tmp_path: Path) -> No
         ((*IN_ROOM, "--plot", "a.png"), "--plot and --rules need a 2D map"),
         ((*IN_ROOM, "--planner", "navfn"), "unknown planner in space 'navfn'"),
         ((*IN_ROOM, "--depth", "17"), "from 1 to 16"),
-        (("none.bt", *IN_ROOM[1:]), "none.bt cannot be read"),
+        (("none.bt", *IN_ROOM[1:]), "cannot read none.bt"),
     ],
 )
 async def test_what_cannot_be_planned_says_why(ppaas: CommandLine, arguments: tuple[str, ...], says: str) -> None:
