@@ -1,1 +1,1 @@
-"""The engine: a master that decides, machines that carry, containers with clones inside."""
+"""Engine: a master that places containers on machines, and the clones inside these containers."""

@@ -1,1 +1,1 @@
-"""Service: executes the master's orders, feeds it events, and answers what the endpoints ask of the engine."""
+"""Service: executes the master's orders, feeds it events, and answers the requests of the endpoints."""

@@ -1,4 +1,4 @@
-"""What administrators do with machines while a cloud runs."""
+"""Administration of machines while a cloud runs: settings, removal and admission."""
 
 from collections.abc import Callable
 from functools import partial
@@ -13,7 +13,7 @@ from engine.specs.machine_settings import MachineSettings, check_settings
 from ppaas.errors import InvalidInput, PPaaSError, Unavailable
 
 Losing = Callable[[str], list[Order]]
-"""Takes a machine out of the books; returns what is to be done about what it carried."""
+"""Removes a machine from the master's state; returns the orders for its containers."""
 
 
 class _Kept(msgspec.Struct, frozen=True):
@@ -22,16 +22,16 @@ class _Kept(msgspec.Struct, frozen=True):
 
 
 class Administration:
-    """Hands to the master what administrators say.
+    """Applies and stores the decisions of administrators about machines.
 
     Parameters
     ----------
     master : Master
-        Decides.
+        Master that the decisions are applied to.
     execute : callable
-        Carries out what it orders.
+        Executes the master's orders.
     cut_off : callable
-        Hangs up on a machine that is lost so.
+        Removes a machine by the given callable and closes its link.
     """
 
     def __init__(
@@ -43,12 +43,12 @@ class Administration:
         self._file: Path | None = None
 
     def keep_in(self, file: Path) -> None:
-        """Go on with what a file has kept, and keep in it what is said from now on.
+        """Load settings and removals from a file, and store later changes there.
 
         Raises
         ------
         InvalidInput
-            The file is not what was written.
+            The file is not valid.
         """
         self._file = file
         if not file.exists():
@@ -57,7 +57,9 @@ class Administration:
             kept = msgspec.json.decode(file.read_bytes(), type=_Kept)
             settings = {machine: check_settings(said) for machine, said in kept.settings.items()}
         except (OSError, msgspec.DecodeError, UnicodeDecodeError, PPaaSError) as error:
-            raise InvalidInput(f"{file} is not what was kept of machines: mend it, or remove it: {error}") from error
+            raise InvalidInput(
+                f"{file} is not a valid file of machine settings: correct or delete it: {error}"
+            ) from error
         self._master.settings.update(settings)
         self._master.removed.update(kept.removed)
 
@@ -67,40 +69,42 @@ class Administration:
         try:
             write_note(self._file, _Kept(self._master.settings, sorted(self._master.removed)))
         except OSError as error:
-            raise Unavailable(f"it is done, but will be forgotten when the cloud ends: {error}") from error
+            raise Unavailable(
+                f"the change is in effect, but it was not saved and is lost when the cloud ends: {error}"
+            ) from error
 
     def settings(self, machine: str) -> MachineSettings:
-        """Return what an administrator says of a machine; ``NotFound`` if there is none."""
+        """Return the settings of a machine; raises ``NotFound`` if there is no such machine."""
         return self._master.machine(machine).settings
 
     def configure(self, machine: str, settings: MachineSettings) -> None:
-        """Take over what an administrator says of a machine.
+        """Apply and store settings of a machine.
 
         Raises
         ------
         InvalidParameter, NotFound
-            As the master says.
+            As ``Master.configure`` raises them.
         Unavailable
-            It is done, but could not be kept.
+            The settings are in effect, but could not be stored.
         """
         self._execute(self._master.configure(machine, settings))
         self._keep()
 
     def remove(self, machine: str, *, force: bool = False) -> None:
-        """Cut a machine off, and let it in no more until it is admitted.
+        """Disconnect a machine and refuse it until it is admitted again.
 
         Raises
         ------
         Conflict, NotFound
-            As the master says.
+            As ``Master.remove`` raises them.
         Unavailable
-            It is done, but could not be kept.
+            The machine is removed, but this could not be stored.
         """
         self._cut_off(machine, partial(self._master.remove, force=force))
         self._keep()
 
     def admit(self, machine: str) -> None:
-        """Let a machine in again that was removed; its agent is started by whoever runs it."""
+        """Accept a removed machine again; its agent must be started on the machine itself."""
         if machine in self._master.removed:
             self._master.admit(machine)
             self._keep()

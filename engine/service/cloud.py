@@ -1,4 +1,4 @@
-"""The cloud as the endpoints know it: what they ask, each handed to the part of the engine that answers it."""
+"""Facade of the engine for the endpoints: passes each request to the part of the engine that answers it."""
 
 from engine.master.quotas import Quotas
 from engine.service.master_driver import CloudService
@@ -14,14 +14,14 @@ from storage.records import User
 
 
 class Cloud:
-    """Answers what the endpoints ask; see ``endpoints.services.control_plane.ControlPlane``.
+    """Answers the requests of the endpoints; implements ``endpoints.services.control_plane.ControlPlane``.
 
     Parameters
     ----------
     driver : CloudService
-        Knows machines and containers.
+        Driver of the master.
     quotas : Quotas
-        What each user may have.
+        Quotas of the users.
     """
 
     def __init__(self, driver: CloudService, quotas: Quotas) -> None:
@@ -32,7 +32,7 @@ class Cloud:
         self._nodes = RobotNodes(driver)
 
     def close(self) -> None:
-        """Forget what was to be closed later."""
+        """Cancel all timers."""
         self._planning.close()
 
     def machines(self) -> list[MachineView]:
@@ -40,49 +40,49 @@ class Cloud:
         return self._driver.machines()
 
     def machine_settings(self, machine: str) -> MachineSettings:
-        """Return what an administrator says of a machine."""
+        """Return the settings of a machine."""
         return self._driver.administration.settings(machine)
 
     def configure_machine(self, machine: str, settings: MachineSettings) -> None:
-        """Take over what an administrator says of a machine."""
+        """Apply and store settings of a machine."""
         self._driver.administration.configure(machine, settings)
 
     def remove_machine(self, machine: str, *, force: bool = False) -> None:
-        """Cut a machine off, and let it in no more until it is admitted."""
+        """Disconnect a machine and refuse it until it is admitted again."""
         self._driver.administration.remove(machine, force=force)
 
     def admit_machine(self, machine: str) -> None:
-        """Let a machine in again that was removed."""
+        """Accept a removed machine again."""
         self._driver.administration.admit(machine)
 
     def containers(self, user: str | None) -> list[ContainerView]:
-        """Return the containers of a user, or all."""
+        """Return the containers of a user, or of all users if None."""
         return self._driver.containers(user)
 
     def give_up_container(self, container: str) -> None:
-        """Have a container ended; its place gets another."""
+        """End a container; its place gets another."""
         self._driver.give_up_container(container)
 
     def quotas_changed(self) -> None:
-        """Serve whoever waits for what users may have now."""
+        """Open queued places that the changed quotas allow."""
         self._driver.quotas_changed()
 
     def resize_container(self, container: str, cores: float) -> None:
-        """Give a container another size while it runs."""
+        """Change the size of a running container [cores]."""
         self._driver.resize_container(container, cores)
 
     async def node_homes(self, user: str, robot: str) -> list[NodeHome]:
-        """Return where each node of a robot runs, and why."""
+        """Return the home of each node of a robot, and the reason for it."""
         return await self._nodes.homes(user, robot)
 
     async def run_node(self, user: str, robot: str, node: str, home: str) -> NodeHome:
-        """Have a node of a robot run in a home, or where it does best."""
+        """Move a node of a robot to a home, or to the best one."""
         return await self._nodes.run(user, robot, node, home)
 
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
-        """Have a container plan a path."""
+        """Compute a path in a planning container."""
         return await self._planning.compute_path(user.id, map, request)
 
     async def compute_costs(self, user: User, map: MapVersion, request: CostRequest) -> CostAnswer:  # noqa: A002
-        """Have a container tell what it costs from each start to each goal."""
+        """Compute the costs from each start to each goal in a planning container."""
         return await self._planning.compute_costs(user.id, map, request)

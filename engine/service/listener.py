@@ -1,19 +1,19 @@
-"""What is told of a cloud, to whoever put it together."""
+"""Notifications of a cloud service to the engine that created it."""
 
 from collections.abc import Collection
 
 
 class CloudListener:
-    """Does nothing about what it is told; a subclass does about what it minds."""
+    """Ignores all notifications; a subclass overrides those that it handles."""
 
     def machine_frozen(self, machine: str) -> None:
-        """Take note of a machine whose agent shows no sign of life, for whoever can end it; it was hung up on."""
+        """Handle a machine whose agent missed its heartbeats; its link is already closed. Kill it if possible."""
 
     def machine_removed(self, machine: str) -> None:
-        """Take note of a machine that an administrator removed, for whoever would start its agent again."""
+        """Handle a machine that an administrator removed: do not restart its agent."""
 
     def machines_changed(self, machines: Collection[str]) -> None:
-        """Take note of the names of all machines when one has come or gone."""
+        """Handle a change of the set of machines, given by name."""
 
     def place_adopted(self, key: str) -> None:
-        """Take note of a place that goes on with a container that ran since another cloud process."""
+        """Handle a place that adopted a container of an earlier cloud process."""

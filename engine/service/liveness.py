@@ -1,4 +1,4 @@
-"""Who is connected and shows no sign of life is ended, so that it is replaced as if it had died."""
+"""Detection of connected machines and containers that stopped responding; they are replaced as if they had died."""
 
 import asyncio
 from collections.abc import Callable, Mapping
@@ -6,24 +6,25 @@ from collections.abc import Callable, Mapping
 from engine.processes.heartbeats import BEAT_PERIOD, Heartbeats
 
 LOOKS = 4
-"""Looks in each period of beats: what is frozen is given up 4 to 4.25 s after its last beat. With two looks it was 4.5,
-and on a busy computer not every robot was served again within five."""
+"""Checks per heartbeat period. A frozen process is given up 4 to 4.25 s after its last heartbeat. With two checks, it
+took up to 4.5 s, and on a busy computer not every robot was served again within 5 s."""
 
 Beats = Callable[[], Mapping[str, int]]
-"""Counts how often each that should beat has done so."""
+"""Returns the number of heartbeats of each watched process, by name."""
 
 GiveUp = Callable[[str], None]
+"""Called with the name of a process that missed its heartbeats."""
 
 
 async def watch(*watched: tuple[Beats, GiveUp], meanwhile: Callable[[], None] = lambda: None) -> None:
-    """Look at all who beat, for ever, and give those up that are frozen.
+    """Check heartbeats forever, and give up each process that misses too many.
 
     Parameters
     ----------
     watched : tuple of callables
-        Who beats, and what to do with whoever does not any more.
+        Heartbeat counts, and the action for a process that missed its heartbeats.
     meanwhile : callable
-        Called with each look.
+        Called at each check.
     """
     kinds = [(Heartbeats(checks=LOOKS), beats, give_up) for beats, give_up in watched]
     while True:

@@ -1,4 +1,4 @@
-"""What machines do and tell: they come, say how they are and what became of containers, freeze, and go."""
+"""Machine events: machines join, report load and container exits, stop responding, and leave."""
 
 import asyncio
 import logging
@@ -23,34 +23,34 @@ from ppaas.errors import PPaaSError, Unavailable, rebuild
 logger = logging.getLogger(__name__)
 
 RETURN_TIMEOUT = (MISSED + 1) * BEAT_PERIOD
-"""Seconds for which robots wait for the machines of a cloud process before this one. A machine that is not back by then
-keeps no checkpoint any more, whatever runs there."""
+"""Time for which robots wait for the machines of an earlier cloud process [s]. The containers of a machine that has not
+reconnected by then no longer write checkpoints."""
 
 
 class MachineEvents:
-    """Hands to the master what comes over the control links.
+    """Passes the events of the control links to the master.
 
     Parameters
     ----------
     master : Master
-        Decides.
+        Master that gets the events.
     checkpoints : CheckpointSelection
-        Tell what containers are the clones of their robots still.
+        Decides which reported containers are still the clones of their robots.
     links : LinkServer
-        Hangs up on containers that are lost with their machine.
+        Closes the links of containers that are lost with their machine.
     times : StartTimes
-        Of the containers.
+        Start times of the containers.
     execute : callable
-        Carries out what the master orders.
+        Executes the master's orders.
     container_lost : callable
-        Told of a container that is no more, and why.
+        Called with the id of a container that ended, and the reason.
     listener : CloudListener
-        Told of machines that come and go.
+        Notified of machines that join and leave.
 
     Attributes
     ----------
     joined : Event
-        Set once a first machine is here.
+        Set once the first machine has joined.
     """
 
     def __init__(
@@ -77,19 +77,19 @@ class MachineEvents:
         self._listener = listener
 
     def listen(self, path: Path, secret: str) -> ControlServer:
-        """Return the server of the control links, which tells what happens here."""
+        """Return the server of the control links, which reports its events to this object."""
         self._control = ControlServer(path, secret, self)
         return self._control
 
     async def close(self) -> None:
-        """Wait for no machine any more; those that go now go in order."""
+        """Stop waiting for machines; from now on, machines leave as expected."""
         self._closing = True
         await self._background.cancel()
 
-    # -- machines of a cloud process before this one -------------------------------------------------------------------
+    # -- machines of an earlier cloud process --------------------------------------------------------------------------
 
     def expect_back(self, machines: Iterable[str]) -> None:
-        """Let robots wait some seconds for these machines, on which their clones may run."""
+        """Make robots wait up to `RETURN_TIMEOUT` for these machines, which may still run their clones."""
         self._master.returning.update(machines)
         if self._master.returning:
             self._background.run(self._wait())
@@ -97,22 +97,22 @@ class MachineEvents:
     async def _wait(self) -> None:
         await asyncio.sleep(RETURN_TIMEOUT)
         if self._master.returning:
-            logger.warning("machines did not return: %s", ", ".join(sorted(self._master.returning)))
+            logger.warning("machines did not reconnect: %s", ", ".join(sorted(self._master.returning)))
             self._execute(self._master.wait_no_more())
 
-    # -- what happens --------------------------------------------------------------------------------------------------
+    # -- reports -------------------------------------------------------------------------------------------------------
 
     async def machine_registered(self, register: control_link.Register) -> None:
-        """Take a machine in, with those containers that are still the clones of their robots.
+        """Add a machine, and adopt those of its containers that are still the clones of their robots.
 
         Raises
         ------
         InvalidInput
-            It is none.
+            The registration is not valid.
         NotPermitted
-            It was removed, or runs another release of this program.
+            The machine was removed, or runs another release than the cloud.
         Unavailable
-            The store that knows whose clones they are is away.
+            The store of checkpoints is unreachable.
         """
         machine = machine_of(register)
         clones = await asyncio.to_thread(self._clones, register.carries) if register.carries else ()
@@ -129,12 +129,12 @@ class MachineEvents:
         return [carried for carried in carries if self._checkpoints.runs_on(carried.spec)]
 
     def machine_said(self, machine: str, event: control_link.FromAgent) -> None:
-        """Take news of a machine, which says nothing of the containers of others.
+        """Handle a report of a machine.
 
         Raises
         ------
         InvalidParameter, NotPermitted
-            It says what cannot be: it is cut off.
+            A value is not possible, or the container runs on another machine; the machine is disconnected.
         """
         if isinstance(event, control_link.Launched | control_link.LaunchFailed | control_link.Exited):
             self._master.check_carries(machine, event.container)
@@ -148,7 +148,7 @@ class MachineEvents:
             case control_link.LaunchFailed():
                 self._container_lost(event.container, rebuild(event.refusal.slug, event.refusal.text))
             case control_link.Exited():
-                self._container_lost(event.container, Unavailable(f"it ended with status {event.status}"))
+                self._container_lost(event.container, Unavailable(f"it exited with status {event.status}"))
 
     def _note_load(self, machine_id: str, heartbeat: control_link.Heartbeat) -> None:
         machine = self._master.machines.get(machine_id)
@@ -157,26 +157,28 @@ class MachineEvents:
             self._master.machine_measured(machine_id)
 
     def machine_gone(self, machine: str) -> None:
-        """Place anew what a machine carried."""
+        """Replace the containers of a machine that left."""
         self._beats.pop(machine, None)
-        logger.log(logging.INFO if self._closing else logging.WARNING, "machine %s is gone", machine)
+        logger.log(logging.INFO if self._closing else logging.WARNING, "machine %s has left", machine)
         self._lost_with(machine, self._master.machine_left)
         self._listener.machines_changed(self._master.machines)
 
-    # -- what is frozen, and who must go -------------------------------------------------------------------------------
+    # -- frozen and removed machines -----------------------------------------------------------------------------------
 
     def beats(self) -> Mapping[str, int]:
-        """Return how often each machine has beaten."""
+        """Return the number of heartbeats of each machine."""
         return self._beats
 
     def give_up(self, machine: str) -> None:
-        """Hang up on a machine that shows no sign of life."""
-        logger.error("machine %s missed %d beats: its agent is frozen, and given up", machine, MISSED)
+        """Disconnect a machine that missed its heartbeats."""
+        logger.error(
+            "machine %s missed %d heartbeats: its agent is frozen, and the machine is disconnected", machine, MISSED
+        )
         self._control.hang_up(machine)
         self._listener.machine_frozen(machine)
 
     def cut_off(self, machine: str, lose: Losing) -> None:
-        """Let a machine go that an administrator removed; what it carried is lost with it."""
+        """Dismiss a machine that an administrator removed; its containers are replaced."""
         self._lost_with(machine, lose)
         logger.warning("machine %s was removed", machine)
         self._listener.machine_removed(machine)

@@ -1,4 +1,4 @@
-"""Which machines a cloud has, noted for a cloud process that is started after this one was killed."""
+"""Machine registry: machine names on disk, for a cloud process that starts after this one was killed."""
 
 import logging
 from collections.abc import Iterable
@@ -12,26 +12,26 @@ logger = logging.getLogger(__name__)
 
 
 class Roll:
-    """The names of the machines, on the disk.
+    """Names of the connected machines, on disk.
 
     Parameters
     ----------
     file : Path
-        It is not there while no cloud runs, unless that was killed.
+        The file. It exists while machines are connected, and after a cloud process was killed.
     """
 
     def __init__(self, file: Path) -> None:
         self._file = file
 
     def left(self) -> list[str]:
-        """Return the machines of a cloud process that was killed."""
+        """Return the machines of a killed cloud process; empty if there are none, or the file is not readable."""
         try:
             return msgspec.json.decode(self._file.read_bytes(), type=list[str])
         except (OSError, msgspec.DecodeError):
-            return []  # nobody waits for machines then, which costs no more than containers that are made anew
+            return []  # robots then do not wait for machines, and only get new containers
 
     def note(self, machines: Iterable[str]) -> None:
-        """Note which machines there are now."""
+        """Store the names of the machines; without machines, delete the file."""
         names = sorted(machines)
         try:
             if names:
@@ -39,4 +39,7 @@ class Roll:
             else:
                 self._file.unlink(missing_ok=True)
         except OSError as error:
-            logger.warning("should this process be killed, no robot waits for its machines: %s", error)
+            logger.warning(
+                "could not store the names of machines; if this process is killed, robots do not wait for them: %s",
+                error,
+            )

@@ -1,4 +1,4 @@
-"""Executes the master's orders and feeds it events; for each place it keeps the link that clients talk to."""
+"""Drives the master: executes its orders and feeds it events; holds the place link that clients use for each place."""
 
 import asyncio
 import contextlib
@@ -30,10 +30,10 @@ from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable, rebu
 logger = logging.getLogger(__name__)
 
 START_TIMEOUT = 10.0
-"""A container that has not dialled the robot link within these seconds is given up and replaced."""
+"""Time within which a container must dial the robot link [s]; after that it is ended and replaced."""
 
 HANG_UP_GRACE = 0.5
-"""Seconds after the end of its link in which the end of a container is told, if it has ended."""
+"""Time after the end of a robot link within which the machine reports the exit of a container that has exited [s]."""
 
 
 class CloudService:
@@ -42,22 +42,24 @@ class CloudService:
     Parameters
     ----------
     master : Master
-        Decides.
+        Master to drive.
     checkpoints : CheckpointSelection
-        Of the clones.
+        Selects the checkpoints that clones start from.
     run_dir : Path
         Folder for the sockets.
     secret : str
-        With which agents register.
+        Secret with which local agents register.
     listener : CloudListener, optional
-        Told of machines that come and go, and of places that are adopted.
+        Notified of machines that join and leave, and of places that are adopted.
     start_timeout : float
-        Seconds that a container has to dial the robot link.
+        Time within which a container must dial the robot link [s].
 
     Attributes
     ----------
     of_machines : MachineEvents
-        What machines do and tell.
+        Handles the events of machines.
+    administration : Administration
+        Applies the decisions of administrators about machines.
     """
 
     def __init__(
@@ -99,7 +101,7 @@ class CloudService:
 
     @property
     def servers(self) -> tuple[ControlServer, LinkServer]:
-        """Return what serves control links and what serves robot links, for those that come from other hosts."""
+        """Return the servers of control links and of robot links, for connections from other hosts."""
         return self._control, self._links
 
     async def start(self) -> None:
@@ -111,21 +113,21 @@ class CloudService:
         self._watching.run(watch(machines, containers, meanwhile=self._note_round_trips))
 
     async def wait_for_machine(self, timeout: float) -> None:
-        """Wait until a first machine is here.
+        """Wait until a first machine has joined.
 
         Raises
         ------
         Unavailable
-            None came in time.
+            No machine joined within ``timeout`` [s].
         """
         try:
             async with asyncio.timeout(timeout):
                 await self.of_machines.joined.wait()
         except TimeoutError as error:
-            raise Unavailable(f"no machine registered within {timeout:g} s; see what its agent logged") from error
+            raise Unavailable(f"no machine registered within {timeout:g} s; see the log of its agent") from error
 
     async def close(self) -> None:
-        """Close all places and let all machines go."""
+        """Close all places and dismiss all machines."""
         self._closing = True
         await self._watching.cancel()
         await self.of_machines.close()
@@ -139,27 +141,29 @@ class CloudService:
     # -- places --------------------------------------------------------------------------------------------------------
 
     def place(self, key: str) -> PlaceLink | None:
-        """Return an open place."""
+        """Return the link of an open place, or None."""
         return self._places.get(key)
 
     def open_place(self, request: PlaceRequest, *, queue: bool = False) -> PlaceLink:
-        """Open a place, or return it if it is open; with ``queue`` it may have to wait for its turn.
+        """Open a place, or return it if it is open; with ``queue``, it may wait for its turn.
 
         Raises
         ------
         Conflict
-            It is open for another version of the map or another size.
+            It is open for another request, such as another map version or size.
         QuotaExceeded, Unavailable, InvalidParameter
-            As the master says.
+            As ``Master.open`` or ``Queue.open`` raise them.
         """
         known = self._places.get(request.key)
         if known is not None:
             if self._request_of(request.key) != request:
-                raise Conflict(f"{request.key} is running; disconnect it to run it anew with what was changed")
+                raise Conflict(
+                    f"{request.key} runs with earlier settings; disconnect it and connect again to apply the changes"
+                )
             return known
         orders = self._queue.open(request, self._master.open) if queue else self._master.open(request)
         place = self._places[request.key] = PlaceLink(request.key)
-        place.busy = queue  # who waits is not idle
+        place.busy = queue  # a queued place must not count as idle
         self._execute(orders)
         return place
 
@@ -168,15 +172,15 @@ class CloudService:
         return place.request if place is not None else self._queue.get(key)
 
     def position(self, key: str) -> int | None:
-        """Return the position of a place in the queue, the first being 1; None if it does not wait there."""
+        """Return the position of a place in the queue, from 1; None if it is not queued."""
         return self._queue.position(key)
 
     def quotas_changed(self) -> None:
-        """Serve whoever waits for what users may have now."""
+        """Open queued places that the changed quotas allow."""
         self._execute([])
 
     async def close_place(self, key: str, reason: PPaaSError) -> None:
-        """Give a place up and tell its clients; one that was idle goes on when somebody comes again."""
+        """Close a place and notify its clients; an idle robot's next session continues from its last checkpoint."""
         open_now = self._master.places.get(key)
         if isinstance(reason, Idle) and open_now is not None and open_now.request.robot is not None:
             self._checkpoints.park(open_now.request.user, open_now.request.robot.id)
@@ -187,19 +191,19 @@ class CloudService:
         self._execute(self._master.close(key))
 
     def give_up_container(self, container: str) -> None:
-        """Have a container ended as if it had died: its place gets another, and clients notice a pause.
+        """End a container as if it had died: its place gets another, and clients notice only a pause.
 
         Raises
         ------
         NotFound
-            There is no such container, or no longer.
+            There is no such container.
         Unavailable
-            Its machine is away.
+            Its machine is not connected.
         """
         self._control.order(self._master.carrier(container), control_link.StopContainer(container, grace=0.0))
 
     def resize_container(self, container: str, cores: float) -> None:
-        """Give a container another size while it runs; raises as ``Master.resize`` does."""
+        """Change the size of a running container [cores]; raises as ``Master.resize`` does."""
         self._execute(self._master.resize(container, cores))
 
     # -- orders --------------------------------------------------------------------------------------------------------
@@ -213,7 +217,7 @@ class CloudService:
             self._execute([End(machine, container)])
             self._container_lost(container, reason)
 
-    # -- what happens --------------------------------------------------------------------------------------------------
+    # -- events --------------------------------------------------------------------------------------------------------
 
     async def _welcome(self, hello: robot_link.Hello, stream: FrameStream[robot_link.FromContainer]) -> None:
         key = self._master.container_ready(hello.container, hello.pid)
@@ -229,10 +233,10 @@ class CloudService:
                 self._background.run(self._hung_up(hello.container))
 
     async def _hung_up(self, container: str) -> None:
-        """Have a container replaced that hung up, or was hung up on, and lives: it waits for another cloud process."""
+        """Replace a container whose link was closed but that still runs: it waits for another cloud process."""
         await asyncio.sleep(HANG_UP_GRACE)
         if not self._master.is_leaving(container):
-            with contextlib.suppress(NotFound, Unavailable):  # it has ended, as it should
+            with contextlib.suppress(NotFound, Unavailable):  # it has exited as expected
                 self.give_up_container(container)
 
     def _failed(self, failed: robot_link.ContainerFailed) -> None:
@@ -247,14 +251,14 @@ class CloudService:
             logger.log(level, "container %s is lost: %s", container, reason)
         self._execute(orders)
 
-    # -- what is frozen ------------------------------------------------------------------------------------------------
+    # -- frozen containers ---------------------------------------------------------------------------------------------
 
     def _beats(self) -> dict[str, int]:
         return {place.container: place.beats for place in self._places.values() if place.container is not None}
 
     def _give_up_frozen(self, container: str) -> None:
-        logger.error("container %s missed %d beats: it is frozen, and replaced", container, MISSED)
-        with contextlib.suppress(NotFound, Unavailable):  # it went just now
+        logger.error("container %s missed %d heartbeats: it is frozen, and replaced", container, MISSED)
+        with contextlib.suppress(NotFound, Unavailable):  # it has just exited
             self.give_up_container(container)
 
     def _note_round_trips(self) -> None:
@@ -262,14 +266,14 @@ class CloudService:
             if place.round_trip is not None:
                 self._master.robot_timed(key, place.round_trip)
 
-    # -- what may be looked at -----------------------------------------------------------------------------------------
+    # -- views ---------------------------------------------------------------------------------------------------------
 
     def machines(self) -> list[MachineView]:
         """Return all machines."""
         return [machine_view(machine) for machine in self._master.machines.values()]
 
     def containers(self, user: str | None) -> list[ContainerView]:
-        """Return the containers of a user, or all."""
+        """Return the containers of a user, or of all users if None."""
         places = (place for place in self._master.places.values() if user in (None, place.request.user))
         return [view for place in places if (view := self._view(place)) is not None]
 

@@ -1,4 +1,4 @@
-"""Executes the orders of the master: containers are started, ended, moved and resized by messages to their machines."""
+"""Executes the master's orders: starts, ends, moves and resizes containers by messages to their machines."""
 
 import asyncio
 import contextlib
@@ -20,30 +20,30 @@ from ppaas.errors import PPaaSError, Unavailable
 logger = logging.getLogger(__name__)
 
 LEAVE_GRACE = 5.0
-"""Seconds that a container has to keep its state before it is moved as if it had died."""
+"""Time that a leaving container has to store its state [s]; after that, its machine kills it."""
 
 
 class OrderExecution:
-    """Executes orders.
+    """Executes the master's orders.
 
     Parameters
     ----------
     places : dict of str to PlaceLink
-        The open places; one that is adopted is added, one that is closed removed.
+        The open places by name; adopted places are added, closed ones are removed.
     control : ControlServer
-        Reaches the machines.
+        Sends the orders to machines.
     links : LinkServer
-        Awaits the containers.
+        Admits the containers that were started.
     times : StartTimes
-        Of the containers.
+        Start times of the containers.
     checkpoints : CheckpointSelection
-        Of the clones.
+        Selects the checkpoints that clones start from.
     start_timeout : float
-        Seconds that a container has to dial the robot link.
+        Time within which a container must dial the robot link [s].
     not_come : callable
-        Told machine, container and reason of a container that was started and did not come, or had come by then.
+        Called with machine, container and reason if a start failed, and for every container after its start timeout.
     adopted : callable
-        Told of a place that goes on with a container that ran since another cloud process.
+        Called with the name of a place that adopted a container of an earlier cloud process.
     """
 
     def __init__(
@@ -65,11 +65,11 @@ class OrderExecution:
         self._checkpoints = checkpoints
         self._start_timeout = start_timeout
         self._not_come = not_come
-        self._tell_adopted = adopted
+        self._notify_adopted = adopted
         self._background = Background()
 
     def execute(self, order: Order) -> None:
-        """Execute an order; what it takes time for goes on by itself."""
+        """Execute an order; slow steps run in the background."""
         match order:
             case Start():
                 self._times.order(order.spec.id)
@@ -89,7 +89,7 @@ class OrderExecution:
                     place.close(order.reason)
 
     async def cancel(self) -> None:
-        """Give up what goes on by itself."""
+        """Cancel background tasks."""
         await self._background.cancel()
 
     async def _start(self, order: Start) -> None:
@@ -98,7 +98,7 @@ class OrderExecution:
             await asyncio.sleep(order.delay)
             spec = await asyncio.to_thread(self._checkpoints.with_checkpoint, order.spec)
             if not self._times.is_awaited(container):
-                return  # it was given up meanwhile
+                return  # it was ended or replaced meanwhile
             self._send_start(order.machine, spec)
         except PPaaSError as error:
             self._not_come(order.machine, container, error)
@@ -120,7 +120,7 @@ class OrderExecution:
         self._times.order(container)
         self._links.expect(container, order.carried.secret, order.machine)
         self._background.run(self._answered(order.machine, container))
-        self._tell_adopted(order.place)
+        self._notify_adopted(order.place)
 
     def _send_start(self, machine: str, spec: ContainerSpec) -> None:
         self._times.send(spec.id)
@@ -134,16 +134,16 @@ class OrderExecution:
         try:
             self._control.order(order.machine, control_link.StopContainer(order.container))
         except Unavailable:
-            logger.info("container %s went with its machine", order.container)
+            logger.info("container %s was lost with its machine", order.container)
 
     def _let_leave(self, order: Leave) -> None:
         logger.info("container %s leaves machine %s", order.container, order.machine)
         place = self._places.get(order.place)
         if place is not None:
             place.release()
-        with contextlib.suppress(Unavailable):  # its machine went just now, which is told
+        with contextlib.suppress(Unavailable):  # the machine has just left, which is reported on its own
             self._control.order(order.machine, control_link.StopContainer(order.container, grace=LEAVE_GRACE))
 
     def _resize(self, order: Resize) -> None:
-        with contextlib.suppress(Unavailable):  # its machine is away, and what replaces it has the new size
+        with contextlib.suppress(Unavailable):  # the machine has left; the next container has the new size
             self._control.order(order.machine, control_link.ResizeContainer(order.container, order.cores))

@@ -1,4 +1,4 @@
-"""How many paths each user may ask for in a minute."""
+"""Rate limit of path requests: the quota ``plans_per_minute`` of each user."""
 
 import math
 
@@ -7,24 +7,25 @@ from ppaas.clock import Clock, monotonic
 from ppaas.errors import QuotaExceeded
 
 WINDOW = 60.0
-"""Seconds: a whole quota may be asked for at once, and after that as much as time gives back."""
+"""Period of the quota [s]. A whole quota may be used at once; it is then restored at a constant rate."""
 
 MAX_KNOWN = 4096
-"""Users of whom something is noted, before those whose quota is whole again are forgotten."""
+"""Number of users in memory above which users with a full quota are forgotten."""
 
 
 class PlanRate:
-    """Counts what is asked for, by the generic cell rate algorithm: a token bucket that is one number a user.
+    """Counts path requests by the generic cell rate algorithm, a token bucket with one number per user.
 
-    The number is when all of the user's quota is there again. What is asked for moves it on by its share of the
-    window; where that is more than a window ahead, it is refused and moves nothing. See ITU-T I.371, annex A.
+    The number is the time at which the user's quota is full again. A request advances it by the share of the quota that
+    it uses, times the period. A request that would advance it to more than one period from now is refused, and leaves
+    it unchanged. See ITU-T I.371, annex A.
 
     Parameters
     ----------
     quotas : Quotas
-        What each user may have.
+        Quotas of the users.
     clock : callable
-        Monotonic seconds.
+        Returns monotonic seconds.
     """
 
     def __init__(self, quotas: Quotas, clock: Clock = monotonic) -> None:
@@ -33,12 +34,12 @@ class PlanRate:
         self._whole: dict[str, float] = {}
 
     def take(self, user: str, plans: int = 1) -> None:
-        """Count paths that a user asks for.
+        """Count paths that a user requests.
 
         Raises
         ------
         QuotaExceeded
-            They are too many; it says when they may be asked for, if ever.
+            They exceed the quota; ``retry_after`` is the time until they are allowed [s], None if they never are.
         """
         limit, now = self._quotas.of(user).plans_per_minute, self._clock()
         used = max(self._whole.get(user, now) - now, 0.0)
@@ -51,14 +52,16 @@ class PlanRate:
             self._whole = {name: whole for name, whole in self._whole.items() if whole > now}
 
     def used(self, user: str) -> int:
-        """Return how many of a user's paths count now."""
+        """Return the number of paths that currently count against a user's quota."""
         now = self._clock()
         seconds = max(self._whole.get(user, now) - now, 0.0)
         return math.ceil(round(seconds * self._quotas.of(user).plans_per_minute / WINDOW, 6))
 
 
 def _too_many(user: str, limit: int, used: int, plans: int, retry: float | None) -> str:
-    text = f"user {user!r} may ask for {limit} paths a minute, of which {used} are used; {plans} more cannot be given: "
+    text = (
+        f"user {user!r} may request {limit} paths a minute and has used {used}; {plans} more would exceed the limit: "
+    )
     if retry is None:
-        return f"{text}ask for less at once, or let an administrator raise the quota 'plans_per_minute'"
-    return f"{text}ask again in {retry:.3g} s, or let an administrator raise the quota 'plans_per_minute'"
+        return f"{text}request fewer at once, or ask an administrator to raise the quota 'plans_per_minute'"
+    return f"{text}try again in {retry:.3g} s, or ask an administrator to raise the quota 'plans_per_minute'"

@@ -1,4 +1,4 @@
-"""Paths for programs: containers that only plan, one a user and map version, there while they are used."""
+"""Path planning for programs, in planning containers: one for each user, map version and set of labels, while used."""
 
 import asyncio
 import logging
@@ -27,15 +27,19 @@ from ppaas.plans.stored import ORIGINS
 logger = logging.getLogger(__name__)
 
 IDLE = 120.0
-"""Seconds after its last path that a planning container is kept."""
+"""Time after its last request for which a planning container is kept [s]."""
 
 CORES = 1.0
+"""Size of a planning container [cores]."""
+
 READY_TIMEOUT = 15.0
+"""Time within which a planning container must be ready [s]."""
+
 PATIENCE = 10.0
-"""Seconds after which whoever does not ask again leaves the queue."""
+"""Time after which a queued request that is not repeated leaves the queue [s]."""
 
 ANSWER_MARGIN = 5.0
-"""Seconds that a container may take beyond the time that the planner is given."""
+"""Time that a container may take in addition to the planner's time limit [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +50,15 @@ class _Asked:
 
 
 class Planning:
-    """Computes paths without a robot."""
+    """Computes paths and costs without a robot.
+
+    Parameters
+    ----------
+    service : CloudService
+        Opens the places of planning containers.
+    idle : float
+        Time after its last request for which a planning container is kept [s].
+    """
 
     def __init__(self, service: CloudService, idle: float = IDLE) -> None:
         self._service = service
@@ -62,9 +74,11 @@ class Planning:
         Raises
         ------
         PlanningError
-            There is no path; one of its subclasses.
+            There is no path; raised as one of its subclasses.
         QuotaExceeded
-            The user may not have another container.
+            The user's quota allows no other container.
+        Queued
+            The request waits in the queue.
         Unavailable
             No machine has room, or the container was lost.
         """
@@ -91,14 +105,14 @@ class Planning:
         )
 
     async def compute_costs(self, user: str, version: MapVersion, request: CostRequest) -> CostAnswer:
-        """Have the user's planning container for this map version tell what it costs from each start to each goal.
+        """Compute the costs from each start to each goal in the user's planning container for this map version.
 
         Raises
         ------
         InvalidInput
-            Too many starts or goals.
+            There are too many starts or goals.
         PlanningError, QuotaExceeded, Unavailable
-            As ``compute_path``.
+            As ``compute_path`` raises them.
         """
         starts, goals = ([Pose.of(Pose2D(*pose)) for pose in ends] for ends in (request.starts, request.goals))
         question = ComputeCostsRequest(starts, goals, request.timeout)
@@ -114,16 +128,16 @@ class Planning:
         self._note_use(place.key)
         if (position := self._service.position(place.key)) is not None:
             if not queue:
-                raise Unavailable(f"a container for this is asked for, at position {position} of the queue: wait, too")
+                raise Unavailable(f"its container is at position {position} of the queue: set 'queue' to wait for it")
             self._keep_in_queue(place.key)
             raise Queued(position)
         await place.ready(READY_TIMEOUT)
-        # Who plans is asked before the call: the container may be gone, or another, when the answer is here.
+        # The container is noted before the call, since it may be lost or replaced by the time of the answer.
         container, pid = place.container, place.pid
         answer = await place.call(service, encode(question), timeout + ANSWER_MARGIN)
         self._note_use(place.key)
         if container is None or pid is None:
-            raise Unavailable("the container was lost; ask again")
+            raise Unavailable("the container was lost; send the request again")
         return _Asked(answer, container, pid)
 
     def _keep_in_queue(self, key: str) -> None:
@@ -135,7 +149,7 @@ class Planning:
     def _leave_queue(self, key: str) -> None:
         del self._leaving[key]
         if self._service.position(key) is not None:
-            self._background.run(self._service.close_place(key, Unavailable("nobody asked for it any more")))
+            self._background.run(self._service.close_place(key, Unavailable("its request was not repeated in time")))
 
     def _note_use(self, key: str) -> None:
         now = self._used[key] = asyncio.get_running_loop().time()
@@ -152,10 +166,10 @@ class Planning:
             self._close_later(key, unused_at)
             return
         del self._used[key]
-        self._background.run(self._service.close_place(key, Unavailable("it was not used")))
+        self._background.run(self._service.close_place(key, Unavailable("the planning container was idle")))
 
     def close(self) -> None:
-        """Forget what was to be closed later."""
+        """Cancel all timers."""
         for handle in (*self._closing.values(), *self._leaving.values()):
             handle.cancel()
 

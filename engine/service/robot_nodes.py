@@ -1,4 +1,4 @@
-"""Where the nodes of robots run, for who asks from outside: told and decided by each clone's node monitor."""
+"""Homes of the nodes of robots, for REST: queried and changed by each clone's node monitor."""
 
 from engine.master.places import robot_key
 from engine.service.master_driver import CloudService
@@ -8,23 +8,23 @@ from ppaas.messages.message import Empty, Message
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes, RunNodeRequest
 
 ANSWER_TIMEOUT = 10.0
-"""Seconds; the node monitor answers in some milliseconds."""
+"""Time limit of a call of the node monitor [s], which normally answers within milliseconds."""
 
 
 class RobotNodes:
-    """Asks the node monitors of robots that have a place.
+    """Calls the node monitors of connected robots.
 
     Parameters
     ----------
     service : CloudService
-        Knows the places.
+        Has the links of the places.
     """
 
     def __init__(self, service: CloudService) -> None:
         self._service = service
 
     async def homes(self, user: str, robot: str) -> list[NodeHome]:
-        """Return where each node of a robot runs, and why.
+        """Return the home of each node of a robot, and the reason for it.
 
         Raises
         ------
@@ -34,14 +34,14 @@ class RobotNodes:
         return decode(NodeHomes, await self._ask(user, robot, "list_nodes", Empty())).nodes
 
     async def run(self, user: str, robot: str, node: str, home: str) -> NodeHome:
-        """Have a node run where it does best, or where it is asked for; return what the node monitor says.
+        """Move a node to the requested home, or to the best one; return its home as the node monitor reports it.
 
         Parameters
         ----------
         user, robot : str
-            Whose node it is.
+            User and robot of the node.
         node : str
-            Its name.
+            Name of the node.
         home : str
             ``cloud``, ``robot``, or empty for the best.
 

@@ -1,4 +1,4 @@
-"""Robots and their operators: who is connected to which place, and when a place is given up."""
+"""Robot sessions: counts the clients of each robot's place, and closes the place some time after the last has left."""
 
 import asyncio
 import logging
@@ -22,22 +22,24 @@ from storage.versions import OCTOMAP
 logger = logging.getLogger(__name__)
 
 LINGER = 30.0
-"""Seconds that a clone waits for a client to come back before its container is given up."""
+"""Time for which the place of a robot outlives its last client [s]."""
 
 
 class RobotSessions:
-    """Opens the place of a robot for its first client and closes it some time after the last has left.
+    """Opens the place of a robot for its first client, and closes it some time after the last has left.
 
     Parameters
     ----------
     service : CloudService
-        Opens places.
-    store, map_store
-        Know the robots and the versions of their maps.
+        Opens and closes places.
+    store : Store
+        Store of the robots.
+    map_store : MapStore
+        Store of the map versions.
     linger : float
-        Seconds that a place without clients is kept.
+        Time for which a place without clients is kept [s].
     node_priorities : tuple of str
-        What the node monitor goes by, where a robot's file says nothing else; empty for its own order.
+        Priorities of the node monitor, unless a robot's file sets its own; empty for the default order.
     """
 
     def __init__(
@@ -59,31 +61,32 @@ class RobotSessions:
         self._closing: dict[str, asyncio.Task[None]] = {}
 
     async def join(self, user: str, robot: str, *, as_robot: bool, hold: bool = True, queue: bool = False) -> PlaceLink:
-        """Return the place of a robot for one more client, which must ``leave`` it.
+        """Add a client to the place of a robot and return the place; the client must ``leave`` it later.
 
         Parameters
         ----------
         user, robot : str
-            Whose place it is.
+            User and name of the robot.
         as_robot : bool
-            It is the robot itself, of which there is one.
+            Whether the client is the robot itself, which may connect once only.
         hold : bool
-            Open the place, and keep it open for this client. A client that does not hold it does not ``leave`` either.
+            Whether to open the place and keep it open for this client. Without it, the place must be open already, the
+            client is not counted, and it must not ``leave``.
         queue : bool
-            Let the place wait for its turn where there is no container for it now.
+            Whether the place may wait for its turn if no container is available now.
 
         Raises
         ------
         NotFound
-            The user has no such robot, or its map is gone.
+            The user has no such robot, or its map was deleted.
         InvalidParameter
-            A mask that the robot's file names is gone, or no grid.
+            A mask that the robot's file names does not exist, or is not a grid.
         NotPermitted
             The user may no longer read the map.
         Conflict
-            The robot is connected already.
+            The robot is connected already, or its place is open with other settings.
         QuotaExceeded, Unavailable
-            There is no container for it.
+            No container is available.
         """
         request = await asyncio.to_thread(self._request, user, robot)
         key = request.key
@@ -112,12 +115,12 @@ class RobotSessions:
         except Conflict:
             if request.key not in self._closing:
                 raise
-        # Nobody is connected: what was changed meanwhile, as the map, need not wait for the old place to end.
+        # No client is connected, so the old place is closed at once in favour of the changed robot or map.
         await self._service.close_place(request.key, Unavailable("its robot or map was changed"))
         return self._service.open_place(request, queue=queue)
 
     def position(self, place: PlaceLink) -> int | None:
-        """Return the position of a place in the queue, the first being 1; None if it does not wait there."""
+        """Return the position of a place in the queue, from 1; None if it is not queued."""
         return self._service.position(place.key)
 
     def _request(self, user: str, robot: str) -> PlaceRequest:
@@ -140,7 +143,7 @@ class RobotSessions:
             return None
 
     def leave(self, place: PlaceLink, *, as_robot: bool) -> None:
-        """Take one client off a place."""
+        """Remove a client from a place."""
         key = place.key
         if as_robot:
             self._robots.discard(key)
@@ -151,29 +154,29 @@ class RobotSessions:
             self._closing[key] = asyncio.create_task(self._close_later(key, 0.0 if waits else self._linger))
 
     def await_back(self, key: str) -> None:
-        """Keep a place that goes on since another cloud process for as long as if its last client had left now."""
+        """Keep an adopted place for the time of ``linger``, as if its last client had left now."""
         if key not in self._clients and key not in self._closing:
             self._closing[key] = asyncio.create_task(self._close_later(key, self._linger))
 
     async def let_go(self, place: PlaceLink, reason: PPaaSError) -> None:
-        """Give a place up though clients are connected, and tell them why."""
+        """Close a place although clients are connected, and notify them of the reason."""
         if self._service.place(place.key) is place:
             await self._service.close_place(place.key, reason)
 
     async def _close_later(self, key: str, linger: float) -> None:
         await asyncio.sleep(linger)
         self._closing.pop(key, None)
-        await self._service.close_place(key, Unavailable(f"nobody was connected for {linger:g} s"))
+        await self._service.close_place(key, Unavailable(f"no client was connected for {linger:g} s"))
 
     async def close(self) -> None:
-        """Forget what was to be closed later."""
+        """Cancel all pending closes."""
         for task in self._closing.values():
             task.cancel()
         await asyncio.gather(*self._closing.values(), return_exceptions=True)
 
 
 def robot_config(record: RobotRecord, urdf: RobotDescription | None = None) -> RobotConfig:
-    """Return what a clone must know of its robot."""
+    """Return the configuration of a robot for its clone."""
     return RobotConfig(
         id=record.id,
         model=record.model,

@@ -1,15 +1,15 @@
-"""When containers were ordered, and how long they took until they answered."""
+"""Start times of containers: time of the order, and time until the container answered."""
 
 from ppaas.clock import Clock, monotonic
 
 
 class StartTimes:
-    """Of the containers that are there, or awaited.
+    """Start times of running and awaited containers.
 
     Parameters
     ----------
     clock : callable
-        Monotonic seconds.
+        Returns monotonic seconds.
     """
 
     def __init__(self, clock: Clock = monotonic) -> None:
@@ -19,37 +19,37 @@ class StartTimes:
         self._took: dict[str, float] = {}
 
     def __len__(self) -> int:
-        """Return of how many containers something is known."""
+        """Return the number of known containers."""
         return len(self._ordered)
 
     def order(self, container: str) -> None:
-        """Note that a container is to be started."""
+        """Record the order to start a container."""
         self._ordered[container] = self._awaited[container] = self._clock()
 
     def send(self, container: str) -> None:
-        """Note that its machine is told of it only now."""
+        """Record that the order was sent to the machine; the time until the answer counts from now."""
         self._awaited[container] = self._clock()
 
     def is_awaited(self, container: str) -> bool:
-        """Tell whether it is to be started, and has not answered yet."""
+        """Return whether a container was ordered and has not answered yet."""
         return container in self._awaited
 
     def answer(self, container: str) -> None:
-        """Note that it answers."""
+        """Record the first answer of a container."""
         began = self._awaited.pop(container, None)
         if began is not None:
             self._took[container] = self._clock() - began
 
     def age(self, container: str) -> float:
-        """Return how long ago it was ordered [s]; 0 where that is not known."""
+        """Return the time since the order [s]; 0 if the container is unknown."""
         now = self._clock()
         return now - self._ordered.get(container, now)
 
     def took(self, container: str) -> float | None:
-        """Return how long it took from the order to its machine until it answered [s]; None where it has not."""
+        """Return the time from the order to the machine until the answer [s]; None before the answer."""
         return self._took.get(container)
 
     def forget(self, container: str) -> None:
-        """Forget a container that is no more."""
+        """Forget a container that has ended."""
         for times in (self._ordered, self._awaited, self._took):
             times.pop(container, None)

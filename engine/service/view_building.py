@@ -1,4 +1,4 @@
-"""What can be seen of machines and containers, from what the master and the endpoints know of them."""
+"""Builds the views of machines and containers from the state of the master and the place links."""
 
 from engine.master.machine import Machine
 from engine.master.places import Place
@@ -8,7 +8,7 @@ from engine.specs.cores import memory
 
 
 def machine_view(machine: Machine) -> MachineView:
-    """Return a machine as it is seen."""
+    """Return the view of a machine."""
     settings = machine.settings
     return MachineView(
         id=machine.id,
@@ -36,19 +36,19 @@ def machine_view(machine: Machine) -> MachineView:
 def container_view(
     place: Place, machine: Machine | None, link: PlaceLink | None, age: float, ready_seconds: float | None
 ) -> ContainerView | None:
-    """Return the container of a place as it is seen; None where it has none.
+    """Return the view of a place's container; None if it has none.
 
     Parameters
     ----------
     place : Place
     machine : Machine, optional
-        That carries it.
+        Machine of the container.
     link : PlaceLink, optional
-        Of the place.
+        Link of the place.
     age : float
-        Since the order to start it [s].
+        Time since the order to start it [s].
     ready_seconds : float, optional
-        From that order until it answered [s].
+        Time from the order to its machine until it answered [s].
     """
     spec = place.spec
     if spec is None:

@@ -1,4 +1,4 @@
-"""Machines and containers, as the engine shows them to the endpoints."""
+"""Views of machines and containers that the engine returns to the endpoints."""
 
 from typing import Literal
 
@@ -13,44 +13,44 @@ MachineState = Literal["ready", "draining", "drained"]
 
 
 class MachineView(msgspec.Struct, frozen=True):
-    """A machine.
+    """State of a machine.
 
     Parameters
     ----------
     cores : int
-        CPUs it has.
+        Number of CPUs.
     capacity : float
-        Size it may give to containers, in cores: by its CPUs, the oversubscription and its memory.
+        Total size that it may give to containers [cores], by its CPUs, oversubscription and memory.
     containers : int
-        How many are placed on it.
+        Number of containers placed on it.
     memory, memory_used : int
-        Bytes.
+        Total memory and memory in use [bytes].
     load : float
-        CPU in use, in cores.
+        CPU in use [cores].
     given : float
-        Sum of the sizes of its containers, in cores.
+        Sum of the sizes of its containers [cores].
     memory_given : int
-        Bytes that these count for.
+        Memory that these sizes count for [bytes].
     state : {"ready", "draining", "drained"}
-        Whether it is given containers, or its own are moved to others, or that is done.
+        ``ready`` if it accepts containers, ``draining`` while its containers move to others, ``drained`` afterwards.
     labels : dict of str to str
-        What it is like.
+        Labels of its agent and of the administrator.
     max_containers : int
-        Upper limit of containers.
+        Largest number of containers.
     max_memory : int, optional
-        Upper limit of the bytes that it may give; without it, what it has.
+        Upper limit of the memory that it may give [bytes]; None for all of its memory.
     oversubscription : float
-        Cores that it gives away for each that it has.
+        Factor by which the cores that it gives exceed the cores that it has.
     draining : bool
-        Whether an administrator drains it.
+        Whether an administrator is draining it.
     network : float, optional
-        What it can send and receive in a second [bytes], where that is known.
+        Capacity of its network, sent and received [bytes/s]; None if unknown.
     network_used : float
-        What it sends and receives in a second [bytes].
+        Data sent and received [bytes/s].
     round_trip : float
-        To the robots that it serves and to other machines, on average [s].
+        Average round trip to the robots that it serves and to other machines [s].
     round_trips : dict of str to float
-        To other machines, by their names [s].
+        Round trips to other machines, by name [s].
     """
 
     id: str
@@ -75,30 +75,30 @@ class MachineView(msgspec.Struct, frozen=True):
 
 
 class ContainerView(msgspec.Struct, frozen=True):
-    """A container.
+    """State of a container.
 
     Parameters
     ----------
     robot : str, optional
-        The robot whose clone runs in it; without one it only plans.
+        Robot of the clone; None for a planning container.
     cores : float
-        Its size.
+        Size of the container [cores].
     pid : int, optional
-        Of its process, once it runs.
+        Process id, once it runs.
     pss : int, optional
         Proportional set size [bytes], once it was measured.
     ready_seconds : float, optional
-        From the order to start it until it answered [s].
+        Time from the order to its machine until it answered [s].
     cpu : float, optional
-        CPU in use, in cores, once it was measured.
+        CPU in use [cores], once it was measured.
     age : float
-        Since the order to start it [s].
+        Time since the order to start it [s].
     clients : int
-        Sockets of the robot and its operators.
+        Number of connected clients: the robot and its operators.
     round_trip : float, optional
-        To the robot, once it was measured [s].
+        Round trip to the robot [s], once it was measured.
     masks : tuple of str
-        Ids of the maps that its costmap filters go by.
+        Ids of the maps that its costmap filters use as masks.
     """
 
     id: str

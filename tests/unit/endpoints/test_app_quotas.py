@@ -41,7 +41,7 @@ async def test_paths_over_the_rate_are_refused_with_the_time_to_ask_again(
         assert (await client.post("/v1/maps/house/plans", headers=headers, json=PATH)).status_code == 201
     refused = await client.post("/v1/maps/house/plans", headers=headers, json=PATH)
     told = problem_of(refused, 429, "quota-exceeded")["detail"]
-    assert "'ann' may ask for 2 paths a minute, of which 2 are used" in told and "plans_per_minute" in told
+    assert "'ann' may request 2 paths a minute and has used 2;" in told and "plans_per_minute" in told
     assert 25 <= int(refused.headers["retry-after"]) <= 30
     bob = await log_in("bob")
     problem_of(await client.post("/v1/maps/house/plans", headers=bob, json=PATH), 404, "not-found")

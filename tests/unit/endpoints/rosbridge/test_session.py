@@ -33,7 +33,7 @@ async def test_a_path_too_many_is_refused_as_the_answer_and_reaches_nobody(place
     assert call.service == "move_base/make_plan"
     [refused] = await answers(client)
     assert (refused["id"], refused["result"]) == ("second", False)
-    assert refused["values"].startswith("user 'ann' may ask for 1 paths a minute")
+    assert refused["values"].startswith("user 'ann' may request 1 paths a minute")
     client.session.end()
 
 

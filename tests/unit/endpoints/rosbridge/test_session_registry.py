@@ -274,7 +274,7 @@ async def test_an_operator_that_holds_nothing_opens_nothing_and_keeps_nothing(wo
         await first.close()
         code, reason = await closed(looker)
         assert code == 1011
-        assert reason.startswith("unavailable: nobody was connected")
+        assert reason.startswith("unavailable: no client was connected")
 
 
 @pytest.mark.parametrize(

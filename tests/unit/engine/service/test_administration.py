@@ -1,4 +1,4 @@
-"""What administrators say of machines outlives the cloud."""
+"""Tests of administration: settings of machines outlive the cloud process."""
 
 from pathlib import Path
 
@@ -48,7 +48,7 @@ def test_what_was_said_holds_for_the_next_cloud(tmp_path: Path) -> None:
 def test_a_file_that_is_not_what_was_kept_is_named(tmp_path: Path, kept: bytes) -> None:
     file = tmp_path / "settings.json"
     file.write_bytes(kept)
-    with pytest.raises(InvalidInput, match=r"settings\.json is not what was kept"):
+    with pytest.raises(InvalidInput, match=r"settings\.json is not a valid file"):
         started(file)
 
 
@@ -56,6 +56,6 @@ def test_what_cannot_be_kept_is_done_and_said_so(tmp_path: Path) -> None:
     (tmp_path / "data").write_bytes(b"no folder")
     master, administration = started(tmp_path / "data" / "settings.json")
     master.machine_joined(machine("m1"))
-    with pytest.raises(Unavailable, match="it is done"):
+    with pytest.raises(Unavailable, match="in effect, but it was not saved"):
         administration.configure("m1", SAID)
     assert master.machines["m1"].settings == SAID

@@ -1,4 +1,4 @@
-"""Which machines a cloud has, as the next cloud process reads it."""
+"""Tests of the machine registry, as the next cloud process reads it."""
 
 import logging
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The cloud as the endpoints know it, with machines and containers in the hands of the test."""
+"""Tests of the master's driver, with machines and containers simulated by the test."""
 
 import asyncio
 import threading
@@ -26,7 +26,7 @@ from tests.support.waiting import until
 
 
 class SlowStore(MemoryStore):
-    """Waits before it reads or removes a checkpoint, if it is told to, and may be away."""
+    """Store that delays reading or removing a checkpoint on request, and can be unreachable."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -73,7 +73,7 @@ async def machine(service: CloudService, tmp_path: Path) -> AsyncIterator[FakeMa
 
 
 def assert_forgotten(service: CloudService) -> None:
-    """Make sure that nothing is known of any place or container."""
+    """Check that no place or container is known any more."""
     assert len(service._times) == 0
     assert service._links.awaited == 0
     assert service._places == {}
@@ -294,7 +294,9 @@ async def test_a_store_that_is_away_for_a_moment_costs_a_moment(
 ) -> None:
     store.errors.append(error)
     place = service.open_place(robot_request())
-    assert isinstance(await machine.order(), control_link.StopContainer)  # never started, which does no harm
+    assert isinstance(
+        await machine.order(), control_link.StopContainer
+    )  # it was never started; stopping it has no effect
     await machine.boot(await machine.started())
     await place.ready(10)
 

@@ -1,4 +1,4 @@
-"""Machines that return to a cloud process that is new, with what runs there: real links, no processes."""
+"""Tests of machines that reconnect to a new cloud process with their containers: real links, no processes."""
 
 import math
 from collections.abc import AsyncIterator
@@ -49,7 +49,7 @@ def running(container: str = "old", robot: str = "tb1") -> control_link.RunningC
 
 
 def keep(store: MemoryStore, carried: control_link.RunningContainer, instance: str = "before") -> None:
-    """Let a container have kept the last checkpoint of its robot."""
+    """Store a checkpoint of a container as the last one of its robot."""
     spec = carried.spec
     assert spec.robot is not None
     store.save_clone(CloneCheckpoint(spec.user, spec.robot.id, marks(spec, instance), 1.0))
@@ -175,6 +175,6 @@ async def test_the_names_of_machines_are_told_as_they_come_and_go(
 
 
 def test_specs_come_back_as_they_went() -> None:
-    """Else what is asked for again would be another robot."""
+    """Otherwise a repeated request would look like one for another robot."""
     told = running()
     assert msgspec.msgpack.decode(msgspec.msgpack.encode(told), type=control_link.RunningContainer) == told

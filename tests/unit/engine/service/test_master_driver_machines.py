@@ -1,4 +1,4 @@
-"""Machines that are drained and removed while robots are connected: real links, no processes."""
+"""Tests of draining and removal of machines while robots are connected: real links, no processes."""
 
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -131,7 +131,7 @@ async def test_who_would_start_the_agent_again_is_told_of_a_machine_that_is_remo
     await machine.leave()
 
 
-# -- how far and how busy ----------------------------------------------------------------------------------------------
+# -- round trips and load ---------------------------------------------------------------------------------------------
 
 
 async def test_what_a_machine_and_a_robot_measure_is_seen_and_counts_where_the_next_is_placed(
@@ -152,7 +152,7 @@ async def test_what_a_machine_and_a_robot_measure_is_seen_and_counts_where_the_n
     assert service.containers("ann")[0].round_trip == 0.04
 
 
-# -- machines that lie -------------------------------------------------------------------------------------------------
+# -- invalid reports ---------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("cores", "name"), [(0, "m3"), (-1, "m3"), (1 << 20, "m3"), (2, "../m3"), (2, "")], ids=str)

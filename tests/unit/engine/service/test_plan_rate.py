@@ -1,4 +1,4 @@
-"""How many paths a user may ask for in a minute."""
+"""Tests of the rate limit of path requests."""
 
 import pytest
 from hypothesis import given
@@ -32,7 +32,7 @@ def test_a_minutes_paths_may_come_at_once_and_the_next_when_time_gives_it_back(
 ) -> None:
     for _ in range(6):
         rate.take("ann")
-    with pytest.raises(QuotaExceeded, match="'ann' may ask for 6 paths a minute, of which 6 are used") as refused:
+    with pytest.raises(QuotaExceeded, match="'ann' may request 6 paths a minute and has used 6;") as refused:
         rate.take("ann")
     assert refused.value.retry_after == pytest.approx(10.0)
     assert "plans_per_minute" in str(refused.value)
@@ -52,7 +52,7 @@ def test_what_is_refused_counts_for_nothing(rate: PlanRate, clock: ManualClock) 
 
 
 def test_what_can_never_be_given_says_no_time(rate: PlanRate) -> None:
-    with pytest.raises(QuotaExceeded, match="less at once") as refused:
+    with pytest.raises(QuotaExceeded, match="fewer at once") as refused:
         rate.take("ann", 7)
     assert refused.value.retry_after is None
 

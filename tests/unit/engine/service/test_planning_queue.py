@@ -1,4 +1,4 @@
-"""Requests for paths that wait for their turn."""
+"""Tests of queued path requests."""
 
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -29,7 +29,7 @@ def path(*, queue: bool) -> PathRequest:
 
 @pytest.fixture
 async def service(tmp_path: Path) -> AsyncIterator[CloudService]:
-    """Return a cloud in which ann may have one container, and has it."""
+    """Return a cloud in which user ann has used up the quota of one container."""
     made = CloudService(
         Master(FirstFit(), Quotas(Quota(containers=1))), CheckpointSelection(MemoryStore()), tmp_path, "secret"
     )

@@ -1,4 +1,4 @@
-"""Where the nodes of robots run, asked from outside."""
+"""Tests of queries and moves of robots' nodes from REST."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from ppaas.errors import Unavailable
 from ppaas.messages import encode
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes
 
-AMCL = NodeHome("amcl", "robot", "robot", -1.0, ["it was asked for there"])
+AMCL = NodeHome("amcl", "robot", "robot", -1.0, ["a client requested this home"])
 
 
 class FakePlace:

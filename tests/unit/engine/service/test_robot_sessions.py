@@ -1,4 +1,4 @@
-"""Who is connected to which place, and when a place is given up."""
+"""Tests of robot sessions: clients of places, and when a place is closed."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -30,7 +30,7 @@ SHORT = 0.02
 
 @pytest.fixture
 async def service(tmp_path: Path) -> AsyncIterator[CloudService]:
-    """Return a cloud without machines: its places wait for one."""
+    """Return a cloud without machines; its places wait for one."""
     master = Master(FirstFit(), Quotas(Quota(containers=2)))
     opened = CloudService(master, CheckpointSelection(MemoryStore()), tmp_path, "secret")
     await opened.start()
@@ -108,7 +108,7 @@ async def test_a_place_is_given_up_when_the_last_has_left_whoever_that_is(
     assert is_open(service, place)
     sessions.leave(place, as_robot=not robot_leaves_first)
     await until(lambda: not is_open(service, place))
-    with pytest.raises(Unavailable, match="nobody was connected"):
+    with pytest.raises(Unavailable, match="no client was connected"):
         await place.ready(1)
 
 

@@ -1,4 +1,4 @@
-"""When containers were ordered, and how long they took."""
+"""Tests of the start times of containers."""
 
 from engine.service.start_times import StartTimes
 from ppaas.clock import ManualClock
