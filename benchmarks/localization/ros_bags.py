@@ -69,7 +69,7 @@ def _messages(path: Path) -> Iterator[tuple[str, Any]]:
         from rosbags.highlevel import AnyReader, AnyReaderError  # noqa: PLC0415 - of the extra bags
         from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
     except ModuleNotFoundError as error:
-        raise InvalidInput("reading bags of ROS needs the extra bags: pip install 'ppaas[bags]'") from error
+        raise InvalidInput("reading bags of ROS needs the extra bags: pip install '.[bags]'") from error
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
             wanted = [known for known in reader.connections if known.msgtype in (SCAN, ODOMETRY, TRANSFORMS)]

@@ -68,5 +68,5 @@ def _open(url: str, backends: Mapping[str, Backend[S]]) -> S:
     except ModuleNotFoundError as error:
         if backend.extra is None:
             raise
-        raise InvalidInput(f"{scheme}: stores need an extra: pip install 'ppaas[{backend.extra}]'") from error
+        raise InvalidInput(f"{scheme}: stores need an extra: pip install '.[{backend.extra}]'") from error
     return kind(*arguments)

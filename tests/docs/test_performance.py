@@ -25,4 +25,4 @@ def test_every_bench_is_on_a_page() -> None:
 
 
 def test_the_peers_come_with_the_extra_that_is_named() -> None:
-    assert EXTRAS["scipy"] == "bench" and "pip install 'ppaas[bench]'" in text_of(PAGE)
+    assert EXTRAS["scipy"] == "bench" and "pip install '.[bench]'" in text_of(PAGE)

@@ -58,7 +58,7 @@ class WatcherProcess:
 
     def __init__(self, config: WatchConfig, command: Sequence[str] = COMMAND) -> None:
         if importlib.util.find_spec("ray") is None:
-            raise InvalidInput("machines on Ray need the extra 'ray': pip install 'ppaas[ray]'")
+            raise InvalidInput("machines on Ray need the extra 'ray': pip install '.[ray]'")
         self._config = config
         self._command = command
         self._endpoint = read_address(config.address)

@@ -20,7 +20,7 @@ try:
     from docker.types import LogConfig, Mount
     from requests import RequestException
 except ImportError as error:
-    raise Unavailable("the docker runtime needs the extra 'docker': pip install 'ppaas[docker]'") from error
+    raise Unavailable("the docker runtime needs the extra 'docker': pip install '.[docker]'") from error
 
 logger = logging.getLogger(__name__)
 

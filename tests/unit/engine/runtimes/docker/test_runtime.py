@@ -176,7 +176,7 @@ async def test_a_missing_engine_is_an_error_with_advice(premises: Premises, monk
 async def test_a_missing_extra_is_named() -> None:
     script = "import sys; sys.modules['docker'] = None\nimport engine.runtimes.docker.runtime"
     done = await asyncio.to_thread(subprocess.run, [sys.executable, "-c", script], capture_output=True, text=True)
-    assert "pip install 'ppaas[docker]'" in done.stderr
+    assert "pip install '.[docker]'" in done.stderr
 
 
 @pytest.mark.docker
