@@ -1,4 +1,4 @@
-"""The composition root: here, and only here, the engine is put together."""
+"""Composition root of the engine: creates and connects all its parts."""
 
 import asyncio
 import contextlib
@@ -42,59 +42,61 @@ from storage.urls.opening import open_map_store, open_store
 logger = logging.getLogger(__name__)
 
 USUAL_START = 3.0
-STILL_STARTING = "still starting: the first start on a computer compiles the kernels, half a minute, on a slow one two"
+"""Time after which a start is reported as slow [s]."""
+
+STILL_STARTING = "still starting: the first start on a computer compiles the kernels, which takes up to two minutes"
 
 OWN_AGENT, MACHINES_HERE = "own-agent.json", "machines-here.json"
-"""Files in the folder for what a killed cloud process leaves to the next."""
+"""Names of files that a killed cloud process leaves to the next."""
 
 MACHINE_TIMEOUT, LOOK = 600.0, 1.0
-"""Seconds for the first start on a computer, which compiles the kernels, where every later one takes a second or two;
-and after which it is asked anew whether there is hope."""
+"""Time limit of a start, and the period at which a crashed agent is checked for [s]. The first start on a computer
+compiles the kernels; later ones take a second or two."""
 
 HOPELESS = 3
-"""Deaths of an agent by which it is waited for no longer."""
+"""Number of exits of the local agent after which the start fails."""
 
 
 @dataclass(frozen=True, slots=True)
 class CloudConfig:
-    """What the cloud is made of.
+    """Configuration of a cloud.
 
     Parameters
     ----------
     store, map_store : str
         URLs of the stores.
     listen_machines : str, optional
-        Where machines of other hosts arrive, ``host:port``; the next port is taken as well.
+        Address for machines of other hosts, ``host:port``; the next port is used as well. None to accept none.
     machines : str
-        Folder for what tells those machines from others.
+        Folder for the certificates and tickets of these machines.
     outbox : str, optional
-        File in which plans wait while a store that is not on this machine is away.
+        File in which plans are stored while a remote store is unreachable.
     machine : str
         Name of this machine.
     cores : int, optional
-        CPUs that containers may use here; without it, all.
+        CPUs that containers may use on this machine; None for all.
     quota : Quota
-        Of each user who has no limits of the user's own.
+        Quota of users without own limits.
     linger : float
-        Seconds that a clone waits for its robot to come back.
+        Time for which the place of a robot outlives its last client [s].
     machine_settings : str, optional
-        File for what administrators say of machines; without it, that ends with the cloud.
+        File for the settings of machines by administrators; without it, they are lost when the cloud ends.
     left : str, optional
-        Folder for what a cloud process that is killed leaves to the next; without it, that is nothing.
+        Folder for what a killed cloud process leaves to the next one; None to leave nothing.
     adopt_within : float
-        Seconds for which containers outlive a cloud process that is killed.
+        Time for which containers outlive a killed cloud process [s].
     balancer : str
-        Chooses machines for containers.
+        Name of the balancer, which chooses machines for containers.
     runtime : str
-        Starts the containers of this machine.
+        Name of the runtime that starts the containers of this machine.
     image : str
-        Image that they run from, for a runtime that has images.
+        Image of the containers, for a runtime that uses images.
     node_priorities : tuple of str
-        What node monitors go by, where a robot's file says nothing else; empty for their own order.
+        Priorities of node monitors, unless a robot's file sets its own; empty for the default order.
     allowed : tuple of str
-        Other people's plug-ins that may run in the cloud, each as ``group:name`` of its entry point.
+        Plug-ins of other distributions that may run in the cloud, each as ``group:name`` of its entry point.
     ray_address : str, optional
-        ``host:port`` of a Ray cluster, or ``auto``: its nodes are the machines then, in place of this one.
+        ``host:port`` of a Ray cluster, or ``auto``; its nodes are then the machines, instead of this one.
     """
 
     store: str
@@ -130,7 +132,7 @@ def _far_machines(config: CloudConfig, cloud: str) -> RemoteMachines:
 
 
 def _agent_config(config: CloudConfig, cloud: str, far: RemoteMachines | None) -> AgentConfig:
-    """Return what the agent of this machine is told, beside where the master is."""
+    """Return the configuration of the local agent, without the address of the master."""
     return AgentConfig(
         machine=config.machine,
         control="",
@@ -151,12 +153,14 @@ def _agent_config(config: CloudConfig, cloud: str, far: RemoteMachines | None) -
 
 def _watcher(config: CloudConfig, far: RemoteMachines | None) -> WatcherProcess:
     if far is None:
-        raise InvalidInput("the nodes of a Ray cluster reach the cloud by --listen-machines HOST:PORT")
+        raise InvalidInput(
+            "a Ray cluster needs --listen-machines HOST:PORT, the address at which its nodes reach the cloud"
+        )
     return WatcherProcess(WatchConfig(config.ray_address or "", config.machines, far.host, config.cores))
 
 
 def _new_ids() -> Callable[[], str]:
-    """Return what names containers: no other cloud process, the one before this included, gives such a name."""
+    """Return a function that returns container ids, which no other cloud process uses, earlier ones included."""
     numbers, ours = itertools.count(1), secrets.token_hex(4)
     return lambda: f"c{next(numbers)}-{ours}"
 
@@ -167,7 +171,7 @@ class Engine(CloudListener):
     Parameters
     ----------
     config : CloudConfig
-        What it is made of.
+        Its configuration.
     """
 
     def __init__(self, config: CloudConfig) -> None:
@@ -175,14 +179,14 @@ class Engine(CloudListener):
         monitor_parameters({"priorities": config.node_priorities} if config.node_priorities else {})
         self._own = config.machine
         self._background = Background()
-        runtimes.RUNTIMES.load(config.runtime)  # one that is unknown is told here, not by a machine that never comes
+        runtimes.RUNTIMES.load(config.runtime)  # raises here if unknown; otherwise the agent would fail
         self.store: Store = open_store(config.store, outbox=Path(config.outbox) if config.outbox else None)
         self.map_store: MapStore = open_map_store(config.map_store)
         instance = instance_name()
         self._far = _far_machines(config, instance) if config.listen_machines is not None else None
         watcher = _watcher(config, self._far) if config.ray_address is not None else None
         self._roll = Roll(Path(config.left) / MACHINES_HERE) if config.left is not None else None
-        # After what may be refused, so that nothing is left behind.
+        # Only after the configuration was checked, so that a refused one leaves nothing behind.
         file = Path(config.left) / OWN_AGENT if config.left is not None and watcher is None else None
         left = read_record(file) if file is not None else None
         own = settle_config(_agent_config(config, instance, self._far), left)
@@ -198,42 +202,42 @@ class Engine(CloudListener):
         )
         if config.machine_settings is not None:
             self.service.administration.keep_in(Path(config.machine_settings))
-        self.service.administration.admit(config.machine)  # its agent is started with us
+        self.service.administration.admit(config.machine)  # starting the cloud starts its agent again
         self.sessions = RobotSessions(
             self.service, self.store, self.map_store, config.linger, node_priorities=config.node_priorities
         )
         self.cloud = Cloud(self.service, quotas)
 
     def _on_ray(self, watcher: WatcherProcess) -> RayMachines:
-        """Return what keeps the agents of the nodes of a Ray cluster."""
+        """Return the manager of the agents on the nodes of a Ray cluster."""
         peering = self._far.peering if self._far is not None else None
         return RayMachines(watcher, RouterProcess(self._run_dir, peering=peering))
 
     def machine_frozen(self, machine: str) -> None:
-        """End its agent, if we can."""
+        """Kill its agent, if it runs on this host."""
         self._agents.kill(machine)
 
     def machine_removed(self, machine: str) -> None:
-        """End its agent, if it is ours: else it would be started again."""
+        """Stop the local agent if its machine was removed; otherwise it would be restarted."""
         if machine == self._own:
             self._background.run(self._agents.stop())
 
     def machines_changed(self, machines: Collection[str]) -> None:
-        """Note which machines there are, for a cloud process after this one."""
+        """Store the names of the machines for the next cloud process."""
         if self._roll is not None:
             self._roll.note(machines)
 
     def place_adopted(self, key: str) -> None:
-        """Await the robot whose clone it is."""
+        """Keep the place until its robot reconnects, for the time of ``linger``."""
         self.sessions.await_back(key)
 
     async def start(self) -> None:
-        """Start, and wait until this machine is in.
+        """Start, and wait until the local machine has joined.
 
         Raises
         ------
         Unavailable
-            The machine did not come up.
+            The local machine did not join.
         """
         patience = asyncio.get_running_loop().call_later(USUAL_START, logger.info, STILL_STARTING)
         try:
@@ -253,17 +257,19 @@ class Engine(CloudListener):
             try:
                 await self.service.wait_for_machine(RETURN_TIMEOUT)
             except Unavailable:
-                self._agents.kill(self._own)  # it is frozen, and another is started
+                self._agents.kill(self._own)  # the adopted agent is frozen; another one is started
         until = asyncio.get_running_loop().time() + MACHINE_TIMEOUT
         while self._agents.deaths < HOPELESS and asyncio.get_running_loop().time() < until:
             with contextlib.suppress(Unavailable):
                 return await self.service.wait_for_machine(LOOK)
-        raise Unavailable(f"no machine registered and its agent ended {self._agents.deaths} times; see what it logged")
+        raise Unavailable(
+            f"no machine registered; its agent exited {self._agents.deaths} times: see the log of the agent"
+        )
 
     async def close(self) -> None:
-        """End everything that was started, be it only half; what fails at it does not keep the rest from ending."""
+        """End everything that was started, also after a failed start; errors do not keep the rest from ending."""
         async with contextlib.AsyncExitStack() as last_first:
-            last_first.push_async_callback(asyncio.to_thread, sweep_stale)  # of agents that were killed
+            last_first.push_async_callback(asyncio.to_thread, sweep_stale)  # leftovers of killed agents
             last_first.push_async_callback(asyncio.to_thread, shutil.rmtree, self._run_dir, ignore_errors=True)
             last_first.callback(self.store.close)
             last_first.push_async_callback(self._agents.stop)

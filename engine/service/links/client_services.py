@@ -1,4 +1,4 @@
-"""Services that clients of a place offer, and the calls of them that are under way."""
+"""Client services: services that clients of a place advertise, and the open calls of them."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
@@ -9,19 +9,19 @@ from engine.service.links.open_calls import Done, OpenCalls, Outcome
 from ppaas.errors import NotFound, NotPermitted, QuotaExceeded, Unavailable
 
 MAX_SERVICES = 200
-"""Services that the clients of one place may offer."""
+"""Largest number of services that the clients of one place may advertise."""
 
 
 class Provider(Protocol):
-    """A client that answers calls, as a place sees it. This may not block."""
+    """Client that answers calls, as a place sees it. Its method must not block."""
 
     def requested(self, call: int, service: str, payload: bytes) -> None:
-        """Take a call of a service that the client offers; it is answered by ``ClientServices.answer``.
+        """Send a service call to the client, whose answer is passed to ``ClientServices.answer``.
 
         Raises
         ------
         Unavailable
-            The client is too slow to be asked.
+            The client is too slow to take calls.
         """
         ...
 
@@ -34,46 +34,48 @@ class _Offer:
 
 
 class ClientServices:
-    """What the clients of one place offer."""
+    """Services that the clients of one place advertise."""
 
     def __init__(self) -> None:
         self._offers: dict[str, _Offer] = {}
         self._calls = OpenCalls()
 
     def __contains__(self, service: str) -> bool:
-        """Tell whether some client offers a service."""
+        """Return whether a client advertises a service."""
         return service in self._offers
 
     def type_of(self, service: str) -> str | None:
-        """Return the type of a service; None if nobody offers it."""
+        """Return the type of a service; None if no client advertises it."""
         offer = self._offers.get(service)
         return offer.type if offer is not None else None
 
     def types(self) -> dict[str, str]:
-        """Return the services and their types, as ROS 1 spells them."""
+        """Return the services and their types, by the names of ROS 1."""
         return {name: offer.type for name, offer in self._offers.items()}
 
-    # -- who offers ----------------------------------------------------------------------------------------------------
+    # -- advertisements ------------------------------------------------------------------------------------------------
 
     def advertise(self, service: str, kind: str, client: int, provider: Provider) -> None:
-        """Offer a service. The newest takes it over: a client that comes back need not wait until its old self is gone.
+        """Advertise a service. The newest client takes it over, so that a reconnecting client need not wait.
 
         Raises
         ------
         QuotaExceeded
-            There are too many.
+            The clients of this place advertise too many services.
         """
         if service not in self._offers and len(self._offers) >= MAX_SERVICES:
-            raise QuotaExceeded(f"the clients of a robot may offer {MAX_SERVICES} services: unadvertise some first")
+            raise QuotaExceeded(
+                f"the clients of a robot may advertise at most {MAX_SERVICES} services: unadvertise one first"
+            )
         self._offers[service] = _Offer(kind, client, provider)
 
     def unadvertise(self, service: str, client: int) -> None:
-        """Offer a service no more; calls under way may still be answered.
+        """Withdraw a service; open calls may still be answered.
 
         Raises
         ------
         NotFound
-            The client does not offer it.
+            The client does not advertise it.
         """
         offer = self._offers.get(service)
         if offer is None or offer.client != client:
@@ -81,32 +83,36 @@ class ClientServices:
         del self._offers[service]
 
     def leave(self, client: int) -> None:
-        """Take back all that a client offers, and tell who waits for it."""
+        """Withdraw all services of a client and fail its open calls."""
         self._offers = {name: offer for name, offer in self._offers.items() if offer.client != client}
         for number, call in self._calls:
             if call.client == client:
-                self._calls.end(number, Unavailable(f"the client that offers {call.service!r} has gone"))
+                self._calls.end(
+                    number, Unavailable(f"the client that provides service {call.service!r} has disconnected")
+                )
 
     def overtaken(self, services: Collection[str]) -> None:
-        """End the calls of services that the clone itself answers from now on: who was asked may be lost."""
+        """Fail the open calls of services that the clone provides from now on, since their client may be lost."""
         for number, call in self._calls:
             if call.service in services:
-                self._calls.end(number, Unavailable(f"the clone answers {call.service!r} itself now; call again"))
+                self._calls.end(
+                    number, Unavailable(f"the clone now provides service {call.service!r} itself; call again")
+                )
 
     # -- calls ---------------------------------------------------------------------------------------------------------
 
     def begin(self, service: str, payload: bytes, timeout: float, done: Done) -> Callable[[], object]:
-        """Let the client that offers a service answer; ``done`` gets the outcome, once.
+        """Call a service of a client; ``done`` is called once with the outcome.
 
         Returns
         -------
         callable
-            Gives the call up: ``done`` is not called any more.
+            Cancels the call: ``done`` is not called any more.
 
         Raises
         ------
         Unavailable
-            The client is too slow to be asked.
+            The client is too slow to take calls.
         """
         offer = self._offers[service]
         number = self._calls.open(service, timeout, done, offer.client)
@@ -118,19 +124,19 @@ class ClientServices:
         return partial(self._calls.give_up, number)
 
     def answer(self, number: int, client: int, answer: Outcome) -> None:
-        """Take the answer to a call: JSON, or why there is none.
+        """Take a client's answer to a call: JSON, or an error.
 
         Raises
         ------
         NotFound
-            No such call is open: it was answered already, or nobody waits for it any more.
+            No such call is open; it was answered, timed out or was cancelled.
         NotPermitted
-            Another client was asked.
+            The call was sent to another client.
         """
         try:
             asked = self._calls[number].client
         except KeyError as error:
             raise NotFound("open call", str(number)) from error
         if asked != client:
-            raise NotPermitted(f"call {number} was put to another client")
+            raise NotPermitted(f"call {number} was sent to another client")
         self._calls.end(number, answer)

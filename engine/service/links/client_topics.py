@@ -1,6 +1,7 @@
-"""Topics that clients of a place advertise and the clone does not know: they live as long as who advertises them.
+"""Client topics: topics that clients of a place advertise and its clone does not have.
 
-Messages on them go from client to client at the endpoint, and reach no container.
+A topic exists while a client advertises it. Its messages pass from client to client at the endpoint and do not reach
+the container.
 """
 
 from dataclasses import dataclass, field
@@ -8,13 +9,13 @@ from dataclasses import dataclass, field
 from ppaas.errors import Conflict, MalformedMessage, NotFound, QuotaExceeded
 
 MAX_TOPICS = 200
-"""Topics that the clients of one place may advertise."""
+"""Largest number of topics that the clients of one place may advertise."""
 
 MAX_LATCHED_BYTES = 32 << 20
-"""Bytes of their last messages that one place keeps."""
+"""Total size of the latched messages of one place [bytes]."""
 
 Advertiser = tuple[int, str | None]
-"""A client, and the id of its advertisement."""
+"""Number of a client, and the id of its advertisement, if any."""
 
 
 @dataclass(slots=True)
@@ -25,45 +26,47 @@ class _Topic:
 
 
 class ClientTopics:
-    """What the clients of one place advertise."""
+    """Topics that the clients of one place advertise."""
 
     def __init__(self) -> None:
         self._topics: dict[str, _Topic] = {}
         self._latched_bytes = 0
 
     def __contains__(self, topic: str) -> bool:
-        """Tell whether some client advertises a topic."""
+        """Return whether a client advertises a topic."""
         return topic in self._topics
 
     def type_of(self, topic: str) -> str | None:
-        """Return the type of a topic; None if nobody advertises it."""
+        """Return the type of a topic; None if no client advertises it."""
         known = self._topics.get(topic)
         return known.type if known is not None else None
 
     def types(self) -> dict[str, str]:
-        """Return the topics and their types, as ROS 1 spells them."""
+        """Return the topics and their types, by the names of ROS 1."""
         return {name: topic.type for name, topic in self._topics.items()}
 
     def advertise(self, topic: str, kind: str, advertiser: Advertiser, *, latch: bool) -> None:
-        """Establish a topic, or register one more who advertises it.
+        """Create a topic, or add another advertiser to it.
 
         Raises
         ------
         Conflict
-            It is there with another type.
+            The topic has another type.
         QuotaExceeded
-            There are too many.
+            The clients of this place advertise too many topics.
         """
         known = self._topics.get(topic)
         if known is None:
             if len(self._topics) >= MAX_TOPICS:
-                raise QuotaExceeded(f"the clients of a robot may advertise {MAX_TOPICS} topics: unadvertise some first")
+                raise QuotaExceeded(
+                    f"the clients of a robot may advertise at most {MAX_TOPICS} topics: unadvertise one first"
+                )
             known = self._topics[topic] = _Topic(kind)
         check_type(topic, known.type, kind)
         known.latched[advertiser] = latch
 
     def unadvertise(self, topic: str, advertiser: Advertiser) -> None:
-        """Take an advertisement back; without an id, all of that client's. The topic goes with the last.
+        """Withdraw an advertisement, or without an id all of a client's; the topic ends with its last advertisement.
 
         Raises
         ------
@@ -82,28 +85,28 @@ class ClientTopics:
             del self._topics[topic]
 
     def leave(self, client: int) -> None:
-        """Take back all that a client advertised."""
+        """Withdraw all advertisements of a client."""
         for name in [name for name, topic in self._topics.items() if _is_of(topic, client)]:
             self.unadvertise(name, (client, None))
 
     def drop(self, topic: str) -> None:
-        """Give a name up to the clone."""
+        """Remove a topic whose name the clone now uses."""
         known = self._topics.pop(topic, None)
         if known is not None:
             self._keep(known, None)
 
     def take(self, topic: str, payload: bytes, *, latch: bool) -> None:
-        """Take a message; the last one is kept where the message, or some advertiser of the topic, asks for it.
+        """Take a message; latch it if the message itself or an advertiser of the topic requests that.
 
         Raises
         ------
         MalformedMessage
-            It is no object.
+            It is not a JSON object.
         QuotaExceeded
-            Too much is kept.
+            The latched messages of this place are too large.
         """
         if not payload.startswith(b"{"):
-            raise MalformedMessage(f"a message is an object; {topic!r} got something else")
+            raise MalformedMessage(f"the message on topic {topic!r} is not a JSON object")
         known = self._topics[topic]
         if latch or any(known.latched.values()):
             self._keep(known, payload)
@@ -111,25 +114,27 @@ class ClientTopics:
     def _keep(self, topic: _Topic, payload: bytes | None) -> None:
         size = self._latched_bytes - len(topic.last or b"") + len(payload or b"")
         if payload is not None and size > MAX_LATCHED_BYTES:
-            raise QuotaExceeded(f"latched messages of a robot's clients may have {MAX_LATCHED_BYTES >> 20} MiB")
+            raise QuotaExceeded(
+                f"the latched messages of a robot's clients may take at most {MAX_LATCHED_BYTES >> 20} MiB"
+            )
         topic.last, self._latched_bytes = payload, size
 
     def latched(self, topic: str) -> bytes | None:
-        """Return the last message of a topic, if it is kept."""
+        """Return the latched message of a topic, or None."""
         known = self._topics.get(topic)
         return known.last if known is not None else None
 
 
 def check_type(topic: str, has: str, wanted: str) -> None:
-    """Compare the type of a topic with the one that a client gives it.
+    """Check that a topic has the type that a client expects.
 
     Raises
     ------
     Conflict
-        They are not the same.
+        It has another type.
     """
     if has != wanted:
-        raise Conflict(f"topic {topic!r} carries {has}, not {wanted}")
+        raise Conflict(f"topic {topic!r} has type {has}, not {wanted}")
 
 
 def _is_of(topic: _Topic, client: int) -> bool:

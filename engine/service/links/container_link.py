@@ -1,7 +1,7 @@
-"""The endpoint's end of the robot link: one a place, whatever container fills it.
+"""The endpoint's end of the robot link: one for each place, reused by all containers that fill it.
 
-When a container is lost the next one takes its place: what must arrive is sent again until it has been acknowledged.
-Only a call under way fails, and says so.
+After the loss of a container, messages that must arrive are sent to the next one until they are acknowledged. Only open
+calls fail, with an error.
 """
 
 import asyncio
@@ -18,11 +18,11 @@ from engine.service.links.unacknowledged import Unacknowledged
 from ppaas.errors import PPaaSError, Unavailable, rebuild
 
 MAX_WAITING = 1 << 20
-"""Bytes that may wait for a slow container before messages that may be lost are."""
+"""Size of the send queue of a slow container [bytes] above which messages that need not arrive are dropped."""
 
 
 class ContainerLink(ABC):
-    """The link to the container that fills a place, one after the other; what it says goes to the place's clients."""
+    """Link to the current container of a place; passes its frames to the place's clients."""
 
     def __init__(self) -> None:
         self.pid: int | None = None
@@ -40,26 +40,26 @@ class ContainerLink(ABC):
 
     @abstractmethod
     def _wanted(self) -> Iterable[str]:
-        """Return the topics that some client hears."""
+        """Return the topics that clients are subscribed to."""
 
     @abstractmethod
     def _published(self, topic: str, payload: bytes, client: int | None = None) -> None:
-        """Give a message to those who hear its topic, or to one client alone."""
+        """Pass a message to all subscribers of its topic, or to one client only."""
 
     @abstractmethod
     def _refused(self, client: int, topic: str, error: PPaaSError, sequence: int) -> None:
-        """Tell a client that its message was not taken."""
+        """Notify a client that its message was refused."""
 
     @abstractmethod
     def _declared(self, topic: str) -> None:
-        """Note that the clone itself has a topic from now on."""
+        """Handle a new topic of the clone."""
 
     @abstractmethod
     def _served(self, services: Collection[str]) -> None:
-        """Note which services the clone itself answers from now on."""
+        """Handle the current services of the clone."""
 
     async def serve(self, hello: robot_link.Hello, stream: FrameStream[robot_link.FromContainer]) -> None:
-        """Be linked to a container until it hangs up, or another takes its place."""
+        """Serve a container until it disconnects or is replaced by another."""
         if self._stream is not None:
             self._lost()
         self._stream, self.pid, self.container = stream, hello.pid, hello.container
@@ -126,19 +126,19 @@ class ContainerLink(ABC):
         self._stream = self.pid = self.container = None
         if self._closed is None:
             self._ready.clear()
-        self._calls.fail(Unavailable("the container was lost while it worked on this; ask again"))
+        self._calls.fail(Unavailable("the container was lost before it answered; call again"))
 
     def _write(self, frame: robot_link.ToContainer) -> None:
-        """Send to the container, if there is one now."""
+        """Send a frame to the container, if one is connected."""
         if self._stream is not None:
             self._stream.write(frame)
 
     def release(self) -> None:
-        """Let the container keep its state and end; the place goes on with the next."""
+        """Make the container store its state and end; the place stays open for the next one."""
         self._write(robot_link.Shutdown())
 
     def close(self, reason: PPaaSError) -> None:
-        """Let the container end: the place is no more."""
+        """End the container and close the place; open calls fail with ``reason``."""
         self._closed = reason
         self._ready.set()
         self._write(robot_link.Shutdown())
@@ -150,9 +150,9 @@ class ContainerLink(ABC):
         Raises
         ------
         Unavailable
-            None came in time.
+            No container connected within ``timeout`` [s].
         PPaaSError
-            The place was closed, with its reason.
+            The place was closed; the reason for it.
         """
         if not self._ready.is_set():
             try:
@@ -164,14 +164,14 @@ class ContainerLink(ABC):
             raise self._closed
 
     def deliver(self, topic: str, payload: bytes, client: int, *, must_arrive: bool) -> int:
-        """Bring a message to the clone; return its sequence number, or 0.
+        """Send a message to the clone; return its sequence number, or 0 if it need not arrive.
 
-        What must not arrive is dropped while there is no container, or a slow one.
+        A message that need not arrive is dropped while no container is connected, or a slow one.
 
         Raises
         ------
         QuotaExceeded
-            Too much waits to be acknowledged: the client must slow down.
+            Too many messages are unacknowledged: the client must slow down.
         """
         if not must_arrive:
             if self._stream is not None and self._stream.waiting <= MAX_WAITING:
@@ -182,15 +182,15 @@ class ContainerLink(ABC):
         return deliver.sequence
 
     def _ask(self, service: str, payload: bytes, timeout: float, done: Done) -> Callable[[], object]:
-        """Call a service of the clone; ``done`` gets the outcome, once. Return what gives the call up.
+        """Call a service of the clone, with ``done`` called once with the outcome; return a function to cancel it.
 
         Raises
         ------
         Unavailable
-            There is no container.
+            No container is connected.
         """
         if self._stream is None:
-            raise Unavailable("the robot has no container at this moment; try again")
+            raise Unavailable("the robot has no container at the moment; try again")
         number = self._calls.open(service, timeout, done)
         self._stream.write(robot_link.ServiceCall(number, service, payload))
         return partial(self._calls.give_up, number)

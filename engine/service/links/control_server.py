@@ -1,6 +1,6 @@
-"""Where machines register: each agent tells what happens and takes orders.
+"""Server of the control links: agents register here, report events and receive orders.
 
-The agent of this machine dials a Unix socket and shows a secret; machines of other hosts show their certificate.
+The local agent connects to a Unix socket and presents a secret. Machines of other hosts present a certificate.
 """
 
 import asyncio
@@ -20,21 +20,22 @@ from ppaas.errors import MalformedMessage, NotPermitted, PPaaSError, Unavailable
 logger = logging.getLogger(__name__)
 
 REGISTER_TIMEOUT = 5.0
+"""Time within which a connected agent must register [s]."""
 
 
 class ControlEvents(Protocol):
-    """Who is told."""
+    """Receiver of the events of machines."""
 
     async def machine_registered(self, register: control_link.Register) -> None:
-        """A machine is here; orders may be sent to it."""
+        """Handle a registration; from now on, orders may be sent to the machine."""
         ...
 
     def machine_said(self, machine: str, event: control_link.FromAgent) -> None:
-        """Something happened on a machine."""
+        """Handle a report of a machine."""
         ...
 
     def machine_gone(self, machine: str) -> None:
-        """Its agent hung up: what it carried is lost."""
+        """Handle the end of a machine's link; its containers are lost."""
         ...
 
 
@@ -44,13 +45,13 @@ class ControlServer:
     Parameters
     ----------
     path : Path
-        Of the socket; only this user may connect to it.
+        Path of the Unix socket; only this user may connect to it.
     secret : str
-        Shows that an agent of this machine is ours.
+        Secret that the local agent presents.
     events : ControlEvents
-        Who is told.
+        Receiver of the events.
     register_timeout : float
-        Seconds that whoever dials has to register.
+        Time within which a connected agent must register [s].
     """
 
     def __init__(
@@ -65,30 +66,30 @@ class ControlServer:
         self._server: asyncio.Server | None = None
 
     async def start(self) -> None:
-        """Listen."""
+        """Start to listen on the socket."""
         self._server = await listen(UnixAddress(self.path), self.connected)
 
     def order(self, machine: str, order: msgspec.Struct) -> None:
-        """Send an order.
+        """Send an order to a machine.
 
         Raises
         ------
         Unavailable
-            The machine is gone.
+            The machine is not connected.
         """
         stream = self._machines.get(machine)
         if stream is None:
-            raise Unavailable(f"machine {machine!r} is gone")
+            raise Unavailable(f"machine {machine!r} is not connected")
         stream.write(order)
 
     def hang_up(self, machine: str) -> None:
-        """Cut a machine off, which is then gone; it may come again with what it carries."""
+        """Close the link of a machine; it may reconnect with its containers."""
         stream = self._machines.get(machine)
         if stream is not None:
             stream.abort()
 
     async def dismiss(self, machine: str) -> None:
-        """Let a machine go, which ends all that it carries."""
+        """Dismiss a machine; its agent ends all its containers."""
         stream = self._machines.get(machine)
         if stream is not None:
             await _dismiss(stream)
@@ -96,13 +97,13 @@ class ControlServer:
     async def connected(
         self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, machine: str | None = None
     ) -> None:
-        """Serve a connection; ``machine`` is whom its certificate names, where it has come with one."""
+        """Serve a connection; ``machine`` is the name in its certificate, None on the local socket."""
         stream: FrameStream[control_link.FromAgent] = FrameStream(reader, writer, control_link.FromAgent)
         self._streams.add(stream)
         try:
             await self._serve(await self._registered(stream, machine), stream, answers=machine is not None)
         except (PPaaSError, TimeoutError) as error:
-            logger.warning("a machine was cut off: %s", error or "it said nothing")
+            logger.warning("closed a control link: %s", error or "the machine did not register in time")
         finally:
             self._streams.discard(stream)
             await stream.close()
@@ -113,17 +114,21 @@ class ControlServer:
         try:
             async with asyncio.timeout(self._register_timeout):
                 register = await stream.receive()
-        except MalformedMessage:  # of another release, and it would dial again and again
+        except MalformedMessage:  # an agent of another release would reconnect again and again
             stream.write(control_link.Dismissed())
             raise
         if not isinstance(register, control_link.Register):
-            raise NotPermitted("something dialled the control link that is no machine")
+            raise NotPermitted("the first frame on the control link is not a registration")
         if machine is None and not is_same(self._secret, register.secret):
-            raise NotPermitted("something dialled the control link that is no machine of ours")
+            raise NotPermitted("a machine registered on the control link with a wrong secret")
         if machine not in (None, register.machine):
-            raise NotPermitted(f"machine {machine!r} calls itself {register.machine[:64]!r}")
+            raise NotPermitted(
+                f"machine {machine!r} may not register as {register.machine[:64]!r}: its certificate names {machine!r}"
+            )
         if register.machine in self._machines:
-            raise NotPermitted(f"a second machine calls itself {register.machine!r}")
+            raise NotPermitted(
+                f"machine {register.machine!r} is already registered: choose another name for the second one"
+            )
         return register
 
     async def _serve(
@@ -137,7 +142,7 @@ class ControlServer:
                 self._events.machine_said(machine, event)
                 if answers and isinstance(event, control_link.AgentBeat):
                     stream.write(control_link.BeatAcknowledged())
-        except Unavailable:  # a store is away: the machine keeps what it carries, and tries again
+        except Unavailable:  # a store is unreachable: the machine keeps its containers and reconnects
             raise
         except PPaaSError:
             stream.write(control_link.Dismissed())
@@ -147,7 +152,7 @@ class ControlServer:
             self._events.machine_gone(machine)
 
     async def close(self) -> None:
-        """Let all machines go, which makes their agents end, and listen no more."""
+        """Stop listening, and dismiss all machines; their agents end."""
         if self._server is not None:
             self._server.close()
         await asyncio.gather(*(_dismiss(stream) for stream in self._streams))

@@ -1,4 +1,4 @@
-"""Calls of services that are under way: each ends once, whatever comes first."""
+"""Open service calls: each ends once, by an answer, a timeout or a failure."""
 
 import asyncio
 import itertools
@@ -8,13 +8,14 @@ from typing import NamedTuple
 from ppaas.errors import PPaaSError, Unavailable
 
 Outcome = bytes | PPaaSError
-"""The response to a call as JSON, or why there is none."""
+"""Response to a call as JSON, or the error."""
 
 Done = Callable[[Outcome], None]
+"""Called with the outcome of a call."""
 
 
 class OpenCall(NamedTuple):
-    """A call that is not answered yet."""
+    """Call without an answer yet; ``client`` is the number of the client to answer it, 0 for the container."""
 
     service: str
     client: int
@@ -23,33 +24,33 @@ class OpenCall(NamedTuple):
 
 
 class OpenCalls:
-    """Calls by number."""
+    """Open calls, by number."""
 
     def __init__(self) -> None:
         self._numbers = itertools.count(1)
         self._calls: dict[int, OpenCall] = {}
 
     def __getitem__(self, number: int) -> OpenCall:
-        """Return a call; ``KeyError`` if it is answered, given up or never was."""
+        """Return an open call; raises ``KeyError`` if there is no such call."""
         return self._calls[number]
 
     def __iter__(self) -> Iterator[tuple[int, OpenCall]]:
-        """Go through all calls; they may end meanwhile."""
+        """Iterate over a copy of the calls, so that they may end meanwhile."""
         return iter(tuple(self._calls.items()))
 
     def open(self, service: str, timeout: float, done: Done, client: int = 0) -> int:
-        """Return the number of a new call.
+        """Add a call and return its number.
 
         Parameters
         ----------
         service : str
-            Which is called.
+            Name of the service.
         timeout : float
-            Seconds until it ends as ``Unavailable``.
+            Time after which it ends with ``Unavailable`` [s].
         done : callable
-            Gets the outcome, once, unless the call is given up.
+            Called once with the outcome, unless the call is cancelled.
         client : int
-            Who is to answer it, if it is not the container.
+            Number of the client to answer it; 0 for the container.
         """
         number = next(self._numbers)
         alarm = asyncio.get_running_loop().call_later(timeout, self._late, number, service, timeout)
@@ -57,14 +58,14 @@ class OpenCalls:
         return number
 
     def give_up(self, number: int) -> OpenCall | None:
-        """Wait for an answer no more; return the call if it was open."""
+        """Cancel a call; return it if it was open."""
         call = self._calls.pop(number, None)
         if call is not None:
             call.alarm.cancel()
         return call
 
     def end(self, number: int, outcome: Outcome) -> None:
-        """Give a call its outcome; one that nobody waits for any more is dropped."""
+        """End a call with its outcome; ignored if the call is not open."""
         call = self.give_up(number)
         if call is not None:
             call.done(outcome)

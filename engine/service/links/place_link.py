@@ -1,7 +1,7 @@
-"""A place, as its clients see it: a robot's socket, operators' sockets, a REST call.
+"""Place link: a place, as its clients see it: a robot's socket, operators' sockets, a REST call.
 
-Clients talk to the place. When its container is lost they notice nothing but a pause: subscriptions are made again with
-the next one, and what must arrive is sent again.
+Clients use the place, not a container. When its container is lost, they notice only a pause: subscriptions are repeated
+with the next container, and messages that must arrive are sent again.
 """
 
 import asyncio
@@ -19,23 +19,29 @@ from ppaas.errors import Conflict, NotFound, PPaaSError
 
 
 class Listener(Provider, Protocol):
-    """A client, as a place sees it. None of these may block."""
+    """Client, as a place sees it. None of its methods may block."""
 
     def published(self, topic: str, payload: bytes) -> None:
-        """Take a message of a topic that the client subscribed to, as JSON."""
+        """Receive a message of a subscribed topic, as JSON."""
         ...
 
     def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:
-        """Learn that the clone did not take a message of this client; the sequence is what ``publish`` returned."""
+        """Handle the refusal of a message of this client; ``sequence`` is the number that ``publish`` returned."""
         ...
 
     def closed(self, reason: PPaaSError) -> None:
-        """Learn that the place is no more."""
+        """Handle the end of the place."""
         ...
 
 
 class PlaceLink(ContainerLink):
-    """What the clients of one place share."""
+    """Shared by all clients of one place: its container link, subscriptions, client topics and client services.
+
+    Parameters
+    ----------
+    key : str
+        Name of the place.
+    """
 
     def __init__(self, key: str) -> None:
         super().__init__()
@@ -47,7 +53,7 @@ class PlaceLink(ContainerLink):
         self.client_topics = ClientTopics()
         self.client_services = ClientServices()
 
-    # -- what the container says ---------------------------------------------------------------------------------------
+    # -- frames of the container ---------------------------------------------------------------------------------------
 
     def _published(self, topic: str, payload: bytes, client: int | None = None) -> None:
         hearers = self._hearers.get(topic, set()) if client is None else {client}
@@ -68,20 +74,20 @@ class PlaceLink(ContainerLink):
         self.client_services.overtaken(services)
 
     def close(self, reason: PPaaSError) -> None:
-        """Tell all clients that the place is no more."""
+        """Close the place and notify all clients."""
         super().close(reason)
         for client in tuple(self._clients.values()):
             client.closed(reason)
         self._clients.clear()
 
     def note_round_trip(self, seconds: float) -> None:
-        """Note how far the robot is: the round trip of a ping [s]."""
+        """Record the round trip of a ping to the robot [s]."""
         self.round_trip = seconds
 
-    # -- the clients ---------------------------------------------------------------------------------------------------
+    # -- clients -------------------------------------------------------------------------------------------------------
 
     def join(self, listener: Listener) -> int:
-        """Add a client; return its number. Where the place is no more, the client is told at once."""
+        """Add a client and return its number. If the place is closed already, the client is notified at once."""
         number = next(self._client_numbers)
         if self._closed is None:
             self._clients[number] = listener
@@ -91,11 +97,11 @@ class PlaceLink(ContainerLink):
 
     @property
     def clients(self) -> int:
-        """How many clients there are."""
+        """Number of clients."""
         return len(self._clients)
 
     def leave(self, client: int) -> None:
-        """Forget a client, its subscriptions and all that it offers."""
+        """Remove a client with its subscriptions, topics and services."""
         self._clients.pop(client, None)
         self.client_topics.leave(client)
         self.client_services.leave(client)
@@ -103,12 +109,12 @@ class PlaceLink(ContainerLink):
             self.unsubscribe(topic, client)
 
     def subscribe(self, topic: str, client: int, kind: str | None = None) -> None:
-        """Let a client hear a topic. One that is not there yet is heard as soon as it is.
+        """Subscribe a client to a topic, which need not exist yet.
 
         Raises
         ------
         Conflict
-            The topic carries another type than this one.
+            The topic has another type than ``kind``.
         """
         has = self.topic_type(topic)
         if kind is not None and has is not None:
@@ -119,34 +125,34 @@ class PlaceLink(ContainerLink):
             self._published(topic, last, client)
 
     def topic_type(self, topic: str) -> str | None:
-        """Return the type of a topic of the clone or of a client, as ROS 1 spells it; None if there is none."""
+        """Return the type of a topic of the clone or of a client, by its name in ROS 1; None if there is none."""
         known = self.topics.get(topic)
         return known.type if known is not None else self.client_topics.type_of(topic)
 
     def topic_types(self) -> dict[str, str]:
-        """Return all topics, those of clients too, and their types as ROS 1 spells them."""
+        """Return all topics of the clone and of clients, with their types by the names of ROS 1."""
         return self.client_topics.types() | {name: topic.type for name, topic in self.topics.items()}
 
     def heard(self) -> frozenset[str]:
-        """Return the topics that some client hears, or would if they were there."""
+        """Return the topics that clients are subscribed to, whether or not they exist."""
         return frozenset(self._hearers)
 
     def unsubscribe(self, topic: str, client: int) -> None:
-        """Let a client hear a topic no more."""
+        """End a client's subscription to a topic."""
         hearers = self._hearers.get(topic, set())
         hearers.discard(client)
         if not hearers and self._hearers.pop(topic, None) is not None:
             self._write(robot_link.Unsubscribe(topic))
 
     def advertise(self, topic: str, kind: str, client: int, identity: str | None, *, latch: bool) -> None:
-        """Let a client publish a topic; one that the clone does not know is there from now on.
+        """Advertise a topic of a client; a topic that the clone does not have is created.
 
         Raises
         ------
         Conflict
-            The topic carries another type.
+            The topic has another type.
         QuotaExceeded
-            There are too many topics.
+            The clients advertise too many topics.
         """
         if topic in self.topics:
             check_type(topic, self.topics[topic].type, kind)
@@ -154,7 +160,7 @@ class PlaceLink(ContainerLink):
             self.client_topics.advertise(topic, kind, (client, identity), latch=latch)
 
     def unadvertise(self, topic: str, client: int, identity: str | None) -> None:
-        """Take an advertisement back, or all of a client's for this topic.
+        """Withdraw an advertisement, or without an id all of a client's for this topic.
 
         Raises
         ------
@@ -165,14 +171,14 @@ class PlaceLink(ContainerLink):
             self.client_topics.unadvertise(topic, (client, identity))
 
     def publish(self, topic: str, payload: bytes, client: int, *, must_arrive: bool, latch: bool = False) -> int:
-        """Bring a message to whoever it is for; return its sequence number if the clone must acknowledge it, else 0.
+        """Publish a message of a client; return its sequence number if the clone must acknowledge it, else 0.
 
         Raises
         ------
         NotFound
             There is no such topic.
         QuotaExceeded
-            Too much waits to be acknowledged, or is latched.
+            Too many messages are unacknowledged, or the latched messages are too large.
         """
         if topic in self.client_topics:
             self.client_topics.take(topic, payload, latch=latch)
@@ -183,54 +189,54 @@ class PlaceLink(ContainerLink):
         return self.deliver(topic, payload, client, must_arrive=must_arrive)
 
     def advertise_service(self, service: str, kind: str, client: int) -> None:
-        """Let a client answer the calls of a service.
+        """Advertise a service of a client.
 
         Raises
         ------
         Conflict
-            It is a service of the clone.
+            The clone provides a service of this name.
         QuotaExceeded
-            There are too many.
+            The clients advertise too many services.
         PPaaSError
-            The place was closed, with its reason.
+            The place was closed; the reason for it.
         """
         if service in self.services:
-            raise Conflict(f"service {service!r} is the clone's own: choose another name")
+            raise Conflict(f"service {service!r} is provided by the clone: choose another name")
         if self._closed is not None:
             raise self._closed
         self.client_services.advertise(service, kind, client, self._clients[client])
 
     def service_type(self, service: str) -> str | None:
-        """Return the type of a service of the clone or of a client, as ROS 1 spells it; None if there is none."""
+        """Return the type of a service of the clone or of a client, by its name in ROS 1; None if there is none."""
         known = self.services.get(service)
         return known.type if known is not None else self.client_services.type_of(service)
 
     def begin_call(self, service: str, payload: bytes, timeout: float, done: Done) -> Callable[[], object]:
-        """Call a service of the clone or of a client; ``done`` gets the response as JSON, or why there is none, once.
+        """Call a service of the clone or of a client; ``done`` is called once with the response as JSON, or an error.
 
         Returns
         -------
         callable
-            Gives the call up: ``done`` is not called any more.
+            Cancels the call: ``done`` is not called any more.
 
         Raises
         ------
         Unavailable
-            There is no container, or the client that answers is too slow to be asked.
+            No container is connected, or the client that provides the service is too slow to take calls.
         """
         if service not in self.services and service in self.client_services:
             return self.client_services.begin(service, payload, timeout, done)
         return self._ask(service, payload, timeout, done)
 
     async def call(self, service: str, payload: bytes, timeout: float) -> bytes:
-        """Call a service, as ``begin_call``, and return the response as JSON.
+        """Call a service like ``begin_call``, wait, and return the response as JSON.
 
         Raises
         ------
         Unavailable
-            There is no container, or it or the client that answers was lost meanwhile, or did not answer in time.
+            No container is connected, the provider was lost during the call, or it did not answer in ``timeout`` [s].
         PPaaSError
-            What the service raised.
+            The error that the service raised.
         """
         answered: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
 

@@ -1,4 +1,4 @@
-"""Where containers dial, by a Unix socket or from their own machine; each is handed to the place that awaits it."""
+"""Server of the robot links: admits containers, local or of other hosts, and passes each to its place."""
 
 import asyncio
 import logging
@@ -15,24 +15,25 @@ from ppaas.errors import NotPermitted, PPaaSError
 logger = logging.getLogger(__name__)
 
 HELLO_TIMEOUT = 5.0
+"""Time within which a connected container must send its first frame [s]."""
 
 Welcome = Callable[[robot_link.Hello, FrameStream[robot_link.FromContainer]], Awaitable[None]]
 Failure = Callable[[robot_link.ContainerFailed], None]
 
 
 class LinkServer:
-    """Takes the first frame of each container and hands the rest on.
+    """Checks the first frame of each container, and passes its stream on.
 
     Parameters
     ----------
     path : Path
-        Of the socket; only this user may connect to it.
+        Path of the Unix socket; only this user may connect to it.
     welcome : callable
-        Serves a container whose secret was right, until it hangs up.
+        Serves a container with a valid secret until it disconnects.
     failed : callable
-        Told of a container that cannot be what it was asked to be.
+        Called with the report of a container that failed to start.
     hello_timeout : float
-        Seconds that whoever dials has to say who it is.
+        Time within which a connected container must send its first frame [s].
     """
 
     def __init__(self, path: Path, welcome: Welcome, failed: Failure, *, hello_timeout: float = HELLO_TIMEOUT) -> None:
@@ -46,32 +47,32 @@ class LinkServer:
         self._streams: set[FrameStream[robot_link.FromContainer]] = set()
 
     async def start(self) -> None:
-        """Listen."""
+        """Start to listen on the socket."""
         self._server = await listen(UnixAddress(self.path), self.connected)
 
     def expect(self, container: str, secret: str, machine: str | None = None) -> None:
-        """Await a container, once; if it comes from another host, then from this machine alone."""
+        """Expect one connection of a container; from another host, only of the given machine."""
         self._awaited.expect(container, secret, machine)
 
     def forget(self, container: str) -> None:
-        """Await it no more."""
+        """Expect a container no longer."""
         self._awaited.forget(container)
 
     def hang_up(self, container: str) -> None:
-        """Cut a container off that was lost with its machine: nothing that it still says is heard."""
+        """Close the link of a container that was lost with its machine; its later frames are ignored."""
         stream = self._served.get(container)
         if stream is not None:
             stream.abort()
 
     @property
     def awaited(self) -> int:
-        """How many containers have not dialled yet."""
+        """Number of expected containers that have not connected yet."""
         return len(self._awaited)
 
     async def connected(
         self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, machine: str | None = None
     ) -> None:
-        """Serve a connection; ``machine`` is whom its certificate names, where it has come with one."""
+        """Serve a connection; ``machine`` is the name in its certificate, None on the local socket."""
         stream: FrameStream[robot_link.FromContainer] = FrameStream(reader, writer, robot_link.FromContainer)
         self._streams.add(stream)
         try:
@@ -81,7 +82,7 @@ class LinkServer:
             else:
                 await self._serve(first, stream)
         except (PPaaSError, TimeoutError) as error:
-            logger.warning("a container was cut off: %s", error or "it said nothing")
+            logger.warning("closed a robot link: %s", error or "the container sent no first frame in time")
         finally:
             self._streams.discard(stream)
             await stream.close()
@@ -99,14 +100,16 @@ class LinkServer:
         async with asyncio.timeout(self._hello_timeout):
             first = await stream.receive()
         if not isinstance(first, robot_link.Hello | robot_link.ContainerFailed):
-            raise NotPermitted("something dialled the robot link that is no container")
+            raise NotPermitted("the first frame on the robot link is not that of a container")
         expected = self._awaited.admit(first.container, first.secret)
         if machine not in (None, expected):
-            raise NotPermitted(f"container {first.container!r} of machine {expected!r} came from machine {machine!r}")
+            raise NotPermitted(
+                f"container {first.container!r} of machine {expected!r} connected from machine {machine!r}"
+            )
         return first
 
     async def close(self) -> None:
-        """Hang up on all, and listen no more."""
+        """Stop listening, and close all links."""
         if self._server is not None:
             self._server.close()
         await asyncio.gather(*(stream.close() for stream in self._streams))

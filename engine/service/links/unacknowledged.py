@@ -1,4 +1,4 @@
-"""Messages that must arrive, from when they are sent until the clone has them in a checkpoint."""
+"""Unacknowledged messages: stored from sending until a checkpoint of the clone contains them."""
 
 import itertools
 from collections import deque
@@ -11,14 +11,14 @@ from ppaas.errors import QuotaExceeded
 
 MAX_UNACKNOWLEDGED = 1000
 MAX_UNACKNOWLEDGED_BYTES = 64 << 20
-"""Messages, and bytes of messages, of one place that are kept until the clone has acknowledged them."""
+"""Largest number and total size [bytes] of the unacknowledged messages of one place."""
 
 
 class Unacknowledged:
-    """What one place has sent, and will send again to the next container, in order.
+    """Messages that one place has sent, and sends again to the next container, in order.
 
-    The first container that a place sees may have been served by another cloud process: the numbers go on from the
-    last that it took. What is before that, as a message that waited for it, has its own number until then.
+    An earlier cloud process may have served the first container of a place. Sequence numbers on the link therefore
+    continue from the last one that this container applied; here, messages are numbered from 1.
     """
 
     def __init__(self) -> None:
@@ -28,42 +28,42 @@ class Unacknowledged:
         self._bytes = 0
 
     def __iter__(self) -> Iterator[robot_link.Deliver]:
-        """Iterate over them, oldest first."""
+        """Iterate over the messages, oldest first, with their numbers here."""
         return iter(self._messages)
 
     def add(self, topic: str, payload: bytes, client: int) -> robot_link.Deliver:
-        """Return a message with the next sequence number, and keep it.
+        """Store a message with the next sequence number, and return it.
 
         Raises
         ------
         QuotaExceeded
-            Too much waits: the client must slow down.
+            Too many messages are unacknowledged: the client must slow down.
         """
         size = self._bytes + len(payload)
         if len(self._messages) >= MAX_UNACKNOWLEDGED or size > MAX_UNACKNOWLEDGED_BYTES:
-            raise QuotaExceeded(f"{len(self._messages)} messages wait to be acknowledged; wait before sending more")
+            raise QuotaExceeded(f"{len(self._messages)} messages are not acknowledged yet; wait before sending more")
         self._bytes = size
         deliver = robot_link.Deliver(topic, payload, client, next(self._sequences))
         self._messages.append(deliver)
         return deliver
 
     def follow(self, applied: int) -> None:
-        """Let the numbers of messages go on from the last that a container took, if it is the first one."""
+        """Continue the numbers on the link from the last that the first container applied; later calls do nothing."""
         if self._before is None:
             self._before = applied
 
     def sent(self, deliver: robot_link.Deliver) -> robot_link.Deliver:
-        """Return a message as it is sent, which may be once a first container was followed."""
+        """Return a message with its number on the link."""
         if not self._before:
             return deliver
         return msgspec.structs.replace(deliver, sequence=deliver.sequence + self._before)
 
     def own(self, sequence: int) -> int:
-        """Return the number that a message has here, of that by which it was sent; 0 stays 0."""
+        """Convert a number on the link to the number here; 0 stays 0."""
         return sequence - (self._before or 0) if sequence else 0
 
     def acknowledge(self, sequence: int) -> None:
-        """Forget all up to a number by which it was sent."""
+        """Forget all messages up to a number on the link."""
         sequence = self.own(sequence)
         while self._messages and self._messages[0].sequence <= sequence:
             self._bytes -= len(self._messages.popleft().payload)

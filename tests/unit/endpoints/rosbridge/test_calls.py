@@ -51,7 +51,7 @@ async def test_a_provider_that_goes_fails_the_calls_put_to_it(client: StillClien
     assert (late["id"], late["result"]) == ("c1", False) and "0.02 s" in late["values"]
     client.session.end()
     [gone] = await answers(other)
-    assert (gone["id"], gone["result"]) == ("c2", False) and "has gone" in gone["values"]
+    assert (gone["id"], gone["result"]) == ("c2", False) and "has disconnected" in gone["values"]
 
 
 async def test_a_provider_that_does_not_read_is_not_closed_by_those_who_call_it(

@@ -1,4 +1,4 @@
-"""Services that clients offer to one another."""
+"""Tests of services that clients advertise to each other."""
 
 import asyncio
 
@@ -12,7 +12,7 @@ KIND = "std_srvs/Trigger"
 
 
 class Provider:
-    """Notes what it is asked."""
+    """Records the calls that it gets."""
 
     def __init__(self, *, slow: bool = False) -> None:
         self.asked: asyncio.Queue[int] = asyncio.Queue()
@@ -32,7 +32,7 @@ class Caller:
         self.give_up = services.begin("lights", b"{}", timeout, self.outcomes.put_nowait)
 
     async def outcome(self) -> Outcome:
-        """Return what came of it, which is one thing."""
+        """Return the only outcome of the call."""
         async with asyncio.timeout(5):
             outcome = await self.outcomes.get()
         assert self.outcomes.empty()
@@ -40,7 +40,7 @@ class Caller:
 
 
 async def under_way(services: ClientServices, provider: Provider) -> tuple[Caller, int]:
-    """Begin a call; return it and its number once the provider was asked."""
+    """Begin a call; return it and its number once the provider has got it."""
     caller = Caller(services)
     return caller, provider.asked.get_nowait()
 
@@ -80,7 +80,7 @@ async def test_a_provider_that_goes_in_the_middle_fails_its_calls(services: Clie
     assert caller.outcomes.empty()
     services.leave(1)
     outcome = await caller.outcome()
-    assert isinstance(outcome, Unavailable) and "has gone" in str(outcome)
+    assert isinstance(outcome, Unavailable) and "has disconnected" in str(outcome)
     assert services.types() == {}
 
 

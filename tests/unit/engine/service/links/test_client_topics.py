@@ -1,4 +1,4 @@
-"""Topics that clients advertise to one another."""
+"""Tests of topics that clients advertise to each other."""
 
 import pytest
 
@@ -24,7 +24,7 @@ def test_a_topic_lives_as_long_as_somebody_advertises_it() -> None:
 def test_a_topic_keeps_its_type() -> None:
     topics = ClientTopics()
     topics.advertise("chatter", STRING, (1, None), latch=False)
-    with pytest.raises(Conflict, match=r"carries std_msgs/String, not std_msgs/Bool"):
+    with pytest.raises(Conflict, match=r"has type std_msgs/String, not std_msgs/Bool"):
         topics.advertise("chatter", "std_msgs/Bool", (2, None), latch=False)
     topics.leave(1)
     topics.advertise("chatter", "std_msgs/Bool", (2, None), latch=False)

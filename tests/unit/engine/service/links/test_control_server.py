@@ -1,4 +1,4 @@
-"""The socket on which machines register, with machines and strangers."""
+"""Tests of the control link server, with machines and strangers."""
 
 import asyncio
 import stat
@@ -19,13 +19,13 @@ SECRET = "secret"
 
 
 class Otherwise(msgspec.Struct, tag="register"):
-    """What an agent of another release may say first."""
+    """First frame of an agent of another release."""
 
     machine_id: str = "m1"
 
 
 class Events:
-    """Remembers what it is told."""
+    """Records the events."""
 
     def __init__(self) -> None:
         self.told: list[tuple[str, str]] = []

@@ -1,4 +1,4 @@
-"""The endpoint's end of the robot link, with containers that come and go at the other end of a real socket."""
+"""Tests of place links, with containers that connect and disconnect at the other end of a real socket."""
 
 import asyncio
 import socket
@@ -21,7 +21,7 @@ NODES = [robot_link.NodeInfo("planner", ("map",), ("goal",), ("make_plan",))]
 
 
 class Client:
-    """Remembers what it is told."""
+    """Records the calls that it gets."""
 
     def __init__(self) -> None:
         self.heard: list[tuple[str, bytes]] = []
@@ -65,7 +65,7 @@ async def hung_up():
 
 
 class FakeContainer:
-    """The far end: speaks the link by hand."""
+    """The container's end of the link, driven frame by frame."""
 
     def __init__(self, stream: FrameStream[robot_link.ToContainer], serving: asyncio.Task[None]) -> None:
         self.stream = stream
@@ -255,9 +255,9 @@ async def test_a_topic_of_the_clone_keeps_its_type_and_its_way() -> None:
     client = place.join(Client())
     container = await FakeContainer.dial(place, "c1")
     await place.ready(5)
-    with pytest.raises(Conflict, match="carries std_msgs/String"):
+    with pytest.raises(Conflict, match="has type std_msgs/String"):
         place.advertise("goal", "std_msgs/Bool", client, None, latch=False)
-    with pytest.raises(Conflict, match="carries nav_msgs/OccupancyGrid"):
+    with pytest.raises(Conflict, match="has type nav_msgs/OccupancyGrid"):
         place.subscribe("map", client, "std_msgs/String")
     place.advertise("goal", "std_msgs/String", client, None, latch=False)
     place.unadvertise("goal", client, None)
@@ -290,7 +290,7 @@ async def test_a_call_goes_to_the_client_that_offers_the_service_and_never_one_o
     number, caller = place.join(provider), place.join(Client())
     container = await FakeContainer.dial(place, "c1")
     await place.ready(5)
-    with pytest.raises(Conflict, match="clone's own"):
+    with pytest.raises(Conflict, match="provided by the clone"):
         place.advertise_service("make_plan", "nav_msgs/GetPlan", number)
     place.advertise_service("lights", "std_srvs/SetBool", number)
     assert place.service_type("lights") == "std_srvs/SetBool"
@@ -316,7 +316,7 @@ async def test_who_called_what_the_clone_has_taken_back_from_a_client_is_told_to
     driving, lighting = (asyncio.create_task(place.call(service, b"{}", 5.0)) for service in ("drive", "lights"))
     await until(lambda: len(robot.calls) == 2)
     container.stream.write(robot_link.NodesChanged([robot_link.ServiceInfo("drive", "std_srvs/Trigger")], []))
-    with pytest.raises(Unavailable, match="the clone answers 'drive' itself now; call again"):
+    with pytest.raises(Unavailable, match="the clone now provides service 'drive' itself; call again"):
         await driving
     [call] = [call for call, service, _ in robot.calls if service == "lights"]
     place.client_services.answer(call, number, b"{}")
@@ -397,7 +397,7 @@ async def test_a_topic_that_nobody_hears_is_not_subscribed_to_with_the_next_cont
     await place.ready(5)
     place.subscribe("map", client)
     place.unsubscribe("map", client)
-    first.stream.write(robot_link.Published("map", b"{}"))  # was under way when nobody wanted it any more
+    first.stream.write(robot_link.Published("map", b"{}"))  # sent before the unsubscription arrived
     first.stream.write(robot_link.Published("goal", b"{}"))
     await first.die()
     place.subscribe("goal", client)
@@ -432,7 +432,7 @@ async def test_a_container_that_takes_the_place_of_one_that_still_talks_is_the_o
     first.stream.write(robot_link.Ack(1))
     first.stream.write(robot_link.Published("goal", b"old"))
     async with asyncio.timeout(5):
-        await first.serving  # it was not heard, and is hung up on
+        await first.serving  # its frames are ignored, and its link is closed
     second.stream.write(robot_link.Published("goal", b"new"))
     await listener.told()
     assert listener.heard == [("goal", b"new")]

@@ -1,4 +1,4 @@
-"""The socket that containers dial, with containers that are awaited and strangers."""
+"""Tests of the robot link server, with expected containers and strangers."""
 
 import asyncio
 import stat
@@ -16,7 +16,7 @@ from tests.support.waiting import until
 
 
 class Welcomes:
-    """Greets each container with a frame, and serves it until it hangs up."""
+    """Greets each container with a frame, and serves it until it disconnects."""
 
     def __init__(self) -> None:
         self.hellos: list[robot_link.Hello] = []
