@@ -16,7 +16,7 @@ class InterfaceState(Protocol):
 
     @property
     def isup(self) -> bool:
-        """Whether it is up."""
+        """True if the interface is up."""
 
     @property
     def duplex(self) -> int:

@@ -1,1 +1,1 @@
-"""Container: the process of a clone, or of planning on a map, with its two links."""
+"""Container: the process of a clone, or of planning on a map, with its robot link and machine link."""

@@ -1,7 +1,7 @@
-"""The container's end of the robot link, which outlives an endpoint that was killed.
+"""Endpoint link: the container's end of the robot link, which reconnects after the endpoint was killed.
 
-The container dials again, for as long as its machine lets it live, and says hello to whoever answers: at once when its
-machine tells that an endpoint came, and from time to time by itself.
+The container dials until its machine stops it, and sends its hello to the endpoint that answers. It dials at once when
+its machine notifies it that an endpoint listens, and otherwise with increasing delays.
 """
 
 import asyncio
@@ -17,26 +17,26 @@ from engine.protocols.framing import FrameStream
 logger = logging.getLogger(__name__)
 
 RETRIES = (0.1, 0.2, 0.4, 0.8)
-"""Seconds before the first, second … try; the last stays."""
+"""Delays before the first, second … attempt [s]; the last is repeated."""
 
 STEADY = 5.0
-"""Seconds that an endpoint stays for the next loss of it to be a first one."""
+"""Duration of a connection after which the delays start from the first again [s]."""
 
 Stream = FrameStream[robot_link.ToContainer]
 
 
 async def dial(path: str) -> Stream:
-    """Dial the endpoint by its Unix socket; ``OSError`` where nobody answers."""
+    """Dial the endpoint's Unix socket; ``OSError`` if it does not answer."""
     return FrameStream(*await asyncio.open_unix_connection(path), robot_link.ToContainer)
 
 
 class EndpointLink:
-    """What a container writes to, and hears.
+    """Connection of a container to its endpoint, replaced by a new one when it is lost.
 
     Parameters
     ----------
     path : str
-        Unix socket of the endpoint, or of what leads there.
+        Path of the Unix socket of the endpoint, or of the relay to it.
     stream : FrameStream
         The first connection.
     """
@@ -49,16 +49,16 @@ class EndpointLink:
         self.is_up = True
 
     def came(self) -> None:
-        """Take note that an endpoint awaits this container: robots wait for it to dial."""
+        """Dial at once: an endpoint listens again, and robots wait for this container."""
         self._came.set()
 
     def write(self, frame: msgspec.Struct) -> None:
-        """Queue a frame; while there is no endpoint it is lost."""
+        """Queue a frame; it is lost while no endpoint is connected."""
         self.stream.write(frame)
 
     @property
     def waiting(self) -> int:
-        """Bytes written that the endpoint has not yet taken."""
+        """Number of written bytes that are still queued for the endpoint."""
         return self.stream.waiting
 
     async def serve(
@@ -67,16 +67,16 @@ class EndpointLink:
         hello: Callable[[], robot_link.Hello],
         lost: Callable[[], None],
     ) -> None:
-        """Hand each frame to ``take``, until that returns false; dial again and say hello as often as need be.
+        """Pass each frame to ``take`` until it returns false; after a lost connection, dial again and send the hello.
 
         Parameters
         ----------
         take : callable
-            Takes a frame; returns false where that was the last.
+            Handles a frame; returns false if it was the last.
         hello : callable
-            Returns what the next endpoint is told first.
+            Returns the first frame for the next endpoint.
         lost : callable
-            Told when there is no endpoint any more.
+            Called when the connection to the endpoint is lost.
         """
         loop, tries = asyncio.get_running_loop(), 0
         while True:
@@ -102,7 +102,7 @@ class EndpointLink:
             try:
                 self.stream = await dial(self._path)
             except OSError as error:
-                logger.debug("no endpoint yet: %s", error)
+                logger.debug("the endpoint is not reachable yet: %s", error)
             else:
                 self.is_up = True
                 return tries
@@ -114,5 +114,5 @@ class EndpointLink:
         self._came.clear()
 
     async def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         await self.stream.close()

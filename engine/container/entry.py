@@ -1,7 +1,7 @@
-"""A container from the inside: the clone of a robot, or planning on a map, and its two links.
+"""Entry of a container: runs the clone of a robot, or planning on a map, with its robot link and machine link.
 
-``main`` is what the runtime calls in the new process. It opens the map's layers, builds the graph, goes on from the
-checkpoint and dials: first its machine, then the endpoint. From then on it is events: frames in, frames out.
+The runtime calls ``main`` in the new process. It connects to the endpoint, opens the map's layers, builds the graph,
+restores the checkpoint and connects to its machine. After its hello to the endpoint, the container handles frames.
 """
 
 import asyncio
@@ -36,7 +36,7 @@ logger = logging.getLogger(__name__)
 
 
 async def run(launch: Launch) -> None:
-    """Be the container until the machine goes, or the endpoint says stop."""
+    """Run the container until the machine disconnects or the endpoint sends a shutdown."""
     stream = await dial(launch.link)
     threads = KernelThreads(launch.threads)
     home = CloudHome(lambda: use_threads(threads.count))
@@ -73,7 +73,7 @@ async def run(launch: Launch) -> None:
 
 def _resize(threads: KernelThreads, count: int) -> None:
     threads.count = count
-    threads()  # what runs on the loop's own thread
+    threads()  # for kernels that run on the loop's own thread
 
 
 async def _end_of(task: asyncio.Task[None]) -> None:
@@ -81,7 +81,7 @@ async def _end_of(task: asyncio.Task[None]) -> None:
 
 
 async def _until_first(*works: Coroutine[Any, Any, None]) -> None:
-    """Run all until one of them ends, however it ends; then end the others."""
+    """Run all coroutines until one returns or raises; then cancel the others."""
     tasks = [asyncio.create_task(work) for work in works]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -94,7 +94,7 @@ async def _until_first(*works: Coroutine[Any, Any, None]) -> None:
 
 
 def main(launch: Launch) -> None:
-    """Run a container in this process, and return when it has ended."""
+    """Run a container in this process until it ends."""
     permit_only(launch.allowed)
     logging.basicConfig(format=f"%(levelname)s {launch.spec.id} %(name)s: %(message)s")
     uvloop.run(run(launch))

@@ -1,4 +1,4 @@
-"""The cloud's home of nodes: a graph on an event loop, with threads for its jobs that are not short."""
+"""Node executor of the cloud: runs a graph on an event loop, and its longer jobs in threads."""
 
 import asyncio
 import contextlib
@@ -18,11 +18,11 @@ T = TypeVar("T")
 Done = Callable[[T | PPaaSError], None]
 
 JOB_THREADS = 2
-"""A plan for the robot and one for an operator's question may be under way at a time."""
+"""Number of job threads: one for the robot's plan, one for a plan that an operator requests meanwhile."""
 
 
 class CloudHome:
-    """Runs the timers and jobs of one graph.
+    """Executor of the timers and jobs of one graph.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class CloudHome:
     def _work(self, work: Work[T], cancelled: Callable[[], bool], done: Done[T]) -> None:
         if self._closed:
             return
-        # Who drives is not kept waiting.
+        # A driving robot must not wait for a job on the loop.
         outcome = None if self.graph.busy else self._short_jobs.attempt(work, cancelled)
         if outcome is not None:
             self._finish(outcome, done)
@@ -53,7 +53,7 @@ class CloudHome:
 
     def _hand_over(self, future: Future[Outcome[T]], done: Done[T]) -> None:
         if not future.cancelled():
-            with contextlib.suppress(RuntimeError):  # the loop has ended, and nobody waits any longer
+            with contextlib.suppress(RuntimeError):  # the loop is closed: no client waits for the result
                 self._loop.call_soon_threadsafe(self._finish, future.result(), done)
 
     def _finish(self, outcome: Outcome[T], done: Done[T]) -> None:
@@ -62,7 +62,7 @@ class CloudHome:
         result, error = outcome
         try:
             if error is None:
-                done(result)  # type: ignore[arg-type]  # there is one where there is no error
+                done(result)  # type: ignore[arg-type]  # there is a result if there is no error
             elif isinstance(error, PPaaSError):
                 done(error)
             else:
@@ -72,22 +72,22 @@ class CloudHome:
             self.attend()
 
     def elsewhere(self) -> None:
-        """Have the job that runs on the loop's thread begun again in another: it would have to wait."""
+        """Restart the job that runs on the loop's thread in a job thread, since it would block the loop."""
         self._short_jobs.decline()
 
     def attend(self) -> None:
-        """See to the timers in the next turn of the loop; call it after anything that may set one.
+        """Fire the timers that are due in the next iteration of the loop; call it after anything that may set one.
 
-        What was written in this turn is on its way before.
+        Frames written in this iteration are sent before.
         """
         if not (self._closed or self._attending):
             self._attending = True
             self._loop.call_soon(self._attend)
 
     def _attend(self) -> None:
-        """Fire the timers that are due and set the alarm for the next.
+        """Fire the timers that are due, and schedule the next call.
 
-        A timer that fails stops neither itself nor the others; what fails in the same way again is not logged again.
+        A timer that fails stays active, as do the others. A repeated failure is logged once.
         """
         self._attending = False
         if self._closed:
@@ -103,10 +103,10 @@ class CloudHome:
             if repr(error) != self._failure:
                 logger.exception("a timer failed")
             self._failure = repr(error)
-            return 0.0  # others that are due have not been fired yet
+            return 0.0  # other timers may be due still
 
     def close(self) -> None:
-        """Stop timers; jobs under way end by themselves, and nobody hears of them."""
+        """Stop the timers; running jobs end by themselves, and their results are dropped."""
         self._closed = True
         if self._alarm is not None:
             self._alarm.cancel()

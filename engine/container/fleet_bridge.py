@@ -1,4 +1,4 @@
-"""What a clone gives to the world outside its robot: its position for the robots of the same map, its plans for all."""
+"""Fleet bridge: shares a clone's position with the robots on the same map, and stores its plans."""
 
 import logging
 
@@ -23,17 +23,17 @@ from storage.records import PlanRecord
 logger = logging.getLogger(__name__)
 
 SHARE_PERIOD = 0.2
-"""Seconds between two positions: at 0.65 m/s a robot moves 13 cm in it."""
+"""Smallest time between two shared positions [s]: at 0.65 m/s a robot moves 13 cm in it."""
 
 TELL_PERIOD = 0.1
-"""Seconds between two messages about the others: their cost must not grow with the square of their number."""
+"""Smallest time between two messages to the clone about other robots [s]; limits the cost with many robots."""
 
 FRESH = 1.0
-"""Seconds after which a position of another robot is no longer believed."""
+"""Age at which the position of another robot, or the own velocity, is discarded [s]."""
 
 
 def plan_record(launch: Launch, plan: PlanResult, created: float) -> PlanRecord:
-    """Return the record of a plan; the same plan on the same version has the same id, so it is kept once."""
+    """Return the record of a plan; equal plans on the same map version have the same id, so they are stored once."""
     spec = launch.spec
     first, last = (pose_message(row).planar() for row in plan.poses[[0, -1]].tolist())
     return PlanRecord(
@@ -56,7 +56,7 @@ def plan_record(launch: Launch, plan: PlanResult, created: float) -> PlanRecord:
 
 
 class Outside:
-    """Connects a clone's graph to the machine link."""
+    """Bridge between a clone's graph and the machine link."""
 
     def __init__(self, launch: Launch, graph: Graph, machine: MachineClient) -> None:
         self._launch = launch
@@ -84,16 +84,16 @@ class Outside:
     def _share_pose(self, _topic: str, pose: Payload) -> None:
         now = self._graph.now()
         if 0.0 <= now - self._last_shared < SHARE_PERIOD or not isinstance(pose, PoseWithCovarianceStamped):
-            return  # a clock that was set back silences nobody
+            return  # a clock that was set back does not stop sharing
         self._last_shared = now
         since, twist = self._driven
         state = RobotState(pose.header, pose.pose, twist if 0.0 <= now - since < FRESH else Twist(), self._radius)
         self._machine.share(topics.AMCL_POSE.name, encode(state))
 
     def shared(self, message: machine_link.Shared) -> None:
-        """Take where another robot is and how it drives, of this map, and tell the clone of all that are fresh.
+        """Take the position and velocity of another robot on this map, and publish all recent ones to the clone.
 
-        What another sends may be anything; what is no position is logged once and does no harm.
+        A payload that is not a valid `RobotState` is dropped, and logged once for each robot.
         """
         if message.topic != topics.AMCL_POSE.name or topics.ROBOTS.name not in self._graph.topics:
             return
@@ -103,13 +103,13 @@ class Outside:
             self._tell_others()
         except PPaaSError as error:
             level = logging.DEBUG if who in self._refused else logging.WARNING
-            logger.log(level, "the position of robot %s of %s cannot be taken: %s", message.robot, message.user, error)
+            logger.log(level, "robot %s of user %s shared an invalid position: %s", message.robot, message.user, error)
             self._refused.add(who)
 
     def _tell_others(self) -> None:
         now = self._graph.now()
         if 0.0 <= now - self._last_told < TELL_PERIOD:
-            return  # who sent this sends again before it is out of date
+            return  # its next position arrives before this one is too old
         self._last_told = now
         self._others = {who: seen for who, seen in self._others.items() if now - seen[0] < FRESH}
         states = [state for _, state in self._others.values()]
@@ -122,7 +122,7 @@ class Outside:
             self._background.run(self._keep(plan_record(self._launch, plan, self._graph.now())))
 
     def _is_news(self, plan: PlanResult) -> bool:
-        """Tell a new goal or a detour from the plan that is renewed every second on the way along it."""
+        """Return whether a plan has a new goal or is a detour, and not a renewal while the robot follows it."""
         goal = plan.poses[-1].tobytes()
         if self._kept is not None and self._kept[0] == goal and plan.length <= self._kept[1]:
             return False
@@ -133,4 +133,4 @@ class Outside:
         try:
             await self._machine.keep_plan(plan)
         except PPaaSError as error:
-            logger.warning("a plan was not kept: %s", error)
+            logger.warning("a plan was not stored: %s", error)

@@ -18,10 +18,25 @@ from ppaas.thread_budget import Threads
 def build_graph(
     graph: Graph, launch: Launch, threads: Threads, indexes: Indexes | None = None, reuse: ReuseSetup | None = None
 ) -> Monitoring | None:
-    """Put the nodes in that this container is for; return what monitors those of a clone.
+    """Add the nodes of this container to its graph.
 
-    ``threads`` tells how many kernels may use, ``indexes`` gives what is prepared of its map, ``reuse`` the plans
-    that were made there before.
+    Parameters
+    ----------
+    graph : Graph
+        Graph of the container, still empty.
+    launch : Launch
+        Specification of the container, and the folder of its layers.
+    threads : callable
+        Returns the number of threads that kernels may use.
+    indexes : callable, optional
+        Returns the indexes of planners for the map.
+    reuse : ReuseSetup, optional
+        Access to the stored plans of the map.
+
+    Returns
+    -------
+    Monitoring or None
+        The node monitor of a clone; None if the container only plans.
     """
     layers = open_layers(Path(launch.layers))
     layers = replace(layers, costmap=replace(layers.costmap, indexes=indexes))

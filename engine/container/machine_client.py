@@ -1,4 +1,4 @@
-"""The container's end of the machine link."""
+"""Machine client: the container's end of the machine link."""
 
 import asyncio
 import itertools
@@ -18,16 +18,17 @@ from storage.records import PlanRecord
 logger = logging.getLogger(__name__)
 
 REQUEST_TIMEOUT = 5.0
+"""Time limit of a request [s]."""
 
 HISTORY_TIMEOUT = 0.5
-"""Seconds that a container that is otherwise ready waits for the history of planning."""
+"""Time limit of the request for the planning history [s]: the container is ready otherwise."""
 
 INDEX_TIMEOUT = 600.0
-"""Seconds in which an index must have been made; who waits for it gives up when it has no more time itself."""
+"""Time limit of making an index [s]; a planner that waits for it gives up at its own time limit."""
 
 
 class MachineClient:
-    """Asks the agent of the machine for what a container may not reach itself."""
+    """Sends requests to the machine's agent, which connects the container to stores and fabric."""
 
     def __init__(self, stream: FrameStream[machine_link.ToContainer]) -> None:
         self._stream = stream
@@ -36,7 +37,7 @@ class MachineClient:
 
     @classmethod
     async def connect(cls, launch: Launch) -> "MachineClient":
-        """Dial the machine and say who we are."""
+        """Connect to the machine, and identify this container with its secret."""
         reader, writer = await asyncio.open_unix_connection(launch.machine)
         client = cls(FrameStream(reader, writer, machine_link.ToContainer))
         client._stream.write(machine_link.Attach(launch.spec.id, launch.secret))
@@ -48,16 +49,16 @@ class MachineClient:
         resized: Callable[[int], None] = lambda _: None,
         endpoint_came: Callable[[], None] = lambda: None,
     ) -> None:
-        """Take frames until the machine goes.
+        """Handle frames until the machine disconnects.
 
         Parameters
         ----------
         shared : callable
-            Gets what other robots publish.
+            Called with each message that another robot shares.
         resized : callable
-            Told how many threads kernels may use from then on.
+            Called with the new number of threads of kernels.
         endpoint_came : callable
-            Told that there is an endpoint again, which awaits this container.
+            Called when an endpoint listens again.
         """
         while (frame := await self._stream.receive()) is not None:
             match frame:
@@ -94,32 +95,32 @@ class MachineClient:
             self._requests.pop(number, None)
 
     async def save_clone(self, nodes: dict[str, bytes]) -> None:
-        """Keep the clone's checkpoint.
+        """Store the clone's checkpoint.
 
         Raises
         ------
         Unavailable
-            The machine or its store does not answer; try again.
+            The machine or its store does not answer in time; try again.
         """
         await self._request(lambda number: machine_link.SaveClone(number, nodes))
 
     async def keep_plan(self, plan: PlanRecord) -> None:
-        """Keep a plan in the path plan database.
+        """Store a plan in the path plan database.
 
         Raises
         ------
         Unavailable
-            The machine or its store does not answer.
+            The machine or its store does not answer in time.
         """
         await self._request(lambda number: machine_link.KeepPlan(number, plan))
 
     async def find_plans(self, query: PlanQuery) -> list[machine_link.Candidate]:
-        """Return plans on the container's map that are worth a look, the best first.
+        """Return stored plans on the container's map that may be reused, best first.
 
         Raises
         ------
         Unavailable
-            The machine or its store does not answer.
+            The machine or its store does not answer in time.
         """
         asked = machine_link.FindPlans(
             0, query.start[:2], query.goal[:2], query.planner, query.parameters, query.robot_radius,
@@ -129,38 +130,38 @@ class MachineClient:
         return answer.plans if isinstance(answer, machine_link.PlansFound) else []
 
     async def history(self) -> machine_link.PlanningHistory:
-        """Return what is known of planning on the container's map.
+        """Return the history of planning on the container's map.
 
         Raises
         ------
         Unavailable
-            The machine or its store does not answer.
+            The machine or its store does not answer in time.
         """
         answer = await self._request(machine_link.AskHistory, HISTORY_TIMEOUT)
         if not isinstance(answer, machine_link.PlanningHistory):
-            raise Unavailable("the machine answered something else")
+            raise Unavailable(f"the machine answered the request for planning history with {type(answer).__name__}")
         return answer
 
     def note_history(self, rows: list[PlannerHistory], link: LinkHistory | None) -> None:
-        """Add to the history; it may be lost."""
+        """Add to the history of planning; there is no answer, and the note may be lost."""
         self._stream.write(machine_link.NoteHistory(rows, link))
 
     async def prepare_index(self, planner: str) -> None:
-        """Have the machine put what a planner prepares of the map beside its layers, and wait until it is there.
+        """Make the machine prepare a planner's index of the map, beside its layers; wait until it is done.
 
         Raises
         ------
         InvalidPlanner
             The planner cannot prepare this map.
         Unavailable
-            The machine does not answer, or has no room.
+            The machine does not answer in time, or has no space.
         """
         await self._request(lambda number: machine_link.PrepareIndex(number, planner), INDEX_TIMEOUT)
 
     def share(self, topic: str, payload: bytes) -> None:
-        """Publish for the robots of the same map; it may be lost."""
+        """Publish a message for the robots on the same map; it may be lost."""
         self._stream.write(machine_link.Share(topic, payload))
 
     async def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         await self._stream.close()

@@ -1,4 +1,4 @@
-"""The container's end of the robot link: takes frames into the graph, sends what the graph says, keeps checkpoints."""
+"""Robot link handler: passes frames to the graph, sends the graph's messages, and saves checkpoints."""
 
 import asyncio
 import logging
@@ -23,47 +23,48 @@ from ppaas.nodes.graph import Graph
 logger = logging.getLogger(__name__)
 
 CHECKPOINT_PERIOD = 0.25
-"""Seconds; in them a robot moves no farther than localization forgives, should the container be lost."""
+"""Largest time between checkpoints [s]; localization tolerates the motion of a robot in this time."""
+
 MAX_UNTOLD = 100
-"""Messages that are said once and kept, while there is no endpoint, for whoever subscribes to them next."""
+"""Number of messages on ``published_once`` topics that are kept without an endpoint, for the next subscriber."""
 
 MAX_WAITING = 1 << 20
-"""Bytes that may wait for a slow endpoint before messages that may be lost are."""
+"""Bytes queued for a slow endpoint above which messages on topics that are not latched are dropped."""
 
 
 def payload_bytes(payload: Payload) -> bytes:
-    """Return a message as JSON, made only now if it is lazy."""
+    """Return a message as JSON; a lazy payload is converted now."""
     return encode(payload if isinstance(payload, Message) else payload.to_message())
 
 
 def topic_info(topic: Topic) -> robot_link.TopicInfo:
-    """Return a topic as the endpoint is told of it."""
+    """Return the description of a topic for the endpoint."""
     return robot_link.TopicInfo(topic.name, type_name(topic.type), topic.latched)
 
 
 def node_info(graph: Graph, node: Node) -> robot_link.NodeInfo:
-    """Return a node as the endpoint is told of it."""
+    """Return the description of a node for the endpoint."""
     subscribes = tuple(topic.name for topic in node.subscribes)
     return robot_link.NodeInfo(node.name, graph.published_by(node), subscribes, tuple(s.name for s in node.services))
 
 
 class Container:
-    """What runs in the process.
+    """Handler of one container's robot link, with its checkpoints.
 
     Parameters
     ----------
     launch : Launch
-        What the machine handed over.
+        Specification of the container, from its machine.
     home : CloudHome
-        With the graph built and restored.
+        Node executor, with the graph built and restored.
     endpoint : EndpointLink
         The robot link.
     machine : MachineClient
         The machine link.
     notes : PlanningNotes
-        What is to be told of planning.
+        Planning times that are to be reported to the machine.
     monitoring : Monitoring, optional
-        Which of a clone's nodes run here.
+        Node monitor of a clone.
     """
 
     def __init__(
@@ -101,7 +102,7 @@ class Container:
         return robot_link.NodesChanged(services, [node_info(graph, node) for node in graph.nodes.values()])
 
     def hello(self, pid: int) -> robot_link.Hello:
-        """Return what the endpoint is told first."""
+        """Return the first frame for an endpoint: the topics, services and nodes of this container."""
         graph, offers = self._graph, self._offers()
         return robot_link.Hello(
             container=self._launch.spec.id,
@@ -114,13 +115,13 @@ class Container:
         )
 
     async def serve(self) -> None:
-        """Take frames until an endpoint says stop."""
+        """Handle frames until an endpoint sends a shutdown."""
         await self._endpoint.serve(self._take, lambda: self.hello(os.getpid()), self._forget_clients)
         self._notes.tell(self._machine)
         await self._save()
 
     def _forget_clients(self) -> None:
-        """Send nobody anything; what is said once is kept for whoever subscribes to it next."""
+        """Drop all subscriptions; messages on ``published_once`` topics are kept for the next subscriber."""
         self._wanted.clear()
         for topic in tuple(self._taps):
             if topic not in self._graph.topics or not self._graph.topics[topic].published_once:
@@ -151,8 +152,8 @@ class Container:
         except PPaaSError as error:
             self._refuse(frame, error)
         except Exception as error:
-            # What must arrive is sent again to the next container: one bad message must not become a crash loop.
-            logger.exception("a message on %s broke a node", frame.topic)
+            # Reliable messages are sent again to the next container: one bad message must not cause a crash loop.
+            logger.exception("a message on %s caused an internal error in a node", frame.topic)
             self._refuse(frame, PPaaSError(f"internal error: {type(error).__name__}"))
         if frame.sequence:
             self._applied = frame.sequence
@@ -181,7 +182,7 @@ class Container:
             untap()
 
     def _topic_changed(self, node: Node, name: str, topic: Topic | None) -> None:
-        """Tell the endpoint; what it wants to hear is tapped again as often as it comes."""
+        """Notify the endpoint of a new or removed topic; forward a new one if the endpoint is subscribed to it."""
         if topic is None:
             self._taps.pop(name, None)
             self._endpoint.write(robot_link.TopicRemoved(name))
@@ -199,7 +200,7 @@ class Container:
             self._endpoint.write(robot_link.Published(topic, payload_bytes(payload)))
 
     def _tell(self, said: Iterable[robot_link.Published]) -> None:
-        """Tell once what is said once."""
+        """Send messages on ``published_once`` topics if the endpoint is subscribed; else keep them for it."""
         for published in said:
             if published.topic in self._wanted:
                 self._endpoint.write(published)
@@ -207,7 +208,7 @@ class Container:
                 self._untold.append(published)
 
     def _call(self, frame: robot_link.ServiceCall) -> None:
-        stream = self._endpoint.stream  # another endpoint did not ask
+        stream = self._endpoint.stream  # the answer is for this endpoint only
 
         def reply(result: Payload | PPaaSError) -> None:
             if isinstance(result, PPaaSError):
@@ -223,12 +224,12 @@ class Container:
         except PPaaSError as error:
             reply(error)
         except Exception as error:
-            # As for messages: whoever asks again and again must not end container after container.
-            logger.exception("a call of %s broke a node", frame.service)
+            # As with messages: a repeated bad call must not crash one container after another.
+            logger.exception("a call of service %s caused an internal error in a node", frame.service)
             reply(PPaaSError(f"internal error: {type(error).__name__}"))
 
     async def beat(self) -> None:
-        """Show that this process is not frozen, and tell the machine what was planned meanwhile."""
+        """Send heartbeats to the endpoint, and new planning times to the machine."""
         while True:
             self._endpoint.write(robot_link.ContainerBeat(self._graph.busy))
             self._notes.tell(self._machine)
@@ -237,7 +238,7 @@ class Container:
     # -- checkpoints ---------------------------------------------------------------------------------------------------
 
     async def keep_checkpoints(self) -> None:
-        """Save the clone's state: at once after what must not be lost, else once a period."""
+        """Save the clone's state at once after a reliable message, and otherwise every `CHECKPOINT_PERIOD`."""
         while True:
             try:
                 async with asyncio.timeout(CHECKPOINT_PERIOD):
@@ -256,7 +257,7 @@ class Container:
         try:
             await self._machine.save_clone(nodes)
         except PPaaSError as error:
-            logger.warning("the checkpoint was not kept, and will be tried again: %s", error)
+            logger.warning("the checkpoint was not saved; it will be tried again: %s", error)
         else:
             self._endpoint.write(robot_link.Ack(applied))
-        self._tell(told)  # where nothing can be kept, that it is told goes before that it is told once
+        self._tell(told)  # sent even if the save failed: better twice than never

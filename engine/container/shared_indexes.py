@@ -1,4 +1,4 @@
-"""What a machine has prepared of a map for planners, as the container that stands in it asks for it."""
+"""Shared indexes: planners' indexes of a map, made by the machine and mapped by its containers."""
 
 import asyncio
 import logging
@@ -13,18 +13,18 @@ from ppaas.errors import Unavailable
 logger = logging.getLogger(__name__)
 
 SLICE = 0.005
-"""Seconds between two looks at whether it is still wanted."""
+"""Time between two checks whether the index is still needed [s]."""
 
 
 class SharedIndexes:
-    """Opens indexes that lie beside the layers of a map, and has the machine make those that do not.
+    """Opens the indexes in a folder of layers, and makes the machine prepare missing ones.
 
-    It is called by the threads that plan; they wait for it, the loop does not.
+    Planning threads call it, and block until the index is there; the event loop does not block.
 
     Parameters
     ----------
     folder : Path
-        Of the layers.
+        Folder with the layers.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -32,11 +32,18 @@ class SharedIndexes:
         self._machine: tuple[MachineClient, asyncio.AbstractEventLoop] | None = None
 
     def ask(self, machine: MachineClient, loop: asyncio.AbstractEventLoop) -> None:
-        """Ask this machine, on that loop, from now on."""
+        """Request missing indexes from a machine, on its event loop, from now on."""
         self._machine = machine, loop
 
     def __call__(self, planner: str, check: Callable[[], None]) -> memoryview | None:
-        """Return what a planner has prepared of the map; None if nobody can.
+        """Return a planner's index of the map; None if the machine cannot make it now.
+
+        Parameters
+        ----------
+        planner : str
+            Name of the planner.
+        check : callable
+            Called while waiting; raises if the index is no longer needed.
 
         Raises
         ------
@@ -50,7 +57,7 @@ class SharedIndexes:
                 _await(asyncio.run_coroutine_threadsafe(machine.prepare_index(planner), loop), check)
                 content = open_index(self._folder, planner)
         except Unavailable as error:
-            logger.warning("no index of %s is shared: %s", planner, error)
+            logger.warning("planner %s runs without a shared index: %s", planner, error)
             return None
         return content
 

@@ -1,4 +1,4 @@
-"""The plans that are kept for a map, as the container that stands in it finds them, and what it tells of planning."""
+"""Shared plans: finds stored plans of the container's map, and reports planning times to the machine."""
 
 import asyncio
 import logging
@@ -18,16 +18,16 @@ logger = logging.getLogger(__name__)
 
 
 class SharedPlans:
-    """A ``PlanLibrary`` behind the machine link. It is asked by the threads that plan; they wait, the loop does not.
+    """A ``PlanLibrary`` over the machine link. Planning threads call it, and block; the event loop does not.
 
     Parameters
     ----------
     times : Times
-        Where it is noted how long answers took.
+        Measured times, to which those of the answers are added.
     elsewhere : callable
-        Called on the loop's thread by a job that would have to wait there: it is begun again in another thread.
+        Called on the loop's thread when a job would block there; the job is restarted in another thread.
     clock : callable
-        Monotonic seconds.
+        Returns monotonic time [s].
     """
 
     def __init__(self, times: Times, elsewhere: Callable[[], None], clock: Clock = monotonic) -> None:
@@ -38,22 +38,22 @@ class SharedPlans:
         self._refused = False
 
     def ask(self, machine: MachineClient) -> None:
-        """Ask this machine from now on, on the loop that runs here."""
+        """Query this machine from now on, on the running event loop."""
         self._machine = machine, asyncio.get_running_loop(), threading.get_ident()
 
     def may_wait(self) -> bool:
-        """Tell whether this thread may wait; if not, its job is begun again in one that may."""
+        """Return whether this thread may block; if not, its job is restarted in one that may."""
         if self._machine is None or self._machine[2] != threading.get_ident():
             return True
         self._elsewhere()
         return False
 
     def find(self, query: PlanQuery, within: float) -> Sequence[StoredPlan] | None:
-        """Return plans worth a look, the best first; None if there is no answer within so many seconds."""
+        """Return plans that may be reused, best first; None if there is no answer within ``within`` seconds."""
         if self._machine is None:
             return ()
         machine, loop, _ = self._machine
-        # An answer that comes too late is not waited for, but it is measured.
+        # The request is not cancelled after the time limit: its duration is still measured.
         asked = asyncio.run_coroutine_threadsafe(self._find(machine, query), loop)
         try:
             return asked.result(within)
@@ -66,8 +66,12 @@ class SharedPlans:
             found = await machine.find_plans(query)
             size = sum(len(candidate.plan.poses) for candidate in found)
         except PPaaSError as error:
-            # Told once: who plans on without them would say so with every plan.
-            logger.log(logging.DEBUG if self._refused else logging.WARNING, "no kept plans can be found: %s", error)
+            # Log it once: planning goes on without stored plans, and would fail here for every plan.
+            logger.log(
+                logging.DEBUG if self._refused else logging.WARNING,
+                "stored plans cannot be queried; planning goes on without them: %s",
+                error,
+            )
             self._refused = True
             return []
         finally:
@@ -77,12 +81,12 @@ class SharedPlans:
 
 
 class PlanningNotes:
-    """Gathers what became of requests, and tells the machine when it is time; notes may come from any thread.
+    """Collects the outcomes of planning requests from any thread, and reports them to the machine.
 
     Parameters
     ----------
     times : Times
-        Which begin with what the machine knows.
+        Measured times, initialised from the machine's history.
     """
 
     def __init__(self, times: Times) -> None:
@@ -92,15 +96,15 @@ class PlanningNotes:
         self._told = 0
 
     def __call__(self, row: PlannerHistory) -> None:
-        """Take note of what became of a request; somebody waits for its answer, so it is added up when it is told."""
+        """Record the outcome of a request; cheap, since a client waits: rows are summed up in ``tell``."""
         self._rows.append(row)
 
     async def begin(self, machine: MachineClient) -> None:
-        """Begin with what the machine knows; without it, everything is measured anew."""
+        """Initialise the measured times from the machine's history; without it, start with no measurements."""
         try:
             known = await machine.history()
         except PPaaSError as error:
-            logger.warning("what is known of planning on this map is not here: %s", error)
+            logger.warning("the planning history of this map is not available: %s", error)
             return
         self._link = known.link
         self._times.computation.add(known.rows)
@@ -109,7 +113,7 @@ class PlanningNotes:
         self._told = self._times.link.answers
 
     def tell(self, machine: MachineClient) -> None:
-        """Tell the machine what was noted since the last time."""
+        """Report the outcomes recorded since the last call to the machine."""
         rows: dict[tuple[str, str, str, int], PlannerHistory] = {}
         while self._rows:
             row = self._rows.popleft()

@@ -1,9 +1,9 @@
-"""Jobs that are over sooner than a thread would have begun them, run where they were asked for.
+"""Short jobs: run on the event loop's own thread, if they take less time than a thread needs to start.
 
-To hand a job to a thread and its result back takes two wake-ups, which is more than many a path takes to plan. So a job
-is begun on the loop's own thread where the one before was short, and it is told that it is cancelled when it turns out
-longer: then it is run again from the beginning, in a thread. Only one in a turn of the loop is run like that, so that
-beats, orders and other frames wait for no more than that one.
+Passing a job to a thread and its result back takes two wake-ups, longer than planning many a path. So if the last job
+was short, the next is tried on the loop's thread. If it takes longer than `SHORT`, it is cancelled and run again from
+the beginning, in a thread. Only one job is tried in each iteration of the loop: heartbeats and other frames wait for
+one job at most.
 """
 
 import asyncio
@@ -16,23 +16,23 @@ from ppaas.nodes.jobs import Work
 T = TypeVar("T")
 
 SHORT = 0.02
-"""Seconds; so long a robot that stands and whoever plans may be left without an ear."""
+"""Time limit of a job on the loop's thread [s]; a robot that stands still and a planning client tolerate this delay."""
 
 
 class Outcome(NamedTuple, Generic[T]):
-    """What a job returned, or what it raised."""
+    """Outcome of a job: its result, or the exception that it raised."""
 
     result: T | None
     error: Exception | None
 
 
 class ShortJobs:
-    """Says which jobs are short, by the last one. For one event loop.
+    """Runner of jobs that predicts from the last job whether the next is short; for one event loop.
 
     Parameters
     ----------
     clock : callable
-        Monotonic seconds.
+        Returns monotonic time [s].
     """
 
     def __init__(self, clock: Clock = monotonic) -> None:
@@ -42,21 +42,21 @@ class ShortJobs:
         self._declined = False
 
     def decline(self) -> None:
-        """Learn from the job that is being attempted that it would wait: it is to be begun again in a thread."""
+        """Drop the outcome of the job being attempted, since it would block; it is run again in a thread."""
         self._declined = True
 
     def timed(self, work: Work[T], cancelled: Callable[[], bool]) -> Outcome[T]:
-        """Run a job to its end, in whatever thread, and note how long it took."""
+        """Run a job in the calling thread, and record whether it was short."""
         began = self._clock()
         try:
             outcome = Outcome(work(cancelled), None)
-        except Exception as error:  # noqa: BLE001  # whoever asked is told
+        except Exception as error:  # noqa: BLE001  # passed to the caller as the outcome
             outcome = Outcome(None, error)
         self._short = self._clock() - began < SHORT
         return outcome
 
     def attempt(self, work: Work[T], cancelled: Callable[[], bool]) -> Outcome[T] | None:
-        """Run a job here and return its outcome; None if it is not to be run here, or took too long."""
+        """Run a job here and return its outcome; None if it must run in a thread, or took too long."""
         if not (self._short and self._free):
             return None
         self._free = self._declined = False

@@ -1,4 +1,4 @@
-"""What each criterion says of a node's home: a vote from −1, the robot, to 1, the cloud, and why."""
+"""Criteria of the node monitor: each votes for a node's home, from −1 (robot) to 1 (cloud), with a reason."""
 
 import math
 from collections.abc import Callable
@@ -10,14 +10,14 @@ from ppaas.nodes.base import Demands
 
 
 class Vote(NamedTuple):
-    """What a criterion says."""
+    """Vote of a criterion: its value, from −1 (robot) to 1 (cloud), and its reason."""
 
     value: float
     reason: str
 
 
 class Case(NamedTuple):
-    """All that a verdict is given on; the link is None while it is not measured."""
+    """Input of a criterion; the link is None while it is not measured."""
 
     robot: Robot
     link: Link | None
@@ -27,49 +27,48 @@ class Case(NamedTuple):
 
 
 def computation_power(case: Case) -> Vote:
-    """Speak for the cloud where the robot is weak; by each doubling of its power a step more for the robot."""
+    """Vote for the cloud if the robot is weak; each doubling of its power lowers the vote by a fixed step."""
     power, parameters = case.robot.power, case.parameters
     steps = math.log(parameters.strong_power / parameters.weak_power)
     value = _clamped(1.0 - 2.0 * math.log(power / parameters.weak_power) / steps)
     if value >= 1.0:
-        return Vote(value, f"the robot is weak: it is worth {power:.1f} cores of a Raspberry Pi 4")
-    return Vote(value, f"the robot is worth {power:.1f} cores of a Raspberry Pi 4")
+        return Vote(value, f"the robot is weak: it has the power of {power:.1f} cores of a Raspberry Pi 4")
+    return Vote(value, f"the robot has the power of {power:.1f} cores of a Raspberry Pi 4")
 
 
 def node_properties(case: Case) -> Vote:
-    """Speak for the robot where lateness counts; else for where less time goes by, and less is demanded."""
+    """Vote for the robot if the node is time-critical; else by its computing demand and measured response times."""
     node, demands = case.node, case.demands
     if is_time_critical(case):
         return Vote(-1.0, f"{node.name} is time-critical")
     share = demands.compute / (case.robot.power * case.parameters.usable_power)
-    demand = Vote(
-        _clamped(2.0 * share - 1.0), f"{node.name} would take {share:.0%} of what the robot may give to nodes"
-    )
+    demand = Vote(_clamped(2.0 * share - 1.0), f"{node.name} would use {share:.0%} of the robot's power for nodes")
     if case.link is None or node.cloud_seconds is None or node.robot_seconds is None:
         return demand
     cloud, robot = node.cloud_seconds + case.link.rtt, node.robot_seconds
     times = (robot - cloud) / max(robot, cloud)
-    told = f"it takes {robot * 1e3:.0f} ms on the robot, and {cloud * 1e3:.0f} ms in the cloud with the way there"
+    told = f"it takes {robot * 1e3:.0f} ms on the robot, and {cloud * 1e3:.0f} ms in the cloud with the round trip"
     return Vote((times + demand.value) / 2.0, f"{told}; {demand.reason}")
 
 
 def network_bandwidth(case: Case) -> Vote:
-    """Speak for the robot where the link is slow, or what the node needs of the robot would fill it."""
+    """Vote for the robot if the link is slow, or the robot's topics that the node subscribes to would fill it."""
     link, parameters = case.link, case.parameters
     if link is None:
         return Vote(0.0, "the link was not measured")
     pulled = sum(case.node.rates.values())
     share = pulled / link.bandwidth
-    told = f"it would pull {pulled / 1e3:.0f} KB/s over a link of {link.bandwidth / 1e3:.0f} KB/s"
+    told = f"its topics would use {pulled / 1e3:.0f} KB/s of a link with {link.bandwidth / 1e3:.0f} KB/s"
     crowded = Vote(1.0 - 2.0 * min(share / parameters.usable_bandwidth, 1.0), told)
     slow = Vote(
-        1.0 - 2.0 * min(link.rtt / parameters.slow_rtt, 1.0), f"the link takes {link.rtt * 1e3:.0f} ms there and back"
+        1.0 - 2.0 * min(link.rtt / parameters.slow_rtt, 1.0),
+        f"a round trip over the link takes {link.rtt * 1e3:.0f} ms",
     )
     return min(crowded, slow, key=lambda vote: vote.value)
 
 
 def is_time_critical(case: Case) -> bool:
-    """Tell whether a late answer of the node is as bad as none."""
+    """Return whether a late answer of the node is as bad as none."""
     return case.demands.time_critical or case.node.name in case.parameters.time_critical
 
 

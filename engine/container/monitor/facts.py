@@ -1,4 +1,4 @@
-"""What the node monitor knows before it gives a verdict."""
+"""Facts on which the node monitor bases its verdicts: the robot's computer, the link, and each node."""
 
 import math
 from collections.abc import Mapping
@@ -13,22 +13,22 @@ from ppaas.nodes.base import Demands
 Home = Literal["cloud", "robot"]
 
 REFERENCE_CLOCK = 1.5
-"""Of a Raspberry Pi 4 [GHz]."""
+"""Clock of a Raspberry Pi 4 [GHz]."""
 
 
 class Robot(msgspec.Struct, frozen=True):
-    """What a robot has to run nodes on.
+    """Computer of a robot, on which nodes may run.
 
     Parameters
     ----------
     cores : int
-        Of its processor.
+        Number of cores.
     clock : float
-        [GHz].
+        Clock of the processor [GHz].
     benchmark : float
-        How fast one core was in a fixed kernel, where a Raspberry Pi 4 is 1.
+        Measured speed of one core in a fixed kernel, relative to a Raspberry Pi 4.
     nodes : tuple of str
-        Names of those that it can run.
+        Names of the nodes that it can run.
 
     Raises
     ------
@@ -46,19 +46,19 @@ class Robot(msgspec.Struct, frozen=True):
 
     @property
     def power(self) -> float:
-        """What it is worth, in cores of a Raspberry Pi 4: what was measured and what is promised count alike."""
+        """Power [cores of a Raspberry Pi 4]: cores times the geometric mean of benchmark and relative clock."""
         return self.cores * math.sqrt(self.benchmark * self.clock / REFERENCE_CLOCK)
 
 
 class Link(msgspec.Struct, frozen=True):
-    """What lies between a robot and the cloud.
+    """Network link between a robot and the cloud.
 
     Parameters
     ----------
     rtt : float
-        There and back [s].
+        Round-trip time [s].
     bandwidth : float
-        [bytes/s].
+        Bandwidth [bytes/s].
 
     Raises
     ------
@@ -75,22 +75,22 @@ class Link(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True, slots=True)
 class NodeFacts:
-    """What is known of a node.
+    """Facts about a node.
 
     Parameters
     ----------
     name : str
-        Of the node.
+        Name of the node.
     demands : Demands, optional
-        What its class declares; None for one that stays in the cloud.
+        Demands that its class declares; None for a node that must stay in the cloud.
     rates : dict of str to float
-        What comes to it over the link while it is in the cloud, by topic [bytes/s]: measured where it was.
+        Data rate of each topic that it receives over the link while in the cloud [bytes/s], measured if possible.
     cloud_seconds, robot_seconds : float, optional
-        What it took for each thing that it was told, in either home [s].
+        Median time to process one input in either home [s].
     taken : float
-        What other nodes take of the robot already, in cores of a Raspberry Pi 4.
+        Power that other nodes on the robot use already [cores of a Raspberry Pi 4].
     failure : str
-        Why it could not be run on the robot a moment ago; empty if it could.
+        Reason of a recent failure on the robot; empty if there was none.
     """
 
     name: str
@@ -105,4 +105,4 @@ class NodeFacts:
 def _check_positive(**numbers: float) -> None:
     for name, number in numbers.items():
         if not (math.isfinite(number) and number > 0.0):
-            raise InvalidInput(f"{name} must be a positive number, not {number}: measure it anew")
+            raise InvalidInput(f"{name} must be a positive number, not {number}: measure it again")

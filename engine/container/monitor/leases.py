@@ -1,4 +1,4 @@
-"""Which nodes of a clone the robot runs, and since when it has been silent about each."""
+"""Leases of nodes that the robot runs, and the node monitor's record of each node."""
 
 import msgspec
 
@@ -8,18 +8,18 @@ from engine.container.monitor.unacknowledged import Unheard
 
 
 class Lease(msgspec.Struct):
-    """The robot's hold of a node.
+    """Lease by which the robot runs a node.
 
     Parameters
     ----------
     number : int
-        No other hold of the same clone has it.
+        Number of the lease, unique for the clone.
     state : str
         The node's last checkpoint.
     heard : float
-        When the robot said last that it runs it [s since the epoch].
+        Time of the robot's last report that it runs the node [s since the epoch].
     unheard : Unheard
-        What came for it since, and is not in that checkpoint.
+        Messages for the node that are not yet part of that checkpoint.
     """
 
     number: int
@@ -29,27 +29,27 @@ class Lease(msgspec.Struct):
 
 
 class Record(msgspec.Struct):
-    """What the node monitor keeps of one node.
+    """Node monitor's record of one node.
 
     Parameters
     ----------
     wanted : {"cloud", "robot"}
-        Where it shall run.
+        Home in which the node should run.
     score, reasons
-        Of the verdict that says so.
+        Score and reasons of the verdict for that home.
     lease : Lease, optional
-        The robot's hold; without one it runs in the cloud.
+        Lease of the robot; None while the node runs in the cloud.
     cloud_seconds, robot_seconds : History
-        What it took for each thing that it was told [s].
+        Times to process one input in either home [s].
     failure : str
-        Why it could not be run on the robot the last time.
+        Reason of the last failure on the robot.
     failed : float
-        When that was [s since the epoch].
+        Time of that failure [s since the epoch].
     """
 
     wanted: Home = "cloud"
     score: float = 1.0
-    reasons: tuple[str, ...] = ("nobody has asked for it yet",)
+    reasons: tuple[str, ...] = ("no client has requested it yet",)
     lease: Lease | None = None
     cloud_seconds: History = msgspec.field(default_factory=History)
     robot_seconds: History = msgspec.field(default_factory=History)
@@ -58,5 +58,5 @@ class Record(msgspec.Struct):
 
     @property
     def home(self) -> Home:
-        """Where it runs."""
+        """Home in which the node runs."""
         return "cloud" if self.lease is None else "robot"

@@ -1,4 +1,4 @@
-"""What was measured of a node and of the link, over the last while."""
+"""Measurements of nodes and of the link: medians of recent values, and data rates of topics."""
 
 from collections.abc import Mapping
 
@@ -6,11 +6,11 @@ import msgspec
 import numpy as np
 
 KEPT = 31
-"""Measurements that are kept; the median of them is not moved by one that was held up."""
+"""Number of measurements that are kept; one delayed measurement does not affect their median."""
 
 
 class History(msgspec.Struct):
-    """The last measurements of one thing, which may go on elsewhere.
+    """Last measurements of one quantity; part of the node monitor's checkpoint.
 
     Parameters
     ----------
@@ -21,23 +21,23 @@ class History(msgspec.Struct):
     values: list[float] = msgspec.field(default_factory=list)
 
     def note(self, value: float) -> None:
-        """Take a measurement; zero and less are none."""
+        """Add a measurement; values that are not positive are ignored."""
         if value > 0.0:
             self.values = [*self.values[1 - KEPT :], value]
 
     @property
     def median(self) -> float | None:
-        """The middle of those that are kept; None where there are none."""
+        """Median of the kept values; None if there are none."""
         return float(np.median(self.values)) if self.values else None
 
 
 class Rates:
-    """How many bytes a second come on topics, as measured over some seconds at a time.
+    """Data rates of topics, measured over windows of some seconds.
 
     Parameters
     ----------
     window : float
-        Seconds over which bytes are counted.
+        Length of a window [s].
     """
 
     def __init__(self, window: float = 5.0) -> None:
@@ -51,21 +51,21 @@ class Rates:
         self._bytes[topic] = self._bytes.get(topic, 0) + size
 
     def look(self, now: float) -> None:
-        """Make rates of what was counted, once it was counted for long enough."""
+        """Update the rates from the counts, if the window has passed at time ``now`` [s]."""
         if self._since is None:
             self._since, self._bytes = now, {}
         elif now - self._since >= self._window:
-            # A topic that fell silent keeps its rate: a laser that rests for a while would come back.
+            # A silent topic keeps its rate: a laser that pauses will send again.
             self._rates |= {topic: size / (now - self._since) for topic, size in self._bytes.items()}
             self._since, self._bytes = now, {}
 
     def of(self, expected: Mapping[str, float]) -> dict[str, float]:
-        """Return the rates of topics of which a robot sends one or several [bytes/s].
+        """Return the measured rates of alternative topics [bytes/s], or the expected ones if none was measured.
 
         Parameters
         ----------
         expected : mapping of str to float
-            The topics, and the rate of each where none of them was measured yet [bytes/s].
+            Expected rate of each topic [bytes/s]; a robot sends one or several of them.
         """
         measured = {topic: self._rates[topic] for topic in expected if topic in self._rates}
         return measured or dict(expected)

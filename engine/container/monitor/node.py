@@ -1,4 +1,4 @@
-"""The node monitor as a node of the clone: gives verdicts, hands nodes to the robot, and takes back what it loses."""
+"""Node monitor: a node of the clone that decides on homes, leases nodes to the robot, and takes back lost ones."""
 
 import logging
 from collections.abc import Callable
@@ -40,15 +40,17 @@ from ppaas.nodes.topics import NODE_HOMES
 logger = logging.getLogger(__name__)
 
 LOOK_PERIOD = 0.5
-"""Seconds between two looks at who was silent for too long."""
+"""Period of the check for expired leases [s]."""
 
 MAX_PROBE = 1 << 20
+"""Largest probe of the link [bytes]."""
+
 MAX_STATE = 1 << 20
-"""Bytes of a node's checkpoint that a robot may hand over; those of ours have some hundred."""
+"""Largest checkpoint of a node that a robot may send [characters]; those of the built-in nodes have some hundred."""
 
 
 class MonitorState(msgspec.Struct):
-    """What the node monitor needs to go on elsewhere."""
+    """Checkpoint of the node monitor."""
 
     robot: Robot | None
     link: Link | None
@@ -58,22 +60,22 @@ class MonitorState(msgspec.Struct):
 
 
 class NodeMonitorNode(Node):
-    """Answers ``node_monitor/…`` and publishes ``node_monitor/homes``: where each node runs, and where it shall.
+    """Serves ``node_monitor/…`` and publishes ``node_monitor/homes``: the current and the wanted home of each node.
 
-    A node is the robot's while it holds a lease and speaks of it at least every ``patience`` seconds, each time with
-    the node's checkpoint. Else it goes on in the cloud from the last; a robot that comes back later with an old lease
-    is told that it has none.
+    A robot runs a node while it holds a lease on it, and renews the lease at least every ``patience`` seconds, each
+    time with the node's checkpoint. Otherwise the node continues in the cloud from the last checkpoint. A robot that
+    returns later with an expired lease gets the answer that it holds none.
 
     Parameters
     ----------
     context : Context
-        Of its home.
+        Node context.
     hands : Hands
-        Carries out the verdicts.
+        Removes nodes from the graph and adds them again.
     rates : Rates
-        What comes to the clone over the link.
+        Data rates of the topics that the clone receives over the link.
     parameters : NodeMonitorParameters
-        What to go by.
+        Parameters of the verdicts.
     """
 
     name: ClassVar[str] = NAME
@@ -107,25 +109,25 @@ class NodeMonitorNode(Node):
         }
 
     def start(self) -> None:
-        """Begin to look after what the robot runs."""
+        """Start to check the leases of the robot."""
         self.context.every(LOOK_PERIOD, self._look)
         self._tell()
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
-        """Answer.
+        """Answer a service call.
 
         Raises
         ------
         NotFound
-            No such node.
+            The clone has no such node.
         InvalidInput
-            A number, a state or the name of a home cannot be taken.
+            A number, a state or the name of a home is invalid.
         Unavailable
-            The node cannot be handed over now.
+            The wanted home of the node is the cloud.
         """
         reply(self._takers[service.rpartition("/")[2]](request))
 
-    # -- what is asked -------------------------------------------------------------------------------------------------
+    # -- service calls -------------------------------------------------------------------------------------------------
 
     def _tell_robot(self, message: Message) -> Message:
         told = expect(message, TellRobotRequest)
@@ -138,7 +140,7 @@ class NodeMonitorNode(Node):
         wanted = expect(message, RunNodeRequest)
         record = self._record(wanted.node)
         if wanted.home not in ("", "cloud", "robot"):
-            raise InvalidParameter(f"a home is 'cloud' or 'robot', or empty for the best, not {wanted.home[:32]!r}")
+            raise InvalidParameter(f"a home is 'cloud' or 'robot', or empty for the best one, not {wanted.home[:32]!r}")
         verdict = judge(self._robot, self._link_now(), self._facts(wanted.node), self._parameters)
         if wanted.home == "cloud":
             verdict = asked("cloud")
@@ -167,15 +169,17 @@ class NodeMonitorNode(Node):
 
     def _hand_over(self, node: str, record: Record) -> Message:
         if record.wanted != "robot":
-            raise Unavailable(f"{node} shall run in the cloud; ask for it by node_monitor/run_node first")
+            raise Unavailable(
+                f"the wanted home of {node} is the cloud; request 'robot' with node_monitor/run_node first"
+            )
         if record.lease is None:
             unheard = Unheard()
             state = self._hands.take_out(node, unheard.note)
-        else:  # a robot that takes what it has already has lost it, and begins with what it told last
+        else:  # a robot that requests a node it holds has lost its state: it gets the last checkpoint
             state, unheard = record.lease.state, record.lease.unheard
         self._leases += 1
         record.lease = Lease(self._leases, state, self.context.now(), unheard)
-        logger.info("%s goes on on the robot", node)
+        logger.info("%s continues on the robot", node)
         self._tell()
         return HoldNodeResponse(record.lease.number, state)
 
@@ -202,7 +206,7 @@ class NodeMonitorNode(Node):
             raise NotFound("node", node, list(self._records))
         return self._records[node]
 
-    # -- what is known -------------------------------------------------------------------------------------------------
+    # -- facts for verdicts --------------------------------------------------------------------------------------------
 
     def _link_now(self) -> Link | None:
         rtt = self._round_trips.median
@@ -233,7 +237,7 @@ class NodeMonitorNode(Node):
     def _tell(self) -> None:
         self.context.publish(NODE_HOMES.name, self._homes())
 
-    # -- what is lost --------------------------------------------------------------------------------------------------
+    # -- expired leases ------------------------------------------------------------------------------------------------
 
     def _look(self) -> None:
         now = self.context.now()
@@ -243,7 +247,7 @@ class NodeMonitorNode(Node):
                 self._records[node].cloud_seconds.note(seconds)
         for node, record in self._records.items():
             if record.lease is not None and now - record.lease.heard > self._parameters.patience:
-                self._take_back(node, f"the robot said nothing of it for {self._parameters.patience:g} s")
+                self._take_back(node, f"the robot did not renew its lease for {self._parameters.patience:g} s")
 
     def _take_back(self, node: str, failure: str) -> None:
         record = self._records[node]
@@ -254,7 +258,7 @@ class NodeMonitorNode(Node):
         if failure:
             record.failure, record.failed = failure, self.context.now()
             record.score, record.reasons = 1.0, (f"it could not be run on the robot: {failure}",)
-            logger.warning("%s goes on in the cloud: %s", node, failure)
+            logger.warning("%s continues in the cloud: %s", node, failure)
         if lease is not None:
             self._put_in(node, lease)
         self._tell()
@@ -263,22 +267,22 @@ class NodeMonitorNode(Node):
         try:
             self._hands.put_in(node, lease.state)
         except (PPaaSError, msgspec.MsgspecError, ValueError) as error:
-            logger.warning("%s begins anew in the cloud, since its state cannot be taken: %s", node, error)
+            logger.warning("%s starts anew in the cloud, since its state cannot be restored: %s", node, error)
         for message in lease.unheard.all():
             try:
                 self._hands.tell(node, message)
             except PPaaSError as error:
-                logger.warning("%s refuses what came on %s meanwhile: %s", node, message.topic, error)
+                logger.warning("%s rejects a message on %s that arrived while it moved: %s", node, message.topic, error)
 
-    # -- going on elsewhere --------------------------------------------------------------------------------------------
+    # -- checkpoints ---------------------------------------------------------------------------------------------------
 
     def checkpoint(self) -> bytes:
-        """Return who runs what, with the last states of what the robot runs."""
+        """Return the records of all nodes, with the last states of those that the robot runs."""
         state = MonitorState(self._robot, self._link, self._round_trips, self._leases, self._records)
         return msgspec.json.encode(state)
 
     def restore(self, state: bytes) -> None:
-        """Go on: what the robot runs is not run here as well, and it has a while to say that it still does."""
+        """Restore the records; leased nodes leave the graph, and the robot has ``patience`` seconds to renew."""
         restored = msgspec.json.decode(state, type=MonitorState)
         self._robot, self._link = restored.robot, restored.link
         self._round_trips, self._leases = restored.round_trips, restored.leases

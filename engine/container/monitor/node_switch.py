@@ -1,4 +1,4 @@
-"""What carries out the verdicts in a container: takes nodes out of its graph, and puts them in again."""
+"""Node switch: executes the verdicts in a container, by removing nodes from its graph and adding them again."""
 
 from collections.abc import Callable, Mapping
 from typing import Protocol
@@ -14,45 +14,45 @@ from ppaas.nodes.topic_bus import Tap
 
 
 class Hands(Protocol):
-    """What the node monitor can do with the nodes of its home."""
+    """Operations of the node monitor on the nodes of its graph."""
 
     config: str
-    """What the nodes are made of, as JSON."""
+    """Robot configuration from which the nodes are built, as JSON."""
 
     def nodes(self) -> Mapping[str, Demands | None]:
-        """Return all nodes of the clone, wherever they run, and what they demand."""
+        """Return the demands of all nodes of the clone, in either home, by name."""
         ...
 
     def take_out(self, node: str, came: Tap) -> str:
-        """Let a node leave; return its checkpoint. ``came`` is told what must arrive at it, until it is put in."""
+        """Remove a node; return its checkpoint. Until ``put_in``, ``came`` is called with reliable messages for it."""
         ...
 
     def put_in(self, node: str, state: str) -> None:
-        """Let a node go on here."""
+        """Add a node again, and restore it from its checkpoint."""
         ...
 
     def tell(self, node: str, message: TopicMessage) -> None:
-        """Tell a node what came for it while it was away."""
+        """Deliver a message that arrived for a node while it was away."""
         ...
 
     def run_times(self) -> Mapping[str, float]:
-        """Return what each node took here since the last call of this for each thing that it was told [s]."""
+        """Return the mean time of each node here to process one input since the last call [s]."""
         ...
 
 
 class GraphHands:
-    """Hands for the graph of a container.
+    """Switch for the nodes in the graph of a container.
 
     Parameters
     ----------
     graph : Graph
-        With the whole clone in it.
+        Graph with the whole clone.
     robot : RobotConfig
-        Whose clone it is.
+        Configuration of the robot.
     build : callable
-        Adds a node to the graph by its name, as it was built at first.
+        Builds the node with the given name, and adds it to the graph.
     changed : callable
-        Called when nodes have come or gone.
+        Called when nodes were added or removed.
     """
 
     def __init__(
@@ -66,11 +66,11 @@ class GraphHands:
         self._untap: dict[str, list[Callable[[], None]]] = {}
 
     def nodes(self) -> Mapping[str, Demands | None]:
-        """Return all nodes of the clone, wherever they run, and what they demand."""
+        """Return the demands of all nodes of the clone, in either home, by name."""
         return self._nodes
 
     def take_out(self, node: str, came: Tap) -> str:
-        """Let a node leave; return its checkpoint. ``came`` is told what must arrive at it, until it is put in."""
+        """Remove a node; return its checkpoint. Until ``put_in``, ``came`` is called with reliable messages for it."""
         subscribes = self._graph.nodes[node].subscribes if node in self._graph.nodes else ()
         state = self._graph.remove(node)
         self._untap[node] = [self._graph.tap(topic.name, came) for topic in subscribes if not topic.stream]
@@ -78,7 +78,7 @@ class GraphHands:
         return (state or b"").decode()
 
     def put_in(self, node: str, state: str) -> None:
-        """Let a node go on here."""
+        """Add a node again, and restore it from its checkpoint."""
         for untap in self._untap.pop(node, ()):
             untap()
         self._build(node)
@@ -87,10 +87,10 @@ class GraphHands:
         self._changed()
 
     def tell(self, node: str, message: TopicMessage) -> None:
-        """Tell a node what came for it while it was away."""
+        """Deliver a message that arrived for a node while it was away."""
         kind = self._graph.topic(message.topic).type
         self._graph.deliver_to(node, message.topic, decode(kind, message.message.encode()))
 
     def run_times(self) -> Mapping[str, float]:
-        """Return what each node took here since the last call of this for each thing that it was told [s]."""
+        """Return the mean time of each node here to process one input since the last call [s]."""
         return {node: seconds / count for node, (count, seconds) in self._graph.times.take().items()}

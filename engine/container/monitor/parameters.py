@@ -17,32 +17,32 @@ Positive = Annotated[float, Meta(gt=0.0, lt=1e9)]
 
 
 class NodeMonitorParameters(Parameters, frozen=True):
-    """What the verdicts of a robot's node monitor go by; the cloud has a default, a robot's file may say otherwise.
+    """Parameters of a node monitor: defaults of the cloud, which a robot's file may override.
 
     Parameters
     ----------
     priorities : tuple of str
-        The criteria, what counts most first; one that is left out does not count.
+        Criteria by weight, the largest first; a criterion that is left out has no weight.
     time_critical : tuple of str
-        Nodes for which a late answer is as bad as none, beside those that say so themselves.
+        Nodes for which a late answer is as bad as none, besides those whose class declares it.
     weak_power, strong_power : float
-        A robot of the one or less is served in the cloud first; one of the other or more can do all itself. In cores
-        of a Raspberry Pi 4, which is worth four.
+        Powers at and below which a robot counts as weak, at and above which as strong [cores of a Raspberry Pi 4].
+        A Raspberry Pi 4 has a power of four.
     usable_power : float
-        The part of a robot's power that nodes may take.
+        Fraction of the robot's power that nodes may use.
     usable_bandwidth : float
-        The part of a link's bandwidth that nodes in the cloud may take.
+        Fraction of the link's bandwidth that nodes in the cloud may use.
     slow_rtt : float
-        There and back [s], from which on a link is no way to drive a robot.
+        Round-trip time from which a link is too slow to drive a robot over [s].
     patience : float
-        Seconds of silence after which a node on the robot counts as lost, and goes on in the cloud.
+        Time without a renewal of its lease after which a node on the robot continues in the cloud [s].
     retry_after : float
-        Seconds for which a node that failed on the robot stays in the cloud, unless somebody asks.
+        Time for which a node that failed on the robot stays in the cloud, unless a client requests the robot [s].
 
     Raises
     ------
     InvalidParameter
-        A criterion is named twice, or none, or the weak are stronger than the strong.
+        ``priorities`` is empty or lists a criterion twice, or ``weak_power`` is not less than ``strong_power``.
     """
 
     priorities: tuple[Criterion, ...] = CRITERIA
@@ -57,25 +57,25 @@ class NodeMonitorParameters(Parameters, frozen=True):
 
     def __post_init__(self) -> None:
         if not self.priorities or len(set(self.priorities)) < len(self.priorities):
-            raise InvalidParameter(f"priorities of {NAME} name one or more of {', '.join(CRITERIA)}, each once")
+            raise InvalidParameter(f"priorities of {NAME} must list one or more of {', '.join(CRITERIA)}, each once")
         if self.weak_power >= self.strong_power:
             raise InvalidParameter(f"weak_power of {NAME} must be less than strong_power")
 
 
 def monitor_parameters(table: dict[str, Any]) -> NodeMonitorParameters:
-    """Return the parameters that a table gives.
+    """Return the parameters in a table of a robot's file.
 
     Raises
     ------
     InvalidParameter
-        One is unknown, or cannot be.
+        A parameter is unknown, or its value is invalid.
     """
     return read_parameters(NodeMonitorParameters, NAME, table)
 
 
 def with_priorities(parameters: dict[str, Any], priorities: tuple[str, ...]) -> dict[str, Any]:
-    """Return the parameters of a clone by node, with the cloud's priorities where the robot's file names none."""
+    """Return the parameters of a clone by node, with the cloud's priorities if the robot's file has none."""
     own = parameters.get(NAME, {})
-    if not priorities or not isinstance(own, dict):  # what is no table of parameters is told by the clone
+    if not priorities or not isinstance(own, dict):  # the clone reports parameters that are not a table
         return parameters
     return {**parameters, NAME: {"priorities": list(priorities), **own}}

@@ -1,4 +1,4 @@
-"""The node monitor, put into a container."""
+"""Setup of the node monitor in a container."""
 
 from collections.abc import Callable, Sequence
 
@@ -13,26 +13,26 @@ from ppaas.nodes.graph import Graph
 
 
 class Monitoring:
-    """Holds what a container and the node monitor of its clone tell each other.
+    """Connection between a container and the node monitor of its clone.
 
     Parameters
     ----------
     graph : Graph
-        With the clone in it; the node monitor is added.
+        Graph with the clone; the node monitor is added to it.
     robot : RobotConfig
-        Whose clone it is.
+        Configuration of the robot.
     build : callable
-        Adds nodes of the clone to the graph by their names, as they were built at first.
+        Builds the nodes with the given names, and adds them to the graph.
 
     Attributes
     ----------
     changed : callable
-        Called when nodes have come or gone.
+        Called when nodes were added or removed.
 
     Raises
     ------
     InvalidParameter
-        What the robot's file says of the node monitor cannot be.
+        A parameter of the node monitor in the robot's file is invalid.
     """
 
     def __init__(self, graph: Graph, robot: RobotConfig, build: Callable[[Sequence[str]], None]) -> None:
@@ -47,6 +47,6 @@ class Monitoring:
 
 
 def of_clone(robot: RobotConfig) -> RobotConfig:
-    """Return what the other nodes must know of a robot: all but the parameters of the node monitor."""
+    """Return the configuration for the other nodes: without the parameters of the node monitor."""
     others = {name: values for name, values in robot.parameters.items() if name != NAME}
     return msgspec.structs.replace(robot, parameters=others)

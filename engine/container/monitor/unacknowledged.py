@@ -1,4 +1,4 @@
-"""What must arrive at a node that the robot runs, until a state is known that has it in it."""
+"""Unacknowledged messages: reliable messages for a node on the robot that its last checkpoint does not include."""
 
 from collections.abc import Collection
 
@@ -11,28 +11,28 @@ from ppaas.nodes.base import Payload
 from ppaas.nodes.message_fingerprint import fingerprint
 
 MOST = 100
-"""Messages that are kept of one node; of more the oldest are let go."""
+"""Largest number of messages kept for one node; beyond it the oldest are dropped."""
 
 
 class Unheard(msgspec.Struct):
-    """Messages for one node, the oldest first, by their fingerprints."""
+    """Unacknowledged messages for one node by their fingerprints, oldest first."""
 
     messages: dict[str, TopicMessage] = {}
 
     def note(self, topic: str, payload: Payload) -> None:
-        """Keep what comes for the node."""
+        """Keep a message for the node."""
         message = payload if isinstance(payload, Message) else payload.to_message()
         mark = fingerprint(topic, message)
-        self.messages.pop(mark, None)  # said again: it is the newest now
+        self.messages.pop(mark, None)  # sent again: now the newest
         self.messages[mark] = TopicMessage(topic, encode(message).decode())
         while len(self.messages) > MOST:
             del self.messages[next(iter(self.messages))]
 
     def heard(self, fingerprints: Collection[str]) -> None:
-        """Let go of what the robot's last state has in it."""
+        """Drop the messages that the robot's last checkpoint includes."""
         for mark in fingerprints:
             self.messages.pop(mark, None)
 
     def all(self) -> list[TopicMessage]:
-        """Return what is kept."""
+        """Return the kept messages, oldest first."""
         return list(self.messages.values())

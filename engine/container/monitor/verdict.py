@@ -1,7 +1,7 @@
-"""Where a node shall run: the verdict of the node monitor, with its reasons.
+"""Verdict of the node monitor: the home of a node, with reasons.
 
-After the paper's section on the node monitor: the robot's computation power, the properties of the node and the
-bandwidth of the network are weighed by a list of priorities.
+Follows the paper's section on the node monitor: the robot's computation power, the properties of the node and the
+bandwidth of the network are weighted by a list of priorities.
 """
 
 from typing import NamedTuple
@@ -12,16 +12,16 @@ from engine.container.monitor.parameters import NodeMonitorParameters
 
 
 class Verdict(NamedTuple):
-    """Where a node shall run.
+    """Verdict on the home of a node.
 
     Attributes
     ----------
     home : {"cloud", "robot"}
-        There.
+        Home in which the node should run.
     score : float
-        From −1, all speaks for the robot, to 1, all speaks for the cloud; the cloud has it from 0 on.
+        Weighted mean of the votes, from −1 (robot) to 1 (cloud); from 0 on, the home is the cloud.
     reasons : tuple of str
-        What counts most first.
+        Reasons, the most important first.
     """
 
     home: Home
@@ -30,25 +30,25 @@ class Verdict(NamedTuple):
 
 
 def judge(robot: Robot | None, link: Link | None, node: NodeFacts, parameters: NodeMonitorParameters) -> Verdict:
-    """Return where a node shall run.
+    """Return the verdict on the home of a node.
 
-    Each criterion counts twice as much as the next on the list of priorities. So what stands first decides where it is
-    sure, and the others where it is not.
+    Each criterion has twice the weight of the next in the list of priorities: a clear vote of the first criterion
+    decides, and otherwise the others do.
 
     Parameters
     ----------
     robot : Robot, optional
-        None if the robot runs no nodes.
+        The robot's computer; None if the robot runs no nodes.
     link : Link, optional
-        None while it is not measured.
+        The link; None while it is not measured.
     node : NodeFacts
-        The node.
+        Facts about the node.
     parameters : NodeMonitorParameters
-        What to go by.
+        Parameters of the node monitor.
     """
     demands = node.demands
     if robot is None:
-        return _must("the robot has told of nothing to run nodes on")
+        return _must("the robot has not reported a computer to run nodes on")
     if demands is None or node.name not in robot.nodes:
         return _must(f"{node.name} {'stays in the cloud' if demands is None else 'cannot be run by this robot'}")
     if node.failure:
@@ -62,8 +62,8 @@ def judge(robot: Robot | None, link: Link | None, node: NodeFacts, parameters: N
 
 
 def asked(home: Home) -> Verdict:
-    """Return the verdict where somebody asks for a home by its name."""
-    return Verdict(home, 1.0 if home == "cloud" else -1.0, ("it was asked for there",))
+    """Return the verdict if a client requests a home explicitly."""
+    return Verdict(home, 1.0 if home == "cloud" else -1.0, ("a client requested this home",))
 
 
 def _must(reason: str) -> Verdict:

@@ -1,1 +1,1 @@
-"""Warm-up: what the fork server loads and runs once before the first container is forked."""
+"""Warm-up: modules that the fork server loads and runs once, before it forks the first container."""

@@ -1,7 +1,7 @@
-"""The kernels that every container uses, compiled on all processors before a fork server loads them, once a computer.
+"""First start on a host: compiles the kernels that every container uses, on all processors, into the cache.
 
-The fork server itself would compile one after the other, and keep what it compiled with in the memory that all
-containers share, until it is started again.
+It runs in another process, before the fork server loads the kernels. The fork server would compile them one after
+another, and the compiler would stay in the memory that all containers share.
 """
 
 import logging
@@ -21,32 +21,34 @@ COMMAND = (sys.executable, "-m", __spec__.name)
 
 
 def compile_missing(layer: str) -> None:
-    """Compile the kernels that containers use, unless it is known that they are; call it before any is imported.
+    """Compile the kernels that containers use, unless the cache is complete; call it before any is imported.
 
-    Where it fails that is told, and they are compiled where they are called.
+    A failure is logged, and each kernel is compiled at its first call.
 
     Parameters
     ----------
     layer : str
-        Threading layer that they are compiled for.
+        Name of numba's threading layer for which they are compiled.
     """
     root = Path(ppaas.__path__[0])
     if any(stamp.all_compiled(stamp.stamp_file(root, key)) for key in (_key(layer), layer)):
         return
     done = subprocess.run([*COMMAND, str(os.getpid()), layer], stdin=subprocess.DEVNULL, check=False)
     if done.returncode:
-        logger.warning("the compiler of kernels ended with status %d: they are compiled singly", done.returncode)
+        logger.warning(
+            "the kernel compiler exited with status %d: each kernel is compiled at its first call", done.returncode
+        )
 
 
 def main() -> None:
-    """Compile them, for a parent, as long as that lives."""
-    from engine.runtimes.compilation import compile_pool  # noqa: PLC0415  # no fork server needs it
+    """Compile the kernels; exit if the parent process dies."""
+    from engine.runtimes.compilation import compile_pool  # noqa: PLC0415  # fork servers do not need it
 
     parent, layer = sys.argv[1:]
     end_with(int(parent))
     noted = stamp.stamp_file(Path(ppaas.__path__[0]), _key(layer))
     with exclusive(noted.with_suffix(".lock")):
-        if not stamp.all_compiled(noted):  # another may just have done it
+        if not stamp.all_compiled(noted):  # another process may have done it meanwhile
             stamp.note(noted, compile_pool.compile_all(_names))
 
 
@@ -55,7 +57,7 @@ def _key(layer: str) -> str:
 
 
 def _names() -> list[str]:
-    # So here: with numba, after the choice of its layer.
+    # Imported here: they import numba, whose threading layer must be chosen first.
     from engine.container.warm_up import scripted_session  # noqa: F401, PLC0415
     from engine.container.warm_up.plugins import load_plugins  # noqa: PLC0415
     from engine.runtimes.compilation import kernel_modules  # noqa: PLC0415

@@ -1,4 +1,4 @@
-"""Loaded last in the fork server: what is in memory now is shared by all containers and never looked at again."""
+"""Freezes the fork server's memory; loaded last. Garbage collection in containers never touches these objects."""
 
 import gc
 

@@ -1,4 +1,4 @@
-"""The robot of the warm-up, and the plug-ins that it has."""
+"""Robot of the warm-up, and its plug-ins."""
 
 from engine.specs.containers import RobotConfig
 from ppaas.controllers.registry import CONTROLLERS
@@ -12,13 +12,13 @@ PARAMETERS = {
     "move_base": {"controller_frequency": 250.0},
     "dwa": {"acc_lim_x": 20.0, "acc_lim_theta": 40.0, "xy_goal_tolerance": 0.2, "yaw_goal_tolerance": 1.0},
 }
-"""Many cycles in a short time, and soon there."""
+"""Parameters with which the robot runs many control cycles and reaches its goal within a short time."""
 
 ROBOT = RobotConfig("warm-up", MODEL, (0.0, 0.0, 0.0), "dijkstra", "dwa", PARAMETERS)
 
 
 def load_plugins() -> None:
-    """Load what a robot has plugged in that asks for nothing else."""
+    """Load the plug-ins of a robot with default settings."""
     PLANNERS.load(ROBOT.base_global_planner)
     CONTROLLERS.load(ROBOT.base_local_planner)
     for behavior in recovery_behaviors(MoveBaseParameters()):

@@ -1,8 +1,8 @@
-"""What the fork server loads before it forks the first container: everything a container would else load itself.
+"""Preload of the fork server: modules that every container would otherwise import itself.
 
-Importing this module does the work. Any failure ends the fork server with its reason: a container must never find
-out later that a kernel is missing. Kernels are loaded by what comes after this module, as far as every container uses
-them; ``first_start`` has them compiled here, and ``engine.runtimes.compilation.rest_compiler`` sees to the others.
+Importing this module does the work. A failed import ends the fork server and prints the reason, so that no container
+finds a module or kernel missing later. ``first_start`` compiles the kernels that every container uses, and modules
+loaded after this one load them. ``engine.runtimes.compilation.rest_compiler`` compiles all other kernels.
 """
 
 import os
@@ -11,7 +11,7 @@ import traceback
 
 ENVIRONMENT = dict(os.environ)
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ[_name] = "1"  # a pool of threads in the fork server would be lost in its children
+    os.environ[_name] = "1"  # a fork does not copy a pool of threads
 
 try:
     from engine.runtimes.compilation import threading_layer
@@ -37,6 +37,6 @@ try:
         first_start.compile_missing(threading_layer.chosen())
         cached_kernels.load_without_compiler()
         COMPILED = kernel_modules.record_compilations()
-except ImportError:  # of these the fork server would say nothing
+except ImportError:  # the fork server ignores failed imports silently
     traceback.print_exc()
     sys.exit(1)

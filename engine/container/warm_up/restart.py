@@ -1,4 +1,4 @@
-"""Restarts the fork server once if it had to compile: what a compiler leaves behind would be in every container."""
+"""Restarts the fork server once if it had to compile, to free the memory that the compiler used."""
 
 import os
 import sys
@@ -8,14 +8,14 @@ _RESTARTED = "PPAAS_BEGUN_ANEW"
 
 
 def restart_once(environment: Mapping[str, str]) -> None:
-    """Run this program again from its start, once: what the compiler leaves behind would be in every container.
+    """Restart this program, once, as every container would inherit the memory that the compiler used.
 
-    The second time all that was compiled comes from the cache. Where nothing can be cached, it stays at one time.
+    The second run loads the kernels from the cache. If kernels cannot be cached, there is no further restart.
 
     Parameters
     ----------
     environment : mapping
-        That this program was started with.
+        Environment with which this program was started.
     """
     if _RESTARTED not in environment:
         os.execve(sys.executable, sys.orig_argv, {**environment, _RESTARTED: "1"})

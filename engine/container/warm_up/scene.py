@@ -1,4 +1,4 @@
-"""The scene of the warm-up: a round room with a pillar, and a robot without a fault that senses both."""
+"""Scene of the warm-up: a round room with a pillar, and an ideal robot that senses both."""
 
 import math
 from collections.abc import Iterator
@@ -16,18 +16,19 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header, Time
 
 RADIUS = 2.5
-"""Of the round room [m]."""
+"""Radius of the round room [m]."""
 
 _PILLAR, _GIRTH = (0.6, -0.9), 0.15
-"""Centre and radius of what stands there and is not in the map [m]: plans across the map must mind it."""
+"""Centre and radius of the pillar [m], which is not in the map: plans must avoid it."""
 
 _SIDE, _RESOLUTION = 120, 0.05
+"""Side of the map [cells] and its resolution [m/cell]."""
 
 Floats = NDArray[np.float64]
 
 
 def round_room() -> GridMap:
-    """Return the map of the room, in which the pillar is not."""
+    """Return the map of the room, without the pillar."""
     middles = (np.arange(_SIDE) + 0.5 - _SIDE / 2) * _RESOLUTION
     occupied = np.hypot(middles[:, None], middles) >= RADIUS
     corner = -_SIDE / 2 * _RESOLUTION
@@ -37,7 +38,7 @@ def round_room() -> GridMap:
 
 
 class SensingRobot:
-    """A robot in the round room, which goes as it is ``told``."""
+    """Robot in the round room that drives with the velocity ``told``."""
 
     def __init__(self) -> None:
         self.told = Twist()
@@ -45,11 +46,11 @@ class SensingRobot:
         self._angles = np.linspace(-math.pi / 2, math.pi / 2, 181)
 
     def move(self, seconds: float) -> None:
-        """Drive on for some seconds."""
+        """Drive for some time [s]."""
         self._pose = self._pose @ Pose2D(self.told.linear.x * seconds, 0.0, self.told.angular.z * seconds)
 
     def sense(self) -> Iterator[tuple[str, Message]]:
-        """Yield topics, and what the sensors say on each now."""
+        """Yield the current sensor messages with their topics."""
         stamp = Time.of(epoch())
         pose = PoseWithCovariance(Pose.of(self._pose))
         yield "odom", Odometry(Header(stamp=stamp, frame_id="odom"), "base_link", pose, TwistWithCovariance(self.told))
@@ -66,7 +67,7 @@ class SensingRobot:
 
 
 def _to_circle(x: float, y: float, radius: float, angles: Floats) -> tuple[Floats, Floats]:
-    """Return how far it is along each angle to where a circle begins and ends [m], NaN beside it."""
+    """Return the distances along each angle [rad] at which a ray enters and leaves a circle [m]; NaN if it misses."""
     along = x * np.cos(angles) + y * np.sin(angles)
     squared = along**2 + radius**2 - x**2 - y**2
     half = np.sqrt(np.where(squared >= 0.0, squared, np.nan))

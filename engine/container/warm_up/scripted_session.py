@@ -1,7 +1,7 @@
-"""A container's whole life, once, before the first is forked.
+"""Scripted session: runs a container from start to end in the fork server, before the first container is forked.
 
-What is loaded, compiled and looked up for the first time is then done for all containers, and lies in memory that they
-share. Without it each would do it again, in its own memory: half of what it needs, and 20 ms of its start.
+First-time work, such as imports, compilation and lookups, is then done for all containers, in memory that they share.
+Without it each container would repeat it in its own memory: half of its memory, and 20 ms of its start.
 """
 
 import asyncio
@@ -36,25 +36,26 @@ from ppaas.messages.std_msgs import Header
 from ppaas.robot_model.known_models import robot_model
 
 TIMEOUT = 20.0
-"""Seconds for each part; both together take a quarter of one."""
+"""Time limit of each of the two parts [s]; both together take 0.25 s."""
 
 PERIOD = 0.004
-"""Seconds between two messages of each sensor."""
+"""Period of each sensor [s]."""
 
 HASTE = 15.0
-"""How many times faster than it is told to the robot drives, so that it is soon there."""
+"""Factor by which the robot drives faster than commanded, to arrive soon."""
 
 GOAL = Pose2D(0.4, 0.1, 0.5)
 PLANNER = "dijkstra"
-"""The one that most ask for; what others need is loaded where they are asked for."""
+"""The most used planner; others are loaded on their first use."""
 
 QUESTIONS = 8
-"""Plans without a robot; from about that many on the interpreter takes a function for one that is often called."""
+"""Number of planning requests without a robot; after about so many calls the interpreter specializes a function."""
 
 _ANOTHER = RobotState(
     Header(frame_id="map"), PoseWithCovariance(Pose.of(Pose2D(-1.5, 0.0))), Twist(Vector3(x=0.2)), radius=0.2
 )
-"""A robot of the same map, which drives: what a clone computes of one that stands is less."""
+"""Another robot on the same map, which drives: a clone computes less for one that stands still."""
+
 _LONGEST_NAME = len("planning-link")
 _CLIENT = 1
 
@@ -63,18 +64,18 @@ Play = Callable[[Stream], Awaitable[None]]
 
 
 def warm_up() -> set[str]:
-    """Be the clone of a robot that drives to a goal, then a container that only plans; return the topics heard.
+    """Run the clone of a robot that drives to a goal, then a planning container; return the topics of its messages.
 
-    Nothing is left of it, neither threads nor files.
+    No threads or files are left behind.
 
     Raises
     ------
     TimeoutError
-        The robot did not get there.
+        The robot did not reach its goal in time.
     PPaaSError
-        The container refused something.
+        The container refused a message, or failed.
     OSError
-        No room for the files.
+        There is no space for the files.
     """
     before = set(threading.enumerate())
     heard: set[str] = set()
@@ -86,7 +87,7 @@ def warm_up() -> set[str]:
     finally:
         shutil.rmtree(folder)
     for thread in set(threading.enumerate()) - before:
-        thread.join()  # a thread in a process that forks may hold locks that nobody gives back in the child
+        thread.join()  # a running thread may hold locks that a forked child cannot release
     return heard
 
 
@@ -94,7 +95,7 @@ def warm_up() -> set[str]:
 
 
 async def _stage(folder: Path, robot: RobotConfig | None, play: Play) -> None:
-    """Run one container between a machine that grants everything and an endpoint that plays its part."""
+    """Run one container, with a machine that accepts all requests and an endpoint that runs ``play``."""
     played: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
     async def endpoint(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -143,7 +144,7 @@ async def _grant(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> 
 async def _next(stream: Stream) -> robot_link.FromContainer:
     frame = await stream.receive()
     if frame is None:
-        raise Unavailable("the container ended")
+        raise Unavailable("the container exited during the warm-up")
     if isinstance(frame, robot_link.MessageRefused | robot_link.ContainerFailed):
         raise rebuild(frame.refusal.slug, frame.refusal.text)
     return frame

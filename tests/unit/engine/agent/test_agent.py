@@ -1,4 +1,4 @@
-"""How an agent is told to end."""
+"""SIGTERM to an agent."""
 
 import asyncio
 import os

@@ -1,4 +1,4 @@
-"""An agent and the masters that come and go: what it carries outlives a master that did not dismiss it."""
+"""An agent over several masters: its containers outlive a master that did not dismiss it."""
 
 import asyncio
 from typing import Any, cast
@@ -25,7 +25,7 @@ OURS = control_link.RunningContainer(robot_spec("old"), 1.0, "secret", 42)
 
 
 class Carrying:
-    """Containers, as an agent has them."""
+    """Fake container supervisor."""
 
     def __init__(self, *carried: control_link.RunningContainer) -> None:
         self._carried = carried
@@ -44,7 +44,7 @@ class Carrying:
 
 
 class Doors:
-    """Where masters are dialled."""
+    """Fake address of masters."""
 
     network = 0.0
     cloud = ""
@@ -63,7 +63,7 @@ class Doors:
         return near
 
     async def registered(self) -> tuple[FrameStream[Any], control_link.Register]:
-        """Return the master's end of the next connection, and what the agent said first."""
+        """Return the master's end of the next connection, and the agent's first frame."""
         end = await self.ends.get()
         register = await receive(end)
         assert isinstance(register, control_link.Register)

@@ -1,4 +1,4 @@
-"""The gate of a machine, with containers that behave and containers that do not."""
+"""Container gateway of a machine, with valid and misbehaving containers."""
 
 import asyncio
 import stat
@@ -28,7 +28,7 @@ Stream = FrameStream[machine_link.ToContainer]
 
 
 class SlowStore(MemoryStore):
-    """Keeps nothing until it is let, and may break."""
+    """Store that blocks until the test allows it to continue, and may fail."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -79,7 +79,7 @@ def attach(gate: Gate, fabric: FakeFabric) -> Attach:
 async def ask(
     stream: Stream, request: machine_link.SaveClone | machine_link.KeepPlan | machine_link.PrepareIndex
 ) -> machine_link.Done:
-    """Return the answer to a request."""
+    """Send a request, and return its answer."""
     stream.write(request)
     answer = await done(stream)
     assert answer.request == request.request
@@ -87,7 +87,7 @@ async def ask(
 
 
 async def done(stream: Stream) -> machine_link.Done:
-    """Return the next frame, which is an answer."""
+    """Return the next frame, which must be an answer."""
     frame = await receive(stream)
     assert isinstance(frame, machine_link.Done)
     return frame
@@ -97,7 +97,7 @@ def slug(done: machine_link.Done) -> str | None:
     return done.refusal.slug if done.refusal is not None else None
 
 
-# -- what is told ------------------------------------------------------------------------------------------------------
+# -- notifications -----------------------------------------------------------------------------------------------------
 
 
 async def test_a_container_learns_its_new_size_and_who_is_gone_is_left_alone(gate: Gate, attach: Attach) -> None:
@@ -119,7 +119,7 @@ async def test_all_but_those_that_are_to_end_are_told_that_an_endpoint_awaits_th
     assert await receive(ends) == machine_link.Resized(1)
 
 
-# -- who is let in -----------------------------------------------------------------------------------------------------
+# -- attaching ---------------------------------------------------------------------------------------------------------
 
 
 async def test_only_this_user_may_dial(gate: Gate) -> None:

@@ -1,4 +1,4 @@
-"""A machine that may have been given up keeps no checkpoint: another may have made a later one."""
+"""A machine that its master may have given up stores no checkpoint: another may have made a later one."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What a container gets at the gate when it asks for plans and their history."""
+"""Requests of a container for plans and planning history, through the container gateway."""
 
 from collections.abc import AsyncIterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The containers of a machine, with a runtime and a builder of maps in the hands of the test."""
+"""Container supervisor, with a runtime and a layer builder that the test controls."""
 
 import asyncio
 import os
@@ -31,7 +31,7 @@ HOUSE = MapVersion("house", records.house().version)
 
 
 class Building:
-    """Builds layers when it is let, and fails as it is told."""
+    """Layer builder that waits for the test, and fails on request."""
 
     def __init__(self) -> None:
         self.specs: list[LayerSpec] = []
@@ -52,7 +52,7 @@ class Building:
 
 
 class Host:
-    """A machine with four CPUs."""
+    """Supervisor of a machine with four CPUs."""
 
     def __init__(self, folder: Path) -> None:
         self.runtime = FakeRuntime()
@@ -75,7 +75,7 @@ class Host:
         await until(lambda: event in self.news)
 
     def assert_forgotten(self) -> None:
-        """Make sure that nothing is known of any container, and that no map is kept for one."""
+        """Assert that no container and no used layers are left."""
         assert self.hosting._hosted == {}
         assert self.gate.awaited == 0
         assert dict(self.cache._users) == {}
@@ -284,7 +284,7 @@ async def test_a_container_that_goes_by_itself_while_it_is_stopped_is_told_as_it
     host.hosting.stop(control_link.StopContainer("c1", grace=0.05))
     host.runtime.processes["c1"].end(0)
     await host.told(control_link.Exited("c1", 0))
-    await until(lambda: host.runtime.processes["c1"].killed)  # which does nothing to what is gone
+    await until(lambda: host.runtime.processes["c1"].killed)  # which does nothing to an exited process
     assert [event for event in host.news if isinstance(event, control_link.Exited)] == [control_link.Exited("c1", 0)]
 
 

@@ -1,4 +1,4 @@
-"""What is named for the fork server, and not loaded by the agent, is there."""
+"""The modules that are named for the fork server exist."""
 
 import importlib
 import importlib.util

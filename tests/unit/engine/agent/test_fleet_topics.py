@@ -1,4 +1,4 @@
-"""Topics that robots on one map share, without a container gateway around them; with one: test_container_gateway."""
+"""Fleet topics without a container gateway; test_container_gateway tests them with one."""
 
 import pytest
 from hypothesis import given, settings
@@ -32,6 +32,6 @@ def test_whatever_a_topic_is_called_it_stays_below_its_robot_or_is_refused(topic
         key = scope.shared_key(topic)
     except PPaaSError:
         return
-    fabric.publish(key, b"")  # Zenoh takes it
+    fabric.publish(key, b"")  # Zenoh accepts it
     assert key.startswith("ppaas/map/house/ann/tb1/")
     assert parse_shared(key)[:3] == ("house", "ann", "tb1")

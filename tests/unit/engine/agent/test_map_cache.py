@@ -22,7 +22,7 @@ from tests.support.storage.records import YAML, GivenMap, found_map, house, kept
 
 
 class Building:
-    """Builds by writing one file, when it is let."""
+    """Builder that writes one file when the test allows it."""
 
     def __init__(self):
         self.built: list[str] = []
@@ -49,7 +49,7 @@ def cache(tmp_path, building) -> MapCache:
 
 
 class Indexing:
-    """Makes indexes by writing one file, when it is let."""
+    """Indexer that writes one file when the test allows it."""
 
     def __init__(self):
         self.made: list[str] = []
@@ -80,7 +80,7 @@ def folders(cache: MapCache) -> list[str]:
 
 
 def build_in_thread(folder: Path, given: GivenMap) -> Builder:
-    """Build a map, whose files are put into a folder, in this process."""
+    """Build the layers of a map in this process, from files written to a folder."""
     for name, data in given.files.items():
         (folder / name).write_bytes(data)
 
@@ -110,7 +110,7 @@ async def test_a_process_forked_for_it_makes_the_same_layers(tmp_path):
 
 
 def scaled(map_id: str, values: bytes) -> GivenMap:
-    """Return a mask of two cells of 1 m, beside and on the house, with these shades."""
+    """Return a mask of two cells of 1 m, beside and on the house, with these gray values."""
     yaml = b"image: a.pgm\nresolution: 1.0\norigin: [-2.0, -2.5, 0.0]\nmode: scale\nfree_thresh: 0.001\n"
     return house(map_id, image=b"P5\n2 1\n255\n" + values, yaml=yaml + b"occupied_thresh: 0.999\n")
 

@@ -11,7 +11,7 @@ class Time:
 
 
 def beating(lease: Lease, time: Time, beats: int, *, answered: bool) -> list[bool]:
-    """Send beats, a period after each other; return what each found of the master."""
+    """Send heartbeats, one each period; return for each whether the master still answers."""
     found = []
     for _ in range(beats):
         time.now += BEAT_PERIOD

@@ -1,4 +1,4 @@
-"""Whether a machine acts for a cloud."""
+"""Master session: when a machine acts for its cloud."""
 
 from engine.agent.master_session import Standing
 from engine.protocols import control_link
@@ -8,7 +8,7 @@ from tests.support.engine.engine_links import pair, receive
 async def test_a_machine_acts_from_a_welcome_to_the_end_of_its_connection() -> None:
     near, far = await pair(control_link.ToAgent, control_link.FromAgent)
     standing = Standing(leased=False)
-    standing.tell(control_link.Exited("c0", 0))  # nobody is there to hear it
+    standing.tell(control_link.Exited("c0", 0))  # dropped: no master is connected
     assert not standing.acts()
     standing.begin(near)
     assert not standing.acts() and standing.lease is None

@@ -1,4 +1,4 @@
-"""Which interface tells of the network of a host, and what goes over it."""
+"""Network load: choice of the interface, its capacity and its traffic."""
 
 from types import SimpleNamespace
 from typing import Any

@@ -1,4 +1,4 @@
-"""What the machine finds among kept plans for a container, and what it lets it note."""
+"""Plan service: stored plans that a container finds, and history that it may add."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Plans that were given out are remembered, as long as they are what the store keeps."""
+"""Recent plans: plans are cached as long as the store has the same ones."""
 
 import msgspec
 import pytest
@@ -12,7 +12,7 @@ from tests.support.storage.records import plan
 
 
 class CountingStore(MemoryStore):
-    """Counts how often a plan is read."""
+    """Store that counts reads of plans."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""The relay between two real Unix sockets, in place of one and a TLS connection."""
+"""Robot link relay between two real Unix sockets, instead of a socket and a TLS connection."""
 
 import asyncio
 import contextlib
@@ -14,7 +14,7 @@ from engine.protocols.sockets import dial, listen
 
 
 class Endpoint:
-    """Sends back what it hears, until it hears ``end``."""
+    """Endpoint that echoes what it receives, until it receives ``end``."""
 
     def __init__(self, path: Path) -> None:
         self.address = UnixAddress(path)

@@ -1,4 +1,4 @@
-"""The container's end of the robot link, when its endpoint is gone and another comes."""
+"""The container's end of the robot link, when its endpoint exits and another starts."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -16,27 +16,27 @@ HELLO = hello("c1", "secret")
 
 
 class Endpoints:
-    """One endpoint after the other, at one address."""
+    """Endpoints that listen at one address, one after another."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._arrived: asyncio.Queue[FrameStream[Any]] = asyncio.Queue()
 
     async def listen(self) -> asyncio.Server:
-        """Have another answer."""
+        """Start another endpoint."""
         return await asyncio.start_unix_server(self._connected, self._path)
 
     async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._arrived.put_nowait(FrameStream(reader, writer, robot_link.FromContainer))
 
     async def arrived(self) -> FrameStream[Any]:
-        """Return the connection of the container, once it has dialled."""
+        """Return the connection of the container, after it has dialled."""
         async with asyncio.timeout(10.0):
             return await self._arrived.get()
 
 
 class Linked:
-    """A container that has lost its endpoint, and dials by itself after a minute alone."""
+    """Container that has lost its endpoint, and without a notification dials after a minute only."""
 
     def __init__(self, endpoint: EndpointLink, endpoints: Endpoints) -> None:
         self.endpoint = endpoint
@@ -44,7 +44,7 @@ class Linked:
         self.losses = 0
 
     def lost(self) -> None:
-        """Count."""
+        """Count the lost connections."""
         self.losses += 1
 
 

@@ -1,4 +1,4 @@
-"""The process of a container from its start to its end, with an endpoint and a machine that are played."""
+"""The process of a container from start to end, with a fake endpoint and a fake machine."""
 
 import asyncio
 import re
@@ -27,7 +27,7 @@ from tests.support.engine.specs import HOUSE, planning_spec, robot_config
 
 
 def test_a_container_loads_nothing_that_stores_are_made_of() -> None:
-    """All containers of a machine would have it in their memory."""
+    """Otherwise all containers of a machine would have those modules in their memory."""
     code = "import sys, engine.container.entry; print(*(name for name in sys.modules if name in sys.argv[1:]))"
     names = [module.__name__ for module in (ports, plan_entry, kernels, sqlite3, plan_service)]
     told = subprocess.run([sys.executable, "-c", code, *names], check=True, capture_output=True, text=True).stdout
@@ -46,7 +46,7 @@ def layers(tmp_path: Path) -> Path:
 
 
 async def first_frame(spec: ContainerSpec, layers: Path, tmp_path: Path) -> robot_link.FromContainer | None:
-    """Run a container until it has said its first frame, then tell it to stop; return the frame."""
+    """Run a container until its first frame, then send a shutdown; return the frame."""
     frames: asyncio.Queue[robot_link.FromContainer | None] = asyncio.Queue()
 
     async def endpoint(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

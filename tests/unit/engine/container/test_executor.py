@@ -1,4 +1,4 @@
-"""The cloud's home of nodes, with real threads for its jobs and timers on a real loop."""
+"""Node executor of the cloud, with real threads for its jobs and timers on a real loop."""
 
 import asyncio
 import threading
@@ -20,7 +20,7 @@ async def home() -> AsyncIterator[CloudHome]:
 
 
 class Results:
-    """Remembers what jobs end with, and on which thread it was told."""
+    """Records results of jobs, and the threads on which they were reported."""
 
     def __init__(self) -> None:
         self.told: list[Any] = []
@@ -142,7 +142,7 @@ async def test_after_its_end_no_timer_fires_and_no_job_is_told_of(
     fired: list[None] = []
     home.graph.every(0.001, lambda: fired.append(None))
     home.attend()
-    for _ in range(2 * JOB_THREADS):  # half of them wait for a thread, and are cancelled
+    for _ in range(2 * JOB_THREADS):  # half of them are queued, and are cancelled
         home.graph.start(lambda cancelled: go.wait(10), results)
     home.close()
     count = len(fired)

@@ -1,4 +1,4 @@
-"""Every node class runs in both homes: a graph of one thread, as on a robot, and the cloud's, with threads for jobs."""
+"""Every node class runs in both homes: on a robot, in one thread, and in the cloud, with threads for jobs."""
 
 import asyncio
 import importlib
@@ -46,7 +46,7 @@ def layers() -> MapLayers:
 
 
 def node_classes() -> set[type[Node]]:
-    """All classes of nodes that there are."""
+    """Return all node classes."""
     for module in pkgutil.walk_packages(ppaas.nodes.__path__, "ppaas.nodes."):
         importlib.import_module(module.name)
     return {cls for cls in Node.__subclasses__() if cls.__module__.startswith("ppaas.nodes.")}

@@ -1,4 +1,4 @@
-"""What a clone gives to the world outside its robot, and what it takes from it."""
+"""Fleet bridge: positions and plans that a clone shares, and positions that it receives."""
 
 import logging
 from collections.abc import AsyncIterator
@@ -42,7 +42,7 @@ def pose(x: float, w: float = 1.0) -> PoseWithCovarianceStamped:
 
 
 def state(x: float, twist: Twist | None = None) -> RobotState:
-    """What a Turtlebot tells of itself."""
+    """Return the shared state of a TurtleBot."""
     told = pose(x)
     return RobotState(told.header, told.pose, twist or Twist(), 0.18)
 
@@ -61,14 +61,14 @@ LAUNCH = Launch(robot_spec("c1", "ann", "tb1"), "", "", "", "secret", (0,), 1)
 
 
 class Wheels(Node):
-    """Hears odometry, as the nodes of a clone do."""
+    """Node that subscribes to odometry, as the nodes of a clone do."""
 
     name = "wheels"
     subscribes = (Topic("odom", Odometry),)
 
 
 class Clone:
-    """A graph with a node that hears of other robots, and the machine's end of its link."""
+    """Graph with a node that receives other robots, and the machine's end of its link."""
 
     def __init__(self, client: MachineClient, machine: FrameStream[machine_link.FromContainer]) -> None:
         self.clock = ManualClock(1000.0)
@@ -79,7 +79,7 @@ class Clone:
         self.outside = Outside(LAUNCH, self.graph, client)
 
     def seen(self) -> list[float]:
-        """Return where the other robots are, as the clone was told last."""
+        """Return the other robots of the last message to the clone."""
         return sorted(p.position.x for p in self.node.robots[-1].poses)
 
 

@@ -51,7 +51,7 @@ async def test_a_machine_that_does_not_answer_is_unavailable(ends: Ends, monkeyp
     with pytest.raises(Unavailable):
         await client.save_clone({})
     late = await receive(machine)
-    machine.write(machine_link.Done(late.request))  # comes too late, and is for nobody
+    machine.write(machine_link.Done(late.request))  # too late: no request waits for it
     saving = asyncio.create_task(client.save_clone({}))
     machine.write(machine_link.Done((await receive(machine)).request))
     await saving

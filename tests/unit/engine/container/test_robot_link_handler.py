@@ -1,4 +1,4 @@
-"""A container from the inside: its real links over real sockets, with a node that does as it is told."""
+"""A container with its links over real sockets, and a node that the test controls."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -32,7 +32,7 @@ def launch_of(spec: ContainerSpec, layers: Path | str = "") -> Launch:
 
 
 class Outer:
-    """The world outside a container: the endpoint and the machine, spoken by hand."""
+    """Endpoint and machine of a container, controlled by the test frame by frame."""
 
     def __init__(self, spec: ContainerSpec, path: Path = Path()) -> None:
         self.spec = spec
@@ -53,7 +53,7 @@ class Outer:
         return self
 
     async def ask(self, *frames: robot_link.ToContainer) -> robot_link.FromContainer:
-        """Send frames and return the next that comes."""
+        """Send frames, and return the next frame from the container."""
         for frame in frames:
             self.endpoint.write(frame)
         answer: robot_link.FromContainer | None = await receive(self.endpoint)
@@ -61,13 +61,13 @@ class Outer:
         return answer
 
     async def heard(self) -> str:
-        """Return what the node heard, once all that was sent before was taken."""
+        """Return what the node received, after it handled all frames sent before."""
         answer = await self.ask(robot_link.ServiceCall(99, "heard", b"{}"))
         assert isinstance(answer, robot_link.ServiceAnswer)
         return decode(TriggerResponse, answer.payload).message
 
     async def checkpoint(self, refusal: robot_link.Refusal | None = None) -> dict[str, bytes]:
-        """Return the checkpoint that the machine gets next, and answer it."""
+        """Return the next checkpoint, and confirm it."""
         save = await receive(self.machine)
         assert isinstance(save, machine_link.SaveClone)
         self.machine.write(machine_link.Done(save.request, refusal))
@@ -281,7 +281,7 @@ async def test_stop_saves_a_checkpoint_and_ends(outer: Outer) -> None:
 
 @pytest.fixture
 async def served_twice(tmp_path: Path) -> AsyncIterator[tuple[Outer, "asyncio.Queue[Endpoint]"]]:
-    """Return a container whose endpoint may go, and those endpoints that it dials then."""
+    """Return a container whose endpoint may disconnect, and the endpoints that it dials then."""
     found: asyncio.Queue[Endpoint] = asyncio.Queue()
     path = tmp_path / "link.sock"
     server = await asyncio.start_unix_server(
@@ -353,14 +353,14 @@ async def test_what_must_arrive_is_acknowledged_once_it_is_checkpointed_and_not_
     nodes = await outer.checkpoint(robot_link.Refusal("unavailable", "the disk is full"))
     while nodes[LINK_STATE] != b"1":
         nodes = await outer.checkpoint(robot_link.Refusal("unavailable", "the disk is full"))
-    assert await outer.heard() == "one"  # and no Ack came before this answer
+    assert await outer.heard() == "one"  # and no Ack arrived before this answer
     assert (await outer.checkpoint())["echo"] == b"one"
     assert await receive(outer.endpoint) == robot_link.Ack(1)
     keeping.cancel()
 
 
 class Ending(Node):
-    """Says on ``ended`` what it hears on ``end``, and keeps that it has."""
+    """Node that publishes on ``ended`` what it receives on ``end``, and keeps in its checkpoint that it has."""
 
     name: ClassVar[str] = "ending"
     subscribes: ClassVar[tuple[Topic, ...]] = (Topic("end", String),)
@@ -384,7 +384,7 @@ async def test_what_is_said_once_is_said_when_the_state_that_knows_of_it_is_kept
     keeping = asyncio.create_task(outer.container.keep_checkpoints())
     outer.endpoint.write(robot_link.Subscribe("ended", 0))
     outer.endpoint.write(robot_link.Deliver("end", b'{"data":"here"}', 7))
-    assert await outer.heard() == ""  # and it was not said before this answer
+    assert await outer.heard() == ""  # and it was not published before this answer
     while (await outer.checkpoint(refusal))["ending"] != b"here":
         assert await receive(outer.endpoint) == robot_link.Ack(0)
     if refusal is None:

@@ -1,4 +1,4 @@
-"""A planner of a container gets what its machine has prepared, and gets along without."""
+"""A planner of a container uses indexes that its machine prepared, and works without."""
 
 import asyncio
 from pathlib import Path
@@ -12,7 +12,7 @@ from ppaas.planners.watch import proceed
 
 
 class Machine:
-    """Makes the index, when it is let."""
+    """Machine that makes the index when the test allows it."""
 
     def __init__(self, folder: Path, failure: Exception | None = None) -> None:
         self.folder = folder

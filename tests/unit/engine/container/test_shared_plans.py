@@ -1,4 +1,4 @@
-"""How a container finds kept plans by its machine, and what it tells of planning."""
+"""Queries of a container for stored plans, and its reports of planning times."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -35,7 +35,7 @@ async def ends() -> AsyncIterator[tuple[MachineClient, Machine]]:
 
 
 class Plans:
-    """A library, and how often it sent a job elsewhere."""
+    """A library, with the number of jobs that it sent elsewhere."""
 
     def __init__(self) -> None:
         self.times, self.elsewhere = Times(), 0
@@ -114,7 +114,7 @@ async def test_a_container_begins_with_what_is_known_and_tells_what_is_new(ends:
     expected = times.computation.expect("dijkstra", 100.0)
     assert expected is not None and expected.mean == pytest.approx(0.5, rel=1e-3)
     assert times.link.answers == 7
-    notes.tell(client)  # nothing is new
+    notes.tell(client)  # nothing new to report
     for _ in range(2):
         notes(failed_row(KEY))
     times.link.note(100.0, 0.01)

@@ -1,4 +1,4 @@
-"""Which jobs run on the loop's own thread."""
+"""Short jobs: those that run on the loop's own thread."""
 
 import asyncio
 import threading
@@ -15,7 +15,7 @@ Cancelled = Callable[[], bool]
 
 
 class Clock:
-    """Moves when it is told to."""
+    """Clock that the test advances."""
 
     def __init__(self) -> None:
         self.now = 100.0
@@ -35,7 +35,7 @@ def clock() -> Clock:
 
 @pytest.fixture
 def jobs(clock: Clock) -> ShortJobs:
-    """Return what has seen a short job."""
+    """Return a runner whose last job was short."""
     made = ShortJobs(clock)
     made.timed(lambda cancelled: None, never)
     return made

@@ -24,16 +24,16 @@ def test_each_node_of_interest_is_told_of_once_and_whenever_it_changes() -> None
     homes = PlacementReporter(told.append)
     homes.changed(NodeHomes([NodeHome("amcl"), NodeHome("move_base")]))
     assert told == [], "nobody has asked for them"
-    going = NodeHome("move_base", "cloud", "robot", -1.0, ["it was asked for there"])
-    there = NodeHome("move_base", "robot", "robot", -1.0, ["it was asked for there"])
+    going = NodeHome("move_base", "cloud", "robot", -1.0, ["a client requested this home"])
+    there = NodeHome("move_base", "robot", "robot", -1.0, ["a client requested this home"])
     failed = ["it could not be run on the robot: it fell", "which is bad"]
     homes.note(going)
     for home in (going, there, there, NodeHome("move_base", "robot", "cloud", 1.0, failed)):
         homes.changed(NodeHomes([NodeHome("amcl"), home]))
     homes.changed(NodeHomes([NodeHome("move_base", "cloud", "cloud", 1.0, failed)]))
     assert told == [
-        "move_base moves to the robot: it was asked for there",
-        "move_base runs on the robot: it was asked for there",
+        "move_base moves to the robot: a client requested this home",
+        "move_base runs on the robot: a client requested this home",
         "move_base moves back to the cloud: it could not be run on the robot: it fell; which is bad",
         "move_base runs in the cloud: it could not be run on the robot: it fell; which is bad",
     ]

@@ -1,4 +1,4 @@
-"""What was measured: the middle of the last, and bytes a second."""
+"""Measurements: medians of recent values, and data rates of topics."""
 
 from engine.container.monitor.measurements import KEPT, History, Rates
 

@@ -1,4 +1,4 @@
-"""The node monitor: who may have a node, who has it, and what becomes of it when the robot is lost."""
+"""The node monitor: leases of nodes, and their return when the robot is lost."""
 
 from collections.abc import Mapping
 
@@ -36,7 +36,7 @@ WEAK = TellRobotRequest(4, 1.5, 1.0, 0.3, 100e3, ["driver", "locator"])
 
 
 class FakeHands:
-    """Three nodes, of which one stays; what was done with them is noted."""
+    """Switch of three nodes, one of which stays in the cloud; records its calls."""
 
     config = '{"model": "turtlebot2"}'
 
@@ -70,7 +70,7 @@ class FakeHands:
 
 
 class Cloud:
-    """A graph with a node monitor, and what it answers."""
+    """Graph with a node monitor, and a client of its services."""
 
     def __init__(self, parameters: NodeMonitorParameters | None = None, state: bytes | None = None) -> None:
         self.clock = ManualClock()
@@ -122,7 +122,7 @@ def test_all_nodes_run_in_the_cloud_until_a_robot_asks(cloud: Cloud) -> None:
     assert cloud.homes() == {"driver": "cloud", "locator": "cloud", "map_server": "cloud"}
     answer = cloud.run_node("driver")
     assert (answer.home, answer.wanted, answer.reasons) == (
-        "cloud", "cloud", ["the robot has told of nothing to run nodes on"]
+        "cloud", "cloud", ["the robot has not reported a computer to run nodes on"]
     )  # fmt: skip
 
 
@@ -131,7 +131,7 @@ def test_a_weak_robot_is_told_that_the_cloud_runs_it(cloud: Cloud) -> None:
     answer = cloud.run_node("driver")
     assert answer.wanted == "cloud"
     assert "the robot is weak" in answer.reasons[0]
-    with pytest.raises(Unavailable, match="driver shall run in the cloud"):
+    with pytest.raises(Unavailable, match="the wanted home of driver is the cloud"):
         cloud.hold("driver")
     assert cloud.hands.done == []
 
@@ -177,7 +177,7 @@ def test_a_node_that_failed_there_stays_in_the_cloud_for_a_while_unless_it_is_as
 
 
 @pytest.mark.parametrize(
-    ("asked_back", "reason"), [(False, "the robot gave it back"), (True, "it was asked for there")]
+    ("asked_back", "reason"), [(False, "the robot gave it back"), (True, "a client requested this home")]
 )
 def test_a_node_that_comes_back_says_why(cloud: Cloud, asked_back: bool, reason: str) -> None:
     cloud.ask("tell_robot", STRONG)
@@ -256,12 +256,12 @@ def test_what_was_measured_is_told_in_the_next_verdict(cloud: Cloud) -> None:
 def test_bytes_that_came_over_the_link_are_told_in_the_next_verdict() -> None:
     cloud = Cloud(NodeMonitorParameters(priorities=("network_bandwidth",)))
     cloud.ask("tell_robot", TellRobotRequest(4, 3.0, 2.0, 0.001, 1e6, ["driver"]))
-    assert "it would pull 80 KB/s over a link of 1000 KB/s" in cloud.run_node("driver").reasons[0]
+    assert "its topics would use 80 KB/s of a link with 1000 KB/s" in cloud.run_node("driver").reasons[0]
     cloud.wait(0.5)
     cloud.rates.note("scan", 2_000_000)
     cloud.wait(5.0)
     answer = cloud.run_node("driver")
-    assert "it would pull 400 KB/s" in answer.reasons[0]
+    assert "its topics would use 400 KB/s" in answer.reasons[0]
     assert answer.score < 0.5
 
 
@@ -310,7 +310,7 @@ def lent(cloud: Cloud) -> int:
 
 
 def came(cloud: Cloud, *names: str) -> list[str]:
-    """Let cancels come for the node that is away; return their fingerprints."""
+    """Send cancels for the node that is away; return their fingerprints."""
     for name in names:
         cloud.hands.came["driver"]("move_base/cancel", GoalID(id=name))
     return [fingerprint("move_base/cancel", GoalID(id=name)) for name in names]

@@ -1,4 +1,4 @@
-"""The nodes of a real clone leave its graph and come back, with what they knew."""
+"""Nodes of a real clone leave its graph and return, with their state."""
 
 from collections.abc import Sequence
 

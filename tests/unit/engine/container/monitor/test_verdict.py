@@ -1,4 +1,4 @@
-"""Where a node shall run: the weak are served by the cloud, what is urgent stays near, each number pulls one way."""
+"""Verdicts on homes: weak robots are served by the cloud, urgent nodes run on the robot, verdicts are monotonic."""
 
 import math
 from dataclasses import replace
@@ -26,13 +26,13 @@ def test_a_raspberry_pi_is_served_by_the_cloud_whatever_its_link() -> None:
     for link in (GOOD, BAD, None):
         verdict = judge(PI, link, DRIVER, PLAIN)
         assert verdict.home == "cloud"
-        assert "the robot is weak: it is worth 4.0 cores of a Raspberry Pi 4" in verdict.reasons[0]
+        assert "the robot is weak: it has the power of 4.0 cores of a Raspberry Pi 4" in verdict.reasons[0]
 
 
 def test_a_strong_robot_with_a_bad_link_runs_it_itself() -> None:
     verdict = judge(LAPTOP, BAD, DRIVER, PLAIN)
     assert verdict.home == "robot"
-    assert any("over a link of 100 KB/s" in reason or "300 ms there and back" in reason for reason in verdict.reasons)
+    assert any("of a link with 100 KB/s" in reason or "link takes 300 ms" in reason for reason in verdict.reasons)
 
 
 def test_what_would_pull_too_much_over_the_link_stays_where_it_is_made() -> None:
@@ -42,7 +42,7 @@ def test_what_would_pull_too_much_over_the_link_stays_where_it_is_made() -> None
     assert judge(middling, GOOD, DRIVER, first).home == "cloud"
     verdict = judge(middling, GOOD, image, first)
     assert verdict.home == "robot"
-    assert "it would pull 9000 KB/s over a link of 10000 KB/s" in verdict.reasons[0]
+    assert "its topics would use 9000 KB/s of a link with 10000 KB/s" in verdict.reasons[0]
 
 
 def test_a_time_critical_node_stays_on_a_robot_that_can() -> None:
@@ -92,7 +92,7 @@ def test_where_the_robot_cannot_the_cloud_does(robot: Robot | None, node: NodeFa
 
 
 def test_who_asks_for_a_home_gets_it() -> None:
-    assert asked("robot") == ("robot", -1.0, ("it was asked for there",))
+    assert asked("robot") == ("robot", -1.0, ("a client requested this home",))
     assert asked("cloud")[:2] == ("cloud", 1.0)
 
 
@@ -107,7 +107,7 @@ def test_numbers_that_cannot_be_are_refused_by_name(number: float) -> None:
 @pytest.mark.parametrize(
     ("given_", "match"),
     [
-        ({"priorities": ()}, "name one or more of computation_power"),
+        ({"priorities": ()}, "list one or more of computation_power"),
         ({"priorities": ("node_properties", "node_properties")}, "each once"),
         ({"weak_power": 20.0}, "less than strong_power"),
     ],
@@ -117,7 +117,7 @@ def test_priorities_that_cannot_be_are_refused(given_: dict[str, Any], match: st
         NodeMonitorParameters(**given_)
 
 
-# -- each number pulls one way -----------------------------------------------------------------------------------------
+# -- verdicts are monotonic in each input ------------------------------------------------------------------------------
 
 positive = st.floats(0.01, 100.0)
 seconds = st.floats(1e-4, 2.0)

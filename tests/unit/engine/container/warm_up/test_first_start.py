@@ -1,4 +1,4 @@
-"""What every container uses is compiled before a fork server loads it, once."""
+"""Kernels that every container uses are compiled once, before a fork server loads them."""
 
 import os
 import subprocess
@@ -17,14 +17,14 @@ LAYER = "tbb"
 
 @pytest.fixture
 def notes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the folder in which what is compiled is noted, and in which nothing is yet."""
+    """Return the folder of notes on compiled kernels, still empty."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "notes"))
     return tmp_path / "notes"
 
 
 @pytest.fixture
 def told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return where a compiler that fails writes what it was told."""
+    """Return the file to which a failing compiler writes its arguments."""
     file = tmp_path / "told"
     script = f"import sys; open({str(file)!r}, 'a').write(' '.join(sys.argv[1:]) + '\\n'); sys.exit(3)"
     monkeypatch.setattr(first_start, "COMMAND", (sys.executable, "-c", script))
@@ -32,7 +32,7 @@ def told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def note_as_compiled(key: str) -> None:
-    """Note that all is compiled."""
+    """Write a note that all kernels are compiled."""
     stamp.note(stamp.stamp_file(Path(ppaas.__path__[0]), key), [])
 
 

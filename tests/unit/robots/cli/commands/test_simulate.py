@@ -66,7 +66,7 @@ async def test_a_simulated_robot_joins_a_running_cloud_and_drives_itself_where_i
             estimate = await move_base.localized()
             assert estimate.distance_to(Pose2D(2.0, 2.0)) < 0.5
             async with asyncio.timeout(60):
-                while "move_base runs on the robot: it was asked for there" not in caplog.messages:
+                while "move_base runs on the robot: a client requested this home" not in caplog.messages:
                     await asyncio.sleep(0.05)
             outcome = await move_base.go(Pose2D(4.0, 4.0, 0.0), 60.0)
             assert outcome.reached, outcome
