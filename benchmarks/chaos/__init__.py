@@ -1,1 +1,1 @@
-"""Chaos bench: random faults in a cloud under driving robots; what was lost, repeated or left behind."""
+"""Chaos bench: random faults in a cloud with driving robots; reports what was lost, repeated or left behind."""

@@ -62,7 +62,7 @@ class RobotUnderTest:
     ) -> None:
         self.name = name
         self.goals = GoalResults(name, tell)
-        self.witness = MessageChecks(name, tell)
+        self.checks = MessageChecks(name, tell)
         self.silences = Silences()
         self.sessions = 0
         self._address = address
@@ -91,7 +91,7 @@ class RobotUnderTest:
 
     async def _drive(self, client: RobotClient) -> None:
         client.attach(self)
-        await client.subscribe("cmd_vel", Twist, lambda _: self.witness.commanded(monotonic()))
+        await client.subscribe("cmd_vel", Twist, lambda _: self.checks.commanded(monotonic()))
         await client.subscribe("move_base/feedback", MoveBaseActionFeedback, self._on_feedback)
         await client.subscribe("amcl_pose", PoseWithCovarianceStamped, self._on_pose)
         await client.subscribe("move_base/result", MoveBaseActionResult, self._on_result)
@@ -109,7 +109,7 @@ class RobotUnderTest:
     def published(self, topic: str, message: Message) -> bool:
         """Record a scan that the robot sends; return True, as all messages go to the cloud."""
         if isinstance(message, LaserScan):
-            self.witness.scanned(message.header.stamp.seconds())
+            self.checks.scanned(message.header.stamp.seconds())
         return True
 
     def owns(self, topic: str) -> bool:
@@ -117,11 +117,11 @@ class RobotUnderTest:
         return False
 
     def _on_feedback(self, message: MoveBaseActionFeedback) -> None:
-        self.witness.cycled(message.header.stamp.seconds())
+        self.checks.cycled(message.header.stamp.seconds())
         self.silences.heard(monotonic())
 
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
-        self.witness.localized(message.header.stamp.seconds())
+        self.checks.localized(message.header.stamp.seconds())
 
     def _on_status(self, message: GoalStatusArray) -> None:
         if self._following is not None:
@@ -138,7 +138,7 @@ class RobotUnderTest:
         goal = f"{self.name}-goal-{next(self._numbers)}"
         following = self._following = TrackedGoal(goal)
         self.goals.send(goal)
-        self.witness.uncommanded.goal_sent(monotonic())
+        self.checks.uncommanded.goal_sent(monotonic())
         self.silences.goal_sent(monotonic())
         pose = PoseStamped(Header(frame_id="map"), Pose.of(target))
         try:
@@ -149,7 +149,7 @@ class RobotUnderTest:
             self.goals.end("lost", "the client gave up")
             raise
         finally:
-            self.witness.uncommanded.goal_ended(monotonic())
+            self.checks.uncommanded.goal_ended(monotonic())
             self.silences.goal_ended(monotonic())
 
     async def _follow(self, client: RobotClient, following: TrackedGoal, session: int) -> None:

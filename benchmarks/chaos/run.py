@@ -78,24 +78,24 @@ async def run(options: ChaosOptions, progress: Progress) -> ChaosReport:
     def tell(what: str) -> None:
         wrong.append(f"{monotonic() - began:.1f} s: {what}")
 
-    traces = Leftovers(site.folder, tell)
+    leftovers = Leftovers(site.folder, tell)
     stage = [_scene(options, number) for number in range(min(MAPS, options.robots))]
     async with site:
         target = await site.login()
-        wanderers = [wanderer for scene in stage for wanderer in await scene.enter(target, tell)]
-        asker = PathRequester(target.rest, stage[0].map_id, stage[0].courses)
+        robots = [robot for scene in stage for robot in await scene.enter(target, tell)]
+        requester = PathRequester(target.rest, stage[0].map_id, stage[0].courses)
         injector = Injector(target.rest, site.folder, Random(options.seed), options.machines, tell)
         async with asyncio.TaskGroup() as group:
-            works = (*(scene.simulator.run() for scene in stage), asker.run(), _look_on(traces))
+            works = (*(scene.simulator.run() for scene in stage), requester.run(), _look_on(leftovers))
             meanwhile = [group.create_task(work) for work in works]
-            await _drive(options, wanderers, injector, traces, progress)
+            await _drive(options, robots, injector, leftovers, progress)
             for task in meanwhile:
                 task.cancel()
-        await _end(site, traces, tell)
-        own = {wanderer.name: wanderer.silences.gaps for wanderer in wanderers}
-        told = {"paths": dict(asker.answers), "cloud_starts": site.restarts, "wrong": wrong}
+        await _end(site, leftovers, tell)
+        own = {robot.name: robot.silences.gaps for robot in robots}
+        told = {"paths": dict(requester.answers), "cloud_starts": site.restarts, "wrong": wrong}
         told |= {"log": log_of(injector.faults, began), "silences": longest_silences(injector.faults, own, began)}
-        return _reckon(options, wanderers, injector, **told)
+        return _reckon(options, robots, injector, **told)
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,13 +108,13 @@ class _Scene:
 
     async def enter(self, target: Target, tell: Callable[[str], None]) -> list[RobotUnderTest]:
         await target.publish(self.map_id, self.grid)
-        wanderers = []
+        robots = []
         for number, course in enumerate(self.courses):
             name = f"{self.map_id}-{number}"
             await target.register(name, self.map_id, course.start, CORES)
-            robot = self.world.add_robot(course.start)
-            wanderers.append(RobotUnderTest((target.url, target.token), name, robot, course, tell))
-        return wanderers
+            simulated = self.world.add_robot(course.start)
+            robots.append(RobotUnderTest((target.url, target.token), name, simulated, course, tell))
+        return robots
 
 
 def _scene(options: ChaosOptions, number: int) -> _Scene:
@@ -125,34 +125,34 @@ def _scene(options: ChaosOptions, number: int) -> _Scene:
     return _Scene(f"chaos-{number}", grid, world, courses, Simulator(world))
 
 
-async def _look_on(traces: Leftovers) -> None:
+async def _look_on(leftovers: Leftovers) -> None:
     while True:
-        await asyncio.to_thread(traces.look)
+        await asyncio.to_thread(leftovers.look)
         await asyncio.sleep(LOOK)
 
 
 async def _drive(
-    options: ChaosOptions, wanderers: list[RobotUnderTest], injector: Injector, traces: Leftovers, progress: Progress
+    options: ChaosOptions, robots: list[RobotUnderTest], injector: Injector, leftovers: Leftovers, progress: Progress
 ) -> None:
     """Run the robots, inject faults once all of them drive, and wait until each has ended its goal."""
     async with asyncio.TaskGroup() as group:
-        for wanderer in wanderers:
-            group.create_task(wanderer.run())
-        await asyncio.gather(*(wanderer.witness.driven.wait() for wanderer in wanderers))
-        await asyncio.to_thread(traces.count_files)
+        for robot in robots:
+            group.create_task(robot.run())
+        await asyncio.gather(*(robot.checks.driven.wait() for robot in robots))
+        await asyncio.to_thread(leftovers.count_files)
         faults = group.create_task(injector.run(options.seconds, options.every))
         await _show(faults, options.seconds, injector, progress)
-        for wanderer in wanderers:
-            wanderer.enough()
-    await asyncio.to_thread(traces.count_files, MORE_FILES + FILES_A_ROBOT * options.robots)
+        for robot in robots:
+            robot.enough()
+    await asyncio.to_thread(leftovers.count_files, MORE_FILES + FILES_A_ROBOT * options.robots)
 
 
-async def _end(site: ChaosSite, traces: Leftovers, tell: Callable[[str], None]) -> None:
+async def _end(site: ChaosSite, leftovers: Leftovers, tell: Callable[[str], None]) -> None:
     try:
         await site.stop()
     except Unavailable as error:
         tell(str(error))
-    traces.at_end()
+    leftovers.at_end()
 
 
 async def _show(faults: "asyncio.Task[None]", seconds: float, injector: Injector, progress: Progress) -> None:
@@ -165,10 +165,10 @@ async def _show(faults: "asyncio.Task[None]", seconds: float, injector: Injector
     faults.result()
 
 
-def _reckon(options: ChaosOptions, wanderers: list[RobotUnderTest], injector: Injector, **rest: Any) -> ChaosReport:
-    endings = sum((Counter(wanderer.goals.endings) for wanderer in wanderers), Counter())
-    gaps = [gap for wanderer in wanderers for gap in wanderer.witness.uncommanded.gaps]
-    silences = [gap for wanderer in wanderers for gap in wanderer.silences.gaps]
+def _reckon(options: ChaosOptions, robots: list[RobotUnderTest], injector: Injector, **rest: Any) -> ChaosReport:
+    endings = sum((Counter(robot.goals.endings) for robot in robots), Counter())
+    gaps = [gap for robot in robots for gap in robot.checks.uncommanded.gaps]
+    silences = [gap for robot in robots for gap in robot.silences.gaps]
     return ChaosReport(
         seed=options.seed,
         robots=options.robots,
@@ -177,9 +177,9 @@ def _reckon(options: ChaosOptions, wanderers: list[RobotUnderTest], injector: In
         faults=dict(Counter(fault.name for fault in injector.faults)),
         longest_gap_s=longest_by_fault(injector.faults, gaps),
         longest_silence_s=longest_by_fault(injector.faults, silences),
-        goals={"sent": sum(w.goals.sent for w in wanderers)} | {e: endings[e] for e in ("result", "status", "lost")},
-        statuses=dict(sum((w.goals.statuses for w in wanderers), Counter())),
-        commands=sum(wanderer.witness.commands for wanderer in wanderers),
-        sessions=sum(wanderer.sessions for wanderer in wanderers),
+        goals={"sent": sum(w.goals.sent for w in robots)} | {e: endings[e] for e in ("result", "status", "lost")},
+        statuses=dict(sum((w.goals.statuses for w in robots), Counter())),
+        commands=sum(robot.checks.commands for robot in robots),
+        sessions=sum(robot.sessions for robot in robots),
         **rest,
     )

@@ -59,7 +59,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     told = field.measure(grid, goal_of(arguments), threads, progress, others=others)
     tell_left_out(told, progress)
     if arguments.pause is not None:
-        told["paused_seconds"] = field.now_and_then(grid, tuple(told["goal"]), threads, arguments.pause, progress)
+        told["paused_seconds"] = field.with_pauses(grid, tuple(told["goal"]), threads, arguments.pause, progress)
     if arguments.plot is not None:
         lengths = event_loop.run(path_lengths.measure_locally(grid.costmap, threads, progress))
         draw(arguments.plot, path_lengths.chart(lengths))

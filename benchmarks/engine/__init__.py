@@ -1,1 +1,1 @@
-"""Bench of the engine: containers that start, crash and are many, lost machines, the master, and messages."""
+"""Bench of the engine: start, crash and number of containers, lost machines, the master, and messages."""

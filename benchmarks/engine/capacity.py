@@ -64,7 +64,7 @@ async def _crowd(site: EngineSite, question: FirstPathQuestion, wanted: int, pro
         ready = [one for one in came if not isinstance(one, str)]
         again = [await _asked(question, socket) for socket, _ in ready]
         weights = await _weights(site, len(ready))
-    figures = crowd_figures(wanted, [seconds for _, seconds in ready], stopped, again, weights)
+    figures = capacity_figures(wanted, [seconds for _, seconds in ready], stopped, again, weights)
     return [*figures, await _pythons(wanted)]
 
 
@@ -91,7 +91,7 @@ async def _weights(site: EngineSite, containers: int) -> list[int]:
         await asyncio.sleep(0.5)
 
 
-def crowd_figures(
+def capacity_figures(
     wanted: int, ready: list[float], stopped: list[str], again: list[float], weights: list[int]
 ) -> list[Figure]:
     """Return the figures of the capacity bench.

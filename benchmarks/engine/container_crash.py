@@ -8,7 +8,7 @@ from typing import Any
 from rich.progress import Progress
 
 from benchmarks.engine import baselines
-from benchmarks.engine.driving_robot import MAP, PATIENCE, Looker, driven, grid_to_drive_on
+from benchmarks.engine.driving_robot import MAP, PATIENCE, CommandObserver, driven, grid_to_drive_on
 from benchmarks.engine.options import PAUSES, EngineOptions
 from benchmarks.engine.samples import median_and_worst, served_after
 from benchmarks.engine.site import EngineSite
@@ -29,9 +29,9 @@ async def measure(site: EngineSite, options: EngineOptions, progress: Progress) 
     silences, started = [], []
     for number in progress.track(range(options.of(CRASHES, QUICK)), description="killing containers"):
         robot = f"bench-crash-{number}"
-        async with driven(site, robot, grid) as looker:
+        async with driven(site, robot, grid) as observer:
             await asyncio.sleep(PAUSES.get(options.runtime, 0.0))
-            silences.append(await _crash(site, robot, looker))
+            silences.append(await _crash(site, robot, observer))
         started.append(await baselines.python())
     note = f"{options.runtime}; it drives; from kill -9 of its container until it is commanded again"
     return [
@@ -40,13 +40,13 @@ async def measure(site: EngineSite, options: EngineOptions, progress: Progress) 
     ]
 
 
-async def _crash(site: EngineSite, robot: str, looker: Looker) -> float:
+async def _crash(site: EngineSite, robot: str, observer: CommandObserver) -> float:
     before = await site.container(robot)
     killed = monotonic()
     os.kill(before["pid"], signal.SIGKILL)
     await served_by_another(site, robot, before)
-    await looker.hears(1)
-    return served_after(looker.commands, killed)
+    await observer.hears(1)
+    return served_after(observer.commands, killed)
 
 
 async def served_by_another(site: EngineSite, robot: str, than: dict[str, Any]) -> dict[str, Any]:

@@ -29,7 +29,7 @@ def grid_to_drive_on() -> GridMap:
     return office(seed=1, width=12.0, height=10.0)
 
 
-class Looker:
+class CommandObserver:
     """Observes a robot's commands on a second connection.
 
     Attributes
@@ -66,7 +66,7 @@ class Looker:
 
 
 @contextlib.asynccontextmanager
-async def driven(site: EngineSite, robot: str, grid: GridMap) -> AsyncIterator[Looker]:
+async def driven(site: EngineSite, robot: str, grid: GridMap) -> AsyncIterator[CommandObserver]:
     """Make a robot drive on a published map; yield its observer once the robot is under way."""
     url, token = site.target.url, site.target.token
     course = CoursePlanner(grid, 1).choose(1, 3)[0]
@@ -79,9 +79,9 @@ async def driven(site: EngineSite, robot: str, grid: GridMap) -> AsyncIterator[L
             roaming_robot(url, token, robot, body, course),
             RobotClient(url, robot=robot, token=token, role="operator", hold=False) as client,
         ):
-            looker = Looker()
-            await client.subscribe("cmd_vel", Twist, looker.heard)
-            await looker.hears(UNDER_WAY)
-            yield looker
+            observer = CommandObserver()
+            await client.subscribe("cmd_vel", Twist, observer.heard)
+            await observer.hears(UNDER_WAY)
+            yield observer
     finally:
         running.cancel()

@@ -41,12 +41,12 @@ async def measure(site: EngineSite, options: EngineOptions, progress: Progress) 
 async def _lose(site: EngineSite, robot: str, fault: Callable[[SecondMachine], None]) -> float:
     async with site.second_machine() as machine, contextlib.AsyncExitStack() as stack:
         async with site.only_on(machine.name):
-            looker = await stack.enter_async_context(driven(site, robot, grid_to_drive_on()))
+            observer = await stack.enter_async_context(driven(site, robot, grid_to_drive_on()))
         before = await site.container(robot)
         if before["machine"] != machine.name:
             raise Unavailable(f"robot {robot!r} is on machine {before['machine']!r}, not on {machine.name!r}")
         lost = monotonic()
         fault(machine)
         await served_by_another(site, robot, before)
-        await looker.hears(1)
-        return served_after(looker.commands, lost)
+        await observer.hears(1)
+        return served_after(observer.commands, lost)

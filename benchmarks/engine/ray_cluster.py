@@ -77,7 +77,7 @@ class LocalRayNode:
         deadline = time.monotonic() + START_TIMEOUT
         while STARTED not in (said := self.log.read_text()):
             if self.process.poll() is not None or time.monotonic() > deadline:
-                raise Unavailable(f"a Ray node did not start (is the extra ppaas[ray] installed?):\n{said[-1000:]}")
+                raise Unavailable(f"a Ray node did not start (is the extra 'ray' installed?):\n{said[-1000:]}")
             time.sleep(BLINK)
 
     def family(self) -> list[psutil.Process]:

@@ -1,1 +1,1 @@
-"""Shared parts of benches: the cloud under test, processes that a bench starts, runs in parallel, and figures."""
+"""Shared parts of benches: the cloud under test, processes of a bench, parallel runs, and figures."""

@@ -1,1 +1,1 @@
-"""Bench of placement: a master with real control links, and balancers side by side."""
+"""Benches of placement: a master with real control links, and a comparison of balancers."""

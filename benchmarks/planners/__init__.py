@@ -1,1 +1,1 @@
-"""Bench of planners: speed and correctness without a cloud, but for Fig. 3 of the paper."""
+"""Benches of planners: speed and correctness, without a cloud except for Fig. 3 of the paper."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rich.progress import Progress
 
 from benchmarks.planners import scenario
-from benchmarks.planners.field import farthest, grow, grow_anew
+from benchmarks.planners.field import farthest, grow, grow_uncached
 from benchmarks.planners.grids import Grid, goal_in
 from benchmarks.planners.peers import BESIDE, NAVFN, PATHS, Peer, PeerProblem
 from benchmarks.planners.timing import announce, cpus, least, on_threads, within
@@ -141,7 +141,7 @@ def _our_fields(problem: PeerProblem, threads: Sequence[int]) -> list[_Step]:
 
 def _our_field_row(problem: PeerProblem, threads: int) -> Row:
     costmap, goal = problem.costmap, problem.goal
-    seconds, field = least(partial(grow_anew, costmap, goal, threads))
+    seconds, field = least(partial(grow_uncached, costmap, goal, threads))
     reached = int(np.isfinite(field.values()).sum())
     who = f"ppaas dijkstra, {on_threads(threads)}"
     told = {"who": who, "ours": True, "solves": "the definition", "seconds": seconds, "prepare_seconds": 0.0}

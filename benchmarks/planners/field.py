@@ -30,7 +30,7 @@ def grow(costmap: Costmap, goal: Cell, threads: int) -> CostField:
     return field
 
 
-def reached_once(costmap: Costmap, goal: Cell, threads: Sequence[int]) -> int:
+def warm_up(costmap: Costmap, goal: Cell, threads: Sequence[int]) -> int:
     """Compute the field once with each number of threads, as a warm-up; return the number of reached cells."""
     *others, last = threads
     for n in others:
@@ -38,14 +38,14 @@ def reached_once(costmap: Costmap, goal: Cell, threads: Sequence[int]) -> int:
     return int(np.count_nonzero(np.isfinite(grow(costmap, goal, last).values())))
 
 
-def newly_read(costmap: Costmap) -> Costmap:
+def uncached(costmap: Costmap) -> Costmap:
     """Return a copy that is new to planners, whose caches are keyed by the costmap object."""
     return Costmap(costmap.data.view(), costmap.info)
 
 
-def grow_anew(costmap: Costmap, goal: Cell, threads: int) -> CostField:
+def grow_uncached(costmap: Costmap, goal: Cell, threads: int) -> CostField:
     """Compute the field on a copy of the map that is new to the planner."""
-    return grow(newly_read(costmap), goal, threads)
+    return grow(uncached(costmap), goal, threads)
 
 
 def farthest(field: CostField) -> Cell:
@@ -97,7 +97,7 @@ def measure(
     goal = goal_in(grid.costmap, goal)
     announce(progress, f"field: {grid.name}")
     with compilation() as compiled:
-        reached = reached_once(grid.costmap, goal, threads)
+        reached = warm_up(grid.costmap, goal, threads)
     works, tried, left_out = _try_others(others or {}, PeerProblem(grid.costmap, goal, goal), progress)
     best = in_turn(_ours(grid.costmap, goal, threads) | works, progress, grid.name, runs)
     seconds = {str(n): best[str(n)] for n in threads}
@@ -116,7 +116,7 @@ def measure(
     }
 
 
-def now_and_then(grid: Grid, goal: Cell, threads: Sequence[int], pause: float, progress: Progress) -> dict[str, float]:
+def with_pauses(grid: Grid, goal: Cell, threads: Sequence[int], pause: float, progress: Progress) -> dict[str, float]:
     """Return the time of fields with pauses between them, as robots plan: with cold caches and sleeping threads.
 
     Parameters
@@ -137,7 +137,7 @@ def now_and_then(grid: Grid, goal: Cell, threads: Sequence[int], pause: float, p
     for _ in progress.track(range(APART), description=f"{grid.name}, now and then"):
         for n in threads:
             sleep(pause)
-            spent[str(n)].append(timed(partial(grow_anew, grid.costmap, goal, n))[0])
+            spent[str(n)].append(timed(partial(grow_uncached, grid.costmap, goal, n))[0])
     return {n: statistics.median(seconds) for n, seconds in spent.items()}
 
 
@@ -146,7 +146,7 @@ def _ours(costmap: Costmap, goal: Cell, threads: Sequence[int]) -> dict[str, Wor
 
     def first(n: int) -> None:
         nonlocal last
-        last = newly_read(costmap)
+        last = uncached(costmap)
         grow(last, goal, n)
 
     works: dict[str, Work] = {}

@@ -70,14 +70,14 @@ def measure(
         making = partial(planner.prepare, grid.costmap, threads=n)
         seconds[str(n)], prepared = least(making, BUDGET, RUNS)
     assert prepared is not None
-    scene = drawn(grid, queries)
+    scene = random_queries(grid, queries)
     return {
         "grid": grid.name, "planner": name, "seconds": seconds, "bytes": prepared.nbytes,
         **ask_all(Asked(lambda *ends: partial(prepared.path, *ends)), scene, progress, grid.name), "cpus": cpus(),
     }  # fmt: skip
 
 
-def drawn(grid: Grid, count: int) -> ScenarioScene:
+def random_queries(grid: Grid, count: int) -> ScenarioScene:
     """Return up to ``count`` queries between random connected cells."""
     free = passable(True)[grid.costmap.data]
     cells = np.argwhere(free)

@@ -92,7 +92,7 @@ class Peer:
     def why_not(self, cells: int) -> str | None:
         """Return why it cannot be measured on a grid of that many cells; None if it can."""
         if not self.installed:
-            return "not installed: pip install 'ppaas[bench]'"
+            return "not installed: pip install '.[bench]'"
         return "the grid is too large" if self.most is not None and cells > self.most else None
 
     def call(self, problem: PeerProblem) -> tuple[float, Callable[[], Any]]:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from rich.progress import Progress
 
-from benchmarks.planners.field import grow_anew, reached_once
+from benchmarks.planners.field import grow_uncached, warm_up
 from benchmarks.planners.grids import KINDS, SEED, Grid, goal_in
 from benchmarks.planners.timing import announce, cpus, in_turn, on_threads
 from ppaas.errors import InvalidParameter, NotFound
@@ -20,7 +20,7 @@ FROM = 512
 RUNS, PASSES = 3, 2
 """Number of consecutive runs of a size, and of passes over all sizes: a temporary disturbance then affects no size in
 all of its runs."""
-ALIKE, MOST_ALIKE = 2048, 16
+SAME_SIZE_EDGE, MOST_OF_A_SIZE = 2048, 16
 """Small grids take turns with others of their size, as many as fit a grid of this edge [cells], and at most this many:
 the branch predictor and the caches would adapt to a single small grid, but not to a large one."""
 
@@ -31,7 +31,7 @@ KINDS_SHOWN = ("empty", "random 20 %", "maze")
 """Kinds of grids that are measured by default."""
 
 
-class _Alike(NamedTuple):
+class _SameSize(NamedTuple):
     """Grids of one kind and size, a goal in each, and the total number of reached cells."""
 
     grids: list[Grid]
@@ -71,7 +71,8 @@ def measure(kinds: Sequence[str], sizes: Sequence[int], threads: Sequence[int], 
     if unknown:
         raise NotFound("kind of grid", unknown[0], tuple(KINDS))
     told = {
-        kind: _of_kind([_alike(kind, size, threads, progress) for size in sizes], threads, progress) for kind in kinds
+        kind: _of_kind([_same_size(kind, size, threads, progress) for size in sizes], threads, progress)
+        for kind in kinds
     }
     by = {
         key: {kind: {str(n): [one[key][str(n)] for one in fields] for n in threads} for kind, fields in told.items()}
@@ -84,38 +85,40 @@ def measure(kinds: Sequence[str], sizes: Sequence[int], threads: Sequence[int], 
     return {"sizes": list(sizes), **by, "spread": spread, "cpus": cpus()}
 
 
-def _alike(kind: str, size: int, threads: Sequence[int], progress: Progress) -> _Alike:
+def _same_size(kind: str, size: int, threads: Sequence[int], progress: Progress) -> _SameSize:
     announce(progress, f"scaling: making {kind} {size}²")
-    grids = [KINDS[kind](size, SEED + number) for number in range(min(MOST_ALIKE, max(1, ALIKE // size) ** 2))]
+    grids = [
+        KINDS[kind](size, SEED + number) for number in range(min(MOST_OF_A_SIZE, max(1, SAME_SIZE_EDGE // size) ** 2))
+    ]
     goals = [goal_in(grid.costmap) for grid in grids]
-    reached = sum(reached_once(grid.costmap, goal, threads) for grid, goal in zip(grids, goals, strict=True))
-    return _Alike(grids, goals, reached)
+    reached = sum(warm_up(grid.costmap, goal, threads) for grid, goal in zip(grids, goals, strict=True))
+    return _SameSize(grids, goals, reached)
 
 
-def _of_kind(sizes: Sequence[_Alike], threads: Sequence[int], progress: Progress) -> list[Told]:
+def _of_kind(sizes: Sequence[_SameSize], threads: Sequence[int], progress: Progress) -> list[Told]:
     """Return the mean time of a field of each size [s], and the time per reached cell [ns]."""
-    passes = [[_of_size(alike, threads, progress) for alike in sizes] for _ in range(PASSES)]
+    passes = [[_of_size(same_size, threads, progress) for same_size in sizes] for _ in range(PASSES)]
     least = [{n: min(one[n] for one in measured) for n in measured[0]} for measured in zip(*passes, strict=True)]
     return [
         {
-            "seconds": {n: seconds / len(alike.grids) for n, seconds in total.items()},
-            "ns_per_cell": {n: seconds / alike.reached * 1e9 for n, seconds in total.items()},
+            "seconds": {n: seconds / len(same_size.grids) for n, seconds in total.items()},
+            "ns_per_cell": {n: seconds / same_size.reached * 1e9 for n, seconds in total.items()},
         }
-        for alike, total in zip(sizes, least, strict=True)
+        for same_size, total in zip(sizes, least, strict=True)
     ]
 
 
-def _of_size(alike: _Alike, threads: Sequence[int], progress: Progress) -> dict[str, float]:
+def _of_size(same_size: _SameSize, threads: Sequence[int], progress: Progress) -> dict[str, float]:
     """Return the total time of the fields of all grids [s], by number of threads."""
-    name = alike.grids[0].name
+    name = same_size.grids[0].name
     announce(progress, f"scaling: {name}")
     works = {
-        f"{n} {number}": partial(grow_anew, grid.costmap, goal, n)
+        f"{n} {number}": partial(grow_uncached, grid.costmap, goal, n)
         for n in threads  # not in turn: a container always has the same number, so each thread finds its part cached
-        for number, (grid, goal) in enumerate(zip(alike.grids, alike.goals, strict=True))
+        for number, (grid, goal) in enumerate(zip(same_size.grids, same_size.goals, strict=True))
     }
     best = in_turn(works, progress, name, RUNS)
-    return {str(n): sum(best[f"{n} {number}"] for number in range(len(alike.grids))) for n in threads}
+    return {str(n): sum(best[f"{n} {number}"] for number in range(len(same_size.grids))) for n in threads}
 
 
 def _spread(sizes: Sequence[int], values: Sequence[float]) -> float:

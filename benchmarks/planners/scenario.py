@@ -253,7 +253,7 @@ def walked(free: NDArray[np.bool_], cells: NDArray[np.integer], ends: list[int])
     Returns
     -------
     float
-        NaN if nobody can walk it: it does not join the ends, leaves the map or the free cells, skips a cell, or cuts a
+        NaN for an invalid path: it does not join the ends, leaves the map or the free cells, skips a cell, or cuts a
         corner.
     """
     if not len(cells) or [*cells[0].tolist(), *cells[-1].tolist()] != ends:

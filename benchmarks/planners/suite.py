@@ -33,7 +33,7 @@ SAMPLE, QUICK_SAMPLE = 100, 10
 
 INDEXED = "hub_labels"
 """Planner whose index is also built of generated grids."""
-STREWN = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 2.0)
+SCATTERED = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 2.0)
 """Percentages of randomly blocked single cells, the worst case for an index."""
 TILED = {"cities/Paris_1_512.map": 2, "cities/Boston_0_256.map": 4}
 """City maps, and the number of copies along each edge that make a grid of 1024²."""
@@ -133,7 +133,7 @@ def _lengths(options: PlannerSuiteOptions, progress: Progress) -> Told:
 
 def _indexes(options: PlannerSuiteOptions, progress: Progress) -> Told:
     size = options.size // 4
-    made = [partial(grids.random, size, percent) for percent in STREWN]
+    made = [partial(grids.random, size, percent) for percent in SCATTERED]
     made += [partial(grids.random, size // 2, percent) for percent in (10.0, 20.0, 30.0)]
     if options.data is not None:
         maps = [(options.data / "movingai" / name, copies) for name, copies in TILED.items()]

@@ -1,1 +1,1 @@
-"""Bench of the service: what a user waits for, from the start of a cloud to a robot that drives."""
+"""Bench of the service: waiting times of a user, from the start of a cloud to driving robots."""

@@ -1,1 +1,1 @@
-"""The BARN navigation benchmark: a Jackal among cylinders, driven without a map by its odometry and its laser."""
+"""The BARN navigation benchmark: a Jackal drives among cylinders without a map, by odometry and laser."""

@@ -91,7 +91,7 @@ class Navigator:
         self._cycle = 0
         self._plan: Poses | None = None
         self._failed = 0
-        self._impasses = DeadEnds()
+        self._dead_ends = DeadEnds()
         self._matching = ScanMatching()
         self.costs: Costmap | None = None
 
@@ -100,10 +100,10 @@ class Navigator:
         odom, twist = odometry.pose.pose.planar(), odometry.twist.twist
         seen = smoothed(LaserReading.of(scan, odom))
         pose = self._matching.correct(odom, seen)
-        shut = self._impasses.discs
+        shut = self._dead_ends.discs
         self.costs = self._local.update(pose, LaserReading(pose, seen.angles, seen.ranges), shut)
         self._memory.update(self._local.obstacles, shut)
-        if self._plan is not None and self._impasses.look(self._cycle * PERIOD, pose, self._plan, self.costs):
+        if self._plan is not None and self._dead_ends.look(self._cycle * PERIOD, pose, self._plan, self.costs):
             self._plan = None
         if self._plan is None or self._cycle % PLAN_EVERY == 0:
             self._plan_anew(pose)
@@ -117,7 +117,7 @@ class Navigator:
             plan = self._planner.plan(costmap, PlanRequest(pose, self._goal, tolerance=MARGIN))
         except PlanningError:
             # Keep the last plan, and unblock all places: one of them may have been the only way.
-            self._impasses.forget()
+            self._dead_ends.forget()
             return
         self._controller.set_plan(plan.poses)
         self._plan = plan.poses
@@ -138,6 +138,6 @@ class Navigator:
         if self._failed >= PATIENCE:
             self._failed = 0
             # Keep near obstacles, as many of them are outside the laser's field of view.
-            self._impasses.forget()
+            self._dead_ends.forget()
             self._local.clear(pose, KEPT)
             self._memory.clear(pose, KEPT)

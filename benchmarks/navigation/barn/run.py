@@ -83,26 +83,26 @@ def drive(job: BarnJob, watch: Watch | None = None) -> BarnResult:
     watch : callable, optional
         Called with the environment and the navigator after each control cycle.
     """
-    course = Environment(job.world, NOISE[job.noise], np.random.default_rng((job.seed, job.world.world, job.run)))
+    environment = Environment(job.world, NOISE[job.noise], np.random.default_rng((job.seed, job.world.world, job.run)))
     # The goal relative to the start, as the navigator expects it.
     x, y, _ = START.inverse() @ GOAL
-    pilot = make_navigator(job.planner, Pose2D(x, y), NOISE[job.noise].drive)
-    clearance = course.clearance()
+    navigator = make_navigator(job.planner, Pose2D(x, y), NOISE[job.noise].drive)
+    clearance = environment.clearance()
     while True:
-        course.command(pilot.drive(course.odometry(), course.scan()))
+        environment.command(navigator.drive(environment.odometry(), environment.scan()))
         for _ in range(STEPS):
-            course.step()
-            clearance = min(clearance, course.clearance())
-            outcome = _judge(course, clearance)
+            environment.step()
+            clearance = min(clearance, environment.clearance())
+            outcome = _judge(environment, clearance)
             if outcome is not None:
-                return BarnResult(job.world.world, job.run, outcome, course.time, job.world.best_time, clearance)
+                return BarnResult(job.world.world, job.run, outcome, environment.time, job.world.best_time, clearance)
         if watch is not None:
-            watch(course, pilot)
+            watch(environment, navigator)
 
 
-def _judge(course: Environment, clearance: float) -> Outcome | None:
+def _judge(environment: Environment, clearance: float) -> Outcome | None:
     if clearance <= 0.0:
         return "collision"
-    if course.pose.distance_to(GOAL) <= GOAL_TOLERANCE:
+    if environment.pose.distance_to(GOAL) <= GOAL_TOLERANCE:
         return "success"
-    return "timeout" if course.time >= TIME_LIMIT else None
+    return "timeout" if environment.time >= TIME_LIMIT else None

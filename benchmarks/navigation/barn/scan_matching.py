@@ -22,17 +22,17 @@ REACH = 0.15
 """Maximum distance between corresponding points [m]."""
 SIGMA = 0.03
 """Standard deviation of a point from the line of its correspondence [m]: noise and the curvature of surfaces."""
-FAITH = (0.01, 0.01, 0.01)
+ODOMETRY_SIGMA = (0.01, 0.01, 0.01)
 """Standard deviations of odometry from one cycle to the next [m, m, rad]."""
 POINTS = 150
 """Maximum number of points of a scan that are matched."""
-ROUNDS = 3
+ITERATIONS = 3
 """Number of iterations, each with new correspondences."""
 SPACING, SPACING_TURN = 0.3, 0.4
 """Motion since the last stored scan after which a scan is stored [m, rad]."""
 APART = 0.04
 """Approximate smallest distance between stored points [m]."""
-SAME_SIDE = 0.5
+MIN_COSINE = 0.5
 """Cosine of the largest angle between the normals of corresponding points."""
 BESIDE = 0.1
 """Maximum distance between points of neighbouring beams on one surface [m]."""
@@ -62,10 +62,10 @@ class ScanMatching:
         near = self._seen[np.hypot(self._seen[:, 0] - pose.x, self._seen[:, 1] - pose.y) <= FAR]
         if len(near) and len(surfaces):
             chosen = np.linspace(0, len(surfaces) - 1, min(POINTS, len(surfaces))).round().astype(np.int64)
-            pose = _laid(surfaces[chosen], pose, near)
+            pose = _aligned(surfaces[chosen], pose, near)
             self._drift = pose @ odom.inverse()
         if self._is_new(pose):
-            self._remember(_moved(surfaces, pose))
+            self._remember(_transformed(surfaces, pose))
             self._last = pose
         return pose
 
@@ -97,30 +97,30 @@ def _surfaces(reading: LaserReading) -> Floats:
     return np.column_stack((points[1:-1][fine], -along[:, 1], along[:, 0]))
 
 
-def _moved(surfaces: Floats, pose: Pose2D) -> Floats:
+def _transformed(surfaces: Floats, pose: Pose2D) -> Floats:
     c, s = math.cos(pose.theta), math.sin(pose.theta)
     turn = np.array(((c, s), (-s, c)))
     return np.hstack((surfaces[:, :2] @ turn + (pose.x, pose.y), surfaces[:, 2:] @ turn))
 
 
-def _laid(surfaces: Floats, told: Pose2D, seen: Floats) -> Pose2D:
+def _aligned(surfaces: Floats, predicted: Pose2D, seen: Floats) -> Pose2D:
     """Return the pose that aligns surfaces with stored ones: Gauss-Newton steps with odometry as prior.
 
     Parameters
     ----------
     surfaces : (n, 4) array
         Points and normals of the scan in the robot's frame.
-    told : Pose2D
+    predicted : Pose2D
         Prediction by odometry.
     seen : (m, 4) array
         Stored points and normals near the robot.
     """
-    pose, faith = told, 1.0 / np.square(FAITH)
-    for _ in range(ROUNDS):
-        now = _moved(surfaces, pose)
+    pose, precision = predicted, 1.0 / np.square(ODOMETRY_SIGMA)
+    for _ in range(ITERATIONS):
+        now = _transformed(surfaces, pose)
         index = nearest(now, seen, REACH)
         # A point with the opposite normal belongs to the other side of an obstacle.
-        fits = (index >= 0) & ((seen[index, 2:] * now[:, 2:]).sum(axis=1) > SAME_SIDE)
+        fits = (index >= 0) & ((seen[index, 2:] * now[:, 2:]).sum(axis=1) > MIN_COSINE)
         there = seen[index[fits]]
         off, normals = now[fits, :2] - there[:, :2], there[:, 2:]
         arm = now[fits, :2] - (pose.x, pose.y)
@@ -128,7 +128,7 @@ def _laid(surfaces: Floats, told: Pose2D, seen: Floats) -> Pose2D:
         error = (normals * off).sum(axis=1)
         # Cauchy weights reduce the influence of outliers.
         weighed = rows / (SIGMA * SIGMA + np.square(error))[:, None]
-        gone = np.array((pose.x - told.x, pose.y - told.y, wrap_angle(pose.theta - told.theta)))
-        step = np.linalg.solve(weighed.T @ rows + np.diag(faith), -weighed.T @ error - faith * gone)
+        moved = np.array((pose.x - predicted.x, pose.y - predicted.y, wrap_angle(pose.theta - predicted.theta)))
+        step = np.linalg.solve(weighed.T @ rows + np.diag(precision), -weighed.T @ error - precision * moved)
         pose = Pose2D(pose.x + float(step[0]), pose.y + float(step[1]), wrap_angle(pose.theta + float(step[2])))
     return pose

@@ -1,1 +1,1 @@
-"""A robot that is sent to goals among people who walk about: how many it comes to, and whom and what it touches."""
+"""The goals bench: a simulated robot is sent to goals among pedestrians; reached goals and contacts are counted."""

@@ -15,12 +15,12 @@ def test_the_same_seed_does_the_same() -> None:
     assert first(40, 1, 3) == first(40, 1, 3) != first(40, 2, 3)
 
 
-def test_each_kind_comes_as_often_as_the_others() -> None:
+def test_all_kinds_are_equally_frequent() -> None:
     kinds = (*OF_ONE_MACHINE, *OF_MORE)
     assert Counter(first(3 * len(kinds), 5, 2)) == Counter(3 * kinds)
 
 
-def test_one_machine_is_not_drained_and_none_has_joined() -> None:
+def test_a_cloud_of_one_machine_has_no_faults_of_machines() -> None:
     assert set(first(100, 1, 1)) == set(OF_ONE_MACHINE)
 
 

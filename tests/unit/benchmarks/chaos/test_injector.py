@@ -36,7 +36,7 @@ def injecting(victim: psutil.Process, tmp_path: Path, monkeypatch: pytest.Monkey
     return Injector(cast(RestClient, None), tmp_path, Random(1), 1, pytest.fail)
 
 
-async def test_what_was_stopped_goes_on_after_its_pause(
+async def test_a_stopped_process_continues_after_its_pause(
     injecting: Injector, victim: psutil.Process, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(injector, "LONGEST_STOP", 0.5)
@@ -52,13 +52,13 @@ async def test_what_was_stopped_goes_on_after_its_pause(
     running.cancel()
 
 
-async def test_it_goes_on_when_all_is_over(injecting: Injector, victim: psutil.Process) -> None:
+async def test_a_stopped_process_continues_at_the_end_of_the_run(injecting: Injector, victim: psutil.Process) -> None:
     await injecting.run(0.05, 30.0)
     assert injecting.faults[0].until < math.inf
     await until(lambda: victim.status() != psutil.STATUS_STOPPED)
 
 
-async def test_what_has_ended_stands_still_no_more(injecting: Injector, victim: psutil.Process) -> None:
+async def test_the_stop_of_a_process_that_exited_is_over(injecting: Injector, victim: psutil.Process) -> None:
     running = asyncio.create_task(injecting.run(30.0, 30.0))
     await until(lambda: injecting.faults)
     victim.kill()

@@ -52,7 +52,7 @@ def test_processes_are_told_from_others_by_their_folder(tmp_path: Path, running:
             process.communicate()
 
 
-def test_where_all_has_gone_nothing_is_told(
+def test_without_leftovers_nothing_is_reported(
     traces: Leftovers, running: subprocess.Popen[bytes], told: list[str]
 ) -> None:
     assert len(traces.look()) == 1
@@ -61,7 +61,7 @@ def test_where_all_has_gone_nothing_is_told(
     assert told == []
 
 
-def test_a_process_and_a_file_that_are_left_are_told_of(
+def test_a_leftover_process_and_file_are_reported(
     traces: Leftovers, tmp_path: Path, running: subprocess.Popen[bytes], told: list[str]
 ) -> None:
     (tmp_path / "pymp-1").mkdir()
@@ -70,9 +70,7 @@ def test_a_process_and_a_file_that_are_left_are_told_of(
     assert told == [f"process {running.pid} (other of {OWN}) is left", f"{tmp_path / 'pymp-1'} is left"]
 
 
-def test_shared_memory_that_a_process_mapped_and_left_is_told_of(
-    traces: Leftovers, tmp_path: Path, told: list[str]
-) -> None:
+def test_leftover_shared_memory_is_reported(traces: Leftovers, tmp_path: Path, told: list[str]) -> None:
     shared = Path("/dev/shm") / f"chaos-test-{os.getpid()}"
     code = "import mmap, sys; f = open(sys.argv[1], 'w+b'); f.truncate(99); m = mmap.mmap(f.fileno(), 99)\n"
     code += "print(1, flush=True); sys.stdin.read()"
@@ -88,7 +86,7 @@ def test_shared_memory_that_a_process_mapped_and_left_is_told_of(
     assert told == [f"{shared} is left"]
 
 
-def test_a_zombie_that_nobody_takes_note_of_is_told_of(tmp_path: Path, told: list[str]) -> None:
+def test_a_zombie_that_is_not_reaped_is_reported(tmp_path: Path, told: list[str]) -> None:
     clock = ManualClock()
     traces = Leftovers(tmp_path, told.append, clock)
     code = "import subprocess, sys; c = subprocess.Popen([sys.executable, '-c', 'input()'], stdin=subprocess.PIPE)\n"

@@ -56,12 +56,12 @@ def test_what_is_wrong_fails_a_run() -> None:
     assert failed.sentences()[-1] == "errors: 1"
 
 
-def test_kinds_that_were_not_done_or_left_no_gap_have_their_row() -> None:
+def test_every_kind_of_fault_or_gap_has_a_row() -> None:
     assert report().rows() == [
         {"fault": "container, killed", "times": 3, "longest gap s": None, "served by nobody s": None},
         {"fault": "web, killed", "times": 0, "longest gap s": 4.5, "served by nobody s": 3.5},
     ]
 
 
-def test_programs_read_all_of_it() -> None:
+def test_the_json_has_the_whole_report() -> None:
     assert msgspec.convert(msgspec.to_builtins(report("x")), ChaosReport) == report("x")

@@ -17,7 +17,7 @@ def test_silence_is_noted_from_the_goal_to_the_first_cycle_between_cycles_and_to
     assert silences.gaps[1].seconds == pytest.approx(2.0)
 
 
-def test_nothing_is_noted_where_each_cycle_is_heard_of() -> None:
+def test_no_gap_is_recorded_if_all_cycles_are_received() -> None:
     silences = Silences()
     silences.goal_sent(0.0)
     for cycle in range(40):

@@ -10,7 +10,7 @@ def test_the_median_and_the_worst_hundredth_have_the_same_limit() -> None:
     assert tail.note == "of 200"
 
 
-def test_of_few_samples_the_worst_is_told() -> None:
+def test_the_p99_of_few_samples_is_their_maximum() -> None:
     assert median_and_p99("part", "ready", [0.1, 0.3, 0.2])[1].value == 300.0
     assert [figure.value for figure in median_and_worst("part", "x", [0.1, 0.3, 0.2], limit=500.0)] == [200.0, 300.0]
 

@@ -18,7 +18,7 @@ def figures(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, di
     return {figure["name"]: figure for figure in json.loads(capsys.readouterr().out)["figures"]}
 
 
-def test_containers_machines_and_messages_are_measured_beside_their_yardsticks(
+def test_containers_machines_and_messages_are_measured_with_baselines(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     parts = ("ready", "crowd", "crash", "lost", "messages")

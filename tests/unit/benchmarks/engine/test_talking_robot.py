@@ -17,7 +17,7 @@ async def test_a_position_is_found_whether_it_came_before_or_comes_later() -> No
     assert await later == heard.times[-1][0]
 
 
-async def test_a_position_that_was_lost_is_not_waited_for_for_ever() -> None:
+async def test_the_wait_for_a_lost_position_has_a_time_limit() -> None:
     heard = ReceivedPositions()
     heard.note(1.0 + STEP)
     assert await heard.of(1.0) is None

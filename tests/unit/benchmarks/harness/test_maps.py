@@ -10,11 +10,11 @@ from ppaas.errors import InvalidMap
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN
 
 
-def test_maps_that_are_made_up_need_no_file() -> None:
+def test_generated_maps_need_no_file() -> None:
     assert read_map("office").data.shape != read_map("warehouse").data.shape
 
 
-def test_of_what_is_lethal_in_a_costmap_only_what_a_laser_sees_is_a_wall(tmp_path: Path) -> None:
+def test_only_lethal_cells_beside_others_become_walls(tmp_path: Path) -> None:
     pixels = np.full((4, 6), 254, np.uint8)
     pixels[0, 0], pixels[0, 1] = 50, 253
     path = tmp_path / "costmap.pgm"

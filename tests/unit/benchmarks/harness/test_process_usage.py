@@ -8,7 +8,7 @@ import pytest
 from benchmarks.harness.process_usage import cpu_seconds, memory_of
 
 
-def test_what_a_process_holds_for_itself_is_counted() -> None:
+def test_private_memory_of_a_process_is_counted() -> None:
     hold = "print(0, flush=True); input(); held = b'1' * 40_000_000; print(1, flush=True); input()"
     command = [sys.executable, "-c", hold]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
@@ -25,7 +25,7 @@ def test_what_a_process_holds_for_itself_is_counted() -> None:
     assert after.shared_map == 0.0
 
 
-def test_a_process_that_is_gone_cannot_be_weighed() -> None:
+def test_the_memory_of_an_exited_process_is_an_error() -> None:
     process = subprocess.Popen([sys.executable, "-c", "pass"])
     process.wait()
     with pytest.raises(OSError):

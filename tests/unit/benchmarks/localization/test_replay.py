@@ -73,7 +73,7 @@ def test_worse_odometry_drifts_and_the_same_seed_alike(recording: Recording) -> 
     assert drifting(recording, 0.0, 1).looks[-1].odom.distance_to(recording.looks[-1].odom) < 1e-9
 
 
-def test_a_picture_shows_where_what_was_told_is_not_true(recording: Recording) -> None:
+def test_a_picture_shows_large_errors(recording: Recording) -> None:
     looks = recording.looks
     right = Replay(looks, tuple(look.true for look in looks), 0.001)
     wrong = Replay(looks, tuple(reversed(right.told)), 0.001)

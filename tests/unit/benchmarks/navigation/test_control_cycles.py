@@ -52,6 +52,6 @@ def test_the_window_is_what_lies_around_the_robot_and_unknown_beyond_the_map(gri
     assert (window(costmap, corner).data == 255).any()
 
 
-def test_one_without_a_cycle_is_told_of() -> None:
+def test_a_planner_without_a_cycle_is_an_error() -> None:
     with pytest.raises(PPaaSError, match="hands started at each of its goals"):
         summary([Cycles(Setup("hands", "hands"))])

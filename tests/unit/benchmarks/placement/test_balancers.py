@@ -32,7 +32,7 @@ def test_both_balancers_place_the_same_robots(capsys: pytest.CaptureFixture[str]
     assert told == again
 
 
-def test_robots_that_find_no_room_are_counted(capsys: pytest.CaptureFixture[str]) -> None:
+def test_rejected_robots_are_counted(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*ARGUMENTS[:5], "1", *ARGUMENTS[6:], "--balancer", "first_fit"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert list(told["balancers"]) == ["first_fit"]
@@ -71,7 +71,7 @@ def test_a_balancer_that_is_not_installed_is_told(capsys: pytest.CaptureFixture[
     assert "first_fit, ppaas" in capsys.readouterr().err
 
 
-def test_what_happens_is_in_order_and_who_goes_has_come() -> None:
+def test_events_are_in_order_and_departures_follow_arrivals() -> None:
     seen, here = list(events(generated(300, 10, 1))), set[str]()
     assert all(one.at <= two.at for one, two in pairwise(seen))
     for event in seen:
@@ -83,14 +83,14 @@ def test_what_happens_is_in_order_and_who_goes_has_come() -> None:
     assert len(here) < 300
 
 
-def test_who_stays_for_ever_does_not_go() -> None:
+def test_robots_that_stay_do_not_leave() -> None:
     assert [
         event.comes for event in events(iter([RobotArrival(0.0, "a", "m"), RobotArrival(1.0, "b", "m", stays=1.0)]))
     ] == [True] * 2
 
 
 @given(st.lists(st.tuples(st.sampled_from("ab"), st.sampled_from("xyz")), max_size=40), st.data())
-def test_the_spread_counts_what_a_look_at_all_counts(pairs: list[tuple[str, str]], data: st.DataObject) -> None:
+def test_incremental_counts_equal_counts_from_scratch(pairs: list[tuple[str, str]], data: st.DataObject) -> None:
     spread, here = Spread(), list[tuple[str, str]]()
     for map_id, machine in pairs:
         if here and data.draw(st.booleans()):

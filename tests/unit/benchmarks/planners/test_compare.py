@@ -40,7 +40,7 @@ def test_the_exact_field_of_scipy_is_ours(monkeypatch: pytest.MonkeyPatch) -> No
     assert (ours["ratio"], told["left_out"]) == (1.0, {})
 
 
-def test_a_field_that_is_another_is_told_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wrong_field_has_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     def told_twice(values: NDArray[np.float64], problem: PeerProblem) -> NDArray[np.float64]:
         field = doubled(SCIPY.told(values, problem))
         field[problem.goal] = np.inf
@@ -52,7 +52,7 @@ def test_a_field_that_is_another_is_told_as_such(monkeypatch: pytest.MonkeyPatch
     assert row["other_cells"] == 1
 
 
-def test_a_path_that_nobody_can_walk_is_told_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_undrivable_path_is_marked(monkeypatch: pytest.MonkeyPatch) -> None:
     ends = Peer("f", "scipy", "scipy", "a leap", lambda _, asked: lambda: [asked.start, asked.goal],
                 lambda cells, _: np.array(cells))  # fmt: skip
     told = measure(monkeypatch, (), (ends,))

@@ -29,34 +29,34 @@ def test_what_a_field_takes_after_a_pause_is_the_median_and_the_pause_is_not_in_
     monkeypatch.setattr(field, "APART", 3)
     monkeypatch.setattr(field, "timed", lambda work: (float(len(slept)), work()))
     with Progress(disable=True) as progress:
-        told = field.now_and_then(grids.empty(40), (20, 20), [1, 2], 5.0, progress)
+        told = field.with_pauses(grids.empty(40), (20, 20), [1, 2], 5.0, progress)
     assert slept == [5.0] * 6
     assert told == {"1": 3.0, "2": 4.0}
 
 
-def test_others_stand_beside_ours_or_it_is_told_why_not() -> None:
+def test_others_are_measured_or_left_out_with_a_reason() -> None:
     absent = Peer("f", "absent-peer", "absent_peer", "nothing", NAVFN.prepare, NAVFN.told)
     too_far = Peer("f", "ppaas", "ppaas", "nothing", lambda *_: raise_too_far, NAVFN.told)
     with Progress(disable=True) as progress:
         others = {"navfn": NAVFN, "absent": absent, "far": too_far}
         told = field.measure(grids.empty(40), None, [1], progress, runs=1, others=others)
     assert set(told["beside"]) == {"navfn"} and told["beside"]["navfn"] > 0.0
-    assert told["left_out"] == {"absent": "not installed: pip install 'ppaas[bench]'", "far": "too far"}
+    assert told["left_out"] == {"absent": "not installed: pip install '.[bench]'", "far": "too far"}
 
 
 def raise_too_far() -> None:
     raise InvalidPlanner("too far")
 
 
-def test_what_planners_keep_of_a_map_is_not_of_its_copy() -> None:
+def test_caches_of_a_map_are_not_used_for_its_copy() -> None:
     costmap = grids.empty(4).costmap
-    again = field.newly_read(costmap)
+    again = field.uncached(costmap)
     assert again.data is not costmap.data and (again.data == costmap.data).all()
     assert not again.data.flags.writeable
 
 
 @pytest.mark.parametrize("threads", [[], [0], [1, -1]])
-def test_a_field_takes_a_thread(threads: list[int]) -> None:
+def test_a_field_needs_at_least_one_thread(threads: list[int]) -> None:
     with Progress(disable=True) as progress, pytest.raises(InvalidParameter):
         field.measure(grids.empty(4), None, threads, progress)
 

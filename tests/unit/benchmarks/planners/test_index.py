@@ -39,14 +39,14 @@ def test_a_longer_path_counts_as_wrong(monkeypatch):
 def test_queries_are_drawn_where_there_is_a_way():
     costs = grids.empty(20).costmap.data.copy()
     costs[10] = 254
-    scene = index.drawn(grids._grid("two rooms", costs), 30)
+    scene = index.random_queries(grids._grid("two rooms", costs), 30)
     assert len(scene.queries) == 30
     assert ((scene.queries.starts[:, 0] < 10) == (scene.queries.goals[:, 0] < 10)).all()
 
 
 def test_a_map_of_walls_alone_is_refused():
     with pytest.raises(InvalidMap, match="no two connected free cells"):
-        index.drawn(grids._grid("walls", np.full((3, 3), 254, np.uint8)), 5)
+        index.random_queries(grids._grid("walls", np.full((3, 3), 254, np.uint8)), 5)
 
 
 def test_who_prepares_no_map_has_no_index():

@@ -15,7 +15,7 @@ SCENARIO = {
 LENGTHS = {"cells": 9, "length_m": [1.0, 2.0], "seconds": {"dijkstra, 1 thread": [0.001, 0.002]}, "cpus": 2}
 
 
-def test_what_was_measured_is_between_the_marks(tmp_path: Path) -> None:
+def test_the_report_is_between_the_marks(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text(PAGE)
     (tmp_path / "images").mkdir()
@@ -40,7 +40,7 @@ def test_a_page_without_marks_is_left_alone(tmp_path: Path, text: str) -> None:
         report.write(tmp_path / "none.md", {})
 
 
-def test_what_is_kept_is_read_again(tmp_path: Path) -> None:
+def test_stored_measurements_are_read_again(tmp_path: Path) -> None:
     file = tmp_path / "measured.json"
     assert report.read(file) == {}
     report.keep(file, {"lengths": [LENGTHS]})

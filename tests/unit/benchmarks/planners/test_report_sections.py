@@ -5,7 +5,7 @@ import pytest
 from benchmarks.planners import machine, report
 
 
-def test_how_many_times_faster_than_others_is_told_with_what_was_aimed_at() -> None:
+def test_speed_ups_are_shown_with_their_aims() -> None:
     told = {
         "grid": "random 20 % 4096²", "reached": 1000, "seconds": {"1": 2e-6, "2": 1e-6},
         "ns_per_cell": {"1": 2.0, "2": 1.0}, "again_seconds": {"1": 2e-6, "2": 1e-6},
@@ -18,9 +18,7 @@ def test_how_many_times_faster_than_others_is_told_with_what_was_aimed_at() -> N
 
 
 @pytest.mark.parametrize(("load", "warned"), [(0.2, False), (1.5, True)])
-def test_what_was_measured_on_a_busy_machine_says_so(
-    load: float, warned: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_measurements_on_a_busy_machine_are_marked(load: float, warned: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(machine.os, "getloadavg", lambda: (load, 0.0, 0.0))
     text = report.render({"machine": [machine.describe() | {"quick": False}]})
     assert text.startswith("Measured on ") and ("not suitable for comparison" in text) == warned

@@ -5,7 +5,7 @@ from rich.progress import Progress
 from benchmarks.planners import scaling
 
 
-def test_the_spread_is_the_most_over_the_least_of_what_is_large() -> None:
+def test_the_spread_is_the_ratio_of_times_of_large_grids() -> None:
     with Progress(disable=True) as progress:
         told = scaling.measure(["empty"], [64, 512, 600], [1], progress)
     _, first, second = told["ns_per_cell"]["empty"]["1"]

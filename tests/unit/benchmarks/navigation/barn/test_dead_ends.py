@@ -17,34 +17,34 @@ def ground():
     return grids.of(data, 0.05)
 
 
-def test_where_it_gets_no_farther_the_narrowest_place_ahead_is_shut():
-    impasses = DeadEnds()
+def test_without_progress_the_narrowest_place_ahead_is_blocked():
+    dead_ends = DeadEnds()
     here = Pose2D(0.6, 1.0)
-    assert not any(impasses.look(0.05 * cycle, here, PLAN, ground()) for cycle in range(40))
-    assert impasses.look(2.1, here, PLAN, ground())
-    [(x, y, radius)] = impasses.discs
+    assert not any(dead_ends.look(0.05 * cycle, here, PLAN, ground()) for cycle in range(40))
+    assert dead_ends.look(2.1, here, PLAN, ground())
+    [(x, y, radius)] = dead_ends.discs
     assert (x, y) == (pytest.approx(1.27, abs=0.08), 1.0)
     assert radius > 0.0
-    assert not impasses.look(2.2, here, PLAN, ground())
-    impasses.forget()
-    assert impasses.discs == []
+    assert not dead_ends.look(2.2, here, PLAN, ground())
+    dead_ends.forget()
+    assert dead_ends.discs == []
 
 
-def test_a_robot_that_gets_on_shuts_nothing():
-    impasses = DeadEnds()
+def test_a_robot_that_makes_progress_blocks_nothing():
+    dead_ends = DeadEnds()
     for cycle in range(200):
-        assert not impasses.look(0.05 * cycle, Pose2D(0.5 + 0.015 * cycle, 1.0), PLAN, ground())
+        assert not dead_ends.look(0.05 * cycle, Pose2D(0.5 + 0.015 * cycle, 1.0), PLAN, ground())
 
 
-def test_at_the_end_of_its_plan_there_is_nothing_to_shut():
-    impasses = DeadEnds()
-    assert not any(impasses.look(0.1 * cycle, Pose2D(3.95, 1.0), PLAN, ground()) for cycle in range(60))
+def test_nothing_is_blocked_at_the_end_of_the_plan():
+    dead_ends = DeadEnds()
+    assert not any(dead_ends.look(0.1 * cycle, Pose2D(3.95, 1.0), PLAN, ground()) for cycle in range(60))
 
 
-def test_where_it_came_through_nothing_is_shut_while_it_turns_round():
-    impasses = DeadEnds()
+def test_places_on_the_path_so_far_are_not_blocked():
+    dead_ends = DeadEnds()
     for cycle in range(100):
-        impasses.look(0.05 * cycle, Pose2D(3.5 - 0.03 * cycle, 1.0, math.pi), PLAN, ground())
+        dead_ends.look(0.05 * cycle, Pose2D(3.5 - 0.03 * cycle, 1.0, math.pi), PLAN, ground())
     there = Pose2D(0.5, 1.0, 0.0)
-    assert not any(impasses.look(5.0 + 0.05 * cycle, there, PLAN, ground()) for cycle in range(100))
-    assert impasses.discs == []
+    assert not any(dead_ends.look(5.0 + 0.05 * cycle, there, PLAN, ground()) for cycle in range(100))
+    assert dead_ends.discs == []

@@ -23,7 +23,7 @@ def go(where: Environment, seconds: float, twist: Twist = AHEAD) -> None:
         where.step()
 
 
-def test_without_noise_odometry_and_laser_tell_what_is() -> None:
+def test_without_noise_odometry_and_laser_are_exact() -> None:
     where = course()
     go(where, 0.5)
     told = START @ where.odometry().pose.pose.planar()

@@ -64,7 +64,7 @@ def test_in_a_world_that_lies_elsewhere_it_sends_the_same_commands() -> None:
     assert max(linear for linear, _ in here) > 1.0
 
 
-def test_nothing_but_two_messages_enters_and_one_leaves() -> None:
+def test_the_navigator_gets_two_messages_and_returns_one() -> None:
     driver = pilot()
     twist = driver.drive(standing(), scan([None] * 91))
     assert twist.linear.x > 0.0
@@ -72,19 +72,19 @@ def test_nothing_but_two_messages_enters_and_one_leaves() -> None:
     assert held == []
 
 
-def test_a_wall_around_it_makes_it_stand() -> None:
+def test_it_stops_inside_a_closed_wall() -> None:
     driver = pilot()
     twists = [driver.drive(standing(), scan([0.4] * 91)) for _ in range(4)]
     assert max(abs(twist.linear.x) for twist in twists) < 0.5
 
 
-def test_without_any_reading_it_drives_by_what_it_knows() -> None:
+def test_without_scans_it_drives_by_its_obstacle_memory() -> None:
     driver = pilot()
     driver.drive(standing(), scan([None] * 91))
     assert driver.drive(standing(), scan([math.nan] * 91)).linear.x > 0.0
 
 
-def test_noise_of_the_laser_makes_nothing_seem_nearer() -> None:
+def test_noise_of_the_laser_does_not_shrink_gaps() -> None:
     driver = pilot()
     driver.drive(standing(), scan((0.8 + np.random.default_rng(3).normal(0.0, 0.02, 720)).tolist()))
     assert driver.costs is not None

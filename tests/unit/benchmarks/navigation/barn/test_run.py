@@ -26,7 +26,7 @@ class Straight:
 
 
 @pytest.mark.parametrize(("speed", "outcome"), [(2.0, "collision"), (0.0, "timeout")])
-def test_who_drives_on_collides_and_who_stands_runs_out_of_time(
+def test_driving_straight_collides_and_standing_times_out(
     monkeypatch: pytest.MonkeyPatch, speed: float, outcome: str
 ) -> None:
     monkeypatch.setattr(run, "make_navigator", lambda *told: Straight(speed))

@@ -21,18 +21,21 @@ def reading(pose: Pose2D, centres: np.ndarray, rng: np.random.Generator, odom: P
 
 
 def drive(centres: np.ndarray, metres: float, turn: float, seed: int) -> tuple[Pose2D, Pose2D, Pose2D]:
-    """Drive on an arc with wheels that tell 5 % too much and a gyro 3 %: where it is, and is told without and with."""
+    """Drive an arc with wheels that measure 5 % too much and a gyro 3 %.
+
+    Return the true pose, the pose by odometry alone, and the matched one.
+    """
     rng, matching = np.random.default_rng(seed), ScanMatching()
-    true = odom = told = HERE
+    true = odom = predicted = HERE
     for _ in range(round(metres / 0.05)):
         true = true @ Pose2D(0.05, 0.0, 0.05 * turn)
         odom = odom @ Pose2D(0.05 * 1.05, 0.0, 0.05 * turn * 1.03)
-        told = matching.correct(odom, reading(true, centres, rng, odom))
-    return true, odom, told
+        predicted = matching.correct(odom, reading(true, centres, rng, odom))
+    return true, odom, predicted
 
 
-def off(told: Pose2D, true: Pose2D) -> tuple[float, float]:
-    return told.distance_to(true), abs(wrap_angle(told.theta - true.theta))
+def off(predicted: Pose2D, true: Pose2D) -> tuple[float, float]:
+    return predicted.distance_to(true), abs(wrap_angle(predicted.theta - true.theta))
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -41,9 +44,9 @@ def test_among_pillars_it_knows_where_it_is_though_its_odometry_does_not(seed: i
     pillars = rng.uniform((-6.0, -4.0), (6.0, 8.0), (60, 2))
     # None on the way, a circle of 4 m across.
     pillars = pillars[np.abs(np.hypot(pillars[:, 0], pillars[:, 1] - 2.0) - 2.0) > 0.3]
-    true, odom, told = drive(pillars, 25.0, 0.5, seed)
+    true, odom, predicted = drive(pillars, 25.0, 0.5, seed)
     assert off(odom, true)[0] > 0.4 or off(odom, true)[1] > 0.3
-    distance, turn = off(told, true)
+    distance, turn = off(predicted, true)
     assert distance < 0.06
     assert turn < 0.02
 
@@ -51,26 +54,26 @@ def test_among_pillars_it_knows_where_it_is_though_its_odometry_does_not(seed: i
 def test_between_two_walls_it_keeps_its_heading_and_its_place_across_and_believes_odometry_along() -> None:
     along = np.arange(-3.0, 16.0, 0.02)
     walls = np.concatenate([np.column_stack((along, np.full(len(along), y))) for y in (-1.0, 1.0)])
-    true, odom, told = drive(walls, 8.0, 0.0, 1)
-    assert abs(told.y - true.y) < 0.02
-    assert abs(told.theta) < 0.01
-    assert told.x == pytest.approx(odom.x, abs=0.3)
+    true, odom, predicted = drive(walls, 8.0, 0.0, 1)
+    assert abs(predicted.y - true.y) < 0.02
+    assert abs(predicted.theta) < 0.01
+    assert predicted.x == pytest.approx(odom.x, abs=0.3)
 
 
 def test_where_nothing_is_seen_it_is_where_odometry_tells() -> None:
     matching, odom = ScanMatching(), HERE
     for _ in range(20):
         odom = odom @ Pose2D(0.1, 0.0, 0.1)
-        told = matching.correct(odom, LaserReading(odom, ANGLES, np.full(len(ANGLES), np.inf)))
-        assert told.distance_to(odom) < 1e-9
+        predicted = matching.correct(odom, LaserReading(odom, ANGLES, np.full(len(ANGLES), np.inf)))
+        assert predicted.distance_to(odom) < 1e-9
 
 
-def test_who_comes_into_view_while_it_stands_does_not_move_it() -> None:
+def test_new_obstacles_do_not_shift_a_standing_robot() -> None:
     rng, matching = np.random.default_rng(4), ScanMatching()
     pillars = rng.uniform(-4.0, 4.0, (30, 2))
     pillars = pillars[np.hypot(pillars[:, 0], pillars[:, 1]) > 1.0]
     for k in range(40):
         walker = np.array([[1.0, -1.0 + 0.05 * k]])
-        told = matching.correct(HERE, reading(HERE, np.concatenate((pillars, walker)), rng, HERE))
-    assert off(told, HERE)[0] < 0.02
-    assert math.degrees(off(told, HERE)[1]) < 0.5
+        predicted = matching.correct(HERE, reading(HERE, np.concatenate((pillars, walker)), rng, HERE))
+    assert off(predicted, HERE)[0] < 0.02
+    assert math.degrees(off(predicted, HERE)[1]) < 0.5

@@ -40,7 +40,7 @@ def test_of_a_noisy_surface_near_by_no_beam_seems_much_nearer():
     assert np.abs(smoothed(reading(noisy)).ranges - 0.5).max() < 0.02
 
 
-def test_what_stands_before_something_else_keeps_its_edge():
+def test_ranges_are_not_averaged_across_an_edge():
     ranges = [0.6] * 30 + [2.0] * 30 + [math.inf] * 10
     assert smoothed(reading(ranges)).ranges == pytest.approx(ranges)
 

@@ -37,7 +37,7 @@ def touches(robot_x: float, speed: float, push: float, seconds: float = 1.5) -> 
         (3.0, 0.3, 0.0, 0, 0),  # not so far
     ],
 )
-def test_who_moves_to_the_other_has_caused_a_touch(
+def test_whoever_approaches_has_caused_a_contact(
     robot_x: float, speed: float, push: float, caused: int, suffered: int
 ) -> None:
     counted = touches(robot_x, speed, push)

@@ -53,7 +53,7 @@ def test_what_is_kept_is_not_driven_again_and_counts_for_the_same_drive_alone(tm
     assert key(first) not in {key(dataclasses.replace(first, people=3)), key(dataclasses.replace(first, seed=4))}
 
 
-def test_nobody_that_was_never_near_is_kept_as_far_away(tmp_path: Path) -> None:
+def test_an_infinite_distance_to_people_is_stored(tmp_path: Path) -> None:
     result = GoalsResult("office", 0, 0, "reached", 30.0, 12.0, 0, walls=0, caused=0, suffered=0, nearest=float("inf"))
     append(tmp_path / "kept.jsonl", JOB, [result])
     assert read(tmp_path / "kept.jsonl") == {key(JOB): [result]}
