@@ -214,7 +214,7 @@ class Engine(CloudListener):
         return RayMachines(watcher, RouterProcess(self._run_dir, peering=peering))
 
     def machine_frozen(self, machine: str) -> None:
-        """Kill its agent, if it runs on this host."""
+        """Kill its agent, if this process manages it."""
         self._agents.kill(machine)
 
     def machine_removed(self, machine: str) -> None:

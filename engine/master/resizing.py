@@ -43,7 +43,9 @@ def resize(place: Place, machine: Machine, cores: float, balancer: Balancer, quo
     if more > 0.0:
         quotas.check_cores(before.user, more)
     if more > max(machine.free, 0.0):
-        raise Unavailable(f"machine {machine.id!r} has {max(machine.free, 0.0):g} free cores, but {more:g} are needed")
+        raise Unavailable(
+            f"machine {machine.id!r} has {max(machine.free, 0.0):g} free cores, but {more:g} more are needed"
+        )
     after = replace(before, cores=cores)
     machine.remove(before.id)
     balancer.removed(machine, before)

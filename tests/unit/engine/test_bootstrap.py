@@ -32,7 +32,7 @@ async def test_an_agent_that_only_dies_is_not_waited_for(short_path, monkeypatch
     monkeypatch.setattr(bootstrap, "LOOK", 0.05)
     engine = Engine(CloudConfig("memory:", "memory:"))
     try:
-        with pytest.raises(Unavailable, match=f"its agent ended {bootstrap.HOPELESS} times"):
+        with pytest.raises(Unavailable, match=f"its agent exited {bootstrap.HOPELESS} times"):
             await engine.start()
     finally:
         await engine.close()
