@@ -129,7 +129,7 @@ async def test_a_machine_of_another_release_is_sent_away_and_its_robots_go_on_fr
     keep(store, running())
     old = await FakeMachine.join(tmp_path, carries=(running(),), release="0.0.9")
     assert await old.order() is None and old.dismissed, "so that it ends all that it carries"
-    assert "'m1' runs release 0.0.9 and this cloud" in caplog.text
+    assert "'m1' runs release 0.0.9, but this cloud" in caplog.text
     service.open_place(robot_request())
     new = await FakeMachine.join(tmp_path)
     order = await new.started()
