@@ -57,7 +57,7 @@ async def shown_by_rest_and_command(rest: RestClient, url: str, token: str, robo
     told = await asyncio.to_thread(subprocess.run, command, capture_output=True, text=True, timeout=60, check=True)
     [line] = [line for line in told.stdout.splitlines() if line.startswith("move_base")]
     assert line.split()[1:3] == ["robot", "robot"]
-    assert "over a link of" in line
+    assert "of a link with" in line
 
 
 async def test_a_weak_robot_is_served_by_the_cloud(cloud: RunningCloud, office_map: GridMap) -> None:
@@ -88,7 +88,7 @@ async def test_a_strong_one_with_a_bad_link_drives_itself_and_the_cloud_goes_on_
         async with managing(drive.robot, ABLE) as manager:
             answer = await manager.ask("move_base")
             assert answer.wanted == "robot", answer.reasons
-            assert any("over a link of" in reason for reason in answer.reasons)
+            assert any("of a link with" in reason for reason in answer.reasons)
             await until(lambda: manager.running == {"move_base"}, 60)
             await shown_by_rest_and_command(rest, cloud.url, token, "laptop")
             assert await planned_by(drive.operator, start, first) == CLIENTS

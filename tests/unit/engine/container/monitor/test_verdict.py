@@ -73,7 +73,7 @@ def test_what_was_measured_in_both_homes_is_compared() -> None:
 @pytest.mark.parametrize(
     ("robot", "node", "reason"),
     [
-        (None, DRIVER, "nothing to run nodes on"),
+        (None, DRIVER, "not reported a computer to run nodes on"),
         (LAPTOP, replace(DRIVER, demands=None), "stays in the cloud"),
         (LAPTOP, replace(DRIVER, name="other"), "cannot be run by this robot"),
         (LAPTOP, replace(DRIVER, failure="it was killed"), "could not be run on the robot: it was killed"),
