@@ -103,7 +103,8 @@ def test_ctrl_c_ends_as_a_shell_expects(install):
 
 
 @pytest.mark.parametrize(
-    ("package", "extra"), [("pymunk", "sim"), ("fastapi", "cloud"), ("numba.core", "plan"), ("PIL", "plan")]
+    ("package", "extra"),
+    [("pymunk", "sim"), ("fastapi", "cloud"), ("numba.core", "plan"), ("PIL", "plan"), ("matplotlib.figure", "plot")],
 )
 def test_a_command_whose_packages_are_missing_says_which_extra_brings_them(install, capsys, package, extra):
     def run(_arguments):
