@@ -199,7 +199,6 @@ def _name(spec: LayerSpec) -> str:
     name = f"map-{quote(spec.map.id, safe='')}@{quote(spec.map.version, safe='')}@{spec.robot_radius:.4f}m"
     if not spec.masks and spec.heights is None:
         return name
-    more = msgspec.json.encode(
-        (spec.masks, spec.heights), order="deterministic"
-    )  # hashed: the length of a file name is limited
+    # hashed, since the length of a file name is limited
+    more = msgspec.json.encode((spec.masks, spec.heights), order="deterministic")
     return f"{name}@{hashlib.sha256(more).hexdigest()[:32]}"
