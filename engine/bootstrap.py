@@ -31,8 +31,8 @@ from engine.runtimes import registry as runtimes
 from engine.service.cloud import Cloud
 from engine.service.listener import CloudListener
 from engine.service.machine_events import RETURN_TIMEOUT
-from engine.service.machine_registry import Roll
-from engine.service.master_driver import CloudService
+from engine.service.machine_registry import MachineRegistry
+from engine.service.master_driver import MasterDriver
 from engine.service.robot_sessions import LINGER, RobotSessions
 from engine.specs.checkpoints import CheckpointSelection
 from ppaas.errors import InvalidInput, Unavailable
@@ -185,7 +185,7 @@ class Engine(CloudListener):
         instance = instance_name()
         self._far = _far_machines(config, instance) if config.listen_machines is not None else None
         watcher = _watcher(config, self._far) if config.ray_address is not None else None
-        self._roll = Roll(Path(config.left) / MACHINES_HERE) if config.left is not None else None
+        self._roll = MachineRegistry(Path(config.left) / MACHINES_HERE) if config.left is not None else None
         # Only after the configuration was checked, so that a refused one leaves nothing behind.
         file = Path(config.left) / OWN_AGENT if config.left is not None and watcher is None else None
         left = read_record(file) if file is not None else None
@@ -193,7 +193,7 @@ class Engine(CloudListener):
         self._run_dir = Path(own.run_dir)
         self._agents: Agents = self._on_ray(watcher) if watcher is not None else LocalMachine(own, file, left)
         quotas = Quotas(config.quota)
-        self.service = CloudService(
+        self.service = MasterDriver(
             Master(balancer, quotas, new_id=_new_ids()),
             CheckpointSelection(self.store, instance, config.linger),
             self._run_dir,

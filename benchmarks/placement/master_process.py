@@ -27,7 +27,7 @@ from engine.master.places import PlaceRequest
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import control_link
 from engine.service.links.control_server import ControlServer
-from engine.service.master_driver import CloudService
+from engine.service.master_driver import MasterDriver
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.machine_settings import MachineSettings
 from ppaas.clock import epoch, monotonic
@@ -86,7 +86,7 @@ class MasterPlacement:
         self._master = Master(BALANCERS.create(balancer, {}), Quotas(Quota(1 << 30, float(1 << 30))))
         store = open_store(f"sqlite:///{folder / 'ppaas.sqlite'}")
         checkpoints = CheckpointSelection(store, f"bench-{epoch()}", WITHIN)
-        self._service = CloudService(self._master, checkpoints, folder, SECRET, start_timeout=WITHIN)
+        self._service = MasterDriver(self._master, checkpoints, folder, SECRET, start_timeout=WITHIN)
         self._service.administration.keep_in(folder / "machine-settings.json")
 
     async def start(self) -> None:

@@ -24,9 +24,9 @@ import msgspec
 import psutil
 import uvloop
 
-from engine.agent.components import Parts, dial_master, open_parts
+from engine.agent.components import AgentComponents, dial_master, open_components
 from engine.agent.config import AgentConfig
-from engine.agent.master_redial import Dial, Master, Redial
+from engine.agent.master_redial import Dial, Master, MasterRedial
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED
 from engine.processes.instances import is_dead
 from engine.processes.run_dir import remove_unless_owned
@@ -43,12 +43,12 @@ HEARTBEAT_PERIOD = 1.0
 class Agent:
     """Agent of one machine: its sessions with one master after another."""
 
-    def __init__(self, parts: Parts) -> None:
+    def __init__(self, parts: AgentComponents) -> None:
         self._parts = parts
         self._hosting = parts.hosting
         self._standing = parts.standing
         self._dismissed = False
-        self._redial: Redial | None = None
+        self._redial: MasterRedial | None = None
 
     async def stay(self, dial: Dial) -> None:
         """Serve one master after another, until one dismisses this agent or none is reachable in time."""
@@ -63,7 +63,7 @@ class Agent:
                     "the master is unreachable: containers keep running for %g s, and the agent dials again",
                     within,
                 )
-                self._redial = Redial(within)
+                self._redial = MasterRedial(within)
             stream = await self._redial(dial)
 
     async def serve(self, stream: Master) -> None:
@@ -154,7 +154,7 @@ async def run(config: AgentConfig, told: asyncio.Event, dial: Dial | None = None
     hung_up = False
     async with contextlib.AsyncExitStack() as stack:
         with until_told(told):
-            agent = Agent(await open_parts(config, stack))
+            agent = Agent(await open_components(config, stack))
             try:
                 await agent.stay(dial or partial(dial_master, config))
             except Conflict as error:

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from engine.agent.config import AgentConfig
-from engine.agent.container_gateway import Gate
-from engine.agent.container_supervisor import Hosting
+from engine.agent.container_gateway import ContainerGateway
+from engine.agent.container_supervisor import ContainerSupervisor
 from engine.agent.entries import ENTRIES
 from engine.agent.host_load import HostLoad
 from engine.agent.layer_builder import LayerBuilder
 from engine.agent.map_cache import MapCache
 from engine.agent.master_redial import Master
-from engine.agent.master_session import Standing
+from engine.agent.master_session import MasterSession
 from engine.agent.neighbours import Neighbours
 from engine.agent.network_load import NetworkLoad
 from engine.agent.robot_link_relay import Relay
@@ -35,14 +35,14 @@ from storage.urls.opening import open_map_store, open_store
 
 
 @dataclass(frozen=True, slots=True)
-class Parts:
+class AgentComponents:
     """Components of an agent; ``cpus`` are the indices of the CPUs that its containers may use."""
 
     config: AgentConfig
     cpus: tuple[int, ...]
-    hosting: Hosting
-    gate: Gate
-    standing: Standing
+    hosting: ContainerSupervisor
+    gate: ContainerGateway
+    standing: MasterSession
     host: HostLoad
 
 
@@ -57,7 +57,7 @@ async def dial_master(config: AgentConfig) -> Master:
     return FrameStream(*await dial_cloud(config, "control"), control_link.ToAgent)
 
 
-async def open_parts(config: AgentConfig, stack: contextlib.AsyncExitStack) -> Parts:
+async def open_components(config: AgentConfig, stack: contextlib.AsyncExitStack) -> AgentComponents:
     """Start the fork server and the router concurrently; then the fabric session, the container gateway and the rest.
 
     Parameters
@@ -72,15 +72,15 @@ async def open_parts(config: AgentConfig, stack: contextlib.AsyncExitStack) -> P
     listening = _router(config, stack)
     runtime = await _runtime(config, stack)
     fabric = await _fabric(await listening, stack)
-    standing = Standing(leased=config.identity is not None)
+    standing = MasterSession(leased=config.identity is not None)
     store = open_store(config.store, outbox=Path(config.outbox) if config.outbox else None)
     stack.callback(store.close)
     cache = MapCache.of_instance(instance_name(), LayerBuilder(open_map_store(config.map_store)))
     stack.callback(cache.remove_all)
-    gate = Gate(run_dir / "gate.sock", store, fabric, link=config.machine, acts=standing.acts)
+    gate = ContainerGateway(run_dir / "gate.sock", store, fabric, link=config.machine, acts=standing.acts)
     stack.push_async_callback(gate.close)
     await gate.start()
-    hosting = Hosting(
+    hosting = ContainerSupervisor(
         runtime=runtime,
         gate=gate,
         cache=cache,
@@ -94,7 +94,7 @@ async def open_parts(config: AgentConfig, stack: contextlib.AsyncExitStack) -> P
     stack.push_async_callback(neighbours.close)
     await neighbours.start()
     await stack.enter_async_context(compiling_the_rest())
-    return Parts(config, cpus, hosting, gate, standing, HostLoad(hosting.loads, NetworkLoad(), neighbours))
+    return AgentComponents(config, cpus, hosting, gate, standing, HostLoad(hosting.loads, NetworkLoad(), neighbours))
 
 
 async def _runtime(config: AgentConfig, stack: contextlib.AsyncExitStack) -> Runtime:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import msgspec
 
 from engine.agent.fleet_topics import Fabric, FleetTopics, scope_of
-from engine.agent.plan_service import PlanDesk
+from engine.agent.plan_service import PlanService
 from engine.processes.background import Background
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
@@ -50,7 +50,7 @@ async def _nothing_to_prepare(planner: str) -> None:
     raise Unavailable(f"this machine makes no index for planner {planner!r}")
 
 
-class _Guest:
+class _AttachedContainer:
     """A container that identified itself, with its connection."""
 
     def __init__(self, expected: _Expected, stream: Stream) -> None:
@@ -64,7 +64,7 @@ class _Guest:
         self.is_shut = False
 
 
-class Gate:
+class ContainerGateway:
     """Server of the machine links of this machine's containers.
 
     Parameters
@@ -99,14 +99,14 @@ class Gate:
     ) -> None:
         self.path = path
         self._store = store
-        self._plans = PlanDesk(store, link)
+        self._plans = PlanService(store, link)
         self._topics = FleetTopics(fabric)
         self.cloud = cloud
         self._acts = acts
         self._attach_timeout = attach_timeout
         self._awaited: PendingHandshakes[_Expected] = PendingHandshakes()
         self._streams: set[Stream] = set()
-        self._guests: dict[str, _Guest] = {}
+        self._guests: dict[str, _AttachedContainer] = {}
         self._background = Background()
         self._server: asyncio.Server | None = None
 
@@ -170,14 +170,14 @@ class Gate:
             self._streams.discard(stream)
             await stream.close()
 
-    async def _admitted(self, stream: Stream) -> _Guest:
+    async def _admitted(self, stream: Stream) -> _AttachedContainer:
         async with asyncio.timeout(self._attach_timeout):
             attach = await stream.receive()
         if not isinstance(attach, machine_link.Attach):
             raise NotPermitted("the first message of a container must be its attach request")
-        return _Guest(self._awaited.admit(attach.container, attach.secret), stream)
+        return _AttachedContainer(self._awaited.admit(attach.container, attach.secret), stream)
 
-    async def _serve(self, guest: _Guest) -> None:
+    async def _serve(self, guest: _AttachedContainer) -> None:
         subscriptions = self._topics.hear_others(guest.scope, guest.stream)
         self._guests[guest.spec.id] = guest
         try:
@@ -188,7 +188,7 @@ class Gate:
             for subscription in subscriptions:
                 subscription.close()
 
-    def _take(self, frame: machine_link.FromContainer, guest: _Guest) -> None:
+    def _take(self, frame: machine_link.FromContainer, guest: _AttachedContainer) -> None:
         match frame:
             case machine_link.SaveClone():
                 self._ask(frame.request, guest, _in_turn(guest, lambda: self._save_clone(guest, frame.nodes)))
@@ -209,7 +209,9 @@ class Gate:
 
     # -- the stores ----------------------------------------------------------------------------------------------------
 
-    def _ask(self, request: int, guest: _Guest, work: Callable[[], Awaitable[machine_link.Answer | None]]) -> None:
+    def _ask(
+        self, request: int, guest: _AttachedContainer, work: Callable[[], Awaitable[machine_link.Answer | None]]
+    ) -> None:
         if guest.requests >= MAX_REQUESTS:
             error = QuotaExceeded(f"{MAX_REQUESTS} requests of this container are in progress: wait for their answers")
             guest.stream.write(machine_link.Done(request, Refusal(error.slug, str(error))))
@@ -218,7 +220,7 @@ class Gate:
         self._background.run(self._answer(request, guest, work))
 
     async def _answer(
-        self, request: int, guest: _Guest, work: Callable[[], Awaitable[machine_link.Answer | None]]
+        self, request: int, guest: _AttachedContainer, work: Callable[[], Awaitable[machine_link.Answer | None]]
     ) -> None:
         refusal = answer = None
         try:
@@ -234,7 +236,7 @@ class Gate:
             machine_link.Done(request, refusal) if answer is None else msgspec.structs.replace(answer, request=request)
         )
 
-    def _save_clone(self, guest: _Guest, nodes: dict[str, bytes]) -> None:
+    def _save_clone(self, guest: _AttachedContainer, nodes: dict[str, bytes]) -> None:
         spec = guest.spec
         if spec.robot is None:
             raise NotPermitted("a planning container has no clone, so no checkpoint to save")
@@ -246,10 +248,10 @@ class Gate:
     def _find_plans(self, spec: ContainerSpec, asked: machine_link.FindPlans) -> machine_link.PlansFound:
         return machine_link.PlansFound(asked.request, self._plans.find(spec, asked))
 
-    def _note_history(self, frame: machine_link.NoteHistory, guest: _Guest) -> None:
+    def _note_history(self, frame: machine_link.NoteHistory, guest: _AttachedContainer) -> None:
         self._background.run(self._noted(frame, guest))
 
-    async def _noted(self, frame: machine_link.NoteHistory, guest: _Guest) -> None:
+    async def _noted(self, frame: machine_link.NoteHistory, guest: _AttachedContainer) -> None:
         """Store a note; no client waits for an answer, so a failure is only logged."""
         try:
             async with guest.turn:
@@ -259,7 +261,7 @@ class Gate:
 
     # -- the fabric ----------------------------------------------------------------------------------------------------
 
-    def _share(self, frame: machine_link.Share, guest: _Guest) -> None:
+    def _share(self, frame: machine_link.Share, guest: _AttachedContainer) -> None:
         if guest.is_shut or not self._acts():
             return
         try:
@@ -271,7 +273,7 @@ class Gate:
             guest.was_refused = True
 
 
-def _in_turn(guest: _Guest, work: Callable[[], None]) -> Callable[[], Awaitable[None]]:
+def _in_turn(guest: _AttachedContainer, work: Callable[[], None]) -> Callable[[], Awaitable[None]]:
     """Run the work after earlier work of its container, so that an older checkpoint cannot replace a newer one."""
 
     async def run() -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 import psutil
 
-from engine.agent.container_gateway import Gate
+from engine.agent.container_gateway import ContainerGateway
 from engine.agent.map_cache import MapCache
 from engine.processes.background import Background
 from engine.protocols import control_link
@@ -24,7 +24,7 @@ logger = logging.getLogger(__name__)
 
 
 @dataclass(slots=True)
-class _Hosted:
+class _Supervised:
     """A container, from the order to start it until it has exited."""
 
     order: control_link.StartContainer
@@ -33,14 +33,14 @@ class _Hosted:
     stopped: asyncio.Event = field(default_factory=asyncio.Event)
 
 
-class Hosting:
+class ContainerSupervisor:
     """Executes the master's orders that concern containers.
 
     Parameters
     ----------
     runtime : Runtime
         Starts the containers' processes.
-    gate : Gate
+    gate : ContainerGateway
         Container gateway, to which they connect.
     cache : MapCache
         Makes the layers of their maps, and shares them.
@@ -58,7 +58,7 @@ class Hosting:
         self,
         *,
         runtime: Runtime,
-        gate: Gate,
+        gate: ContainerGateway,
         cache: MapCache,
         cpus: tuple[int, ...],
         tell: Callable[[msgspec.Struct], None],
@@ -72,15 +72,15 @@ class Hosting:
         self._tell = tell
         self._allowed = allowed
         self._link = link
-        self._hosted: dict[str, _Hosted] = {}
+        self._hosted: dict[str, _Supervised] = {}
         self._background = Background()
 
     def start(self, order: control_link.StartContainer) -> None:
         """Start a container and watch it; report to the master that its launch failed, or its exit status."""
-        hosted = self._hosted[order.spec.id] = _Hosted(order)
+        hosted = self._hosted[order.spec.id] = _Supervised(order)
         self._background.run(self._host(order, hosted))
 
-    async def _host(self, order: control_link.StartContainer, hosted: _Hosted) -> None:
+    async def _host(self, order: control_link.StartContainer, hosted: _Supervised) -> None:
         container = order.spec.id
         try:
             layers = await self._layers(order.spec)
@@ -102,7 +102,7 @@ class Hosting:
         logger.warning("container %s could not be started: %s", container, error)
         self._tell(control_link.LaunchFailed(container, Refusal(error.slug, str(error))))
 
-    async def _run(self, order: control_link.StartContainer, hosted: _Hosted, layers: Path) -> int:
+    async def _run(self, order: control_link.StartContainer, hosted: _Supervised, layers: Path) -> int:
         container = order.spec.id
         if hosted.stopped.is_set():
             raise Unavailable(f"container {container} was stopped before it was started")
@@ -117,7 +117,7 @@ class Hosting:
         finally:
             self._gate.forget(container)
 
-    async def _prepare(self, hosted: _Hosted, layers: Path, planner: str) -> None:
+    async def _prepare(self, hosted: _Supervised, layers: Path, planner: str) -> None:
         await self._cache.prepare(layers, planner)
         if hosted.process is not None:
             hosted.process.layers_grew()

@@ -14,7 +14,7 @@ LEASE = (MISSED - 1) * BEAT_PERIOD
 """Length of the lease, from the sending of an answered heartbeat [s]; the master waits one beat period longer."""
 
 
-class Lease:
+class MasterLease:
     """Lease of one connection to the master, which answers heartbeats in order.
 
     Parameters

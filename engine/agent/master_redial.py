@@ -21,7 +21,7 @@ Master = FrameStream[control_link.ToAgent]
 Dial = Callable[[], Awaitable[Master]]
 
 
-class Redial:
+class MasterRedial:
     """Dialler that retries until the master answers or the time limit, counted from construction, has passed.
 
     Parameters

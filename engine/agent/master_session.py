@@ -4,11 +4,11 @@ from typing import Any
 
 import msgspec
 
-from engine.agent.master_lease import Lease
+from engine.agent.master_lease import MasterLease
 from engine.protocols.framing import FrameStream
 
 
-class Standing:
+class MasterSession:
     """Master session of one machine, over all its connections to masters.
 
     The machine acts for its cloud from the master's welcome until the connection ends. If the master is on another
@@ -25,13 +25,13 @@ class Standing:
         self._leased = leased
         self._stream: FrameStream[Any] | None = None
         self._welcome = False
-        self.lease: Lease | None = None
+        self.lease: MasterLease | None = None
 
     def begin(self, stream: FrameStream[Any]) -> None:
         """Begin a connection to a master that has not sent its welcome yet."""
         self._stream = stream
         self._welcome = False
-        self.lease = Lease() if self._leased else None
+        self.lease = MasterLease() if self._leased else None
 
     def welcome(self) -> None:
         """Record the master's welcome: from now on the machine acts for it."""

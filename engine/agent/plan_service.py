@@ -23,7 +23,7 @@ POSE = 7 * 8
 """Size of a pose: 7 float64 values [bytes]."""
 
 
-class PlanDesk:
+class PlanService:
     """Executes the plan requests of containers; its methods may block.
 
     Parameters

@@ -15,8 +15,8 @@ from typing import Any
 import uvloop
 
 from engine.container.endpoint_link import EndpointLink, dial
-from engine.container.executor import CloudHome
-from engine.container.fleet_bridge import Outside
+from engine.container.executor import NodeExecutor
+from engine.container.fleet_bridge import FleetBridge
 from engine.container.graph_building import build_graph
 from engine.container.machine_client import MachineClient
 from engine.container.robot_link_handler import Container
@@ -39,7 +39,7 @@ async def run(launch: Launch) -> None:
     """Run the container until the machine disconnects or the endpoint sends a shutdown."""
     stream = await dial(launch.link)
     threads = KernelThreads(launch.threads)
-    home = CloudHome(lambda: use_threads(threads.count))
+    home = NodeExecutor(lambda: use_threads(threads.count))
     indexes, times = SharedIndexes(Path(launch.layers)), Times()
     plans, notes = SharedPlans(times, home.elsewhere), PlanningNotes(times)
     try:
@@ -58,7 +58,7 @@ async def run(launch: Launch) -> None:
     plans.ask(machine)
     endpoint = EndpointLink(launch.link, stream)
     container = Container(launch, home, endpoint, machine, notes, monitoring=monitoring)
-    outside = Outside(launch, home.graph, machine)
+    outside = FleetBridge(launch, home.graph, machine)
     listening = asyncio.create_task(machine.serve(outside.shared, partial(_resize, threads), endpoint.came))
     await notes.begin(machine)
     endpoint.write(container.hello(os.getpid()))

@@ -21,7 +21,7 @@ JOB_THREADS = 2
 """Number of job threads: one for the robot's plan, one for a plan that an operator requests meanwhile."""
 
 
-class CloudHome:
+class NodeExecutor:
     """Executor of the timers and jobs of one graph.
 
     Parameters

@@ -55,7 +55,7 @@ def plan_record(launch: Launch, plan: PlanResult, created: float) -> PlanRecord:
     )
 
 
-class Outside:
+class FleetBridge:
     """Bridge between a clone's graph and the machine link."""
 
     def __init__(self, launch: Launch, graph: Graph, machine: MachineClient) -> None:

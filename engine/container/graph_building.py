@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from engine.container.monitor.setup import Monitoring, of_clone
+from engine.container.monitor.setup import ContainerMonitor, of_clone
 from engine.specs.containers import Launch
 from engine.specs.layer_files import open_layers
 from ppaas.clone.assembly import build_clone
@@ -17,7 +17,7 @@ from ppaas.thread_budget import Threads
 
 def build_graph(
     graph: Graph, launch: Launch, threads: Threads, indexes: Indexes | None = None, reuse: ReuseSetup | None = None
-) -> Monitoring | None:
+) -> ContainerMonitor | None:
     """Add the nodes of this container to its graph.
 
     Parameters
@@ -62,4 +62,4 @@ def build_graph(
         )
 
     build()
-    return Monitoring(graph, robot, build)
+    return ContainerMonitor(graph, robot, build)

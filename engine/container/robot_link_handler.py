@@ -7,9 +7,9 @@ from collections import deque
 from collections.abc import Callable, Iterable
 
 from engine.container.endpoint_link import EndpointLink
-from engine.container.executor import CloudHome
+from engine.container.executor import NodeExecutor
 from engine.container.machine_client import MachineClient
-from engine.container.monitor.setup import Monitoring
+from engine.container.monitor.setup import ContainerMonitor
 from engine.container.shared_plans import PlanningNotes
 from engine.processes.heartbeats import BEAT_PERIOD
 from engine.protocols import robot_link
@@ -55,7 +55,7 @@ class Container:
     ----------
     launch : Launch
         Specification of the container, from its machine.
-    home : CloudHome
+    home : NodeExecutor
         Node executor, with the graph built and restored.
     endpoint : EndpointLink
         The robot link.
@@ -63,19 +63,19 @@ class Container:
         The machine link.
     notes : PlanningNotes
         Planning times that are to be reported to the machine.
-    monitoring : Monitoring, optional
+    monitoring : ContainerMonitor, optional
         Node monitor of a clone.
     """
 
     def __init__(
         self,
         launch: Launch,
-        home: CloudHome,
+        home: NodeExecutor,
         endpoint: EndpointLink,
         machine: MachineClient,
         notes: PlanningNotes,
         *,
-        monitoring: Monitoring | None = None,
+        monitoring: ContainerMonitor | None = None,
     ) -> None:
         self._notes = notes
         self._monitoring = monitoring

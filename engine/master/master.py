@@ -14,7 +14,7 @@ from engine.master.crashes import CRASH_WINDOW, note_crash
 from engine.master.draining import move_on
 from engine.master.machine import Machine
 from engine.master.orders import Close, Order
-from engine.master.placement_diagnostics import check_fits, why_none
+from engine.master.placement_diagnostics import check_fits, explain_no_machine
 from engine.master.places import PlaceRequest
 from engine.master.quotas import Quotas
 from engine.master.resizing import resize
@@ -78,7 +78,7 @@ class Master:
         orders = self.state.fill(request.key, place)
         if not orders and self.machines and not self.state.may_run(place):
             self.state.drop(request.key)
-            raise Unavailable(why_none(request, self.machines))
+            raise Unavailable(explain_no_machine(request, self.machines))
         return orders
 
     def close(self, key: str) -> list[Order]:

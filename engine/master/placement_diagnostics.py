@@ -25,7 +25,7 @@ def check_fits(request: PlaceRequest, machines: Collection[Machine], quotas: Quo
     quotas.check_container(request.user, request.cores)
 
 
-def why_none(request: PlaceRequest, machines: Mapping[str, Machine]) -> str:
+def explain_no_machine(request: PlaceRequest, machines: Mapping[str, Machine]) -> str:
     """Return why none of the machines, at least one, accepts a request.
 
     If no machine has the requested labels, the text names the machine that has most of them, and those it lacks.

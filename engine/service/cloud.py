@@ -1,7 +1,7 @@
 """Facade of the engine for the endpoints: passes each request to the part of the engine that answers it."""
 
 from engine.master.quotas import Quotas
-from engine.service.master_driver import CloudService
+from engine.service.master_driver import MasterDriver
 from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.plan_rate import PlanRate
 from engine.service.planning import Planning
@@ -18,13 +18,13 @@ class Cloud:
 
     Parameters
     ----------
-    driver : CloudService
+    driver : MasterDriver
         Driver of the master.
     quotas : Quotas
         Quotas of the users.
     """
 
-    def __init__(self, driver: CloudService, quotas: Quotas) -> None:
+    def __init__(self, driver: MasterDriver, quotas: Quotas) -> None:
         self.quotas = quotas
         self.plan_rate = PlanRate(quotas)
         self._driver = driver

@@ -11,7 +11,7 @@ from engine.processes.disk_notes import write_note
 logger = logging.getLogger(__name__)
 
 
-class Roll:
+class MachineRegistry:
     """Names of the connected machines, on disk.
 
     Parameters

@@ -36,7 +36,7 @@ HANG_UP_GRACE = 0.5
 """Time after the end of a robot link within which the machine reports the exit of a container that has exited [s]."""
 
 
-class CloudService:
+class MasterDriver:
     """Opens places and keeps them filled.
 
     Parameters

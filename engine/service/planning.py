@@ -8,7 +8,7 @@ from msgspec import Raw
 
 from engine.master.places import PlaceRequest
 from engine.processes.background import Background
-from engine.service.master_driver import CloudService
+from engine.service.master_driver import MasterDriver
 from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.specs.containers import MapVersion
 from ppaas.errors import Queued, Unavailable
@@ -54,13 +54,13 @@ class Planning:
 
     Parameters
     ----------
-    service : CloudService
+    service : MasterDriver
         Opens the places of planning containers.
     idle : float
         Time after its last request for which a planning container is kept [s].
     """
 
-    def __init__(self, service: CloudService, idle: float = IDLE) -> None:
+    def __init__(self, service: MasterDriver, idle: float = IDLE) -> None:
         self._service = service
         self._idle = idle
         self._used: dict[str, float] = {}

@@ -1,7 +1,7 @@
 """Homes of the nodes of robots, for REST: queried and changed by each clone's node monitor."""
 
 from engine.master.places import robot_key
-from engine.service.master_driver import CloudService
+from engine.service.master_driver import MasterDriver
 from ppaas.errors import Unavailable
 from ppaas.messages import decode, encode
 from ppaas.messages.message import Empty, Message
@@ -16,11 +16,11 @@ class RobotNodes:
 
     Parameters
     ----------
-    service : CloudService
+    service : MasterDriver
         Has the links of the places.
     """
 
-    def __init__(self, service: CloudService) -> None:
+    def __init__(self, service: MasterDriver) -> None:
         self._service = service
 
     async def homes(self, user: str, robot: str) -> list[NodeHome]:

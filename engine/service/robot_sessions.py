@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from engine.container.monitor.parameters import with_priorities
 from engine.master.places import PlaceRequest
 from engine.service.links.place_link import PlaceLink
-from engine.service.master_driver import CloudService
+from engine.service.master_driver import MasterDriver
 from engine.specs.containers import MapVersion, RobotConfig
 from engine.specs.filter_masks import mask_versions
 from ppaas.errors import Conflict, NotFound, NotPermitted, PPaaSError, Unavailable
@@ -30,7 +30,7 @@ class RobotSessions:
 
     Parameters
     ----------
-    service : CloudService
+    service : MasterDriver
         Opens and closes places.
     store : Store
         Store of the robots.
@@ -44,7 +44,7 @@ class RobotSessions:
 
     def __init__(
         self,
-        service: CloudService,
+        service: MasterDriver,
         store: Store,
         map_store: MapStore,
         linger: float = LINGER,

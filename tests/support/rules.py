@@ -11,7 +11,8 @@ MAX_KERNEL_LINES = 80
 
 # fmt: off
 IO_MODULES = frozenset({
-    "argparse", "asyncio", "socket", "selectors", "ssl", "subprocess", "multiprocessing", "threading", "_thread", "concurrent",
+    "argparse", "asyncio", "socket", "selectors", "ssl", "subprocess", "multiprocessing", "threading", "_thread",
+    "concurrent",
     "sqlite3", "http", "urllib", "websockets", "fastapi", "uvicorn", "starlette", "zenoh", "psutil", "signal", "shutil",
     "tempfile", "mmap",
 })

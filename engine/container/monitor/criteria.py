@@ -16,7 +16,7 @@ class Vote(NamedTuple):
     reason: str
 
 
-class Case(NamedTuple):
+class CriterionInput(NamedTuple):
     """Input of a criterion; the link is None while it is not measured."""
 
     robot: Robot
@@ -26,7 +26,7 @@ class Case(NamedTuple):
     parameters: NodeMonitorParameters
 
 
-def computation_power(case: Case) -> Vote:
+def computation_power(case: CriterionInput) -> Vote:
     """Vote for the cloud if the robot is weak; each doubling of its power lowers the vote by a fixed step."""
     power, parameters = case.robot.power, case.parameters
     steps = math.log(parameters.strong_power / parameters.weak_power)
@@ -36,7 +36,7 @@ def computation_power(case: Case) -> Vote:
     return Vote(value, f"the robot has the power of {power:.1f} cores of a Raspberry Pi 4")
 
 
-def node_properties(case: Case) -> Vote:
+def node_properties(case: CriterionInput) -> Vote:
     """Vote for the robot if the node is time-critical; else by its computing demand and measured response times."""
     node, demands = case.node, case.demands
     if is_time_critical(case):
@@ -51,7 +51,7 @@ def node_properties(case: Case) -> Vote:
     return Vote((times + demand.value) / 2.0, f"{told}; {demand.reason}")
 
 
-def network_bandwidth(case: Case) -> Vote:
+def network_bandwidth(case: CriterionInput) -> Vote:
     """Vote for the robot if the link is slow, or the robot's topics that the node subscribes to would fill it."""
     link, parameters = case.link, case.parameters
     if link is None:
@@ -67,7 +67,7 @@ def network_bandwidth(case: Case) -> Vote:
     return min(crowded, slow, key=lambda vote: vote.value)
 
 
-def is_time_critical(case: Case) -> bool:
+def is_time_critical(case: CriterionInput) -> bool:
     """Return whether a late answer of the node is as bad as none."""
     return case.demands.time_critical or case.node.name in case.parameters.time_critical
 
@@ -76,7 +76,7 @@ def _clamped(value: float) -> float:
     return min(max(value, -1.0), 1.0)
 
 
-VOTES: dict[Criterion, Callable[[Case], Vote]] = {
+VOTES: dict[Criterion, Callable[[CriterionInput], Vote]] = {
     "computation_power": computation_power,
     "node_properties": node_properties,
     "network_bandwidth": network_bandwidth,

@@ -4,10 +4,10 @@ import msgspec
 
 from engine.container.monitor.facts import Home
 from engine.container.monitor.measurements import History
-from engine.container.monitor.unacknowledged import Unheard
+from engine.container.monitor.unacknowledged import UnacknowledgedMessages
 
 
-class Lease(msgspec.Struct):
+class NodeLease(msgspec.Struct):
     """Lease by which the robot runs a node.
 
     Parameters
@@ -18,17 +18,17 @@ class Lease(msgspec.Struct):
         The node's last checkpoint.
     heard : float
         Time of the robot's last report that it runs the node [s since the epoch].
-    unheard : Unheard
+    unheard : UnacknowledgedMessages
         Messages for the node that are not yet part of that checkpoint.
     """
 
     number: int
     state: str
     heard: float
-    unheard: Unheard = msgspec.field(default_factory=Unheard)
+    unheard: UnacknowledgedMessages = msgspec.field(default_factory=UnacknowledgedMessages)
 
 
-class Record(msgspec.Struct):
+class HomeRecord(msgspec.Struct):
     """Node monitor's record of one node.
 
     Parameters
@@ -37,7 +37,7 @@ class Record(msgspec.Struct):
         Home in which the node should run.
     score, reasons
         Score and reasons of the verdict for that home.
-    lease : Lease, optional
+    lease : NodeLease, optional
         Lease of the robot; None while the node runs in the cloud.
     cloud_seconds, robot_seconds : History
         Times to process one input in either home [s].
@@ -50,7 +50,7 @@ class Record(msgspec.Struct):
     wanted: Home = "cloud"
     score: float = 1.0
     reasons: tuple[str, ...] = ("no client has requested it yet",)
-    lease: Lease | None = None
+    lease: NodeLease | None = None
     cloud_seconds: History = msgspec.field(default_factory=History)
     robot_seconds: History = msgspec.field(default_factory=History)
     failure: str = ""

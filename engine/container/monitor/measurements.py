@@ -31,7 +31,7 @@ class History(msgspec.Struct):
         return float(np.median(self.values)) if self.values else None
 
 
-class Rates:
+class TopicRates:
     """Data rates of topics, measured over windows of some seconds.
 
     Parameters

@@ -7,11 +7,11 @@ from typing import ClassVar
 import msgspec
 
 from engine.container.monitor.facts import Link, NodeFacts, Robot
-from engine.container.monitor.leases import Lease, Record
-from engine.container.monitor.measurements import History, Rates
-from engine.container.monitor.node_switch import Hands
+from engine.container.monitor.leases import HomeRecord, NodeLease
+from engine.container.monitor.measurements import History, TopicRates
+from engine.container.monitor.node_switch import NodeSwitch
 from engine.container.monitor.parameters import NAME, NodeMonitorParameters
-from engine.container.monitor.unacknowledged import Unheard
+from engine.container.monitor.unacknowledged import UnacknowledgedMessages
 from engine.container.monitor.verdict import asked, judge
 from ppaas.errors import InvalidInput, InvalidParameter, NotFound, PPaaSError, Unavailable
 from ppaas.messages.message import Message
@@ -56,7 +56,7 @@ class MonitorState(msgspec.Struct):
     link: Link | None
     round_trips: History
     leases: int
-    records: dict[str, Record]
+    records: dict[str, HomeRecord]
 
 
 class NodeMonitorNode(Node):
@@ -70,9 +70,9 @@ class NodeMonitorNode(Node):
     ----------
     context : Context
         Node context.
-    hands : Hands
+    hands : NodeSwitch
         Removes nodes from the graph and adds them again.
-    rates : Rates
+    rates : TopicRates
         Data rates of the topics that the clone receives over the link.
     parameters : NodeMonitorParameters
         Parameters of the verdicts.
@@ -89,7 +89,9 @@ class NodeMonitorNode(Node):
         Service("node_monitor/probe_link", ProbeLink),
     )
 
-    def __init__(self, context: Context, hands: Hands, rates: Rates, parameters: NodeMonitorParameters) -> None:
+    def __init__(
+        self, context: Context, hands: NodeSwitch, rates: TopicRates, parameters: NodeMonitorParameters
+    ) -> None:
         super().__init__(context)
         self._hands = hands
         self._rates = rates
@@ -98,7 +100,7 @@ class NodeMonitorNode(Node):
         self._link: Link | None = None
         self._round_trips = History()
         self._leases = 0
-        self._records = {node: Record() for node in hands.nodes()}
+        self._records = {node: HomeRecord() for node in hands.nodes()}
         self._takers: dict[str, Callable[[Message], Message]] = {
             "list_nodes": lambda _: self._homes(),
             "tell_robot": self._tell_robot,
@@ -167,18 +169,18 @@ class NodeMonitorNode(Node):
         self._round_trips.note(told.rtt)
         return HoldNodeResponse(told.lease, unheard=record.lease.unheard.all())
 
-    def _hand_over(self, node: str, record: Record) -> Message:
+    def _hand_over(self, node: str, record: HomeRecord) -> Message:
         if record.wanted != "robot":
             raise Unavailable(
                 f"the wanted home of {node} is the cloud; request 'robot' with node_monitor/run_node first"
             )
         if record.lease is None:
-            unheard = Unheard()
+            unheard = UnacknowledgedMessages()
             state = self._hands.take_out(node, unheard.note)
         else:  # a robot that requests a node it holds has lost its state: it gets the last checkpoint
             state, unheard = record.lease.state, record.lease.unheard
         self._leases += 1
-        record.lease = Lease(self._leases, state, self.context.now(), unheard)
+        record.lease = NodeLease(self._leases, state, self.context.now(), unheard)
         logger.info("%s continues on the robot", node)
         self._tell()
         return HoldNodeResponse(record.lease.number, state)
@@ -201,7 +203,7 @@ class NodeMonitorNode(Node):
             raise InvalidInput(f"a probe has up to {MAX_PROBE} bytes, not {size}")
         return ProbeLinkResponse("0" * size)
 
-    def _record(self, node: str) -> Record:
+    def _record(self, node: str) -> HomeRecord:
         if node not in self._records:
             raise NotFound("node", node, list(self._records))
         return self._records[node]
@@ -263,7 +265,7 @@ class NodeMonitorNode(Node):
             self._put_in(node, lease)
         self._tell()
 
-    def _put_in(self, node: str, lease: Lease) -> None:
+    def _put_in(self, node: str, lease: NodeLease) -> None:
         try:
             self._hands.put_in(node, lease.state)
         except (PPaaSError, msgspec.MsgspecError, ValueError) as error:

@@ -13,7 +13,7 @@ from ppaas.nodes.graph import Graph
 from ppaas.nodes.topic_bus import Tap
 
 
-class Hands(Protocol):
+class NodeSwitch(Protocol):
     """Operations of the node monitor on the nodes of its graph."""
 
     config: str
@@ -40,7 +40,7 @@ class Hands(Protocol):
         ...
 
 
-class GraphHands:
+class GraphNodeSwitch:
     """Switch for the nodes in the graph of a container.
 
     Parameters

@@ -4,15 +4,15 @@ from collections.abc import Callable, Sequence
 
 import msgspec
 
-from engine.container.monitor.measurements import Rates
+from engine.container.monitor.measurements import TopicRates
 from engine.container.monitor.node import NodeMonitorNode
-from engine.container.monitor.node_switch import GraphHands
+from engine.container.monitor.node_switch import GraphNodeSwitch
 from engine.container.monitor.parameters import NAME, monitor_parameters
 from engine.specs.containers import RobotConfig
 from ppaas.nodes.graph import Graph
 
 
-class Monitoring:
+class ContainerMonitor:
     """Connection between a container and the node monitor of its clone.
 
     Parameters
@@ -37,9 +37,9 @@ class Monitoring:
 
     def __init__(self, graph: Graph, robot: RobotConfig, build: Callable[[Sequence[str]], None]) -> None:
         self.changed: Callable[[], None] = lambda: None
-        self.rates = Rates()
+        self.rates = TopicRates()
         parameters = monitor_parameters(robot.parameters.get(NAME, {}))
-        hands = GraphHands(graph, of_clone(robot), lambda node: build((node,)), self._nodes_changed)
+        hands = GraphNodeSwitch(graph, of_clone(robot), lambda node: build((node,)), self._nodes_changed)
         graph.add(lambda context: NodeMonitorNode(context, hands, self.rates, parameters))
 
     def _nodes_changed(self) -> None:

@@ -14,7 +14,7 @@ MOST = 100
 """Largest number of messages kept for one node; beyond it the oldest are dropped."""
 
 
-class Unheard(msgspec.Struct):
+class UnacknowledgedMessages(msgspec.Struct):
     """Unacknowledged messages for one node by their fingerprints, oldest first."""
 
     messages: dict[str, TopicMessage] = {}

@@ -6,12 +6,12 @@ bandwidth of the network are weighted by a list of priorities.
 
 from typing import NamedTuple
 
-from engine.container.monitor.criteria import VOTES, Case
+from engine.container.monitor.criteria import VOTES, CriterionInput
 from engine.container.monitor.facts import Home, Link, NodeFacts, Robot
 from engine.container.monitor.parameters import NodeMonitorParameters
 
 
-class Verdict(NamedTuple):
+class HomeVerdict(NamedTuple):
     """Verdict on the home of a node.
 
     Attributes
@@ -29,7 +29,7 @@ class Verdict(NamedTuple):
     reasons: tuple[str, ...]
 
 
-def judge(robot: Robot | None, link: Link | None, node: NodeFacts, parameters: NodeMonitorParameters) -> Verdict:
+def judge(robot: Robot | None, link: Link | None, node: NodeFacts, parameters: NodeMonitorParameters) -> HomeVerdict:
     """Return the verdict on the home of a node.
 
     Each criterion has twice the weight of the next in the list of priorities: a clear vote of the first criterion
@@ -58,22 +58,22 @@ def judge(robot: Robot | None, link: Link | None, node: NodeFacts, parameters: N
         return _must(
             f"{node.name} takes {demands.compute:.2f} cores of a Raspberry Pi 4, and the robot has {free:.2f} left"
         )
-    return _weighed(Case(robot, link, node, demands, parameters))
+    return _weighed(CriterionInput(robot, link, node, demands, parameters))
 
 
-def asked(home: Home) -> Verdict:
+def asked(home: Home) -> HomeVerdict:
     """Return the verdict if a client requests a home explicitly."""
-    return Verdict(home, 1.0 if home == "cloud" else -1.0, ("a client requested this home",))
+    return HomeVerdict(home, 1.0 if home == "cloud" else -1.0, ("a client requested this home",))
 
 
-def _must(reason: str) -> Verdict:
-    return Verdict("cloud", 1.0, (reason,))
+def _must(reason: str) -> HomeVerdict:
+    return HomeVerdict("cloud", 1.0, (reason,))
 
 
-def _weighed(case: Case) -> Verdict:
+def _weighed(case: CriterionInput) -> HomeVerdict:
     priorities = case.parameters.priorities
     votes = [VOTES[criterion](case) for criterion in priorities]
     weights = [2.0**-rank for rank in range(len(votes))]
     score = sum(weight * vote.value for weight, vote in zip(weights, votes, strict=True)) / sum(weights)
     told = (f"{name}: {vote.reason} ({vote.value:+.2f})" for name, vote in zip(priorities, votes, strict=True))
-    return Verdict("cloud" if score >= 0.0 else "robot", score, tuple(told))
+    return HomeVerdict("cloud" if score >= 0.0 else "robot", score, tuple(told))

@@ -19,7 +19,7 @@ from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
-from engine.service.master_driver import CloudService
+from engine.service.master_driver import MasterDriver
 from engine.service.robot_sessions import RobotSessions
 from engine.specs.checkpoints import CheckpointSelection
 from tests.support.endpoints.serving import serve
@@ -33,7 +33,7 @@ KEY = "robot:ann/tb1"
 class World:
     """Cloud on a real port whose containers are played by the test."""
 
-    def __init__(self, services: Services, service: CloudService, machine: FakeMachine, token: str) -> None:
+    def __init__(self, services: Services, service: MasterDriver, machine: FakeMachine, token: str) -> None:
         self.services = services
         self.service = service
         self.machine = machine
@@ -75,7 +75,7 @@ async def robot_world(folder: Path, services: Services) -> AsyncIterator[World]:
     await services.accounts.register("ann", PASSWORD)
     records.put_map(services.map_store, records.house())
     services.store.put_robot(records.robot("tb1", user="ann", map="house"))
-    service = CloudService(
+    service = MasterDriver(
         Master(FirstFit(), services.cloud.quotas), CheckpointSelection(services.store), folder, "secret"
     )
     await service.start()

@@ -6,13 +6,13 @@ from typing import Any, cast
 import pytest
 
 from engine.agent.agent import Agent
-from engine.agent.components import Parts
+from engine.agent.components import AgentComponents
 from engine.agent.config import AgentConfig
-from engine.agent.container_gateway import Gate
-from engine.agent.container_supervisor import Hosting
+from engine.agent.container_gateway import ContainerGateway
+from engine.agent.container_supervisor import ContainerSupervisor
 from engine.agent.host_load import HostLoad
-from engine.agent.master_redial import Master, Redial
-from engine.agent.master_session import Standing
+from engine.agent.master_redial import Master, MasterRedial
+from engine.agent.master_session import MasterSession
 from engine.protocols import control_link
 from engine.protocols.framing import FrameStream
 from ppaas.clock import ManualClock
@@ -73,11 +73,11 @@ class Doors:
         return control_link.AgentBeat()
 
 
-def agent_of(carrying: Carrying, doors: Doors, within: float = 30.0) -> tuple[Agent, Standing]:
+def agent_of(carrying: Carrying, doors: Doors, within: float = 30.0) -> tuple[Agent, MasterSession]:
     config = AgentConfig("m1", "", "secret", "", "", "memory:", "memory:", adopt_within=within)
-    standing = Standing(leased=False)
-    here = cast(Hosting, carrying), cast(Gate, doors), standing, cast(HostLoad, doors)
-    return Agent(Parts(config, (0,), *here)), standing
+    standing = MasterSession(leased=False)
+    here = cast(ContainerSupervisor, carrying), cast(ContainerGateway, doors), standing, cast(HostLoad, doors)
+    return Agent(AgentComponents(config, (0,), *here)), standing
 
 
 async def test_it_tells_another_master_what_it_carries_and_keeps_what_that_adopts() -> None:
@@ -152,9 +152,9 @@ async def test_it_dials_until_the_time_is_over(monkeypatch: pytest.MonkeyPatch) 
         clock.advance(1.0)
         return await doors.dial()
 
-    assert await Redial(3.5, clock)(dial) is None
+    assert await MasterRedial(3.5, clock)(dial) is None
     assert doors.dialled == 4
     doors.away = False
-    found = await Redial(3.5, clock)(dial)
+    found = await MasterRedial(3.5, clock)(dial)
     assert found is not None
     await found.close()

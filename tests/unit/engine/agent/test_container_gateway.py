@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from engine.agent.container_gateway import MAX_REQUESTS, Gate
+from engine.agent.container_gateway import MAX_REQUESTS, ContainerGateway
 from engine.agent.fleet_topics import MAX_SHARED, MAX_WAITING
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
@@ -54,8 +54,8 @@ def fabric() -> FakeFabric:
 
 
 @pytest.fixture
-async def gate(tmp_path: Path, store: SlowStore, fabric: FakeFabric) -> AsyncIterator[Gate]:
-    opened = Gate(tmp_path / "gate.sock", store, fabric, attach_timeout=5.0)
+async def gate(tmp_path: Path, store: SlowStore, fabric: FakeFabric) -> AsyncIterator[ContainerGateway]:
+    opened = ContainerGateway(tmp_path / "gate.sock", store, fabric, attach_timeout=5.0)
     await opened.start()
     yield opened
     await opened.close()
@@ -65,7 +65,7 @@ Attach = Callable[[ContainerSpec], Awaitable[Stream]]
 
 
 @pytest.fixture
-def attach(gate: Gate, fabric: FakeFabric) -> Attach:
+def attach(gate: ContainerGateway, fabric: FakeFabric) -> Attach:
     async def attached(spec: ContainerSpec) -> Stream:
         gate.expect(spec, "secret")
         stream = await dial_gateway(gate.path)
@@ -100,7 +100,9 @@ def slug(done: machine_link.Done) -> str | None:
 # -- notifications -----------------------------------------------------------------------------------------------------
 
 
-async def test_a_container_learns_its_new_size_and_who_is_gone_is_left_alone(gate: Gate, attach: Attach) -> None:
+async def test_a_container_learns_its_new_size_and_who_is_gone_is_left_alone(
+    gate: ContainerGateway, attach: Attach
+) -> None:
     stream = await attach(robot_spec("c1"))
     gate.resized("c2", 4)
     gate.resized("c1", 2)
@@ -110,7 +112,9 @@ async def test_a_container_learns_its_new_size_and_who_is_gone_is_left_alone(gat
     gate.resized("c1", 1)
 
 
-async def test_all_but_those_that_are_to_end_are_told_that_an_endpoint_awaits_them(gate: Gate, attach: Attach) -> None:
+async def test_all_but_those_that_are_to_end_are_told_that_an_endpoint_awaits_them(
+    gate: ContainerGateway, attach: Attach
+) -> None:
     stays, ends = await attach(robot_spec("c1")), await attach(robot_spec("c2", robot="tb2"))
     gate.shut_out("c2")
     gate.endpoint_came()
@@ -122,7 +126,7 @@ async def test_all_but_those_that_are_to_end_are_told_that_an_endpoint_awaits_th
 # -- attaching ---------------------------------------------------------------------------------------------------------
 
 
-async def test_only_this_user_may_dial(gate: Gate) -> None:
+async def test_only_this_user_may_dial(gate: ContainerGateway) -> None:
     assert stat.S_IMODE(gate.path.stat().st_mode) == 0o600
 
 
@@ -137,7 +141,7 @@ async def test_only_this_user_may_dial(gate: Gate) -> None:
     ids=["wrong secret", "odd secret", "unknown container", "nameless"],
 )
 async def test_a_stranger_is_hung_up_on_and_the_awaited_container_still_comes(
-    gate: Gate, first: msgspec.Struct, attach: Attach
+    gate: ContainerGateway, first: msgspec.Struct, attach: Attach
 ) -> None:
     gate.expect(robot_spec("c1"), "secret")
     stranger = await dial_gateway(gate.path)
@@ -147,7 +151,7 @@ async def test_a_stranger_is_hung_up_on_and_the_awaited_container_still_comes(
     assert slug(await ask(stream, machine_link.SaveClone(1, {}))) is None
 
 
-async def test_a_container_attaches_once(gate: Gate, attach: Attach) -> None:
+async def test_a_container_attaches_once(gate: ContainerGateway, attach: Attach) -> None:
     first = await attach(robot_spec("c1"))
     second = await dial_gateway(gate.path)
     second.write(machine_link.Attach("c1", "secret"))
@@ -155,7 +159,7 @@ async def test_a_container_attaches_once(gate: Gate, attach: Attach) -> None:
     assert slug(await ask(first, machine_link.SaveClone(1, {}))) is None
 
 
-async def test_a_container_that_wants_to_be_another_is_cut_off(gate: Gate, attach: Attach) -> None:
+async def test_a_container_that_wants_to_be_another_is_cut_off(gate: ContainerGateway, attach: Attach) -> None:
     stream, other = await attach(robot_spec("c1")), robot_spec("c2", "bob")
     gate.expect(other, "secret")
     stream.write(machine_link.Attach("c2", "secret"))
@@ -163,7 +167,7 @@ async def test_a_container_that_wants_to_be_another_is_cut_off(gate: Gate, attac
     assert gate.awaited == 1
 
 
-async def test_who_is_forgotten_is_not_let_in(gate: Gate) -> None:
+async def test_who_is_forgotten_is_not_let_in(gate: ContainerGateway) -> None:
     gate.expect(robot_spec("c1"), "secret")
     gate.forget("c1")
     stream = await dial_gateway(gate.path)
@@ -172,7 +176,7 @@ async def test_who_is_forgotten_is_not_let_in(gate: Gate) -> None:
 
 
 async def test_silence_is_cut_off(tmp_path: Path, store: SlowStore, fabric: FakeFabric) -> None:
-    gate = Gate(tmp_path / "gate.sock", store, fabric, attach_timeout=0.05)
+    gate = ContainerGateway(tmp_path / "gate.sock", store, fabric, attach_timeout=0.05)
     await gate.start()
     stream = await dial_gateway(gate.path)
     assert await receive(stream) is None
@@ -227,7 +231,7 @@ async def test_a_plan_in_anothers_name_is_refused_and_its_own_is_kept(
 
 
 async def test_a_container_has_what_planners_prepare_of_its_own_map_put_beside_its_layers(
-    gate: Gate, attach: Attach
+    gate: ContainerGateway, attach: Attach
 ) -> None:
     prepared = []
 
@@ -372,7 +376,7 @@ async def test_a_giant_message_is_not_shared(attach: Attach, fabric: FakeFabric)
 
 
 async def test_what_waits_for_a_container_that_does_not_read_is_bounded(
-    gate: Gate, attach: Attach, fabric: FakeFabric
+    gate: ContainerGateway, attach: Attach, fabric: FakeFabric
 ) -> None:
     slow = await attach(robot_spec("c1", "ann"))
     payload = bytes(MAX_SHARED)
@@ -384,7 +388,9 @@ async def test_what_waits_for_a_container_that_does_not_read_is_bounded(
     await slow.close()
 
 
-async def test_a_container_that_goes_is_told_nothing_more(gate: Gate, attach: Attach, fabric: FakeFabric) -> None:
+async def test_a_container_that_goes_is_told_nothing_more(
+    gate: ContainerGateway, attach: Attach, fabric: FakeFabric
+) -> None:
     stream = await attach(robot_spec("c1", "ann"))
     assert len(fabric.subscriptions) == 1
     await stream.close()
@@ -392,7 +398,9 @@ async def test_a_container_that_goes_is_told_nothing_more(gate: Gate, attach: At
     assert fabric.subscriptions == []
 
 
-async def test_closing_hangs_up_on_all_even_those_that_have_not_attached(gate: Gate, attach: Attach) -> None:
+async def test_closing_hangs_up_on_all_even_those_that_have_not_attached(
+    gate: ContainerGateway, attach: Attach
+) -> None:
     known, silent = await attach(robot_spec("c1")), await dial_gateway(gate.path)
     await until(lambda: len(gate._streams) == 2)
     await gate.close()

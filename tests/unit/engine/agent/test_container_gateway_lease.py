@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from engine.agent.container_gateway import Gate
+from engine.agent.container_gateway import ContainerGateway
 from engine.protocols import machine_link
 from ppaas.errors import NotFound
 from storage.memory.store import MemoryStore
@@ -15,7 +15,7 @@ from tests.support.engine.specs import robot_spec
 
 async def test_checkpoints_are_kept_only_while_the_lease_holds(tmp_path: Path) -> None:
     store, may = MemoryStore(), False
-    gate = Gate(tmp_path / "gate.sock", store, FakeFabric(), acts=lambda: may)
+    gate = ContainerGateway(tmp_path / "gate.sock", store, FakeFabric(), acts=lambda: may)
     await gate.start()
     gate.expect(robot_spec("c1", "ann", "tb1"), "secret")
     stream = await dial_gateway(gate.path)
@@ -35,7 +35,7 @@ async def test_checkpoints_are_kept_only_while_the_lease_holds(tmp_path: Path) -
 
 async def test_for_who_is_shut_out_nothing_is_done_though_the_machine_acts(tmp_path: Path) -> None:
     store, fabric = MemoryStore(), FakeFabric()
-    gate = Gate(tmp_path / "gate.sock", store, fabric)
+    gate = ContainerGateway(tmp_path / "gate.sock", store, fabric)
     await gate.start()
     gate.expect(robot_spec("c1", "ann", "tb1"), "secret")
     stream = await dial_gateway(gate.path)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from engine.agent.container_gateway import Gate
+from engine.agent.container_gateway import ContainerGateway
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from ppaas.plans.history import LinkHistory, failed_row
@@ -28,7 +28,7 @@ def store() -> MemoryStore:
 
 @pytest.fixture
 async def container(tmp_path: Path, store: MemoryStore) -> AsyncIterator[Stream]:
-    gate = Gate(tmp_path / "gate.sock", store, FakeFabric(), link="m1")
+    gate = ContainerGateway(tmp_path / "gate.sock", store, FakeFabric(), link="m1")
     await gate.start()
     gate.expect(SPEC, "secret")
     stream = await dial_gateway(gate.path)

@@ -9,8 +9,8 @@ from typing import Any
 import msgspec
 import pytest
 
-from engine.agent.container_gateway import Gate
-from engine.agent.container_supervisor import Hosting
+from engine.agent.container_gateway import ContainerGateway
+from engine.agent.container_supervisor import ContainerSupervisor
 from engine.agent.map_cache import MapCache
 from engine.protocols import control_link, machine_link
 from engine.protocols.robot_link import Refusal
@@ -57,10 +57,10 @@ class Host:
     def __init__(self, folder: Path) -> None:
         self.runtime = FakeRuntime()
         self.building = Building()
-        self.gate = Gate(folder / "gate.sock", MemoryStore(), FakeFabric())
+        self.gate = ContainerGateway(folder / "gate.sock", MemoryStore(), FakeFabric())
         self.cache = MapCache(folder / "maps", build=self.building, spare=0)
         self.news: list[msgspec.Struct] = []
-        self.hosting = Hosting(
+        self.hosting = ContainerSupervisor(
             runtime=self.runtime,
             gate=self.gate,
             cache=self.cache,

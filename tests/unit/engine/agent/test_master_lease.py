@@ -1,4 +1,4 @@
-from engine.agent.master_lease import LEASE, Lease
+from engine.agent.master_lease import LEASE, MasterLease
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED
 
 
@@ -10,7 +10,7 @@ class Time:
         return self.now
 
 
-def beating(lease: Lease, time: Time, beats: int, *, answered: bool) -> list[bool]:
+def beating(lease: MasterLease, time: Time, beats: int, *, answered: bool) -> list[bool]:
     """Send heartbeats, one each period; return for each whether the master still answers."""
     found = []
     for _ in range(beats):
@@ -22,13 +22,13 @@ def beating(lease: Lease, time: Time, beats: int, *, answered: bool) -> list[boo
 
 
 def test_it_holds_while_beats_are_answered() -> None:
-    lease = Lease(time := Time())
+    lease = MasterLease(time := Time())
     assert all(beating(lease, time, 20, answered=True))
     assert lease.holds()
 
 
 def test_it_ends_before_the_master_can_have_given_the_machine_up() -> None:
-    lease = Lease(time := Time())
+    lease = MasterLease(time := Time())
     beating(lease, time, 3, answered=True)
     sent = time.now
     while lease.holds():
@@ -37,7 +37,7 @@ def test_it_ends_before_the_master_can_have_given_the_machine_up() -> None:
 
 
 def test_it_counts_from_when_the_beat_was_sent_not_from_when_its_answer_came() -> None:
-    lease = Lease(time := Time())
+    lease = MasterLease(time := Time())
     lease.beat()
     time.now += LEASE + 0.1
     lease.answered()
@@ -45,7 +45,7 @@ def test_it_counts_from_when_the_beat_was_sent_not_from_when_its_answer_came() -
 
 
 def test_who_stood_still_has_no_lease_until_it_is_answered_again() -> None:
-    lease = Lease(time := Time())
+    lease = MasterLease(time := Time())
     beating(lease, time, 3, answered=True)
     time.now += 60.0
     assert not lease.holds()
@@ -54,7 +54,7 @@ def test_who_stood_still_has_no_lease_until_it_is_answered_again() -> None:
 
 
 def test_a_master_that_does_not_answer_is_given_up_but_not_for_our_own_standing_still() -> None:
-    lease = Lease(time := Time())
+    lease = MasterLease(time := Time())
     assert all(beating(lease, time, 3, answered=True))
     time.now += 60.0
     assert lease.beat()
@@ -62,7 +62,7 @@ def test_a_master_that_does_not_answer_is_given_up_but_not_for_our_own_standing_
 
 
 def test_an_answer_that_was_not_asked_for_changes_nothing() -> None:
-    lease = Lease(time := Time())
+    lease = MasterLease(time := Time())
     time.now += LEASE
     lease.answered()
     assert not lease.holds()

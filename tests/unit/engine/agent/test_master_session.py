@@ -1,13 +1,13 @@
 """Master session: when a machine acts for its cloud."""
 
-from engine.agent.master_session import Standing
+from engine.agent.master_session import MasterSession
 from engine.protocols import control_link
 from tests.support.engine.engine_links import pair, receive
 
 
 async def test_a_machine_acts_from_a_welcome_to_the_end_of_its_connection() -> None:
     near, far = await pair(control_link.ToAgent, control_link.FromAgent)
-    standing = Standing(leased=False)
+    standing = MasterSession(leased=False)
     standing.tell(control_link.Exited("c0", 0))  # dropped: no master is connected
     assert not standing.acts()
     standing.begin(near)
@@ -26,7 +26,7 @@ async def test_a_machine_acts_from_a_welcome_to_the_end_of_its_connection() -> N
 
 async def test_one_of_another_host_acts_while_its_lease_holds() -> None:
     near, far = await pair(control_link.ToAgent, control_link.FromAgent)
-    standing = Standing(leased=True)
+    standing = MasterSession(leased=True)
     standing.begin(near)
     assert standing.lease is not None and standing.lease.holds() and not standing.acts()
     standing.welcome()

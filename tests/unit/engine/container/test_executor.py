@@ -7,14 +7,14 @@ from typing import Any
 
 import pytest
 
-from engine.container.executor import JOB_THREADS, CloudHome
+from engine.container.executor import JOB_THREADS, NodeExecutor
 from ppaas.errors import NoValidPath, PPaaSError
 from tests.support.waiting import until
 
 
 @pytest.fixture
-async def home() -> AsyncIterator[CloudHome]:
-    made = CloudHome(lambda: None)
+async def home() -> AsyncIterator[NodeExecutor]:
+    made = NodeExecutor(lambda: None)
     yield made
     made.close()
 
@@ -40,7 +40,7 @@ def raising(error: Exception) -> Any:
 
 async def test_a_job_runs_in_a_thread_that_was_prepared_and_its_end_is_told_on_the_loop() -> None:
     prepared: list[int] = []
-    home, results = CloudHome(lambda: prepared.append(threading.get_ident())), Results()
+    home, results = NodeExecutor(lambda: prepared.append(threading.get_ident())), Results()
     go = threading.Event()
     for _ in range(2 * JOB_THREADS):
         home.graph.start(lambda cancelled: go.wait(10) and threading.get_ident(), results)
@@ -52,7 +52,7 @@ async def test_a_job_runs_in_a_thread_that_was_prepared_and_its_end_is_told_on_t
     home.close()
 
 
-async def test_an_error_of_a_job_is_its_result(home: CloudHome, caplog: pytest.LogCaptureFixture) -> None:
+async def test_an_error_of_a_job_is_its_result(home: NodeExecutor, caplog: pytest.LogCaptureFixture) -> None:
     results = Results()
     home.graph.start(raising(NoValidPath("no way")), results)
     await until(lambda: results.told)
@@ -61,7 +61,7 @@ async def test_an_error_of_a_job_is_its_result(home: CloudHome, caplog: pytest.L
 
 
 async def test_a_job_that_breaks_is_logged_and_told_without_its_details(
-    home: CloudHome, caplog: pytest.LogCaptureFixture
+    home: NodeExecutor, caplog: pytest.LogCaptureFixture
 ) -> None:
     results = Results()
     home.graph.start(raising(KeyError("secret")), results)
@@ -73,7 +73,7 @@ async def test_a_job_that_breaks_is_logged_and_told_without_its_details(
     assert [record.exc_info is not None for record in own] == [True]
 
 
-async def test_a_job_may_be_cancelled_and_says_so(home: CloudHome) -> None:
+async def test_a_job_may_be_cancelled_and_says_so(home: NodeExecutor) -> None:
     results = Results()
 
     def work(cancelled: Any) -> str:
@@ -85,14 +85,14 @@ async def test_a_job_may_be_cancelled_and_says_so(home: CloudHome) -> None:
     await until(lambda: results.told == ["cancelled"])
 
 
-async def test_timers_fire_by_themselves_again_and_again(home: CloudHome) -> None:
+async def test_timers_fire_by_themselves_again_and_again(home: NodeExecutor) -> None:
     fired: list[None] = []
     home.graph.every(0.001, lambda: fired.append(None))
     home.attend()
     await until(lambda: len(fired) >= 5)
 
 
-async def test_a_timer_that_the_end_of_a_job_sets_fires(home: CloudHome) -> None:
+async def test_a_timer_that_the_end_of_a_job_sets_fires(home: NodeExecutor) -> None:
     fired = asyncio.Event()
 
     def done(_: Any) -> None:
@@ -103,7 +103,7 @@ async def test_a_timer_that_the_end_of_a_job_sets_fires(home: CloudHome) -> None
         await fired.wait()
 
 
-async def test_a_timer_set_by_what_fails_at_the_end_of_a_job_fires_nevertheless(home: CloudHome) -> None:
+async def test_a_timer_set_by_what_fails_at_the_end_of_a_job_fires_nevertheless(home: NodeExecutor) -> None:
     fired = asyncio.Event()
     told: list[dict[str, Any]] = []
     asyncio.get_running_loop().set_exception_handler(lambda _loop, context: told.append(context))
@@ -119,7 +119,7 @@ async def test_a_timer_set_by_what_fails_at_the_end_of_a_job_fires_nevertheless(
 
 
 async def test_a_timer_that_fails_stops_neither_itself_nor_the_others_and_is_logged_once(
-    home: CloudHome, caplog: pytest.LogCaptureFixture
+    home: NodeExecutor, caplog: pytest.LogCaptureFixture
 ) -> None:
     failed: list[None] = []
     fired: list[None] = []
@@ -136,7 +136,7 @@ async def test_a_timer_that_fails_stops_neither_itself_nor_the_others_and_is_log
 
 
 async def test_after_its_end_no_timer_fires_and_no_job_is_told_of(
-    home: CloudHome, caplog: pytest.LogCaptureFixture
+    home: NodeExecutor, caplog: pytest.LogCaptureFixture
 ) -> None:
     go, results = threading.Event(), Results()
     fired: list[None] = []
@@ -158,10 +158,10 @@ async def test_after_its_end_no_timer_fires_and_no_job_is_told_of(
 
 def test_a_job_that_outlives_the_loop_harms_nobody(caplog: pytest.LogCaptureFixture) -> None:
     go, results = threading.Event(), Results()
-    homes: list[CloudHome] = []
+    homes: list[NodeExecutor] = []
 
     async def live() -> None:
-        homes.append(CloudHome(lambda: None))
+        homes.append(NodeExecutor(lambda: None))
         homes[0].graph.start(lambda cancelled: go.wait(10), results)
         homes[0].close()
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 import ppaas.nodes
-from engine.container.executor import CloudHome
+from engine.container.executor import NodeExecutor
 from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
 from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.build_layers import build_layers
@@ -67,7 +67,7 @@ async def test_all_nodes_of_a_build_answer_in_either_home(service: str, layers: 
     goal = reachable_pose(layers.grid, start, seed=2, at_least=3.0)
     header = Header(frame_id="map")
     request = GetPlanRequest(PoseStamped(header, Pose.of(start)), PoseStamped(header, Pose.of(goal)))
-    home = CloudHome(lambda: None)
+    home = NodeExecutor(lambda: None)
     plans = []
     for graph in (Graph(), home.graph):
         BUILDS[service](graph, layers, start)

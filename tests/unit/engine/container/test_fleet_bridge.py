@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from engine.container.fleet_bridge import FRESH, SHARE_PERIOD, TELL_PERIOD, Outside, plan_record
+from engine.container.fleet_bridge import FRESH, SHARE_PERIOD, TELL_PERIOD, FleetBridge, plan_record
 from engine.container.machine_client import MachineClient
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
@@ -76,7 +76,7 @@ class Clone:
         self.node = self.graph.add(EchoNode)
         self.graph.add(Wheels)
         self.machine = machine
-        self.outside = Outside(LAUNCH, self.graph, client)
+        self.outside = FleetBridge(LAUNCH, self.graph, client)
 
     def seen(self) -> list[float]:
         """Return the other robots of the last message to the clone."""

@@ -8,7 +8,7 @@ from typing import ClassVar
 import pytest
 
 from engine.container.endpoint_link import EndpointLink
-from engine.container.executor import CloudHome
+from engine.container.executor import NodeExecutor
 from engine.container.machine_client import MachineClient
 from engine.container.robot_link_handler import MAX_WAITING, Container
 from engine.container.shared_plans import PlanningNotes
@@ -41,7 +41,7 @@ class Outer:
     async def start(self) -> "Outer":
         near, self.endpoint = await pair(robot_link.ToContainer, robot_link.FromContainer)
         machine, self.machine = await pair(machine_link.ToContainer, machine_link.FromContainer)
-        self.home = CloudHome(lambda: None)
+        self.home = NodeExecutor(lambda: None)
         self.node = self.home.graph.add(EchoNode)
         self.home.graph.restore([Checkpoint(name, state) for name, state in self.spec.checkpoint.items()])
         self._client = MachineClient(machine)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from engine.container.executor import CloudHome
+from engine.container.executor import NodeExecutor
 from engine.container.short_jobs import SHORT, ShortJobs
 from ppaas.errors import NoValidPath
 from tests.support.waiting import until
@@ -89,7 +89,7 @@ async def test_only_one_runs_in_a_turn_of_the_loop(jobs: ShortJobs) -> None:
 
 
 async def test_a_home_runs_what_turns_out_long_again_in_a_thread() -> None:
-    home = CloudHome(lambda: None)
+    home = NodeExecutor(lambda: None)
     ends: list[object] = []
     home.graph.start(lambda cancelled: "short", ends.append)
     await until(lambda: ends == ["short"])
@@ -108,7 +108,7 @@ async def test_a_home_runs_what_turns_out_long_again_in_a_thread() -> None:
 
 
 async def test_a_job_that_would_wait_is_begun_again_in_a_thread() -> None:
-    home = CloudHome(lambda: None)
+    home = NodeExecutor(lambda: None)
     here, threads = threading.get_ident(), list[int]()
 
     def work(cancelled: Cancelled) -> int:

@@ -1,12 +1,12 @@
 """Tests of the texts that explain why no machine has room."""
 
-from engine.master.placement_diagnostics import why_none
+from engine.master.placement_diagnostics import explain_no_machine
 from tests.support.engine.placing import machine
 from tests.support.engine.specs import robot_request
 
 
 def test_a_full_cloud_is_told_with_the_size_that_was_asked_for() -> None:
-    why = why_none(robot_request(cores=2.0), {"m1": machine("m1")})
+    why = explain_no_machine(robot_request(cores=2.0), {"m1": machine("m1")})
     assert why == "no machine has room for a container of 2.0 cores: try again later"
 
 
@@ -15,10 +15,10 @@ def test_the_machine_that_lacks_least_is_named() -> None:
         name: machine(name, labels=labels)
         for name, labels in (("m1", {}), ("m2", {"a": "1", "b": "2"}), ("m3", {"a": "1"}))
     }
-    why = why_none(robot_request(labels={"a": "1", "b": "2", "c": "3"}), machines)
+    why = explain_no_machine(robot_request(labels={"a": "1", "b": "2", "c": "3"}), machines)
     assert why == "no machine has the labels a=1, b=2, c=3; 'm2' is closest, but lacks c=3"
 
 
 def test_a_label_of_another_value_is_lacked() -> None:
-    why = why_none(robot_request(labels={"a": "1"}), {"m1": machine("m1", labels={"a": "2"})})
+    why = explain_no_machine(robot_request(labels={"a": "1"}), {"m1": machine("m1", labels={"a": "2"})})
     assert why.endswith("lacks a=1")

@@ -5,21 +5,21 @@ from pathlib import Path
 
 import pytest
 
-from engine.service.machine_registry import Roll
+from engine.service.machine_registry import MachineRegistry
 
 
 def test_it_has_those_that_were_noted_last_and_nobody_after_an_end_in_order(tmp_path: Path) -> None:
-    roll = Roll(tmp_path / "here.json")
+    roll = MachineRegistry(tmp_path / "here.json")
     assert roll.left() == []
     roll.note(["m2", "local"])
-    assert Roll(tmp_path / "here.json").left() == ["local", "m2"]
+    assert MachineRegistry(tmp_path / "here.json").left() == ["local", "m2"]
     roll.note([])
     assert roll.left() == [] and list(tmp_path.iterdir()) == []
 
 
 def test_what_cannot_be_read_or_kept_is_nobody(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     (tmp_path / "here.json").write_text('{"m1": 1}')
-    assert Roll(tmp_path / "here.json").left() == []
+    assert MachineRegistry(tmp_path / "here.json").left() == []
     caplog.set_level(logging.WARNING)
-    Roll(tmp_path / "here.json" / "below").note(["m1"])
+    MachineRegistry(tmp_path / "here.json" / "below").note(["m1"])
     assert "could not store the names of machines" in caplog.text

@@ -12,7 +12,7 @@ from engine.master.crashes import CRASH_LIMIT
 from engine.master.master import Master
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import control_link, robot_link
-from engine.service.master_driver import CloudService
+from engine.service.master_driver import MasterDriver
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import SESSION_STATE
 from ppaas.errors import Conflict, NotFound, QuotaExceeded, Unavailable
@@ -54,9 +54,9 @@ def store() -> SlowStore:
 
 
 @pytest.fixture
-async def service(tmp_path: Path, store: SlowStore) -> AsyncIterator[CloudService]:
+async def service(tmp_path: Path, store: SlowStore) -> AsyncIterator[MasterDriver]:
     master = Master(FirstFit(), Quotas(Quota(containers=8, cores=8.0)))
-    opened = CloudService(master, CheckpointSelection(store), tmp_path, "secret")
+    opened = MasterDriver(master, CheckpointSelection(store), tmp_path, "secret")
     await opened.start()
     yield opened
     store.go.set()
@@ -65,14 +65,14 @@ async def service(tmp_path: Path, store: SlowStore) -> AsyncIterator[CloudServic
 
 
 @pytest.fixture
-async def machine(service: CloudService, tmp_path: Path) -> AsyncIterator[FakeMachine]:
+async def machine(service: MasterDriver, tmp_path: Path) -> AsyncIterator[FakeMachine]:
     joined = await FakeMachine.join(tmp_path)
     await service.wait_for_machine(10)
     yield joined
     await joined.leave()
 
 
-def assert_forgotten(service: CloudService) -> None:
+def assert_forgotten(service: MasterDriver) -> None:
     """Check that no place or container is known any more."""
     assert len(service._times) == 0
     assert service._links.awaited == 0
@@ -88,12 +88,12 @@ def checkpoint(session: str, **nodes: bytes) -> CloneCheckpoint:
 # -- machines ----------------------------------------------------------------------------------------------------------
 
 
-async def test_a_cloud_without_machines_says_so(service: CloudService) -> None:
+async def test_a_cloud_without_machines_says_so(service: MasterDriver) -> None:
     with pytest.raises(Unavailable, match="no machine"):
         await service.wait_for_machine(0.01)
 
 
-async def test_machines_are_seen_with_their_load(service: CloudService, machine: FakeMachine) -> None:
+async def test_machines_are_seen_with_their_load(service: MasterDriver, machine: FakeMachine) -> None:
     machine.tell(control_link.Heartbeat(0.5, 1 << 20, [control_link.ContainerLoad("c1", 0.25, 1 << 10)]))
     await until(lambda: service.machines()[0].load)
     (view,) = service.machines()
@@ -101,7 +101,7 @@ async def test_machines_are_seen_with_their_load(service: CloudService, machine:
 
 
 async def test_a_machine_that_vanishes_has_its_places_filled_by_the_next(
-    service: CloudService, machine: FakeMachine, tmp_path: Path
+    service: MasterDriver, machine: FakeMachine, tmp_path: Path
 ) -> None:
     place, client = service.open_place(robot_request()), Listening()
     number = place.join(client)
@@ -128,7 +128,7 @@ async def test_a_machine_that_vanishes_has_its_places_filled_by_the_next(
 # -- a place from its opening to its close -----------------------------------------------------------------------------
 
 
-async def test_a_place_is_filled_looked_at_and_closed(service: CloudService, machine: FakeMachine) -> None:
+async def test_a_place_is_filled_looked_at_and_closed(service: MasterDriver, machine: FakeMachine) -> None:
     place, client = service.open_place(robot_request(cores=0.5)), Listening()
     place.join(client)
     assert service.open_place(robot_request(cores=0.5)) is place is service.place(place.key)
@@ -153,20 +153,20 @@ async def test_a_place_is_filled_looked_at_and_closed(service: CloudService, mac
     assert_forgotten(service)
 
 
-async def test_what_was_changed_is_not_run_beside_what_it_was(service: CloudService, machine: FakeMachine) -> None:
+async def test_what_was_changed_is_not_run_beside_what_it_was(service: MasterDriver, machine: FakeMachine) -> None:
     service.open_place(robot_request())
     with pytest.raises(Conflict):
         service.open_place(robot_request(cores=2.0))
 
 
-async def test_what_the_master_refuses_leaves_no_trace(service: CloudService, machine: FakeMachine) -> None:
+async def test_what_the_master_refuses_leaves_no_trace(service: MasterDriver, machine: FakeMachine) -> None:
     with pytest.raises(QuotaExceeded):
         service.open_place(robot_request(cores=3.0))
     assert_forgotten(service)
 
 
 async def test_a_lost_container_is_replaced_and_the_link_goes_on(
-    service: CloudService, machine: FakeMachine, store: SlowStore
+    service: MasterDriver, machine: FakeMachine, store: SlowStore
 ) -> None:
     place, client = service.open_place(robot_request()), Listening()
     number = place.join(client)
@@ -196,7 +196,7 @@ async def test_a_lost_container_is_replaced_and_the_link_goes_on(
 
 
 async def test_a_new_session_begins_anew_and_not_where_another_ended(
-    service: CloudService, machine: FakeMachine, store: SlowStore
+    service: MasterDriver, machine: FakeMachine, store: SlowStore
 ) -> None:
     place = service.open_place(robot_request())
     first = await machine.started()
@@ -218,7 +218,7 @@ async def test_a_new_session_begins_anew_and_not_where_another_ended(
 async def test_a_container_that_does_not_start_is_ended_and_replaced(
     tmp_path: Path, store: SlowStore, caplog: pytest.LogCaptureFixture
 ) -> None:
-    service = CloudService(Master(FirstFit()), CheckpointSelection(store), tmp_path, "secret", start_timeout=0.05)
+    service = MasterDriver(Master(FirstFit()), CheckpointSelection(store), tmp_path, "secret", start_timeout=0.05)
     await service.start()
     machine = await FakeMachine.join(tmp_path)
     await service.wait_for_machine(10)
@@ -238,7 +238,7 @@ async def test_a_container_that_does_not_start_is_ended_and_replaced(
 async def test_a_container_that_is_ready_is_not_ended_when_its_time_to_start_is_up(
     tmp_path: Path, store: SlowStore
 ) -> None:
-    service = CloudService(Master(FirstFit()), CheckpointSelection(store), tmp_path, "secret", start_timeout=0.2)
+    service = MasterDriver(Master(FirstFit()), CheckpointSelection(store), tmp_path, "secret", start_timeout=0.2)
     await service.start()
     machine = await FakeMachine.join(tmp_path)
     await service.wait_for_machine(10)
@@ -255,7 +255,7 @@ async def test_a_container_that_is_ready_is_not_ended_when_its_time_to_start_is_
 
 @pytest.mark.parametrize("told_by", ["machine", "container"])
 async def test_what_can_never_start_closes_the_place_with_its_reason(
-    service: CloudService, machine: FakeMachine, told_by: str
+    service: MasterDriver, machine: FakeMachine, told_by: str
 ) -> None:
     place, client = service.open_place(robot_request()), Listening()
     place.join(client)
@@ -274,7 +274,7 @@ async def test_what_can_never_start_closes_the_place_with_its_reason(
 
 
 async def test_a_crash_loop_closes_the_place_and_says_why(
-    service: CloudService, machine: FakeMachine, monkeypatch: pytest.MonkeyPatch
+    service: MasterDriver, machine: FakeMachine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("engine.master.crashes.RESTART_DELAYS", (0.0,) * CRASH_LIMIT)
     place = service.open_place(robot_request())
@@ -290,7 +290,7 @@ async def test_a_crash_loop_closes_the_place_and_says_why(
 
 @pytest.mark.parametrize("error", [Unavailable("the disk is away"), OSError(5)], ids=["known", "unknown"])
 async def test_a_store_that_is_away_for_a_moment_costs_a_moment(
-    service: CloudService, machine: FakeMachine, store: SlowStore, error: Exception
+    service: MasterDriver, machine: FakeMachine, store: SlowStore, error: Exception
 ) -> None:
     store.errors.append(error)
     place = service.open_place(robot_request())
@@ -305,7 +305,7 @@ async def test_a_store_that_is_away_for_a_moment_costs_a_moment(
 
 
 async def test_a_place_closed_before_its_order_was_sent_starts_nothing(
-    service: CloudService, machine: FakeMachine, store: SlowStore
+    service: MasterDriver, machine: FakeMachine, store: SlowStore
 ) -> None:
     place = service.open_place(robot_request())
     await service.close_place(place.key, Unavailable("over"))
@@ -316,7 +316,7 @@ async def test_a_place_closed_before_its_order_was_sent_starts_nothing(
 
 
 async def test_a_place_closed_while_its_checkpoint_is_read_starts_nothing(
-    service: CloudService, machine: FakeMachine, store: SlowStore
+    service: MasterDriver, machine: FakeMachine, store: SlowStore
 ) -> None:
     store.go.clear()
     place = service.open_place(robot_request())
@@ -330,7 +330,7 @@ async def test_a_place_closed_while_its_checkpoint_is_read_starts_nothing(
 
 
 async def test_a_machine_that_vanishes_while_a_checkpoint_is_read_is_sent_nothing(
-    service: CloudService, machine: FakeMachine, store: SlowStore
+    service: MasterDriver, machine: FakeMachine, store: SlowStore
 ) -> None:
     store.go.clear()
     place = service.open_place(robot_request())
@@ -346,7 +346,7 @@ async def test_a_machine_that_vanishes_while_a_checkpoint_is_read_is_sent_nothin
 
 
 async def test_a_place_closed_while_its_container_boots_sends_it_home(
-    service: CloudService, machine: FakeMachine
+    service: MasterDriver, machine: FakeMachine
 ) -> None:
     place = service.open_place(robot_request())
     order = await machine.started()
@@ -359,7 +359,7 @@ async def test_a_place_closed_while_its_container_boots_sends_it_home(
     assert not machine.has_orders()
 
 
-async def test_a_container_that_is_given_up_is_replaced_by_another(service: CloudService, machine: FakeMachine) -> None:
+async def test_a_container_that_is_given_up_is_replaced_by_another(service: MasterDriver, machine: FakeMachine) -> None:
     place, client = service.open_place(robot_request()), Listening()
     place.join(client)
     first = await machine.boot(await machine.started())
@@ -374,7 +374,7 @@ async def test_a_container_that_is_given_up_is_replaced_by_another(service: Clou
         service.give_up_container(first.spec.id)
 
 
-async def test_news_of_containers_that_nobody_knows_change_nothing(service: CloudService, machine: FakeMachine) -> None:
+async def test_news_of_containers_that_nobody_knows_change_nothing(service: MasterDriver, machine: FakeMachine) -> None:
     service.open_place(robot_request())
     order = await machine.started()
     for event in (
@@ -389,7 +389,7 @@ async def test_news_of_containers_that_nobody_knows_change_nothing(service: Clou
 
 
 async def test_closing_closes_all_places_and_lets_all_machines_go(
-    service: CloudService, machine: FakeMachine, tmp_path: Path
+    service: MasterDriver, machine: FakeMachine, tmp_path: Path
 ) -> None:
     places, clients = [service.open_place(robot_request(f"tb{n}")) for n in range(2)], [Listening(), Listening()]
     for place, client in zip(places, clients, strict=True):

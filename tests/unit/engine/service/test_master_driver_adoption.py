@@ -10,7 +10,7 @@ import pytest
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
 from engine.protocols import control_link, robot_link
-from engine.service.master_driver import CloudService
+from engine.service.master_driver import MasterDriver
 from engine.specs.checkpoints import CheckpointSelection, marks
 from engine.specs.containers import ContainerSpec
 from ppaas.errors import Unavailable
@@ -35,8 +35,8 @@ def told() -> RememberingListener:
 
 
 @pytest.fixture
-async def service(tmp_path: Path, store: MemoryStore, told: RememberingListener) -> AsyncIterator[CloudService]:
-    opened = CloudService(Master(FirstFit()), CheckpointSelection(store, "this"), tmp_path, "secret", told)
+async def service(tmp_path: Path, store: MemoryStore, told: RememberingListener) -> AsyncIterator[MasterDriver]:
+    opened = MasterDriver(Master(FirstFit()), CheckpointSelection(store, "this"), tmp_path, "secret", told)
     await opened.start()
     yield opened
     await opened.close()
@@ -56,7 +56,7 @@ def keep(store: MemoryStore, carried: control_link.RunningContainer, instance: s
 
 
 async def test_a_robot_finds_the_container_that_it_had(
-    service: CloudService, store: MemoryStore, tmp_path: Path, told: RememberingListener
+    service: MasterDriver, store: MemoryStore, tmp_path: Path, told: RememberingListener
 ) -> None:
     keep(store, running())
     machine = await FakeMachine.join(tmp_path, carries=(running(), running("older"), running("unkept", "tb2")))
@@ -78,7 +78,7 @@ async def test_a_robot_finds_the_container_that_it_had(
 
 
 async def test_one_that_does_not_say_hello_is_replaced_from_its_checkpoint(store: MemoryStore, tmp_path: Path) -> None:
-    service = CloudService(
+    service = MasterDriver(
         Master(FirstFit()), CheckpointSelection(store, "this"), tmp_path, "secret", start_timeout=0.05
     )
     await service.start()
@@ -92,7 +92,7 @@ async def test_one_that_does_not_say_hello_is_replaced_from_its_checkpoint(store
 
 
 async def test_robots_wait_for_machines_that_may_return_but_not_for_long(
-    service: CloudService, store: MemoryStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    service: MasterDriver, store: MemoryStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("engine.service.machine_events.RETURN_TIMEOUT", 0.1)
     service.of_machines.expect_back(["m1", "m2"])
@@ -111,7 +111,7 @@ async def test_robots_wait_for_machines_that_may_return_but_not_for_long(
 
 
 async def test_a_machine_that_the_cloud_lost_itself_brings_nothing_back(
-    service: CloudService, store: MemoryStore, tmp_path: Path
+    service: MasterDriver, store: MemoryStore, tmp_path: Path
 ) -> None:
     keep(store, running(), "this")
     machine = await FakeMachine.join(tmp_path, carries=(running(),))
@@ -123,7 +123,7 @@ async def test_a_machine_that_the_cloud_lost_itself_brings_nothing_back(
 async def test_a_machine_of_another_release_is_sent_away_and_its_robots_go_on_from_their_checkpoints(
     store: MemoryStore, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    service = CloudService(Master(FirstFit()), CheckpointSelection(store, "this", math.inf), tmp_path, "secret")
+    service = MasterDriver(Master(FirstFit()), CheckpointSelection(store, "this", math.inf), tmp_path, "secret")
     await service.start()
     service.of_machines.expect_back(["m1"])
     keep(store, running())
@@ -138,7 +138,7 @@ async def test_a_machine_of_another_release_is_sent_away_and_its_robots_go_on_fr
     await service.close()
 
 
-async def test_a_container_that_hangs_up_and_lives_is_replaced(service: CloudService, tmp_path: Path) -> None:
+async def test_a_container_that_hangs_up_and_lives_is_replaced(service: MasterDriver, tmp_path: Path) -> None:
     machine = await FakeMachine.join(tmp_path)
     service.open_place(robot_request())
     container = await machine.boot(await machine.started())
@@ -149,7 +149,7 @@ async def test_a_container_that_hangs_up_and_lives_is_replaced(service: CloudSer
 
 
 async def test_what_a_machine_tells_is_refused_while_the_store_is_away(
-    service: CloudService, store: MemoryStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    service: MasterDriver, store: MemoryStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def away(*_: object) -> None:
         raise Unavailable("the store is away")
@@ -166,7 +166,7 @@ async def test_what_a_machine_tells_is_refused_while_the_store_is_away(
 
 
 async def test_the_names_of_machines_are_told_as_they_come_and_go(
-    service: CloudService, tmp_path: Path, told: RememberingListener
+    service: MasterDriver, tmp_path: Path, told: RememberingListener
 ) -> None:
     machine = await FakeMachine.join(tmp_path)
     await until(lambda: told.machines == [["m1"]])

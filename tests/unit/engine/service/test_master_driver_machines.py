@@ -8,7 +8,7 @@ import pytest
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
 from engine.protocols import control_link, robot_link
-from engine.service.master_driver import CloudService
+from engine.service.master_driver import MasterDriver
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import SESSION_STATE
 from engine.specs.machine_settings import MachineSettings
@@ -30,15 +30,15 @@ def store() -> MemoryStore:
 
 
 @pytest.fixture
-async def service(tmp_path: Path, store: MemoryStore) -> AsyncIterator[CloudService]:
-    opened = CloudService(Master(FirstFit()), CheckpointSelection(store), tmp_path, "secret")
+async def service(tmp_path: Path, store: MemoryStore) -> AsyncIterator[MasterDriver]:
+    opened = MasterDriver(Master(FirstFit()), CheckpointSelection(store), tmp_path, "secret")
     await opened.start()
     yield opened
     await opened.close()
 
 
 @pytest.fixture
-async def machines(service: CloudService, tmp_path: Path) -> AsyncIterator[list[FakeMachine]]:
+async def machines(service: MasterDriver, tmp_path: Path) -> AsyncIterator[list[FakeMachine]]:
     joined = []
     for name in ("m1", "m2"):
         joined.append(await FakeMachine.join(tmp_path, name))
@@ -49,7 +49,7 @@ async def machines(service: CloudService, tmp_path: Path) -> AsyncIterator[list[
 
 
 async def test_a_robot_keeps_its_session_when_its_machine_is_drained(
-    service: CloudService, machines: list[FakeMachine], store: MemoryStore
+    service: MasterDriver, machines: list[FakeMachine], store: MemoryStore
 ) -> None:
     place, client = service.open_place(robot_request()), Listening()
     number = place.join(client)
@@ -77,7 +77,7 @@ async def test_a_robot_keeps_its_session_when_its_machine_is_drained(
 
 
 async def test_the_next_leaves_when_the_one_before_is_ready(
-    service: CloudService, machines: list[FakeMachine], monkeypatch: pytest.MonkeyPatch
+    service: MasterDriver, machines: list[FakeMachine], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("engine.master.draining.MOVES", 1)
     ran = []
@@ -96,7 +96,7 @@ async def test_the_next_leaves_when_the_one_before_is_ready(
 
 
 async def test_a_machine_that_is_removed_is_cut_off_and_not_let_in_until_it_is_admitted(
-    service: CloudService, machines: list[FakeMachine], tmp_path: Path, caplog: pytest.LogCaptureFixture
+    service: MasterDriver, machines: list[FakeMachine], tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     service.open_place(robot_request())
     first = await machines[0].started()
@@ -121,7 +121,7 @@ async def test_a_machine_that_is_removed_is_cut_off_and_not_let_in_until_it_is_a
 
 async def test_who_would_start_the_agent_again_is_told_of_a_machine_that_is_removed(tmp_path: Path) -> None:
     told = RememberingListener()
-    service = CloudService(Master(FirstFit()), CheckpointSelection(MemoryStore()), tmp_path, "secret", told)
+    service = MasterDriver(Master(FirstFit()), CheckpointSelection(MemoryStore()), tmp_path, "secret", told)
     await service.start()
     machine = await FakeMachine.join(tmp_path)
     await service.wait_for_machine(10)
@@ -135,7 +135,7 @@ async def test_who_would_start_the_agent_again_is_told_of_a_machine_that_is_remo
 
 
 async def test_what_a_machine_and_a_robot_measure_is_seen_and_counts_where_the_next_is_placed(
-    service: CloudService, machines: list[FakeMachine], monkeypatch: pytest.MonkeyPatch
+    service: MasterDriver, machines: list[FakeMachine], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("engine.service.liveness.BEAT_PERIOD", 0.01)
     place = service.open_place(robot_request())
@@ -157,7 +157,7 @@ async def test_what_a_machine_and_a_robot_measure_is_seen_and_counts_where_the_n
 
 @pytest.mark.parametrize(("cores", "name"), [(0, "m3"), (-1, "m3"), (1 << 20, "m3"), (2, "../m3"), (2, "")], ids=str)
 async def test_a_machine_that_is_none_is_hung_up_on(
-    service: CloudService, machines: list[FakeMachine], tmp_path: Path, cores: int, name: str
+    service: MasterDriver, machines: list[FakeMachine], tmp_path: Path, cores: int, name: str
 ) -> None:
     liar = await FakeMachine.join(tmp_path, name, cores=cores)
     assert await liar.order() is None
@@ -166,7 +166,7 @@ async def test_a_machine_that_is_none_is_hung_up_on(
 
 
 async def test_a_second_machine_of_a_name_changes_nothing_of_the_first(
-    service: CloudService, machines: list[FakeMachine], tmp_path: Path
+    service: MasterDriver, machines: list[FakeMachine], tmp_path: Path
 ) -> None:
     place = service.open_place(robot_request())
     first = await machines[0].boot(await machines[0].started())
@@ -179,7 +179,7 @@ async def test_a_second_machine_of_a_name_changes_nothing_of_the_first(
 
 
 async def test_a_machine_that_speaks_of_the_container_of_another_is_cut_off(
-    service: CloudService, machines: list[FakeMachine], caplog: pytest.LogCaptureFixture
+    service: MasterDriver, machines: list[FakeMachine], caplog: pytest.LogCaptureFixture
 ) -> None:
     place = service.open_place(robot_request())
     first = await machines[0].boot(await machines[0].started())
@@ -192,7 +192,7 @@ async def test_a_machine_that_speaks_of_the_container_of_another_is_cut_off(
 
 
 async def test_a_machine_whose_load_cannot_be_is_cut_off_and_its_places_filled_elsewhere(
-    service: CloudService, machines: list[FakeMachine]
+    service: MasterDriver, machines: list[FakeMachine]
 ) -> None:
     service.open_place(robot_request())
     order = await machines[0].started()

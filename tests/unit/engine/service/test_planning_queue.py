@@ -9,7 +9,7 @@ from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
 from engine.master.quotas import Quota, Quotas
 from engine.service import planning
-from engine.service.master_driver import CloudService
+from engine.service.master_driver import MasterDriver
 from engine.service.path_requests import PathRequest
 from engine.service.planning import Planning
 from engine.specs.checkpoints import CheckpointSelection
@@ -28,9 +28,9 @@ def path(*, queue: bool) -> PathRequest:
 
 
 @pytest.fixture
-async def service(tmp_path: Path) -> AsyncIterator[CloudService]:
+async def service(tmp_path: Path) -> AsyncIterator[MasterDriver]:
     """Return a cloud in which user ann has used up the quota of one container."""
-    made = CloudService(
+    made = MasterDriver(
         Master(FirstFit(), Quotas(Quota(containers=1))), CheckpointSelection(MemoryStore()), tmp_path, "secret"
     )
     await made.start()
@@ -40,7 +40,7 @@ async def service(tmp_path: Path) -> AsyncIterator[CloudService]:
 
 
 async def test_who_asks_for_it_is_told_the_position_and_leaves_when_asking_no_more(
-    service: CloudService, monkeypatch: pytest.MonkeyPatch
+    service: MasterDriver, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(planning, "PATIENCE", 0.05)
     paths = Planning(service)
@@ -53,7 +53,7 @@ async def test_who_asks_for_it_is_told_the_position_and_leaves_when_asking_no_mo
     paths.close()
 
 
-async def test_who_does_not_is_refused_whether_somebody_waits_or_not(service: CloudService) -> None:
+async def test_who_does_not_is_refused_whether_somebody_waits_or_not(service: MasterDriver) -> None:
     paths = Planning(service)
     with pytest.raises(QuotaExceeded):
         await paths.compute_path("ann", MAP, path(queue=False))
@@ -64,7 +64,7 @@ async def test_who_does_not_is_refused_whether_somebody_waits_or_not(service: Cl
     paths.close()
 
 
-async def test_a_place_that_closes_is_room_for_who_waits(service: CloudService) -> None:
+async def test_a_place_that_closes_is_room_for_who_waits(service: MasterDriver) -> None:
     paths = Planning(service)
     with pytest.raises(Queued):
         await paths.compute_path("ann", MAP, path(queue=True))

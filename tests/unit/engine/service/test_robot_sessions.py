@@ -11,7 +11,7 @@ from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
 from engine.master.quotas import Quota, Quotas
 from engine.service.links.place_link import PlaceLink
-from engine.service.master_driver import CloudService
+from engine.service.master_driver import MasterDriver
 from engine.service.robot_sessions import RobotSessions
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import MapVersion, RobotConfig
@@ -29,10 +29,10 @@ SHORT = 0.02
 
 
 @pytest.fixture
-async def service(tmp_path: Path) -> AsyncIterator[CloudService]:
+async def service(tmp_path: Path) -> AsyncIterator[MasterDriver]:
     """Return a cloud without machines; its places wait for one."""
     master = Master(FirstFit(), Quotas(Quota(containers=2)))
-    opened = CloudService(master, CheckpointSelection(MemoryStore()), tmp_path, "secret")
+    opened = MasterDriver(master, CheckpointSelection(MemoryStore()), tmp_path, "secret")
     await opened.start()
     yield opened
     await opened.close()
@@ -55,18 +55,18 @@ def store() -> MemoryStore:
 
 @pytest.fixture
 async def sessions(
-    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+    service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore
 ) -> AsyncIterator[RobotSessions]:
     made = RobotSessions(service, store, map_store, LONG)
     yield made
     await made.close()
 
 
-def is_open(service: CloudService, place: PlaceLink) -> bool:
+def is_open(service: MasterDriver, place: PlaceLink) -> bool:
     return service.place(place.key) is place
 
 
-async def test_a_robot_and_its_operators_share_a_place(service: CloudService, sessions: RobotSessions) -> None:
+async def test_a_robot_and_its_operators_share_a_place(service: MasterDriver, sessions: RobotSessions) -> None:
     robot = await sessions.join("ann", "tb1", as_robot=True)
     operators = [await sessions.join("ann", "tb1", as_robot=False) for _ in range(2)]
     other = await sessions.join("ann", "tb2", as_robot=True)
@@ -74,7 +74,7 @@ async def test_a_robot_and_its_operators_share_a_place(service: CloudService, se
     assert other is not robot
 
 
-async def test_a_place_knows_robot_and_map_as_they_were_kept(service: CloudService, sessions: RobotSessions) -> None:
+async def test_a_place_knows_robot_and_map_as_they_were_kept(service: MasterDriver, sessions: RobotSessions) -> None:
     place = await sessions.join("ann", "tb1", as_robot=True)
     request = service._master.places[place.key].request
     assert request.robot is not None
@@ -98,7 +98,7 @@ async def test_two_robots_that_come_at_once_do_not_both_get_in(sessions: RobotSe
 
 @pytest.mark.parametrize("robot_leaves_first", [True, False])
 async def test_a_place_is_given_up_when_the_last_has_left_whoever_that_is(
-    service: CloudService, store: MemoryStore, map_store: MemoryMapStore, robot_leaves_first: bool
+    service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore, robot_leaves_first: bool
 ) -> None:
     sessions = RobotSessions(service, store, map_store, SHORT)
     place = await sessions.join("ann", "tb1", as_robot=True)
@@ -113,7 +113,7 @@ async def test_a_place_is_given_up_when_the_last_has_left_whoever_that_is(
 
 
 async def test_whoever_comes_back_in_time_finds_the_place_as_it_was(
-    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+    service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     sessions = RobotSessions(service, store, map_store, SHORT)
     place = await sessions.join("ann", "tb1", as_robot=True)
@@ -124,7 +124,7 @@ async def test_whoever_comes_back_in_time_finds_the_place_as_it_was(
 
 
 async def test_whoever_comes_too_late_gets_a_new_place(
-    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+    service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     sessions = RobotSessions(service, store, map_store, 0.0)
     place = await sessions.join("ann", "tb1", as_robot=True)
@@ -136,7 +136,7 @@ async def test_whoever_comes_too_late_gets_a_new_place(
 
 
 async def test_a_robot_whose_map_was_changed_while_it_was_away_gets_a_new_place(
-    service: CloudService, sessions: RobotSessions, map_store: MemoryMapStore
+    service: MasterDriver, sessions: RobotSessions, map_store: MemoryMapStore
 ) -> None:
     place = await sessions.join("ann", "tb1", as_robot=True)
     records.put_map(map_store, records.house(image=records.pgm(value=205)))
@@ -153,7 +153,7 @@ MASKED = {"keepout_filter": {"filter_mask": "kept"}, "speed_filter": {"filter_ma
 
 
 async def test_a_place_knows_the_versions_of_its_masks_and_a_new_one_counts_when_the_robot_is_back(
-    service: CloudService, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore
+    service: MasterDriver, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     store.put_robot(records.robot("tb1", user="ann", map="house", parameters=MASKED))
     for value in (205, 0):
@@ -167,7 +167,7 @@ async def test_a_place_knows_the_versions_of_its_masks_and_a_new_one_counts_when
 
 
 async def test_a_place_knows_whether_its_map_has_an_octomap(
-    service: CloudService, sessions: RobotSessions, map_store: MemoryMapStore
+    service: MasterDriver, sessions: RobotSessions, map_store: MemoryMapStore
 ) -> None:
     for octomap in (None, b"..."):
         records.put_map(map_store, records.house(octomap=octomap))
@@ -180,7 +180,7 @@ async def test_a_place_knows_whether_its_map_has_an_octomap(
 
 @pytest.mark.parametrize("owner", ["ann", "bob"])
 async def test_a_mask_that_is_none_refuses_the_robot_says_what_to_do_and_loses_nothing(
-    service: CloudService, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore, owner: str
+    service: MasterDriver, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore, owner: str
 ) -> None:
     store.put_robot(records.robot("tb1", user="ann", map="house", parameters=MASKED))
     store.save_clone(records.clone("tb1"))
@@ -198,7 +198,7 @@ async def test_a_mask_that_is_none_refuses_the_robot_says_what_to_do_and_loses_n
 
 
 async def test_what_is_refused_leaves_no_trace(
-    service: CloudService, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore
+    service: MasterDriver, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     records.put_map(map_store, records.house("vault", "bob", readers=("eve",)))
     store.put_robot(records.robot("thief", user="ann", map="vault"))
@@ -216,7 +216,7 @@ async def test_what_is_refused_leaves_no_trace(
 
 
 async def test_a_refused_robot_does_not_keep_a_lingering_place_alive(
-    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+    service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     sessions = RobotSessions(service, store, map_store, SHORT)
     place = await sessions.join("ann", "tb1", as_robot=True)
@@ -228,7 +228,7 @@ async def test_a_refused_robot_does_not_keep_a_lingering_place_alive(
 
 
 async def test_leaving_a_place_that_the_cloud_has_closed_does_not_harm_the_next(
-    service: CloudService, sessions: RobotSessions
+    service: MasterDriver, sessions: RobotSessions
 ) -> None:
     old = await sessions.join("ann", "tb1", as_robot=True)
     await sessions.join("ann", "tb1", as_robot=False)
@@ -242,7 +242,7 @@ async def test_leaving_a_place_that_the_cloud_has_closed_does_not_harm_the_next(
 
 
 async def test_closing_forgets_what_lingers(
-    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+    service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     sessions = RobotSessions(service, store, map_store, SHORT)
     place = await sessions.join("ann", "tb1", as_robot=True)
@@ -253,7 +253,7 @@ async def test_closing_forgets_what_lingers(
 
 
 async def test_who_does_not_hold_a_place_gets_one_that_is_open_and_does_not_keep_it(
-    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+    service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     sessions = RobotSessions(service, store, map_store, SHORT)
     with pytest.raises(Unavailable, match="no container now"):
@@ -266,7 +266,7 @@ async def test_who_does_not_hold_a_place_gets_one_that_is_open_and_does_not_keep
 
 
 async def test_a_place_that_is_let_go_is_closed_though_clients_are_there(
-    service: CloudService, sessions: RobotSessions
+    service: MasterDriver, sessions: RobotSessions
 ) -> None:
     place = await sessions.join("ann", "tb1", as_robot=True)
     await sessions.let_go(place, Idle("nothing was said"))
@@ -279,7 +279,7 @@ async def test_a_place_that_is_let_go_is_closed_though_clients_are_there(
 
 
 async def test_a_place_knows_what_the_robots_urdf_tells(
-    service: CloudService, sessions: RobotSessions, store: MemoryStore
+    service: MasterDriver, sessions: RobotSessions, store: MemoryStore
 ) -> None:
     store.put_urdf("ann", "tb1", example("turtlebot3_waffle"))
     for robot, told in (("tb1", describe(example("turtlebot3_waffle"))), ("tb2", None)):
@@ -291,7 +291,7 @@ async def test_a_place_knows_what_the_robots_urdf_tells(
 
 
 async def test_the_machine_of_a_robot_must_have_the_labels_that_its_file_asks_for(
-    sessions: RobotSessions, service: CloudService, store: MemoryStore
+    sessions: RobotSessions, service: MasterDriver, store: MemoryStore
 ) -> None:
     store.put_robot(records.robot("tb1", user="ann", map="house", labels={"zone": "a"}))
     place = await sessions.join("ann", "tb1", as_robot=True)
@@ -299,7 +299,7 @@ async def test_the_machine_of_a_robot_must_have_the_labels_that_its_file_asks_fo
 
 
 async def test_a_place_knows_what_the_cloud_says_of_node_monitors(
-    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+    service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     sessions = RobotSessions(service, store, map_store, LONG, node_priorities=("network_bandwidth",))
     place = await sessions.join("ann", "tb1", as_robot=True)
@@ -310,7 +310,7 @@ async def test_a_place_knows_what_the_cloud_says_of_node_monitors(
 
 
 async def test_a_place_that_was_adopted_waits_for_its_robot_as_if_that_had_left_now(
-    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+    service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     sessions = RobotSessions(service, store, map_store, SHORT)
     place = await sessions.join("ann", "tb1", as_robot=True)

@@ -1,6 +1,6 @@
 """Measurements: medians of recent values, and data rates of topics."""
 
-from engine.container.monitor.measurements import KEPT, History, Rates
+from engine.container.monitor.measurements import KEPT, History, TopicRates
 
 
 def test_one_that_was_held_up_does_not_move_the_median() -> None:
@@ -19,7 +19,7 @@ def test_only_the_last_are_kept() -> None:
 
 
 def test_bytes_become_a_rate_once_they_were_counted_for_long_enough() -> None:
-    rates = Rates(window=2.0)
+    rates = TopicRates(window=2.0)
     rates.look(10.0)
     rates.note("scan", 300)
     rates.look(11.0)

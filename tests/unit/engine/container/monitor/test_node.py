@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import pytest
 
-from engine.container.monitor.measurements import Rates
+from engine.container.monitor.measurements import TopicRates
 from engine.container.monitor.node import MAX_PROBE, MAX_STATE, NodeMonitorNode
 from engine.container.monitor.parameters import NodeMonitorParameters
 from engine.container.monitor.unacknowledged import MOST
@@ -75,7 +75,7 @@ class Cloud:
     def __init__(self, parameters: NodeMonitorParameters | None = None, state: bytes | None = None) -> None:
         self.clock = ManualClock()
         self.hands = FakeHands()
-        self.rates = Rates()
+        self.rates = TopicRates()
         self.graph = Graph(clock=self.clock, stamp_clock=lambda: 1000.0 + self.clock())
         self.node = self.graph.add(
             lambda context: NodeMonitorNode(context, self.hands, self.rates, parameters or NodeMonitorParameters())

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import pytest
 
-from engine.container.monitor.node_switch import GraphHands
+from engine.container.monitor.node_switch import GraphNodeSwitch
 from engine.container.monitor.parameters import NodeMonitorParameters, monitor_parameters, with_priorities
-from engine.container.monitor.setup import Monitoring, of_clone
+from engine.container.monitor.setup import ContainerMonitor, of_clone
 from engine.specs.containers import RobotConfig
 from ppaas.clone.assembly import build_clone
 from ppaas.costmap.build_layers import build_layers
@@ -48,7 +48,9 @@ def test_a_node_comes_back_as_it_went(node: str, layers: MapLayers) -> None:
     clone(graph, layers)
     services, topics = dict(graph.services), dict(graph.topics)
     changes: list[set[str]] = []
-    hands = GraphHands(graph, ROBOT, lambda name: clone(graph, layers, (name,)), lambda: changes.append({*graph.nodes}))
+    hands = GraphNodeSwitch(
+        graph, ROBOT, lambda name: clone(graph, layers, (name,)), lambda: changes.append({*graph.nodes})
+    )
     came: list[str] = []
     state = hands.take_out(node, lambda topic, _: came.append(topic))
     assert state.startswith("{")
@@ -72,7 +74,7 @@ def test_the_other_nodes_know_nothing_of_what_the_robots_file_says_of_the_node_m
     robot = RobotConfig("tb1", "turtlebot2", (2.0, 2.0, 0.0), "dijkstra", "dwa", said)
     assert of_clone(robot).parameters == {"amcl": {"seed": 3}}
     graph = Graph()
-    Monitoring(graph, robot, lambda _: None)
+    ContainerMonitor(graph, robot, lambda _: None)
     assert list(graph.nodes) == ["node_monitor"]
 
 
@@ -80,7 +82,7 @@ def test_the_other_nodes_know_nothing_of_what_the_robots_file_says_of_the_node_m
 def test_a_parameter_that_cannot_be_is_refused(said: dict[str, object]) -> None:
     robot = RobotConfig("tb1", "turtlebot2", (2.0, 2.0, 0.0), "dijkstra", "dwa", {"node_monitor": said})
     with pytest.raises(InvalidParameter, match="node_monitor"):
-        Monitoring(Graph(), robot, lambda _: None)
+        ContainerMonitor(Graph(), robot, lambda _: None)
 
 
 def test_the_priorities_of_the_cloud_hold_where_the_robots_file_names_none() -> None:
