@@ -68,7 +68,7 @@ def test_what_a_container_shows_goes_under_the_shared_key() -> None:
     robot = RobotConfig("tb1", "turtlebot2", (0.0, 0.0, 0.0), "dijkstra", "dwa")
     scope = scope_of(ContainerSpec("c1", "ann", MapVersion("house", "v"), 1.0, robot))
     assert scope is not None
-    assert scope.shown(AMCL_POSE.name) == "ppaas/map/house/ann/tb1/amcl_pose"
+    assert scope.shared_key(AMCL_POSE.name) == "ppaas/map/house/ann/tb1/amcl_pose"
 
 
 def test_what_may_drop_and_what_must_arrive_is_as_described() -> None:

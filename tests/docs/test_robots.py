@@ -56,7 +56,7 @@ async def test_it_drives_where_its_operator_wants(cloud: RunningCloud, tmp_path:
     assert rest.token is not None
     await rest.upload_map("office", *((EXAMPLES / f"office.{kind}").read_bytes() for kind in ("yaml", "pgm")))
     await rest.put_robot("tb1", load_robot_file(EXAMPLES / "tb1.json"))
-    shutil.copy(ROOT / "tests" / "support" / "example_hardware.py", tmp_path / "hardware.py")
+    shutil.copy(ROOT / "tests" / "support" / "cloud" / "example_hardware.py", tmp_path / "hardware.py")
     truth = tmp_path / "truth.json"
     environment = os.environ | {
         "PYTHONPATH": str(tmp_path), "EXAMPLES": str(EXAMPLES), "SCORER": str(truth),
