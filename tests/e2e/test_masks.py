@@ -65,7 +65,7 @@ async def test_the_masks_of_a_robot_are_those_that_its_file_names(cloud: Running
     await publish_map(rest, "masked-room-keepout", mask(slice(0, 4)))
     await rest.patch("/v1/robots/careful", {"parameters": named})
     assert await sides(cloud, token) == {True}
-    with pytest.raises(Conflict, match="robots go by map"):
+    with pytest.raises(Conflict, match="is in use by robots"):
         await rest.delete("/v1/maps/masked-room-keepout")
     await publish_map(rest, "masked-room-keepout", mask(slice(2, 6)))
     assert await sides(cloud, token) == {False}

@@ -89,7 +89,7 @@ async def test_an_operator_switches_a_lamp_of_a_robot_whose_connection_breaks(
         assert await switching == SetBoolResponse(True), "asked and answered once, by one connection or the next"
         assert not lamp.lit
         await robot.advertise_service("move_base/clear_costmaps", EmptyService, lambda _: Empty())
-        assert "is the clone's own" in str(await asyncio.wait_for(refused.get(), 10))
+        assert "is provided by the clone" in str(await asyncio.wait_for(refused.get(), 10))
         await robot.unadvertise_service("lamp")
         assert not await known()
         with pytest.raises(PPaaSError, match="unknown service 'lamp'"):

@@ -87,7 +87,7 @@ def test_a_scan_of_a_wrong_size_is_refused() -> None:
 def test_the_extra_that_reads_bags_is_told_of_where_it_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
     monkeypatch.setitem(sys.modules, "rosbags", None)
-    with pytest.raises(InvalidInput, match=r"pip install 'ppaas\[bags\]'"):
+    with pytest.raises(InvalidInput, match=r"pip install '\.\[bags\]'"):
         read_recording(BAG)
 
 

@@ -53,9 +53,9 @@ def test_a_store_for_a_fleet_names_its_extra(monkeypatch: pytest.MonkeyPatch) ->
         for module in [name for name in sys.modules if name.startswith((driver, f"storage.{driver}"))]:
             monkeypatch.delitem(sys.modules, module)
         monkeypatch.setitem(sys.modules, driver, None)  # as if it were not installed
-    with pytest.raises(InvalidInput, match=r"ppaas\[cassandra\]"):
+    with pytest.raises(InvalidInput, match=r"\.\[cassandra\]"):
         open_store("cassandra://db/ppaas")
-    with pytest.raises(InvalidInput, match=r"ppaas\[hdfs\]"):
+    with pytest.raises(InvalidInput, match=r"\.\[hdfs\]"):
         open_map_store("hdfs://namenode/maps")
 
 

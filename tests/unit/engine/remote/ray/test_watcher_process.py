@@ -76,7 +76,7 @@ async def test_without_a_listening_cluster_no_watcher_is_started(tmp_path: Path,
 
 async def test_a_missing_extra_is_named(tmp_path: Path, head: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(watcher_process.importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(InvalidInput, match=r"ppaas\[ray\]"):
+    with pytest.raises(InvalidInput, match=r"\.\[ray\]"):
         Watched(tmp_path, head)
 
 
