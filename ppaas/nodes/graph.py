@@ -10,8 +10,10 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, TypeVar
 
+import msgspec
+
 from ppaas.clock import Clock, epoch, monotonic
-from ppaas.errors import Conflict, NotFound, PPaaSError
+from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError
 from ppaas.messages.message import Message
 from ppaas.nodes.base import Checkpoint, Context, Node, Payload, Reply, Service
 from ppaas.nodes.jobs import GraphJob, GraphTimer, Worker, run_inline
@@ -107,11 +109,17 @@ class Graph(TopicBus):
         return [Checkpoint(name, state) for name, state in states if state is not None]
 
     def restore(self, checkpoints: list[Checkpoint]) -> None:
-        """Restore the nodes from their checkpoints; checkpoints of other nodes are ignored."""
+        """Restore the nodes from their checkpoints; checkpoints of other nodes are ignored.
+
+        Raises
+        ------
+        InvalidInput
+            A node cannot read its checkpoint, for example because another release wrote it.
+        """
         for checkpoint in checkpoints:
             node = self.nodes.get(checkpoint.node)
             if node is not None:
-                node.restore(checkpoint.state)
+                _restore(node, checkpoint.state)
         self._drain()
 
     def deliver_to(self, node: str, topic: str, message: Payload) -> None:
@@ -194,3 +202,13 @@ class Graph(TopicBus):
 
         self._worker(work, job.is_cancelled, finish)
         return job
+
+
+def _restore(node: Node, state: bytes) -> None:
+    try:
+        node.restore(state)
+    except (msgspec.MsgspecError, ValueError) as error:
+        raise InvalidInput(
+            f"the checkpoint of node {node.name!r} cannot be read, perhaps because another release wrote it ({error}): "
+            "connect again to start a new session without it"
+        ) from error

@@ -101,6 +101,15 @@ async def test_a_container_that_cannot_be_what_was_asked_for_says_why_and_ends(
     assert re.search(text, failed.refusal.text)
 
 
+async def test_a_checkpoint_that_a_node_cannot_read_is_refused_by_name(layers: Path, tmp_path: Path) -> None:
+    spec = ContainerSpec("c1", "ann", HOUSE, 1.0, robot_config(), checkpoint={"move_base": b'{"goal": "elsewhere"}'})
+    failed = await first_frame(spec, layers, tmp_path)
+    assert isinstance(failed, robot_link.ContainerFailed)
+    assert failed.refusal.slug == "invalid-input"
+    assert "the checkpoint of node 'move_base' cannot be read" in failed.refusal.text
+    assert "connect again" in failed.refusal.text
+
+
 async def test_a_container_without_layers_says_so(tmp_path: Path) -> None:
     failed = await first_frame(planning_spec(), tmp_path / "gone", tmp_path)
     assert isinstance(failed, robot_link.ContainerFailed)

@@ -142,6 +142,13 @@ def test_a_node_goes_on_in_another_home_from_its_checkpoint() -> None:
     assert moved.last == 42.0
 
 
+def test_a_checkpoint_that_a_node_cannot_read_is_refused_by_name() -> None:
+    graph = Graph()
+    graph.add(Doubler)
+    with pytest.raises(InvalidInput, match=r"checkpoint of node 'doubler' cannot be read"):
+        graph.restore([Checkpoint("doubler", b"of another release")])
+
+
 def test_a_timer_fires_once_for_each_period_and_not_to_catch_up() -> None:
     clock = ManualClock()
     graph = Graph(clock=clock)
