@@ -413,7 +413,7 @@ def test_a_store_is_swept_by_command(stores: list[CassandraStore], server: Cassa
         text=True,
         check=False,
     )
-    assert (done.returncode, done.stdout) == (0, "0 stretches removed\n"), done.stderr
+    assert (done.returncode, done.stdout) == (0, "0 segments removed\n"), done.stderr
 
 
 def test_a_plan_with_large_parameters_is_stored(stores: list[CassandraStore]) -> None:
