@@ -3,13 +3,14 @@
 from importlib.metadata import version
 from typing import Any
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 from starlette.types import Receive, Scope, Send
 
 from endpoints.dashboard.pages import add_dashboard
 from endpoints.http.body_limit import BodyLimit, BodyLimits
 from endpoints.http.problems import add_problem_handlers
 from endpoints.rest.cluster import containers, health, machines
+from endpoints.rest.dependencies import single_query_values
 from endpoints.rest.maps import map_cells, map_versions, maps
 from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
 from endpoints.rest.plans import cost_matrix, evaluation, plan_database, planners, planning, plans, stored_plans
@@ -91,7 +92,7 @@ def create_app(services: Services) -> FastAPI:
     describe(app)
     app.state.services = services
     for resource in RESOURCES:
-        app.include_router(resource.router, prefix=PREFIX)
+        app.include_router(resource.router, prefix=PREFIX, dependencies=[Depends(single_query_values)])
     add_viewer(app)
     add_problem_handlers(app)
     add_dashboard(app)

@@ -1,5 +1,6 @@
 """Dependencies of the routes: the services, the user, and the maps that a user may read."""
 
+from collections import Counter
 from typing import Annotated
 
 from fastapi import Depends, Request
@@ -8,7 +9,7 @@ from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 from endpoints.accounts.authentication import authenticate
 from endpoints.rest.paging import Paging
 from endpoints.services.services import Services
-from ppaas.errors import NotFound, NotPermitted
+from ppaas.errors import InvalidParameter, NotFound, NotPermitted
 from storage.records import MapRecord, User
 
 _bearer = HTTPBearer(auto_error=False, description="Token from POST /v1/tokens; alternatively `?token=` in the URL.")
@@ -22,6 +23,14 @@ async def services_of(request: Request) -> Services:  # async: FastAPI calls oth
 
 
 Provided = Annotated[Services, Depends(services_of)]
+
+
+async def single_query_values(request: Request) -> None:
+    """Raise ``InvalidParameter`` if a query parameter is given more than once: no route takes a list of values."""
+    counts = Counter(name for name, _ in request.query_params.multi_items())
+    for name, count in counts.items():
+        if count > 1:
+            raise InvalidParameter(f"query parameter {name!r} is given {count} times: give it once")
 
 
 async def current_user(

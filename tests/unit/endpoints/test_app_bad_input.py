@@ -72,6 +72,11 @@ async def test_json_may_be_said_in_other_ways(client: httpx.AsyncClient, ann: di
     assert answer.status_code == 200
 
 
+async def test_a_query_parameter_is_given_once(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
+    twice = await client.get("/v1/maps/house/evaluation?version=a&version=b", headers=ann)
+    assert "query parameter 'version' is given 2 times" in problem_of(twice, 422, "invalid-parameter")["detail"]
+
+
 @pytest.mark.parametrize("value", ["1e400", "NaN", "-Infinity", '"1"', "null", "true", "[1]", "1e10", "{}"])
 async def test_a_coordinate_is_a_number_within_reason(
     client: httpx.AsyncClient, ann: dict[str, str], cloud: FakeCloud, value: str

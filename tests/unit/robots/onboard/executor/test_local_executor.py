@@ -159,7 +159,7 @@ async def test_a_call_that_breaks_a_node_is_refused_and_one_that_it_leaves_behin
         (lambda home: begin(home, grid=msgspec.Raw(b"{}")), "malformed-message", "OccupancyGrid"),
         (lambda home: home.take(protocol.Add("amcl", "")), "error", "the executor has no map yet"),
         (lambda home: home.take(protocol.Remove("amcl")), "not-found", "amcl"),
-        (lambda home: (begin(home), home.take(protocol.Add("amcl", "rubbish"))), "error", "JSON"),
+        (lambda home: (begin(home), home.take(protocol.Add("amcl", "rubbish"))), "invalid-input", "JSON"),
     ],
 )
 async def test_what_cannot_be_done_is_told(
