@@ -26,8 +26,9 @@ from engine.protocols import robot_link
 from engine.runtimes.compilation.threads import KernelThreads, use_threads
 from engine.specs.containers import Launch
 from engine.specs.robot_layers import filters_of, layers_of
-from ppaas.errors import PPaaSError
+from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.nodes.base import Checkpoint
+from ppaas.nodes.graph import Graph
 from ppaas.plans.reuse.measured_times import Times
 from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.plugins import permit_only
@@ -46,7 +47,7 @@ async def run(launch: Launch) -> None:
         filters = filters_of(layers_of(launch.spec))
         reuse = ReuseSetup(launch.spec.map.id, launch.spec.map.version, plans, times, notes, filters)
         monitoring = build_graph(home.graph, launch, threads, indexes, reuse)
-        home.graph.restore([Checkpoint(name, state) for name, state in launch.spec.checkpoint.items()])
+        _restore(home.graph, launch)
     except PPaaSError as error:
         refusal = robot_link.Refusal(error.slug, str(error))
         await stream.send(robot_link.ContainerFailed(launch.spec.id, launch.secret, refusal))
@@ -69,6 +70,13 @@ async def run(launch: Launch) -> None:
         home.close()
         await endpoint.close()
         await machine.close()
+
+
+def _restore(graph: Graph, launch: Launch) -> None:
+    try:
+        graph.restore([Checkpoint(name, state) for name, state in launch.spec.checkpoint.items()])
+    except InvalidInput as error:
+        raise InvalidInput(f"{error}; connect again to start a new session without it") from error
 
 
 def _resize(threads: KernelThreads, count: int) -> None:

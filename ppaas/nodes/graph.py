@@ -208,7 +208,5 @@ def _restore(node: Node, state: bytes) -> None:
     try:
         node.restore(state)
     except (msgspec.MsgspecError, ValueError) as error:
-        raise InvalidInput(
-            f"the checkpoint of node {node.name!r} cannot be read, perhaps because another release wrote it ({error}): "
-            "connect again to start a new session without it"
-        ) from error
+        text = f"the checkpoint of node {node.name!r} cannot be read, perhaps because another release wrote it: {error}"
+        raise InvalidInput(text) from error
