@@ -12,8 +12,8 @@ from engine.processes.instances import folder_of
 from ppaas.errors import InvalidParameter, Unavailable
 
 
-@pytest.mark.parametrize(("usual", "told"), [(0.0, True), (600.0, False)])
-async def test_a_start_that_takes_longer_than_usual_says_why(tmp_path, short_path, monkeypatch, caplog, usual, told):
+@pytest.mark.parametrize(("usual", "explained"), [(0.0, True), (600.0, False)])
+async def test_slow_start_is_explained_in_the_log(tmp_path, short_path, monkeypatch, caplog, usual, explained):
     monkeypatch.setattr(bootstrap, "USUAL_START", usual)
     caplog.set_level(logging.INFO)
     engine = Engine(CloudConfig(f"sqlite:///{tmp_path / 'store.sqlite'}", f"file:///{tmp_path / 'maps'}"))
@@ -22,11 +22,11 @@ async def test_a_start_that_takes_longer_than_usual_says_why(tmp_path, short_pat
         assert [machine.id for machine in engine.cloud.machines()] == ["local"]
     finally:
         await engine.close()
-    assert (bootstrap.STILL_STARTING in caplog.text) is told
+    assert (bootstrap.STILL_STARTING in caplog.text) is explained
     assert list(short_path.iterdir()) == []
 
 
-async def test_an_agent_that_only_dies_is_not_waited_for(short_path, monkeypatch):
+async def test_start_fails_if_the_agent_keeps_exiting(short_path, monkeypatch):
     dies = functools.partial(AgentProcess, command=(sys.executable, "-c", "raise SystemExit(3)"))
     monkeypatch.setattr("engine.local.machine.AgentProcess", dies)
     monkeypatch.setattr(bootstrap, "LOOK", 0.05)
@@ -38,7 +38,7 @@ async def test_an_agent_that_only_dies_is_not_waited_for(short_path, monkeypatch
         await engine.close()
 
 
-async def test_priorities_that_are_none_are_refused_before_anything_is_made(short_path):
+async def test_invalid_priorities_are_refused_before_any_folder_is_made(short_path):
     with pytest.raises(InvalidParameter, match="node_monitor"):
         Engine(CloudConfig("memory:", "memory:", node_priorities=("luck",)))
     assert list(short_path.iterdir()) == []
@@ -50,9 +50,7 @@ def dead_instance():
     return subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.strip()
 
 
-async def test_what_a_machine_that_had_to_be_killed_left_in_shared_memory_goes_with_the_cloud(
-    short_path, dead_instance
-):
+async def test_closing_removes_shared_memory_of_killed_machines(short_path, dead_instance):
     engine, left = Engine(CloudConfig("memory:", "memory:")), folder_of(dead_instance)
     left.mkdir()
     await engine.close()

@@ -8,20 +8,20 @@ from engine.agent.agent import until_told
 from tests.support.waiting import until
 
 
-async def test_sigterm_gives_up_what_is_inside() -> None:
-    told, done = asyncio.Event(), False
-    with until_told(told):
+async def test_sigterm_cancels_the_block() -> None:
+    stopped, done = asyncio.Event(), False
+    with until_told(stopped):
         os.kill(os.getpid(), signal.SIGTERM)
         await asyncio.sleep(60.0)
         done = True
-    assert told.is_set()
+    assert stopped.is_set()
     assert not done
 
 
-async def test_sigterm_after_it_disturbs_nothing_and_is_not_lost() -> None:
-    told = asyncio.Event()
-    with until_told(told):
+async def test_sigterm_after_the_block_still_sets_the_event() -> None:
+    stopped = asyncio.Event()
+    with until_told(stopped):
         pass
     os.kill(os.getpid(), signal.SIGTERM)
-    await until(told.is_set)
+    await until(stopped.is_set)
     await asyncio.sleep(0.0)

@@ -21,10 +21,10 @@ from tests.support.engine.engine_links import pair, receive
 from tests.support.engine.specs import robot_spec
 from tests.support.waiting import until
 
-OURS = control_link.RunningContainer(robot_spec("old"), 1.0, "secret", 42)
+RUNNING = control_link.RunningContainer(robot_spec("old"), 1.0, "secret", 42)
 
 
-class Carrying:
+class FakeSupervisor:
     """Fake container supervisor."""
 
     def __init__(self, *carried: control_link.RunningContainer) -> None:
@@ -43,7 +43,7 @@ class Carrying:
         self.endpoints += 1
 
 
-class Doors:
+class FakeMasters:
     """Fake address of masters."""
 
     network = 0.0
@@ -73,88 +73,91 @@ class Doors:
         return control_link.AgentBeat()
 
 
-def agent_of(carrying: Carrying, doors: Doors, within: float = 30.0) -> tuple[Agent, MasterSession]:
+def agent_of(supervisor: FakeSupervisor, masters: FakeMasters, within: float = 30.0) -> tuple[Agent, MasterSession]:
     config = AgentConfig("m1", "", "secret", "", "", "memory:", "memory:", adopt_within=within)
-    standing = MasterSession(leased=False)
-    here = cast(ContainerSupervisor, carrying), cast(ContainerGateway, doors), standing, cast(HostLoad, doors)
-    return Agent(AgentComponents(config, (0,), *here)), standing
+    session = MasterSession(leased=False)
+    here = cast(ContainerSupervisor, supervisor), cast(ContainerGateway, masters), session, cast(HostLoad, masters)
+    return Agent(AgentComponents(config, (0,), *here)), session
 
 
-async def test_it_tells_another_master_what_it_carries_and_keeps_what_that_adopts() -> None:
-    doors, carrying = Doors(), Carrying(OURS, control_link.RunningContainer(robot_spec("other"), 1.0, "secret", 43))
-    agent, standing = agent_of(carrying, doors)
-    staying = asyncio.create_task(agent.stay(doors.dial))
-    first, _ = await doors.registered()
+async def test_agent_registers_its_containers_and_keeps_those_adopted() -> None:
+    masters, supervisor = (
+        FakeMasters(),
+        FakeSupervisor(RUNNING, control_link.RunningContainer(robot_spec("other"), 1.0, "secret", 43)),
+    )
+    agent, session = agent_of(supervisor, masters)
+    staying = asyncio.create_task(agent.stay(masters.dial))
+    first, _ = await masters.registered()
     first.write(control_link.Welcome("cloud 1", ("old", "other")))
     assert await receive(first) == control_link.AgentBeat()
-    await until(standing.acts)
+    await until(session.acts)
     await first.close()
-    second, register = await doors.registered()
+    second, register = await masters.registered()
     assert [carried.spec.id for carried in register.carries] == ["old", "other"]
-    assert not standing.acts(), "until it is welcome"
+    assert not session.acts(), "until it is welcome"
     second.write(control_link.Welcome("cloud 2", ("old",)))
-    await until(standing.acts)
-    assert (doors.cloud, carrying.kept[2:], carrying.endpoints) == ("cloud 2", ["old"], 2)
+    await until(session.acts)
+    assert (masters.cloud, supervisor.kept[2:], supervisor.endpoints) == ("cloud 2", ["old"], 2)
     second.write(control_link.Dismissed())
     await asyncio.wait_for(staying, 10)
-    assert not standing.acts()
+    assert not session.acts()
 
 
-async def test_it_ends_when_it_is_dismissed_whatever_it_carries() -> None:
-    doors = Doors()
-    agent, _ = agent_of(Carrying(OURS), doors)
-    staying = asyncio.create_task(agent.stay(doors.dial))
-    master, _ = await doors.registered()
+async def test_dismissed_agent_ends_although_containers_run() -> None:
+    masters = FakeMasters()
+    agent, _ = agent_of(FakeSupervisor(RUNNING), masters)
+    staying = asyncio.create_task(agent.stay(masters.dial))
+    master, _ = await masters.registered()
     master.write(control_link.Dismissed())
     await asyncio.wait_for(staying, 10)
-    assert doors.dialled == 1
+    assert masters.dialled == 1
 
 
-async def test_it_is_there_for_another_master_though_it_carries_nothing() -> None:
-    doors = Doors()
-    agent, _ = agent_of(Carrying(), doors)
-    staying = asyncio.create_task(agent.stay(doors.dial))
-    first, _ = await doors.registered()
+async def test_agent_without_containers_registers_with_the_next_master() -> None:
+    masters = FakeMasters()
+    agent, _ = agent_of(FakeSupervisor(), masters)
+    staying = asyncio.create_task(agent.stay(masters.dial))
+    first, _ = await masters.registered()
     await first.close()
-    second, register = await doors.registered()
+    second, register = await masters.registered()
     assert register.carries == ()
     second.write(control_link.Dismissed())
     await asyncio.wait_for(staying, 10)
 
 
-async def test_it_ends_with_its_master_where_nothing_may_wait() -> None:
-    doors = Doors()
-    agent, _ = agent_of(Carrying(OURS), doors, 0.0)
-    staying = asyncio.create_task(agent.stay(doors.dial))
-    master, _ = await doors.registered()
+async def test_agent_without_adoption_time_ends_with_its_master() -> None:
+    masters = FakeMasters()
+    agent, _ = agent_of(FakeSupervisor(RUNNING), masters, 0.0)
+    staying = asyncio.create_task(agent.stay(masters.dial))
+    master, _ = await masters.registered()
     await master.close()
     await asyncio.wait_for(staying, 10)
-    assert doors.dialled == 1
+    assert masters.dialled == 1
 
 
-async def test_it_gives_up_when_no_master_welcomes_it_in_time_though_some_answer() -> None:
-    doors = Doors()
-    agent, _ = agent_of(Carrying(OURS), doors, 0.5)
-    staying = asyncio.create_task(agent.stay(doors.dial))
+async def test_agent_ends_if_no_master_welcomes_it_in_time() -> None:
+    masters = FakeMasters()
+    agent, _ = agent_of(FakeSupervisor(RUNNING), masters, 0.5)
+    staying = asyncio.create_task(agent.stay(masters.dial))
     while not staying.done():
-        while not doors.ends.empty():
-            await doors.ends.get_nowait().close()
+        while not masters.ends.empty():
+            await masters.ends.get_nowait().close()
         await asyncio.sleep(0.01)
-    assert doors.dialled > 1
+    assert masters.dialled > 1
 
 
-async def test_it_dials_until_the_time_is_over(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_redial_repeats_until_the_time_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("engine.agent.master_redial.PERIOD", 0.001)
-    clock, doors = ManualClock(0.0), Doors()
-    doors.away = True
+    clock, masters = ManualClock(0.0), FakeMasters()
+    masters.away = True
 
     async def dial() -> Master:
         clock.advance(1.0)
-        return await doors.dial()
+        return await masters.dial()
 
     assert await MasterRedial(3.5, clock)(dial) is None
-    assert doors.dialled == 4
-    doors.away = False
+    assert masters.dialled == 4
+    masters.away = False
     found = await MasterRedial(3.5, clock)(dial)
     assert found is not None
     await found.close()

@@ -54,7 +54,7 @@ def fabric() -> FakeFabric:
 
 
 @pytest.fixture
-async def gate(tmp_path: Path, store: SlowStore, fabric: FakeFabric) -> AsyncIterator[ContainerGateway]:
+async def gateway(tmp_path: Path, store: SlowStore, fabric: FakeFabric) -> AsyncIterator[ContainerGateway]:
     opened = ContainerGateway(tmp_path / "gate.sock", store, fabric, attach_timeout=5.0)
     await opened.start()
     yield opened
@@ -65,12 +65,12 @@ Attach = Callable[[ContainerSpec], Awaitable[Stream]]
 
 
 @pytest.fixture
-def attach(gate: ContainerGateway, fabric: FakeFabric) -> Attach:
+def attach(gateway: ContainerGateway, fabric: FakeFabric) -> Attach:
     async def attached(spec: ContainerSpec) -> Stream:
-        gate.expect(spec, "secret")
-        stream = await dial_gateway(gate.path)
+        gateway.expect(spec, "secret")
+        stream = await dial_gateway(gateway.path)
         stream.write(machine_link.Attach(spec.id, "secret"))
-        await until(lambda: gate.awaited == 0)
+        await until(lambda: gateway.awaited == 0)
         return stream
 
     return attached
@@ -100,25 +100,21 @@ def slug(done: machine_link.Done) -> str | None:
 # -- notifications -----------------------------------------------------------------------------------------------------
 
 
-async def test_a_container_learns_its_new_size_and_who_is_gone_is_left_alone(
-    gate: ContainerGateway, attach: Attach
-) -> None:
+async def test_container_is_notified_of_its_new_size(gateway: ContainerGateway, attach: Attach) -> None:
     stream = await attach(robot_spec("c1"))
-    gate.resized("c2", 4)
-    gate.resized("c1", 2)
+    gateway.resized("c2", 4)
+    gateway.resized("c1", 2)
     assert await receive(stream) == machine_link.Resized(2)
     await stream.close()
-    await until(lambda: gate._guests == {})
-    gate.resized("c1", 1)
+    await until(lambda: gateway._guests == {})
+    gateway.resized("c1", 1)
 
 
-async def test_all_but_those_that_are_to_end_are_told_that_an_endpoint_awaits_them(
-    gate: ContainerGateway, attach: Attach
-) -> None:
+async def test_endpoint_notice_skips_containers_that_are_shut_out(gateway: ContainerGateway, attach: Attach) -> None:
     stays, ends = await attach(robot_spec("c1")), await attach(robot_spec("c2", robot="tb2"))
-    gate.shut_out("c2")
-    gate.endpoint_came()
-    gate.resized("c2", 1)
+    gateway.shut_out("c2")
+    gateway.endpoint_came()
+    gateway.resized("c2", 1)
     assert await receive(stays) == machine_link.EndpointCame()
     assert await receive(ends) == machine_link.Resized(1)
 
@@ -126,8 +122,8 @@ async def test_all_but_those_that_are_to_end_are_told_that_an_endpoint_awaits_th
 # -- attaching ---------------------------------------------------------------------------------------------------------
 
 
-async def test_only_this_user_may_dial(gate: ContainerGateway) -> None:
-    assert stat.S_IMODE(gate.path.stat().st_mode) == 0o600
+async def test_socket_is_accessible_to_its_user_only(gateway: ContainerGateway) -> None:
+    assert stat.S_IMODE(gateway.path.stat().st_mode) == 0o600
 
 
 @pytest.mark.parametrize(
@@ -140,55 +136,53 @@ async def test_only_this_user_may_dial(gate: ContainerGateway) -> None:
     ],
     ids=["wrong secret", "odd secret", "unknown container", "nameless"],
 )
-async def test_a_stranger_is_hung_up_on_and_the_awaited_container_still_comes(
-    gate: ContainerGateway, first: msgspec.Struct, attach: Attach
+async def test_unknown_client_is_disconnected_and_the_expected_one_attaches(
+    gateway: ContainerGateway, first: msgspec.Struct, attach: Attach
 ) -> None:
-    gate.expect(robot_spec("c1"), "secret")
-    stranger = await dial_gateway(gate.path)
+    gateway.expect(robot_spec("c1"), "secret")
+    stranger = await dial_gateway(gateway.path)
     stranger.write(first)
     assert await receive(stranger) is None
     stream = await attach(robot_spec("c1"))
     assert slug(await ask(stream, machine_link.SaveClone(1, {}))) is None
 
 
-async def test_a_container_attaches_once(gate: ContainerGateway, attach: Attach) -> None:
+async def test_container_attaches_only_once(gateway: ContainerGateway, attach: Attach) -> None:
     first = await attach(robot_spec("c1"))
-    second = await dial_gateway(gate.path)
+    second = await dial_gateway(gateway.path)
     second.write(machine_link.Attach("c1", "secret"))
     assert await receive(second) is None
     assert slug(await ask(first, machine_link.SaveClone(1, {}))) is None
 
 
-async def test_a_container_that_wants_to_be_another_is_cut_off(gate: ContainerGateway, attach: Attach) -> None:
+async def test_attaching_as_a_second_container_disconnects(gateway: ContainerGateway, attach: Attach) -> None:
     stream, other = await attach(robot_spec("c1")), robot_spec("c2", "bob")
-    gate.expect(other, "secret")
+    gateway.expect(other, "secret")
     stream.write(machine_link.Attach("c2", "secret"))
     assert await receive(stream) is None
-    assert gate.awaited == 1
+    assert gateway.awaited == 1
 
 
-async def test_who_is_forgotten_is_not_let_in(gate: ContainerGateway) -> None:
-    gate.expect(robot_spec("c1"), "secret")
-    gate.forget("c1")
-    stream = await dial_gateway(gate.path)
+async def test_forgotten_container_cannot_attach(gateway: ContainerGateway) -> None:
+    gateway.expect(robot_spec("c1"), "secret")
+    gateway.forget("c1")
+    stream = await dial_gateway(gateway.path)
     stream.write(machine_link.Attach("c1", "secret"))
     assert await receive(stream) is None
 
 
-async def test_silence_is_cut_off(tmp_path: Path, store: SlowStore, fabric: FakeFabric) -> None:
-    gate = ContainerGateway(tmp_path / "gate.sock", store, fabric, attach_timeout=0.05)
-    await gate.start()
-    stream = await dial_gateway(gate.path)
+async def test_silent_client_is_disconnected(tmp_path: Path, store: SlowStore, fabric: FakeFabric) -> None:
+    gateway = ContainerGateway(tmp_path / "gate.sock", store, fabric, attach_timeout=0.05)
+    await gateway.start()
+    stream = await dial_gateway(gateway.path)
     assert await receive(stream) is None
-    await gate.close()
+    await gateway.close()
 
 
 # -- the stores --------------------------------------------------------------------------------------------------------
 
 
-async def test_a_checkpoint_is_kept_under_the_robot_of_the_container_and_no_other(
-    attach: Attach, store: SlowStore
-) -> None:
+async def test_checkpoint_is_stored_under_the_containers_own_robot(attach: Attach, store: SlowStore) -> None:
     stream = await attach(robot_spec("c1", "ann", "tb1"))
     await attach(robot_spec("c2", "bob", "tb1"))
     nodes = {"amcl": b"{}", "user": b"bob", "../bob/tb1": b"x"}
@@ -199,7 +193,7 @@ async def test_a_checkpoint_is_kept_under_the_robot_of_the_container_and_no_othe
             store.clone(user, robot)
 
 
-async def test_a_checkpoint_is_marked_with_the_session_of_its_container(attach: Attach, store: SlowStore) -> None:
+async def test_checkpoint_records_the_containers_session(attach: Attach, store: SlowStore) -> None:
     spec = msgspec.structs.replace(robot_spec("c2"), session="c1")
     stream = await attach(spec)
     await ask(stream, machine_link.SaveClone(1, {"session": b"c9", "origin": b"elsewhere"}))
@@ -207,7 +201,7 @@ async def test_a_checkpoint_is_marked_with_the_session_of_its_container(attach: 
     assert marks(spec, "")["session"] == b"c1"
 
 
-async def test_a_container_that_only_plans_has_no_clone_and_shares_nothing(attach: Attach, fabric: FakeFabric) -> None:
+async def test_planning_container_cannot_save_clones_or_share(attach: Attach, fabric: FakeFabric) -> None:
     stream = await attach(planning_spec())
     stream.write(machine_link.Share("amcl_pose", b"{}"))
     assert slug(await ask(stream, machine_link.SaveClone(1, {}))) == "not-permitted"
@@ -220,7 +214,7 @@ async def test_a_container_that_only_plans_has_no_clone_and_shares_nothing(attac
     [{"user": "bob"}, {"map": "vault"}, {"version": "v2"}, {"robot": "tb2"}, {"robot": None}],
     ids=["user", "map", "version", "robot", "no robot"],
 )
-async def test_a_plan_in_anothers_name_is_refused_and_its_own_is_kept(
+async def test_plan_in_another_name_is_refused_and_its_own_is_stored(
     attach: Attach, store: SlowStore, spoof: dict[str, str]
 ) -> None:
     stream = await attach(robot_spec("c1", "ann", "tb1"))
@@ -230,9 +224,7 @@ async def test_a_plan_in_anothers_name_is_refused_and_its_own_is_kept(
     assert [plan.id for plan in store.plans("house") + store.plans("vault")] == ["good"]
 
 
-async def test_a_container_has_what_planners_prepare_of_its_own_map_put_beside_its_layers(
-    gate: ContainerGateway, attach: Attach
-) -> None:
+async def test_container_prepares_an_index_of_its_own_map(gateway: ContainerGateway, attach: Attach) -> None:
     prepared = []
 
     async def prepare(planner: str) -> None:
@@ -240,8 +232,8 @@ async def test_a_container_has_what_planners_prepare_of_its_own_map_put_beside_i
             raise NotFound("index", planner, ["hub_labels"])
         prepared.append(planner)
 
-    gate.expect(planning_spec("c1"), "secret", prepare)
-    stream = await dial_gateway(gate.path)
+    gateway.expect(planning_spec("c1"), "secret", prepare)
+    stream = await dial_gateway(gateway.path)
     stream.write(machine_link.Attach("c1", "secret"))
     assert slug(await ask(stream, machine_link.PrepareIndex(1, "hub_labels"))) is None
     assert slug(await ask(stream, machine_link.PrepareIndex(2, "astar"))) == "not-found"
@@ -252,7 +244,7 @@ async def test_a_container_has_what_planners_prepare_of_its_own_map_put_beside_i
     await other.close()
 
 
-async def test_checkpoints_are_kept_in_the_order_in_which_they_were_made(attach: Attach, store: SlowStore) -> None:
+async def test_checkpoints_are_stored_in_order(attach: Attach, store: SlowStore) -> None:
     stream = await attach(robot_spec())
     store.go.clear()
     for number in range(1, MAX_REQUESTS + 1):
@@ -263,7 +255,7 @@ async def test_checkpoints_are_kept_in_the_order_in_which_they_were_made(attach:
     assert store.clone("ann", "tb1").nodes["n"] == str(MAX_REQUESTS).encode()
 
 
-async def test_requests_under_way_are_bounded_and_a_slow_store_holds_up_nobody_else(
+async def test_pending_requests_are_bounded_and_do_not_block_sharing(
     attach: Attach, store: SlowStore, fabric: FakeFabric
 ) -> None:
     stream = await attach(robot_spec())
@@ -279,18 +271,20 @@ async def test_requests_under_way_are_bounded_and_a_slow_store_holds_up_nobody_e
     assert slug(await ask(stream, machine_link.SaveClone(99, {}))) is None
 
 
-@pytest.mark.parametrize(("error", "told"), [(Unavailable("the disk is full"), "unavailable"), (OSError(5), "error")])
-async def test_what_a_store_cannot_do_is_told_and_the_container_is_served_on(
-    attach: Attach, store: SlowStore, error: Exception, told: str
+@pytest.mark.parametrize(
+    ("error", "expected"), [(Unavailable("the disk is full"), "unavailable"), (OSError(5), "error")]
+)
+async def test_store_error_is_reported_and_the_connection_stays_open(
+    attach: Attach, store: SlowStore, error: Exception, expected: str
 ) -> None:
     stream = await attach(robot_spec())
     store.error = error
-    assert slug(await ask(stream, machine_link.SaveClone(1, {}))) == told
+    assert slug(await ask(stream, machine_link.SaveClone(1, {}))) == expected
     store.error = None
     assert slug(await ask(stream, machine_link.SaveClone(2, {}))) is None
 
 
-async def test_a_store_that_answers_after_the_container_has_gone_harms_nobody(
+async def test_store_may_answer_after_the_container_disconnected(
     attach: Attach, store: SlowStore, caplog: pytest.LogCaptureFixture
 ) -> None:
     stream = await attach(robot_spec())
@@ -312,7 +306,7 @@ def _nodes(store: SlowStore) -> dict[str, bytes]:
 # -- the fabric --------------------------------------------------------------------------------------------------------
 
 
-async def test_robots_of_a_map_hear_each_other_whoever_owns_them_and_not_themselves(attach: Attach) -> None:
+async def test_robots_of_a_map_receive_each_other_but_not_themselves(attach: Attach) -> None:
     ann, bob = await attach(robot_spec("c1", "ann")), await attach(robot_spec("c2", "bob"))
     ann.write(machine_link.Share("amcl_pose", b"ann"))
     assert await receive(bob) == machine_link.Shared("ann", "tb1", "amcl_pose", b"ann")
@@ -320,7 +314,7 @@ async def test_robots_of_a_map_hear_each_other_whoever_owns_them_and_not_themsel
     assert await receive(ann) == machine_link.Shared("bob", "tb1", "amcl_pose", b"bob")
 
 
-async def test_what_is_private_or_of_another_map_is_not_heard(attach: Attach, fabric: FakeFabric) -> None:
+async def test_private_topics_and_other_maps_are_not_received(attach: Attach, fabric: FakeFabric) -> None:
     ann = await attach(robot_spec("c1", "ann"))
     vault = await attach(robot_spec("c2", "bob", version=MapVersion("vault", "v1")))
     vault.write(machine_link.Share("amcl_pose", b"in the vault"))
@@ -353,7 +347,7 @@ HOSTILE = [
 
 
 @pytest.mark.parametrize("topic", HOSTILE)
-async def test_a_hostile_topic_is_refused_and_all_containers_are_served_on(
+async def test_hostile_topic_is_refused_and_containers_stay_connected(
     attach: Attach, fabric: FakeFabric, topic: str, caplog: pytest.LogCaptureFixture
 ) -> None:
     ann, bob = await attach(robot_spec("c1", "ann")), await attach(robot_spec("c2", "bob"))
@@ -365,7 +359,7 @@ async def test_a_hostile_topic_is_refused_and_all_containers_are_served_on(
     assert len([record for record in caplog.records if record.levelname == "WARNING"]) == 1
 
 
-async def test_a_giant_message_is_not_shared(attach: Attach, fabric: FakeFabric) -> None:
+async def test_oversized_message_is_not_shared(attach: Attach, fabric: FakeFabric) -> None:
     ann, bob = await attach(robot_spec("c1", "ann")), await attach(robot_spec("c2", "bob"))
     ann.write(machine_link.Share("amcl_pose", bytes(MAX_SHARED + 1)))
     ann.write(machine_link.Share("amcl_pose", bytes(MAX_SHARED)))
@@ -375,35 +369,33 @@ async def test_a_giant_message_is_not_shared(attach: Attach, fabric: FakeFabric)
     assert len(fabric.published) == 1
 
 
-async def test_what_waits_for_a_container_that_does_not_read_is_bounded(
-    gate: ContainerGateway, attach: Attach, fabric: FakeFabric
+async def test_send_buffer_of_a_slow_container_is_bounded(
+    gateway: ContainerGateway, attach: Attach, fabric: FakeFabric
 ) -> None:
     slow = await attach(robot_spec("c1", "ann"))
     payload = bytes(MAX_SHARED)
     for _ in range(200):
         fabric.publish("ppaas/map/house/bob/tb1/amcl_pose", payload)
         await asyncio.sleep(0)
-    (stream,) = gate._streams
+    (stream,) = gateway._streams
     assert MAX_WAITING < stream.waiting <= MAX_WAITING + 2 * MAX_SHARED
     await slow.close()
 
 
-async def test_a_container_that_goes_is_told_nothing_more(
-    gate: ContainerGateway, attach: Attach, fabric: FakeFabric
+async def test_disconnected_container_is_unsubscribed(
+    gateway: ContainerGateway, attach: Attach, fabric: FakeFabric
 ) -> None:
     stream = await attach(robot_spec("c1", "ann"))
     assert len(fabric.subscriptions) == 1
     await stream.close()
-    await until(lambda: not gate._streams)
+    await until(lambda: not gateway._streams)
     assert fabric.subscriptions == []
 
 
-async def test_closing_hangs_up_on_all_even_those_that_have_not_attached(
-    gate: ContainerGateway, attach: Attach
-) -> None:
-    known, silent = await attach(robot_spec("c1")), await dial_gateway(gate.path)
-    await until(lambda: len(gate._streams) == 2)
-    await gate.close()
+async def test_closing_disconnects_attached_and_unattached_clients(gateway: ContainerGateway, attach: Attach) -> None:
+    known, silent = await attach(robot_spec("c1")), await dial_gateway(gateway.path)
+    await until(lambda: len(gateway._streams) == 2)
+    await gateway.close()
     assert await receive(known) is None
     assert await receive(silent) is None
-    assert not gate.path.exists()
+    assert not gateway.path.exists()

@@ -13,36 +13,36 @@ from tests.support.engine.fake_fabric import FakeFabric
 from tests.support.engine.specs import robot_spec
 
 
-async def test_checkpoints_are_kept_only_while_the_lease_holds(tmp_path: Path) -> None:
-    store, may = MemoryStore(), False
-    gate = ContainerGateway(tmp_path / "gate.sock", store, FakeFabric(), acts=lambda: may)
-    await gate.start()
-    gate.expect(robot_spec("c1", "ann", "tb1"), "secret")
-    stream = await dial_gateway(gate.path)
+async def test_checkpoints_are_stored_only_while_the_lease_holds(tmp_path: Path) -> None:
+    store, acting = MemoryStore(), False
+    gateway = ContainerGateway(tmp_path / "gate.sock", store, FakeFabric(), acts=lambda: acting)
+    await gateway.start()
+    gateway.expect(robot_spec("c1", "ann", "tb1"), "secret")
+    stream = await dial_gateway(gateway.path)
     stream.write(machine_link.Attach("c1", "secret"))
     stream.write(machine_link.SaveClone(1, {"n": b"old"}))
     refused = await receive(stream)
     assert refused.refusal.slug == "unavailable" and "lost contact with its cloud" in refused.refusal.text
     with pytest.raises(NotFound):
         store.clone("ann", "tb1")
-    may = True
+    acting = True
     stream.write(machine_link.SaveClone(2, {"n": b"new"}))
     assert await receive(stream) == machine_link.Done(2)
     assert store.clone("ann", "tb1").nodes["n"] == b"new"
     await stream.close()
-    await gate.close()
+    await gateway.close()
 
 
-async def test_for_who_is_shut_out_nothing_is_done_though_the_machine_acts(tmp_path: Path) -> None:
+async def test_shut_out_container_cannot_save_or_share(tmp_path: Path) -> None:
     store, fabric = MemoryStore(), FakeFabric()
-    gate = ContainerGateway(tmp_path / "gate.sock", store, fabric)
-    await gate.start()
-    gate.expect(robot_spec("c1", "ann", "tb1"), "secret")
-    stream = await dial_gateway(gate.path)
+    gateway = ContainerGateway(tmp_path / "gate.sock", store, fabric)
+    await gateway.start()
+    gateway.expect(robot_spec("c1", "ann", "tb1"), "secret")
+    stream = await dial_gateway(gateway.path)
     stream.write(machine_link.Attach("c1", "secret"))
     stream.write(machine_link.SaveClone(1, {"n": b"old"}))
     assert await receive(stream) == machine_link.Done(1)
-    gate.shut_out("c1")
+    gateway.shut_out("c1")
     stream.write(machine_link.Share("amcl_pose", b"{}"))
     stream.write(machine_link.SaveClone(2, {"n": b"late"}))
     refused = await receive(stream)
@@ -50,4 +50,4 @@ async def test_for_who_is_shut_out_nothing_is_done_though_the_machine_acts(tmp_p
     assert store.clone("ann", "tb1").nodes["n"] == b"old"
     assert fabric.published == []
     await stream.close()
-    await gate.close()
+    await gateway.close()

@@ -28,22 +28,22 @@ def store() -> MemoryStore:
 
 @pytest.fixture
 async def container(tmp_path: Path, store: MemoryStore) -> AsyncIterator[Stream]:
-    gate = ContainerGateway(tmp_path / "gate.sock", store, FakeFabric(), link="m1")
-    await gate.start()
-    gate.expect(SPEC, "secret")
-    stream = await dial_gateway(gate.path)
+    gateway = ContainerGateway(tmp_path / "gate.sock", store, FakeFabric(), link="m1")
+    await gateway.start()
+    gateway.expect(SPEC, "secret")
+    stream = await dial_gateway(gateway.path)
     stream.write(machine_link.Attach(SPEC.id, "secret"))
-    await until(lambda: gate.awaited == 0)
+    await until(lambda: gateway.awaited == 0)
     yield stream
     await stream.close()
-    await gate.close()
+    await gateway.close()
 
 
 def find(request: int, tolerance: float = 0.25) -> machine_link.FindPlans:
     return machine_link.FindPlans(request, (0.0, 0.0), (20.0, 0.0), "dijkstra", PARAMETERS, 0.18, tolerance, False)
 
 
-async def test_plans_are_found_under_the_number_of_the_request(container: Stream, store: MemoryStore) -> None:
+async def test_found_plans_carry_the_request_number(container: Stream, store: MemoryStore) -> None:
     store.add_plan(record("p1", 0.0, 20.0))
     container.write(find(7))
     found = await receive(container)
@@ -51,7 +51,7 @@ async def test_plans_are_found_under_the_number_of_the_request(container: Stream
     assert (found.request, [each.plan.id for each in found.plans]) == (7, ["p1"])
 
 
-async def test_what_cannot_be_looked_for_is_refused_and_the_gate_goes_on(container: Stream) -> None:
+async def test_invalid_search_is_refused_and_the_connection_stays_open(container: Stream) -> None:
     container.write(find(8, tolerance=-1.0))
     refused = await receive(container)
     assert isinstance(refused, machine_link.Done)
@@ -60,16 +60,18 @@ async def test_what_cannot_be_looked_for_is_refused_and_the_gate_goes_on(contain
     assert isinstance(await receive(container), machine_link.PlansFound)
 
 
-async def test_what_is_noted_is_told_to_who_asks_later(container: Stream, store: MemoryStore) -> None:
+async def test_noted_history_is_returned_on_request(container: Stream, store: MemoryStore) -> None:
     link = LinkHistory("m1", 0.001, 1e8, 4, 5.0)
     container.write(machine_link.NoteHistory([failed_row(KEY)], link))
     await until(lambda: bool(store.links()))
     container.write(machine_link.AskHistory(3))
-    told = await receive(container)
-    assert told == machine_link.PlanningHistory(3, [failed_row(KEY)], "m1", link)
+    history = await receive(container)
+    assert history == machine_link.PlanningHistory(3, [failed_row(KEY)], "m1", link)
 
 
-async def test_a_note_about_another_map_is_dropped_and_the_gate_goes_on(container: Stream, store: MemoryStore) -> None:
+async def test_history_of_another_map_is_dropped_and_the_connection_stays(
+    container: Stream, store: MemoryStore
+) -> None:
     container.write(machine_link.NoteHistory([failed_row(("depot", *KEY[1:]))]))
     container.write(find(1))
     assert isinstance(await receive(container), machine_link.PlansFound)

@@ -30,7 +30,7 @@ from tests.support.world.urdf import example
 HOUSE = MapVersion("house", records.house().version)
 
 
-class Building:
+class FakeBuilder:
     """Layer builder that waits for the test, and fails on request."""
 
     def __init__(self) -> None:
@@ -56,7 +56,7 @@ class Host:
 
     def __init__(self, folder: Path) -> None:
         self.runtime = FakeRuntime()
-        self.building = Building()
+        self.building = FakeBuilder()
         self.gate = ContainerGateway(folder / "gate.sock", MemoryStore(), FakeFabric())
         self.cache = MapCache(folder / "maps", build=self.building, spare=0)
         self.news: list[msgspec.Struct] = []
@@ -101,7 +101,7 @@ def small_spec(container: str) -> ContainerSpec:
     return ContainerSpec(container, "ann", HOUSE, 1.0, robot_config(model="turtlebot3_burger"))
 
 
-async def test_a_container_is_launched_with_what_it_needs_and_watched_to_its_end(host: Host) -> None:
+async def test_container_is_launched_and_its_exit_reported(host: Host) -> None:
     host.start(spec())
     await host.told(launched("c1"))
     (launch,) = host.runtime.launches
@@ -114,7 +114,7 @@ async def test_a_container_is_launched_with_what_it_needs_and_watched_to_its_end
     host.assert_forgotten()
 
 
-async def test_a_container_is_held_to_another_size_on_the_cpus_that_others_leave(host: Host) -> None:
+async def test_resized_container_moves_to_the_least_used_cpus(host: Host) -> None:
     host.start(spec("c1"))
     await host.told(launched("c1"))
     host.start(spec("c2"))
@@ -128,7 +128,7 @@ async def test_a_container_is_held_to_another_size_on_the_cpus_that_others_leave
     host.hosting.resize(control_link.ResizeContainer("c9", 1.0))
 
 
-async def test_layers_are_inflated_for_the_robot_or_for_the_usual_one(host: Host) -> None:
+async def test_layers_are_inflated_for_the_robot_or_a_turtlebot2(host: Host) -> None:
     host.start(small_spec("c1"))
     await host.told(launched("c1"))
     host.start(planning_spec("p1", version=HOUSE))
@@ -136,17 +136,17 @@ async def test_layers_are_inflated_for_the_robot_or_for_the_usual_one(host: Host
     assert host.building.radii == [robot_model(model).robot_radius for model in ("turtlebot3_burger", "turtlebot2")]
 
 
-async def test_layers_are_inflated_for_what_the_urdf_or_the_parameters_of_a_robot_say(host: Host) -> None:
-    told = describe(example("turtlebot3_waffle"))
-    described = robot_config(urdf=told)
-    own = robot_config(urdf=told, parameters={"global_costmap": {"robot_radius": 0.3}})
+async def test_layers_are_inflated_for_the_radius_of_urdf_or_parameters(host: Host) -> None:
+    urdf = describe(example("turtlebot3_waffle"))
+    described = robot_config(urdf=urdf)
+    own = robot_config(urdf=urdf, parameters={"global_costmap": {"robot_radius": 0.3}})
     for number, config in enumerate((described, own)):
         host.start(ContainerSpec(f"c{number}", "ann", HOUSE, 1.0, config))
         await host.told(launched(f"c{number}"))
     assert host.building.radii == [0.238, 0.3]
 
 
-async def test_the_masks_of_a_robot_lie_on_its_layers_and_on_no_others(host: Host) -> None:
+async def test_masks_are_applied_to_the_layers_of_their_robot_only(host: Host) -> None:
     masks = {"keepout_filter": MapVersion("kept", "v1")}
     newer = {"keepout_filter": MapVersion("kept", "v2")}
     for number, own in enumerate((masks, {}, newer, masks)):
@@ -158,7 +158,7 @@ async def test_the_masks_of_a_robot_lie_on_its_layers_and_on_no_others(host: Hos
     assert folders[0] == folders[3]
 
 
-async def test_layers_know_the_height_of_a_robot_whose_map_has_an_octomap(host: Host) -> None:
+async def test_layers_of_an_octomap_use_the_robots_height(host: Host) -> None:
     given: list[dict[str, Any]] = [
         {"in_space": True},
         {"in_space": False},
@@ -176,14 +176,14 @@ async def test_layers_know_the_height_of_a_robot_whose_map_has_an_octomap(host: 
     assert folders[1] == folders[4]
 
 
-async def test_a_container_whose_robot_has_a_footprint_that_is_none_is_refused(host: Host) -> None:
+async def test_container_with_an_invalid_footprint_is_refused(host: Host) -> None:
     bad = robot_config(parameters={"global_costmap": {"footprint": [[0, 0]]}})
     host.start(ContainerSpec("c1", "ann", HOUSE, 1.0, bad))
     refusal = Refusal("invalid-parameter", "footprint must be a list of at least three corners x, y [m]")
     await host.told(control_link.LaunchFailed("c1", refusal))
 
 
-async def test_containers_are_spread_over_the_cpus_and_room_is_given_back(host: Host) -> None:
+async def test_containers_are_spread_over_the_cpus_and_exits_free_them(host: Host) -> None:
     for number in range(4):
         host.start(spec(f"c{number}"))
         await host.told(launched(f"c{number}"))
@@ -200,7 +200,7 @@ async def test_containers_are_spread_over_the_cpus_and_room_is_given_back(host: 
     assert last.threads == 2
 
 
-async def test_containers_that_are_launched_at_once_are_spread_too(host: Host) -> None:
+async def test_containers_launched_at_once_are_spread_over_the_cpus(host: Host) -> None:
     host.runtime.go.clear()
     for number in range(4):
         host.start(spec(f"c{number}"))
@@ -214,7 +214,7 @@ async def test_containers_that_are_launched_at_once_are_spread_too(host: Host) -
     [(Unavailable("no room"), "unavailable"), (OSError(24, "too many open files"), "error")],
     ids=["known", "unknown"],
 )
-async def test_a_launch_that_fails_is_told_and_leaves_nothing_behind(host: Host, error: Exception, slug: str) -> None:
+async def test_failed_launch_is_reported_and_cleaned_up(host: Host, error: Exception, slug: str) -> None:
     host.runtime.error = error
     host.start(spec())
     await until(lambda: host.news)
@@ -224,14 +224,14 @@ async def test_a_launch_that_fails_is_told_and_leaves_nothing_behind(host: Host,
     host.assert_forgotten()
 
 
-async def test_a_map_that_cannot_be_built_is_told(host: Host) -> None:
+async def test_invalid_map_is_reported(host: Host) -> None:
     host.building.error = InvalidMap("not square")
     host.start(spec())
     await host.told(control_link.LaunchFailed("c1", Refusal("invalid-map", "not square")))
     host.assert_forgotten()
 
 
-async def test_a_map_that_is_not_there_any_more_is_told(host: Host) -> None:
+async def test_missing_map_is_reported(host: Host) -> None:
     host.building.error = NotFound("map", "house")
     host.start(spec())
     await host.told(control_link.LaunchFailed("c1", Refusal("not-found", "unknown map 'house'")))
@@ -239,7 +239,7 @@ async def test_a_map_that_is_not_there_any_more_is_told(host: Host) -> None:
     assert host.runtime.launches == []
 
 
-async def test_a_size_that_the_machine_has_not_is_told(host: Host) -> None:
+async def test_size_above_the_machines_cores_is_reported(host: Host) -> None:
     host.start(spec(cores=5.0))
     await until(lambda: host.news)
     (failed,) = host.news
@@ -248,7 +248,7 @@ async def test_a_size_that_the_machine_has_not_is_told(host: Host) -> None:
     host.assert_forgotten()
 
 
-async def test_a_container_stopped_while_its_map_is_built_never_runs(host: Host) -> None:
+async def test_container_stopped_during_the_map_build_never_runs(host: Host) -> None:
     host.building.go.clear()
     host.start(spec())
     await until(lambda: host.building.radii)
@@ -260,7 +260,7 @@ async def test_a_container_stopped_while_its_map_is_built_never_runs(host: Host)
     host.assert_forgotten()
 
 
-async def test_a_container_stopped_while_it_is_launched_is_killed_as_soon_as_it_runs(host: Host) -> None:
+async def test_container_stopped_during_launch_is_killed_once_it_runs(host: Host) -> None:
     host.runtime.go.clear()
     host.start(spec())
     await until(lambda: host.runtime.launches)
@@ -270,7 +270,7 @@ async def test_a_container_stopped_while_it_is_launched_is_killed_as_soon_as_it_
     host.assert_forgotten()
 
 
-async def test_a_container_that_stays_is_killed_and_not_before_its_time(host: Host) -> None:
+async def test_container_is_killed_after_its_grace_period(host: Host) -> None:
     host.start(spec())
     await host.told(launched())
     host.hosting.stop(control_link.StopContainer("c1", grace=0.05))
@@ -278,7 +278,7 @@ async def test_a_container_that_stays_is_killed_and_not_before_its_time(host: Ho
     await host.told(control_link.Exited("c1", -9))
 
 
-async def test_a_container_that_goes_by_itself_while_it_is_stopped_is_told_as_it_went(host: Host) -> None:
+async def test_exit_during_the_grace_period_reports_its_own_code(host: Host) -> None:
     host.start(spec())
     await host.told(launched())
     host.hosting.stop(control_link.StopContainer("c1", grace=0.05))
@@ -288,12 +288,12 @@ async def test_a_container_that_goes_by_itself_while_it_is_stopped_is_told_as_it
     assert [event for event in host.news if isinstance(event, control_link.Exited)] == [control_link.Exited("c1", 0)]
 
 
-async def test_stopping_what_nobody_knows_changes_nothing(host: Host) -> None:
+async def test_stopping_an_unknown_container_changes_nothing(host: Host) -> None:
     host.hosting.stop(control_link.StopContainer("c99"))
     assert host.hosting._hosted == {}
 
 
-async def test_a_map_is_kept_while_any_of_its_containers_lives(host: Host) -> None:
+async def test_layers_are_kept_while_any_of_their_containers_runs(host: Host) -> None:
     for name in ("c1", "c2"):
         host.start(spec(name))
         await host.told(launched(name))
@@ -306,7 +306,7 @@ async def test_a_map_is_kept_while_any_of_its_containers_lives(host: Host) -> No
     await until(lambda: not layers.exists())
 
 
-async def test_loads_are_those_of_what_runs_now(host: Host) -> None:
+async def test_loads_cover_running_containers_only(host: Host) -> None:
     assert host.hosting.loads() == []
     host.start(spec())
     await host.told(launched())
@@ -320,7 +320,7 @@ async def test_loads_are_those_of_what_runs_now(host: Host) -> None:
     assert host.hosting.loads() == []
 
 
-async def test_closing_ends_what_runs_and_starts_nothing_more(tmp_path: Path) -> None:
+async def test_closing_kills_containers_and_cancels_starts(tmp_path: Path) -> None:
     host = Host(tmp_path)
     host.start(spec())
     await host.told(launched())
@@ -336,7 +336,7 @@ async def test_closing_ends_what_runs_and_starts_nothing_more(tmp_path: Path) ->
     host.cache.remove_all()
 
 
-async def test_what_runs_is_told_as_it_was_ordered_and_what_is_not_to_be_kept_ends(host: Host) -> None:
+async def test_running_containers_are_listed_and_those_not_kept_end(host: Host) -> None:
     spec = msgspec.structs.replace(robot_spec("c1", version=HOUSE), checkpoint={"amcl": b"{}"})
     host.start(spec)
     host.start(robot_spec("c2", robot="tb2", version=HOUSE))

@@ -10,13 +10,13 @@ from engine.runtimes.entries import Entry
 
 
 @pytest.mark.parametrize("entry", ENTRIES, ids=ENTRIES._fields)
-def test_what_is_named_is_there(entry: Entry) -> None:
+def test_entry_modules_and_functions_exist(entry: Entry) -> None:
     module, _, function = entry.function.partition(":")
     assert callable(getattr(importlib.import_module(module), function))
     assert [name for name in entry.of_fork_server if importlib.util.find_spec(name) is None] == []
 
 
-def test_a_fork_server_loads_the_usual_first_and_freezes_last() -> None:
+def test_fork_server_preloads_first_and_freezes_last() -> None:
     entry = loaded_before("some.module:main", "and.more")
     assert entry.of_fork_server == (PRELOAD, "some.module", "and.more", FREEZE)
     assert entry.preload == (PRELOAD, "some.module", "and.more"), "nothing is frozen where nothing is forked"

@@ -12,7 +12,7 @@ from tests.support.engine.fake_fabric import FakeFabric
 from tests.support.engine.specs import planning_spec, robot_spec
 
 
-def test_what_is_too_large_or_of_nobody_is_refused_and_not_published() -> None:
+def test_oversized_or_unowned_messages_are_refused() -> None:
     fabric = FakeFabric()
     topics = FleetTopics(fabric)
     with pytest.raises(MessageTooLarge):
@@ -24,7 +24,7 @@ def test_what_is_too_large_or_of_nobody_is_refused_and_not_published() -> None:
 
 @settings(max_examples=300)
 @given(topic=st.text() | st.from_regex(r"[a-z~_/.*$%#?]{0,12}", fullmatch=True))
-def test_whatever_a_topic_is_called_it_stays_below_its_robot_or_is_refused(topic: str) -> None:
+def test_any_topic_stays_below_its_robot_or_is_refused(topic: str) -> None:
     fabric = FakeFabric()
     scope = scope_of(robot_spec("c1", "ann", "tb1"))
     assert scope is not None

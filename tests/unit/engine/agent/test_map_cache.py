@@ -21,7 +21,7 @@ from tests.support.sources import ROOT
 from tests.support.storage.records import YAML, GivenMap, found_map, house, kept, pgm, put_map
 
 
-class Building:
+class FakeBuilder:
     """Builder that writes one file when the test allows it."""
 
     def __init__(self):
@@ -39,8 +39,8 @@ class Building:
 
 
 @pytest.fixture
-def building() -> Building:
-    return Building()
+def building() -> FakeBuilder:
+    return FakeBuilder()
 
 
 @pytest.fixture
@@ -48,7 +48,7 @@ def cache(tmp_path, building) -> MapCache:
     return MapCache(tmp_path / "shm", build=building, spare=2)
 
 
-class Indexing:
+class FakeIndexer:
     """Indexer that writes one file when the test allows it."""
 
     def __init__(self):
@@ -66,8 +66,8 @@ class Indexing:
 
 
 @pytest.fixture
-def indexing() -> Indexing:
-    return Indexing()
+def indexing() -> FakeIndexer:
+    return FakeIndexer()
 
 
 @pytest.fixture
@@ -91,7 +91,7 @@ def build_in_thread(folder: Path, given: GivenMap) -> Builder:
     return build
 
 
-async def test_real_layers_are_made_and_opened(tmp_path):
+async def test_real_layers_are_built_and_opened(tmp_path):
     record = house(image=pgm(40, 30))
     cache = MapCache(tmp_path / "shm", build=build_in_thread(tmp_path, record))
     folder = await cache.ensure(LayerSpec(record, 0.18))
@@ -100,7 +100,7 @@ async def test_real_layers_are_made_and_opened(tmp_path):
     assert layers.costmap.data.max() == 0  # an empty house
 
 
-async def test_a_process_forked_for_it_makes_the_same_layers(tmp_path):
+async def test_forked_process_builds_the_same_layers(tmp_path):
     record = house(image=b"P5\n40 30\n255\n" + bytes([254] * 600 + [0] * 5 + [205] * 595))
     here = await MapCache(tmp_path / "a", build=build_in_thread(tmp_path, record)).ensure(LayerSpec(record, 0.18))
     forked = await MapCache(tmp_path / "b", build=LayerBuilder(kept(record))).ensure(LayerSpec(record, 0.18))
@@ -115,7 +115,7 @@ def scaled(map_id: str, values: bytes) -> GivenMap:
     return house(map_id, image=b"P5\n2 1\n255\n" + values, yaml=yaml + b"occupied_thresh: 0.999\n")
 
 
-async def test_masks_are_laid_on_the_layers_each_in_the_version_that_is_asked_for(tmp_path):
+async def test_masks_are_applied_in_the_requested_versions(tmp_path):
     record, kept_out, slow = house(image=pgm(40, 30)), scaled("kept", b"\x00\x00"), scaled("slow", b"\xff\x80")
     store = kept(record)
     for given in (kept_out, slow, scaled("kept", b"\xff\xff")):
@@ -135,7 +135,7 @@ async def test_masks_are_laid_on_the_layers_each_in_the_version_that_is_asked_fo
     assert bare.costmap.data.max() == 0
 
 
-async def test_what_an_octomap_has_at_the_height_of_a_robot_is_on_its_layers(tmp_path):
+async def test_octomap_obstacles_at_robot_height_are_on_the_layers(tmp_path):
     octomap = (ROOT / "docs" / "examples" / "table.bt").read_bytes()
     image = b"P5\n80 60\n255\n" + bytes([254] * 4800)
     room = house(image=image, yaml=YAML.replace(b"[-1.0, -2.0, 0.0]", b"[0.0, 0.0, 0.0]"), octomap=octomap)
@@ -149,7 +149,7 @@ async def test_what_an_octomap_has_at_the_height_of_a_robot_is_on_its_layers(tmp
     assert open_layers(await flat.ensure(LayerSpec(house(), 0.18, heights=(None, 1.2)))).keepout is None
 
 
-async def test_a_mask_that_is_gone_or_has_no_grid_is_told_and_what_to_do(tmp_path):
+async def test_missing_or_gridless_mask_is_refused(tmp_path):
     store = kept(house())
     put_map(store, house("cave", image=None, octomap=b"..."))
     cache = MapCache(tmp_path / "shm", build=LayerBuilder(store))
@@ -160,7 +160,7 @@ async def test_a_mask_that_is_gone_or_has_no_grid_is_told_and_what_to_do(tmp_pat
     assert list((tmp_path / "shm").iterdir()) == []
 
 
-async def test_an_error_of_the_forked_process_is_told_as_it_was(tmp_path):
+async def test_error_of_the_forked_process_keeps_its_type(tmp_path):
     record = house(image=b"no image")
     cache = MapCache(tmp_path / "shm", build=LayerBuilder(kept(record)))
     with pytest.raises(InvalidMap):
@@ -168,7 +168,7 @@ async def test_an_error_of_the_forked_process_is_told_as_it_was(tmp_path):
     assert list((tmp_path / "shm").iterdir()) == []
 
 
-async def test_a_version_that_is_not_present_any_more_is_still_made(tmp_path):
+async def test_older_map_version_is_still_built(tmp_path):
     old, new = (house(image=pgm(width, 4)) for width in (5, 6))
     store = kept(old)
     put_map(store, new)
@@ -176,7 +176,7 @@ async def test_a_version_that_is_not_present_any_more_is_still_made(tmp_path):
     assert open_layers(folder).grid.info.width == 5
 
 
-async def test_a_map_that_is_gone_or_has_no_grid_is_told(tmp_path):
+async def test_missing_or_gridless_map_is_refused(tmp_path):
     cave = house("cave", image=None, octomap=b"...")
     cache = MapCache(tmp_path / "shm", build=LayerBuilder(kept(cave)))
     with pytest.raises(InvalidMap, match="no grid"):
@@ -185,7 +185,7 @@ async def test_a_map_that_is_gone_or_has_no_grid_is_told(tmp_path):
         await cache.ensure(LayerSpec(house(), 0.18))
 
 
-async def test_layers_that_are_here_are_used_while_the_store_is_away(tmp_path, monkeypatch):
+async def test_cached_layers_are_used_while_the_store_is_unavailable(tmp_path, monkeypatch):
     store = kept(house())
     cache = MapCache(tmp_path / "shm", build=LayerBuilder(store))
     folder = await cache.ensure(LayerSpec(house(), 0.18))
@@ -200,41 +200,41 @@ async def test_layers_that_are_here_are_used_while_the_store_is_away(tmp_path, m
         await cache.ensure(LayerSpec(house(), 0.35))
 
 
-async def test_layers_asked_for_at_once_are_made_once(cache, building):
+async def test_layers_requested_at_once_are_built_once(cache, building):
     building.go.clear()
-    asking = [asyncio.create_task(cache.ensure(LayerSpec(house(), 0.18))) for _ in range(10)]
+    waiting = [asyncio.create_task(cache.ensure(LayerSpec(house(), 0.18))) for _ in range(10)]
     await asyncio.sleep(0)
     building.go.set()
-    assert len(set(await asyncio.gather(*asking))) == 1
+    assert len(set(await asyncio.gather(*waiting))) == 1
     assert building.built == ["house"]
 
 
-async def test_each_version_and_radius_has_its_own(cache):
+async def test_each_version_and_radius_has_its_own_layers(cache):
     one, two = house(), house(image=pgm(value=0))
     asked = [(one, 0.18), (one, 0.2), (two, 0.18)]
     assert len({await cache.ensure(LayerSpec(*each)) for each in asked}) == 3
 
 
-async def test_layers_appear_whole_or_not_at_all(cache, building):
+async def test_layers_appear_only_when_complete(cache, building):
     building.go.clear()
-    asking = asyncio.create_task(cache.ensure(LayerSpec(house(), 0.18)))
+    waiting = asyncio.create_task(cache.ensure(LayerSpec(house(), 0.18)))
     await asyncio.sleep(0)
     await asyncio.sleep(0)
     assert [folder.name for folder in cache._root.glob("map-*")] == []
     building.go.set()
-    assert (await asking / "layers").exists()
+    assert (await waiting / "layers").exists()
 
 
-async def test_a_failure_is_told_to_all_and_the_next_try_is_a_new_one(cache, building):
+async def test_failure_reaches_all_waiters_and_the_next_request_retries(cache, building):
     building.failures = [InvalidMap("no map")]
-    told = await asyncio.gather(*(cache.ensure(LayerSpec(house(), 0.18)) for _ in range(3)), return_exceptions=True)
-    assert [type(each) for each in told] == [InvalidMap] * 3
+    results = await asyncio.gather(*(cache.ensure(LayerSpec(house(), 0.18)) for _ in range(3)), return_exceptions=True)
+    assert [type(each) for each in results] == [InvalidMap] * 3
     assert folders(cache) == []
     await cache.ensure(LayerSpec(house(), 0.18))
     assert building.built == ["house"]
 
 
-async def test_one_who_gives_up_does_not_stop_the_others(cache, building):
+async def test_cancelled_waiter_does_not_stop_the_others(cache, building):
     building.go.clear()
     first, second = (asyncio.create_task(cache.ensure(LayerSpec(house(), 0.18))) for _ in range(2))
     await asyncio.sleep(0)
@@ -244,7 +244,7 @@ async def test_one_who_gives_up_does_not_stop_the_others(cache, building):
     assert (await second).exists()
 
 
-async def test_layers_in_use_stay_and_of_the_unused_the_last_released(cache):
+async def test_used_layers_and_the_last_released_stay(cache):
     used = await cache.ensure(LayerSpec(house("used"), 0.18))
     for name in "abc":
         cache.release(await cache.ensure(LayerSpec(house(name), 0.18)))
@@ -252,7 +252,7 @@ async def test_layers_in_use_stay_and_of_the_unused_the_last_released(cache):
     assert used.exists()
 
 
-async def test_layers_are_unused_only_when_all_have_released_them(tmp_path, building):
+async def test_layers_are_removed_after_the_last_release(tmp_path, building):
     cache = MapCache(tmp_path / "shm", build=building, spare=0)
     one = await cache.ensure(LayerSpec(house(), 0.18))
     await cache.ensure(LayerSpec(house(), 0.18))
@@ -264,20 +264,20 @@ async def test_layers_are_unused_only_when_all_have_released_them(tmp_path, buil
         cache.release(one)
 
 
-async def test_when_there_is_no_room_the_unused_make_some(cache, building):
+async def test_unused_layers_are_removed_if_the_disk_is_full(cache, building):
     cache.release(await cache.ensure(LayerSpec(house("a"), 0.18)))
     building.failures = [Unavailable("disk full")]
     await cache.ensure(LayerSpec(house("b"), 0.18))
     assert folders(cache) == ["map-b"]
 
 
-async def test_when_there_is_still_no_room_it_says_so(cache, building):
+async def test_full_disk_is_reported(cache, building):
     building.failures = [Unavailable("disk full")]
     with pytest.raises(Unavailable, match="disk full"):
         await cache.ensure(LayerSpec(house(), 0.18))
 
 
-async def test_a_full_disk_is_told_with_size_and_place(tmp_path):
+async def test_full_disk_error_names_size_and_folder(tmp_path):
     record = house(image=pgm(200, 200))
     cache = MapCache(tmp_path / "shm", build=build_in_thread(tmp_path, record))
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -291,24 +291,24 @@ async def test_a_full_disk_is_told_with_size_and_place(tmp_path):
 
 
 @pytest.mark.parametrize("radius", [-0.1, math.nan, math.inf])
-async def test_a_radius_that_no_robot_has_is_refused(cache, radius):
+async def test_invalid_radius_is_refused(cache, radius):
     with pytest.raises(InvalidParameter, match="radius"):
         await cache.ensure(LayerSpec(house(), radius))
 
 
-async def test_no_name_of_a_map_leads_out_of_the_folder(cache):
+async def test_map_name_cannot_leave_the_folder(cache):
     record = MapVersion("../../etc", "../v")
     folder = await cache.ensure(LayerSpec(record, 0.18))
     assert folder.resolve().parent == cache._root.resolve()
 
 
-async def test_nothing_is_left_after_remove_all(cache, tmp_path):
+async def test_remove_all_leaves_no_files(cache, tmp_path):
     await cache.ensure(LayerSpec(house(), 0.18))
     cache.remove_all()
     assert list(tmp_path.iterdir()) == []
 
 
-async def test_an_index_asked_for_at_once_and_again_is_made_once(indexed, indexing):
+async def test_repeated_index_requests_build_it_once(indexed, indexing):
     folder = await indexed.ensure(LayerSpec(house(), 0.18))
     await asyncio.gather(*(indexed.prepare(folder, "p") for _ in range(10)))
     await indexed.prepare(folder, "p")
@@ -316,12 +316,12 @@ async def test_an_index_asked_for_at_once_and_again_is_made_once(indexed, indexi
     assert indexing.made == ["p"]
 
 
-async def test_an_index_is_made_though_who_asked_gives_up_and_holds_its_layers_until_then(indexed, indexing):
+async def test_index_build_survives_cancellation_and_holds_its_layers(indexed, indexing):
     folder = await indexed.ensure(LayerSpec(house(), 0.18))
     indexing.go.clear()
-    asking = asyncio.create_task(indexed.prepare(folder, "p"))
+    waiting = asyncio.create_task(indexed.prepare(folder, "p"))
     await asyncio.sleep(0)
-    asking.cancel()
+    waiting.cancel()
     await asyncio.sleep(0)
     indexed.release(folder)
     assert folder.exists()
@@ -331,7 +331,7 @@ async def test_an_index_is_made_though_who_asked_gives_up_and_holds_its_layers_u
             await asyncio.sleep(0)
 
 
-async def test_what_no_planner_can_prepare_is_tried_once(indexed, indexing):
+async def test_index_a_planner_cannot_prepare_is_tried_once(indexed, indexing):
     folder = await indexed.ensure(LayerSpec(house(), 0.18))
     indexing.failures = [InvalidPlanner("too cluttered")]
     for _ in range(3):
@@ -340,7 +340,7 @@ async def test_what_no_planner_can_prepare_is_tried_once(indexed, indexing):
     assert indexing.made == ["p"]
 
 
-async def test_an_index_that_failed_for_another_reason_is_tried_again(indexed, indexing):
+async def test_index_that_failed_for_other_reasons_is_retried(indexed, indexing):
     folder = await indexed.ensure(LayerSpec(house(), 0.18))
     indexing.failures = [Unavailable("full")]
     with pytest.raises(Unavailable):
@@ -349,7 +349,7 @@ async def test_an_index_that_failed_for_another_reason_is_tried_again(indexed, i
     assert (folder / "p.index").exists()
 
 
-async def test_the_unused_make_room_for_an_index(tmp_path, building, indexing):
+async def test_unused_layers_are_removed_to_fit_an_index(tmp_path, building, indexing):
     cache = MapCache(tmp_path / "shm", build=building, index=indexing, spare=2)
     cache.release(await cache.ensure(LayerSpec(house("a"), 0.18)))
     folder = await cache.ensure(LayerSpec(house("b"), 0.18))
@@ -358,14 +358,14 @@ async def test_the_unused_make_room_for_an_index(tmp_path, building, indexing):
     assert folders(cache) == ["map-b"]
 
 
-async def test_no_name_of_a_planner_leads_out_of_the_folder(indexed, indexing):
+async def test_planner_name_cannot_leave_the_folder(indexed, indexing):
     folder = await indexed.ensure(LayerSpec(house(), 0.18))
     indexing.failures = [NotFound("index", "../../p")]
     with pytest.raises(NotFound):
         await indexed.prepare(folder, "../../p")
 
 
-async def test_a_process_forked_for_it_makes_the_index_that_the_planner_makes(tmp_path):
+async def test_forked_process_builds_the_planners_index(tmp_path):
     image = b"P5\n60 50\n255\n" + bytes(0 if (i // 60) % 7 == 3 and i % 60 % 11 else 254 for i in range(3000))
     record = house(image=image)
     cache = MapCache(tmp_path / "shm", build=build_in_thread(tmp_path, record))
@@ -381,7 +381,7 @@ async def test_a_process_forked_for_it_makes_the_index_that_the_planner_makes(tm
     assert {file.name for file in folder.iterdir() if "index" in file.name} == {"hub_labels.index"}
 
 
-async def test_a_map_too_crowded_for_an_index_is_refused_soon_with_planners_that_can(tmp_path):
+async def test_too_cluttered_map_is_refused_with_alternative_planners(tmp_path):
     free = np.random.default_rng(0).random((1024, 1024)) >= 0.2
     record = house(image=b"P5\n1024 1024\n255\n" + np.where(free, 254, 0).astype(np.uint8).tobytes())
     cache = MapCache(tmp_path / "shm", build=build_in_thread(tmp_path, record))

@@ -21,13 +21,13 @@ def beating(lease: MasterLease, time: Time, beats: int, *, answered: bool) -> li
     return found
 
 
-def test_it_holds_while_beats_are_answered() -> None:
+def test_lease_holds_while_heartbeats_are_answered() -> None:
     lease = MasterLease(time := Time())
     assert all(beating(lease, time, 20, answered=True))
     assert lease.holds()
 
 
-def test_it_ends_before_the_master_can_have_given_the_machine_up() -> None:
+def test_lease_ends_before_the_master_gives_the_machine_up() -> None:
     lease = MasterLease(time := Time())
     beating(lease, time, 3, answered=True)
     sent = time.now
@@ -36,7 +36,7 @@ def test_it_ends_before_the_master_can_have_given_the_machine_up() -> None:
     assert time.now - sent <= LEASE + 0.02 < MISSED * BEAT_PERIOD
 
 
-def test_it_counts_from_when_the_beat_was_sent_not_from_when_its_answer_came() -> None:
+def test_lease_counts_from_the_sending_of_the_heartbeat() -> None:
     lease = MasterLease(time := Time())
     lease.beat()
     time.now += LEASE + 0.1
@@ -44,7 +44,7 @@ def test_it_counts_from_when_the_beat_was_sent_not_from_when_its_answer_came() -
     assert not lease.holds()
 
 
-def test_who_stood_still_has_no_lease_until_it_is_answered_again() -> None:
+def test_suspended_agent_has_no_lease_until_the_next_answer() -> None:
     lease = MasterLease(time := Time())
     beating(lease, time, 3, answered=True)
     time.now += 60.0
@@ -53,7 +53,7 @@ def test_who_stood_still_has_no_lease_until_it_is_answered_again() -> None:
     assert lease.holds()
 
 
-def test_a_master_that_does_not_answer_is_given_up_but_not_for_our_own_standing_still() -> None:
+def test_master_is_given_up_for_missed_answers_not_for_own_suspension() -> None:
     lease = MasterLease(time := Time())
     assert all(beating(lease, time, 3, answered=True))
     time.now += 60.0
@@ -61,7 +61,7 @@ def test_a_master_that_does_not_answer_is_given_up_but_not_for_our_own_standing_
     assert beating(lease, time, MISSED + 1, answered=False)[-1] is False
 
 
-def test_an_answer_that_was_not_asked_for_changes_nothing() -> None:
+def test_unsolicited_answer_does_not_extend_the_lease() -> None:
     lease = MasterLease(time := Time())
     time.now += LEASE
     lease.answered()

@@ -19,7 +19,7 @@ async def router(tmp_path: Path) -> AsyncIterator[RouterProcess]:
     await process.close()
 
 
-async def test_machines_find_each_other_and_forget_who_has_gone(router: RouterProcess) -> None:
+async def test_machines_discover_each_other_and_forget_closed_ones(router: RouterProcess) -> None:
     fabrics = [await Fabric.open(router.endpoint, router.credentials) for _ in range(3)]
     machines = [Neighbours(fabric, f"m{number}") for number, fabric in enumerate(fabrics)]
     for machine in machines:
@@ -37,9 +37,7 @@ async def test_machines_find_each_other_and_forget_who_has_gone(router: RouterPr
         await fabric.close()
 
 
-async def test_one_that_does_not_answer_any_more_has_no_round_trip(
-    router: RouterProcess, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_silent_machine_has_no_round_trip(router: RouterProcess, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("engine.agent.neighbours.TIMEOUT", 0.3)
     one, other = [await Fabric.open(router.endpoint, router.credentials) for _ in range(2)]
     asking, silent = Neighbours(one, "m1"), Neighbours(other, "m2")

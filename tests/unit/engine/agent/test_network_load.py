@@ -15,7 +15,7 @@ def interface(speed: int = 1000, **fields: Any) -> Any:
     return SimpleNamespace(speed=speed, **(given | fields))
 
 
-def test_the_fastest_that_is_up_and_leads_out_is_taken() -> None:
+def test_fastest_external_interface_that_is_up_is_chosen() -> None:
     loopback = interface(65536, flags="up,loopback,running")
     found = {"lo": loopback, "wlan0": interface(300), "eth0": interface(1000), "eth1": interface(10000, isup=False)}
     assert fastest(found) == "eth0"
@@ -23,7 +23,7 @@ def test_the_fastest_that_is_up_and_leads_out_is_taken() -> None:
     assert fastest({"tun0": interface(0)}) == "tun0"
 
 
-def test_an_interface_that_sends_while_it_receives_carries_twice_its_speed() -> None:
+def test_full_duplex_interface_has_twice_its_speed() -> None:
     assert capacity_of(interface(1000)) == 250e6
     assert capacity_of(interface(1000, duplex=psutil.NIC_DUPLEX_HALF)) == 125e6
     assert capacity_of(interface(0)) == 0.0
@@ -37,7 +37,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
     return counters
 
 
-def test_a_rate_is_what_was_sent_and_received_since_the_last(counted: SimpleNamespace) -> None:
+def test_rate_counts_traffic_since_the_last_call(counted: SimpleNamespace) -> None:
     clock = ManualClock()
     load = NetworkLoad(clock)
     counted.bytes_sent += 600
@@ -51,7 +51,7 @@ def test_a_rate_is_what_was_sent_and_received_since_the_last(counted: SimpleName
     assert load.rate() == 0.0, "the counters of an interface that came back begin anew"
 
 
-def test_a_host_without_a_network_uses_none(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_host_without_a_network_has_zero_capacity_and_rate(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(psutil, "net_if_stats", dict)
     monkeypatch.setattr(psutil, "net_io_counters", lambda pernic: {})
     load = NetworkLoad(ManualClock())

@@ -23,7 +23,7 @@ class CountingStore(MemoryStore):
         return super().plan(plan_id)
 
 
-def test_what_was_read_once_is_remembered() -> None:
+def test_plan_is_read_from_the_store_once() -> None:
     store = CountingStore()
     store.add_plan(plan("p1"))
     recent = RecentPlans(store)
@@ -31,7 +31,7 @@ def test_what_was_read_once_is_remembered() -> None:
     assert store.read == 1
 
 
-def test_a_plan_that_was_replaced_is_read_anew() -> None:
+def test_replaced_plan_is_read_again() -> None:
     store, changed = CountingStore(), msgspec.structs.replace(plan("p1"), cost=7.0)
     store.add_plan(plan("p1"))
     recent = RecentPlans(store)
@@ -41,15 +41,15 @@ def test_a_plan_that_was_replaced_is_read_anew() -> None:
     assert store.read == 2
 
 
-def test_no_more_is_remembered_than_may_be() -> None:
+def test_cache_evicts_the_least_recently_used_plan() -> None:
     store, plans = CountingStore(), [plan(f"p{number}") for number in range(3)]
     store.add_plans(plans)
     recent = RecentPlans(store, most_bytes=2 * len(plans[0].poses))
     for wanted in (0, 1, 0, 2, 0, 1):
         recent.plan(without_poses(plans[wanted]))
-    assert store.read == 4, "the third drove the second out, which then was read again"
+    assert store.read == 4, "the third evicted the second, which was then read again"
 
 
-def test_what_was_removed_is_not_found() -> None:
+def test_removed_plan_is_not_found() -> None:
     with pytest.raises(NotFound):
         RecentPlans(CountingStore()).plan(without_poses(plan("p1")))

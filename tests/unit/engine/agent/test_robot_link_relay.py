@@ -50,16 +50,16 @@ async def relay(tmp_path: Path, endpoint: Endpoint) -> AsyncIterator[Relay]:
     await opened.close()
 
 
-async def test_what_is_said_arrives_whole_and_so_does_the_answer(relay: Relay) -> None:
+async def test_data_and_its_answer_arrive_whole(relay: Relay) -> None:
     reader, writer = await dial(UnixAddress(relay.path))
-    said = os.urandom(3 << 20)
-    writer.write(said)
+    data = os.urandom(3 << 20)
+    writer.write(data)
     async with asyncio.timeout(10.0):
-        assert await reader.readexactly(len(said)) == said
+        assert await reader.readexactly(len(data)) == data
     writer.close()
 
 
-async def test_when_a_container_goes_its_endpoint_is_told(relay: Relay, endpoint: Endpoint) -> None:
+async def test_endpoint_sees_the_container_disconnect(relay: Relay, endpoint: Endpoint) -> None:
     _, writer = await dial(UnixAddress(relay.path))
     writer.write(b"x")
     writer.close()
@@ -67,7 +67,7 @@ async def test_when_a_container_goes_its_endpoint_is_told(relay: Relay, endpoint
         await endpoint.gone.wait()
 
 
-async def test_when_the_endpoint_goes_the_container_gets_all_that_it_said_before(relay: Relay) -> None:
+async def test_container_receives_everything_before_the_endpoint_closes(relay: Relay) -> None:
     reader, writer = await dial(UnixAddress(relay.path))
     writer.write(b"the end")
     async with asyncio.timeout(10.0):
@@ -75,7 +75,7 @@ async def test_when_the_endpoint_goes_the_container_gets_all_that_it_said_before
     writer.close()
 
 
-async def test_when_the_endpoint_does_not_answer_the_container_is_hung_up_on(
+async def test_container_is_disconnected_if_the_endpoint_is_unreachable(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     relay = Relay(tmp_path / "near.sock", lambda: dial(UnixAddress(tmp_path / "nobody.sock")))
@@ -88,7 +88,7 @@ async def test_when_the_endpoint_does_not_answer_the_container_is_hung_up_on(
     await relay.close()
 
 
-async def test_closing_hangs_up_on_both_and_leaves_no_socket(relay: Relay, endpoint: Endpoint) -> None:
+async def test_closing_disconnects_both_ends_and_removes_the_socket(relay: Relay, endpoint: Endpoint) -> None:
     reader, writer = await dial(UnixAddress(relay.path))
     writer.write(b"x")
     assert await reader.read(1) == b"x"

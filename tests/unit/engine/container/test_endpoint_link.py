@@ -61,7 +61,7 @@ async def linked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterat
     await made.endpoint.close()
 
 
-async def test_it_dials_as_soon_as_it_is_told_that_an_endpoint_came(linked: Linked) -> None:
+async def test_container_redials_when_notified_of_an_endpoint(linked: Linked) -> None:
     server = await linked.endpoints.listen()
     linked.endpoint.came()
     arrived = await linked.endpoints.arrived()
@@ -76,7 +76,7 @@ async def test_it_dials_as_soon_as_it_is_told_that_an_endpoint_came(linked: Link
     server.close()
 
 
-async def test_it_waits_on_where_nobody_answers_though_it_was_told(linked: Linked) -> None:
+async def test_container_keeps_waiting_if_the_endpoint_does_not_answer(linked: Linked) -> None:
     linked.endpoint.came()
     while linked.endpoint._came.is_set():
         await asyncio.sleep(0)

@@ -26,12 +26,12 @@ from storage import plan_entry, ports
 from tests.support.engine.specs import HOUSE, planning_spec, robot_config
 
 
-def test_a_container_loads_nothing_that_stores_are_made_of() -> None:
+def test_container_does_not_import_store_modules() -> None:
     """Otherwise all containers of a machine would have those modules in their memory."""
     code = "import sys, engine.container.entry; print(*(name for name in sys.modules if name in sys.argv[1:]))"
     names = [module.__name__ for module in (ports, plan_entry, kernels, sqlite3, plan_service)]
-    told = subprocess.run([sys.executable, "-c", code, *names], check=True, capture_output=True, text=True).stdout
-    assert told.split() == []
+    loaded = subprocess.run([sys.executable, "-c", code, *names], check=True, capture_output=True, text=True).stdout
+    assert loaded.split() == []
 
 
 @pytest.fixture
@@ -73,7 +73,7 @@ async def first_frame(spec: ContainerSpec, layers: Path, tmp_path: Path) -> robo
     return await frames.get()
 
 
-async def test_a_container_says_hello_and_ends_when_its_endpoint_says_so(layers: Path, tmp_path: Path) -> None:
+async def test_container_sends_hello_and_ends_on_shutdown(layers: Path, tmp_path: Path) -> None:
     hello = await first_frame(planning_spec("p1"), layers, tmp_path)
     assert isinstance(hello, robot_link.Hello)
     assert (hello.container, hello.secret) == ("p1", "secret")
@@ -90,7 +90,7 @@ async def test_a_container_says_hello_and_ends_when_its_endpoint_says_so(layers:
     ],
     ids=["model", "planner", "parameter"],
 )
-async def test_a_container_that_cannot_be_what_was_asked_for_says_why_and_ends(
+async def test_container_with_an_invalid_config_reports_why_and_ends(
     layers: Path, tmp_path: Path, fields: dict[str, Any], slug: str, text: str
 ) -> None:
     spec = ContainerSpec("c1", "ann", HOUSE, 1.0, robot_config(**fields))
@@ -101,7 +101,7 @@ async def test_a_container_that_cannot_be_what_was_asked_for_says_why_and_ends(
     assert re.search(text, failed.refusal.text)
 
 
-async def test_a_checkpoint_that_a_node_cannot_read_is_refused_by_name(layers: Path, tmp_path: Path) -> None:
+async def test_unreadable_checkpoint_is_refused_with_its_nodes_name(layers: Path, tmp_path: Path) -> None:
     spec = ContainerSpec("c1", "ann", HOUSE, 1.0, robot_config(), checkpoint={"move_base": b'{"goal": "elsewhere"}'})
     failed = await first_frame(spec, layers, tmp_path)
     assert isinstance(failed, robot_link.ContainerFailed)
@@ -110,7 +110,7 @@ async def test_a_checkpoint_that_a_node_cannot_read_is_refused_by_name(layers: P
     assert "connect again" in failed.refusal.text
 
 
-async def test_a_container_without_layers_says_so(tmp_path: Path) -> None:
+async def test_container_without_layers_reports_unavailable(tmp_path: Path) -> None:
     failed = await first_frame(planning_spec(), tmp_path / "gone", tmp_path)
     assert isinstance(failed, robot_link.ContainerFailed)
     assert failed.refusal.slug == "unavailable"

@@ -38,7 +38,7 @@ def raising(error: Exception) -> Any:
     return work
 
 
-async def test_a_job_runs_in_a_thread_that_was_prepared_and_its_end_is_told_on_the_loop() -> None:
+async def test_job_runs_in_a_prepared_thread_and_reports_on_the_loop() -> None:
     prepared: list[int] = []
     home, results = NodeExecutor(lambda: prepared.append(threading.get_ident())), Results()
     go = threading.Event()
@@ -52,7 +52,7 @@ async def test_a_job_runs_in_a_thread_that_was_prepared_and_its_end_is_told_on_t
     home.close()
 
 
-async def test_an_error_of_a_job_is_its_result(home: NodeExecutor, caplog: pytest.LogCaptureFixture) -> None:
+async def test_job_error_is_its_result(home: NodeExecutor, caplog: pytest.LogCaptureFixture) -> None:
     results = Results()
     home.graph.start(raising(NoValidPath("no way")), results)
     await until(lambda: results.told)
@@ -60,7 +60,7 @@ async def test_an_error_of_a_job_is_its_result(home: NodeExecutor, caplog: pytes
     assert caplog.records == []
 
 
-async def test_a_job_that_breaks_is_logged_and_told_without_its_details(
+async def test_unexpected_job_error_is_logged_and_reported_without_details(
     home: NodeExecutor, caplog: pytest.LogCaptureFixture
 ) -> None:
     results = Results()
@@ -73,7 +73,7 @@ async def test_a_job_that_breaks_is_logged_and_told_without_its_details(
     assert [record.exc_info is not None for record in own] == [True]
 
 
-async def test_a_job_may_be_cancelled_and_says_so(home: NodeExecutor) -> None:
+async def test_job_sees_its_cancellation(home: NodeExecutor) -> None:
     results = Results()
 
     def work(cancelled: Any) -> str:
@@ -85,14 +85,14 @@ async def test_a_job_may_be_cancelled_and_says_so(home: NodeExecutor) -> None:
     await until(lambda: results.told == ["cancelled"])
 
 
-async def test_timers_fire_by_themselves_again_and_again(home: NodeExecutor) -> None:
+async def test_timers_fire_repeatedly(home: NodeExecutor) -> None:
     fired: list[None] = []
     home.graph.every(0.001, lambda: fired.append(None))
     home.attend()
     await until(lambda: len(fired) >= 5)
 
 
-async def test_a_timer_that_the_end_of_a_job_sets_fires(home: NodeExecutor) -> None:
+async def test_timer_set_at_the_end_of_a_job_fires(home: NodeExecutor) -> None:
     fired = asyncio.Event()
 
     def done(_: Any) -> None:
@@ -103,7 +103,7 @@ async def test_a_timer_that_the_end_of_a_job_sets_fires(home: NodeExecutor) -> N
         await fired.wait()
 
 
-async def test_a_timer_set_by_what_fails_at_the_end_of_a_job_fires_nevertheless(home: NodeExecutor) -> None:
+async def test_timer_set_before_a_job_callback_fails_still_fires(home: NodeExecutor) -> None:
     fired = asyncio.Event()
     told: list[dict[str, Any]] = []
     asyncio.get_running_loop().set_exception_handler(lambda _loop, context: told.append(context))
@@ -118,7 +118,7 @@ async def test_a_timer_set_by_what_fails_at_the_end_of_a_job_fires_nevertheless(
     assert isinstance(told[0]["exception"], KeyError)
 
 
-async def test_a_timer_that_fails_stops_neither_itself_nor_the_others_and_is_logged_once(
+async def test_failing_timer_is_logged_once_and_all_timers_go_on(
     home: NodeExecutor, caplog: pytest.LogCaptureFixture
 ) -> None:
     failed: list[None] = []
@@ -135,7 +135,7 @@ async def test_a_timer_that_fails_stops_neither_itself_nor_the_others_and_is_log
     assert len(caplog.records) == 1
 
 
-async def test_after_its_end_no_timer_fires_and_no_job_is_told_of(
+async def test_closed_executor_fires_no_timer_and_reports_no_job(
     home: NodeExecutor, caplog: pytest.LogCaptureFixture
 ) -> None:
     go, results = threading.Event(), Results()
@@ -156,7 +156,7 @@ async def test_after_its_end_no_timer_fires_and_no_job_is_told_of(
     assert caplog.records == []
 
 
-def test_a_job_that_outlives_the_loop_harms_nobody(caplog: pytest.LogCaptureFixture) -> None:
+def test_job_may_outlive_the_loop(caplog: pytest.LogCaptureFixture) -> None:
     go, results = threading.Event(), Results()
     homes: list[NodeExecutor] = []
 

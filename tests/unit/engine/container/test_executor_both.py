@@ -52,7 +52,7 @@ def node_classes() -> set[type[Node]]:
     return {cls for cls in Node.__subclasses__() if cls.__module__.startswith("ppaas.nodes.")}
 
 
-def test_the_two_builds_have_every_node_class(layers: MapLayers) -> None:
+def test_both_builds_together_have_every_node_class(layers: MapLayers) -> None:
     built: set[type[Node]] = set()
     for build in BUILDS.values():
         graph = Graph()
@@ -62,7 +62,7 @@ def test_the_two_builds_have_every_node_class(layers: MapLayers) -> None:
 
 
 @pytest.mark.parametrize("service", BUILDS)
-async def test_all_nodes_of_a_build_answer_in_either_home(service: str, layers: MapLayers) -> None:
+async def test_nodes_answer_alike_in_both_homes(service: str, layers: MapLayers) -> None:
     start = free_pose(layers.grid, seed=1)
     goal = reachable_pose(layers.grid, start, seed=2, at_least=3.0)
     header = Header(frame_id="map")
@@ -77,7 +77,7 @@ async def test_all_nodes_of_a_build_answer_in_either_home(service: str, layers: 
         plans.append([pose.pose for pose in decode(GetPlanResponse, encode(plan)).plan.poses])
     home.close()
     assert len(plans[0]) > 10
-    assert plans[0] == plans[1], "where a node runs makes no difference to what it says"
+    assert plans[0] == plans[1], "the home of a node does not change its answers"
 
 
 async def answer(graph: Graph, service: str, request: Message) -> Message:

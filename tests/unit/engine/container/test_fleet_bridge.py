@@ -43,8 +43,8 @@ def pose(x: float, w: float = 1.0) -> PoseWithCovarianceStamped:
 
 def state(x: float, twist: Twist | None = None) -> RobotState:
     """Return the shared state of a TurtleBot."""
-    told = pose(x)
-    return RobotState(told.header, told.pose, twist or Twist(), 0.18)
+    stamped = pose(x)
+    return RobotState(stamped.header, stamped.pose, twist or Twist(), 0.18)
 
 
 def shared(who: str, payload: bytes, topic: str = "amcl_pose") -> machine_link.Shared:
@@ -92,7 +92,7 @@ async def clone() -> AsyncIterator[Clone]:
     await far.close()
 
 
-async def test_positions_are_shared_but_not_more_often_than_they_are_worth(clone: Clone) -> None:
+async def test_positions_are_shared_at_a_limited_rate(clone: Clone) -> None:
     for step in range(3):
         clone.graph.publish("amcl_pose", pose(float(step)))
         clone.clock.advance(SHARE_PERIOD * 0.6)
@@ -100,7 +100,7 @@ async def test_positions_are_shared_but_not_more_often_than_they_are_worth(clone
     assert frames == [machine_link.Share("amcl_pose", encode(state(x))) for x in (0.0, 2.0)]
 
 
-async def test_with_its_position_a_robot_shares_how_fast_it_drives_unless_that_is_long_ago(clone: Clone) -> None:
+async def test_position_is_shared_with_its_recent_velocity(clone: Clone) -> None:
     twist = Twist(linear=Vector3(x=0.4), angular=Vector3(z=0.1))
     clone.graph.inject("odom", Odometry(Header(), "base_link", pose(0.0).pose, TwistWithCovariance(twist)))
     clone.graph.publish("amcl_pose", pose(1.0))
@@ -110,13 +110,13 @@ async def test_with_its_position_a_robot_shares_how_fast_it_drives_unless_that_i
     assert await receive(clone.machine) == machine_link.Share("amcl_pose", encode(state(1.0)))
 
 
-async def test_the_clone_is_told_how_fast_others_drive_and_how_large_they_are(clone: Clone) -> None:
+async def test_clone_receives_velocities_and_radii_of_other_robots(clone: Clone) -> None:
     clone.outside.shared(shared("bob", encode(state(1.0, Twist(linear=Vector3(x=0.4))))))
-    told = clone.node.robots[-1]
-    assert (told.twists[0].linear.x, told.radii) == (0.4, [0.18])
+    robots = clone.node.robots[-1]
+    assert (robots.twists[0].linear.x, robots.radii) == (0.4, [0.18])
 
 
-async def test_a_clock_that_is_set_back_keeps_no_position_from_the_others(clone: Clone) -> None:
+async def test_positions_are_shared_after_the_clock_is_set_back(clone: Clone) -> None:
     for x in (0.0, 1.0):
         clone.graph.publish("amcl_pose", pose(x))
         clone.clock.now -= 60.0
@@ -124,7 +124,7 @@ async def test_a_clock_that_is_set_back_keeps_no_position_from_the_others(clone:
     assert frames == [machine_link.Share("amcl_pose", encode(state(x))) for x in (0.0, 1.0)]
 
 
-async def test_the_clone_is_told_of_all_robots_that_were_seen_just_now(clone: Clone) -> None:
+async def test_clone_receives_recently_seen_robots_only(clone: Clone) -> None:
     clone.outside.shared(shared("bob", encode(pose(1.0))))
     clone.clock.advance(FRESH * 0.6)
     clone.outside.shared(shared("eve", encode(pose(2.0))))
@@ -135,7 +135,7 @@ async def test_the_clone_is_told_of_all_robots_that_were_seen_just_now(clone: Cl
     assert clone.node.robots[-1].header.frame_id == "map"
 
 
-async def test_the_clone_is_told_of_many_robots_no_more_often_than_of_one(clone: Clone) -> None:
+async def test_message_rate_does_not_grow_with_the_number_of_robots(clone: Clone) -> None:
     for number in range(8):
         clone.outside.shared(shared(f"u{number}", encode(pose(float(number)))))
     assert len(clone.node.robots) == 1
@@ -169,7 +169,7 @@ async def test_the_clone_is_told_of_many_robots_no_more_often_than_of_one(clone:
         "no speed",
     ],
 )
-async def test_what_is_no_position_harms_neither_the_clone_nor_what_it_knows_of_others(
+async def test_invalid_positions_are_dropped_and_logged_once(
     clone: Clone, payload: bytes, caplog: pytest.LogCaptureFixture
 ) -> None:
     clone.outside.shared(shared("bob", encode(pose(1.0))))
@@ -181,12 +181,12 @@ async def test_what_is_no_position_harms_neither_the_clone_nor_what_it_knows_of_
     assert len([record for record in caplog.records if record.levelno >= logging.WARNING]) == 1
 
 
-async def test_other_topics_are_not_taken_for_positions(clone: Clone) -> None:
+async def test_other_topics_are_not_read_as_positions(clone: Clone) -> None:
     clone.outside.shared(shared("eve", b"{", topic="scan"))
     assert clone.node.robots == []
 
 
-async def test_a_plan_is_kept_in_the_name_of_its_robot(clone: Clone) -> None:
+async def test_plan_is_stored_in_the_name_of_its_robot(clone: Clone) -> None:
     made = replace(plan((0.0, 0.0), (1.0, 2.0)), conditions={"smooth": True})
     clone.graph.publish("plan", made)
     keep = await receive(clone.machine)
@@ -198,7 +198,7 @@ async def test_a_plan_is_kept_in_the_name_of_its_robot(clone: Clone) -> None:
     np.testing.assert_array_equal(np.frombuffer(kept.poses).reshape(-1, 7)[:, :2], [(0.0, 0.0), (1.0, 2.0)])
 
 
-async def test_an_empty_plan_is_not_kept(clone: Clone) -> None:
+async def test_empty_plan_is_not_stored(clone: Clone) -> None:
     clone.graph.publish("plan", plan())
     clone.graph.publish("plan", plan((0.0, 0.0), (3.0, 0.0)))
     keep = await receive(clone.machine)
@@ -206,7 +206,7 @@ async def test_an_empty_plan_is_not_kept(clone: Clone) -> None:
     assert keep.plan.goal == (3.0, 0.0, 0.0)
 
 
-async def test_a_plan_that_is_kept_already_is_not_kept_anew(clone: Clone) -> None:
+async def test_reused_plan_is_not_stored_again(clone: Clone) -> None:
     clone.graph.publish("plan", replace(plan((0.0, 0.0), (1.0, 2.0)), id="p1", origin="reused", reused="p1"))
     clone.graph.publish("plan", replace(plan((0.0, 0.0), (3.0, 0.0)), id="p2", origin="stitched", reused="p1"))
     keep = await receive(clone.machine)
@@ -214,7 +214,7 @@ async def test_a_plan_that_is_kept_already_is_not_kept_anew(clone: Clone) -> Non
     assert (keep.plan.id, keep.plan.origin) == ("p2", "stitched")
 
 
-def test_the_same_plan_has_the_same_id_and_another_has_not() -> None:
+def test_equal_plans_have_equal_ids_and_others_differ() -> None:
     first = plan_record(LAUNCH, plan((0.0, 0.0), (1.0, 2.0)), 1.0)
     again = plan_record(LAUNCH, plan((0.0, 0.0), (1.0, 2.0)), 2.0)
     others = [plan((0.0, 0.0), (1.0, 2.5)), plan((0.0, 0.0), (1.0, 2.0), planner="other")]

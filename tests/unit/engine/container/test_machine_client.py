@@ -29,7 +29,7 @@ async def ends() -> AsyncIterator[tuple[MachineClient, Machine, list[machine_lin
 Ends = tuple[MachineClient, Machine, list[machine_link.Shared]]
 
 
-async def test_answers_find_their_requests_in_any_order(ends: Ends) -> None:
+async def test_answers_are_matched_to_requests_in_any_order(ends: Ends) -> None:
     client, machine, _ = ends
     saves = [asyncio.create_task(client.save_clone({"n": bytes([n])})) for n in range(3)]
     frames = [await receive(machine) for _ in saves]
@@ -45,7 +45,7 @@ async def test_answers_find_their_requests_in_any_order(ends: Ends) -> None:
     await asyncio.wait_for(saves[1], 10)
 
 
-async def test_a_machine_that_does_not_answer_is_unavailable(ends: Ends, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_unanswered_request_raises_unavailable(ends: Ends, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("engine.container.machine_client.REQUEST_TIMEOUT", 0.05)
     client, machine, _ = ends
     with pytest.raises(Unavailable):
@@ -57,29 +57,29 @@ async def test_a_machine_that_does_not_answer_is_unavailable(ends: Ends, monkeyp
     await saving
 
 
-async def test_an_index_may_take_longer_than_other_answers(ends: Ends, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_index_request_has_no_request_timeout(ends: Ends, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("engine.container.machine_client.REQUEST_TIMEOUT", 0.0)
     client, machine, _ = ends
-    asking = asyncio.create_task(client.prepare_index("hub_labels"))
+    preparing = asyncio.create_task(client.prepare_index("hub_labels"))
     frame = await receive(machine)
     assert (type(frame), frame.planner) == (machine_link.PrepareIndex, "hub_labels")
     machine.write(machine_link.Done(frame.request))
-    await asking
+    await preparing
 
 
-async def test_a_new_size_and_a_new_endpoint_are_handed_on() -> None:
+async def test_resize_and_new_endpoint_are_passed_to_the_callbacks() -> None:
     near, far = await pair(machine_link.ToContainer, machine_link.FromContainer)
-    client, told = MachineClient(near), list[int | str]()
-    serving = asyncio.create_task(client.serve(lambda _: None, told.append, lambda: told.append("an endpoint")))
+    client, notified = MachineClient(near), list[int | str]()
+    serving = asyncio.create_task(client.serve(lambda _: None, notified.append, lambda: notified.append("an endpoint")))
     far.write(machine_link.Resized(2))
     far.write(machine_link.EndpointCame())
     await far.close()
     await asyncio.wait_for(serving, 10)
-    assert told == [2, "an endpoint"]
+    assert notified == [2, "an endpoint"]
     await client.close()
 
 
-async def test_what_others_share_is_handed_on(ends: Ends) -> None:
+async def test_shared_messages_are_passed_to_the_callback(ends: Ends) -> None:
     client, machine, heard = ends
     machine.write(machine_link.Shared("bob", "tb1", "amcl_pose", b"{}"))
     saving = asyncio.create_task(client.save_clone({}))

@@ -96,7 +96,7 @@ def say(word: str, sequence: int = 0, client: int = 7) -> robot_link.Deliver:
 # -- hello -------------------------------------------------------------------------------------------------------------
 
 
-async def test_hello_says_what_the_clone_offers(outer: Outer) -> None:
+async def test_hello_lists_topics_services_and_nodes(outer: Outer) -> None:
     hello = outer.container.hello(42)
     assert (hello.container, hello.secret, hello.pid, hello.applied) == ("c1", "secret", 42, 0)
     assert robot_link.TopicInfo("say", "std_msgs/String", False) in hello.topics
@@ -107,7 +107,7 @@ async def test_hello_says_what_the_clone_offers(outer: Outer) -> None:
     assert hello.nodes == [robot_link.NodeInfo("echo", publishes, ("say", "robots"), services)]
 
 
-async def test_hello_after_a_checkpoint_says_what_was_applied() -> None:
+async def test_hello_after_a_checkpoint_states_the_last_applied_message() -> None:
     checkpoint = {LINK_STATE: b"12", "echo": b"a,b"}
     outer = await Outer(ContainerSpec("c2", "ann", HOUSE, 1.0, robot_config(), checkpoint)).start()
     assert outer.container.hello(1).applied == 12
@@ -120,18 +120,18 @@ async def test_hello_after_a_checkpoint_says_what_was_applied() -> None:
 # -- messages ----------------------------------------------------------------------------------------------------------
 
 
-async def test_a_message_is_delivered_and_what_it_causes_is_published(outer: Outer) -> None:
+async def test_message_is_delivered_and_its_reaction_published(outer: Outer) -> None:
     published = await outer.ask(robot_link.Subscribe("echo", 7), say("hi"))
     assert published == robot_link.Published("echo", b'{"data":"hi"}')
 
 
-async def test_a_message_that_comes_twice_is_taken_once(outer: Outer) -> None:
+async def test_repeated_message_is_applied_once(outer: Outer) -> None:
     for frame in (say("one", 1), say("two", 2), say("one", 1), say("two", 2), say("three", 3)):
         outer.endpoint.write(frame)
     assert await outer.heard() == "one,two,three"
 
 
-async def test_messages_that_may_be_lost_have_no_number_and_are_always_taken(outer: Outer) -> None:
+async def test_unnumbered_messages_are_always_applied(outer: Outer) -> None:
     for frame in (say("x"), say("goal", 1), say("x")):
         outer.endpoint.write(frame)
     assert await outer.heard() == "x,goal,x"
@@ -149,9 +149,7 @@ async def test_messages_that_may_be_lost_have_no_number_and_are_always_taken(out
     ],
     ids=["refused", "unknown topic", "cut off", "no text", "wrong type", "poison"],
 )
-async def test_what_cannot_be_taken_is_told_to_its_sender_and_the_container_goes_on(
-    outer: Outer, frame: robot_link.Deliver, slug: str
-) -> None:
+async def test_refused_message_is_reported_to_its_sender(outer: Outer, frame: robot_link.Deliver, slug: str) -> None:
     refused = await outer.ask(frame)
     assert isinstance(refused, robot_link.MessageRefused)
     assert (refused.client, refused.topic, refused.refusal.slug) == (7, frame.topic, slug)
@@ -159,7 +157,7 @@ async def test_what_cannot_be_taken_is_told_to_its_sender_and_the_container_goes
     assert await outer.heard() == "ok"
 
 
-async def test_a_poison_message_counts_as_applied_so_that_it_is_not_sent_again(outer: Outer) -> None:
+async def test_failing_message_counts_as_applied_and_is_not_resent(outer: Outer) -> None:
     assert isinstance(await outer.ask(say("break", 1)), robot_link.MessageRefused)
     assert outer.container.hello(1).applied == 1
 
@@ -167,7 +165,7 @@ async def test_a_poison_message_counts_as_applied_so_that_it_is_not_sent_again(o
 # -- subscriptions -----------------------------------------------------------------------------------------------------
 
 
-async def test_of_a_latched_topic_the_last_message_comes_at_once_and_to_the_next_client_alone(outer: Outer) -> None:
+async def test_latched_message_is_sent_to_the_new_subscriber_only(outer: Outer) -> None:
     first = await outer.ask(say("old"), say("new"), robot_link.Subscribe("last", 1))
     assert first == robot_link.Published("last", b'{"data":"new"}')
     second = await outer.ask(robot_link.Subscribe("last", 2))
@@ -176,7 +174,7 @@ async def test_of_a_latched_topic_the_last_message_comes_at_once_and_to_the_next
     assert third == robot_link.Published("last", b'{"data":"newest"}')
 
 
-async def test_what_nobody_hears_any_more_is_not_sent(outer: Outer) -> None:
+async def test_unsubscribed_topic_is_not_sent(outer: Outer) -> None:
     assert isinstance(await outer.ask(robot_link.Subscribe("echo", 1), say("one")), robot_link.Published)
     for frame in (
         robot_link.Unsubscribe("echo"),
@@ -188,14 +186,14 @@ async def test_what_nobody_hears_any_more_is_not_sent(outer: Outer) -> None:
     assert await outer.heard() == "one,two"
 
 
-async def test_subscribing_twice_brings_each_message_once(outer: Outer) -> None:
+async def test_second_subscription_does_not_duplicate_messages(outer: Outer) -> None:
     for frame in (robot_link.Subscribe("echo", 1), robot_link.Subscribe("echo", 2), robot_link.Subscribe("nowhere", 1)):
         outer.endpoint.write(frame)
     assert await outer.ask(say("one")) == robot_link.Published("echo", b'{"data":"one"}')
     assert await outer.heard() == "one"
 
 
-async def test_an_endpoint_that_does_not_read_loses_what_may_be_lost_and_nothing_else(outer: Outer) -> None:
+async def test_slow_endpoint_loses_droppable_messages_only(outer: Outer) -> None:
     outer.endpoint.write(robot_link.Subscribe("echo", 1))
     outer.endpoint.write(robot_link.Subscribe("last", 1))
     assert await outer.heard() == ""
@@ -211,7 +209,7 @@ async def test_an_endpoint_that_does_not_read_loses_what_may_be_lost_and_nothing
     assert got["echo"] < count / 2
 
 
-async def test_a_topic_that_comes_at_run_time_is_told_and_heard_as_often_as_it_comes(outer: Outer) -> None:
+async def test_topics_declared_at_run_time_are_announced_and_delivered(outer: Outer) -> None:
     graph, topic = outer.home.graph, Topic("fleeting", String)
     outer.endpoint.write(robot_link.Subscribe("fleeting", 1))
     assert await outer.heard() == ""
@@ -245,7 +243,7 @@ async def test_a_topic_that_comes_at_run_time_is_told_and_heard_as_often_as_it_c
         ("break", b"{}", "error"),
     ],
 )
-async def test_a_call_that_fails_is_answered_and_the_container_goes_on(
+async def test_failed_call_is_answered_with_a_refusal(
     outer: Outer, service: str, request_json: bytes, slug: str
 ) -> None:
     answer = await outer.ask(robot_link.ServiceCall(5, service, request_json))
@@ -256,7 +254,7 @@ async def test_a_call_that_fails_is_answered_and_the_container_goes_on(
     assert await outer.heard() == ""
 
 
-async def test_calls_are_answered_when_they_are_done_and_messages_do_not_wait_for_them(outer: Outer) -> None:
+async def test_pending_call_does_not_delay_messages(outer: Outer) -> None:
     outer.node.job_may_end.clear()
     outer.endpoint.write(robot_link.ServiceCall(1, "job", b"{}"))
     outer.endpoint.write(say("meanwhile"))
@@ -271,7 +269,7 @@ async def test_calls_are_answered_when_they_are_done_and_messages_do_not_wait_fo
 # -- checkpoints -------------------------------------------------------------------------------------------------------
 
 
-async def test_stop_saves_a_checkpoint_and_ends(outer: Outer) -> None:
+async def test_shutdown_saves_a_checkpoint_and_ends(outer: Outer) -> None:
     outer.endpoint.write(say("one", 1))
     outer.endpoint.write(robot_link.Shutdown())
     assert await outer.checkpoint() == {"echo": b"one", LINK_STATE: b"1"}
@@ -295,7 +293,7 @@ async def served_twice(tmp_path: Path) -> AsyncIterator[tuple[Outer, "asyncio.Qu
     await made.close()
 
 
-async def test_an_endpoint_that_hangs_up_is_dialled_again_and_hears_of_all_but_what_was_for_its_clients(
+async def test_container_redials_a_lost_endpoint_and_drops_subscriptions(
     served_twice: tuple[Outer, "asyncio.Queue[Endpoint]"],
 ) -> None:
     outer, found = served_twice
@@ -307,11 +305,11 @@ async def test_an_endpoint_that_hangs_up_is_dialled_again_and_hears_of_all_but_w
     assert isinstance(hello, robot_link.Hello) and (hello.container, hello.applied) == (outer.spec.id, 57)
     assert {topic.name for topic in hello.topics} == set(outer.home.graph.topics)
     outer.endpoint.write(say("two", 58))
-    assert await outer.heard() == "one,two", "it is the same, and sends nobody what nobody asked for"
+    assert await outer.heard() == "one,two", "the container is the same, and no topic is subscribed"
     assert not outer.serving.done()
 
 
-async def test_an_answer_to_an_endpoint_that_has_gone_is_told_to_no_other(
+async def test_answer_for_a_lost_endpoint_is_not_sent_to_the_next(
     served_twice: tuple[Outer, "asyncio.Queue[Endpoint]"],
 ) -> None:
     outer, found = served_twice
@@ -326,7 +324,7 @@ async def test_an_answer_to_an_endpoint_that_has_gone_is_told_to_no_other(
     assert isinstance(answer, robot_link.ServiceAnswer) and answer.call == 2
 
 
-async def test_an_end_that_nobody_hears_is_said_to_whoever_asks_next(
+async def test_result_without_an_endpoint_is_sent_to_the_next_subscriber(
     served_twice: tuple[Outer, "asyncio.Queue[Endpoint]"],
 ) -> None:
     outer, found = served_twice
@@ -347,7 +345,7 @@ async def test_an_end_that_nobody_hears_is_said_to_whoever_asks_next(
     keeping.cancel()
 
 
-async def test_what_must_arrive_is_acknowledged_once_it_is_checkpointed_and_not_before(outer: Outer) -> None:
+async def test_message_is_acknowledged_after_its_checkpoint(outer: Outer) -> None:
     keeping = asyncio.create_task(outer.container.keep_checkpoints())
     outer.endpoint.write(say("one", 1))
     nodes = await outer.checkpoint(robot_link.Refusal("unavailable", "the disk is full"))
@@ -360,24 +358,24 @@ async def test_what_must_arrive_is_acknowledged_once_it_is_checkpointed_and_not_
 
 
 class Ending(Node):
-    """Node that publishes on ``ended`` what it receives on ``end``, and keeps in its checkpoint that it has."""
+    """Node that publishes on ``ended`` what it receives on ``end``, and stores it in its checkpoint."""
 
     name: ClassVar[str] = "ending"
     subscribes: ClassVar[tuple[Topic, ...]] = (Topic("end", String),)
     publishes: ClassVar[tuple[Topic, ...]] = (Topic("ended", String, published_once=True),)
-    said = b""
+    received = b""
 
     def on_message(self, topic: str, message: Payload) -> None:
         assert isinstance(message, String)
-        self.said = message.data.encode()
+        self.received = message.data.encode()
         self.context.publish("ended", message)
 
     def checkpoint(self) -> bytes:
-        return self.said
+        return self.received
 
 
 @pytest.mark.parametrize("refusal", [None, robot_link.Refusal("unavailable", "the disk is full")])
-async def test_what_is_said_once_is_said_when_the_state_that_knows_of_it_is_kept_or_cannot_be(
+async def test_result_is_published_after_the_checkpoint_was_tried(
     outer: Outer, refusal: robot_link.Refusal | None
 ) -> None:
     outer.home.graph.add(Ending)
@@ -393,7 +391,7 @@ async def test_what_is_said_once_is_said_when_the_state_that_knows_of_it_is_kept
     keeping.cancel()
 
 
-async def test_a_container_that_only_plans_saves_nothing() -> None:
+async def test_planning_container_saves_no_checkpoint() -> None:
     outer = await Outer(planning_spec()).start()
     outer.endpoint.write(robot_link.Shutdown())
     await asyncio.wait_for(outer.serving, 10)

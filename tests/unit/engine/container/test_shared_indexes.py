@@ -35,14 +35,14 @@ async def call(machine, check=proceed):
     return await asyncio.to_thread(indexes, "p", check)
 
 
-async def test_what_is_there_is_opened_without_asking(tmp_path):
+async def test_existing_index_is_opened_without_a_request(tmp_path):
     machine = Machine(tmp_path)
     write_index(tmp_path, "p", memoryview(b"there"))
     assert bytes(await call(machine)) == b"there"
     assert machine.asked == []
 
 
-async def test_what_is_not_there_is_asked_for_and_awaited(tmp_path):
+async def test_missing_index_is_requested_and_awaited(tmp_path):
     machine = Machine(tmp_path)
     machine.go.clear()
     asyncio.get_running_loop().call_later(0.02, machine.go.set)
@@ -50,16 +50,16 @@ async def test_what_is_not_there_is_asked_for_and_awaited(tmp_path):
     assert machine.asked == ["p"]
 
 
-async def test_without_room_there_is_none(tmp_path):
+async def test_unavailable_index_is_none(tmp_path):
     assert await call(Machine(tmp_path, Unavailable("full"))) is None
 
 
-async def test_that_a_planner_cannot_prepare_the_map_is_told(tmp_path):
+async def test_map_that_the_planner_cannot_prepare_is_reported(tmp_path):
     with pytest.raises(InvalidPlanner, match="cluttered"):
         await call(Machine(tmp_path, InvalidPlanner("too cluttered")))
 
 
-async def test_who_has_no_more_time_waits_no_longer(tmp_path):
+async def test_cancelled_planner_stops_waiting_for_the_index(tmp_path):
     machine = Machine(tmp_path)
     machine.go.clear()
     calls = iter(range(3))
@@ -72,5 +72,5 @@ async def test_who_has_no_more_time_waits_no_longer(tmp_path):
         await call(machine, check)
 
 
-def test_before_the_machine_is_known_there_is_none(tmp_path):
+def test_index_is_none_without_a_machine(tmp_path):
     assert SharedIndexes(tmp_path)("p", proceed) is None

@@ -48,53 +48,53 @@ class Plans:
         return await asyncio.to_thread(self.shared.find, QUESTION, within)
 
 
-async def test_a_library_without_a_machine_has_nothing_and_lets_wait() -> None:
+async def test_library_without_a_machine_finds_nothing() -> None:
     plans = Plans()
     assert plans.shared.may_wait()
     assert await plans.find() == ()
 
 
-async def test_what_the_machine_finds_comes_as_arrays_and_is_timed(ends: tuple[MachineClient, Machine]) -> None:
+async def test_plans_of_the_machine_are_arrays_and_their_query_is_timed(ends: tuple[MachineClient, Machine]) -> None:
     client, machine = ends
     plans, poses = Plans(), np.arange(14.0).reshape(2, 7)
     plans.shared.ask(client)
     finding = asyncio.create_task(plans.find())
-    asked = await receive(machine)
-    assert isinstance(asked, machine_link.FindPlans)
-    assert (asked.start, asked.goal, asked.planner, asked.tolerance) == ((1, 2), (4, 5), "dijkstra", 0.25)
+    request = await receive(machine)
+    assert isinstance(request, machine_link.FindPlans)
+    assert (request.start, request.goal, request.planner, request.tolerance) == ((1, 2), (4, 5), "dijkstra", 0.25)
     kept = plan("p1", poses=poses.tobytes(), version="v1")
-    machine.write(machine_link.PlansFound(asked.request, [machine_link.Candidate(kept, whole=False)]))
+    machine.write(machine_link.PlansFound(request.request, [machine_link.Candidate(kept, whole=False)]))
     found = await finding
     assert [(each.id, each.whole, each.poses.tolist()) for each in found] == [("p1", False, poses.tolist())]
     assert plans.times.link.answers == 1
 
 
-async def test_who_waited_too_long_goes_on_and_the_answer_is_timed_all_the_same(
+async def test_late_answer_is_ignored_but_timed(
     ends: tuple[MachineClient, Machine],
 ) -> None:
     client, machine = ends
     plans = Plans()
     plans.shared.ask(client)
     finding = asyncio.create_task(plans.find(within=0.01))
-    asked = await receive(machine)
+    request = await receive(machine)
     assert await finding is None
-    machine.write(machine_link.PlansFound(asked.request, []))
+    machine.write(machine_link.PlansFound(request.request, []))
     async with asyncio.timeout(10):
         while not plans.times.link.answers:
             await asyncio.sleep(0.001)
 
 
-async def test_a_machine_that_refuses_has_nothing(ends: tuple[MachineClient, Machine]) -> None:
+async def test_refused_query_finds_nothing(ends: tuple[MachineClient, Machine]) -> None:
     client, machine = ends
     plans = Plans()
     plans.shared.ask(client)
     finding = asyncio.create_task(plans.find())
-    asked = await receive(machine)
-    machine.write(machine_link.Done(asked.request, Refusal("unavailable", "no store")))
+    request = await receive(machine)
+    machine.write(machine_link.Done(request.request, Refusal("unavailable", "no store")))
     assert await finding == []
 
 
-async def test_on_the_loop_nobody_waits_and_the_job_is_sent_elsewhere(ends: tuple[MachineClient, Machine]) -> None:
+async def test_query_on_the_loop_moves_the_job_to_a_thread(ends: tuple[MachineClient, Machine]) -> None:
     plans = Plans()
     plans.shared.ask(ends[0])
     assert not plans.shared.may_wait()
@@ -102,14 +102,14 @@ async def test_on_the_loop_nobody_waits_and_the_job_is_sent_elsewhere(ends: tupl
     assert await asyncio.to_thread(plans.shared.may_wait)
 
 
-async def test_a_container_begins_with_what_is_known_and_tells_what_is_new(ends: tuple[MachineClient, Machine]) -> None:
+async def test_container_loads_planning_history_and_reports_new_entries(ends: tuple[MachineClient, Machine]) -> None:
     client, machine = ends
     times = Times()
     notes = PlanningNotes(times)
     beginning = asyncio.create_task(notes.begin(client))
-    asked = await receive(machine)
+    request = await receive(machine)
     link = LinkHistory("m1", 0.02, 1e8, 7, 1.0)
-    machine.write(machine_link.PlanningHistory(asked.request, [computed_row(KEY, 0.5)] * 3, "m1", link))
+    machine.write(machine_link.PlanningHistory(request.request, [computed_row(KEY, 0.5)] * 3, "m1", link))
     await beginning
     expected = times.computation.expect("dijkstra", 100.0)
     assert expected is not None and expected.mean == pytest.approx(0.5, rel=1e-3)
@@ -119,7 +119,7 @@ async def test_a_container_begins_with_what_is_known_and_tells_what_is_new(ends:
         notes(failed_row(KEY))
     times.link.note(100.0, 0.01)
     notes.tell(client)
-    told = await receive(machine)
-    assert isinstance(told, machine_link.NoteHistory)
-    assert [(row.key, row.failed) for row in told.rows] == [(KEY, 2)]
-    assert told.link is not None and (told.link.link, told.link.answers) == ("m1", 8)
+    note = await receive(machine)
+    assert isinstance(note, machine_link.NoteHistory)
+    assert [(row.key, row.failed) for row in note.rows] == [(KEY, 2)]
+    assert note.link is not None and (note.link.link, note.link.answers) == ("m1", 8)

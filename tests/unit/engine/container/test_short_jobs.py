@@ -41,16 +41,16 @@ def jobs(clock: Clock) -> ShortJobs:
     return made
 
 
-async def test_a_job_after_a_short_one_runs_here(jobs: ShortJobs) -> None:
+async def test_job_after_a_short_one_runs_on_the_loop(jobs: ShortJobs) -> None:
     outcome = jobs.attempt(lambda cancelled: threading.get_ident(), never)
     assert outcome is not None and outcome.result == threading.get_ident()
 
 
-async def test_nothing_is_taken_for_short_before_it_was_seen(clock: Clock) -> None:
+async def test_first_job_does_not_run_on_the_loop(clock: Clock) -> None:
     assert ShortJobs(clock).attempt(lambda cancelled: 1, never) is None
 
 
-async def test_an_error_is_the_outcome(jobs: ShortJobs) -> None:
+async def test_job_error_is_its_outcome(jobs: ShortJobs) -> None:
     def fail(cancelled: Cancelled) -> None:
         raise NoValidPath("no way")
 
@@ -58,37 +58,35 @@ async def test_an_error_is_the_outcome(jobs: ShortJobs) -> None:
     assert outcome is not None and isinstance(outcome.error, NoValidPath)
 
 
-async def test_one_that_takes_too_long_is_stopped_and_so_is_none_of_those_after_it(
-    jobs: ShortJobs, clock: Clock
-) -> None:
-    asked: list[bool] = []
+async def test_job_that_takes_too_long_is_stopped_and_the_next_deferred(jobs: ShortJobs, clock: Clock) -> None:
+    answers: list[bool] = []
 
     def work(cancelled: Cancelled) -> None:
-        asked.append(cancelled())
+        answers.append(cancelled())
         clock.now += 2 * SHORT
-        asked.append(cancelled())
+        answers.append(cancelled())
 
     assert jobs.attempt(work, never) is None
-    assert asked == [False, True]
+    assert answers == [False, True]
     await asyncio.sleep(0)
     assert jobs.attempt(lambda cancelled: 1, never) is None
     assert jobs.timed(lambda cancelled: 1, never).result == 1
     assert jobs.attempt(lambda cancelled: 1, never) is not None
 
 
-async def test_one_that_is_cancelled_learns_of_it(jobs: ShortJobs) -> None:
+async def test_cancelled_job_sees_its_cancellation(jobs: ShortJobs) -> None:
     outcome = jobs.attempt(lambda cancelled: cancelled(), lambda: True)
     assert outcome is not None and outcome.result is True
 
 
-async def test_only_one_runs_in_a_turn_of_the_loop(jobs: ShortJobs) -> None:
+async def test_only_one_job_runs_in_an_iteration_of_the_loop(jobs: ShortJobs) -> None:
     assert jobs.attempt(lambda cancelled: 1, never) is not None
     assert jobs.attempt(lambda cancelled: 1, never) is None
     await asyncio.sleep(0)
     assert jobs.attempt(lambda cancelled: 1, never) is not None
 
 
-async def test_a_home_runs_what_turns_out_long_again_in_a_thread() -> None:
+async def test_executor_restarts_a_long_job_in_a_thread() -> None:
     home = NodeExecutor(lambda: None)
     ends: list[object] = []
     home.graph.start(lambda cancelled: "short", ends.append)
@@ -107,7 +105,7 @@ async def test_a_home_runs_what_turns_out_long_again_in_a_thread() -> None:
     home.close()
 
 
-async def test_a_job_that_would_wait_is_begun_again_in_a_thread() -> None:
+async def test_executor_restarts_a_waiting_job_in_a_thread() -> None:
     home = NodeExecutor(lambda: None)
     here, threads = threading.get_ident(), list[int]()
 

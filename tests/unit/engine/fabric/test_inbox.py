@@ -9,7 +9,7 @@ async def drain() -> None:
         await asyncio.sleep(0)
 
 
-async def test_items_of_other_threads_arrive_on_the_loop_in_order():
+async def test_items_from_other_threads_arrive_on_the_loop_in_order():
     taken, threads = [], set()
 
     def take(item: int) -> None:
@@ -32,7 +32,7 @@ async def test_the_newest_items_are_kept_when_the_loop_is_slow():
     assert taken == list(range(990, 1000))
 
 
-async def test_a_flood_leaves_the_loop_time_for_others():
+async def test_many_items_do_not_block_the_loop():
     taken: list[int] = []
     inbox: Inbox[int] = Inbox(asyncio.get_running_loop(), taken.append, 10 * BATCH)
     for i in range(10 * BATCH):
@@ -44,7 +44,7 @@ async def test_a_flood_leaves_the_loop_time_for_others():
     assert len(taken) == 10 * BATCH
 
 
-async def test_a_callback_that_fails_does_not_end_the_flow(caplog):
+async def test_failing_callback_does_not_stop_delivery(caplog):
     taken = []
 
     def take(item: int) -> None:
@@ -60,7 +60,7 @@ async def test_a_callback_that_fails_does_not_end_the_flow(caplog):
     assert "a callback of the fabric raised an exception" in caplog.text
 
 
-async def test_after_close_nothing_is_taken():
+async def test_closed_inbox_delivers_nothing():
     taken: list[int] = []
     inbox: Inbox[int] = Inbox(asyncio.get_running_loop(), taken.append, 10)
     inbox.put(1)  # wakes the loop

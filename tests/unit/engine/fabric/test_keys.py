@@ -37,12 +37,12 @@ def test_a_shared_key_is_parsed_into_its_parts(map_id, user, robot, topic):
 
 
 @given(names, names, names, topics)
-def test_no_user_name_makes_private_keys_look_shared(user, group, robot, topic):
+def test_private_keys_never_look_shared(user, group, robot, topic):
     key = topic_key(user, group, robot, topic)
     assert not zenoh.KeyExpr("ppaas/map/**").intersects(zenoh.KeyExpr(key))
 
 
-def test_a_user_called_map_stays_apart():
+def test_user_named_map_has_an_escaped_key():
     assert topic_key("map", "g", "r", "t") == "ppaas/%6Dap/g/r/t"
 
 
@@ -71,7 +71,7 @@ def test_a_container_may_read_and_write_its_private_keys(topic):
         ANN.check_read(key)
 
 
-def test_it_may_read_but_not_write_shared_topics_of_others():
+def test_container_may_read_but_not_write_shared_topics_of_others():
     key = shared_key("house", "bob", "tb9", "position")
     ANN.check_read(key)
     with pytest.raises(NotPermitted, match="may not write"):

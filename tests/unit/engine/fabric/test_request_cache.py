@@ -30,7 +30,7 @@ async def test_a_request_that_arrives_twice_is_executed_once():
     assert server.done == ["a"]
 
 
-async def test_an_error_is_an_answer_too():
+async def test_error_is_cached_as_an_answer():
     tries = []
 
     async def fail() -> bytes:
@@ -78,7 +78,7 @@ async def test_a_full_cache_refuses_new_requests_and_answers_old_ones():
     assert server.done == ["a", "b"]
 
 
-async def test_after_cancel_nothing_runs():
+async def test_cancel_stops_all_requests():
     server, answers = Server(), RequestCache()
     task = answers.answer("1", 5.0, lambda: server.work("a"))
     answers.cancel()

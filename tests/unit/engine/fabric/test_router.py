@@ -27,7 +27,7 @@ def try_to_open(router: RouterProcess, credentials: RouterCredentials) -> None:
     zenoh.open(client_config(router.endpoint, credentials)).close()
 
 
-async def test_a_client_with_the_credentials_is_accepted(router):
+async def test_client_with_the_credentials_is_accepted(router):
     await asyncio.to_thread(try_to_open, router, router.credentials)
 
 
@@ -38,12 +38,12 @@ async def test_a_client_without_the_credentials_is_refused(router):
             await asyncio.to_thread(try_to_open, router, wrong)
 
 
-async def test_nobody_else_on_the_machine_can_read_the_credentials(router, tmp_path):
+async def test_credentials_are_readable_by_their_user_only(router, tmp_path):
     assert stat.S_IMODE((tmp_path / "run").stat().st_mode) == 0o700
     assert stat.S_IMODE((tmp_path / "run" / "credentials").stat().st_mode) == 0o600
 
 
-async def test_nothing_is_left_after_close(tmp_path):
+async def test_close_leaves_no_process_and_no_files(tmp_path):
     process = RouterProcess(tmp_path / "run")
     await process.start()
     pid = process.pid
@@ -84,19 +84,19 @@ async def test_routers_of_two_hosts_forward_messages_and_reconnect(tmp_path, unu
     ours = RouterProcess(tmp_path / "a", peering=peering(authority.identity, shared, listen=endpoint))
     await theirs.start()  # the router that it dials may start later
     await ours.start()
-    heard = []
+    received = []
     near, far = [await Fabric.open(router.endpoint, shared) for router in (ours, theirs)]
-    near.subscribe("ppaas/map/**", lambda key, payload: heard.append((key, payload)))
+    near.subscribe("ppaas/map/**", lambda key, payload: received.append((key, payload)))
     try:
-        await say_until(far, heard, b"first")
+        await publish_until(far, received, b"first")
         os.kill(ours.pid, signal.SIGKILL)
-        await say_until(far, heard, b"again")
+        await publish_until(far, received, b"again")
     finally:
         for opened in (near, far, ours, theirs):
             await opened.close()
 
 
-async def test_a_router_of_another_authority_or_with_another_password_is_not_one_of_ours(tmp_path, unused_tcp_port):
+async def test_routers_with_another_authority_or_password_are_refused(tmp_path, unused_tcp_port):
     authority, other = Authority(tmp_path / "machines"), Authority(tmp_path / "other")
     shared = RouterCredentials("agent", "of the whole cloud")
     endpoint = (f"tls/127.0.0.1:{unused_tcp_port}",)
@@ -114,15 +114,15 @@ async def test_a_router_of_another_authority_or_with_another_password_is_not_one
     ]
     for router in routers:
         await router.start()
-    heard = []
+    received = []
     fabrics = [await Fabric.open(router.endpoint, router.credentials) for router in routers]
-    fabrics[0].subscribe("ppaas/map/**", lambda key, payload: heard.append((key, payload)))
+    fabrics[0].subscribe("ppaas/map/**", lambda key, payload: received.append((key, payload)))
     try:
         for name, fabric in zip("bc", fabrics[1:3], strict=True):
             for _ in range(20):
-                fabric.publish(f"ppaas/map/{name}", b"not to be heard")
-        await say_until(fabrics[3], heard, b"to be heard")  # by then the others would have been heard too
-        assert {payload for _, payload in heard} == {b"to be heard"}
+                fabric.publish(f"ppaas/map/{name}", b"refused")
+        await publish_until(fabrics[3], received, b"expected")  # by then the others would have been received too
+        assert {payload for _, payload in received} == {b"expected"}
     finally:
         for opened in (*fabrics, *routers):
             await opened.close()
@@ -134,15 +134,15 @@ def peering(identity, credentials, **ends):
     )  # fmt: skip
 
 
-async def say_until(fabric: Fabric, heard: list[tuple[str, bytes]], said: bytes) -> None:
+async def publish_until(fabric: Fabric, received: list[tuple[str, bytes]], payload: bytes) -> None:
     """Publish repeatedly until it is received: publications may be lost while routers connect."""
     async with asyncio.timeout(15):
-        while said not in [payload for _, payload in heard]:
-            fabric.publish("ppaas/map/said", said)
+        while payload not in [each for _, each in received]:
+            fabric.publish("ppaas/map/topic", payload)
             await asyncio.sleep(0.05)
 
 
-async def test_a_router_that_cannot_listen_says_so(tmp_path):
+async def test_router_that_cannot_listen_raises_unavailable(tmp_path):
     process = RouterProcess(tmp_path / "run", tcp="256.0.0.1:1")
     with pytest.raises(Unavailable, match="before it listened"):
         await process.start()

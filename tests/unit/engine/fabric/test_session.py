@@ -26,20 +26,20 @@ async def pair(router):
     await other.close()
 
 
-async def test_what_is_published_arrives_with_its_key(pair):
+async def test_published_payload_arrives_with_its_key(pair):
     one, other = pair
-    heard = []
-    one.subscribe("ppaas/map/house/*/*/position", lambda key, payload: heard.append((key, payload)))
+    received = []
+    one.subscribe("ppaas/map/house/*/*/position", lambda key, payload: received.append((key, payload)))
 
     def publish_and_look() -> bool:
         other.publish("ppaas/map/house/ann/tb1/position", b"here")
-        return bool(heard)
+        return bool(received)
 
     await until(publish_and_look)
-    assert set(heard) == {("ppaas/map/house/ann/tb1/position", b"here")}
+    assert set(received) == {("ppaas/map/house/ann/tb1/position", b"here")}
 
 
-async def test_after_close_a_subscription_is_silent(pair):
+async def test_closed_subscription_receives_nothing(pair):
     one, other = pair
     first, second = [], []
     subscription = one.subscribe("a", lambda key, payload: first.append(payload))
@@ -81,10 +81,10 @@ async def test_a_request_waits_for_a_server_that_starts_later(pair):
     async def answer(key: str, payload: bytes) -> bytes:
         return b"late"
 
-    asking = asyncio.create_task(other.request("store/plan", b""))
+    request = asyncio.create_task(other.request("store/plan", b""))
     await asyncio.sleep(0)
     one.serve("store/plan", answer)
-    assert await asking == b"late"
+    assert await request == b"late"
 
 
 async def test_a_request_id_is_executed_once(pair):
@@ -142,12 +142,12 @@ async def test_an_error_of_the_server_reaches_the_client(pair):
     one.serve("store/plan", refuse)
     with pytest.raises(NotFound, match="unknown plan 'p1'"):
         await other.request("store/plan", b"")
-    with pytest.raises(PPaaSError, match="internal error: KeyError") as told:
+    with pytest.raises(PPaaSError, match="internal error: KeyError") as raised:
         await other.request("store/plan", b"bug")
-    assert "secret" not in str(told.value)
+    assert "secret" not in str(raised.value)
 
 
-async def test_without_an_answer_a_request_is_unavailable_in_time(pair):
+async def test_unanswered_request_raises_unavailable_after_its_timeout(pair):
     _, other = pair
     with pytest.raises(Unavailable, match=r"no answer from 'nobody' within 0\.2 s"):
         await other.request("nobody", b"", timeout=0.2)

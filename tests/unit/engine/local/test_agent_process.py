@@ -16,7 +16,7 @@ from tests.support.waiting import until
 STAND_IN = (sys.executable, "-m", "tests.support.engine.agent_stand_in")
 
 
-class Kept:
+class AgentUnderTest:
     """An ``AgentProcess``, and the file that its agents write."""
 
     def __init__(self, folder: Path, machine: str) -> None:
@@ -24,7 +24,7 @@ class Kept:
         config = AgentConfig(machine, "", "secret", str(folder), "", "memory:", "memory:")
         self.process = AgentProcess(config, STAND_IN)
 
-    def lives(self) -> list[list[int]]:
+    def runs(self) -> list[list[int]]:
         """Return the process ids of each run so far, the agent first."""
         try:
             return [[int(pid) for pid in line.split()] for line in self.file.read_text().splitlines()]
@@ -33,37 +33,37 @@ class Kept:
 
 
 async def test_an_agent_gets_its_settings_only_on_standard_input(tmp_path: Path) -> None:
-    kept = Kept(tmp_path, "stay")
-    await kept.process.start()
-    await until(kept.lives)
-    assert kept.lives() == [[kept.process.pid]]
-    assert "secret" not in " ".join(psutil.Process(kept.process.pid).cmdline())
-    await kept.process.stop()
+    agents = AgentUnderTest(tmp_path, "stay")
+    await agents.process.start()
+    await until(agents.runs)
+    assert agents.runs() == [[agents.process.pid]]
+    assert "secret" not in " ".join(psutil.Process(agents.process.pid).cmdline())
+    await agents.process.stop()
 
 
 async def test_an_agent_that_is_killed_is_started_again(tmp_path: Path) -> None:
-    kept = Kept(tmp_path, "stay")
-    await kept.process.start()
-    await until(kept.lives)
-    psutil.Process(kept.lives()[0][0]).send_signal(signal.SIGKILL)
-    await until(lambda: len(kept.lives()) == 2)
-    await kept.process.stop()
-    assert len(kept.lives()) == 2
+    agents = AgentUnderTest(tmp_path, "stay")
+    await agents.process.start()
+    await until(agents.runs)
+    psutil.Process(agents.runs()[0][0]).send_signal(signal.SIGKILL)
+    await until(lambda: len(agents.runs()) == 2)
+    await agents.process.stop()
+    assert len(agents.runs()) == 2
 
 
 async def test_an_agent_that_keeps_exiting_is_restarted_with_delays(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(agent_process, "RESTART_DELAYS", (0.0, 0.0, 1000.0))
-    kept = Kept(tmp_path, "die")
-    await kept.process.start()
-    await until(lambda: len(kept.lives()) == 3)
+    agents = AgentUnderTest(tmp_path, "die")
+    await agents.process.start()
+    await until(lambda: len(agents.runs()) == 3)
     await asyncio.sleep(0.3)
-    assert len(kept.lives()) == 3
-    await kept.process.stop()
+    assert len(agents.runs()) == 3
+    await agents.process.stop()
 
 
-async def test_an_agent_that_exits_for_good_is_not_restarted(tmp_path: Path) -> None:
+async def test_agent_with_the_final_exit_status_is_not_restarted(tmp_path: Path) -> None:
     process = AgentProcess(AgentConfig("die", "", "", str(tmp_path), "", "", ""), STAND_IN, done=3)
     await process.start()
     await process.ended()
@@ -82,28 +82,28 @@ async def test_a_command_that_cannot_be_run_is_tried_again(
 
 
 async def test_stopping_ends_an_agent_without_a_link(tmp_path: Path) -> None:
-    kept = Kept(tmp_path, "stay")
-    await kept.process.start()
-    await until(kept.lives)
-    await kept.process.stop()
-    assert not psutil.pid_exists(kept.lives()[0][0])
-    await kept.process.stop()
+    agents = AgentUnderTest(tmp_path, "stay")
+    await agents.process.start()
+    await until(agents.runs)
+    await agents.process.stop()
+    assert not psutil.pid_exists(agents.runs()[0][0])
+    await agents.process.stop()
 
 
 async def test_an_agent_that_does_not_end_is_killed_with_what_it_started(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(agent_process, "STOP_GRACE", 0.2)
-    kept = Kept(tmp_path, "stubborn")
-    await kept.process.start()
-    await until(kept.lives)
-    ((agent, child),) = kept.lives()
+    agents = AgentUnderTest(tmp_path, "stubborn")
+    await agents.process.start()
+    await until(agents.runs)
+    ((agent, child),) = agents.runs()
     grandchild = psutil.Process(child)
-    await kept.process.stop()
+    await agents.process.stop()
     assert not psutil.pid_exists(agent)
     _, alive = await asyncio.to_thread(psutil.wait_procs, [grandchild], 10)
     assert not alive
 
 
-async def test_stopping_what_was_never_started_does_nothing(tmp_path: Path) -> None:
-    await Kept(tmp_path, "stay").process.stop()
+async def test_stopping_an_unstarted_process_does_nothing(tmp_path: Path) -> None:
+    await AgentUnderTest(tmp_path, "stay").process.stop()

@@ -96,7 +96,7 @@ async def test_an_agent_with_another_configuration_is_stopped_first(
 @pytest.mark.parametrize(
     "changed",
     [{"release": "0.0.9"}, {"told": msgspec.Raw(b'{"spoken": "otherwise"}')}],
-    ids=["told so", "told otherwise by the same"],
+    ids=["release", "fields"],
 )
 async def test_an_agent_of_another_release_is_stopped_and_the_reason_logged(
     tmp_path: Path,
@@ -127,7 +127,7 @@ async def test_an_adopted_agent_is_recorded_watched_and_stopped(
     left = read_record(tmp_path / "own")
     machine = LocalMachine(settle_config(WANTED, left), tmp_path / "own", left)
     await machine.start()
-    assert b"known" in (tmp_path / "own").read_bytes() and read_record(tmp_path / "own") is None, "we live"
+    assert b"known" in (tmp_path / "own").read_bytes() and read_record(tmp_path / "own") is None, "this process runs"
     await machine.stop()
     await until(lambda: name_of(agent.pid) is None)
 

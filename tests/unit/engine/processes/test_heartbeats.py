@@ -37,7 +37,7 @@ def test_a_process_may_freeze_before_its_first_heartbeat(heartbeats: Heartbeats,
     assert looks == [[]] * MISSED + [["new"]]
 
 
-def test_after_a_stop_of_our_own_process_no_miss_is_counted(heartbeats: Heartbeats, clock: ManualClock) -> None:
+def test_suspension_of_the_own_process_counts_no_misses(heartbeats: Heartbeats, clock: ManualClock) -> None:
     look(heartbeats, clock, {"a": 1})
     for _ in range(MISSED - 1):
         assert look(heartbeats, clock, {"a": 1}) == []
@@ -52,7 +52,7 @@ def test_a_process_that_returns_with_the_same_name_is_new(heartbeats: Heartbeats
     assert look(heartbeats, clock, {"a": 5}) == []
 
 
-def test_more_checks_in_a_period_find_no_process_frozen_earlier(clock: ManualClock) -> None:
+def test_more_checks_per_period_do_not_freeze_a_process_earlier(clock: ManualClock) -> None:
     heartbeats = Heartbeats(clock, checks=2)
     half = BEAT_PERIOD / 2.0
     look(heartbeats, clock, {"stuck": 7}, half)

@@ -10,7 +10,7 @@ def name_of_a_dead_process() -> str:
     return subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.strip()
 
 
-def test_the_folder_of_a_dead_process_is_swept_with_all_that_is_in_it(tmp_path):
+def test_folder_of_a_dead_process_is_removed_with_its_content(tmp_path):
     dead = folder_of(name_of_a_dead_process(), tmp_path)
     (dead / "map").mkdir(parents=True)
     (dead / "map" / "grid.npy").write_bytes(b"x")
@@ -25,7 +25,7 @@ def test_the_folder_of_a_living_process_stays(tmp_path):
     assert mine.exists()
 
 
-def test_a_process_that_took_over_the_number_of_a_dead_one_is_another(tmp_path):
+def test_reused_process_id_does_not_keep_the_folder(tmp_path):
     namespace, pid, started = instance_name().split("-")
     earlier = folder_of(f"{namespace}-{pid}-{int(started) - 1}", tmp_path)
     earlier.mkdir()

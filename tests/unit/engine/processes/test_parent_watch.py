@@ -28,7 +28,7 @@ def start(file: Path, parent: str) -> "subprocess.Popen[str]":
     return subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
 
 
-async def test_it_ends_when_its_parent_is_killed(tmp_path: Path) -> None:
+async def test_child_exits_when_its_parent_is_killed(tmp_path: Path) -> None:
     with start(tmp_path / "child", "os.getpid()") as parent:
         assert parent.stdout is not None and parent.stdout.readline() == "there\n"
         child = int((tmp_path / "child").read_text())
@@ -37,7 +37,7 @@ async def test_it_ends_when_its_parent_is_killed(tmp_path: Path) -> None:
     await until(lambda: has_ended(child))
 
 
-def test_it_exits_at_once_if_its_parent_has_exited(tmp_path: Path) -> None:
+def test_child_exits_at_once_if_its_parent_has_exited(tmp_path: Path) -> None:
     with start(tmp_path / "child", "1") as parent:
         assert parent.stdout is not None and parent.stdout.readline() == "1\n"
         parent.kill()

@@ -23,16 +23,16 @@ from ppaas.errors import InvalidInput
 MADE = len("/ppaas-12345678/")
 
 
-def test_it_belongs_to_this_user_alone(short_path):
+def test_folder_is_accessible_to_its_user_only(short_path):
     folder = make_run_dir()
     assert folder.parent == short_path
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
 
 
 @pytest.mark.parametrize("spare", [0, -1])
-def test_a_socket_of_the_longest_name_can_be_bound_or_it_says_why_not(short_path, monkeypatch, spare):
-    room = LONGEST_PATH - LONGEST_NAME - MADE - len(bytes(short_path)) - 1
-    parent = short_path / ("a" * (room - spare))
+def test_longest_socket_name_fits_or_the_folder_is_refused(short_path, monkeypatch, spare):
+    available = LONGEST_PATH - LONGEST_NAME - MADE - len(bytes(short_path)) - 1
+    parent = short_path / ("a" * (available - spare))
     parent.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(parent))
     if spare < 0:
@@ -44,7 +44,7 @@ def test_a_socket_of_the_longest_name_can_be_bound_or_it_says_why_not(short_path
             bound.bind(str(make_run_dir() / ("s" * LONGEST_NAME)))
 
 
-def test_the_folder_of_a_process_that_was_killed_is_removed_by_the_next_that_makes_one(short_path):
+def test_folder_of_a_killed_process_is_removed_with_the_next_folder(short_path):
     code = "import os; from engine.processes.run_dir import make_run_dir; make_run_dir(); os.kill(os.getpid(), 9)"
     killed = subprocess.run([sys.executable, "-c", code], env=os.environ | {"TMPDIR": str(short_path)}, check=False)
     assert killed.returncode == -signal.SIGKILL
@@ -68,7 +68,7 @@ def test_a_folder_is_kept_while_one_of_its_owners_runs(short_path):
     assert not made.exists()
 
 
-def test_a_folder_that_somebody_else_owns_is_left_to_them(short_path):
+def test_folder_with_another_owner_is_kept(short_path):
     made = make_run_dir()
     code = (
         "import sys; from pathlib import Path; from engine.processes.run_dir import add_owner, remove_unless_owned;"
@@ -86,7 +86,7 @@ def test_folders_of_running_processes_and_without_owners_are_kept(short_path):
     assert mine.exists() and nobodys.exists()
 
 
-def test_a_folder_in_which_temporary_files_are_kept_is_removed_last_and_without_a_complaint(short_path):
+def test_folder_of_temporary_files_is_removed_at_exit(short_path):
     folder = short_path / "kept"
     folder.mkdir()
     script = (
@@ -101,7 +101,7 @@ def test_a_folder_in_which_temporary_files_are_kept_is_removed_last_and_without_
     assert not folder.exists()
 
 
-def test_another_folder_is_removed_at_once(short_path):
+def test_other_folder_is_removed_at_once(short_path):
     (short_path / "other" / "in it").mkdir(parents=True)
     remove_folder(short_path / "other")
     assert not (short_path / "other").exists()

@@ -8,12 +8,12 @@ from engine.protocols.address import TlsAddress, UnixAddress, parse_address, par
 from ppaas.errors import InvalidInput
 
 
-def test_a_path_is_the_address_of_a_unix_socket() -> None:
+def test_unix_path_is_parsed() -> None:
     assert parse_address("unix:/run/ppaas/link.sock") == UnixAddress(Path("/run/ppaas/link.sock"))
 
 
 @pytest.mark.parametrize(("text", "host"), [("tls://cloud.example:8600", "cloud.example"), ("tls://[::1]:8600", "::1")])
-def test_host_and_port_are_the_address_of_a_machine(text: str, host: str) -> None:
+def test_host_and_port_are_parsed(text: str, host: str) -> None:
     address = parse_address(text)
     assert address == TlsAddress(host, 8600)
     assert str(address) == text
@@ -24,7 +24,7 @@ def test_host_and_port_are_the_address_of_a_machine(text: str, host: str) -> Non
     ["", "/run/link.sock", "unix:link.sock", "tcp://h:1", "tls:h:1", "tls://h", "tls://:1", "tls://h:65536",
      "tls://h:-1", "tls://u@h:1", "tls://h:1/path", "tls://::1:8600", "tls://[::1:8600", "tls://h:x"],
 )  # fmt: skip
-def test_anything_else_is_refused_with_what_to_write(text: str) -> None:
+def test_invalid_address_is_refused_with_the_expected_form(text: str) -> None:
     with pytest.raises(InvalidInput, match=r"write|from 0 to 65535"):
         parse_address(text)
 

@@ -24,7 +24,7 @@ async def connection() -> tuple[asyncio.StreamReader, asyncio.StreamWriter, asyn
 
 @settings(deadline=None, max_examples=30)
 @given(st.lists(st.binary(max_size=300), max_size=8), st.lists(st.integers(0, 2000), max_size=8))
-def test_frames_are_whole_wherever_the_bytes_are_cut(bodies: list[bytes], cuts: list[int]) -> None:
+def test_frames_are_complete_for_any_split_of_the_bytes(bodies: list[bytes], cuts: list[int]) -> None:
     async def check() -> None:
         reader, writer, far = await connection()
         receiver = FrameReceiver(reader, writer)
@@ -46,7 +46,7 @@ async def test_data_in_the_buffer_of_the_reader_is_not_lost() -> None:
     reader, writer, far = await connection()
     whole, half = framed(b"first"), framed(b"second")
     far.write(b"!" + whole + half[:6])
-    assert await reader.readexactly(1) == b"!", "so the rest is there too"
+    assert await reader.readexactly(1) == b"!", "so the rest is buffered too"
     receiver = FrameReceiver(reader, writer)
     assert await receiver.next() == b"first"
     far.write(half[6:])

@@ -94,7 +94,7 @@ async def _send_many(stream: FrameStream[robot_link.ToContainer], payload: bytes
         pack(robot_link.Ack(1))[1].replace(b"ack", b"\xff\xfe\xfd"),
         b"\x83\xa4type\xa3ack\xa8sequence\x01\xa1z" + b"\x91" * 100_000 + b"\xc0",
     ],
-    ids=["text that is no text", "bottomless"],
+    ids=["invalid text", "deep nesting"],
 )
 async def test_a_frame_that_breaks_the_decoder_is_malformed_too(body: bytes) -> None:
     near, far, writer = await pair()
@@ -105,7 +105,7 @@ async def test_a_frame_that_breaks_the_decoder_is_malformed_too(body: bytes) -> 
     await near.close()
 
 
-async def test_closing_does_not_wait_for_ever_for_a_peer_that_reads_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_closing_has_a_time_limit_if_the_peer_does_not_read(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("engine.protocols.framing.CLOSE_GRACE", 0.05)
     near, far, _ = await pair()
     far.write(robot_link.Published("map", bytes(64 << 20)))

@@ -63,7 +63,7 @@ async def connected(membership: Membership) -> FrameStream[control_link.ToAgent]
     return FrameStream(*await dial(membership.cloud, context), control_link.ToAgent)
 
 
-async def test_a_machine_joins_by_a_ticket_and_registers_by_its_certificate(cloud: Cloud, tmp_path: Path) -> None:
+async def test_machine_joins_with_a_ticket_and_registers_by_certificate(cloud: Cloud, tmp_path: Path) -> None:
     membership = await join(tmp_path / "m2", cloud.ticket(), "m2")
     stream = await connected(membership)
     stream.write(register("m2", secret=""))
@@ -101,7 +101,7 @@ async def test_missing_stores_are_not_created(cloud: Cloud, tmp_path: Path) -> N
         config_of(membership, MachineOptions(), settings, tmp_path / "run")
 
 
-async def test_it_exits_with_an_error_if_the_cloud_runs_another_release(
+async def test_machine_exits_if_the_cloud_runs_another_release(
     cloud: Cloud, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The machine exits, to be started again with the new release; a retry would run the old one for ever."""
@@ -114,7 +114,7 @@ async def test_it_exits_with_an_error_if_the_cloud_runs_another_release(
         await stay(membership, MachineOptions())
 
 
-async def test_joining_again_with_the_same_ticket_needs_no_cloud(cloud: Cloud, tmp_path: Path) -> None:
+async def test_joining_again_with_the_same_ticket_works_offline(cloud: Cloud, tmp_path: Path) -> None:
     ticket = cloud.ticket()
     first = await join(tmp_path / "m2", ticket, "m2")
     await cloud.far.close()
@@ -135,7 +135,7 @@ def _port(cloud: Cloud) -> str:
     return (cloud.folder / "address").read_text().rpartition(":")[2]
 
 
-async def test_a_second_machine_of_a_name_needs_a_ticket_for_that_name(cloud: Cloud, tmp_path: Path) -> None:
+async def test_reusing_a_machine_name_needs_a_ticket_for_it(cloud: Cloud, tmp_path: Path) -> None:
     first = await join(tmp_path / "m2", cloud.ticket(), "m2")
     with pytest.raises(Conflict, match="--name m2"):
         await join(tmp_path / "other", cloud.ticket(), "m2")
@@ -193,13 +193,13 @@ def test_stores_in_memory_are_refused(tmp_path: Path, urls: tuple[str, str]) -> 
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("said", [(100).to_bytes(4, "big") + b"\xc1" * 100, (1 << 20).to_bytes(4, "big")])
+@pytest.mark.parametrize("data", [(100).to_bytes(4, "big") + b"\xc1" * 100, (1 << 20).to_bytes(4, "big")])
 async def test_an_invalid_or_oversized_request_to_join_closes_the_connection(
-    cloud: Cloud, caplog: pytest.LogCaptureFixture, said: bytes
+    cloud: Cloud, caplog: pytest.LogCaptureFixture, data: bytes
 ) -> None:
     ticket = make_ticket(cloud.folder, valid=VALID)
     reader, writer = await dial(ticket.address, stranger_context())
-    writer.write(said)
+    writer.write(data)
     async with asyncio.timeout(10.0):
         assert await reader.read() == b""
     assert "sent no valid request to join" in caplog.text

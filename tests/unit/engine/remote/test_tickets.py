@@ -34,7 +34,7 @@ def test_a_ticket_is_decoded_from_its_text(tickets: Tickets) -> None:
     assert ticket.address == CLOUD
 
 
-def test_it_is_valid_once_also_in_another_process(tickets: Tickets, tmp_path: Path) -> None:
+def test_ticket_is_valid_once_across_processes(tickets: Tickets, tmp_path: Path) -> None:
     ticket = tickets.make(CLOUD, "", valid=60.0)
     again = Tickets(tmp_path / "tickets", Time())
     assert not again.use(ticket.secret, "m1")
@@ -42,7 +42,7 @@ def test_it_is_valid_once_also_in_another_process(tickets: Tickets, tmp_path: Pa
         tickets.use(ticket.secret, "m1")
 
 
-def test_it_expires(tickets: Tickets, time: Time) -> None:
+def test_ticket_expires(tickets: Tickets, time: Time) -> None:
     ticket = tickets.make(CLOUD, "", valid=60.0)
     time.now += 61.0
     with pytest.raises(NotPermitted, match="expired"):
@@ -56,7 +56,7 @@ def test_a_ticket_for_a_machine_is_not_used_up_by_another(tickets: Tickets) -> N
     assert tickets.use(ticket.secret, "m1")
 
 
-def test_its_secret_is_not_in_the_folder(tickets: Tickets, tmp_path: Path) -> None:
+def test_ticket_secret_is_not_stored(tickets: Tickets, tmp_path: Path) -> None:
     ticket = tickets.make(CLOUD, "", valid=60.0)
     (file,) = (tmp_path / "tickets").iterdir()
     assert ticket.secret not in file.name + file.read_text()
@@ -64,7 +64,7 @@ def test_its_secret_is_not_in_the_folder(tickets: Tickets, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("secret", ["", "../x", "\0", "ä" * 1000])
-def test_any_other_secret_is_refused(tickets: Tickets, secret: str) -> None:
+def test_unknown_secret_is_refused(tickets: Tickets, secret: str) -> None:
     with pytest.raises(NotPermitted, match="unknown"):
         tickets.use(secret, "m1")
 

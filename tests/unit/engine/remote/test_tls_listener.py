@@ -85,7 +85,7 @@ async def test_a_certificate_of_another_authority_is_refused(
         await dial(listener.address, theirs.client_context("control"))
 
 
-async def test_only_the_last_certificate_of_a_machine_is_valid(
+async def test_only_the_latest_certificate_of_a_machine_is_valid(
     listener: TlsListener, authority: Authority, tmp_path: Path
 ) -> None:
     first = joined(authority, tmp_path / "first", "m3")
@@ -154,6 +154,6 @@ def test_an_unreadable_authority_is_an_error(tmp_path: Path) -> None:
         Authority(folder)
 
 
-def test_keys_are_readable_by_their_owner_alone(authority: Authority) -> None:
+def test_keys_are_readable_by_their_owner_only(authority: Authority) -> None:
     for key in authority.identity.key.parent.glob("*.key"):
         assert key.stat().st_mode & 0o077 == 0

@@ -15,7 +15,7 @@ from tests.support.engine.launches import Reports
 MIB = 1 << 20
 
 
-def test_memory_goes_with_size_and_map(tmp_path: Path) -> None:
+def test_memory_limit_grows_with_size_and_map(tmp_path: Path) -> None:
     grid = GridMap(np.zeros((256, 512), np.int8), GridInfo(0.05, 512, 256, Pose2D(0.0, 0.0, 0.0)))
     write_layers(tmp_path, build_layers(grid), created=0.0)
     of_map = Reports(tmp_path).launch(cpus=(0, 1), layers=str(tmp_path))

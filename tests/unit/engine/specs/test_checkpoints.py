@@ -57,7 +57,7 @@ def test_a_new_session_starts_from_the_robots_configuration(
         store.clone("ann", "tb1")
 
 
-def test_a_robot_that_returns_soon_after_its_cloud_process_died_continues(
+def test_robot_continues_soon_after_its_cloud_process_died(
     store: MemoryStore, checkpoints: CheckpointSelection, clock: ManualClock
 ) -> None:
     keep(store, first(), "that")
@@ -95,7 +95,7 @@ def test_a_checkpoint_of_another_map_or_configuration_is_removed(
     assert checkpoints.with_checkpoint(first()).checkpoint == {}
 
 
-def test_an_idle_robot_that_lost_its_place_continues_once_at_any_time(
+def test_parked_robot_continues_once_at_any_time(
     store: MemoryStore, checkpoints: CheckpointSelection, clock: ManualClock
 ) -> None:
     keep(store, first("c5"), "this")
@@ -114,14 +114,14 @@ def test_a_checkpoint_without_an_origin_is_removed(
     assert checkpoints.with_checkpoint(first()).checkpoint == {}
 
 
-def test_a_container_that_only_plans_has_no_checkpoint(checkpoints: CheckpointSelection) -> None:
+def test_planning_container_has_no_checkpoint(checkpoints: CheckpointSelection) -> None:
     assert checkpoints.with_checkpoint(planning_spec()) == planning_spec()
 
 
 def test_the_container_with_the_last_checkpoint_is_still_the_clone(
     store: MemoryStore, checkpoints: CheckpointSelection
 ) -> None:
-    assert not checkpoints.runs_on(first()), "nobody knows of it"
+    assert not checkpoints.runs_on(first()), "no checkpoint is stored"
     keep(store, first(), "before", saved=0.0)
     assert checkpoints.runs_on(first())
     assert not checkpoints.runs_on(planning_spec())
@@ -138,7 +138,7 @@ def test_the_container_with_the_last_checkpoint_is_still_the_clone(
     ],
     ids=["its successor", "another session", "another map", "another robot", "this cloud process"],
 )
-def test_a_container_that_may_have_been_replaced_is_not_the_clone_any_more(
+def test_container_that_may_have_been_replaced_is_not_the_clone(
     store: MemoryStore, checkpoints: CheckpointSelection, kept_by: ContainerSpec, instance: str
 ) -> None:
     keep(store, kept_by, instance)

@@ -31,7 +31,7 @@ def test_a_size_above_the_machine_is_refused():
         cores.pick(2.5, (0, 1), {})
 
 
-def test_a_machine_gives_more_cores_than_it_has_and_no_more_memory():
+def test_machine_oversubscribes_cores_but_not_memory():
     assert cores.capacity(4, 8 << 30) == 16.0
     assert cores.capacity(4, 8 << 30, 1.0) == 4.0
     assert cores.capacity(4, 1 << 30) == 8.0
@@ -46,12 +46,12 @@ def test_idle_cpus_are_picked_from_the_lowest():
     assert cores.pick(2, (7, 5, 6), {}) == (5, 6)
 
 
-def test_what_was_given_is_counted_by_cpu():
+def test_used_cores_are_counted_per_cpu():
     assert cores.used([(1.5, (0, 1)), (0.5, (1,))]) == {0: 0.75, 1: 1.25}
 
 
 @given(st.lists(st.floats(0.1, 1.0), max_size=40), st.integers(1, 8))
-def test_small_containers_spread_so_that_no_cpu_has_one_more_than_another_could_take(given_sizes, cpus):
+def test_small_containers_are_spread_evenly_over_the_cpus(given_sizes, cpus):
     placed: list[tuple[float, tuple[int, ...]]] = []
     for size in given_sizes:
         placed.append((size, cores.pick(size, range(cpus), cores.used(placed))))

@@ -23,7 +23,7 @@ def layers() -> MapLayers:
     return MapLayers(grid, costmap, rng.random((5, 7), np.float32))
 
 
-def test_layers_are_read_as_they_were_written(tmp_path, layers):
+def test_layers_round_trip(tmp_path, layers):
     write_layers(tmp_path, layers, created=12.5)
     found = open_layers(tmp_path)
     assert found.grid.info == found.costmap.info == layers.grid.info
@@ -32,7 +32,7 @@ def test_layers_are_read_as_they_were_written(tmp_path, layers):
     np.testing.assert_array_equal(found.distance, layers.distance)
 
 
-def test_masks_are_read_as_they_were_written_and_cannot_be_written(tmp_path, layers):
+def test_masks_round_trip_and_are_read_only(tmp_path, layers):
     rng, info = np.random.default_rng(4), layers.grid.info
     keepout, speed = (GridMap(rng.integers(0, 101, (5, 7)).astype(np.int8), info) for _ in "ab")
     masked = replace(layers, keepout=keepout, barred_distance=rng.random((5, 7), np.float32), speed=speed)
@@ -45,7 +45,7 @@ def test_masks_are_read_as_they_were_written_and_cannot_be_written(tmp_path, lay
     assert not any(array.flags.writeable for array in (found.keepout.data, found.speed.data, found.to_lethal))
 
 
-def test_opened_layers_cannot_be_written(tmp_path, layers):
+def test_opened_layers_are_read_only(tmp_path, layers):
     write_layers(tmp_path, layers, created=0.0)
     found = open_layers(tmp_path)
     for array in (found.grid.data, found.costmap.data, found.distance):
@@ -75,7 +75,7 @@ def test_incomplete_layers_are_unavailable(tmp_path, layers, broken):
         open_layers(tmp_path)
 
 
-def test_an_index_is_read_as_it_was_written_and_cannot_be_written(tmp_path):
+def test_index_round_trips_and_is_read_only(tmp_path):
     assert open_index(tmp_path, "p") is None
     write_index(tmp_path, "p", memoryview(b"some words"))
     content = open_index(tmp_path, "p")
@@ -84,7 +84,7 @@ def test_an_index_is_read_as_it_was_written_and_cannot_be_written(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["p.index"]
 
 
-def test_an_index_without_a_folder_or_content_is_unavailable(tmp_path):
+def test_index_without_a_folder_or_content_is_unavailable(tmp_path):
     with pytest.raises(Unavailable, match="cannot be written"):
         write_index(tmp_path / "gone", "p", memoryview(b"words"))
     (tmp_path / "p.index").touch()

@@ -50,7 +50,7 @@ def test_valid_settings_are_accepted(fields: dict[str, Any]) -> None:
         ({"labels": {f"l{number}": "a" for number in range(MOST_LABELS + 1)}}, "labels"),
     ],
 )
-def test_an_invalid_setting_is_refused_by_its_name(fields: dict[str, Any], named: str) -> None:
+def test_invalid_setting_is_refused_by_name(fields: dict[str, Any], named: str) -> None:
     with pytest.raises(InvalidParameter, match=named):
         check_settings(MachineSettings(**fields))
 
@@ -59,7 +59,7 @@ def test_labels_are_formatted_for_messages() -> None:
     assert labels_text({"zone": "a", "gpu": "yes"}) == "gpu=yes, zone=a"
 
 
-def test_memory_goes_with_size_and_is_given_once() -> None:
+def test_capacity_is_limited_by_memory() -> None:
     small = machine("m", 4)  # has one GiB
     assert (small.capacity, small.room) == (8.0, 4.0)
     for number in range(2):
@@ -75,7 +75,7 @@ def test_an_oversubscription_of_one_shares_no_core() -> None:
     assert machine("m", 2, settings=MachineSettings(oversubscription=1.0)).capacity == 2.0
 
 
-def test_labels_of_an_administrator_override_those_of_the_agent() -> None:
+def test_administrator_labels_override_agent_labels() -> None:
     labelled = machine("m", labels={"zone": "a", "gpu": "no"}, settings=MachineSettings({"zone": "b"}))
     assert labelled.all_labels == {"zone": "b", "gpu": "no"}
     assert labelled.suits({"zone": "b"}) and labelled.suits({})

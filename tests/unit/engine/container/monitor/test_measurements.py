@@ -3,7 +3,7 @@
 from engine.container.monitor.measurements import KEPT, History, TopicRates
 
 
-def test_one_that_was_held_up_does_not_move_the_median() -> None:
+def test_delayed_or_invalid_values_do_not_move_the_median() -> None:
     history = History()
     assert history.median is None
     for value in (0.01, 0.012, 9.0, 0.0, -1.0):
@@ -11,14 +11,14 @@ def test_one_that_was_held_up_does_not_move_the_median() -> None:
     assert history.median == 0.012
 
 
-def test_only_the_last_are_kept() -> None:
+def test_history_keeps_the_last_values_only() -> None:
     history = History()
     for n in range(1, 3 * KEPT):
         history.note(float(n))
     assert history.values == [float(n) for n in range(2 * KEPT, 3 * KEPT)]
 
 
-def test_bytes_become_a_rate_once_they_were_counted_for_long_enough() -> None:
+def test_rate_is_measured_after_a_full_window() -> None:
     rates = TopicRates(window=2.0)
     rates.look(10.0)
     rates.note("scan", 300)

@@ -22,20 +22,20 @@ GOOD, BAD = Link(0.005, 10e6), Link(0.3, 100e3)
 DRIVER = NodeFacts("driver", Demands(0.6), {"scan": 80e3})
 
 
-def test_a_raspberry_pi_is_served_by_the_cloud_whatever_its_link() -> None:
+def test_raspberry_pi_is_served_by_the_cloud_on_any_link() -> None:
     for link in (GOOD, BAD, None):
         verdict = judge(PI, link, DRIVER, PLAIN)
         assert verdict.home == "cloud"
         assert "the robot is weak: it has the power of 4.0 cores of a Raspberry Pi 4" in verdict.reasons[0]
 
 
-def test_a_strong_robot_with_a_bad_link_runs_it_itself() -> None:
+def test_strong_robot_with_a_bad_link_runs_the_node() -> None:
     verdict = judge(LAPTOP, BAD, DRIVER, PLAIN)
     assert verdict.home == "robot"
     assert any("of a link with 100 KB/s" in reason or "link takes 300 ms" in reason for reason in verdict.reasons)
 
 
-def test_what_would_pull_too_much_over_the_link_stays_where_it_is_made() -> None:
+def test_node_with_high_data_rates_runs_on_the_robot() -> None:
     image = NodeFacts("driver", Demands(0.6), {"image": 9e6})
     middling = Robot(4, 3.0, 2.0, ("driver",))
     first = NodeMonitorParameters(priorities=("network_bandwidth", "computation_power"))
@@ -45,14 +45,14 @@ def test_what_would_pull_too_much_over_the_link_stays_where_it_is_made() -> None
     assert "its topics would use 9000 KB/s of a link with 10000 KB/s" in verdict.reasons[0]
 
 
-def test_a_time_critical_node_stays_on_a_robot_that_can() -> None:
+def test_time_critical_node_runs_on_a_capable_robot() -> None:
     middling = Robot(4, 2.0, 2.2, ("driver",))
     assert judge(middling, GOOD, DRIVER, PLAIN).home == "cloud"
     assert judge(middling, GOOD, replace(DRIVER, demands=Demands(0.6, time_critical=True)), PLAIN).home == "robot"
     assert judge(middling, GOOD, DRIVER, NodeMonitorParameters(time_critical=("driver",))).home == "robot"
 
 
-def test_what_comes_first_on_the_list_decides_where_it_is_sure() -> None:
+def test_first_priority_decides_if_it_is_certain() -> None:
     urgent = replace(DRIVER, demands=Demands(0.6, time_critical=True))
     others = ("computation_power", "network_bandwidth")
     assert judge(PI, GOOD, urgent, PLAIN).home == "cloud"
@@ -60,7 +60,7 @@ def test_what_comes_first_on_the_list_decides_where_it_is_sure() -> None:
     assert judge(LAPTOP, GOOD, DRIVER, NodeMonitorParameters(priorities=("network_bandwidth",))).home == "cloud"
 
 
-def test_what_was_measured_in_both_homes_is_compared() -> None:
+def test_measured_times_of_both_homes_are_compared() -> None:
     measured = NodeMonitorParameters(priorities=("node_properties",))
     slow_there = replace(DRIVER, cloud_seconds=0.002, robot_seconds=0.5)
     slow_here = replace(DRIVER, cloud_seconds=0.4, robot_seconds=0.01)
@@ -85,19 +85,19 @@ def test_what_was_measured_in_both_homes_is_compared() -> None:
         (LAPTOP, replace(DRIVER, taken=99.0), "and the robot has 0.00 left"),
     ],
 )
-def test_where_the_robot_cannot_the_cloud_does(robot: Robot | None, node: NodeFacts, reason: str) -> None:
+def test_cloud_runs_nodes_that_the_robot_cannot(robot: Robot | None, node: NodeFacts, reason: str) -> None:
     verdict = judge(robot, BAD, node, PLAIN)
     assert (verdict.home, verdict.score, len(verdict.reasons)) == ("cloud", 1.0, 1)
     assert reason in verdict.reasons[0]
 
 
-def test_who_asks_for_a_home_gets_it() -> None:
+def test_requested_home_is_granted() -> None:
     assert asked("robot") == ("robot", -1.0, ("a client requested this home",))
     assert asked("cloud")[:2] == ("cloud", 1.0)
 
 
 @pytest.mark.parametrize("number", [0.0, -1.0, math.nan, math.inf])
-def test_numbers_that_cannot_be_are_refused_by_name(number: float) -> None:
+def test_invalid_numbers_are_refused_by_name(number: float) -> None:
     with pytest.raises(InvalidInput, match="benchmark must be a positive number"):
         Robot(4, 1.5, number)
     with pytest.raises(InvalidInput, match="rtt must be a positive number"):
@@ -112,7 +112,7 @@ def test_numbers_that_cannot_be_are_refused_by_name(number: float) -> None:
         ({"weak_power": 20.0}, "less than strong_power"),
     ],
 )
-def test_priorities_that_cannot_be_are_refused(given_: dict[str, Any], match: str) -> None:
+def test_invalid_priorities_are_refused(given_: dict[str, Any], match: str) -> None:
     with pytest.raises(InvalidParameter, match=match):
         NodeMonitorParameters(**given_)
 
@@ -143,7 +143,7 @@ def score(robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters) 
 
 
 @given(robots, links, nodes, parameters, st.sampled_from(["cores", "clock", "benchmark"]), st.integers(1, 9))
-def test_a_stronger_robot_never_loses_a_node(
+def test_stronger_robot_never_loses_a_node(
     robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters, what: str, more: int
 ) -> None:
     stronger = msgspec.structs.replace(robot, **{what: getattr(robot, what) + more})
@@ -151,7 +151,7 @@ def test_a_stronger_robot_never_loses_a_node(
 
 
 @given(robots, links, nodes, parameters, st.floats(1.0, 50.0))
-def test_a_better_link_never_takes_a_node_from_the_cloud(
+def test_better_link_never_moves_a_node_to_the_robot(
     robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters, times: float
 ) -> None:
     before = score(robot, link, node, by)
@@ -160,7 +160,7 @@ def test_a_better_link_never_takes_a_node_from_the_cloud(
 
 
 @given(robots, links, nodes, parameters, st.floats(0.0, 10.0))
-def test_a_node_that_demands_more_or_is_slower_on_the_robot_goes_to_the_cloud_rather(
+def test_higher_demand_or_robot_time_favours_the_cloud(
     robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters, more: float
 ) -> None:
     before = score(robot, link, node, by)
@@ -175,7 +175,7 @@ def test_a_node_that_demands_more_or_is_slower_on_the_robot_goes_to_the_cloud_ra
 
 
 @given(robots, links, nodes, parameters, st.floats(0.0, 1e8))
-def test_a_node_that_pulls_more_or_is_slower_in_the_cloud_goes_to_the_robot_rather(
+def test_higher_data_rate_or_cloud_time_favours_the_robot(
     robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters, more: float
 ) -> None:
     before = score(robot, link, node, by)
@@ -186,7 +186,7 @@ def test_a_node_that_pulls_more_or_is_slower_in_the_cloud_goes_to_the_robot_rath
 
 
 @given(robots, links, nodes, parameters)
-def test_a_node_that_is_time_critical_goes_to_the_robot_rather(
+def test_time_criticality_favours_the_robot(
     robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters
 ) -> None:
     assert node.demands is not None

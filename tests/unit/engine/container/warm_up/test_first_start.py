@@ -23,9 +23,9 @@ def notes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def arguments(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return the file to which a failing compiler writes its arguments."""
-    file = tmp_path / "told"
+    file = tmp_path / "arguments"
     script = f"import sys; open({str(file)!r}, 'a').write(' '.join(sys.argv[1:]) + '\\n'); sys.exit(3)"
     monkeypatch.setattr(first_start, "COMMAND", (sys.executable, "-c", script))
     return file
@@ -36,32 +36,32 @@ def note_as_compiled(key: str) -> None:
     stamp.note(stamp.stamp_file(Path(ppaas.__path__[0]), key), [])
 
 
-def test_a_compiler_that_fails_is_told_of_and_the_start_goes_on(
-    notes: Path, told: Path, caplog: pytest.LogCaptureFixture
+def test_failing_compiler_is_logged_and_the_start_continues(
+    notes: Path, arguments: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     first_start.compile_missing(LAYER)
-    assert told.read_text() == f"{os.getpid()} {LAYER}\n"
+    assert arguments.read_text() == f"{os.getpid()} {LAYER}\n"
     assert "status 3" in caplog.text
 
 
 @pytest.mark.parametrize("key", [LAYER, first_start._key(LAYER)])
-def test_nothing_is_started_where_all_kernels_or_those_of_containers_are_known_to_be_compiled(
-    notes: Path, told: Path, key: str
-) -> None:
+def test_compiler_is_not_started_if_kernels_are_noted_as_compiled(notes: Path, arguments: Path, key: str) -> None:
     note_as_compiled(key)
     first_start.compile_missing(LAYER)
-    assert not told.exists()
+    assert not arguments.exists()
 
 
-def test_those_of_another_layer_are_others(notes: Path, told: Path) -> None:
+def test_notes_of_another_threading_layer_do_not_count(notes: Path, arguments: Path) -> None:
     note_as_compiled("serial")
     first_start.compile_missing(LAYER)
-    assert told.exists()
+    assert arguments.exists()
 
 
-def test_what_containers_use_is_compiled_and_noted(tmp_path: Path, told: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_kernels_of_containers_are_compiled_and_noted(
+    tmp_path: Path, arguments: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
-    monkeypatch.setenv("HOME", str(tmp_path))  # notes lie there, and the cache where it did
+    monkeypatch.setenv("HOME", str(tmp_path))  # the notes are written there, and the cache stays in place
     command = (sys.executable, "-m", first_start.__name__, str(os.getpid()), LAYER)
     subprocess.run(command, check=True, timeout=300)
     (note,) = (tmp_path / ".cache" / "ppaas").glob("*.json")
@@ -69,4 +69,4 @@ def test_what_containers_use_is_compiled_and_noted(tmp_path: Path, told: Path, m
     assert all(file.exists() for file in files)
     assert {"dwa", "likelihood_field", "tile_growth"} <= {file.name.partition(".")[0] for file in files}
     first_start.compile_missing(LAYER)
-    assert not told.exists()
+    assert not arguments.exists()

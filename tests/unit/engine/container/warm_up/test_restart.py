@@ -14,7 +14,7 @@ def run(code: str, **environment: str) -> str:
 
 
 @pytest.mark.parametrize(("begun", "starts"), [({}, "first\nsecond\n"), ({"PPAAS_BEGUN_ANEW": "1"}, "second\n")])
-def test_a_program_is_restarted_once_with_the_environment_it_had(begun, starts):
+def test_program_is_restarted_once_with_its_environment(begun, starts):
     code = """
 import os
 from engine.container.warm_up import restart

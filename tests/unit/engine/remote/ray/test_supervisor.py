@@ -63,7 +63,7 @@ class FakeCluster:
         return [(node, cores) for node, cores, _ in self.kept]
 
 
-class Hand:
+class FakeClock:
     """A clock that the test sets."""
 
     def __init__(self) -> None:
@@ -113,7 +113,7 @@ def test_an_existing_agent_is_adopted_though_it_holds_all_cores():
     assert (cluster.begun, supervisor.machines) == ([], ["a" * 10])
 
 
-def test_a_node_that_left_is_forgotten_and_joins_as_another(caplog: pytest.LogCaptureFixture):
+def test_node_that_left_is_forgotten(caplog: pytest.LogCaptureFixture):
     cluster = FakeCluster(node("a"))
     supervisor = Supervisor(cluster)
     supervisor.reconcile()
@@ -127,7 +127,7 @@ def test_a_node_that_left_is_forgotten_and_joins_as_another(caplog: pytest.LogCa
 
 
 def test_an_agent_that_exits_is_restarted_with_growing_delays(caplog: pytest.LogCaptureFixture):
-    clock, cluster = Hand(), FakeCluster(node("a"))
+    clock, cluster = FakeClock(), FakeCluster(node("a"))
     supervisor = Supervisor(cluster, clock=clock)
     began = []
     for _ in range(400):
@@ -142,7 +142,7 @@ def test_an_agent_that_exits_is_restarted_with_growing_delays(caplog: pytest.Log
 
 
 def test_an_agent_that_exits_after_a_steady_time_is_restarted_at_once():
-    clock, cluster = Hand(), FakeCluster(node("a"))
+    clock, cluster = FakeClock(), FakeCluster(node("a"))
     supervisor = Supervisor(cluster, clock=clock)
     for count in range(1, len(RETRY_DELAYS) + 3):
         supervisor.reconcile()
@@ -153,7 +153,7 @@ def test_an_agent_that_exits_after_a_steady_time_is_restarted_at_once():
 
 
 def test_an_agent_that_ray_does_not_start_is_given_up_and_retried():
-    clock, cluster = Hand(), FakeCluster(node("a"))
+    clock, cluster = FakeClock(), FakeCluster(node("a"))
     cluster.up = False
     supervisor = Supervisor(cluster, clock=clock)
     supervisor.reconcile()
@@ -176,7 +176,7 @@ def test_a_frozen_agent_is_killed_on_its_machine_alone():
     assert {name: keeper.calls for name, _, keeper in cluster.kept} == {"a" * 10: [], "b" * 10: ["kill_agent"]}
 
 
-def test_all_agents_are_stopped_before_the_first_is_waited_for(caplog: pytest.LogCaptureFixture):
+def test_all_agents_are_stopped_before_waiting_for_the_first(caplog: pytest.LogCaptureFixture):
     caplog.set_level(logging.INFO)
     cluster = FakeCluster(node("a"), node("b"))
     supervisor = Supervisor(cluster)
@@ -187,7 +187,7 @@ def test_all_agents_are_stopped_before_the_first_is_waited_for(caplog: pytest.Lo
 
 
 def test_agents_that_do_not_end_by_themselves_are_waited_for_together():
-    clock, cluster = Hand(), FakeCluster(node("a"), node("b"), node("c"))
+    clock, cluster = FakeClock(), FakeCluster(node("a"), node("b"), node("c"))
     supervisor = Supervisor(cluster, clock=clock)
     supervisor.reconcile()
 

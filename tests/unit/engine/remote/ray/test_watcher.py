@@ -8,33 +8,33 @@ import pytest
 from engine.remote.ray.watcher import serve
 
 
-class Noting:
+class FakeSupervisor:
     """Replaces the supervisor, and records its calls."""
 
     def __init__(self) -> None:
-        self.told: list[str] = []
+        self.calls: list[str] = []
         self.looked = threading.Event()
 
     def reconcile(self) -> None:
         self.looked.set()
 
     def kill_agent(self, machine: str) -> None:
-        self.told.append(machine)
+        self.calls.append(machine)
 
     def end_all(self) -> None:
-        self.told.append("end all")
+        self.calls.append("end all")
 
 
-@pytest.mark.parametrize(("said", "told"), [(b"m1\nm2\n\n", ["m1", "m2", "end all"]), (b"m1\n", ["m1"])])
-def test_it_supervises_without_commands_and_stops_agents_only_on_command(said: bytes, told: list[str]) -> None:
+@pytest.mark.parametrize(("commands", "calls"), [(b"m1\nm2\n\n", ["m1", "m2", "end all"]), (b"m1\n", ["m1"])])
+def test_watcher_stops_agents_on_command_only(commands: bytes, calls: list[str]) -> None:
     reading, writing = os.pipe()
-    noting = Noting()
-    serving = threading.Thread(target=serve, args=(noting, reading))
+    supervisor = FakeSupervisor()
+    serving = threading.Thread(target=serve, args=(supervisor, reading))
     serving.start()
-    assert noting.looked.wait(10.0)
-    os.write(writing, said[:4])
-    os.write(writing, said[4:])
+    assert supervisor.looked.wait(10.0)
+    os.write(writing, commands[:4])
+    os.write(writing, commands[4:])
     os.close(writing)
     serving.join(10.0)
     os.close(reading)
-    assert noting.told == told
+    assert supervisor.calls == calls

@@ -56,10 +56,12 @@ async def test_a_watcher_that_dies_is_started_again(tmp_path: Path, head: str, m
     await watched.process.stop()
 
 
-@pytest.mark.parametrize(("does", "told"), [("refuse", "wrong token"), ("crash", "status 3")])
-async def test_a_watcher_that_cannot_connect_says_why(tmp_path: Path, head: str, does: str, told: str) -> None:
+@pytest.mark.parametrize(("does", "expected"), [("refuse", "wrong token"), ("crash", "status 3")])
+async def test_failed_connection_is_reported_with_its_reason(
+    tmp_path: Path, head: str, does: str, expected: str
+) -> None:
     watched = Watched(tmp_path, head, does)
-    with pytest.raises(Unavailable, match=told):
+    with pytest.raises(Unavailable, match=expected):
         await watched.process.start()
     await watched.process.stop()
 
@@ -80,7 +82,7 @@ async def test_a_missing_extra_is_named(tmp_path: Path, head: str, monkeypatch: 
         Watched(tmp_path, head)
 
 
-def test_addresses_are_read() -> None:
+def test_valid_addresses_are_parsed() -> None:
     assert read_address("auto") is None
     assert read_address("ray.example:6379") == ("ray.example", 6379)
     assert read_address("[::1]:6379") == ("::1", 6379)
@@ -92,7 +94,7 @@ def test_an_invalid_address_is_refused(text: str) -> None:
         read_address(text)
 
 
-async def test_stopping_what_was_never_started_does_nothing(tmp_path: Path, head: str) -> None:
+async def test_stopping_an_unstarted_process_does_nothing(tmp_path: Path, head: str) -> None:
     process = Watched(tmp_path, head).process
     process.kill("m1")
     await asyncio.wait_for(process.stop(), 1.0)

@@ -9,9 +9,9 @@ def dispatchers(module):
     return [found for found in vars(module).values() if hasattr(found, "signatures") and hasattr(found, "py_func")]
 
 
-def test_the_kernels_of_all_rooms_are_found():
-    rooms = {module.__name__.split(".")[1] for module in modules()}
-    assert {"maps", "costmap", "planners", "controllers", "localization"} <= rooms
+def test_kernels_of_all_packages_are_found():
+    packages = {module.__name__.split(".")[1] for module in modules()}
+    assert {"maps", "costmap", "planners", "controllers", "localization"} <= packages
 
 
 def test_imported_modules_are_warmed_and_compiled(monkeypatch):

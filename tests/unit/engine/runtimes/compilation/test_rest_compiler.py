@@ -29,11 +29,11 @@ def begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def pid_in(file: Path) -> int:
     """Return the process id in a file, or 0 if it is not complete yet."""
-    told = file.read_text() if file.exists() else ""
-    return int(told) if told.endswith(" ") else 0
+    text = file.read_text() if file.exists() else ""
+    return int(text) if text.endswith(" ") else 0
 
 
-async def test_the_compiler_ends_with_what_it_runs_beside(begun: Path) -> None:
+async def test_compiler_ends_with_its_context(begun: Path) -> None:
     async with compiling_the_rest():
         await until(lambda: pid_in(begun))
         assert not is_gone(pid_in(begun))
@@ -76,13 +76,13 @@ async def compiler_of(folder: Path) -> asyncio.subprocess.Process:
     return await asyncio.create_subprocess_exec(sys.executable, "-c", script, env=environment)
 
 
-async def test_nothing_is_compiled_twice_and_only_one_process_compiles(tmp_path: Path) -> None:
+async def test_two_compilers_compile_each_kernel_once(tmp_path: Path) -> None:
     """Both processes see the same cache."""
-    told = tmp_path / "told"
-    package_that(tmp_path, f"open({str(told)!r}, 'a').write('warm ')")
+    calls = tmp_path / "calls"
+    package_that(tmp_path, f"open({str(calls)!r}, 'a').write('warm ')")
     processes = [await compiler_of(tmp_path) for _ in range(2)]
     assert [await process.wait() for process in processes] == [0, 0]
-    assert told.read_text() == "warm "
+    assert calls.read_text() == "warm "
 
 
 async def test_a_compiler_leaves_no_orphans(tmp_path: Path) -> None:

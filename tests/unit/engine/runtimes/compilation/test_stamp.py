@@ -47,7 +47,7 @@ def module(root: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return doubling
 
 
-def test_without_a_stamp_kernels_count_as_not_compiled(root: Path) -> None:
+def test_kernels_without_a_stamp_count_as_not_compiled(root: Path) -> None:
     assert not kernel_stamp.all_compiled(kernel_stamp.stamp_file(root, "tbb"))
 
 
@@ -62,12 +62,12 @@ def test_a_stamp_is_valid_until_a_kernel_changes(root: Path, module: ModuleType)
     assert kernel_stamp.stamp_file(root, "tbb") != stamp
 
 
-def test_only_kernels_that_were_called_are_named(module: ModuleType) -> None:
+def test_stamp_lists_called_kernels_only(module: ModuleType) -> None:
     (file,) = kernel_stamp.cache_files(module)
     assert Path(file).name.startswith("doubling.twice-")
 
 
-def test_a_cache_that_was_emptied_is_noticed(root: Path, module: ModuleType) -> None:
+def test_missing_cache_file_invalidates_the_stamp(root: Path, module: ModuleType) -> None:
     stamp = kernel_stamp.stamp_file(root, "tbb")
     kernel_stamp.note(stamp, kernel_stamp.cache_files(module))
     (file,) = kernel_stamp.cache_files(module)
@@ -75,7 +75,7 @@ def test_a_cache_that_was_emptied_is_noticed(root: Path, module: ModuleType) -> 
     assert not kernel_stamp.all_compiled(stamp)
     stamp.unlink()
     kernel_stamp.note(stamp, [file])
-    assert not stamp.exists(), "what is not there is not noted"
+    assert not stamp.exists(), "missing cache files are not noted"
 
 
 @pytest.mark.parametrize("rubbish", [b"", b"{", b"[1]", b"\xff"])
@@ -86,5 +86,5 @@ def test_an_unreadable_stamp_is_ignored(root: Path, rubbish: bytes) -> None:
     assert not kernel_stamp.all_compiled(stamp)
 
 
-def test_a_stamp_that_cannot_be_written_is_no_error(module: ModuleType) -> None:
+def test_unwritable_stamp_is_not_an_error(module: ModuleType) -> None:
     kernel_stamp.note(Path(os.devnull) / "note.json", kernel_stamp.cache_files(module))

@@ -19,8 +19,8 @@ print(len(recorder.buffer))
 def compiled_by_another_process() -> int:
     """Prepare in a separate process; return the number of kernels that it compiled."""
     command = [sys.executable, "-c", PREPARE]
-    told = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True, timeout=120)
-    return int(told.stdout)
+    result = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True, timeout=120)
+    return int(result.stdout)
 
 
 def test_compiled_kernels_are_loaded_without_waiting_for_a_compiler() -> None:

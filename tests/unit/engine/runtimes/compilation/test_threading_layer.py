@@ -21,14 +21,14 @@ def has_tbb() -> bool:
     return done.stdout == "True\n"
 
 
-def test_with_tbb_two_threads_call_parallel_kernels_at_once(tmp_path):
+def test_tbb_lets_two_threads_call_parallel_kernels_at_once(tmp_path):
     if not has_tbb():
         pytest.skip("no TBB for this platform")
     layer, _, rest = run("-m", "tests.support.engine.threaded_kernels", cache=tmp_path)
     assert (layer, rest) == ("tbb", "[True, True] 2\n")
 
 
-def test_without_tbb_they_run_serially_with_the_same_result(tmp_path):
+def test_kernels_run_serially_without_tbb(tmp_path):
     for _ in range(2):  # compiled, and from the cache
         layer, threads, rest = run("-m", "tests.support.engine.threaded_kernels", "without-tbb", cache=tmp_path)
         assert (layer, threads, rest) == ("serial", "1", "[True, True] 2\n")

@@ -27,28 +27,28 @@ def launch(short_path: Path) -> Iterator[Launch]:
     layers.mkdir(parents=True, mode=0o700)
     for name in ("info.json", "grid.npy", ".astar-12"):
         (layers / name).write_text(name)
-    with socket.socket(socket.AF_UNIX) as link, socket.socket(socket.AF_UNIX) as gate:
-        for server, name in ((link, "link-of-all.sock"), (gate, "gate.sock")):
+    with socket.socket(socket.AF_UNIX) as link, socket.socket(socket.AF_UNIX) as gateway:
+        for server, name in ((link, "link-of-all.sock"), (gateway, "gate.sock")):
             server.bind(str(short_path / name))
             server.listen()
-        told = Reports(short_path).launch(layers=str(layers))
-        yield replace(told, link=str(short_path / "link-of-all.sock"), machine=str(short_path / "gate.sock"))
+        launch = Reports(short_path).launch(layers=str(layers))
+        yield replace(launch, link=str(short_path / "link-of-all.sock"), machine=str(short_path / "gate.sock"))
 
 
-def test_it_only_sees_its_two_sockets_and_the_layers_of_its_map(folders: ContainerFolders, launch: Launch) -> None:
+def test_container_sees_two_sockets_and_its_map_layers_only(folders: ContainerFolders, launch: Launch) -> None:
     seen = folders.link(launch)
     assert (seen.link, seen.machine, seen.layers) == ("/run/ppaas/link.sock", "/run/ppaas/gate.sock", "/run/map")
     assert {entry.name for entry in folders.sockets.iterdir()} == {"link.sock", "gate.sock"}
     assert {entry.name for entry in folders.layers.iterdir()} == {"info.json", "grid.npy"}
 
 
-def test_it_dials_the_socket_outside(folders: ContainerFolders, launch: Launch) -> None:
+def test_linked_socket_reaches_the_endpoint(folders: ContainerFolders, launch: Launch) -> None:
     folders.link(launch)
     with socket.socket(socket.AF_UNIX) as client:
         client.connect(str(folders.sockets / "link.sock"))
 
 
-def test_it_reaches_a_new_socket_under_the_name_of_its_endpoint(folders: ContainerFolders, launch: Launch) -> None:
+def test_replaced_endpoint_socket_is_linked_again(folders: ContainerFolders, launch: Launch) -> None:
     folders.link(launch)
     seen, link = folders.sockets / "link.sock", Path(launch.link)
     link.unlink()
@@ -63,7 +63,7 @@ def test_it_reaches_a_new_socket_under_the_name_of_its_endpoint(folders: Contain
             folders.link_endpoint()  # also if it is still the same
             client.connect(str(seen))
             another.accept()[0].close()
-            assert seen.stat().st_mode & 0o666 == 0o666, "it has another user"
+            assert seen.stat().st_mode & 0o666 == 0o666, "the container runs as another user"
 
 
 def test_layers_share_memory_and_later_files_are_added(folders: ContainerFolders, launch: Launch) -> None:
@@ -108,9 +108,7 @@ def resized(engine: Any, folders: ContainerFolders, work: Background) -> DockerC
     return DockerContainer(engine, folders, work.run, lambda _: None)
 
 
-async def test_the_later_of_two_sizes_wins_even_if_the_engine_is_slow(
-    folders: ContainerFolders, launch: Launch
-) -> None:
+async def test_later_size_wins_with_a_slow_engine(folders: ContainerFolders, launch: Launch) -> None:
     engine, work = Engine(0.05, 0.0), Background()
     container = resized(engine, folders, work)
     for cores in (2.0, 0.5):
@@ -119,7 +117,7 @@ async def test_the_later_of_two_sizes_wins_even_if_the_engine_is_slow(
     assert engine.held["cpu_quota"] / engine.held["cpu_period"] == 0.5
 
 
-async def test_memory_in_use_stays_and_the_cpus_are_limited(
+async def test_memory_in_use_keeps_its_limit_and_cpus_are_limited(
     folders: ContainerFolders, launch: Launch, caplog: pytest.LogCaptureFixture
 ) -> None:
     engine, work = Engine(memory_in_use=1 << 40), Background()

@@ -10,12 +10,12 @@ def launch(tmp_path):
     return Reports(tmp_path).launch
 
 
-def test_a_size_is_a_quota_of_each_period_and_the_cpus_it_was_given(launch):
+def test_size_sets_cpu_quota_and_cpu_set(launch):
     limits = docker_limits.launch_limits(launch(cpus=(1, 3)))
     assert (limits["cpu_quota"] / limits["cpu_period"], limits["cpuset_cpus"]) == (2.0, "1,3")
 
 
-def test_more_cores_weigh_more_and_have_more_memory_without_swap(launch):
+def test_more_cores_get_more_cpu_shares_and_memory_without_swap(launch):
     one, two = (docker_limits.launch_limits(launch(cpus=cpus)) for cpus in ((0,), (0, 1)))
     assert two["cpu_shares"] == 2 * one["cpu_shares"] > docker_limits.spare_limits()["cpu_shares"]
     assert two["mem_limit"] > one["mem_limit"] > docker_limits.spare_limits()["mem_limit"]

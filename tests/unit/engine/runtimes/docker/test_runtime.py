@@ -53,18 +53,16 @@ async def runtime(premises: Premises) -> AsyncIterator[DockerRuntime]:
 
 
 @pytest.mark.docker
-async def test_a_container_has_no_network_no_privileges_and_nothing_to_write_to(
-    runtime: DockerRuntime, reports: Reports
-) -> None:
+async def test_container_has_no_network_privileges_or_writable_mounts(runtime: DockerRuntime, reports: Reports) -> None:
     container = await runtime.launch(reports.launch(cpus=(0,)))
-    [told] = json.loads(run("docker", "inspect", container.id))
-    host = told["HostConfig"]
+    [inspected] = json.loads(run("docker", "inspect", container.id))
+    host = inspected["HostConfig"]
     assert (host["NetworkMode"], host["ReadonlyRootfs"], host["CapDrop"]) == ("none", True, ["ALL"])
     assert "no-new-privileges" in host["SecurityOpt"]
-    assert told["Config"]["User"].partition(":")[0] not in ("", "0", "root")
+    assert inspected["Config"]["User"].partition(":")[0] not in ("", "0", "root")
     assert (host["CpuQuota"] / host["CpuPeriod"], host["CpusetCpus"]) == (1.0, "0")
     assert 0 < host["Memory"] == host["MemorySwap"]
-    assert [mount["RW"] for mount in told["Mounts"]] == [False, False]
+    assert [mount["RW"] for mount in inspected["Mounts"]] == [False, False]
 
 
 def limits(container: str) -> tuple[float, str, int, int]:
@@ -133,7 +131,7 @@ async def test_close_removes_all_containers(runtime: DockerRuntime, reports: Rep
 
 
 @pytest.mark.docker
-async def test_containers_end_with_their_agent_and_the_next_one_removes_what_is_left() -> None:
+async def test_containers_end_with_their_agent_and_the_next_removes_them() -> None:
     image_for_tests()
     instance, pid = await asyncio.to_thread(_killed_agent)
     await until(lambda: has_ended(pid), 10.0)
@@ -180,7 +178,7 @@ async def test_a_missing_extra_is_named() -> None:
 
 
 @pytest.mark.docker
-async def test_an_engine_that_breaks_off_loses_its_containers_and_is_found_again(
+async def test_runtime_reconnects_after_losing_the_engine(
     runtime: DockerRuntime, reports: Reports, premises: Premises
 ) -> None:
     container = await runtime.launch(reports.launch())

@@ -26,11 +26,11 @@ async def test_containers_are_forked_from_the_server_started_early() -> None:
     forkserver._forkserver._stop()  # type: ignore[attr-defined]
 
 
-def test_it_is_the_server_of_the_process_runtime() -> None:
+def test_early_start_serves_the_process_runtime() -> None:
     assert RUNTIMES.load(early_start.RUNTIME) is ProcessRuntime
 
 
-def test_no_slow_import_comes_before_it() -> None:
+def test_agent_main_imports_no_slow_modules() -> None:
     code = "import sys, engine.agent.main; print({'numpy', 'asyncio', 'msgspec'} & sys.modules.keys())"
     found = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert found.stdout.strip() == "set()"

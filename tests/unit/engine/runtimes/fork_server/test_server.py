@@ -32,7 +32,7 @@ async def test_a_warm_server_reports_itself_and_the_kernels_of_containers():
     server.close()
 
 
-async def test_a_server_that_cannot_import_is_an_error_and_the_next_is_new():
+async def test_failed_import_raises_and_the_next_server_is_new():
     broken = ForkServer(Entry(ENTRY, ("tests.support.engine.broken_preload",)))
     with pytest.raises(Unavailable, match="the fork server exited during its imports"):
         await broken.warm(unexpected)
@@ -43,7 +43,7 @@ async def test_a_server_that_cannot_import_is_an_error_and_the_next_is_new():
     server.close()
 
 
-async def test_an_ended_server_is_dead_and_the_main_module_unchanged():
+async def test_ended_server_is_replaced_and_main_module_unchanged():
     main = sys.modules["__main__"]
     server = ForkServer(loaded_before(ENTRY))
     first = await server.warm(unexpected)

@@ -6,14 +6,14 @@ import pytest
 from engine.runtimes.memory_tuning import lean_python
 
 
-def test_docstrings_are_left_out() -> None:
+def test_python_runs_without_docstrings() -> None:
     assert (sys.executable, "-OO") == lean_python.PYTHON
 
 
 def test_modules_are_compiled_into_our_own_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    told = {"PYTHONDONTWRITEBYTECODE": "1", "PATH": "/bin"}
-    assert lean_python.environment(told) == {"PATH": "/bin", "PYTHONPYCACHEPREFIX": str(tmp_path / "modules")}
+    given = {"PYTHONDONTWRITEBYTECODE": "1", "PATH": "/bin"}
+    assert lean_python.environment(given) == {"PATH": "/bin", "PYTHONPYCACHEPREFIX": str(tmp_path / "modules")}
 
 
 def test_a_folder_in_the_environment_is_kept() -> None:

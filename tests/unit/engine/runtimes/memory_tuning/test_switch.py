@@ -43,12 +43,12 @@ async def test_a_container_drives_its_robot_with_tuned_memory_and_without(
 def test_the_options_of_python_depend_on_the_switch(value: str, options: str) -> None:
     code = "from engine.runtimes.memory_tuning.lean_python import *; print(PYTHON[1:], environment({}).keys() or '')"
     command = [sys.executable, "-c", code]
-    told = subprocess.run(command, env={NAME: value}, check=True, capture_output=True, text=True).stdout
-    assert told.startswith(options)
-    assert ("PYTHONPYCACHEPREFIX" in told) == (value != OFF)
+    output = subprocess.run(command, env={NAME: value}, check=True, capture_output=True, text=True).stdout
+    assert output.startswith(options)
+    assert ("PYTHONPYCACHEPREFIX" in output) == (value != OFF)
 
 
 def test_memory_is_tuned_by_default() -> None:
     code = "from engine.runtimes.memory_tuning.switch import LEAN; print(LEAN)"
-    told = subprocess.run([sys.executable, "-c", code], env={}, check=True, capture_output=True, text=True).stdout
-    assert told == "True\n"
+    output = subprocess.run([sys.executable, "-c", code], env={}, check=True, capture_output=True, text=True).stdout
+    assert output == "True\n"

@@ -36,7 +36,7 @@ def cpus_of(pid: int) -> list[set[int]]:
     return [os.sched_getaffinity(int(task.name)) for task in Path(f"/proc/{pid}/task").iterdir()]
 
 
-def test_every_thread_moves_and_back(busy: int) -> None:
+def test_all_threads_move_to_a_cpu_and_back(busy: int) -> None:
     every = os.sched_getaffinity(0)
     one = min(every)
     move_threads(busy, (one,))
@@ -54,7 +54,7 @@ def test_three_busy_threads_on_one_cpu_use_no_more_than_one(busy: int) -> None:
     assert used <= 1.15 * took  # the kernel counts CPU time in hundredths of a second
 
 
-def test_a_process_that_is_gone_is_left_alone() -> None:
+def test_exited_process_is_ignored() -> None:
     with subprocess.Popen([sys.executable, "-c", ""]) as process:
         process.wait()
     move_threads(process.pid, (0,))

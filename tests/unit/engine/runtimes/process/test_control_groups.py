@@ -64,7 +64,7 @@ def test_version_1_has_a_hierarchy_for_each_controller() -> None:
     }
 
 
-def test_in_version_2_groups_are_beside_ours_where_both_controllers_are(tmp_path: Path) -> None:
+def test_version_2_groups_need_both_controllers_and_a_parent(tmp_path: Path) -> None:
     mounts, own = f"cgroup2 {tmp_path} cgroup2 rw 0 0\n", "0::/ppaas.service/main\n"
     (tmp_path / "ppaas.service" / "main").mkdir(parents=True)
     controllers = tmp_path / "ppaas.service" / "cgroup.controllers"
@@ -76,10 +76,10 @@ def test_in_version_2_groups_are_beside_ours_where_both_controllers_are(tmp_path
     assert {str(file.relative_to(tmp_path)): text for file, text in place.first.items()} == {
         "ppaas.service/cgroup.subtree_control": "+cpu +memory", "ppaas.service/main/cpu.weight": "10000",
     }  # fmt: skip
-    assert hierarchies(mounts, "0::/\n") == [], "we are in the outermost, beside which there is nothing"
+    assert hierarchies(mounts, "0::/\n") == [], "this process is in the root group, which has no siblings"
 
 
-def test_a_size_sets_weight_and_memory(tmp_path: Path, instance: str, launch: Launch) -> None:
+def test_size_sets_weight_and_memory(tmp_path: Path, instance: str, launch: Launch) -> None:
     groups = ControlGroups(instance, [Hierarchy(tmp_path, V2, {tmp_path / "first": "done"})])
     group = tmp_path / f"ppaas-{instance}.{launch.spec.id}"
     assert entries(tmp_path) == ["first"]

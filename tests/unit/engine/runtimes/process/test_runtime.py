@@ -37,7 +37,7 @@ async def test_a_container_runs_and_is_killed(runtime, reports):
     container.kill()
 
 
-async def test_many_may_wait_for_the_end(runtime, reports):
+async def test_several_tasks_can_wait_for_the_exit(runtime, reports):
     container = await runtime.launch(reports.launch())
     waiting = [asyncio.create_task(container.wait()) for _ in range(3)]
     await asyncio.sleep(0)
@@ -58,7 +58,7 @@ async def test_a_container_has_its_cpus_threads_session_and_exit_status(reports)
     await runtime.close()
 
 
-async def test_interrupts_do_not_end_a_container_and_terminate_does(runtime, reports):
+async def test_container_ignores_sigint_and_ends_on_sigterm(runtime, reports):
     container = await runtime.launch(reports.launch())
     await reports.next()
     os.kill(container.pid, signal.SIGINT)
@@ -71,7 +71,7 @@ async def test_a_container_that_cannot_start_exits_with_a_status(runtime, report
     assert await container.wait() == 1
 
 
-async def test_a_launch_that_is_given_up_leaves_no_container(runtime, reports):
+async def test_cancelled_launch_leaves_no_container(runtime, reports):
     launching = asyncio.create_task(runtime.launch(reports.launch()))
     await asyncio.sleep(0)
     launching.cancel()
