@@ -85,7 +85,7 @@ class StillClient:
         """Send a frame."""
         self.session.take(json.dumps(frame))
 
-    def told(self) -> list[dict[str, Any]]:
+    def received(self) -> list[dict[str, Any]]:
         """Return the frames sent to the client since the last call."""
         return [json.loads(frame) for frame in sent(self.session.outbox)]
 
@@ -93,4 +93,4 @@ class StillClient:
 async def answers(client: StillClient, count: int = 1) -> list[dict[str, Any]]:
     """Wait until ``count`` frames have been sent."""
     await until(lambda: len(client.session.outbox) >= count)
-    return client.told()
+    return client.received()

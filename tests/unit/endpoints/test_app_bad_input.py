@@ -47,9 +47,9 @@ WITH_JSON = [
 @pytest.mark.parametrize(
     "content",
     [b"{", b"\xff\xfe", b"{} {}", b"[" * 20_000, b'{"a": 1, "a": 2}', b'{"parameters": {"x": 1, "x": 2}}', b"9" * 5000],
-    ids=["cut off", "no text", "two", "deep", "twice", "twice inside", "many digits"],
+    ids=["truncated", "not text", "two documents", "deep", "repeated key", "nested repeated key", "many digits"],
 )
-async def test_what_is_no_json_is_malformed_everywhere(
+async def test_malformed_json_is_refused_by_every_operation(
     client: httpx.AsyncClient, ann: dict[str, str], method: str, path: str, content: bytes
 ) -> None:
     problem_of(await client.request(method, path, headers=ann | JSON, content=content), 400, "malformed-message")
@@ -57,7 +57,7 @@ async def test_what_is_no_json_is_malformed_everywhere(
 
 @pytest.mark.parametrize(("method", "path"), WITH_JSON)
 @pytest.mark.parametrize("kind", ["text/plain", "application/x-www-form-urlencoded", "json", "", "application/jsonp"])
-async def test_what_is_not_said_to_be_json_is_not_taken_for_it(
+async def test_a_body_without_a_json_content_type_is_refused(
     client: httpx.AsyncClient, ann: dict[str, str], method: str, path: str, kind: str
 ) -> None:
     answer = await client.request(method, path, headers=ann | {"Content-Type": kind}, content=FILE)
@@ -67,18 +67,20 @@ async def test_what_is_not_said_to_be_json_is_not_taken_for_it(
 @pytest.mark.parametrize(
     "kind", ["application/json; charset=utf-8", "APPLICATION/JSON", "application/merge-patch+json"]
 )
-async def test_json_may_be_said_in_other_ways(client: httpx.AsyncClient, ann: dict[str, str], kind: str) -> None:
+async def test_spellings_of_the_json_content_type_are_accepted(
+    client: httpx.AsyncClient, ann: dict[str, str], kind: str
+) -> None:
     answer = await client.put("/v1/robots/tb1", headers=ann | {"Content-Type": kind}, content=FILE)
     assert answer.status_code == 200
 
 
-async def test_a_query_parameter_is_given_once(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
+async def test_a_repeated_query_parameter_is_refused(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
     twice = await client.get("/v1/maps/house/evaluation?version=a&version=b", headers=ann)
     assert "query parameter 'version' is given 2 times" in problem_of(twice, 422, "invalid-parameter")["detail"]
 
 
 @pytest.mark.parametrize("value", ["1e400", "NaN", "-Infinity", '"1"', "null", "true", "[1]", "1e10", "{}"])
-async def test_a_coordinate_is_a_number_within_reason(
+async def test_an_invalid_coordinate_is_refused(
     client: httpx.AsyncClient, ann: dict[str, str], cloud: FakeCloud, value: str
 ) -> None:
     body = f'{{"start": [0, 0], "goal": [1, {value}]}}'
@@ -105,7 +107,7 @@ NAMES = [
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("resource", ["maps", "robots", "users", "plans", "tokens", "machines", "containers"])
-async def test_a_name_that_is_none_finds_nothing_and_breaks_nothing(
+async def test_an_invalid_name_in_the_path_is_a_client_error(
     client: httpx.AsyncClient, log_in: LogIn, resource: str, name: str
 ) -> None:
     url = httpx.URL("http://cloud", raw_path=f"{PREFIX}/{resource}/{name}".encode())
@@ -115,12 +117,12 @@ async def test_a_name_that_is_none_finds_nothing_and_breaks_nothing(
         assert answer.headers["content-type"] == "application/problem+json"
 
 
-async def test_a_path_that_is_none_is_a_problem_with_a_slash_or_without(client: httpx.AsyncClient) -> None:
+async def test_an_unknown_path_is_a_not_found_problem(client: httpx.AsyncClient) -> None:
     for path in ("/v1/robots/", "/v1", "/v2/robots", "/v1/robots/tb1/wheels"):
         problem_of(await client.get(path), 404, "not-found")
 
 
-async def test_a_body_that_comes_in_drops_is_waited_for_only_so_long(services: Services, log_in: LogIn) -> None:
+async def test_a_body_sent_too_slowly_times_out(services: Services, log_in: LogIn) -> None:
     hurried = Services(
         services.store,
         services.map_store,
@@ -188,7 +190,7 @@ BODIES: dict[str, object] = {
 
 
 @pytest.mark.parametrize(("method", "path"), operations())
-async def test_a_store_that_is_dead_is_unavailable_and_never_an_internal_error(
+async def test_a_failing_store_is_unavailable_and_not_an_internal_error(
     client: httpx.AsyncClient, log_in: LogIn, services: Services, method: str, path: str
 ) -> None:
     admin = await log_in("admin")
@@ -207,7 +209,7 @@ async def test_a_store_that_is_dead_is_unavailable_and_never_an_internal_error(
     assert answer.headers["retry-after"]
 
 
-async def test_a_disk_without_room_for_an_upload_is_unavailable(
+async def test_an_upload_to_a_full_disk_is_unavailable(
     publish: Publish, log_in: LogIn, services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def on_a_full_disk(_handle: int) -> None:

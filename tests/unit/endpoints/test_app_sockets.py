@@ -32,7 +32,7 @@ async def exchange(port: int, *pieces: bytes) -> bytes:
     return answer
 
 
-async def test_a_huge_upload_is_refused_unread(port: int, log_in: LogIn) -> None:
+async def test_an_upload_over_the_limit_is_refused_unread(port: int, log_in: LogIn) -> None:
     token = (await log_in("ann"))["Authorization"]
     head = (
         "POST /v1/maps HTTP/1.1\r\nHost: cloud\r\nContent-Type: multipart/form-data; boundary=b\r\n"
@@ -45,7 +45,7 @@ async def test_a_huge_upload_is_refused_unread(port: int, log_in: LogIn) -> None
     assert json.loads(body)["type"] == "urn:ppaas:problem:message-too-large"
 
 
-async def test_an_endless_upload_is_cut_off_soon_after_the_limit(port: int, log_in: LogIn, services: Services) -> None:
+async def test_an_endless_upload_is_aborted_soon_after_the_limit(port: int, log_in: LogIn, services: Services) -> None:
     token, loop = (await log_in("ann"))["Authorization"], asyncio.get_running_loop()
     head = (
         "POST /v1/maps HTTP/1.1\r\nHost: cloud\r\nContent-Type: multipart/form-data; boundary=b\r\n"
@@ -72,7 +72,7 @@ async def test_an_endless_upload_is_cut_off_soon_after_the_limit(port: int, log_
     assert services.map_store.maps() == []
 
 
-async def test_a_robot_that_hangs_up_in_the_middle_harms_nobody(port: int, caplog: pytest.LogCaptureFixture) -> None:
+async def test_a_disconnect_within_a_request_is_not_an_error(port: int, caplog: pytest.LogCaptureFixture) -> None:
     _reader, writer = await asyncio.open_connection("127.0.0.1", port)
     writer.write(
         b"POST /v1/tokens HTTP/1.1\r\nHost: cloud\r\nContent-Type: application/json\r\nContent-Length: 50\r\n\r\n{"
@@ -85,7 +85,7 @@ async def test_a_robot_that_hangs_up_in_the_middle_harms_nobody(port: int, caplo
     assert [record for record in caplog.records if record.exc_info] == []
 
 
-async def test_rubbish_instead_of_http_is_refused_and_the_next_is_served(port: int) -> None:
+async def test_invalid_http_is_refused_and_the_server_keeps_serving(port: int) -> None:
     answer = await exchange(port, bytes(range(256)) * 10)
     assert answer.startswith(b"HTTP/1.1 400")
     async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}") as client:
@@ -93,14 +93,14 @@ async def test_rubbish_instead_of_http_is_refused_and_the_next_is_served(port: i
 
 
 @pytest.mark.parametrize("content", [b"\x00\xff" * 500, b"{", b"[" * 20_000, b"\xef\xbb\xbf{}", b'"x"'])
-async def test_a_bad_body_is_a_problem(port: int, content: bytes) -> None:
+async def test_a_malformed_body_is_a_problem(port: int, content: bytes) -> None:
     async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}") as client:
         answer = await client.post("/v1/tokens", headers={"Content-Type": "application/json"}, content=content)
     assert answer.status_code in (400, 422)
     problem_of(answer, answer.status_code, answer.json()["type"].rpartition(":")[2])
 
 
-async def test_a_whole_journey_over_the_wire(port: int, services: Services) -> None:
+async def test_login_publication_and_planning_work_over_a_real_socket(port: int, services: Services) -> None:
     await services.accounts.ensure_admin("correct horse")
     async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}") as client:
         credentials = {"user": "admin", "password": "correct horse"}

@@ -14,19 +14,19 @@ from ppaas.errors import InvalidInput
 from tests.support.cloud.up_process import Up
 
 
-def test_a_password_is_made_once_and_for_this_user_alone(tmp_path: Path) -> None:
+def test_an_admin_password_is_created_once_with_mode_0600(tmp_path: Path) -> None:
     made = admin_password(tmp_path / "password")
     assert len(made) >= 16
     assert admin_password(tmp_path / "password") == made
     assert stat.S_IMODE((tmp_path / "password").stat().st_mode) == 0o600
 
 
-def test_a_password_that_is_there_is_taken(tmp_path: Path) -> None:
+def test_an_existing_admin_password_is_read(tmp_path: Path) -> None:
     (tmp_path / "password").write_text("correct horse\n")
     assert admin_password(tmp_path / "password") == "correct horse"
 
 
-def test_a_file_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+def test_a_password_file_that_cannot_be_created_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="password file"):
         admin_password(tmp_path / "nowhere" / "password")
 
@@ -34,7 +34,7 @@ def test_a_file_that_cannot_be_made_is_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("moment", "number"), [(agent_main.__name__, signal.SIGTERM), (router.__name__, signal.SIGINT)]
 )
-def test_a_signal_while_the_cloud_starts_ends_it_cleanly(tmp_path: Path, moment: str, number: int) -> None:
+def test_a_signal_during_start_ends_the_cloud_cleanly(tmp_path: Path, moment: str, number: int) -> None:
     up = Up(tmp_path)
     up.wait_for(lambda: up.children(moment))
     assert up.end(number) == 0
@@ -43,7 +43,7 @@ def test_a_signal_while_the_cloud_starts_ends_it_cleanly(tmp_path: Path, moment:
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_a_signal_to_a_cloud_that_serves_ends_it_cleanly(tmp_path: Path, number: int) -> None:
+def test_a_signal_to_a_serving_cloud_ends_it_cleanly(tmp_path: Path, number: int) -> None:
     up = Up(tmp_path)
     up.wait_for(up.ready.exists)
     ready = json.loads(up.ready.read_text())
@@ -55,14 +55,14 @@ def test_a_signal_to_a_cloud_that_serves_ends_it_cleanly(tmp_path: Path, number:
     assert "Traceback" not in up.log.read_text()
 
 
-def test_what_keeps_it_from_starting_is_one_line_and_nothing_is_left(tmp_path: Path) -> None:
+def test_a_start_error_is_one_line_and_leaves_nothing_behind(tmp_path: Path) -> None:
     up = Up(tmp_path, "--store", "nowhere://")
     assert up.wait() == 1
     assert up.log.read_text().startswith("ppaas: ")
     assert len(up.log.read_text().splitlines()) == 1
 
 
-def test_a_ready_file_that_cannot_be_written_ends_it_with_a_reason_and_nothing_is_left(tmp_path: Path) -> None:
+def test_an_unwritable_ready_file_ends_the_cloud_with_a_reason(tmp_path: Path) -> None:
     up = Up(tmp_path, "--ready-file", str(tmp_path / "nowhere" / "ready.json"))
     assert up.wait() == 1
     assert "cannot write the ready file" in up.log.read_text()

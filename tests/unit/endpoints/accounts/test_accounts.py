@@ -36,13 +36,13 @@ def accounts(store: CountingStore, clock: ManualClock, passwords: Passwords) -> 
     return Accounts(store, clock, passwords=passwords, cache=TokenCache(size=2, lifetime=30.0))
 
 
-async def test_no_token_can_be_taken_for_an_option(accounts: Accounts, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_tokens_start_with_the_ppaas_prefix(accounts: Accounts, monkeypatch: pytest.MonkeyPatch) -> None:
     await accounts.register("ann", PASSWORD)
     monkeypatch.setattr("secrets.token_urlsafe", lambda length: "-" * length)
     assert (await accounts.login("ann", PASSWORD)).startswith("ppaas_")
 
 
-async def test_who_knows_the_password_gets_a_token_that_tells_who_it_is(accounts: Accounts) -> None:
+async def test_login_returns_a_token_that_authenticates_the_user(accounts: Accounts) -> None:
     ann = await accounts.register("ann", PASSWORD)
     assert await accounts.authenticate(await accounts.login("ann", PASSWORD)) == ann
 
@@ -54,7 +54,7 @@ async def test_each_login_has_its_own_token(accounts: Accounts) -> None:
     assert await accounts.authenticate(first) == await accounts.authenticate(second)
 
 
-async def test_neither_password_nor_token_is_kept(accounts: Accounts, store: MemoryStore) -> None:
+async def test_passwords_and_tokens_are_stored_as_hashes(accounts: Accounts, store: MemoryStore) -> None:
     await accounts.register("ann", PASSWORD)
     token = await accounts.login("ann", PASSWORD)
     assert store.user("ann").password_hash.startswith("$argon2id$")
@@ -63,13 +63,13 @@ async def test_neither_password_nor_token_is_kept(accounts: Accounts, store: Mem
 
 
 @pytest.mark.parametrize("user", ["ann", "bob", "", "../etc", "\ud800"])
-async def test_an_unknown_user_and_a_wrong_password_sound_the_same(accounts: Accounts, user: str) -> None:
+async def test_unknown_user_and_wrong_password_give_the_same_error(accounts: Accounts, user: str) -> None:
     await accounts.register("ann", PASSWORD)
     with pytest.raises(NotAuthenticated, match=r"^wrong user or password$"):
         await accounts.login(user, "wrong password \ud800")
 
 
-async def test_an_unknown_user_costs_a_hash_as_a_wrong_password_does(
+async def test_login_of_an_unknown_user_verifies_a_hash_of_equal_cost(
     accounts: Accounts, passwords: Passwords, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await accounts.register("ann", PASSWORD)
@@ -99,9 +99,7 @@ async def test_a_token_expires(accounts: Accounts, clock: ManualClock) -> None:
         await accounts.authenticate(login.token)
 
 
-async def test_expired_tokens_are_swept_away_at_the_next_login(
-    accounts: Accounts, store: MemoryStore, clock: ManualClock
-) -> None:
+async def test_login_removes_expired_tokens(accounts: Accounts, store: MemoryStore, clock: ManualClock) -> None:
     await accounts.register("ann", PASSWORD)
     old = await accounts.login("ann", PASSWORD)
     clock.advance(TOKEN_LIFETIME + 1.0)
@@ -111,12 +109,12 @@ async def test_expired_tokens_are_swept_away_at_the_next_login(
 
 
 @pytest.mark.parametrize("token", ["", "x", "x" * 10_000, "\ud800", "ä"])
-async def test_a_token_that_is_none_is_refused(accounts: Accounts, token: str) -> None:
+async def test_malformed_tokens_are_refused(accounts: Accounts, token: str) -> None:
     with pytest.raises(NotAuthenticated):
         await accounts.authenticate(token)
 
 
-async def test_a_verified_token_is_believed_for_a_while(
+async def test_verified_tokens_are_cached_for_a_limited_time(
     accounts: Accounts, store: CountingStore, clock: ManualClock
 ) -> None:
     await accounts.register("ann", PASSWORD)
@@ -129,7 +127,7 @@ async def test_a_verified_token_is_believed_for_a_while(
     assert store.looked_up == 2
 
 
-async def test_the_cache_keeps_the_tokens_used_last(accounts: Accounts, store: CountingStore) -> None:
+async def test_the_cache_evicts_the_least_recently_used_token(accounts: Accounts, store: CountingStore) -> None:
     await accounts.register("ann", PASSWORD)
     first, second, third = [await accounts.login("ann", PASSWORD) for _ in range(3)]
     for token in (first, second, first, third, first):
@@ -139,7 +137,7 @@ async def test_the_cache_keeps_the_tokens_used_last(accounts: Accounts, store: C
     assert store.looked_up == 4
 
 
-async def test_a_removed_user_is_refused_at_once(accounts: Accounts) -> None:
+async def test_tokens_of_a_removed_user_are_refused_at_once(accounts: Accounts) -> None:
     await accounts.register("ann", PASSWORD)
     token = await accounts.login("ann", PASSWORD)
     await accounts.authenticate(token)
@@ -151,20 +149,20 @@ async def test_a_removed_user_is_refused_at_once(accounts: Accounts) -> None:
 
 
 @pytest.mark.parametrize("password", ["", "1234567", "x" * (MAX_PASSWORD + 1)])
-async def test_a_password_has_a_length(accounts: Accounts, store: MemoryStore, password: str) -> None:
+async def test_passwords_of_invalid_length_are_refused(accounts: Accounts, store: MemoryStore, password: str) -> None:
     with pytest.raises(InvalidInput, match="must have 8 to 1024 characters"):
         await accounts.register("ann", password)
     assert store.users() == []
 
 
-async def test_a_taken_id_is_a_conflict_and_the_password_stays(accounts: Accounts) -> None:
+async def test_registering_a_taken_id_conflicts_and_keeps_the_password(accounts: Accounts) -> None:
     await accounts.register("ann", PASSWORD)
     with pytest.raises(Conflict):
         await accounts.register("ann", "another password")
     await accounts.login("ann", PASSWORD)
 
 
-async def test_the_admin_is_made_once_and_keeps_its_password(
+async def test_ensure_admin_creates_the_admin_once_and_keeps_its_password(
     accounts: Accounts, caplog: pytest.LogCaptureFixture
 ) -> None:
     admin = await accounts.ensure_admin(PASSWORD)
@@ -178,13 +176,13 @@ async def test_the_admin_is_made_once_and_keeps_its_password(
     await accounts.login("admin", PASSWORD)
 
 
-async def test_an_admin_without_the_role_is_told(accounts: Accounts) -> None:
+async def test_ensure_admin_refuses_an_admin_user_without_the_role(accounts: Accounts) -> None:
     await accounts.register("admin", PASSWORD)
     with pytest.raises(Conflict, match="not an administrator"):
         await accounts.ensure_admin(PASSWORD)
 
 
-async def test_a_damaged_hash_lets_nobody_in_and_is_logged(
+async def test_login_with_a_damaged_hash_is_refused_and_logged(
     accounts: Accounts, store: MemoryStore, caplog: pytest.LogCaptureFixture
 ) -> None:
     store.add_user(User("ann", "not a hash"))
@@ -193,24 +191,24 @@ async def test_a_damaged_hash_lets_nobody_in_and_is_logged(
     assert "hash cannot be verified" in caplog.text
 
 
-async def test_who_was_known_of_late_is_known_while_the_store_is_away_and_nobody_else(
+async def test_cached_users_authenticate_while_the_store_is_unreachable(
     accounts: Accounts, store: CountingStore, clock: ManualClock, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ann = await accounts.register("ann", PASSWORD)
     known, unused = await accounts.login("ann", PASSWORD), await accounts.login("ann", PASSWORD)
     await accounts.authenticate(known)
-    asked = 0
+    queries = 0
 
-    def away(_hash: str) -> Token:
-        nonlocal asked
-        asked += 1
+    def unreachable(_hash: str) -> Token:
+        nonlocal queries
+        queries += 1
         raise Unavailable("no node answers")
 
-    monkeypatch.setattr(store, "token", away)
+    monkeypatch.setattr(store, "token", unreachable)
     clock.now += 31.0
     for _ in range(3):
         assert await accounts.authenticate(known) == ann
-    assert asked == 1, "it is not waited for each time"
+    assert queries == 1, "the store is not queried each time"
     with pytest.raises(Unavailable):
         await accounts.authenticate(unused)
     clock.now += 25 * 3600.0
@@ -218,6 +216,6 @@ async def test_who_was_known_of_late_is_known_while_the_store_is_away_and_nobody
         await accounts.authenticate(known)
     monkeypatch.undo()
     await accounts.remove("ann")
-    monkeypatch.setattr(store, "token", away)
+    monkeypatch.setattr(store, "token", unreachable)
     with pytest.raises(Unavailable):
         await accounts.authenticate(known)

@@ -18,22 +18,22 @@ class SlowHasher(PasswordHasher):
     def __init__(self) -> None:
         cheap = profiles.CHEAPEST
         super().__init__(cheap.time_cost, cheap.memory_cost, cheap.parallelism)
-        self.go_on = threading.Event()
-        self.at_it = 0
-        self.most = 0
+        self.released = threading.Event()
+        self.active = 0
+        self.max_active = 0
         self._lock = threading.Lock()
 
     def verify(self, hash: str | bytes, password: str | bytes) -> bool:  # noqa: A002
         with self._lock:
-            self.at_it += 1
-            self.most = max(self.most, self.at_it)
-        assert self.go_on.wait(30.0)
+            self.active += 1
+            self.max_active = max(self.max_active, self.active)
+        assert self.released.wait(30.0)
         with self._lock:
-            self.at_it -= 1
+            self.active -= 1
         return super().verify(hash, password)
 
 
-async def test_beyond_the_workers_and_those_who_wait_logins_are_refused_and_then_go_on() -> None:
+async def test_logins_beyond_workers_and_queue_are_refused() -> None:
     hasher = SlowHasher()
     passwords = Passwords(hasher, workers=2, waiting=3)
     right = hasher.hash(PASSWORD)
@@ -41,14 +41,14 @@ async def test_beyond_the_workers_and_those_who_wait_logins_are_refused_and_then
     await asyncio.sleep(0)
     with pytest.raises(Unavailable, match="too many"):
         await passwords.verify(right, PASSWORD)
-    hasher.go_on.set()
+    hasher.released.set()
     assert await asyncio.gather(*waiting) == [True] * 5
-    assert hasher.most <= 2
+    assert hasher.max_active <= 2
     assert await passwords.verify(right, "wrong password") is False
     passwords.close()
 
 
-async def test_who_goes_away_while_waiting_makes_room() -> None:
+async def test_cancelling_a_queued_login_frees_its_slot() -> None:
     hasher = SlowHasher()
     passwords = Passwords(hasher, workers=1, waiting=1)
     right = hasher.hash(PASSWORD)
@@ -58,6 +58,6 @@ async def test_who_goes_away_while_waiting_makes_room() -> None:
     await asyncio.wait({second})
     third = asyncio.create_task(passwords.verify(right, PASSWORD))
     await asyncio.sleep(0)
-    hasher.go_on.set()
+    hasher.released.set()
     assert await asyncio.gather(first, third) == [True, True]
     passwords.close()

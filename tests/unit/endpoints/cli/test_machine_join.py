@@ -21,47 +21,45 @@ def test_a_machine_that_has_not_joined_needs_a_ticket(tmp_path: Path, capsys: py
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "error"),
     [
         (["rubbish"], "not a ticket"),
         ([TICKET, "--name", "a/b"], "not a valid name"),
         ([TICKET, "--name", "m2"], "no answer at tls://127.0.0.1:1"),
     ],
 )
-def test_what_cannot_join_is_told_why_and_keeps_nothing(
-    arguments: list[str], told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_a_failed_join_reports_the_reason_and_stores_nothing(
+    arguments: list[str], error: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert told in refused(["join", *arguments, "--data", str(tmp_path / "m")], capsys)
+    assert error in refused(["join", *arguments, "--data", str(tmp_path / "m")], capsys)
     assert not (tmp_path / "m").exists()
 
 
-def test_what_is_kept_and_cannot_be_read_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_join_reports_an_unreadable_membership_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "membership.json").write_text("{")
     assert "join with a new ticket" in refused(["join", "--data", str(tmp_path)], capsys)
 
 
 @pytest.mark.parametrize("arguments", [["--cores", "0"], ["--cores", "x"], ["--label", "zone"], ["--label", "=x"]])
-def test_arguments_that_cannot_be_meant_are_refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_invalid_arguments_of_join_are_refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["machine", "join", TICKET, *arguments])
     assert "usage:" in capsys.readouterr().err
 
 
-def test_there_is_no_ticket_without_a_cloud_that_takes_machines(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_ticket_requires_a_cloud_that_listens_for_machines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "--listen-machines" in refused(["ticket", "--data", str(tmp_path)], capsys)
 
 
 @pytest.mark.parametrize("seconds", ["0", "-1", "nan", "inf", "1e9", "soon"])
-def test_a_ticket_is_good_for_a_while(seconds: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_invalid_ticket_lifetime_is_refused(seconds: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["machine", "ticket", "--valid", seconds])
     assert "--valid" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "error"),
     [
         (["--listen-machines", "nowhere"], "host:port"),
         (["--listen-machines", "127.0.0.1:70000"], "from 0 to 65535"),
@@ -69,8 +67,8 @@ def test_a_ticket_is_good_for_a_while(seconds: str, capsys: pytest.CaptureFixtur
         (["--listen-machines", "192.0.2.1:0"], "listen"),
     ],
 )
-def test_a_cloud_does_not_start_where_machines_could_not_come(
-    arguments: list[str], told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_up_exits_if_machines_could_not_connect(
+    arguments: list[str], error: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["up", "--port", "0", "--data", str(tmp_path), *arguments]) == 1
-    assert told in capsys.readouterr().err
+    assert error in capsys.readouterr().err

@@ -21,20 +21,22 @@ def stores(tmp_path: Path) -> tuple[str, str]:
     return url, f"sqlite://{tmp_path / 'to.db'}"
 
 
-def test_a_store_is_migrated_compared_and_shown(stores: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_store_migrate_copies_compares_and_reports_all_records(
+    stores: tuple[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main.main(["store", "migrate", *stores]) == 0
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
     assert lines[0] == ["kind", "records", "copied", "same", "different", "missing", "beyond", "digest"]
     assert [line[0] for line in lines[1:]] == list(KINDS)
     assert lines[3][:7] == ["robots", "4", "4", "4", "0", "0", "0"]
     assert main.main(["store", "migrate", *stores, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["good"]
-    assert {kind["kind"]: kind["copied"] for kind in told["kinds"]} == dict.fromkeys(KINDS, 0)
-    assert all(kind["digest"] == kind["digest_there"] for kind in told["kinds"])
+    report = json.loads(capsys.readouterr().out)
+    assert report["good"]
+    assert {kind["kind"]: kind["copied"] for kind in report["kinds"]} == dict.fromkeys(KINDS, 0)
+    assert all(kind["digest"] == kind["digest_there"] for kind in report["kinds"])
 
 
-def test_what_differs_is_named_and_told_by_the_status(
+def test_store_check_names_differences_and_exits_with_status_1(
     stores: tuple[str, str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main.main(["store", "check", *stores, "--json"]) == 1
@@ -49,7 +51,7 @@ def test_what_differs_is_named_and_told_by_the_status(
     assert main.main(["store", "migrate", *stores, "--overwrite"]) == 0
 
 
-def test_maps_are_migrated_by_the_same_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_store_migrate_copies_map_stores(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     urls = [f"file://{tmp_path / name}" for name in ("from", "to")]
     fill_maps(open_map_store(urls[0]))
     assert main.main(["store", "migrate", *urls]) == 0
@@ -58,7 +60,7 @@ def test_maps_are_migrated_by_the_same_command(tmp_path: Path, capsys: pytest.Ca
 
 
 @pytest.mark.parametrize(
-    ("source", "target", "says"),
+    ("source", "target", "error"),
     [
         ("sqlite:///nowhere/at/all.db", "memory:", "not-found: unknown store 'sqlite:///nowhere/at/all.db'"),
         ("file:///nowhere/at/all", "file:///tmp/maps", "not-found: unknown store 'file:///nowhere/at/all'"),
@@ -68,8 +70,8 @@ def test_maps_are_migrated_by_the_same_command(tmp_path: Path, capsys: pytest.Ca
         ("sqlite://host/a.db", "memory:", "has no path"),
     ],
 )
-def test_stores_that_cannot_be_migrated_say_why(
-    source: str, target: str, says: str, capsys: pytest.CaptureFixture[str]
+def test_store_migrate_reports_why_it_cannot_migrate(
+    source: str, target: str, error: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main.main(["store", "migrate", source, target]) == 1
-    assert says in capsys.readouterr().err
+    assert error in capsys.readouterr().err

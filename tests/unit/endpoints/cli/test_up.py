@@ -22,14 +22,14 @@ from robots.cli.main import main
     ],
     ids=" ".join,
 )  # fmt: skip
-def test_an_argument_that_cannot_be_is_named(wrong: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_up_names_the_invalid_argument(wrong: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as end:
         main(["up", *wrong])
     assert end.value.code == 2
     assert f"argument {wrong[0]}: " in capsys.readouterr().err
 
 
-def test_every_quota_may_be_given_to_all_users() -> None:
+def test_every_quota_can_be_set_for_all_users() -> None:
     parser = CommandParser()
     up.configure(parser)
     given = [f"--quota={name}={number}" for number, name in enumerate(QUOTAS, 1)]
@@ -40,7 +40,7 @@ def test_every_quota_may_be_given_to_all_users() -> None:
     assert up.QUOTAS == QUOTAS
 
 
-def test_a_port_that_is_taken_is_told_with_what_to_do(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_up_reports_a_port_in_use_and_the_option_to_change(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = other.getsockname()[1]
         assert main(["up", "--data", str(tmp_path), "--port", str(port)]) == 1
@@ -49,12 +49,12 @@ def test_a_port_that_is_taken_is_told_with_what_to_do(tmp_path: Path, capsys: py
     assert "--port" in error
 
 
-def test_a_host_that_is_not_ours_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_up_reports_a_host_address_it_cannot_assign(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["up", "--data", str(tmp_path), "--port", "0", "--host", "192.0.2.1"]) == 1
     assert "cannot listen: Cannot assign requested address" in capsys.readouterr().err
 
 
-def test_a_data_folder_that_is_a_file_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_up_reports_a_data_folder_that_is_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "data").touch()
     assert main(["up", "--data", str(tmp_path / "data")]) == 1
     error = capsys.readouterr().err
@@ -63,7 +63,7 @@ def test_a_data_folder_that_is_a_file_is_told(tmp_path: Path, capsys: pytest.Cap
 
 
 @pytest.mark.parametrize("option", ["--store", "--map-store"])
-def test_a_kind_of_store_that_is_unknown_lists_those_there_are(
+def test_an_unknown_store_scheme_lists_the_known_ones(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str
 ) -> None:
     assert main(["up", "--data", str(tmp_path), "--port", "0", option, "redis://host"]) == 1

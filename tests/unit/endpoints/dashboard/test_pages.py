@@ -14,7 +14,7 @@ MAX_LINES = 250
 
 
 @pytest.mark.parametrize("name", FILES)
-async def test_every_file_is_served_with_what_guards_it(client: httpx.AsyncClient, name: str) -> None:
+async def test_every_file_is_served_with_security_headers(client: httpx.AsyncClient, name: str) -> None:
     answer = await client.get(f"/dashboard/{name}")
     assert answer.status_code == 200
     assert {key: answer.headers[key] for key in HEADERS} == HEADERS
@@ -22,35 +22,35 @@ async def test_every_file_is_served_with_what_guards_it(client: httpx.AsyncClien
     assert answer.headers["content-type"].startswith(types[name.rpartition(".")[2]])
 
 
-async def test_a_file_that_did_not_change_is_not_sent_again(client: httpx.AsyncClient) -> None:
+async def test_an_unchanged_file_is_answered_with_304(client: httpx.AsyncClient) -> None:
     first = await client.get("/dashboard/")
     again = await client.get("/dashboard/", headers={"If-None-Match": first.headers["etag"]})
     assert (again.status_code, again.content) == (304, b"")
     assert again.headers["cache-control"] == "no-cache"
 
 
-async def test_a_browser_at_the_front_door_is_led_to_the_dashboard(client: httpx.AsyncClient) -> None:
+async def test_browsers_are_redirected_from_the_root_to_the_dashboard(client: httpx.AsyncClient) -> None:
     browser = {"Accept": "text/html,application/xhtml+xml,*/*;q=0.8"}
-    for door in ("/", "/dashboard"):
-        answer = await client.get(door, headers=browser, follow_redirects=True)
+    for path in ("/", "/dashboard"):
+        answer = await client.get(path, headers=browser, follow_redirects=True)
         assert answer.url.path == "/dashboard/"
         assert "<title>PPaaS dashboard</title>" in answer.text
 
 
-async def test_a_program_at_the_front_door_is_told_where_to_go(client: httpx.AsyncClient) -> None:
+async def test_a_json_client_at_the_root_gets_404_with_a_hint_to_v1(client: httpx.AsyncClient) -> None:
     answer = await client.get("/", headers={"Accept": "application/json"})
     assert answer.status_code == 404
     assert "/v1" in answer.json()["detail"]
 
 
 @pytest.mark.parametrize("path", ["nothing.js", "../pages.py", "..%2fpages.py", "%2e%2e/pages.py", "js/", "js"])
-async def test_nothing_else_is_served(client: httpx.AsyncClient, path: str) -> None:
+async def test_unknown_dashboard_paths_are_not_found(client: httpx.AsyncClient, path: str) -> None:
     answer = await client.get(f"/dashboard/{path}")
     assert answer.status_code == 404
     assert answer.json()["type"] == "urn:ppaas:problem:not-found"
 
 
-def test_the_policy_allows_nothing_of_others_and_nothing_inline() -> None:
+def test_content_security_policy_forbids_external_and_inline_code() -> None:
     assert "unsafe" not in POLICY and "http" not in POLICY and "*" not in POLICY
     assert not re.search(r"<script(?![^>]*\bsrc=)", INDEX)
     assert not re.search(r"<style|\sstyle=|\son\w+=|javascript:|https?://", INDEX)
@@ -62,14 +62,14 @@ def test_no_script_writes_html_or_evaluates_text() -> None:
     assert [file.name for file in SCRIPTS if danger.search(file.read_text(encoding="utf-8"))] == []
 
 
-def test_every_module_is_asked_for_with_the_page_so_that_none_waits_for_another() -> None:
+def test_the_index_page_loads_every_module_itself() -> None:
     asked = set(re.findall(r'(?:src|href)="(js/\w+\.js)"', INDEX))
     assert asked == {name for name in FILES if name.endswith(".js")}
 
 
-def test_modules_are_small_and_import_what_is_there() -> None:
+def test_modules_are_small_documented_and_import_existing_files() -> None:
     for file in SCRIPTS:
         text = file.read_text(encoding="utf-8")
         assert len(text.splitlines()) <= MAX_LINES, file.name
-        assert text.startswith("/**"), f"{file.name} does not say what it is for"
+        assert text.startswith("/**"), f"{file.name} has no comment at its top"
         assert [name for name in re.findall(r'from "\./(\w+\.js)"', text) if not (file.parent / name).exists()] == []

@@ -11,7 +11,7 @@ TESTS = sorted(HERE.glob("*.test.js"))
 
 
 @pytest.mark.parametrize("file", TESTS, ids=lambda file: file.name.removesuffix(".test.js"))
-def test_the_module_does_what_its_tests_say(file: Path) -> None:
+def test_javascript_module_passes_its_tests(file: Path) -> None:
     node, _ = compute_driver_executable()
     command = [node, "--no-warnings", "--test-reporter=spec", str(file)]
     result = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)

@@ -7,7 +7,7 @@ import pytest
 from endpoints.http.eager_coroutine import EagerCoroutine
 
 
-async def test_one_that_need_not_wait_is_over_at_once() -> None:
+async def test_a_coroutine_that_never_waits_is_done_at_once() -> None:
     async def work() -> int:
         return 7
 
@@ -16,7 +16,7 @@ async def test_one_that_need_not_wait_is_over_at_once() -> None:
     assert await begun == 7
 
 
-async def test_one_that_waits_goes_on_where_it_is_awaited() -> None:
+async def test_a_coroutine_that_waits_continues_where_it_is_awaited() -> None:
     first, second = (asyncio.get_running_loop().create_future() for _ in range(2))
 
     async def work() -> list[int]:
@@ -30,7 +30,7 @@ async def test_one_that_waits_goes_on_where_it_is_awaited() -> None:
     assert begun.done
 
 
-async def test_what_is_raised_is_raised_where_it_is_awaited() -> None:
+async def test_an_exception_is_raised_where_the_coroutine_is_awaited() -> None:
     async def work() -> None:
         await asyncio.sleep(0.01)
         raise KeyError("late")
@@ -39,23 +39,23 @@ async def test_what_is_raised_is_raised_where_it_is_awaited() -> None:
         await EagerCoroutine(work())
 
 
-async def test_time_that_runs_out_is_told_to_it() -> None:
-    told: list[BaseException] = []
+async def test_a_timeout_cancels_the_coroutine() -> None:
+    cancellations: list[BaseException] = []
 
     async def work() -> None:
         try:
             await asyncio.sleep(60)
         except asyncio.CancelledError as error:
-            told.append(error)
+            cancellations.append(error)
             raise
 
     with pytest.raises(TimeoutError):
         async with asyncio.timeout(0.01):
             await EagerCoroutine(work())
-    assert len(told) == 1
+    assert len(cancellations) == 1
 
 
-async def test_one_that_will_not_be_cancelled_still_gives_its_result() -> None:
+async def test_a_coroutine_that_suppresses_cancellation_returns_its_result() -> None:
     async def work() -> str:
         try:
             await asyncio.sleep(60)

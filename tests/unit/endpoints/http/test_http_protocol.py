@@ -22,10 +22,10 @@ async def digest(scope: Scope, receive: Receive, send: Send) -> None:
         assert type(message["body"]) is bytes
         sha.update(message["body"])
         more = message["more_body"]
-    told = sha.hexdigest().encode()
-    headers = [(b"content-length", str(len(told)).encode())]
+    encoded = sha.hexdigest().encode()
+    headers = [(b"content-length", str(len(encoded)).encode())]
     await send({"type": "http.response.start", "status": 200, "headers": headers})
-    await send({"type": "http.response.body", "body": told})
+    await send({"type": "http.response.body", "body": encoded})
 
 
 def pieces(data: bytes, size: int) -> Iterator[bytes]:
@@ -33,7 +33,7 @@ def pieces(data: bytes, size: int) -> Iterator[bytes]:
 
 
 @pytest.mark.parametrize("size", [1, 50_000, 3_000_000])
-async def test_what_is_sent_in_pieces_comes_whole_and_so_does_what_follows(size: int) -> None:
+async def test_bodies_sent_in_pieces_arrive_complete(size: int) -> None:
     bodies = [bytes(range(256)) * (count * min(size, 40)) for count in (0, 1, 3, 700)]
     async with serve(digest, http=DirectHttp) as port:
         reader, writer = await asyncio.open_connection("127.0.0.1", port)
@@ -50,7 +50,7 @@ async def test_what_is_sent_in_pieces_comes_whole_and_so_does_what_follows(size:
         await writer.wait_closed()
 
 
-async def test_a_block_is_handed_on_as_it_came() -> None:
+async def test_the_first_body_block_is_not_copied() -> None:
     class Cycle:
         body: Any = bytearray()
         response_complete = False

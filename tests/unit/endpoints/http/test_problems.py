@@ -24,7 +24,7 @@ def kinds(base: type[errors.PPaaSError] = errors.PPaaSError) -> Iterator[type[er
         yield from kinds(kind)
 
 
-def test_what_waits_in_the_queue_is_accepted_and_no_problem() -> None:
+def test_a_queued_request_is_answered_with_202() -> None:
     response = problem_response(errors.Queued(3))
     assert (response.status_code, response.media_type) == (202, "application/json")
     assert json.loads(bytes(response.body))["position"] == 3
@@ -32,7 +32,7 @@ def test_what_waits_in_the_queue_is_accepted_and_no_problem() -> None:
 
 
 @pytest.mark.parametrize("kind", [kind for kind in kinds() if kind is not errors.Queued])
-def test_every_error_of_the_tree_is_a_problem(kind: type[errors.PPaaSError]) -> None:
+def test_every_error_class_becomes_a_problem(kind: type[errors.PPaaSError]) -> None:
     error = kind("map", "house") if kind is errors.NotFound else kind("do this")  # type: ignore[call-arg]
     response = problem_response(error)
     answer = httpx.Response(response.status_code, headers=dict(response.headers), content=bytes(response.body))
@@ -41,21 +41,21 @@ def test_every_error_of_the_tree_is_a_problem(kind: type[errors.PPaaSError]) -> 
     assert 400 <= response.status_code < 600
 
 
-def test_the_table_has_no_error_that_is_not_in_the_tree() -> None:
+def test_the_status_table_contains_only_known_errors() -> None:
     assert set(STATUS) <= set(kinds())
 
 
-async def test_what_is_not_there_is_a_problem(client: httpx.AsyncClient) -> None:
+async def test_an_unknown_path_is_a_not_found_problem(client: httpx.AsyncClient) -> None:
     problem_of(await client.get("/v1/nothing"), 404, "not-found")
 
 
-async def test_a_wrong_method_is_a_problem_that_names_the_right_ones(client: httpx.AsyncClient) -> None:
+async def test_a_wrong_method_is_a_problem_that_lists_the_allowed_ones(client: httpx.AsyncClient) -> None:
     answer = await client.put("/v1/tokens")
     problem_of(answer, 405, "method-not-allowed")
     assert set(answer.headers["allow"].split(", ")) == {"GET", "POST"}
 
 
-async def test_what_nobody_foresaw_is_logged_once_and_not_told(
+async def test_unexpected_errors_are_logged_once_and_not_disclosed(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud, caplog: pytest.LogCaptureFixture
 ) -> None:
     ann = await log_in("ann")
@@ -71,7 +71,7 @@ async def test_what_nobody_foresaw_is_logged_once_and_not_told(
     assert "POST /v1/maps/house/plans" in records[0].getMessage()
 
 
-async def test_a_body_over_its_limit_is_refused_whether_announced_or_not(
+async def test_bodies_over_the_limit_are_refused_with_or_without_a_length(
     client: httpx.AsyncClient, services: Services
 ) -> None:
     content = b" " * (services.limits.max_body + 1)
@@ -85,12 +85,12 @@ async def test_a_body_over_its_limit_is_refused_whether_announced_or_not(
     problem_of(await client.post("/v1/tokens", headers=headers, content=in_pieces()), 413, "message-too-large")
 
 
-async def test_a_length_beyond_all_reason_is_refused(client: httpx.AsyncClient) -> None:
+async def test_an_absurd_content_length_is_refused(client: httpx.AsyncClient) -> None:
     headers = {"Content-Length": "9" * 5000, "Content-Type": "application/json"}
     problem_of(await client.post("/v1/tokens", headers=headers, content=b"{}"), 413, "message-too-large")
 
 
-def test_the_description_says_what_is_given_and_that_errors_are_problems(services: Services) -> None:
+def test_openapi_describes_operations_and_declares_problems(services: Services) -> None:
     described = create_app(services).openapi()
     assert described["info"]["title"] == "PPaaS"
     operations = {
@@ -104,11 +104,11 @@ def test_the_description_says_what_is_given_and_that_errors_are_problems(service
     tags = {tag["name"] for tag in described["tags"]}
     for operation in operations.values():
         assert set(operation["tags"]) <= tags and operation["description"]
-        errors = {status: said for status, said in operation["responses"].items() if status >= "400"}
+        errors = {status: declared for status, declared in operation["responses"].items() if status >= "400"}
         assert {"422", "500", "503"} <= set(errors)
         assert ("401" in errors) or "security" not in operation
-        for status, said in errors.items():
-            [(kind, content)] = said["content"].items()
+        for status, declared in errors.items():
+            [(kind, content)] = declared["content"].items()
             assert (kind, content["example"]["status"]) == ("application/problem+json", int(status))
             Problem.model_validate(content["example"])
     assert {"Problem", "Fault"} <= set(described["components"]["schemas"])

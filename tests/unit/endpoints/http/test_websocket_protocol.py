@@ -40,12 +40,12 @@ async def connected(server: Server, **options: Any) -> AsyncIterator[tuple[Clien
         yield client, connection_of(await server.sockets.get())
 
 
-async def test_a_client_that_is_there_answers_also_several_probes_at_once() -> None:
+async def test_a_live_client_answers_concurrent_probes() -> None:
     async with connected(Server()) as (_, connection):
         assert await asyncio.gather(*(connection.probe(10.0) for _ in range(3))) == [True] * 3
 
 
-async def test_a_client_that_is_silent_does_not_and_may_do_so_later() -> None:
+async def test_a_probe_fails_while_the_client_does_not_read() -> None:
     async with connected(Server()) as (client, connection):
         client.transport.pause_reading()
         assert await connection.probe(0.05) is False
@@ -53,7 +53,7 @@ async def test_a_client_that_is_silent_does_not_and_may_do_so_later() -> None:
         assert await connection.probe(10.0) is True
 
 
-async def test_a_client_that_has_gone_is_not_asked() -> None:
+async def test_a_probe_of_a_disconnected_client_fails() -> None:
     server = Server()
     async with connected(server) as (client, connection):
         client.transport.abort()
@@ -61,7 +61,7 @@ async def test_a_client_that_has_gone_is_not_asked() -> None:
         assert await connection.probe(10.0) is False
 
 
-async def test_a_silent_client_is_cut_off_though_much_waits_for_it() -> None:
+async def test_an_unresponsive_client_with_pending_data_is_disconnected() -> None:
     server = Server()
     server.send = "x" * (32 << 20)
     async with connected(server, ws_ping_interval=0.1, ws_ping_timeout=0.1) as (client, _):
@@ -74,7 +74,7 @@ async def test_a_silent_client_is_cut_off_though_much_waits_for_it() -> None:
 # -- frames, past ASGI -------------------------------------------------------------------------------------------------
 
 
-async def test_frames_are_handed_over_in_order_and_whole_and_bytes_as_none() -> None:
+async def test_frames_are_delivered_in_order_with_none_for_binary() -> None:
     async with connected(Server()) as (client, connection):
         taken: asyncio.Queue[str | None] = asyncio.Queue()
         connection.hand_to(taken.put_nowait)
@@ -84,7 +84,7 @@ async def test_frames_are_handed_over_in_order_and_whole_and_bytes_as_none() -> 
         assert [await taken.get() for _ in range(3)] == ["one", "twö", None]
 
 
-async def test_frames_go_to_asgi_again_once_nobody_takes_them() -> None:
+async def test_frames_return_to_asgi_once_the_receiver_is_removed() -> None:
     server = Server()
     async with connected(server) as (client, connection):
         taken: list[str | None] = []
@@ -95,7 +95,7 @@ async def test_frames_go_to_asgi_again_once_nobody_takes_them() -> None:
         assert taken == []
 
 
-async def test_text_that_is_no_utf8_closes_the_connection_and_is_not_handed_over() -> None:
+async def test_invalid_utf8_closes_the_connection_and_is_not_delivered() -> None:
     async with connected(Server()) as (client, connection):
         taken: list[str | None] = []
         connection.hand_to(taken.append)
@@ -105,7 +105,7 @@ async def test_text_that_is_no_utf8_closes_the_connection_and_is_not_handed_over
         assert taken == []
 
 
-async def test_a_connection_is_ready_while_its_transport_takes_more_and_tells_when_it_does_again() -> None:
+async def test_readiness_follows_flow_control_and_resumption_is_reported() -> None:
     async with connected(Server()) as (client, connection):
         again = asyncio.Event()
         connection.hand_to(lambda _: None, again.set)
@@ -120,7 +120,7 @@ async def test_a_connection_is_ready_while_its_transport_takes_more_and_tells_wh
         assert again.is_set()
 
 
-async def test_a_connection_that_closes_takes_no_more() -> None:
+async def test_a_closed_connection_is_not_ready() -> None:
     server = Server()
     async with connected(server) as (client, connection):
         await client.close()
@@ -128,11 +128,11 @@ async def test_a_connection_that_closes_takes_no_more() -> None:
         assert not connection.ready
 
 
-async def test_the_round_trip_of_each_ping_that_is_answered_is_told() -> None:
-    told: asyncio.Queue[float] = asyncio.Queue()
+async def test_the_round_trip_of_each_answered_ping_is_reported() -> None:
+    round_trips: asyncio.Queue[float] = asyncio.Queue()
     async with connected(Server(), ws_ping_interval=0.02, ws_ping_timeout=10.0) as (client, connection):
-        connection.on_round_trip(told.put_nowait)
+        connection.on_round_trip(round_trips.put_nowait)
         await client.send("x")
         async with asyncio.timeout(10):
-            assert all([await told.get() > 0.0 for _ in range(2)])
+            assert all([await round_trips.get() > 0.0 for _ in range(2)])
             assert await connection.probe(10.0)

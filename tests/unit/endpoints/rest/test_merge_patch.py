@@ -27,5 +27,5 @@ from endpoints.rest.merge_patch import merge
         ({}, {"a": {"bb": {"ccc": None}}}, {"a": {"bb": {}}}),
     ],
 )
-def test_the_examples_of_the_standard(target: Any, patch: Any, result: Any) -> None:
+def test_examples_of_rfc_7396(target: Any, patch: Any, result: Any) -> None:
     assert merge(target, patch) == result

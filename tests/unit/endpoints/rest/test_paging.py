@@ -30,7 +30,7 @@ async def admin(services: Services, cloud: FakeCloud, log_in: LogIn) -> dict[str
     return header
 
 
-async def leaf(client: httpx.AsyncClient, path: str, headers: dict[str, str], limit: int) -> list[Any]:
+async def all_pages(client: httpx.AsyncClient, path: str, headers: dict[str, str], limit: int) -> list[Any]:
     items: list[Any] = []
     cursor: dict[str, str] = {}
     while True:
@@ -45,24 +45,26 @@ async def leaf(client: httpx.AsyncClient, path: str, headers: dict[str, str], li
 
 
 @pytest.mark.parametrize("path", LISTS)
-async def test_pages_together_are_the_list(client: httpx.AsyncClient, admin: dict[str, str], path: str) -> None:
-    [whole, *others] = [await leaf(client, path, admin, limit) for limit in (MAX_LIMIT, 5, 2, 1)]
+async def test_pages_together_contain_the_whole_list(
+    client: httpx.AsyncClient, admin: dict[str, str], path: str
+) -> None:
+    [whole, *others] = [await all_pages(client, path, admin, limit) for limit in (MAX_LIMIT, 5, 2, 1)]
     assert others == [whole] * 3
     assert len(whole) == {"machines": 1, "users": 6, "tokens": 6, "maps/m0/versions": 6}.get(path, 5)
     assert len({str(item) for item in whole}) == len(whole)
 
 
-async def test_each_list_has_its_order(client: httpx.AsyncClient, admin: dict[str, str]) -> None:
-    containers = await leaf(client, "containers", admin, 2)
+async def test_each_list_is_sorted(client: httpx.AsyncClient, admin: dict[str, str]) -> None:
+    containers = await all_pages(client, "containers", admin, 2)
     assert [one["id"] for one in containers] == ["c1", "c2", "c3", "c10", "c11"]
-    plans = await leaf(client, "maps/m0/plans", admin, 2)
+    plans = await all_pages(client, "maps/m0/plans", admin, 2)
     assert [one["plan_id"] for one in plans] == ["p4", "p3", "p2", "p1", "p0"]
-    versions = await leaf(client, "maps/m0/versions", admin, 2)
+    versions = await all_pages(client, "maps/m0/versions", admin, 2)
     assert [one["number"] for one in versions] == sorted((one["number"] for one in versions), reverse=True)
     assert [one["present"] for one in versions] == [True, *[False] * 5]
 
 
-async def test_what_comes_and_goes_between_pages_neither_repeats_nor_hides_the_rest(
+async def test_changes_between_pages_cause_no_gaps_or_repeats(
     client: httpx.AsyncClient, admin: dict[str, str], services: Services
 ) -> None:
     first = (await client.get("/v1/robots", headers=admin, params={"limit": 2})).json()
@@ -72,7 +74,7 @@ async def test_what_comes_and_goes_between_pages_neither_repeats_nor_hides_the_r
     assert [one["id"] for one in first["items"] + rest["items"]] == ["tb0", "tb1", "tb2", "tb3", "tb4"]
 
 
-async def test_maps_of_others_leave_no_gaps_in_pages(
+async def test_unreadable_maps_leave_no_gaps_in_pages(
     client: httpx.AsyncClient, admin: dict[str, str], services: Services, log_in: LogIn
 ) -> None:
     put_map(services.map_store, house("m2", readers=("bob",)))
@@ -82,14 +84,14 @@ async def test_maps_of_others_leave_no_gaps_in_pages(
 
 
 @pytest.mark.parametrize("limit", ["0", "-1", str(MAX_LIMIT + 1), "many", "1.5", "NaN", "9" * 5000])
-async def test_a_limit_that_cannot_be_is_refused(client: httpx.AsyncClient, admin: dict[str, str], limit: str) -> None:
+async def test_an_invalid_limit_is_refused(client: httpx.AsyncClient, admin: dict[str, str], limit: str) -> None:
     answer = await client.get("/v1/robots", headers=admin, params={"limit": limit})
     assert problem_of(answer, 422, "invalid-request")["errors"][0]["where"] == ["query", "limit"]
 
 
 @pytest.mark.parametrize("cursor", ["", "x", "....", "ä", "\x00", "bnVsbA", "WzEsMl0", "InVuZmluaXNoZWQ", "_" * 256])
 @pytest.mark.parametrize("path", LISTS)
-async def test_a_cursor_that_is_none_of_the_list_is_refused(
+async def test_an_invalid_cursor_is_refused(
     client: httpx.AsyncClient, admin: dict[str, str], path: str, cursor: str
 ) -> None:
     answer = await client.get(f"/v1/{path}", headers=admin, params={"cursor": cursor})
@@ -97,12 +99,14 @@ async def test_a_cursor_that_is_none_of_the_list_is_refused(
 
 
 @pytest.mark.parametrize("path", LISTS)
-async def test_a_parameter_that_is_none_is_told(client: httpx.AsyncClient, admin: dict[str, str], path: str) -> None:
+async def test_an_unknown_query_parameter_is_refused(
+    client: httpx.AsyncClient, admin: dict[str, str], path: str
+) -> None:
     answer = await client.get(f"/v1/{path}", headers=admin, params={"limt": 1})
     assert "'limt'" in problem_of(answer, 422, "invalid-parameter")["detail"]
 
 
-async def test_a_page_has_as_many_as_it_should_where_nothing_is_said(
+async def test_a_page_has_the_default_limit(
     client: httpx.AsyncClient, admin: dict[str, str], services: Services
 ) -> None:
     for number in range(DEFAULT_LIMIT):
@@ -112,7 +116,7 @@ async def test_a_page_has_as_many_as_it_should_where_nothing_is_said(
     assert page["next"] is not None
 
 
-async def test_plans_are_listed_to_who_may_see_the_map(
+async def test_plans_and_versions_are_listed_to_readers_of_the_map(
     client: httpx.AsyncClient, admin: dict[str, str], services: Services, log_in: LogIn, publish: Publish
 ) -> None:
     bob = await log_in("bob")

@@ -6,7 +6,7 @@ from endpoints.rest.strict_json import parse
 from ppaas.errors import MalformedMessage
 
 
-def test_one_word_of_json_may_not_be_said_twice_however_deep() -> None:
+def test_duplicate_keys_are_refused_at_any_depth() -> None:
     assert parse(b'{"a": {"b": 1}, "c": {"b": 1}}') == {"a": {"b": 1}, "c": {"b": 1}}
     with pytest.raises(MalformedMessage, match="'b' twice"):
         parse(b'{"a": [{"b": 1, "c": 2, "b": 1}]}')

@@ -11,7 +11,7 @@ from ppaas.errors import Unavailable
 from tests.support.endpoints.still_place import POSE, StillClient, StillPlace, answers
 
 
-async def test_a_client_serves_another(client: StillClient, other: StillClient) -> None:
+async def test_a_client_serves_a_service_to_another_client(client: StillClient, other: StillClient) -> None:
     client.say(op="advertise_service", service="/lights", type="std_srvs/SetBool")
     other.say(op="call_service", service="lights", id="c1", args={"data": True})
     [asked] = await answers(client)
@@ -21,8 +21,8 @@ async def test_a_client_serves_another(client: StillClient, other: StillClient) 
         {"op": "service_response", "service": "lights", "id": "c1", "result": True, "values": {"success": True}}
     ]
     client.say(op="service_response", service="/lights", id=asked["id"], result=True, values={})
-    assert client.told()[0]["msg"].startswith("not-found")
-    assert other.told() == []
+    assert client.received()[0]["msg"].startswith("not-found")
+    assert other.received() == []
 
 
 @pytest.mark.parametrize(
@@ -34,7 +34,9 @@ async def test_a_client_serves_another(client: StillClient, other: StillClient) 
         ({"result": None, "values": {}}, "service 'lights': the client reported a failure"),
     ],
 )
-async def test_a_client_may_serve_itself_and_refuse(response: dict[str, Any], reason: str, client: StillClient) -> None:
+async def test_a_failure_response_reaches_the_caller_with_its_reason(
+    response: dict[str, Any], reason: str, client: StillClient
+) -> None:
     client.say(op="advertise_service", service="lights", type="std_srvs/Trigger")
     client.say(op="call_service", service="/lights", id="c1")
     [asked] = await answers(client)
@@ -43,7 +45,7 @@ async def test_a_client_may_serve_itself_and_refuse(response: dict[str, Any], re
     assert (answer["result"], answer["values"], answer["id"]) == (False, reason, "c1")
 
 
-async def test_a_provider_that_goes_fails_the_calls_put_to_it(client: StillClient, other: StillClient) -> None:
+async def test_calls_fail_on_timeout_and_when_the_provider_disconnects(client: StillClient, other: StillClient) -> None:
     client.say(op="advertise_service", service="lights", type="std_srvs/Trigger")
     other.say(op="call_service", service="lights", id="c1", timeout=0.02)
     other.say(op="call_service", service="lights", id="c2", timeout=-1)
@@ -54,7 +56,7 @@ async def test_a_provider_that_goes_fails_the_calls_put_to_it(client: StillClien
     assert (gone["id"], gone["result"]) == ("c2", False) and "has disconnected" in gone["values"]
 
 
-async def test_a_provider_that_does_not_read_is_not_closed_by_those_who_call_it(
+async def test_a_call_to_a_slow_provider_fails_and_keeps_it_connected(
     client: StillClient, other: StillClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(frame: str) -> None:
@@ -68,21 +70,23 @@ async def test_a_provider_that_does_not_read_is_not_closed_by_those_who_call_it(
     assert not client.session.over.done()
 
 
-async def test_arguments_of_the_clones_services_may_be_a_list(place: StillPlace, client: StillClient) -> None:
+async def test_list_arguments_are_mapped_to_the_fields_of_clone_services(
+    place: StillPlace, client: StillClient
+) -> None:
     client.say(op="call_service", service="make_plan", args=[POSE, POSE])
     client.say(op="call_service", service="make_plan", id="long", args=[1, 2, 3, 4])
     client.say(op="call_service", service="nothing", id="unknown", args=[1])
-    refused = {told["id"]: told["values"] for told in await answers(client, 2)}
+    refused = {frame["id"]: frame["values"] for frame in await answers(client, 2)}
     assert "4 arguments" in refused["long"] and "as an object" in refused["unknown"]
     [call] = place.far.take(robot_link.ServiceCall)
     assert json.loads(call.payload) == {"start": POSE, "goal": POSE}
 
 
-async def test_calls_under_way_are_bounded_and_given_up_at_the_end(client: StillClient) -> None:
+async def test_pending_calls_are_bounded_and_dropped_at_the_end(client: StillClient) -> None:
     client.say(op="advertise_service", service="lights", type="std_srvs/Trigger")
     for number in range(MAX_CALLS + 1):
         client.say(op="call_service", service="lights", id=str(number))
-    [refused] = [told for told in client.told() if told["op"] == "service_response"]
+    [refused] = [frame for frame in client.received() if frame["op"] == "service_response"]
     assert refused["id"] == str(MAX_CALLS)
     client.session.end()
-    assert [told for told in client.told() if told["op"] == "service_response"] == []
+    assert [frame for frame in client.received() if frame["op"] == "service_response"] == []

@@ -28,7 +28,7 @@ def goal_of(place: StillPlace) -> tuple[str, int]:
     return json.loads(deliver.payload)["goal_id"]["id"], deliver.sequence
 
 
-async def test_a_goal_is_told_of_until_it_ends_and_only_to_its_client(
+async def test_a_goal_reports_feedback_and_result_to_its_client_only(
     place: StillPlace, client: StillClient, other: StillClient
 ) -> None:
     client.say(**GOAL, feedback=True)
@@ -39,17 +39,15 @@ async def test_a_goal_is_told_of_until_it_ends_and_only_to_its_client(
     client.say(op="cancel_action_goal", action="move_base", id="g")
     assert [json.loads(frame.payload) for frame in place.far.take(robot_link.Deliver)] == [{"id": goal}]
     place.publish_json("move_base/result", {"status": status(goal, 2), "result": {}})
-    feedback, result = client.told()
+    feedback, result = client.received()
     assert (feedback["op"], feedback["id"]) == ("action_feedback", "g")
     assert (result["op"], result["id"], result["status"]) == ("action_result", "g", 5)
     assert {frame.topic for frame in place.far.take(robot_link.Unsubscribe)} == heard
     place.publish_json("move_base/result", {"status": status(goal, 2), "result": {}})
-    assert client.told() == other.told() == []
+    assert client.received() == other.received() == []
 
 
-async def test_a_topic_that_the_client_hears_itself_is_heard_on_after_the_goal(
-    place: StillPlace, client: StillClient
-) -> None:
+async def test_a_goal_keeps_the_subscriptions_of_its_client(place: StillPlace, client: StillClient) -> None:
     client.say(op="subscribe", topic="/move_base/result")
     client.say(**GOAL)
     goal, _ = goal_of(place)
@@ -57,28 +55,28 @@ async def test_a_topic_that_the_client_hears_itself_is_heard_on_after_the_goal(
     client.say(op="unsubscribe", topic="/move_base/status")
     assert place.far.take(robot_link.Unsubscribe) == []
     place.publish_json("move_base/result", {"status": status(goal, 3), "result": {}})
-    assert [told["op"] for told in client.told()] == ["publish", "action_result"]
+    assert [frame["op"] for frame in client.received()] == ["publish", "action_result"]
     assert {frame.topic for frame in place.far.take(robot_link.Unsubscribe)} == {"move_base/status"}
 
 
-async def test_a_goal_that_the_clone_refuses_ends_with_the_reason(place: StillPlace, client: StillClient) -> None:
+async def test_a_goal_refused_by_the_clone_ends_with_the_reason(place: StillPlace, client: StillClient) -> None:
     client.say(**GOAL)
     _, sequence = goal_of(place)
     place.say(robot_link.MessageRefused(1, "move_base/goal", robot_link.Refusal("transform", "no frame"), sequence))
-    result, told = client.told()
+    result, status_frame = client.received()
     assert (result["status"], result["result"], result["values"]) == (0, False, "no frame")
-    assert told["msg"] == "transform: no frame"
+    assert status_frame["msg"] == "transform: no frame"
 
 
 @pytest.mark.parametrize("fields", [{"action": "fly"}, {"action": "?"}, {"action_type": "a/b/c"}, {"args": 1}])
-async def test_what_is_no_goal_ends_at_once(fields: dict[str, Any], place: StillPlace, client: StillClient) -> None:
+async def test_an_invalid_goal_fails_at_once(fields: dict[str, Any], place: StillPlace, client: StillClient) -> None:
     client.say(**GOAL | fields)
-    [result] = client.told()
+    [result] = client.received()
     assert (result["op"], result["id"], result["status"], result["result"]) == ("action_result", "g", 0, False)
     assert place.far.written == []
 
 
-async def test_all_goals_are_cancelled_by_the_service_of_ros_2(place: StillPlace, client: StillClient) -> None:
+async def test_the_ros_2_cancel_service_cancels_all_goals(place: StillPlace, client: StillClient) -> None:
     client.say(op="call_service", service="/move_base/_action/cancel_goal", id="c", args={})
     client.say(op="call_service", service="/fly/_action/cancel_goal", id="d", args={})
     done, unknown = await answers(client, 2)
@@ -87,12 +85,12 @@ async def test_all_goals_are_cancelled_by_the_service_of_ros_2(place: StillPlace
     assert (cancel.topic, cancel.payload) == ("move_base/cancel", b"{}")
 
 
-async def test_nonsense_from_a_client_that_plays_an_action_harms_only_its_own_message(
+async def test_a_malformed_action_result_is_reported_to_the_goal_client(
     place: StillPlace, client: StillClient, other: StillClient
 ) -> None:
     for part in ("goal", "cancel", "status", "feedback", "result"):
         other.say(op="advertise", topic=f"fetch/{part}", type=f"toy_msgs/FetchAction{part.title()}")
     client.say(**GOAL | {"action": "fetch", "action_type": "toy_msgs/FetchAction"})
     other.say(op="publish", topic="fetch/result", msg={"status": "done"})
-    assert client.told()[0]["msg"].startswith("malformed-message")
-    assert other.told() == []
+    assert client.received()[0]["msg"].startswith("malformed-message")
+    assert other.received() == []

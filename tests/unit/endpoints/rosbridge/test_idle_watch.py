@@ -18,7 +18,7 @@ def watch(world: World, clock: ManualClock) -> IdleWatch:
     return IdleWatch(world.clients, world.sessions, IDLE, clock)
 
 
-async def test_all_clients_of_a_silent_place_are_let_go_and_its_container_is_ended(
+async def test_idle_clients_are_disconnected_and_the_container_is_stopped(
     world: World, watch: IdleWatch, clock: ManualClock
 ) -> None:
     async with world.robot() as (robot, container), world.connected("operator") as operator:
@@ -36,7 +36,9 @@ async def test_all_clients_of_a_silent_place_are_let_go_and_its_container_is_end
         assert await next_of(container, robot_link.Shutdown)
 
 
-async def test_one_word_of_anybody_keeps_the_place_for_all(world: World, watch: IdleWatch, clock: ManualClock) -> None:
+async def test_a_frame_of_one_client_keeps_all_clients_connected(
+    world: World, watch: IdleWatch, clock: ManualClock
+) -> None:
     async with world.robot() as (_, container), world.connected("operator") as operator:
         for number in range(3):
             await watch.check()
@@ -65,6 +67,6 @@ async def test_a_robot_with_a_goal_is_not_idle(world: World, watch: IdleWatch, c
         assert (await closed(robot))[1].startswith("idle: ")
 
 
-async def test_with_zero_nobody_is_let_go(world: World, clock: ManualClock) -> None:
+async def test_an_idle_time_of_zero_disables_the_watch(world: World, clock: ManualClock) -> None:
     async with world.robot():
         await asyncio.wait_for(IdleWatch(world.clients, world.sessions, 0.0, clock).run(), 5)

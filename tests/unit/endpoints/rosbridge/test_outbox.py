@@ -11,7 +11,7 @@ from ppaas.nodes.topics import CMD_VEL
 from tests.support.network.still_socket import Connection, sent
 
 
-def test_of_a_command_only_the_newest_is_kept_and_it_expires() -> None:
+def test_only_the_newest_command_is_kept_and_it_expires() -> None:
     clock = ManualClock()
     outbox = FrameOutbox(clock)
     outbox.put("cmd_vel", b"old", keep=1)
@@ -22,7 +22,7 @@ def test_of_a_command_only_the_newest_is_kept_and_it_expires() -> None:
     assert sent(outbox) == []
 
 
-def test_answers_are_never_dropped_but_a_client_that_reads_none_is() -> None:
+def test_answers_are_never_dropped_and_their_number_is_bounded() -> None:
     outbox = FrameOutbox()
     for number in range(10 * MAX_KEEP):
         outbox.put_answer(str(number).encode())
@@ -30,7 +30,7 @@ def test_answers_are_never_dropped_but_a_client_that_reads_none_is() -> None:
         outbox.put_answer(b"one too many")
 
 
-def test_what_was_dropped_for_a_client_that_does_not_read_takes_no_room_and_is_no_answer() -> None:
+def test_dropped_frames_free_their_capacity() -> None:
     outbox = FrameOutbox()
     for number in range(100 * MAX_KEEP):
         outbox.put("cmd_vel", str(number).encode(), keep=1)
@@ -39,7 +39,7 @@ def test_what_was_dropped_for_a_client_that_does_not_read_takes_no_room_and_is_n
     assert len(outbox) == 2
 
 
-def test_a_frame_is_sent_at_once_where_the_connection_takes_it_and_else_when_it_does_again() -> None:
+def test_frames_are_sent_at_once_or_when_the_connection_is_ready() -> None:
     outbox, connection = FrameOutbox(), Connection(room=1)
     outbox.connect(connection)
     outbox.put("a", b"at once", keep=1)
@@ -58,7 +58,7 @@ def test_a_frame_is_sent_at_once_where_the_connection_takes_it_and_else_when_it_
     assert sent(outbox) == ["for the next connection"]
 
 
-def test_what_is_sent_at_once_counts_and_is_remembered() -> None:
+def test_frames_sent_at_once_are_counted_and_resumable() -> None:
     outbox = FrameOutbox()
     outbox.repeats = True
     outbox.connect(Connection())
@@ -70,7 +70,7 @@ def test_what_is_sent_at_once_counts_and_is_remembered() -> None:
 
 
 @given(st.lists(st.tuples(st.sampled_from("abc"), st.integers(1, 4)), max_size=60))
-def test_each_topic_keeps_its_newest_in_order(puts: list[tuple[str, int]]) -> None:
+def test_each_topic_keeps_its_newest_frames_in_order(puts: list[tuple[str, int]]) -> None:
     keep = {"a": 1, "b": 2, "c": 5}
 
     outbox = FrameOutbox(ManualClock())
@@ -87,7 +87,7 @@ def test_each_topic_keeps_its_newest_in_order(puts: list[tuple[str, int]]) -> No
 MIB = 1 << 20
 
 
-def test_of_too_many_bytes_the_oldest_that_do_not_last_go_first() -> None:
+def test_the_oldest_droppable_frames_are_dropped_over_the_byte_limit() -> None:
     outbox = FrameOutbox()
     outbox.put("plan", b"p" * MIB, keep=1000)
     outbox.put("move_base/result", b"r" * MIB, keep=1000)
@@ -101,27 +101,27 @@ def test_of_too_many_bytes_the_oldest_that_do_not_last_go_first() -> None:
     assert "p" * MIB not in left
 
 
-def test_a_client_for_which_too_many_bytes_of_answers_wait_is_told_so() -> None:
+def test_answers_over_the_byte_limit_raise_unavailable() -> None:
     outbox = FrameOutbox()
     outbox.put("plan", b"p" * MIB, keep=1)
     for _ in range(MAX_BYTES // MIB):
         outbox.put_answer(b"a" * MIB)
     with pytest.raises(Unavailable):
         outbox.put_answer(b"a")
-    assert len(outbox) == MAX_BYTES // MIB, "what may be dropped was dropped first"
+    assert len(outbox) == MAX_BYTES // MIB, "droppable frames are dropped first"
 
 
-def test_one_message_larger_than_all_that_may_wait_is_sent() -> None:
+def test_one_message_over_the_byte_limit_is_sent() -> None:
     outbox = FrameOutbox()
     outbox.put("map", b"m" * (MAX_BYTES + 1), keep=1)
     outbox.put("camera", b"c" * (MAX_BYTES + 1), keep=1)
     assert [frame[0] for frame in sent(outbox)] == ["m", "c"]
 
 
-# -- what was sent and lost --------------------------------------------------------------------------------------------
+# -- frames sent and lost ----------------------------------------------------------------------------------------------
 
 
-def test_what_lasts_and_was_not_received_is_sent_again_in_order_before_all_else() -> None:
+def test_unreceived_lasting_frames_are_resent_first_and_in_order() -> None:
     outbox = FrameOutbox()
     outbox.repeats = True
     outbox.put_answer(b"answer 1")
@@ -133,12 +133,12 @@ def test_what_lasts_and_was_not_received_is_sent_again_in_order_before_all_else(
     outbox.resume(received=1)
     assert sent(outbox, 3) == ["result 3", "answer 4", "answer 5"]
     outbox.resume(received=3)
-    assert sent(outbox) == ["answer 5"], "it was the fourth frame that the client was sent since"
+    assert sent(outbox) == ["answer 5"], "it was the fourth frame sent to the client since"
     outbox.resume(received=4)
     assert sent(outbox) == []
 
 
-def test_what_was_sent_is_remembered_within_bounds_and_only_if_it_will_be_asked_for() -> None:
+def test_sent_frames_are_retained_within_bounds_if_resumable() -> None:
     silent, outbox = FrameOutbox(), FrameOutbox()
     outbox.repeats = True
     for box in (silent, outbox):

@@ -34,7 +34,7 @@ from tests.support.waiting import until
     ],
     ids=["role", "no robot", "no token", "wrong token", "unknown robot", "odd robot"],
 )
-async def test_what_is_wrong_is_a_problem_before_the_handshake(
+async def test_invalid_requests_are_refused_before_the_handshake(
     world: World, query: dict[str, str], status: int, slug: str
 ) -> None:
     got, problem = await refusal(world.url(**query))
@@ -42,7 +42,7 @@ async def test_what_is_wrong_is_a_problem_before_the_handshake(
     assert not world.machine.has_orders()
 
 
-async def test_a_second_robot_is_refused_and_the_first_goes_on(world: World) -> None:
+async def test_a_second_robot_is_refused_and_the_first_stays_connected(world: World) -> None:
     async with world.robot() as (robot, container):
         status, problem = await refusal(world.url())
         assert status == 409
@@ -51,16 +51,14 @@ async def test_a_second_robot_is_refused_and_the_first_goes_on(world: World) -> 
         assert (await next_of(container, robot_link.Deliver)).topic == "goal"
 
 
-async def test_a_container_that_is_not_ready_in_time_is_a_problem(
-    world: World, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_a_container_not_ready_in_time_is_a_problem(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(session_registry, "READY_TIMEOUT", 0.05)
     status, problem = await refusal(world.url())
     assert status == 503
     assert "no container was ready" in problem["detail"]
 
 
-async def test_what_a_container_cannot_be_is_told_as_it_said_it(world: World) -> None:
+async def test_a_launch_error_of_the_container_is_returned_unchanged(world: World) -> None:
     refused = asyncio.create_task(refusal(world.url()))
     order = await world.machine.started()
     error = NotFound("model", "toaster", ["turtlebot2"])
@@ -69,7 +67,7 @@ async def test_what_a_container_cannot_be_is_told_as_it_said_it(world: World) ->
     assert (status, problem["detail"]) == (404, "unknown model 'toaster'; known: turtlebot2")
 
 
-async def test_a_client_that_goes_before_its_container_is_ready_leaves_no_trace(
+async def test_disconnecting_before_the_container_is_ready_closes_the_place(
     world: World, caplog: pytest.LogCaptureFixture
 ) -> None:
     _, writer = await asyncio.open_connection("127.0.0.1", world.port)
@@ -87,10 +85,10 @@ async def test_a_client_that_goes_before_its_container_is_ready_leaves_no_trace(
     assert [record for record in caplog.records if record.levelno >= logging.ERROR] == []
 
 
-# -- roles, and what is told to whom -----------------------------------------------------------------------------------
+# -- roles, and which client gets what ---------------------------------------------------------------------------------
 
 
-async def test_what_a_robot_says_reaches_its_clone_and_only_sensors_may_be_lost(world: World) -> None:
+async def test_robot_messages_reach_the_clone_and_goals_are_numbered(world: World) -> None:
     async with world.robot() as (robot, container):
         await say(robot, op="publish", topic="/scan", msg={"ranges": [1.5]})
         await say(robot, op="publish", topic="goal", msg={"data": "kitchen"})
@@ -99,7 +97,7 @@ async def test_what_a_robot_says_reaches_its_clone_and_only_sensors_may_be_lost(
         assert (goal.topic, json.loads(goal.payload), goal.sequence) == ("goal", {"data": "kitchen"}, 1)
 
 
-async def test_an_operator_gives_goals_and_speaks_for_no_sensor(world: World) -> None:
+async def test_an_operator_publishes_goals_but_no_sensor_data(world: World) -> None:
     async with world.robot() as (_, container), world.connected("operator", status="1") as operator:
         await say(operator, op="publish", topic="/scan", msg={})
         await say(operator, op="advertise", topic="/odom", type="nav_msgs/Odometry")
@@ -111,7 +109,7 @@ async def test_an_operator_gives_goals_and_speaks_for_no_sensor(world: World) ->
         assert (await next_of(container, robot_link.Deliver)).topic == "goal"
 
 
-async def test_status_is_told_to_whoever_asked_for_it_and_to_nobody_else(world: World) -> None:
+async def test_status_messages_are_sent_once_the_client_requests_them(world: World) -> None:
     async with world.robot() as (robot, container):
         await robot.send("{")
         await say(robot, op="set_level", level="error")
@@ -129,9 +127,7 @@ async def test_status_is_told_to_whoever_asked_for_it_and_to_nobody_else(world: 
         assert (await hear(robot))["msg"] == "malformed-message: no data"
 
 
-async def test_the_log_is_not_filled_by_a_client_that_thinks_out_topics(
-    world: World, caplog: pytest.LogCaptureFixture
-) -> None:
+async def test_warnings_logged_for_one_client_are_bounded(world: World, caplog: pytest.LogCaptureFixture) -> None:
     async with world.robot(status="1") as (robot, container):
         await say(robot, op="publish", topic="/goal", msg={})
         client = (await next_of(container, robot_link.Deliver)).client
@@ -149,7 +145,7 @@ async def test_the_log_is_not_filled_by_a_client_that_thinks_out_topics(
 # -- topics and services -----------------------------------------------------------------------------------------------
 
 
-async def test_a_topic_is_heard_as_it_was_spelled_until_it_is_unsubscribed(world: World) -> None:
+async def test_a_topic_is_delivered_as_spelled_until_unsubscribed(world: World) -> None:
     async with world.robot() as (robot, container), world.connected("operator") as operator:
         await say(robot, op="subscribe", topic="/map", id="one")
         assert await next_of(container, robot_link.Subscribe)
@@ -164,7 +160,7 @@ async def test_a_topic_is_heard_as_it_was_spelled_until_it_is_unsubscribed(world
         assert await hear(operator) == {"op": "publish", "topic": "cmd_vel", "msg": {}}
 
 
-async def test_calls_are_answered_or_refused_and_bounded(world: World) -> None:
+async def test_calls_are_bounded_and_answered_or_failed(world: World) -> None:
     async with world.robot() as (robot, container):
         for number in range(MAX_CALLS + 1):
             await say(robot, op="call_service", service="/make_plan", id=str(number), args={"n": number})
@@ -185,7 +181,7 @@ async def test_calls_are_answered_or_refused_and_bounded(world: World) -> None:
 # -- the end -----------------------------------------------------------------------------------------------------------
 
 
-async def test_when_the_last_has_gone_the_place_is_given_up(world: World) -> None:
+async def test_the_place_is_released_when_the_last_client_leaves(world: World) -> None:
     async with world.robot() as (robot, container), world.connected("operator") as operator:
         await say(operator, op="subscribe", topic="/map")
         assert await next_of(container, robot_link.Subscribe)
@@ -199,7 +195,7 @@ async def test_when_the_last_has_gone_the_place_is_given_up(world: World) -> Non
 @pytest.mark.parametrize(
     "text", ["over", "größer als " + "ä" * 200, "🤖" * 100, "x" * 500], ids=["short", "umlauts", "emoji", "long"]
 )
-async def test_every_client_learns_why_its_place_was_closed(world: World, text: str) -> None:
+async def test_every_client_gets_the_reason_for_a_closed_place(world: World, text: str) -> None:
     async with world.robot() as (robot, _), world.connected("operator") as operator:
         await world.service.close_place(KEY, Unavailable(text))
         for client in (robot, operator):
@@ -209,9 +205,7 @@ async def test_every_client_learns_why_its_place_was_closed(world: World, text: 
             assert len(reason.encode()) > min(len(text), MAX_REASON - 4)
 
 
-async def test_a_place_that_is_closed_while_a_client_is_let_in_is_told_of(
-    world: World, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_a_place_closed_during_the_handshake_is_reported(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
     accept = WebSocket.accept
 
     async def accept_too_late(self: WebSocket, **options: Any) -> None:
@@ -223,7 +217,7 @@ async def test_a_place_that_is_closed_while_a_client_is_let_in_is_told_of(
         assert await closed(robot) == (1011, "unavailable: just now")
 
 
-async def test_a_client_that_does_not_read_its_answers_is_closed_rather_than_left_without(
+async def test_a_client_that_does_not_read_its_answers_is_disconnected(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(self: FrameOutbox, frame: str) -> None:
@@ -239,7 +233,7 @@ async def test_a_client_that_does_not_read_its_answers_is_closed_rather_than_lef
         )
 
 
-async def test_a_fault_of_ours_closes_the_socket_with_a_word_and_is_logged_once(
+async def test_an_internal_error_closes_the_socket_and_is_logged_once(
     world: World, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     def broken(self: RosbridgeSession, frame: str) -> None:
@@ -252,7 +246,7 @@ async def test_a_fault_of_ours_closes_the_socket_with_a_word_and_is_logged_once(
     assert len([record for record in caplog.records if record.exc_info]) == 1
 
 
-async def test_a_robot_that_is_cut_off_may_come_back_at_once(world: World) -> None:
+async def test_a_robot_reconnects_at_once_after_an_aborted_connection(world: World) -> None:
     world.linger(1000.0)
     async with world.robot() as (robot, container):
         robot.transport.abort()

@@ -43,11 +43,11 @@ async def place():
 def ask(place: PlaceLink, service: str, /, **arguments: str) -> dict[str, object]:
     answer = introspect(place, f"rosapi/{service}", json.dumps(arguments).encode())
     assert answer is not None
-    told: dict[str, object] = json.loads(answer)
-    return told
+    decoded: dict[str, object] = json.loads(answer)
+    return decoded
 
 
-async def test_the_clone_its_clients_and_rosapi_itself_are_told_of(place: PlaceLink) -> None:
+async def test_rosapi_lists_the_clone_its_clients_and_itself(place: PlaceLink) -> None:
     client = place.join(Client())
     place.advertise("chatter", "std_msgs/String", client, None, latch=False)
     place.advertise_service("wave", "std_srvs/Trigger", client)
@@ -65,24 +65,24 @@ async def test_the_clone_its_clients_and_rosapi_itself_are_told_of(place: PlaceL
     assert "/wave" not in ask(place, "services")["services"]
 
 
-async def test_other_services_are_left_to_others(place: PlaceLink) -> None:
+async def test_services_outside_rosapi_are_not_answered(place: PlaceLink) -> None:
     assert introspect(place, "make_plan", b"{}") is None
     assert introspect(place, "rosapi/get_param", b"{}") is None
 
 
-async def test_a_place_without_a_container_yet_has_nothing_but_itself() -> None:
+async def test_a_place_without_a_container_lists_only_its_own_nodes() -> None:
     view = view_of(PlaceLink("robot:ann/tb1"))
     assert (dict(view.topics), list(view.nodes)) == ({}, ["rosapi", "rosbridge_websocket"])
 
 
-async def test_a_client_asks_by_a_call_and_cannot_answer_in_its_place(place: PlaceLink) -> None:
+async def test_clients_call_rosapi_and_cannot_advertise_its_services(place: PlaceLink) -> None:
     frames: asyncio.Queue[str] = asyncio.Queue()
     calls = ClientCalls(place, place.join(Client()), RosbridgeSession(), frames.put_nowait, lambda _: None)
     with pytest.raises(Conflict, match="belongs to the cloud"):
         calls.advertise(AdvertiseService("/rosapi/topics", "rosapi/Topics"))
     calls.start(CallService("/rosapi/get_time", "1"))
     calls.start(CallService("rosapi/message_details", "2", msgspec.Raw(b'{"type": "no/Such"}')))
-    told = {frame["id"]: frame for frame in [json.loads(await asyncio.wait_for(frames.get(), 5)) for _ in range(2)]}
-    assert (told["1"]["service"], set(told["1"]["values"]["time"])) == ("/rosapi/get_time", {"secs", "nsecs"})
-    assert told["2"]["result"] is False
-    assert "no/Such" in told["2"]["values"]
+    decoded = {frame["id"]: frame for frame in [json.loads(await asyncio.wait_for(frames.get(), 5)) for _ in range(2)]}
+    assert (decoded["1"]["service"], set(decoded["1"]["values"]["time"])) == ("/rosapi/get_time", {"secs", "nsecs"})
+    assert decoded["2"]["result"] is False
+    assert "no/Such" in decoded["2"]["values"]

@@ -18,13 +18,13 @@ from ppaas.nodes.move_base.node import MoveBaseNode
 from tests.support.endpoints.still_place import StillClient, StillPlace, answers
 
 
-def test_the_services_that_count_are_those_of_move_base_that_plan() -> None:
+def test_path_services_are_the_planning_services_of_move_base() -> None:
     planning = [service for service in MoveBaseNode.services if service.type in (GetPlan, ComputePath)]
     assert {service.name for service in planning} == PATH_SERVICES
 
 
 @pytest.mark.parametrize("spelling", ["move_base/make_plan", "/move_base/make_plan"])
-async def test_a_path_too_many_is_refused_as_the_answer_and_reaches_nobody(place: StillPlace, spelling: str) -> None:
+async def test_a_call_over_the_path_quota_fails_and_is_not_sent(place: StillPlace, spelling: str) -> None:
     rate = PlanRate(Quotas(Quota(plans_per_minute=1)))
     client = StillClient(place, count_plan=partial(rate.take, "ann"))
     for number in ("first", "second"):
@@ -37,37 +37,37 @@ async def test_a_path_too_many_is_refused_as_the_answer_and_reaches_nobody(place
     client.session.end()
 
 
-async def test_a_topic_of_a_client_reaches_whoever_hears_it_under_its_own_spelling(
+async def test_a_client_topic_reaches_each_subscriber_in_its_spelling(
     place: StillPlace, client: StillClient, other: StillClient
 ) -> None:
     other.say(op="subscribe", topic="/chatter", type="std_msgs/msg/Header", id="s1")
-    [warning] = other.told()
+    [warning] = other.received()
     assert (warning["op"], warning["level"], warning["id"]) == ("status", "warning", "s1")
     client.say(op="publish", topic="/chatter", msg={}, id="p1")
-    [refused] = client.told()
+    [refused] = client.received()
     assert refused["msg"].startswith("not-found") and refused["id"] == "p1"
     client.say(op="advertise", topic="chatter", type="std_msgs/Header", latch=True)
     client.say(op="publish", topic="chatter", msg={"stamp": {"secs": 1, "nsecs": 2}})
-    assert client.told() == []
-    assert other.told() == [{"op": "publish", "topic": "/chatter", "msg": {"stamp": {"sec": 1, "nanosec": 2}}}]
+    assert client.received() == []
+    assert other.received() == [{"op": "publish", "topic": "/chatter", "msg": {"stamp": {"sec": 1, "nanosec": 2}}}]
     client.say(op="subscribe", topic="chatter")
-    assert client.told() == [{"op": "publish", "topic": "chatter", "msg": {"stamp": {"secs": 1, "nsecs": 2}}}]
+    assert client.received() == [{"op": "publish", "topic": "chatter", "msg": {"stamp": {"secs": 1, "nsecs": 2}}}]
     assert place.far.take(robot_link.Deliver) == []
 
 
-async def test_a_topic_goes_with_the_client_that_advertised_it(client: StillClient, other: StillClient) -> None:
+async def test_a_topic_is_removed_with_its_last_advertiser(client: StillClient, other: StillClient) -> None:
     other.say(op="advertise", topic="chatter", type="std_msgs/String", id="a")
     client.say(op="advertise", topic="/chatter", type="std_msgs/msg/String")
     other.say(op="unadvertise", topic="chatter", id="a")
     client.say(op="publish", topic="chatter", msg={"data": "x"})
-    assert client.told() == other.told() == []
+    assert client.received() == other.received() == []
     client.session.end()
     other.say(op="publish", topic="chatter", msg={"data": "x"})
-    assert [told["op"] for told in other.told()] == ["status"]
+    assert [frame["op"] for frame in other.received()] == ["status"]
 
 
 @pytest.mark.parametrize(
-    ("frame", "slug"),
+    ("operation", "slug"),
     [
         ({"op": "advertise", "topic": "goal", "type": "std_msgs/Bool"}, "conflict"),
         ({"op": "advertise", "topic": "x", "type": "Bool"}, "unknown-type"),
@@ -85,35 +85,35 @@ async def test_a_topic_goes_with_the_client_that_advertised_it(client: StillClie
         ({"op": "cancel_action_goal", "action": "move_base", "id": "x"}, "not-found"),
     ],
 )
-async def test_what_cannot_be_is_told_by_its_kind(frame: dict[str, Any], slug: str, other: StillClient) -> None:
-    other.say(**frame)
-    [told] = other.told()
-    assert (told["op"], told["level"]) == ("status", "error")
-    assert told["msg"].startswith(f"{slug}: "), told
-
-
-async def test_a_subscription_that_was_refused_is_not_heard(place: StillPlace, client: StillClient) -> None:
-    client.say(op="subscribe", topic="map", type="std_msgs/Bool")
-    client.told()
-    place.publish_json("map", {})
-    assert client.told() == []
-
-
-async def test_the_last_of_many_messages_arrives_though_it_came_too_soon(
-    place: StillPlace, client: StillClient
+async def test_invalid_operations_are_reported_with_the_error_slug(
+    operation: dict[str, Any], slug: str, other: StillClient
 ) -> None:
+    other.say(**operation)
+    [frame] = other.received()
+    assert (frame["op"], frame["level"]) == ("status", "error")
+    assert frame["msg"].startswith(f"{slug}: "), frame
+
+
+async def test_a_refused_subscription_delivers_nothing(place: StillPlace, client: StillClient) -> None:
+    client.say(op="subscribe", topic="map", type="std_msgs/Bool")
+    client.received()
+    place.publish_json("map", {})
+    assert client.received() == []
+
+
+async def test_a_throttled_topic_still_delivers_the_last_message(place: StillPlace, client: StillClient) -> None:
     client.say(op="subscribe", topic="goal", throttle_rate=30)
     client.say(op="subscribe", topic="map", throttle_rate=60_000)
     for number in range(5):
         place.publish_json("map", {"n": number})
         place.publish_json("goal", {"n": number})
-    first = client.told()
-    assert [told["msg"]["n"] for told in first] == [0, 0]
+    first = client.received()
+    assert [frame["msg"]["n"] for frame in first] == [0, 0]
     [last] = await answers(client)
     assert (last["topic"], last["msg"]["n"]) == ("goal", 4)
 
 
-async def test_an_outbox_that_is_full_of_answers_closes_its_client(
+async def test_an_outbox_full_of_answers_disconnects_its_client(
     client: StillClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(self: FrameOutbox, frame: str) -> None:

@@ -21,8 +21,8 @@ EXAMPLES = 250
 FRAMES = 40
 """Number of frames per example."""
 
-SAID = st.tuples(st.sampled_from([topic.name for topic in TOPICS]), JSON)
-TOLD = {"publish", "status", "service_response", "call_service", "action_result", "action_feedback"}
+PUBLISHED = st.tuples(st.sampled_from([topic.name for topic in TOPICS]), JSON)
+CLIENT_OPERATIONS = {"publish", "status", "service_response", "call_service", "action_result", "action_feedback"}
 
 
 class Bystander:
@@ -37,11 +37,11 @@ class Bystander:
     async def is_served(self) -> bool:
         """Return whether it receives a velocity and nothing else, and its own message reaches the container."""
         self._count += 1
-        self._client.told()
+        self._client.received()
         self._place.publish_json("cmd_vel", {"linear": {"x": self._count}})
-        told = self._client.told()
-        [velocity] = [frame for frame in told if frame["op"] == "publish"]
-        others = [frame for frame in told if frame is not velocity]
+        received = self._client.received()
+        [velocity] = [frame for frame in received if frame["op"] == "publish"]
+        others = [frame for frame in received if frame is not velocity]
         self._client.say(op="publish", topic="goal", msg={"data": self._count})
         last = self._place.far.take(robot_link.Deliver)[-1]
         return (
@@ -56,8 +56,8 @@ class Bystander:
 
 @pytest.mark.filterwarnings("error", "default::ResourceWarning")  # these may be of earlier tests
 @settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck), database=None)
-@given(st.lists(FRAME, min_size=FRAMES, max_size=FRAMES), st.lists(SAID, max_size=2))
-async def test_no_frame_breaks_the_cloud_or_disturbs_another(frames: list[str | None], said: list[Any]) -> None:
+@given(st.lists(FRAME, min_size=FRAMES, max_size=FRAMES), st.lists(PUBLISHED, max_size=2))
+async def test_no_frame_breaks_the_cloud_or_disturbs_another(frames: list[str | None], published: list[Any]) -> None:
     place = StillPlace()
     bystander, client = Bystander(place), StillClient(place)
     for frame in frames:
@@ -65,11 +65,11 @@ async def test_no_frame_breaks_the_cloud_or_disturbs_another(frames: list[str | 
         await asyncio.sleep(0)
         for call in place.far.take(robot_link.ServiceCall):
             place.say(robot_link.ServiceAnswer(call.call, b"{}"))
-    for topic, message in said:
+    for topic, message in published:
         place.publish_json(topic, message)
     assert not client.session.over.done()
     assert await bystander.is_served()
-    assert {told["op"] for told in client.told()} <= TOLD
+    assert {frame["op"] for frame in client.received()} <= CLIENT_OPERATIONS
     client.session.end()
     assert place.client_topics.types() == place.client_services.types() == {}
     assert await bystander.is_served()

@@ -38,7 +38,7 @@ async def robot(world: World, **query: str) -> AsyncIterator[tuple[ClientConnect
     await world.service.close_place(KEY, Unavailable("the test is over"))
 
 
-def told(client: ClientConnection) -> tuple[str, str, int]:
+def session_headers(client: ClientConnection) -> tuple[str, str, int]:
     """Return the session headers of the handshake: state, id, number of frames received."""
     assert client.response is not None
     headers = client.response.headers
@@ -54,24 +54,24 @@ async def publish(container: FarContainer, topic: str, **message: Any) -> None:
     container.stream.write(robot_link.Published(topic, json.dumps(message).encode()))
 
 
-async def test_a_client_that_comes_back_hears_what_it_heard_before(world: World) -> None:
+async def test_a_resumed_session_keeps_subscriptions_and_status_level(world: World) -> None:
     async with robot(world, status="1") as (first, container):
-        assert told(first)[0] == "new"
+        assert session_headers(first)[0] == "new"
         await say(first, op="subscribe", topic="/goal", id="s1", queue_length=2)
         assert (await next_of(container, robot_link.Subscribe)).topic == "goal"
         await cut_off(world, first)
         for number in range(5):
             await publish(container, "goal", data=str(number))
         async with world.connected(session="mine") as again:
-            assert told(again)[:2] == ("resumed", told(first)[1])
-            assert [(await hear(again))["msg"]["data"] for _ in range(2)] == ["3", "4"], "as many as it wanted to wait"
+            assert session_headers(again)[:2] == ("resumed", session_headers(first)[1])
+            assert [(await hear(again))["msg"]["data"] for _ in range(2)] == ["3", "4"], "as many as its queue_length"
             await publish(container, "goal", data="now")
             assert (await hear(again))["msg"]["data"] == "now"
             await again.send("{")
             assert (await hear(again))["op"] == "status", "its status level was kept"
 
 
-async def test_an_answer_to_a_call_waits_for_who_asked(world: World) -> None:
+async def test_an_answer_waits_for_the_client_to_reconnect(world: World) -> None:
     async with robot(world) as (first, container):
         await say(first, op="call_service", service="/make_plan", id="7", args={})
         call = await next_of(container, robot_link.ServiceCall)
@@ -82,7 +82,7 @@ async def test_an_answer_to_a_call_waits_for_who_asked(world: World) -> None:
             assert (answer["id"], answer["values"]) == ("7", {"plan": 1})
 
 
-async def test_an_old_command_is_not_told_to_who_comes_back(world: World) -> None:
+async def test_an_expired_command_is_not_sent_after_a_reconnect(world: World) -> None:
     async with robot(world) as (first, container):
         await say(first, op="subscribe", topic="/cmd_vel")
         await next_of(container, robot_link.Subscribe)
@@ -99,7 +99,7 @@ async def test_an_old_command_is_not_told_to_who_comes_back(world: World) -> Non
             assert (await hear(again))["msg"]["linear"]["x"] == 2.0
 
 
-async def test_without_a_name_nothing_is_kept_and_nothing_is_told(world: World) -> None:
+async def test_a_connection_without_a_session_name_is_not_retained(world: World) -> None:
     async with robot(world), world.connected("operator") as first:
         assert first.response is not None
         assert STATE_HEADER not in first.response.headers
@@ -108,13 +108,13 @@ async def test_without_a_name_nothing_is_kept_and_nothing_is_told(world: World) 
         assert world.clients.away == 0
 
 
-async def test_sessions_of_another_name_role_or_robot_are_others(world: World) -> None:
+async def test_sessions_differ_by_name_and_role(world: World) -> None:
     async with (
         robot(world) as (first, _),
         world.connected("operator", session="mine") as operator,
         world.connected("operator", session="other") as other,
     ):
-        ids = {told(client)[1] for client in (first, operator, other)}
+        ids = {session_headers(client)[1] for client in (first, operator, other)}
         assert len(ids) == 3
 
 
@@ -122,15 +122,15 @@ async def test_sessions_of_another_name_role_or_robot_are_others(world: World) -
 
 
 @pytest.mark.parametrize("role", ["robot", "operator"])
-async def test_the_same_session_takes_over_from_a_socket_that_still_stands(world: World, role: str) -> None:
+async def test_the_same_session_takes_over_from_an_open_socket(world: World, role: str) -> None:
     async with robot(world) as (first, _), world.connected("operator", session="mine") as operator:
         old = first if role == "robot" else operator
         async with world.connected(role, session="mine") as new:
-            assert told(new)[:2] == ("resumed", told(old)[1])
+            assert session_headers(new)[:2] == ("resumed", session_headers(old)[1])
             assert await closed(old) == (TAKEN_OVER, "conflict: another connection of the same session took over")
 
 
-async def test_a_robot_that_answers_is_not_pushed_aside_by_another_session(world: World) -> None:
+async def test_a_responsive_robot_is_not_replaced_by_another_session(world: World) -> None:
     async with robot(world) as (first, container):
         status, problem = await refusal(world.url(session="other"))
         assert (status, problem["type"]) == (409, "urn:ppaas:problem:conflict")
@@ -138,12 +138,12 @@ async def test_a_robot_that_answers_is_not_pushed_aside_by_another_session(world
         assert (await next_of(container, robot_link.Deliver)).topic == "goal"
 
 
-async def test_a_robot_without_a_session_takes_over_from_one_that_is_silently_gone(
+async def test_a_robot_without_a_session_replaces_an_unresponsive_one(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(attachment, "PROBE_TIMEOUT", 0.2)
     async with robot(world) as (first, container):
-        first.transport.pause_reading()  # its end of the connection stands, and nobody is there
+        first.transport.pause_reading()  # the connection stays open, and nothing reads from it
         async with world.connected() as second:
             await say(second, op="publish", topic="/goal", msg={"data": "x"})
             assert (await next_of(container, robot_link.Deliver)).topic == "goal"
@@ -151,13 +151,13 @@ async def test_a_robot_without_a_session_takes_over_from_one_that_is_silently_go
             assert (await closed(first))[0] == TAKEN_OVER
 
 
-async def test_many_that_take_over_at_once_leave_one(world: World) -> None:
+async def test_one_of_many_concurrent_takeovers_remains(world: World) -> None:
     async with robot(world):
         opened = await asyncio.gather(
             *(connect(world.url("operator", session="many"), open_timeout=10) for _ in range(5))
         )
         await until(lambda: [one.request.role for one in world.clients.attachments()].count("operator") == 1)
-        assert sum(told(client)[0] == "new" for client in opened) == 1
+        assert sum(session_headers(client)[0] == "new" for client in opened) == 1
         for client in opened:
             await client.close()
 
@@ -165,7 +165,7 @@ async def test_many_that_take_over_at_once_leave_one(world: World) -> None:
 # -- nothing lost, nothing twice ---------------------------------------------------------------------------------------
 
 
-async def test_a_client_that_counts_is_sent_again_what_lasts_and_told_what_arrived(world: World) -> None:
+async def test_resuming_resends_lasting_frames_and_reports_those_received(world: World) -> None:
     async with robot(world, resume="none") as (first, container):
         await say(first, op="subscribe", topic="/goal")
         await next_of(container, robot_link.Subscribe)
@@ -175,35 +175,35 @@ async def test_a_client_that_counts_is_sent_again_what_lasts_and_told_what_arriv
         container.stream.write(robot_link.ServiceAnswer(call.call, b"{}"))
         assert [(await hear(first))["op"] for _ in range(2)] == ["publish", "service_response"]
         await cut_off(world, first)
-        session = told(first)[1]
+        session = session_headers(first)[1]
         async with world.connected(session="mine", resume=f"{session}.1") as again:
-            assert told(again) == ("resumed", session, 2)
+            assert session_headers(again) == ("resumed", session, 2)
             assert (await hear(again))["id"] == "1"
             again.transport.abort()
             await until(lambda: world.clients.away)
         async with world.connected(session="mine", resume=f"{session}.2") as third:
-            assert told(third) == ("resumed", session, 2)
+            assert session_headers(third) == ("resumed", session, 2)
             await publish(container, "goal", data="next")
             assert (await hear(third))["msg"] == {"data": "next"}, "the answer was received, and is not repeated"
 
 
 @pytest.mark.parametrize("resume", ["none", "0123456789abcdef.5"])
-async def test_who_knows_of_another_session_or_of_none_begins_anew(world: World, resume: str) -> None:
+async def test_an_unknown_session_id_starts_a_new_session(world: World, resume: str) -> None:
     async with robot(world, resume="none") as (first, container):
         await say(first, op="subscribe", topic="/goal")
         await next_of(container, robot_link.Subscribe)
         await cut_off(world, first)
         async with world.connected(session="mine", resume=resume) as again:
-            state, session, taken = told(again)
+            state, session, taken = session_headers(again)
             assert (state, taken) == ("new", 0)
-            assert session != told(first)[1]
+            assert session != session_headers(first)[1]
             assert (await next_of(container, robot_link.Unsubscribe)).topic == "goal"
 
 
 # -- the end of a session ----------------------------------------------------------------------------------------------
 
 
-async def test_a_session_is_kept_no_longer_than_the_linger(world: World) -> None:
+async def test_a_session_is_retained_no_longer_than_the_linger(world: World) -> None:
     async with robot(world) as (_, container):
         world.clients._linger = 0.01
         async with world.connected("operator", session="theirs") as operator:
@@ -214,7 +214,7 @@ async def test_a_session_is_kept_no_longer_than_the_linger(world: World) -> None
         assert world.clients.away == 0
 
 
-async def test_who_says_that_it_left_is_not_kept(world: World) -> None:
+async def test_a_client_that_states_it_left_is_not_retained(world: World) -> None:
     async with robot(world) as (_, container), world.connected("operator", session="theirs") as operator:
         await say(operator, op="subscribe", topic="/goal")
         await next_of(container, robot_link.Subscribe)
@@ -223,7 +223,7 @@ async def test_who_says_that_it_left_is_not_kept(world: World) -> None:
         assert world.clients.away == 0
 
 
-async def test_of_too_many_sessions_that_are_away_the_first_is_ended(
+async def test_the_oldest_detached_session_ends_if_there_are_too_many(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(session_registry, "MAX_AWAY", 2)
@@ -237,14 +237,14 @@ async def test_of_too_many_sessions_that_are_away_the_first_is_ended(
         assert [key.name for key in world.clients._retained if key.role == "operator"] == ["s2", "s3"]
 
 
-async def test_a_session_ends_with_its_place_though_its_client_is_away(world: World) -> None:
+async def test_a_detached_session_ends_with_its_place(world: World) -> None:
     async with robot(world) as (first, _):
         await cut_off(world, first)
         await world.service.close_place(KEY, Unavailable("over"))
         await until(lambda: world.clients.away == 0)
 
 
-async def test_a_client_that_comes_back_to_another_place_begins_anew(world: World) -> None:
+async def test_reconnecting_to_another_place_starts_a_new_session(world: World) -> None:
     async with robot(world) as (first, _):
         await world.service.close_place(KEY, Unavailable("over"))
         assert (await closed(first))[1] == "unavailable: over"
@@ -253,26 +253,26 @@ async def test_a_client_that_comes_back_to_another_place_begins_anew(world: Worl
             pass
         second = await world.machine.boot(order)  # type: ignore[arg-type]
         async with await connecting as again:
-            assert told(again)[0] == "new"
+            assert session_headers(again)[0] == "new"
         await second.stream.close()
 
 
-# -- who does not hold a place -----------------------------------------------------------------------------------------
+# -- operators that hold no place --------------------------------------------------------------------------------------
 
 
-async def test_an_operator_that_holds_nothing_opens_nothing_and_keeps_nothing(world: World) -> None:
+async def test_an_operator_that_holds_no_place_neither_opens_nor_keeps_one(world: World) -> None:
     status, problem = await refusal(world.url("operator", hold="0"))
     assert (status, problem["type"]) == (503, "urn:ppaas:problem:unavailable")
     assert "has no container now" in problem["detail"]
     assert not world.machine.has_orders()
     world.linger(0.0)
-    async with world.robot() as (first, container), world.connected("operator", hold="0") as looker:
-        await say(looker, op="subscribe", topic="/goal")
+    async with world.robot() as (first, container), world.connected("operator", hold="0") as viewer:
+        await say(viewer, op="subscribe", topic="/goal")
         await next_of(container, robot_link.Subscribe)
         await publish(container, "goal", data="seen")
-        assert (await hear(looker))["msg"] == {"data": "seen"}
+        assert (await hear(viewer))["msg"] == {"data": "seen"}
         await first.close()
-        code, reason = await closed(looker)
+        code, reason = await closed(viewer)
         assert code == 1011
         assert reason.startswith("unavailable: no client was connected")
 
@@ -286,6 +286,6 @@ async def test_an_operator_that_holds_nothing_opens_nothing_and_keeps_nothing(wo
     ],
     ids=str,
 )  # fmt: skip
-async def test_what_cannot_be_in_an_address_is_told(world: World, query: dict[str, str]) -> None:
+async def test_invalid_query_parameters_are_refused(world: World, query: dict[str, str]) -> None:
     status, problem = await refusal(world.url(**query))
     assert (status, problem["type"]) == (422, "urn:ppaas:problem:invalid-parameter")

@@ -9,23 +9,23 @@ from endpoints.services import installed_planners
 from endpoints.services.installed_planners import InstalledPlanners
 from ppaas.errors import Unavailable
 
-TOLD = ("-c", """import sys; sys.stdout.write('[{"name": "straight"}]')""")
+LISTING = ("-c", """import sys; sys.stdout.write('[{"name": "straight"}]')""")
 
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(installed_planners, "PROGRAM", TOLD)
+    monkeypatch.setattr(installed_planners, "PROGRAM", LISTING)
 
 
-async def test_planners_are_asked_once_for_all_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_installed_planners_are_cached_across_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     first = await InstalledPlanners().all()
     assert first == [{"name": "straight"}]
     monkeypatch.setattr(sys, "executable", "/no/such/python")
     assert await InstalledPlanners().all() == first
 
 
-async def test_what_is_kept_but_cannot_be_read_is_asked_anew(tmp_path: Path) -> None:
+async def test_a_damaged_cache_file_is_rebuilt(tmp_path: Path) -> None:
     await InstalledPlanners().all()
     [file] = (tmp_path / "cache").rglob("planners*")
     for broken in (b"", b"{}", b'[{"name": "str'):
@@ -33,16 +33,14 @@ async def test_what_is_kept_but_cannot_be_read_is_asked_anew(tmp_path: Path) -> 
         assert await InstalledPlanners().all() == [{"name": "straight"}]
 
 
-async def test_an_error_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_an_error_is_not_cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(installed_planners, "PROGRAM", ("-c", "raise ImportError('not yet')"))
     with pytest.raises(Unavailable):
         await InstalledPlanners().all()
     assert list((tmp_path / "cache").rglob("planners*")) == []
 
 
-async def test_where_nothing_can_be_kept_they_are_told_all_the_same(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_planners_are_listed_without_a_writable_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a file").touch()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "a file" / "cache"))
     assert await InstalledPlanners().all() == [{"name": "straight"}]

@@ -19,14 +19,14 @@ class Counting(MemoryMapStore):
     def __init__(self) -> None:
         super().__init__()
         self.asked = 0
-        self.begun, self.go_on = threading.Event(), threading.Event()
-        self.go_on.set()
+        self.begun, self.released = threading.Event(), threading.Event()
+        self.released.set()
 
     def map_head(self, map_id: str) -> MapRecord:
         self.asked += 1
         head = super().map_head(map_id)
         self.begun.set()
-        assert self.go_on.wait(10.0)
+        assert self.released.wait(10.0)
         return head
 
 
@@ -39,7 +39,7 @@ def publish(store: Counting, map_id: str = "house", description: str = "") -> No
     put_map(store, house(map_id, description=description))
 
 
-async def test_a_map_is_looked_up_once(store: Counting) -> None:
+async def test_a_cached_head_is_read_once(store: Counting) -> None:
     publish(store)
     heads = MapHeadCache()
     assert (await heads.head(store, "house")).owner == "ann"
@@ -47,7 +47,7 @@ async def test_a_map_is_looked_up_once(store: Counting) -> None:
     assert store.asked == 1
 
 
-async def test_what_is_not_there_is_not_remembered_as_such(store: Counting) -> None:
+async def test_a_missing_map_is_not_cached(store: Counting) -> None:
     heads = MapHeadCache()
     with pytest.raises(NotFound):
         await heads.head(store, "house")
@@ -55,7 +55,7 @@ async def test_what_is_not_there_is_not_remembered_as_such(store: Counting) -> N
     assert (await heads.head(store, "house")).id == "house"
 
 
-async def test_a_map_that_changed_is_looked_up_anew(store: Counting) -> None:
+async def test_a_forgotten_head_is_read_again(store: Counting) -> None:
     publish(store)
     heads = MapHeadCache()
     await heads.head(store, "house")
@@ -64,20 +64,20 @@ async def test_a_map_that_changed_is_looked_up_anew(store: Counting) -> None:
     assert (await heads.head(store, "house")).description == "painted"
 
 
-async def test_what_was_read_while_it_changed_is_not_believed(store: Counting) -> None:
+async def test_a_head_read_during_a_change_is_not_cached(store: Counting) -> None:
     publish(store)
     heads = MapHeadCache()
-    store.go_on.clear()
+    store.released.clear()
     reading = asyncio.create_task(heads.head(store, "house"))
     assert await asyncio.to_thread(store.begun.wait, 10.0)
     publish(store, description="painted")
     heads.forget("house")
-    store.go_on.set()
+    store.released.set()
     assert (await reading).description == ""
     assert (await heads.head(store, "house")).description == "painted"
 
 
-async def test_what_another_process_changed_is_seen_after_a_while(store: Counting) -> None:
+async def test_changes_of_another_process_are_seen_after_the_lifetime(store: Counting) -> None:
     publish(store)
     now = 100.0
     heads = MapHeadCache(lifetime=30.0, clock=lambda: now)
@@ -89,32 +89,32 @@ async def test_what_another_process_changed_is_seen_after_a_while(store: Countin
     assert (await heads.head(store, "house")).description == "painted"
 
 
-async def test_the_map_that_was_unused_for_longest_is_forgotten_first(store: Counting) -> None:
+async def test_the_least_recently_used_head_is_evicted(store: Counting) -> None:
     heads = MapHeadCache(size=2)
     for map_id in ("a", "b", "a", "c", "a", "b"):
         if map_id not in {head.id for head in store.maps()}:
             publish(store, map_id)
         await heads.head(store, map_id)
-    assert store.asked == 4, "b had to go for c, and was looked up again"
+    assert store.asked == 4, "b was evicted for c and read again"
 
 
-async def test_while_the_store_is_away_a_map_is_as_it_was_of_late(store: Counting) -> None:
-    clock, away = ManualClock(0.0), Away()
+async def test_cached_heads_are_served_while_the_store_is_unreachable(store: Counting) -> None:
+    clock, unreachable = ManualClock(0.0), Unreachable()
     publish(store)
     heads = MapHeadCache(clock=clock, lifetime=30.0, patience=100.0)
     head = await heads.head(store, "house")
     for now, asked in ((31.0, 1), (35.0, 1), (37.0, 2)):
         clock.now = now
-        assert await heads.head(away, "house") == head
-        assert away.asked == asked, "it is not waited for each time"
+        assert await heads.head(unreachable, "house") == head
+        assert unreachable.asked == asked, "the store is not queried each time"
     clock.now = 101.0
     with pytest.raises(Unavailable):
-        await heads.head(away, "house")
+        await heads.head(unreachable, "house")
     with pytest.raises(Unavailable):
-        await heads.head(away, "depot")
+        await heads.head(unreachable, "depot")
 
 
-class Away(MemoryMapStore):
+class Unreachable(MemoryMapStore):
     """Raises ``Unavailable``."""
 
     def __init__(self) -> None:

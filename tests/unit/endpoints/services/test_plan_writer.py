@@ -22,37 +22,37 @@ class SlowStore(MemoryStore):
 
     def __init__(self) -> None:
         super().__init__()
-        self.go_on = threading.Event()
+        self.released = threading.Event()
 
     def add_plans(self, records: Iterable[PlanRecord]) -> int:
-        assert self.go_on.wait(10.0)
+        assert self.released.wait(10.0)
         return super().add_plans(records)
 
 
-async def test_whoever_brings_a_plan_does_not_wait_for_the_store_but_whoever_looks_does() -> None:
+async def test_write_returns_before_the_store_and_settled_waits_for_it() -> None:
     store, writer = SlowStore(), PlanWriter()
     await writer.write(store, lambda: plan("p1"))
     with pytest.raises(NotFound):
         store.plan("p1")
-    store.go_on.set()
+    store.released.set()
     await writer.settled()
     assert store.plan("p1").id == "p1"
 
 
-async def test_who_brings_more_than_the_store_takes_waits() -> None:
+async def test_write_waits_while_the_queue_is_full() -> None:
     store, writer = SlowStore(), PlanWriter()
     for number in range(MAX_WAITING):
         await writer.write(store, partial(plan, f"p{number}"))
     more = asyncio.create_task(writer.write(store, lambda: plan("more")))
     await asyncio.sleep(0)
     assert not more.done()
-    store.go_on.set()
+    store.released.set()
     await more
     await writer.settled()
     assert store.plan("more").id == "more"
 
 
-async def test_a_plan_that_cannot_be_kept_is_told_and_makes_room(caplog: pytest.LogCaptureFixture) -> None:
+async def test_a_failed_plan_is_logged_and_leaves_the_queue(caplog: pytest.LogCaptureFixture) -> None:
     class Broken(MemoryStore):
         def add_plans(self, records: Iterable[PlanRecord]) -> int:
             raise Unavailable("the disk is full")
@@ -64,7 +64,7 @@ async def test_a_plan_that_cannot_be_kept_is_told_and_makes_room(caplog: pytest.
     assert "the disk is full" in caplog.text
 
 
-async def test_plans_that_come_close_together_are_written_together() -> None:
+async def test_plans_written_close_together_are_stored_together() -> None:
     written = []
 
     class Counting(MemoryStore):
@@ -81,7 +81,7 @@ async def test_plans_that_come_close_together_are_written_together() -> None:
     assert written == [5, 1]
 
 
-async def test_a_plan_that_is_invalid_does_not_take_others_along(caplog: pytest.LogCaptureFixture) -> None:
+async def test_an_invalid_plan_does_not_prevent_storing_others(caplog: pytest.LogCaptureFixture) -> None:
     class Choosy(MemoryStore):
         def add_plans(self, records: Iterable[PlanRecord]) -> int:
             records = list(records)

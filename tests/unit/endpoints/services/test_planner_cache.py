@@ -22,7 +22,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def test_a_file_that_changes_another_planner_and_another_question_make_it_another(package: Path) -> None:
+def test_cache_file_depends_on_planner_files_and_question(package: Path) -> None:
     before = planner_cache.cache_file("?")
     assert planner_cache.cache_file("?") == before
     assert planner_cache.cache_file("!") != before
@@ -34,7 +34,7 @@ def test_a_file_that_changes_another_planner_and_another_question_make_it_anothe
     assert "straight_lines" not in sys.modules
 
 
-def test_a_planner_whose_package_is_gone_has_no_files(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cache_file_accepts_a_planner_of_a_missing_package(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     entry = EntryPoint("gone", "no_such_package_at_all:Gone", planner_cache.GROUP)
     before = planner_cache.cache_file("?")
     monkeypatch.setattr(planner_cache, "entry_points", lambda group: [entry])

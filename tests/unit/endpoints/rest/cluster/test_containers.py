@@ -9,7 +9,7 @@ from tests.support.endpoints.problems import problem_of
 from tests.unit.endpoints.conftest import LogIn
 
 
-async def test_a_container_is_resized_by_its_user_and_administrators_alone(
+async def test_only_its_user_and_administrators_resize_a_container(
     client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud
 ) -> None:
     cloud.running = [container("c1")]
@@ -22,7 +22,7 @@ async def test_a_container_is_resized_by_its_user_and_administrators_alone(
 
 
 @pytest.mark.parametrize("body", [{}, {"cores": 0}, {"cores": -1}, {"cores": "1"}, {"cores": None}, {"size": 1}, 3])
-async def test_a_size_that_cannot_be_is_refused(
+async def test_invalid_container_sizes_are_refused(
     client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud, body: object
 ) -> None:
     cloud.running = [container("c1")]
@@ -30,13 +30,15 @@ async def test_a_size_that_cannot_be_is_refused(
     problem_of(answer, 422, "invalid-request")
 
 
-async def test_what_the_engine_refuses_is_told(client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud) -> None:
+async def test_resize_errors_of_the_engine_are_returned(
+    client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud
+) -> None:
     cloud.running, cloud.error = [container("c1")], QuotaExceeded("user 'ann' may have 1 cores and has 1")
     answer = await client.patch("/v1/containers/c1", headers=await log_in("ann"), json={"cores": 2})
     assert "may have 1 cores" in problem_of(answer, 429, "quota-exceeded")["detail"]
 
 
-async def test_a_container_is_shown_and_given_up_by_its_user(
+async def test_only_its_user_and_administrators_release_a_container(
     client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud
 ) -> None:
     cloud.running = [container("c1"), container("c2")]
@@ -50,7 +52,7 @@ async def test_a_container_is_shown_and_given_up_by_its_user(
     problem_of(await client.delete("/v1/containers/c1", headers=ann), 404, "not-found")
 
 
-async def test_users_see_their_containers_and_admins_all(
+async def test_users_list_their_containers_and_admins_list_all(
     client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud
 ) -> None:
     cloud.running = [

@@ -15,30 +15,30 @@ from storage.urls.opening import open_map_store
 from tests.unit.endpoints.conftest import LogIn
 
 
-def away(*_arguments: Any, **_options: Any) -> None:
+def unreachable(*_arguments: Any, **_options: Any) -> None:
     raise Unavailable("db:9042: no node answers")
 
 
-async def test_whoever_asks_is_told_that_all_is_well(client: httpx.AsyncClient) -> None:
+async def test_health_is_public_and_reports_ok(client: httpx.AsyncClient) -> None:
     answer = await client.get("/v1/health")
     assert answer.status_code == 200
     fine = {"state": "ok", "reason": None}
     assert answer.json() == {"status": "ok", "store": fine, "map_store": fine, "plans_waiting": 0}
 
 
-async def test_a_store_that_is_away_is_told_and_to_administrators_why(
+async def test_only_administrators_see_why_a_store_is_unreachable(
     client: httpx.AsyncClient, log_in: LogIn, services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     headers = {role: await log_in(role) for role in ("admin", "user")}
-    monkeypatch.setattr(services.store, "users", away)
+    monkeypatch.setattr(services.store, "users", unreachable)
     for role, reason in (("admin", "db:9042: no node answers"), ("user", None)):
-        told = (await client.get("/v1/health", headers=headers[role])).json()
-        assert told["status"] == "degraded"
-        assert told["store"] == {"state": "away", "reason": reason}
-        assert told["map_store"]["state"] == "ok"
+        report = (await client.get("/v1/health", headers=headers[role])).json()
+        assert report["status"] == "degraded"
+        assert report["store"] == {"state": "away", "reason": reason}
+        assert report["map_store"]["state"] == "ok"
 
 
-async def test_a_store_that_does_not_answer_is_not_waited_for() -> None:
+async def test_a_store_that_does_not_answer_in_time_is_reported() -> None:
     answer = threading.Event()
 
     class Frozen(MemoryStore):
@@ -52,7 +52,7 @@ async def test_a_store_that_does_not_answer_is_not_waited_for() -> None:
     assert "no answer within 0.05 s" in str(store.reason)
 
 
-async def test_a_store_is_asked_once_however_many_ask() -> None:
+async def test_store_health_is_cached_between_requests() -> None:
     asked, now = [], [0.0]
 
     class Counting(MemoryStore):

@@ -18,7 +18,7 @@ async def admin(log_in: LogIn) -> dict[str, str]:
     return await log_in("admin")
 
 
-async def test_a_machine_is_told_with_what_it_has_gives_and_uses(client: httpx.AsyncClient, admin: Any) -> None:
+async def test_a_machine_is_shown_with_capacity_usage_and_settings(client: httpx.AsyncClient, admin: Any) -> None:
     shown = (await client.get(M1, headers=admin)).json()
     assert shown == (await client.get("/v1/machines", headers=admin)).json()["items"][0]
     expected = {"id": "m1", "state": "ready", "cores": 4, "capacity": 16.0, "given": 1.0, "containers": 1, "load": 0.5}
@@ -32,7 +32,7 @@ async def test_a_machine_is_told_with_what_it_has_gives_and_uses(client: httpx.A
 @pytest.mark.parametrize(
     ("method", "path"), [("GET", M1), ("PATCH", M1), ("DELETE", M1), ("POST", f"{M1}/admit"), ("GET", "/v1/machines")]
 )
-async def test_only_administrators_may(
+async def test_only_administrators_see_and_change_machines(
     client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud, method: str, path: str
 ) -> None:
     body = {"json": {"draining": True}} if method == "PATCH" else {}
@@ -40,7 +40,7 @@ async def test_only_administrators_may(
     assert cloud.known["m1"].settings == MachineSettings()
 
 
-async def test_what_is_left_out_stays_and_null_is_the_default(
+async def test_omitted_settings_stay_and_null_restores_the_default(
     client: httpx.AsyncClient, admin: Any, cloud: FakeCloud
 ) -> None:
     change = {"labels": {"zone": "a", "gpu": "yes"}, "max_containers": 3, "max_memory": 1 << 30}
@@ -69,14 +69,14 @@ async def test_what_is_left_out_stays_and_null_is_the_default(
     ],
     ids=str,
 )
-async def test_what_cannot_be_meant_changes_nothing(
+async def test_invalid_machine_settings_change_nothing(
     client: httpx.AsyncClient, admin: Any, cloud: FakeCloud, change: dict[str, Any]
 ) -> None:
     problem_of(await client.patch(M1, json=change, headers=admin), 422, "invalid-request")
     assert cloud.known["m1"].settings == MachineSettings()
 
 
-async def test_a_machine_that_carries_something_is_removed_by_force_only(
+async def test_a_machine_with_containers_is_removed_only_by_force(
     client: httpx.AsyncClient, admin: Any, cloud: FakeCloud
 ) -> None:
     problem_of(await client.delete(M1, headers=admin), 409, "conflict")

@@ -16,7 +16,7 @@ async def stream(blocks: list[bytes], *, then: Exception | None = None) -> Async
         raise then
 
 
-async def test_blocks_are_taken_in_their_order_off_the_loop() -> None:
+async def test_blocks_are_consumed_in_order_in_another_thread() -> None:
     blocks = [
         bytes([number]) * size for number, size in enumerate((1, BLOCK, BLOCK, 0, 3 * MIN_BATCH, 7, MAX_WAITING, 1))
     ]
@@ -32,23 +32,23 @@ async def test_blocks_are_taken_in_their_order_off_the_loop() -> None:
     assert threading.get_ident() not in threads
 
 
-async def test_more_comes_while_a_thread_is_busy_but_not_more_than_fits() -> None:
-    asked = 0
-    full = threading.Event()
+async def test_blocks_are_read_ahead_of_a_busy_thread_within_a_bound() -> None:
+    read = 0
+    ahead = threading.Event()
     seen = []
 
     async def counted() -> AsyncIterator[bytes]:
-        nonlocal asked
+        nonlocal read
         for _ in range(100):
-            asked += 1
-            if asked * BLOCK >= MAX_WAITING:
-                full.set()
+            read += 1
+            if read * BLOCK >= MAX_WAITING:
+                ahead.set()
             await asyncio.sleep(0)
             yield bytes(BLOCK)
 
     def take(_block: bytes) -> None:
-        assert full.wait(10), "nothing more was read while the thread was busy"
-        seen.append(asked)
+        assert ahead.wait(10), "nothing more was read while the thread was busy"
+        seen.append(read)
 
     await consume(counted(), take)
     assert len(seen) == 100
@@ -56,7 +56,7 @@ async def test_more_comes_while_a_thread_is_busy_but_not_more_than_fits() -> Non
     assert most_ahead <= 2 * MAX_WAITING // BLOCK + 1
 
 
-async def test_what_the_thread_raises_ends_it() -> None:
+async def test_consume_raises_the_exception_of_its_thread() -> None:
     def take(block: bytes) -> None:
         if block == b"bad":
             raise ValueError("bad block")
@@ -68,14 +68,14 @@ async def test_what_the_thread_raises_ends_it() -> None:
 
 
 @pytest.mark.parametrize("cancel", [False, True])
-async def test_no_thread_takes_anything_once_it_has_ended(cancel: bool) -> None:
-    began, go_on = threading.Event(), threading.Event()
+async def test_consume_waits_for_its_thread_on_errors_and_cancellation(cancel: bool) -> None:
+    began, released = threading.Event(), threading.Event()
     taking: list[str] = []
 
     def take(_block: bytes) -> None:
         taking.append("began")
         began.set()
-        assert go_on.wait(10)
+        assert released.wait(10)
         taking.append("ended")
 
     async def cut_short() -> AsyncIterator[bytes]:
@@ -91,7 +91,7 @@ async def test_no_thread_takes_anything_once_it_has_ended(cancel: bool) -> None:
     if cancel:
         task.cancel()
     assert not (await asyncio.wait([task], timeout=0.05))[0], "it ended before its thread did"
-    go_on.set()
+    released.set()
     with pytest.raises(asyncio.CancelledError if cancel else ConnectionError):
         await task
     assert taking == ["began", "ended"]

@@ -38,19 +38,19 @@ LAUGHS = b"a: &a [x, x, x, x, x, x, x, x, x]\n" + b"".join(
 )
 
 IMAGES = {
-    "a size of two bytes more": b"P5\n4 4\n255\n" + bytes(12),
-    "a size of nothing": b"P5\n0 3\n255\n",
-    "a size beyond all": b"P5\n9999999999 9999999999\n255\n" + bytes(12),
-    "a thousand million pixels": b"P5\n32768 32768\n255\n" + bytes(12),
-    "a thousand million numbers": b"P2\n32768 32768\n255\n" + b"0 " * 12,
-    "no maximum": b"P5\n4 3\n0\n" + bytes(12),
-    "a maximum of 16 bits and half the bytes": b"P5\n4 3\n65535\n" + bytes(12),
+    "16 pixels in 12 bytes": b"P5\n4 4\n255\n" + bytes(12),
+    "width 0": b"P5\n0 3\n255\n",
+    "a size of ten digits": b"P5\n9999999999 9999999999\n255\n" + bytes(12),
+    "a billion pixels": b"P5\n32768 32768\n255\n" + bytes(12),
+    "a billion ASCII pixels": b"P2\n32768 32768\n255\n" + b"0 " * 12,
+    "maximum 0": b"P5\n4 3\n0\n" + bytes(12),
+    "a 16-bit maximum with 8-bit pixels": b"P5\n4 3\n65535\n" + bytes(12),
     "pixels above the maximum": b"P5\n4 3\n100\n" + bytes([101] * 12),
-    "a minus": b"P5\n-4 3\n255\n" + bytes(12),
+    "negative width": b"P5\n-4 3\n255\n" + bytes(12),
     "one pixel too many": b"P2\n4 3\n255\n" + b"0 " * 13,
     "a PNG of 65535 by 65535": png_of(65535, 65535),
-    "a PNG beyond all": png_of(2**31 - 1, 2**31 - 1),
-    "a PNG without its rows": png_of(4000, 4000),
+    "a PNG of the largest size": png_of(2**31 - 1, 2**31 - 1),
+    "a PNG with too few rows": png_of(4000, 4000),
     "a PNG with a text bomb": padded_png(),
 }
 
@@ -68,15 +68,19 @@ RECORDS = {
 
 
 @pytest.mark.parametrize("image", IMAGES.values(), ids=IMAGES.keys())
-async def test_an_image_that_lies_is_refused(log_in: LogIn, publish: Publish, services: Services, image: bytes) -> None:
+async def test_invalid_images_are_refused_and_not_stored(
+    log_in: LogIn, publish: Publish, services: Services, image: bytes
+) -> None:
     problem_of(await publish(await log_in("ann"), image=image), 422, "invalid-map")
     assert services.map_store.maps() == []
 
 
 @pytest.mark.parametrize("yaml", RECORDS.values(), ids=RECORDS.keys())
-async def test_a_record_that_lies_is_refused(log_in: LogIn, publish: Publish, services: Services, yaml: bytes) -> None:
+async def test_invalid_yaml_files_are_refused_and_not_stored(
+    log_in: LogIn, publish: Publish, services: Services, yaml: bytes
+) -> None:
     answer = await publish(await log_in("ann"), yaml=yaml, image=pgm())
-    if yaml is RECORDS["laughs"]:  # nothing of it is unpacked: its keys are none of ours
+    if yaml is RECORDS["laughs"]:  # these keys are ignored, so their aliases are never expanded
         assert answer.status_code in (201, 422)
         return
     problem_of(answer, 422, "invalid-map")

@@ -5,7 +5,7 @@ import httpx
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 
-async def test_cells_are_packed_for_who_can_unpack_them(
+async def test_cells_are_gzipped_for_clients_that_accept_gzip(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
     ann = await log_in("ann")
@@ -19,7 +19,7 @@ async def test_cells_are_packed_for_who_can_unpack_them(
     assert len(plain.content) == described["width"] * described["height"]
 
 
-async def test_cells_are_for_readers_of_the_map(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+async def test_cells_require_read_access_to_the_map(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
     await publish(await log_in("ann"))
     assert (await client.get("/v1/maps/house/cells")).status_code == 401
     assert (await client.get("/v1/maps/house/cells", headers=await log_in("bob"))).status_code == 404

@@ -24,9 +24,7 @@ async def send_octomap(
     return await client.post("/v1/maps", headers=headers, data={"id": "house"}, files=given)
 
 
-async def test_versions_tell_who_published_them_and_why(
-    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
-) -> None:
+async def test_versions_list_author_and_message(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
     ann, admin = await log_in("ann"), await log_in("admin")
     first = (await publish(ann, message="as built")).json()
     second = (await publish(admin, image=pgm(5, 6), message="an annexe")).json()
@@ -41,7 +39,9 @@ async def test_versions_tell_who_published_them_and_why(
     assert (shown["message"], shown["width"]) == ("as built", 4)
 
 
-async def test_a_map_goes_back_to_an_older_version(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+async def test_a_map_is_rolled_back_to_an_older_version(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
     ann = await log_in("ann")
     first = (await publish(ann, readers="bob")).json()
     second = (await publish(ann, image=pgm(5, 6))).json()
@@ -60,7 +60,7 @@ async def test_a_map_goes_back_to_an_older_version(client: httpx.AsyncClient, lo
     problem_of(await client.post(path, headers=ann, json={"version": "../x"}), 422, "invalid-request")
 
 
-async def test_of_two_who_publish_in_place_of_the_same_version_one_is_told(
+async def test_concurrent_publications_with_the_same_if_match_conflict(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
     ann = await log_in("ann")
@@ -71,7 +71,7 @@ async def test_of_two_who_publish_in_place_of_the_same_version_one_is_told(
     problem_of(await publish(ann | {"If-Match": '"../x"'}), 400, "invalid-input")
 
 
-async def test_the_difference_of_two_versions_is_told(
+async def test_the_difference_of_two_versions_is_described(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
     ann = await log_in("ann")
@@ -79,11 +79,11 @@ async def test_the_difference_of_two_versions_is_told(
     image = bytearray(pgm(5, 3))
     image[-5] = 0
     second = (await publish(ann, image=bytes(image))).json()["version"]
-    told = (await client.get("/v1/maps/house/difference", headers=ann, params={"old": first})).json()
-    assert (told["old"], told["new"], told["changed"], told["aligned"]) == (first, second, 4, True)
-    assert told["rectangle"] == {"column": 0, "row": 0, "width": 5, "height": 3}
-    assert told["corners"][0] == pytest.approx([-1.0, -2.0])
-    assert told["octomap"] == "none"
+    diff = (await client.get("/v1/maps/house/difference", headers=ann, params={"old": first})).json()
+    assert (diff["old"], diff["new"], diff["changed"], diff["aligned"]) == (first, second, 4, True)
+    assert diff["rectangle"] == {"column": 0, "row": 0, "width": 5, "height": 3}
+    assert diff["corners"][0] == pytest.approx([-1.0, -2.0])
+    assert diff["octomap"] == "none"
     same = (await client.get("/v1/maps/house/difference", headers=ann, params={"old": first, "new": first})).json()
     assert (same["changed"], same["rectangle"], same["corners"]) == (0, None, None)
     unknown = await client.get("/v1/maps/house/difference", headers=ann, params={"old": "f" * 64})
@@ -92,7 +92,7 @@ async def test_the_difference_of_two_versions_is_told(
     problem_of(hidden, 404, "not-found")
 
 
-async def test_an_octomap_is_kept_verbatim_alone_or_beside_a_grid(client: httpx.AsyncClient, log_in: LogIn) -> None:
+async def test_an_octomap_is_stored_verbatim_with_or_without_a_grid(client: httpx.AsyncClient, log_in: LogIn) -> None:
     ann = await log_in("ann")
     alone = await send_octomap(client, ann)
     assert (alone.status_code, alone.json()["parts"], alone.json()["resolution"]) == (201, ["octomap"], None)
@@ -116,14 +116,14 @@ async def test_an_octomap_is_kept_verbatim_alone_or_beside_a_grid(client: httpx.
         b"# Octomap OcTree binary file\nid OcTree\nsize 999999999999999\nres 0.1\ndata\n" + bytes(64),
     ],
 )
-async def test_what_is_no_octomap_is_refused_and_nothing_is_kept(
+async def test_invalid_octomaps_are_refused_and_not_stored(
     client: httpx.AsyncClient, log_in: LogIn, services: Services, octomap: bytes
 ) -> None:
     problem_of(await send_octomap(client, await log_in("ann"), octomap), 422, "invalid-map")
     assert services.map_store.maps() == []
 
 
-async def test_every_version_of_a_map_is_found_again(
+async def test_every_version_of_a_map_stays_readable(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
     ann, bob = await log_in("ann"), await log_in("bob")

@@ -17,7 +17,7 @@ from tests.support.world.png import png
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 
-async def test_a_published_map_is_described_and_given_back_as_it_was(
+async def test_a_published_map_is_described_and_returned_unchanged(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
     ann = await log_in("ann")
@@ -36,7 +36,7 @@ async def test_a_published_map_is_described_and_given_back_as_it_was(
     assert (await client.get("/v1/maps/house/image", headers=ann)).content == pgm()
 
 
-async def test_a_map_is_seen_by_owner_readers_and_admins_alone(
+async def test_a_map_is_visible_to_owner_readers_and_admins_only(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
     ann = await log_in("ann")
@@ -53,7 +53,7 @@ async def test_a_map_is_seen_by_owner_readers_and_admins_alone(
     assert (await client.get("/v1/maps/shared/image", headers=bob)).content == pgm()
 
 
-async def test_a_new_version_takes_the_place_of_the_old_and_keeps_its_readers(
+async def test_a_new_version_replaces_the_old_and_keeps_the_readers(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
     ann = await log_in("ann")
@@ -64,7 +64,7 @@ async def test_a_new_version_takes_the_place_of_the_old_and_keeps_its_readers(
     assert (await publish(ann, readers="")).json()["readers"] == []
 
 
-async def test_an_id_belongs_to_who_took_it_and_an_admin_may_mend_the_map(
+async def test_only_the_owner_and_admins_publish_to_a_map_id(
     log_in: LogIn, publish: Publish, services: Services
 ) -> None:
     ann = await log_in("ann")
@@ -75,7 +75,7 @@ async def test_an_id_belongs_to_who_took_it_and_an_admin_may_mend_the_map(
     assert (mended.status_code, mended.json()["owner"]) == (201, "ann")
 
 
-async def test_a_map_is_removed_by_its_owner_and_not_by_its_readers(
+async def test_only_the_owner_and_admins_remove_a_map_not_in_use(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud
 ) -> None:
     ann, bob = await log_in("ann"), await log_in("bob")
@@ -92,7 +92,7 @@ async def test_a_map_is_removed_by_its_owner_and_not_by_its_readers(
     assert (await client.delete("/v1/maps/house", headers=await log_in("admin"))).status_code == 204
 
 
-async def test_with_a_map_goes_what_was_planned_on_it(
+async def test_removing_a_map_removes_its_plans_and_history(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services
 ) -> None:
     ann = await log_in("ann")
@@ -104,18 +104,18 @@ async def test_with_a_map_goes_what_was_planned_on_it(
     assert services.store.plan_maps() == services.store.history_maps() == ["yard"]
 
 
-async def test_a_map_stays_whole_while_what_was_planned_on_it_cannot_be_removed(
+async def test_a_map_stays_if_its_plans_cannot_be_removed(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ann = await log_in("ann")
     await publish(ann)
     services.store.add_plan(plan("p1"))
 
-    def away(_self: object, _map_id: str) -> int:
+    def unreachable(_self: object, _map_id: str) -> int:
         raise Unavailable("far: no node answers")
 
     with monkeypatch.context() as patch:
-        patch.setattr(type(services.store), "remove_plans", away)
+        patch.setattr(type(services.store), "remove_plans", unreachable)
         problem_of(await client.delete("/v1/maps/house", headers=ann), 503, "unavailable")
     assert (await client.get("/v1/maps/house", headers=ann)).status_code == 200
     assert (await client.delete("/v1/maps/house", headers=ann)).status_code == 204
@@ -134,7 +134,7 @@ async def test_a_map_stays_whole_while_what_was_planned_on_it_cannot_be_removed(
         (YAML, b"P5\n100000 100000\n255\n"),
     ],
 )
-async def test_files_that_are_no_map_are_refused_and_the_map_stays(
+async def test_invalid_map_files_are_refused_and_the_map_stays(
     log_in: LogIn, publish: Publish, services: Services, yaml: bytes, image: bytes
 ) -> None:
     ann = await log_in("ann")
@@ -144,11 +144,11 @@ async def test_files_that_are_no_map_are_refused_and_the_map_stays(
 
 
 @pytest.mark.parametrize("map_id", ["", "../house", "a/b", "-x", "x" * 65, "a\x00"])
-async def test_an_id_that_is_no_name_is_refused(log_in: LogIn, publish: Publish, map_id: str) -> None:
+async def test_an_invalid_map_id_is_refused(log_in: LogIn, publish: Publish, map_id: str) -> None:
     problem_of(await publish(await log_in("ann"), map_id), 400, "invalid-input")
 
 
-async def test_a_store_that_fails_is_to_be_tried_again(
+async def test_a_failing_store_is_unavailable_with_retry_after(
     client: httpx.AsyncClient, log_in: LogIn, services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(_map_id: str) -> None:
@@ -169,7 +169,7 @@ async def test_a_real_map_is_published(client: httpx.AsyncClient, log_in: LogIn,
     assert (made.status_code, made.json()["width"], made.json()["height"]) == (201, 384, 384)
 
 
-async def test_a_png_is_published_and_given_back_as_one(
+async def test_a_png_is_published_and_returned_unchanged(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
     ann, image = await log_in("ann"), png([b"\x00\xfe\xcd", b"\xfe\xfe\xfe"], 3)
@@ -181,7 +181,9 @@ async def test_a_png_is_published_and_given_back_as_one(
     assert cells.content == bytes([0, 0, 0, 100, 0, 255])
 
 
-async def test_the_rules_are_kept_with_the_map(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+async def test_occupancy_rules_are_stored_with_the_map(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
     """At the threshold itself a cell is free by Nav2's rules, and unknown by map_server's."""
     ann, yaml = await log_in("ann"), YAML.replace(b"free_thresh: 0.196", b"free_thresh: 0.0")
     for rules, cell in (({}, 255), ({"rules": "nav2"}, 0), ({"rules": "map_server"}, 255)):

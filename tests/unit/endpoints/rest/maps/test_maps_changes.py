@@ -11,7 +11,7 @@ from tests.unit.endpoints.conftest import LogIn, Publish
 MERGE = {"Content-Type": "application/merge-patch+json"}
 
 
-async def test_the_owner_says_who_reads_a_map_and_what_it_shows(
+async def test_the_owner_changes_readers_and_description(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
     ann, bob = await log_in("ann"), await log_in("bob")
@@ -35,7 +35,7 @@ async def test_the_owner_says_who_reads_a_map_and_what_it_shows(
         {"owner": "bob"},
     ],
 )
-async def test_what_cannot_be_said_of_a_map_is_refused(
+async def test_invalid_map_changes_are_refused(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, change: dict[str, Any]
 ) -> None:
     ann = await log_in("ann")

@@ -9,7 +9,7 @@ from tests.unit.endpoints.conftest import LogIn, Publish
 
 
 @pytest.mark.parametrize("readers", ["bob;carl", "../x", ",".join(f"u{n}" for n in range(257))])
-async def test_readers_that_are_no_users_are_refused(log_in: LogIn, publish: Publish, readers: str) -> None:
+async def test_invalid_reader_names_are_refused(log_in: LogIn, publish: Publish, readers: str) -> None:
     answer = await publish(await log_in("ann"), readers=readers)
     assert answer.status_code in (400, 422)
     problem_of(answer, answer.status_code, answer.json()["type"].rpartition(":")[2])
@@ -24,7 +24,7 @@ async def test_readers_that_are_no_users_are_refused(log_in: LogIn, publish: Pub
         ({}, {"id": b"house", "yaml": b"", "image": b""}, "'id'"),
     ],
 )
-async def test_a_form_that_lacks_a_part_is_told_which(
+async def test_a_missing_form_part_is_named(
     client: httpx.AsyncClient, log_in: LogIn, data: dict[str, str], files: dict[str, bytes], missing: str
 ) -> None:
     answer = await client.post("/v1/maps", headers=await log_in("ann"), data=data, files=files)
@@ -39,7 +39,7 @@ async def test_a_form_that_lacks_a_part_is_told_which(
         ("multipart/form-data; boundary=b", b'--b\r\nContent-Disposition: form-data; name="id"\r\n\r\nhou'),
     ],
 )
-async def test_a_body_that_is_no_form_is_a_problem(
+async def test_a_malformed_form_is_a_problem(
     client: httpx.AsyncClient, log_in: LogIn, content_type: str, content: bytes
 ) -> None:
     headers = await log_in("ann") | {"Content-Type": content_type}
@@ -48,13 +48,13 @@ async def test_a_body_that_is_no_form_is_a_problem(
     assert answer.headers["content-type"] == "application/problem+json"
 
 
-async def test_what_is_no_form_is_not_even_read(client: httpx.AsyncClient, log_in: LogIn) -> None:
+async def test_a_body_of_another_content_type_is_refused(client: httpx.AsyncClient, log_in: LogIn) -> None:
     for headers in ({"Content-Type": "application/json"}, {}):
         answer = await client.post("/v1/maps", headers=await log_in("ann") | headers, content=b"{}")
         assert "multipart/form-data" in problem_of(answer, 415, "unsupported-media-type")["detail"]
 
 
-async def test_an_upload_over_its_limit_is_refused_whether_announced_or_not(
+async def test_uploads_over_the_limit_are_refused_with_or_without_a_length(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services
 ) -> None:
     ann = await log_in("ann")

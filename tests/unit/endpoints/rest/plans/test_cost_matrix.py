@@ -7,7 +7,7 @@ from ppaas.errors import GoalOutsideMap
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.unit.endpoints.conftest import LogIn, Publish
 
-ASKED = {"starts": [[0, 0], [1, 2, 0.5]], "goals": [[3, 4], [1, 1], [2, 2]]}
+REQUEST = {"starts": [[0, 0], [1, 2, 0.5]], "goals": [[3, 4], [1, 1], [2, 2]]}
 
 
 @pytest.fixture
@@ -18,16 +18,16 @@ async def headers(publish: Publish, log_in: LogIn) -> dict[str, str]:
     return ann
 
 
-async def test_costs_are_told_in_rows_with_where_they_were_found(
+async def test_costs_are_returned_in_rows_with_map_and_container(
     client: httpx.AsyncClient, headers: dict[str, str], cloud: FakeCloud
 ) -> None:
-    answer = await client.post("/v1/maps/house/cost_matrix", headers=headers, json=ASKED)
+    answer = await client.post("/v1/maps/house/cost_matrix", headers=headers, json=REQUEST)
     assert answer.status_code == 200, answer.text
-    told = answer.json()
-    assert told["costs"] == [[None, 50.0, 50.0]] * 2
-    assert (told["map"], told["container"], told["pid"], told["seconds"]) == ("house", "c9", 4711, 0.001)
+    matrix = answer.json()
+    assert matrix["costs"] == [[None, 50.0, 50.0]] * 2
+    assert (matrix["map"], matrix["container"], matrix["pid"], matrix["seconds"]) == ("house", "c9", 4711, 0.001)
     [(user, version, request)] = cloud.costs_asked
-    assert (user, version.id, version.version) == ("ann", "house", told["version"])
+    assert (user, version.id, version.version) == ("ann", "house", matrix["version"])
     assert request.starts == ((0.0, 0.0), (1.0, 2.0, 0.5))
     assert len(request.goals) == 3
 
@@ -36,24 +36,24 @@ async def test_costs_are_told_in_rows_with_where_they_were_found(
     "change",
     [{"starts": [[0]]}, {"starts": "here"}, {"goals": [[0, 0]] * 1001}, {"timeout": 1e6}, {"timeout": 0}, {"speed": 1}],
 )
-async def test_what_cannot_be_is_refused(
+async def test_invalid_cost_requests_are_refused(
     client: httpx.AsyncClient, headers: dict[str, str], cloud: FakeCloud, change: dict[str, object]
 ) -> None:
-    answer = await client.post("/v1/maps/house/cost_matrix", headers=headers, json=ASKED | change)
+    answer = await client.post("/v1/maps/house/cost_matrix", headers=headers, json=REQUEST | change)
     assert answer.status_code == 422, answer.text
     assert cloud.costs_asked == []
 
 
-async def test_an_error_of_the_planner_is_told_with_its_code(
+async def test_planner_errors_are_returned_with_their_code(
     client: httpx.AsyncClient, headers: dict[str, str], cloud: FakeCloud
 ) -> None:
     cloud.error = GoalOutsideMap("the goal lies outside the map")
-    answer = await client.post("/v1/maps/house/cost_matrix", headers=headers, json=ASKED)
+    answer = await client.post("/v1/maps/house/cost_matrix", headers=headers, json=REQUEST)
     assert (answer.status_code, answer.json()["code"]) == (422, 204)
 
 
-async def test_a_map_that_one_may_not_see_is_not_found(
+async def test_a_map_without_read_access_is_not_found(
     client: httpx.AsyncClient, headers: dict[str, str], log_in: LogIn
 ) -> None:
-    answer = await client.post("/v1/maps/house/cost_matrix", headers=await log_in("bob"), json=ASKED)
+    answer = await client.post("/v1/maps/house/cost_matrix", headers=await log_in("bob"), json=REQUEST)
     assert answer.status_code == 404

@@ -12,7 +12,7 @@ from tests.unit.endpoints.conftest import LogIn, Publish
 OLD = "0" * 64
 
 
-async def test_what_planners_did_is_told_by_planner_and_version(
+async def test_planners_are_evaluated_by_name_and_map_version(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services
 ) -> None:
     ann = await log_in("ann")
@@ -21,17 +21,19 @@ async def test_what_planners_did_is_told_by_planner_and_version(
     rows = [computed_row(now, 0.2), found_row(now, "reused"), failed_row(before), compared_row(now, 12.0, 10.0)]
     services.store.add_history(rows)
     services.store.put_link(LinkHistory("local", 0.001, 1e8, 3, 5.0))
-    told = (await client.get("/v1/maps/house/evaluation", headers=ann)).json()
-    EvaluationAnswer.model_validate(told, strict=True, extra="forbid")
-    (navfn,) = told["planners"]
+    evaluation = (await client.get("/v1/maps/house/evaluation", headers=ann)).json()
+    EvaluationAnswer.model_validate(evaluation, strict=True, extra="forbid")
+    (navfn,) = evaluation["planners"]
     assert (navfn["queries"], navfn["success"], navfn["reuse_rate"]) == (3, pytest.approx(2 / 3), 0.5)
     assert navfn["over_cheapest"] == pytest.approx(0.2)
-    assert told["links"] == [{"link": "local", "round_trip": 0.001, "bandwidth": 1e8, "answers": 3, "measured": 5.0}]
+    assert evaluation["links"] == [
+        {"link": "local", "round_trip": 0.001, "bandwidth": 1e8, "answers": 3, "measured": 5.0}
+    ]
     one = (await client.get(f"/v1/maps/house/evaluation?version={version}", headers=ann)).json()
     assert (one["version"], one["planners"][0]["queries"]) == (version, 2)
 
 
-async def test_a_map_that_may_not_be_seen_is_not_found(
+async def test_a_map_without_read_access_is_not_found(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
     await publish(await log_in("ann"))
@@ -39,7 +41,7 @@ async def test_a_map_that_may_not_be_seen_is_not_found(
     problem_of(answer, 404, "not-found")
 
 
-async def test_a_version_that_is_none_is_refused(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+async def test_an_invalid_version_is_refused(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
     ann = await log_in("ann")
     await publish(ann)
     answer = await client.get("/v1/maps/house/evaluation?version=../etc", headers=ann)

@@ -95,7 +95,7 @@ async def test_unusual_requests_are_left_to_the_route(body: bytes) -> None:
     assert await read(body) is None
 
 
-async def test_a_valid_request_is_taken() -> None:
+async def test_the_fast_path_reads_a_valid_request() -> None:
     taken = await read(json.dumps(POSE | {"timeout": 1, "reuse": False}).encode())
     assert taken == PathRequest((1.0, 2.0), (3.0, 4.0, 0.5), timeout=1.0, reuse=False)
 
@@ -109,13 +109,13 @@ async def test_a_valid_request_is_taken() -> None:
         {"authorization": "Basic dXNlcg=="},
     ],
 )
-async def test_tokens_and_types_are_read_as_the_route_reads_them(
+async def test_tokens_and_content_types_are_read_as_the_route_reads_them(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, headers: dict[str, str]
 ) -> None:
     ann = await log_in("ann")
     await publish(ann)
     token = ann["Authorization"].partition(" ")[2]
-    told = {"content-type": "application/json", "authorization": f"Bearer {token}"} | headers
-    told = {name: value.replace("TOKEN", token) for name, value in told.items()}
-    answer = await client.post("/v1/maps/house/plans", headers=told, content=json.dumps(POSE))
-    assert answer.status_code == (401 if "Basic" in told["authorization"] else 201), answer.text
+    sent_headers = {"content-type": "application/json", "authorization": f"Bearer {token}"} | headers
+    sent_headers = {name: value.replace("TOKEN", token) for name, value in sent_headers.items()}
+    answer = await client.post("/v1/maps/house/plans", headers=sent_headers, content=json.dumps(POSE))
+    assert answer.status_code == (401 if "Basic" in sent_headers["authorization"] else 201), answer.text

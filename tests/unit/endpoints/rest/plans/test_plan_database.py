@@ -15,7 +15,7 @@ from tests.unit.endpoints.conftest import LogIn, Publish
 
 POSES = poses_along(np.stack((np.arange(60) * 0.05, np.zeros(60)), axis=1), 0.0)
 FILE: dict[str, Any] = {"map": "house", "planner": "astar", "poses": POSES.tolist(), "cost": 7.5}
-SOUGHT = {"map": "house", "start": "0,0", "goal": "2.95,0"}
+QUERY = {"map": "house", "start": "0,0", "goal": "2.95,0"}
 
 
 @pytest.fixture
@@ -29,16 +29,16 @@ async def ann(log_in: LogIn, publish: Publish, services: Services) -> dict[str, 
     return header
 
 
-async def test_paths_are_found_between_two_places(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
-    found = await client.get("/v1/plans", headers=ann, params=SOUGHT | {"start": "0.1,-0.1", "tolerance": 0.2})
+async def test_paths_are_found_by_start_and_goal(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
+    found = await client.get("/v1/plans", headers=ann, params=QUERY | {"start": "0.1,-0.1", "tolerance": 0.2})
     assert found.status_code == 200
     FoundPlans.model_validate(found.json(), strict=True)
     assert [each["plan_id"] for each in found.json()["items"]] == ["p0", "p1"]
     for less in ({"limit": 1}, {"tolerance": 0.0}, {"planner": "dijkstra", "limit": 1}):
-        [first, *_] = (await client.get("/v1/plans", headers=ann, params=SOUGHT | less)).json()["items"]
+        [first, *_] = (await client.get("/v1/plans", headers=ann, params=QUERY | less)).json()["items"]
         assert first["plan_id"] == "p0"
     for none in ({"start": "1,0"}, {"planner": "jps"}):
-        assert (await client.get("/v1/plans", headers=ann, params=SOUGHT | none)).json()["items"] == []
+        assert (await client.get("/v1/plans", headers=ann, params=QUERY | none)).json()["items"] == []
 
 
 @pytest.mark.parametrize(
@@ -53,14 +53,14 @@ async def test_paths_are_found_between_two_places(client: httpx.AsyncClient, ann
         {"map": ""},
     ],
 )
-async def test_what_cannot_be_sought_is_told(
+async def test_invalid_path_queries_are_refused(
     client: httpx.AsyncClient, ann: dict[str, str], wrong: dict[str, Any]
 ) -> None:
-    answer = await client.get("/v1/plans", headers=ann, params=SOUGHT | wrong)
+    answer = await client.get("/v1/plans", headers=ann, params=QUERY | wrong)
     problem_of(answer, 422, "invalid-request")
 
 
-async def test_a_path_is_kept_under_an_id_and_replaced(
+async def test_a_path_is_stored_under_an_id_and_replaced(
     client: httpx.AsyncClient, ann: dict[str, str], services: Services
 ) -> None:
     answer = await client.put("/v1/plans/mine", headers=ann, json=FILE)
@@ -75,7 +75,7 @@ async def test_a_path_is_kept_under_an_id_and_replaced(
     assert services.store.plan("mine").poses == POSES[:2].tobytes()
 
 
-async def test_some_of_a_path_is_changed_and_the_rest_stays(
+async def test_a_patch_changes_only_the_given_fields_of_a_path(
     client: httpx.AsyncClient, ann: dict[str, str], services: Services
 ) -> None:
     before = services.store.plan("p0")
@@ -89,7 +89,7 @@ async def test_some_of_a_path_is_changed_and_the_rest_stays(
     assert services.store.plan("p0").cost == 3.0
 
 
-async def test_what_programs_write_is_marked_as_such(
+async def test_paths_written_by_clients_have_the_origin_given(
     client: httpx.AsyncClient, ann: dict[str, str], services: Services
 ) -> None:
     conditions = {"bare_map": True, "robot_radius": 0.18}
@@ -108,7 +108,7 @@ async def test_what_programs_write_is_marked_as_such(
 @pytest.mark.parametrize(
     "wrong", [{"poses": []}, {"poses": [[0.0] * 6]}, {"poses": [[1e300] * 7]}, {"cost": -1}, {"map": None}, {"x": 1}]
 )
-async def test_what_is_no_path_is_refused(
+async def test_invalid_paths_are_refused_and_the_stored_path_stays(
     client: httpx.AsyncClient, ann: dict[str, str], services: Services, wrong: dict[str, Any]
 ) -> None:
     before = services.store.plan("p0")
@@ -118,7 +118,7 @@ async def test_what_is_no_path_is_refused(
     assert services.store.plan("p0") == before
 
 
-async def test_who_may_not_remove_a_path_may_not_replace_it(
+async def test_only_users_who_may_remove_a_path_may_replace_it(
     client: httpx.AsyncClient, ann: dict[str, str], log_in: LogIn
 ) -> None:
     await client.patch("/v1/maps/house", headers=ann, json={"readers": ["bob"]})
@@ -127,17 +127,17 @@ async def test_who_may_not_remove_a_path_may_not_replace_it(
     problem_of(await client.patch("/v1/plans/p0", headers=bob, json={"cost": 1.0}), 403, "not-permitted")
     eve = await log_in("eve")
     problem_of(await client.patch("/v1/plans/p0", headers=eve, json={"cost": 1.0}), 404, "not-found")
-    problem_of(await client.get("/v1/plans", headers=eve, params=SOUGHT), 404, "not-found")
+    problem_of(await client.get("/v1/plans", headers=eve, params=QUERY), 404, "not-found")
     problem_of(await client.get("/v1/plans/p0/parts", headers=eve), 404, "not-found")
     problem_of(await client.get("/v1/maps/house/plan_statistics", headers=eve), 404, "not-found")
 
 
-async def test_what_paths_share_is_told(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
+async def test_shared_parts_and_plan_statistics_are_returned(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
     parts = (await client.get("/v1/plans/p0/parts", headers=ann)).json()
     Parts.model_validate(parts, strict=True)
     assert sum(part["count"] for part in parts["items"]) == 57
     assert {part["plans"] for part in parts["items"]} == {2}
-    told = (await client.get("/v1/maps/house/plan_statistics", headers=ann)).json()
-    StatisticsAnswer.model_validate(told, strict=True)
-    assert (told["plans"], told["waypoints"]) == (3, 180)
-    assert told["kept"] == 9 + 2 * 57
+    statistics = (await client.get("/v1/maps/house/plan_statistics", headers=ann)).json()
+    StatisticsAnswer.model_validate(statistics, strict=True)
+    assert (statistics["plans"], statistics["waypoints"]) == (3, 180)
+    assert statistics["kept"] == 9 + 2 * 57

@@ -10,7 +10,7 @@ from ppaas.planners.catalogue import entry
 from tests.unit.endpoints.conftest import LogIn
 
 
-async def test_every_planner_is_listed_with_what_it_is_for(client: httpx.AsyncClient, log_in: LogIn) -> None:
+async def test_every_planner_is_listed_with_purpose_and_parameters(client: httpx.AsyncClient, log_in: LogIn) -> None:
     answer = await client.get("/v1/planners", headers=await log_in("ann"))
     assert answer.status_code == 200, answer.text
     listed = answer.json()
@@ -23,7 +23,7 @@ async def test_every_planner_is_listed_with_what_it_is_for(client: httpx.AsyncCl
     assert (navfn["optimal"], navfn["any_angle"], navfn["dimensions"]) == ("never", True, 2)
 
 
-async def test_one_is_shown_by_its_name(client: httpx.AsyncClient, log_in: LogIn) -> None:
+async def test_a_planner_is_shown_by_name(client: httpx.AsyncClient, log_in: LogIn) -> None:
     headers = await log_in("ann")
     shown = await client.get("/v1/planners/dijkstra", headers=headers)
     assert (shown.json()["name"], shown.json()["optimal"]) == ("dijkstra", "always")
@@ -32,11 +32,11 @@ async def test_one_is_shown_by_its_name(client: httpx.AsyncClient, log_in: LogIn
     assert "unknown planner 'teleport'; known: " in missing.json()["detail"]
 
 
-async def test_planners_are_told_to_users_only(client: httpx.AsyncClient) -> None:
+async def test_listing_planners_requires_a_login(client: httpx.AsyncClient) -> None:
     assert (await client.get("/v1/planners")).status_code == 401
 
 
-async def test_one_that_cannot_be_loaded_is_told_of(
+async def test_planners_are_unavailable_if_one_cannot_be_loaded(
     client: httpx.AsyncClient, log_in: LogIn, services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(installed_planners, "PROGRAM", ("-c", "raise ImportError('no such planner')"))
@@ -46,14 +46,14 @@ async def test_one_that_cannot_be_loaded_is_told_of(
 
 
 @pytest.mark.parametrize("name", ["navfn/NavfnROS", "nav2_navfn_planner::NavfnPlanner", "greedy"])
-async def test_a_robot_file_may_name_a_planner_as_ros_does(client: httpx.AsyncClient, log_in: LogIn, name: str) -> None:
+async def test_a_robot_file_may_use_ros_planner_names(client: httpx.AsyncClient, log_in: LogIn, name: str) -> None:
     file = {"map": "nowhere", "base_global_planner": name, "base_local_planner": "dwa_local_planner/DWAPlannerROS"}
     answer = await client.put("/v1/robots/tb1", json=file, headers=await log_in("ann"))
     assert answer.status_code == 404  # of the map; the names are taken
 
 
 @pytest.mark.parametrize("name", ["a/b/c", "/navfn", "navfn/", "", "x" * 70, "a b"])
-async def test_a_name_that_is_none_is_refused(client: httpx.AsyncClient, log_in: LogIn, name: str) -> None:
+async def test_an_invalid_planner_name_is_refused(client: httpx.AsyncClient, log_in: LogIn, name: str) -> None:
     file = {"map": "nowhere", "base_global_planner": name}
     answer = await client.put("/v1/robots/tb1", json=file, headers=await log_in("ann"))
     assert answer.status_code == 422

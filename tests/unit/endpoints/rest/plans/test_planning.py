@@ -16,15 +16,15 @@ from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
 from tests.unit.endpoints.conftest import LogIn, Publish
 
-ASKED: dict[str, Any] = {"start": [0.0, 0.0, 0.0], "goal": [3.0, 4.0, 0.0]}
+REQUEST: dict[str, Any] = {"start": [0.0, 0.0, 0.0], "goal": [3.0, 4.0, 0.0]}
 
 
-async def test_a_path_is_found_told_and_kept(
+async def test_a_path_is_planned_returned_and_stored(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud
 ) -> None:
     ann = await log_in("ann")
     version = (await publish(ann)).json()["version"]
-    answer = await client.post("/v1/maps/house/plans", headers=ann, json=ASKED)
+    answer = await client.post("/v1/maps/house/plans", headers=ann, json=REQUEST)
     assert answer.status_code == 201
     NewPlanAnswer.model_validate(answer.json(), strict=True, extra="forbid")
     found = answer.json()
@@ -52,7 +52,7 @@ async def test_a_path_is_found_told_and_kept(
     assert (kept["poses"], kept["user"], kept["goal"]) == (poses, "ann", [3.0, 4.0, 0.0])
 
 
-async def test_all_that_may_be_asked_for_reaches_the_planner(
+async def test_all_request_fields_reach_the_planner(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud
 ) -> None:
     ann = await log_in("ann")
@@ -80,7 +80,7 @@ async def test_all_that_may_be_asked_for_reaches_the_planner(
         (errors.NotFound("planner", "x"), 404, None),
     ],
 )
-async def test_why_there_is_no_path_is_told(
+async def test_planning_errors_are_returned_with_status_and_code(
     client: httpx.AsyncClient,
     log_in: LogIn,
     publish: Publish,
@@ -91,7 +91,7 @@ async def test_why_there_is_no_path_is_told(
     ann = await log_in("ann")
     await publish(ann)
     cloud.error = error
-    answer = await client.post("/v1/maps/house/plans", headers=ann, json=ASKED)
+    answer = await client.post("/v1/maps/house/plans", headers=ann, json=REQUEST)
     assert problem_of(answer, status, error.slug).get("code") == code
 
 
@@ -112,48 +112,50 @@ async def test_why_there_is_no_path_is_told(
         {"unknown": 1},
     ],
 )
-async def test_what_cannot_be_asked_for_never_reaches_a_planner(
+async def test_invalid_path_requests_never_reach_a_planner(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud, change: dict[str, Any]
 ) -> None:
     ann = await log_in("ann")
     await publish(ann)
     # Python's JSON encoder writes NaN and Infinity.
     headers = ann | {"Content-Type": "application/json"}
-    answer = await client.post("/v1/maps/house/plans", headers=headers, content=json.dumps(ASKED | change))
+    answer = await client.post("/v1/maps/house/plans", headers=headers, content=json.dumps(REQUEST | change))
     assert problem_of(answer, 422, "invalid-request")["errors"][0]["where"][1] == next(iter(change))
     assert cloud.asked == []
 
 
-async def test_a_planner_is_given_so_much_time_at_most(
+async def test_a_timeout_over_the_maximum_is_refused(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
     ann = await log_in("ann")
     await publish(ann)
-    answer = await client.post("/v1/maps/house/plans", headers=ann, json=ASKED | {"timeout": 61})
+    answer = await client.post("/v1/maps/house/plans", headers=ann, json=REQUEST | {"timeout": 61})
     assert "60 s" in problem_of(answer, 422, "invalid-parameter")["detail"]
 
 
-async def test_a_map_that_may_not_be_seen_may_not_be_planned_on(
+async def test_planning_requires_read_access_to_the_map(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud
 ) -> None:
     ann, bob = await log_in("ann"), await log_in("bob")
     await publish(ann)
-    problem_of(await client.post("/v1/maps/house/plans", headers=bob, json=ASKED), 404, "not-found")
+    problem_of(await client.post("/v1/maps/house/plans", headers=bob, json=REQUEST), 404, "not-found")
     assert cloud.asked == []
 
 
-async def test_a_plan_has_the_rights_of_its_map(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+async def test_plan_access_follows_map_access_and_authorship(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
     ann, bob, carl = await log_in("ann"), await log_in("bob"), await log_in("carl")
     await publish(ann, readers="bob")
-    plan_id = (await client.post("/v1/maps/house/plans", headers=bob, json=ASKED)).json()["plan_id"]
+    plan_id = (await client.post("/v1/maps/house/plans", headers=bob, json=REQUEST)).json()["plan_id"]
     path = f"/v1/plans/{plan_id}"
     assert (await client.get(path, headers=ann)).json()["user"] == "bob"
     assert problem_of(await client.get(path, headers=carl), 404, "not-found")["detail"] == f"unknown plan {plan_id!r}"
     await client.patch("/v1/maps/house", headers=ann, json={"readers": []})
-    assert (await client.get(path, headers=bob)).status_code == 200, "the own"
+    assert (await client.get(path, headers=bob)).status_code == 200, "a user keeps access to the own plan"
     await client.delete("/v1/maps/house", headers=ann)
-    for who in (ann, bob):
-        problem_of(await client.get(path, headers=who), 404, "not-found")
+    for reader in (ann, bob):
+        problem_of(await client.get(path, headers=reader), 404, "not-found")
 
 
 async def _in_pieces(body: bytes) -> AsyncIterator[bytes]:
@@ -165,15 +167,15 @@ async def _in_pieces(body: bytes) -> AsyncIterator[bytes]:
 @pytest.mark.parametrize(
     "case",
     [
-        (json.dumps(ASKED).encode(), 201),
-        (json.dumps(ASKED).encode() + b" " * 20_000, 201),
-        (json.dumps(ASKED | {"tolerance": "x" * 20_000}).encode(), 422),
-        (json.dumps(ASKED).encode() + b" " * 20_000 + b"!", 400),
-        (json.dumps(ASKED).encode() + b" " * 100_000, 413),
+        (json.dumps(REQUEST).encode(), 201),
+        (json.dumps(REQUEST).encode() + b" " * 20_000, 201),
+        (json.dumps(REQUEST | {"tolerance": "x" * 20_000}).encode(), 422),
+        (json.dumps(REQUEST).encode() + b" " * 20_000 + b"!", 400),
+        (json.dumps(REQUEST).encode() + b" " * 100_000, 413),
     ],
-    ids=["right", "right and long", "of a wrong type", "no JSON", "too large"],
+    ids=["valid", "valid and long", "wrong type", "not JSON", "too large"],
 )
-async def test_a_request_that_comes_in_pieces_is_answered_as_one_that_comes_whole(
+async def test_a_request_sent_in_pieces_is_answered_like_a_whole_one(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, case: tuple[bytes, int]
 ) -> None:
     ann = await log_in("ann")
@@ -186,14 +188,14 @@ async def test_a_request_that_comes_in_pieces_is_answered_as_one_that_comes_whol
     assert status == 201 or pieces.json() == whole.json()
 
 
-async def test_a_path_that_is_kept_already_is_not_kept_anew(
+async def test_a_reused_path_is_not_stored_again(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud, services: Services
 ) -> None:
     ann = await log_in("ann")
     await publish(ann)
-    first = (await client.post("/v1/maps/house/plans", headers=ann, json=ASKED)).json()
+    first = (await client.post("/v1/maps/house/plans", headers=ann, json=REQUEST)).json()
     cloud.reused = first["plan_id"]
-    again = (await client.post("/v1/maps/house/plans", headers=ann, json=ASKED | {"tolerance": 1.0})).json()
+    again = (await client.post("/v1/maps/house/plans", headers=ann, json=REQUEST | {"tolerance": 1.0})).json()
     assert (again["origin"], again["reused"], again["plan_id"]) == ("reused", first["plan_id"], first["plan_id"])
     await services.plan_writer.settled()
     assert [plan.id for plan in services.store.plans("house")] == [first["plan_id"]]

@@ -8,7 +8,7 @@ from tests.support.storage.records import plan
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 
-async def test_a_plan_is_removed_by_who_asked_for_it_the_owner_of_its_map_or_an_administrator(
+async def test_a_plan_is_removed_by_its_user_map_owner_or_administrators(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services
 ) -> None:
     headers = {name: await log_in(name) for name in ("ann", "bob", "carl", "dora", "admin")}

@@ -16,7 +16,7 @@ async def put_robot(client: httpx.AsyncClient, ann: dict[str, str], publish: Pub
     await client.put("/v1/robots/tb1", headers=ann, json={"map": "house"})
 
 
-async def test_each_node_is_listed_with_its_home_and_why(
+async def test_each_node_is_listed_with_its_home_and_reasons(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
     ann = await log_in("ann")
@@ -33,7 +33,7 @@ async def test_each_node_is_listed_with_its_home_and_why(
 
 
 @pytest.mark.parametrize(("asked", "wanted"), [({}, "cloud"), ({"home": None}, "cloud"), ({"home": "robot"}, "robot")])
-async def test_a_node_is_asked_for_and_the_answer_says_where_it_shall_run(
+async def test_requesting_a_home_returns_where_the_node_will_run(
     asked: dict[str, str], wanted: str, client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
     ann = await log_in("ann")
@@ -42,7 +42,7 @@ async def test_a_node_is_asked_for_and_the_answer_says_where_it_shall_run(
     assert (answer.status_code, answer.json()["wanted"]) == (200, wanted)
 
 
-async def test_a_home_that_is_none_is_refused(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+async def test_an_invalid_home_is_refused(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
     ann = await log_in("ann")
     await put_robot(client, ann, publish)
     for body in ({"home": "moon"}, {"home": 1}, {"house": "cloud"}, []):
@@ -53,7 +53,7 @@ async def test_a_home_that_is_none_is_refused(client: httpx.AsyncClient, log_in:
     ("error", "status", "slug"),
     [(Unavailable("no container now"), 503, "unavailable"), (NotFound("node", "move_base"), 404, "not-found")],
 )
-async def test_a_robot_that_is_away_is_told_of(
+async def test_an_unreachable_robot_or_unknown_node_is_reported(
     error: PPaaSError, status: int, slug: str,
     client: httpx.AsyncClient, cloud: FakeCloud, log_in: LogIn, publish: Publish,
 ) -> None:  # fmt: skip
@@ -64,7 +64,9 @@ async def test_a_robot_that_is_away_is_told_of(
     problem_of(await client.post(f"{NODES}/move_base", headers=ann, json={}), status, slug)
 
 
-async def test_the_robots_of_others_are_not_shown(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+async def test_nodes_of_other_users_robots_are_not_found(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
     ann, bob = await log_in("ann"), await log_in("bob")
     await put_robot(client, ann, publish)
     problem_of(await client.get(NODES, headers=bob), 404, "not-found")

@@ -24,26 +24,24 @@ async def ann(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> dic
     return headers
 
 
-async def test_a_urdf_is_kept_byte_for_byte_and_what_it_tells_is_shown(
+async def test_a_urdf_is_stored_verbatim_and_its_summary_is_shown(
     client: httpx.AsyncClient, ann: dict[str, str]
 ) -> None:
     put = await client.put(PATH, headers=ann | XML, content=BURGER)
-    told = put.json()
-    assert (put.status_code, told["circumscribed_radius"], told["inscribed_radius"]) == (201, 0.124, 0.038)
-    assert told["sensors"] == [{"link": "base_scan", "kind": "laser", "pose": [-0.032, 0.0, 0.182, 0.0, 0.0, 0.0]}]
+    summary = put.json()
+    assert (put.status_code, summary["circumscribed_radius"], summary["inscribed_radius"]) == (201, 0.124, 0.038)
+    assert summary["sensors"] == [{"link": "base_scan", "kind": "laser", "pose": [-0.032, 0.0, 0.182, 0.0, 0.0, 0.0]}]
     got = await client.get(PATH, headers=ann)
     assert (got.content, got.headers["content-type"]) == (BURGER, "application/xml")
     assert got.headers["content-disposition"] == 'attachment; filename="tb1.urdf"'
-    assert (await client.get("/v1/robots/tb1", headers=ann)).json()["urdf"] == told
+    assert (await client.get("/v1/robots/tb1", headers=ann)).json()["urdf"] == summary
     assert (await client.put(PATH, headers=ann | XML, content=BURGER)).status_code == 200
     assert (await client.delete(PATH, headers=ann)).status_code == 204
     problem_of(await client.get(PATH, headers=ann), 404, "not-found")
     assert (await client.get("/v1/robots/tb1", headers=ann)).json()["urdf"] is None
 
 
-async def test_another_file_or_change_of_the_robot_leaves_its_urdf(
-    client: httpx.AsyncClient, ann: dict[str, str]
-) -> None:
+async def test_changing_a_robot_keeps_its_urdf(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
     await client.put(PATH, headers=ann | XML, content=BURGER)
     await client.put("/v1/robots/tb1", headers=ann, json={"map": "house", "cores": 0.5})
     await client.patch("/v1/robots/tb1", headers=ann, json={"description": "new", "properties": {"a": {"b": 1}}})
@@ -54,7 +52,7 @@ async def test_another_file_or_change_of_the_robot_leaves_its_urdf(
     assert (await client.get(PATH, headers=ann)).content == BURGER
 
 
-async def test_a_robot_has_its_owners_urdf_and_a_new_robot_none(
+async def test_a_urdf_is_private_and_removed_with_its_robot(
     client: httpx.AsyncClient, ann: dict[str, str], log_in: LogIn
 ) -> None:
     await client.put(PATH, headers=ann | XML, content=BURGER)
@@ -82,7 +80,7 @@ async def test_a_robot_has_its_owners_urdf_and_a_new_robot_none(
         (b"<robot>" + b" " * (1 << 20) + b"</robot>", 413, "message-too-large"),
     ],
 )
-async def test_what_is_no_urdf_is_refused_and_nothing_is_stored(
+async def test_invalid_urdfs_are_refused_and_not_stored(
     client: httpx.AsyncClient, ann: dict[str, str], services: Services, content: bytes, status: int, slug: str
 ) -> None:
     problem_of(await client.put(PATH, headers=ann | XML, content=content), status, slug)
@@ -91,6 +89,8 @@ async def test_what_is_no_urdf_is_refused_and_nothing_is_stored(
 
 
 @pytest.mark.parametrize("kind", ["application/json", "text/html", ""])
-async def test_what_is_not_said_to_be_xml_is_refused(client: httpx.AsyncClient, ann: dict[str, str], kind: str) -> None:
+async def test_a_urdf_without_an_xml_content_type_is_refused(
+    client: httpx.AsyncClient, ann: dict[str, str], kind: str
+) -> None:
     answer = await client.put(PATH, headers=ann | {"Content-Type": kind}, content=BURGER)
     problem_of(answer, 415, "unsupported-media-type")

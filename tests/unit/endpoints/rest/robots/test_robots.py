@@ -26,7 +26,7 @@ FILE: dict[str, Any] = {
 }
 
 
-async def test_a_robot_is_kept_as_its_file_says(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+async def test_a_robot_is_stored_as_its_file_states(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
     ann = await log_in("ann")
     await publish(ann)
     answer = await client.put("/v1/robots/tb1", headers=ann, json=FILE)
@@ -35,7 +35,9 @@ async def test_a_robot_is_kept_as_its_file_says(client: httpx.AsyncClient, log_i
     assert (await client.get("/v1/robots", headers=ann)).json() == {"items": [answer.json()], "next": None}
 
 
-async def test_only_the_map_must_be_told(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+async def test_only_the_map_is_required_in_a_robot_file(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
     ann = await log_in("ann")
     await publish(ann)
     answer = await client.put("/v1/robots/tb1", headers=ann, json={"map": "house"})
@@ -44,9 +46,7 @@ async def test_only_the_map_must_be_told(client: httpx.AsyncClient, log_in: LogI
     assert answer.json() == FILE | defaults | {"id": "tb1", "user": "ann"}
 
 
-async def test_a_robot_may_ask_for_machines_with_labels(
-    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
-) -> None:
+async def test_a_robot_may_require_machine_labels(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
     ann = await log_in("ann")
     await publish(ann)
     asks = {"map": "house", "labels": {"zone": "a", "gpu": "yes"}}
@@ -70,7 +70,7 @@ async def test_users_have_their_own_robots(client: httpx.AsyncClient, log_in: Lo
 
 
 @pytest.mark.parametrize("map_id", ["nowhere", "secret"])
-async def test_a_robot_needs_a_map_that_its_user_may_see(
+async def test_a_robot_needs_a_map_that_its_user_may_read(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, map_id: str
 ) -> None:
     await publish(await log_in("bob"), "secret")
@@ -78,7 +78,7 @@ async def test_a_robot_needs_a_map_that_its_user_may_see(
     assert problem_of(answer, 404, "not-found")["detail"] == f"unknown map {map_id!r}"
 
 
-async def test_the_masks_that_a_file_names_must_be_there_when_it_is_put(
+async def test_masks_of_a_robot_file_must_be_readable_maps(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services
 ) -> None:
     ann = await log_in("ann")
@@ -86,7 +86,7 @@ async def test_the_masks_that_a_file_names_must_be_there_when_it_is_put(
     await publish(await log_in("bob"), "bobs")
     await client.put("/v1/robots/tb1", headers=ann, json=FILE)
     before = services.store.robots("ann")
-    for parameters, told in (
+    for parameters, error in (
         ({"keepout_filter": {"filter_mask": "nowhere"}}, "keepout_filter: the mask 'nowhere' is not a published map"),
         ({"speed_filter": {"filter_mask": "bobs"}}, "speed_filter: the mask 'bobs' is not a published map"),
         ({"speed_filter": {"type": 3}}, "speed_filter"),
@@ -94,11 +94,11 @@ async def test_the_masks_that_a_file_names_must_be_there_when_it_is_put(
         put = await client.put("/v1/robots/tb1", headers=ann, json=FILE | {"parameters": parameters})
         patched = await client.patch("/v1/robots/tb1", headers=ann, json={"parameters": parameters})
         for answer in (put, patched):
-            assert told in problem_of(answer, 422, "invalid-parameter")["detail"]
+            assert error in problem_of(answer, 422, "invalid-parameter")["detail"]
     assert services.store.robots("ann") == before
 
 
-async def test_a_robot_whose_mask_is_gone_can_be_changed_in_all_else(
+async def test_a_robot_whose_mask_was_removed_can_still_be_changed(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
     ann = await log_in("ann")
@@ -139,7 +139,7 @@ async def test_a_robot_whose_mask_is_gone_can_be_changed_in_all_else(
         {"properties": {"x": ["y" * 70_000]}},
     ],
 )
-async def test_a_file_that_is_wrong_is_refused_and_the_robot_stays(
+async def test_an_invalid_robot_file_is_refused_and_the_robot_stays(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services, change: dict[str, Any]
 ) -> None:
     ann = await log_in("ann")
@@ -165,7 +165,7 @@ def json_with_nan(value: object) -> str:
     "content",
     [b"", b"{", b"\x00\xff\xfe", b"null", b"[" * 50_000, b'{"map": "\\ud800"}', b'{"\\ud800": 1}', b'{"map": 1e999}'],
 )
-async def test_rubbish_for_a_body_is_a_problem(client: httpx.AsyncClient, log_in: LogIn, content: bytes) -> None:
+async def test_a_malformed_robot_file_is_a_problem(client: httpx.AsyncClient, log_in: LogIn, content: bytes) -> None:
     headers = await log_in("ann") | {"Content-Type": "application/json"}
     answer = await client.put("/v1/robots/tb1", headers=headers, content=content)
     assert answer.status_code in (400, 422)
@@ -174,7 +174,7 @@ async def test_rubbish_for_a_body_is_a_problem(client: httpx.AsyncClient, log_in
 
 @pytest.mark.parametrize("name", ["parameters", "properties"])
 @pytest.mark.parametrize("value", [{"x": 1 << 70}, {"x": "\ud800"}])
-async def test_parameters_that_cannot_be_kept_are_told(
+async def test_parameters_that_cannot_be_stored_are_refused(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, name: str, value: dict[str, Any]
 ) -> None:
     ann = await log_in("ann")
@@ -185,16 +185,14 @@ async def test_parameters_that_cannot_be_kept_are_told(
     assert "cannot store" in problem_of(answer, 400, "invalid-input")["detail"]
 
 
-async def test_a_robot_id_that_is_no_name_is_refused(
-    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
-) -> None:
+async def test_an_invalid_robot_id_is_refused(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
     ann = await log_in("ann")
     await publish(ann)
     refused = await client.put("/v1/robots/a%20b", headers=ann, json=FILE)
     assert problem_of(refused, 422, "invalid-request")["errors"][0]["where"] == ["path", "robot_id"]
 
 
-async def test_a_robot_that_is_connected_is_kept(
+async def test_a_connected_robot_cannot_be_removed(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud, services: Services
 ) -> None:
     ann = await log_in("ann")

@@ -18,7 +18,7 @@ MERGE = {"Content-Type": "application/merge-patch+json"}
 FILE = {"map": "house", "cores": 0.25, "parameters": {"amcl": {"max_particles": 800, "min_particles": 100}}}
 
 
-async def test_a_robot_is_changed_by_what_is_said_and_all_else_stays(
+async def test_a_patch_changes_only_the_given_fields_of_a_robot(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
     ann = await log_in("ann")
@@ -44,7 +44,7 @@ async def test_a_robot_is_changed_by_what_is_said_and_all_else_stays(
         ({"model": "../x"}, "model"),
     ],
 )
-async def test_a_change_that_would_break_a_robot_is_refused_and_it_stays(
+async def test_an_invalid_patch_is_refused_and_the_robot_stays(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, change: dict[str, Any], where: str
 ) -> None:
     ann = await log_in("ann")
@@ -55,7 +55,7 @@ async def test_a_change_that_would_break_a_robot_is_refused_and_it_stays(
     assert (await client.get("/v1/robots/tb1", headers=ann)).json() == made | {"urdf": None}
 
 
-async def test_a_robot_is_not_moved_to_a_map_that_its_user_may_not_read(
+async def test_a_robot_is_not_moved_to_a_map_without_read_access(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
     ann, bob = await log_in("ann"), await log_in("bob")
@@ -66,7 +66,7 @@ async def test_a_robot_is_not_moved_to_a_map_that_its_user_may_not_read(
     problem_of(await client.patch("/v1/robots/tb9", headers=ann, json={"cores": 1}), 404, "not-found")
 
 
-async def test_of_two_who_change_a_robot_at_once_one_is_told_to_look_again(
+async def test_a_concurrent_change_of_a_robot_is_a_conflict(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ann = await log_in("ann")

@@ -8,7 +8,7 @@ from tests.support.endpoints.problems import problem_of
 from tests.unit.endpoints.conftest import PASSWORD, LogIn
 
 
-async def test_a_login_gives_a_token_that_is_not_cached(client: httpx.AsyncClient, services: Services) -> None:
+async def test_a_login_returns_a_token_that_is_not_cached(client: httpx.AsyncClient, services: Services) -> None:
     await services.accounts.register("ann", PASSWORD)
     answer = await client.post("/v1/tokens", json={"user": "ann", "password": PASSWORD})
     assert answer.status_code == 201
@@ -18,7 +18,7 @@ async def test_a_login_gives_a_token_that_is_not_cached(client: httpx.AsyncClien
     assert (me.json()["id"], me.json()["role"]) == ("ann", "user")
 
 
-async def test_a_token_may_stand_in_the_url(client: httpx.AsyncClient, log_in: LogIn) -> None:
+async def test_a_token_is_accepted_in_the_url(client: httpx.AsyncClient, log_in: LogIn) -> None:
     token = (await log_in("ann"))["Authorization"].split()[1]
     assert (await client.get("/v1/users/me", params={"token": token})).json()["id"] == "ann"
 
@@ -46,7 +46,7 @@ async def test_a_token_may_stand_in_the_url(client: httpx.AsyncClient, log_in: L
         ("GET", "/v1/containers"),
     ],
 )
-async def test_without_a_good_token_nothing_is_told(
+async def test_requests_without_a_valid_token_are_refused(
     client: httpx.AsyncClient, method: str, path: str, headers: dict[str, str]
 ) -> None:
     answer = await client.request(method, path, headers=headers)
@@ -54,9 +54,7 @@ async def test_without_a_good_token_nothing_is_told(
     assert answer.headers["www-authenticate"].startswith("Bearer")
 
 
-async def test_a_wrong_password_is_a_problem_that_does_not_repeat_it(
-    client: httpx.AsyncClient, services: Services
-) -> None:
+async def test_login_errors_do_not_repeat_the_password(client: httpx.AsyncClient, services: Services) -> None:
     await services.accounts.register("ann", PASSWORD)
     answer = await client.post("/v1/tokens", json={"user": "ann", "password": "secret-but-wrong"})
     problem_of(answer, 401, "not-authenticated")
@@ -65,9 +63,7 @@ async def test_a_wrong_password_is_a_problem_that_does_not_repeat_it(
     assert "secret" not in answer.text + refused.text
 
 
-async def test_tokens_are_listed_without_themselves_and_revoked_one_by_one(
-    client: httpx.AsyncClient, log_in: LogIn
-) -> None:
+async def test_tokens_are_listed_by_id_and_revoked_one_by_one(client: httpx.AsyncClient, log_in: LogIn) -> None:
     here, elsewhere, bob = await log_in("ann"), await log_in("ann"), await log_in("bob")
     listed = (await client.get("/v1/tokens", headers=here)).json()["items"]
     assert len(listed) == 2
@@ -82,7 +78,7 @@ async def test_tokens_are_listed_without_themselves_and_revoked_one_by_one(
     assert (await client.get("/v1/users/me", headers=bob)).status_code == 200
 
 
-async def test_the_id_of_a_new_token_is_that_of_the_list(client: httpx.AsyncClient, log_in: LogIn) -> None:
+async def test_a_new_token_has_the_id_shown_in_the_list(client: httpx.AsyncClient, log_in: LogIn) -> None:
     await log_in("ann")
     made = (await client.post("/v1/tokens", json={"user": "ann", "password": PASSWORD})).json()
     listed = await client.get("/v1/tokens", headers={"Authorization": f"Bearer {made['token']}"})

@@ -9,7 +9,7 @@ from tests.support.endpoints.problems import problem_of
 from tests.unit.endpoints.conftest import PASSWORD, LogIn, Publish
 
 
-async def test_an_admin_makes_lists_and_removes_users(client: httpx.AsyncClient, log_in: LogIn) -> None:
+async def test_an_admin_creates_lists_and_removes_users(client: httpx.AsyncClient, log_in: LogIn) -> None:
     admin = await log_in("admin")
     made = await client.post("/v1/users", headers=admin, json={"id": "ann", "password": PASSWORD})
     assert (made.status_code, made.json()) == (201, {"id": "ann", "role": "user"})
@@ -21,7 +21,7 @@ async def test_an_admin_makes_lists_and_removes_users(client: httpx.AsyncClient,
     problem_of(await client.delete("/v1/users/ann", headers=admin), 404, "not-found")
 
 
-async def test_what_is_for_admins_is_for_nobody_else(client: httpx.AsyncClient, log_in: LogIn) -> None:
+async def test_administration_requires_the_admin_role(client: httpx.AsyncClient, log_in: LogIn) -> None:
     ann = await log_in("ann")
     new = {"id": "bob", "password": PASSWORD, "role": "admin"}
     problem_of(await client.post("/v1/users", headers=ann, json=new), 403, "not-permitted")
@@ -43,14 +43,14 @@ async def test_what_is_for_admins_is_for_nobody_else(client: httpx.AsyncClient, 
         ([], (422, "invalid-request")),
     ],
 )
-async def test_a_user_who_cannot_be_made_is_told_why(
+async def test_an_invalid_new_user_is_refused(
     client: httpx.AsyncClient, log_in: LogIn, services: Services, body: object, expected: tuple[int, str]
 ) -> None:
     problem_of(await client.post("/v1/users", headers=await log_in("admin"), json=body), *expected)
     assert [user.id for user in services.store.users()] == ["admin"]
 
 
-async def test_a_user_whose_maps_or_robots_are_in_use_is_kept(
+async def test_a_user_with_maps_or_running_robots_cannot_be_removed(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud
 ) -> None:
     admin, ann = await log_in("admin"), await log_in("ann")

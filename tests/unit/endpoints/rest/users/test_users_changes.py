@@ -9,7 +9,7 @@ from tests.unit.endpoints.conftest import PASSWORD, LogIn
 NEW = "battery staple"
 
 
-async def test_a_user_changes_the_own_password_with_the_old_one_and_other_logins_end(
+async def test_a_user_changes_the_password_and_other_logins_end(
     client: httpx.AsyncClient, log_in: LogIn, services: Services
 ) -> None:
     here, elsewhere = await log_in("ann"), await log_in("ann")
@@ -21,7 +21,9 @@ async def test_a_user_changes_the_own_password_with_the_old_one_and_other_logins
     problem_of(await client.post("/v1/tokens", json={"user": "ann", "password": PASSWORD}), 401, "not-authenticated")
 
 
-async def test_without_the_old_password_it_stays(client: httpx.AsyncClient, log_in: LogIn, services: Services) -> None:
+async def test_a_password_change_requires_the_old_password(
+    client: httpx.AsyncClient, log_in: LogIn, services: Services
+) -> None:
     ann = await log_in("ann")
     answer = await client.patch("/v1/users/ann", headers=ann, json={"password": NEW})
     assert "old_password" in problem_of(answer, 422, "invalid-parameter")["detail"]
@@ -30,7 +32,7 @@ async def test_without_the_old_password_it_stays(client: httpx.AsyncClient, log_
     assert await services.accounts.login("ann", PASSWORD)
 
 
-async def test_an_administrator_gives_others_a_password_and_a_role(
+async def test_an_administrator_sets_password_and_role_of_others(
     client: httpx.AsyncClient, log_in: LogIn, services: Services
 ) -> None:
     admin, ann = await log_in("admin"), await log_in("ann")
@@ -43,7 +45,7 @@ async def test_an_administrator_gives_others_a_password_and_a_role(
     problem_of(await client.patch("/v1/users/nobody", headers=admin, json={"role": "user"}), 404, "not-found")
 
 
-async def test_nobody_takes_a_role_or_looks_at_others(client: httpx.AsyncClient, log_in: LogIn) -> None:
+async def test_users_cannot_change_roles_or_access_other_users(client: httpx.AsyncClient, log_in: LogIn) -> None:
     ann, admin = await log_in("ann"), await log_in("admin")
     problem_of(await client.patch("/v1/users/me", headers=ann, json={"role": "admin"}), 403, "not-permitted")
     for method in ("GET", "PATCH"):
