@@ -2,11 +2,10 @@
 
 import asyncio
 import contextlib
-import itertools
 import logging
 import secrets
 import shutil
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -159,12 +158,6 @@ def _watcher(config: CloudConfig, far: RemoteMachines | None) -> WatcherProcess:
     return WatcherProcess(WatchConfig(config.ray_address or "", config.machines, far.host, config.cores))
 
 
-def _new_ids() -> Callable[[], str]:
-    """Return a function that returns container ids, which no other cloud process uses, earlier ones included."""
-    numbers, ours = itertools.count(1), secrets.token_hex(4)
-    return lambda: f"c{next(numbers)}-{ours}"
-
-
 class Engine(CloudListener):
     """The engine of one cloud, with this machine in it.
 
@@ -194,7 +187,7 @@ class Engine(CloudListener):
         self._agents: Agents = self._on_ray(watcher) if watcher is not None else LocalMachine(own, file, left)
         quotas = Quotas(config.quota)
         self.service = MasterDriver(
-            Master(balancer, quotas, new_id=_new_ids()),
+            Master(balancer, quotas, id_suffix=f"-{secrets.token_hex(4)}"),
             CheckpointSelection(self.store, instance, config.linger),
             self._run_dir,
             own.secret,

@@ -118,7 +118,7 @@ class MasterPlacement:
 
     def state(self) -> dict[str, Any]:
         """Return the settings of machines and the names of removed machines."""
-        return {"settings": self._master.settings, "removed": sorted(self._master.removed)}
+        return {"settings": dict(self._master.settings), "removed": sorted(self._master.removed)}
 
 
 class RoundRobinPlacement:

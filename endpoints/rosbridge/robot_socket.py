@@ -106,7 +106,7 @@ async def serve_robot_socket(socket: WebSocket, services: Services, sessions: Se
     try:
         request = parse_connect_request(socket.query_params)
         user = await authenticate(socket, services.accounts)
-        services.cloud.quotas.learn(user)
+        services.cloud.set_limits(user.id, user.limits)
         attachment = await sessions.attach(user.id, request, connection_of(socket).probe)
     except PPaaSError as error:
         logger.warning("WebSocket refused: %s: %s", error.slug, error)

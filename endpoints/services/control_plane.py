@@ -9,7 +9,7 @@ from engine.service.views import ContainerView, MachineView
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.messages.ppaas_msgs import NodeHome
-from storage.records import User
+from storage.records import Limits, User
 
 
 class ControlPlane(Protocol):
@@ -77,8 +77,11 @@ class ControlPlane(Protocol):
         """
         ...
 
-    def quotas_changed(self) -> None:
-        """Start waiting places that changed quotas allow now."""
+    def set_limits(self, user: str, limits: Limits) -> None:
+        """Apply a user's own limits, as they are stored; starts the waiting places that they allow.
+
+        Every request that depends on a quota begins with it, since another process may have changed the limits.
+        """
         ...
 
     def resize_container(self, container: str, cores: float) -> None:

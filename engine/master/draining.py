@@ -1,4 +1,4 @@
-"""Moves containers from machines that are being drained to others, a few at once."""
+"""Use of free room: waiting places are filled, and containers leave machines that are being drained, a few at once."""
 
 from engine.master.machine import Machine
 from engine.master.orders import Leave, Order
@@ -7,6 +7,12 @@ from engine.master.state import MasterState
 
 MOVES = 4
 """Largest number of places that move at once: each has no container for a moment."""
+
+
+def use_room(state: MasterState) -> list[Order]:
+    """Return orders that use room which has become free."""
+    filled = [order for key in tuple(state.waiting) for order in state.fill(key, state.places[key])]
+    return [*filled, *move_on(state)]
 
 
 def move_on(state: MasterState) -> list[Order]:

@@ -32,6 +32,10 @@ class Queue:
         self._quotas = quotas
         self._requests: dict[str, PlaceRequest] = {}
 
+    def __len__(self) -> int:
+        """Return the number of queued requests."""
+        return len(self._requests)
+
     def open(self, request: PlaceRequest, opening: Open) -> list[Order]:
         """Open a place now, or queue it.
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 
 from engine.master.machine import DECIMALS
 from ppaas.errors import QuotaExceeded
-from storage.records import Limits, User
+from storage.records import Limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,19 +60,22 @@ class Quotas:
 
     def __init__(self, default: Quota | None = None) -> None:
         self._default = default or Quota()
+        self._limits: dict[str, Limits] = {}
         self._own: dict[str, Quota] = {}
         self._used: defaultdict[str, Used] = defaultdict(Used)
 
-    def learn(self, user: User) -> None:
-        """Take over a user's own limits from the user's stored record."""
-        if user.limits == NO_LIMITS:
-            self._own.pop(user.id, None)
+    def set_limits(self, user: str, limits: Limits) -> None:
+        """Apply a user's own limits."""
+        if limits == NO_LIMITS:
+            self._limits.pop(user, None)
+            self._own.pop(user, None)
         else:
-            self._own[user.id] = self._default.with_own(user.limits)
+            self._limits[user] = limits
+            self._own[user] = self._default.with_own(limits)
 
-    def forget(self, user: str) -> None:
-        """Forget the limits of a deleted user."""
-        self._own.pop(user, None)
+    def limits(self, user: str) -> Limits:
+        """Return a user's own limits."""
+        return self._limits.get(user, NO_LIMITS)
 
     def of(self, user: str) -> Quota:
         """Return the quota of a user."""

@@ -21,8 +21,8 @@ MOST_NETWORK = 1e12
 """Upper bound of a plausible network rate [bytes/s]."""
 
 
-def machine_of(register: control_link.Register) -> Machine:
-    """Return the machine that a registration describes.
+def check_registration(register: control_link.Register) -> None:
+    """Check that a machine may be as it registered.
 
     Raises
     ------
@@ -37,14 +37,6 @@ def machine_of(register: control_link.Register) -> Machine:
     _check(register.machine, "cores", register.cores, 1, MOST_CORES)
     _check(register.machine, "bytes of memory", register.memory, LEAST_MEMORY, MOST_MEMORY)
     _check(register.machine, "bytes a second of its network", register.network, 0.0, MOST_NETWORK)
-    return Machine(
-        register.machine,
-        register.cores,
-        register.memory,
-        register.pid,
-        labels=register.labels,
-        network=register.network,
-    )
 
 
 def _check_release(register: control_link.Register) -> None:
@@ -54,15 +46,6 @@ def _check_release(register: control_link.Register) -> None:
             f"machine {register.machine[:64]!r} runs release {register.release[:64] or '(unknown)'}, but this cloud "
             f"runs {__version__}: install that release on it; its containers end and restart from their checkpoints"
         )
-
-
-def note_load(machine: Machine, heartbeat: control_link.Heartbeat) -> None:
-    """Take over the reported load of a machine; raises as ``check_heartbeat`` does."""
-    check_heartbeat(machine, heartbeat)
-    machine.cpu, machine.memory_used = heartbeat.cpu, heartbeat.memory_used
-    machine.network_used, machine.neighbours = heartbeat.network_used, heartbeat.round_trips
-    machine.average_round_trips()
-    machine.loads = {load.container: load for load in heartbeat.containers}
 
 
 def check_heartbeat(machine: Machine, heartbeat: control_link.Heartbeat) -> None:

@@ -1,16 +1,18 @@
 """State of the master: machines, places, and the containers that fill these."""
 
 import itertools
-from collections.abc import Callable
 
 from engine.master.adoption import may_adopt, request_of, take_up
 from engine.master.balancer import Balancer
 from engine.master.machine import Machine
 from engine.master.orders import Adopt, End, Order, Start
 from engine.master.places import Place, PlaceRequest
+from engine.master.queueing import Queue
 from engine.master.quotas import Quotas
 from engine.protocols.control_link import RunningContainer
 from engine.specs.containers import ContainerSpec
+from engine.specs.machine_settings import MachineSettings
+from ppaas.errors import NotFound
 
 
 class MasterState:
@@ -22,8 +24,8 @@ class MasterState:
         Balancer that chooses machines.
     quotas : Quotas
         Quotas, where the usage of users is counted.
-    new_id : callable, optional
-        Returns the next container id.
+    id_suffix : str
+        Suffix of all container ids.
 
     Attributes
     ----------
@@ -39,13 +41,21 @@ class MasterState:
         Machines that are being drained.
     returning : set of str
         Machines of an earlier cloud process, which may reconnect.
+    settings : dict of str to MachineSettings
+        Settings by administrators, by name of the machine.
+    removed : set of str
+        Machines that administrators removed; they may not join.
+    queue : Queue
+        Requests for places that wait until they may be opened.
+    closing : bool
+        Whether the cloud is shutting down.
     """
 
-    def __init__(self, balancer: Balancer, quotas: Quotas, new_id: Callable[[], str] | None = None) -> None:
-        counter = itertools.count(1)
-        self._balancer = balancer
+    def __init__(self, balancer: Balancer, quotas: Quotas, id_suffix: str = "") -> None:
+        self.balancer = balancer
         self.quotas = quotas
-        self._new_id = new_id or (lambda: f"c{next(counter)}")
+        self._numbers = itertools.count(1)
+        self._id_suffix = id_suffix
         self.machines: dict[str, Machine] = {}
         self.places: dict[str, Place] = {}
         self.place_of: dict[str, str] = {}
@@ -53,6 +63,31 @@ class MasterState:
         self.moving: set[str] = set()
         self.draining: set[str] = set()
         self.returning: set[str] = set()
+        self.settings: dict[str, MachineSettings] = {}
+        self.removed: set[str] = set()
+        self.queue = Queue(quotas)
+        self.closing = False
+
+    def machine(self, machine_id: str) -> Machine:
+        """Return a machine; raises ``NotFound`` if there is no such machine."""
+        if machine_id not in self.machines:
+            raise NotFound("machine", machine_id, list(self.machines))
+        return self.machines[machine_id]
+
+    def machine_of(self, container: str) -> str:
+        """Return the name of the machine of a container; raises ``NotFound`` if there is no such container."""
+        place = self.filled_by(container)
+        if place is None or place.machine is None:
+            raise NotFound("container", container)
+        return place.machine
+
+    def apply_settings(self, machine: Machine, settings: MachineSettings) -> None:
+        """Give a machine its settings, and note whether it is drained."""
+        machine.settings = settings
+        if settings.draining:
+            self.draining.add(machine.id)
+        else:
+            self.draining.discard(machine.id)
 
     def filled_by(self, container: str) -> Place | None:
         """Return the place that a container fills; None if it no longer fills one."""
@@ -73,7 +108,7 @@ class MasterState:
         self.waiting.pop(request.key, None)
         self.place_of[spec.id] = request.key
         self.quotas.add(spec.user, 0, spec.cores - request.cores)
-        self._balancer.placed(machine, spec)
+        self.balancer.placed(machine, spec)
         return [Adopt(request.key, machine.id, carried)]
 
     def add(self, request: PlaceRequest) -> Place:
@@ -110,16 +145,16 @@ class MasterState:
         """Reserve room for the next container of a place; return its machine and spec, or None if there is no room."""
         if self.may_run(place):
             return None
-        request, container = place.request, self._new_id()
+        request, container = place.request, f"c{next(self._numbers)}{self._id_suffix}"
         session = place.session or container
         spec = ContainerSpec(
             container, request.user, request.map, place.cores, request.robot, session=session, labels=request.labels
         )
-        machine = self._balancer.choose(spec)
+        machine = self.balancer.choose(spec)
         if machine is None:
             return None
         machine.place(spec)
-        self._balancer.placed(machine, spec)
+        self.balancer.placed(machine, spec)
         self.place_of[spec.id] = request.key
         return machine.id, spec
 
@@ -139,5 +174,5 @@ class MasterState:
         if machine is None:
             return []
         machine.remove(spec.id)
-        self._balancer.removed(machine, spec)
+        self.balancer.removed(machine, spec)
         return [End(machine_id, spec.id)]

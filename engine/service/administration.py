@@ -1,19 +1,16 @@
 """Administration of machines while a cloud runs: settings, removal and admission."""
 
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 import msgspec
 
+from engine.master.events import MachineAdmitted, RemovalRequested, SettingsChanged, SettingsLoaded
 from engine.master.master import Master
 from engine.master.orders import Order
 from engine.processes.disk_notes import write_note
 from engine.specs.machine_settings import MachineSettings, check_settings
 from ppaas.errors import InvalidInput, PPaaSError, Unavailable
-
-Losing = Callable[[str], list[Order]]
-"""Removes a machine from the master's state; returns the orders for its containers."""
 
 
 class _Kept(msgspec.Struct, frozen=True):
@@ -31,11 +28,14 @@ class Administration:
     execute : callable
         Executes the master's orders.
     cut_off : callable
-        Removes a machine by the given callable and closes its link.
+        Removes a machine, as it is requested, and closes its link.
     """
 
     def __init__(
-        self, master: Master, execute: Callable[[list[Order]], None], cut_off: Callable[[str, Losing], None]
+        self,
+        master: Master,
+        execute: Callable[[list[Order]], None],
+        cut_off: Callable[[RemovalRequested], None],
     ) -> None:
         self._master = master
         self._execute = execute
@@ -60,14 +60,13 @@ class Administration:
             raise InvalidInput(
                 f"{file} is not a valid file of machine settings: correct or delete it: {error}"
             ) from error
-        self._master.settings.update(settings)
-        self._master.removed.update(kept.removed)
+        self._execute(self._master.handle(SettingsLoaded(settings, tuple(kept.removed))))
 
     def _keep(self) -> None:
         if self._file is None:
             return
         try:
-            write_note(self._file, _Kept(self._master.settings, sorted(self._master.removed)))
+            write_note(self._file, _Kept(dict(self._master.settings), sorted(self._master.removed)))
         except OSError as error:
             raise Unavailable(
                 f"the change is in effect, but it was not saved and is lost when the cloud ends: {error}"
@@ -83,11 +82,11 @@ class Administration:
         Raises
         ------
         InvalidParameter, NotFound
-            As ``Master.configure`` raises them.
+            As ``Master.handle`` raises them.
         Unavailable
             The settings are in effect, but could not be stored.
         """
-        self._execute(self._master.configure(machine, settings))
+        self._execute(self._master.handle(SettingsChanged(machine, settings)))
         self._keep()
 
     def remove(self, machine: str, *, force: bool = False) -> None:
@@ -96,15 +95,15 @@ class Administration:
         Raises
         ------
         Conflict, NotFound
-            As ``Master.remove`` raises them.
+            As ``Master.handle`` raises them.
         Unavailable
             The machine is removed, but this could not be stored.
         """
-        self._cut_off(machine, partial(self._master.remove, force=force))
+        self._cut_off(RemovalRequested(machine, force))
         self._keep()
 
     def admit(self, machine: str) -> None:
         """Accept a removed machine again; its agent must be started on the machine itself."""
         if machine in self._master.removed:
-            self._master.admit(machine)
+            self._execute(self._master.handle(MachineAdmitted(machine)))
             self._keep()

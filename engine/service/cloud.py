@@ -10,7 +10,7 @@ from engine.service.views import ContainerView, MachineView
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.messages.ppaas_msgs import NodeHome
-from storage.records import User
+from storage.records import Limits, User
 
 
 class Cloud:
@@ -63,9 +63,10 @@ class Cloud:
         """End a container; its place gets another."""
         self._driver.give_up_container(container)
 
-    def quotas_changed(self) -> None:
-        """Open queued places that the changed quotas allow."""
-        self._driver.quotas_changed()
+    def set_limits(self, user: str, limits: Limits) -> None:
+        """Apply a user's own limits, as they are stored; opens the queued places that they allow."""
+        if limits != self.quotas.limits(user):
+            self._driver.set_limits(user, limits)
 
     def resize_container(self, container: str, cores: float) -> None:
         """Change the size of a running container [cores]."""

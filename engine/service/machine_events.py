@@ -6,13 +6,21 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
+from engine.master.events import (
+    ContainerLaunched,
+    MachineJoined,
+    MachineLeft,
+    MachineMeasured,
+    MachinesExpected,
+    RemovalRequested,
+    ReturnTimedOut,
+)
 from engine.master.master import Master
 from engine.master.orders import Adopt, Order
-from engine.master.report_validation import machine_of, note_load
+from engine.master.report_validation import check_registration
 from engine.processes.background import Background
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED
 from engine.protocols import control_link
-from engine.service.administration import Losing
 from engine.service.links.control_server import ControlServer
 from engine.service.links.robot_link_server import LinkServer
 from engine.service.listener import CloudListener
@@ -43,7 +51,7 @@ class MachineEvents:
     execute : callable
         Executes the master's orders.
     container_lost : callable
-        Called with the id of a container that ended, and the reason.
+        Called with the machine and the id of a container that ended, and the reason.
     listener : CloudListener
         Notified of machines that join and leave.
 
@@ -61,7 +69,7 @@ class MachineEvents:
         times: StartTimes,
         *,
         execute: Callable[[list[Order]], None],
-        container_lost: Callable[[str, PPaaSError], None],
+        container_lost: Callable[[str, str, PPaaSError], None],
         listener: CloudListener,
     ) -> None:
         self._master = master
@@ -90,7 +98,7 @@ class MachineEvents:
 
     def expect_back(self, machines: Iterable[str]) -> None:
         """Make robots wait up to `RETURN_TIMEOUT` for these machines, which may still run their clones."""
-        self._master.returning.update(machines)
+        self._execute(self._master.handle(MachinesExpected(tuple(machines))))
         if self._master.returning:
             self._background.run(self._wait())
 
@@ -98,7 +106,7 @@ class MachineEvents:
         await asyncio.sleep(RETURN_TIMEOUT)
         if self._master.returning:
             logger.warning("machines did not reconnect: %s", ", ".join(sorted(self._master.returning)))
-            self._execute(self._master.wait_no_more())
+            self._execute(self._master.handle(ReturnTimedOut()))
 
     # -- reports -------------------------------------------------------------------------------------------------------
 
@@ -114,19 +122,24 @@ class MachineEvents:
         Unavailable
             The store of checkpoints is unreachable.
         """
-        machine = machine_of(register)
+        check_registration(register)
+        machine = register.machine
         clones = await asyncio.to_thread(self._clones, register.carries) if register.carries else ()
-        orders = self._master.machine_joined(machine, clones)
+        orders = self._master.handle(
+            MachineJoined(
+                machine, register.cores, register.memory, register.pid, register.labels, register.network, clones
+            )
+        )
         adopted = tuple(order.carried.spec.id for order in orders if isinstance(order, Adopt))
-        self._control.order(machine.id, control_link.Welcome(self._checkpoints.instance, adopted))
-        self._beats[machine.id] = 0
-        logger.info("machine %s joined with %d cores and %d containers", machine.id, machine.cores, len(adopted))
+        self._control.order(machine, control_link.Welcome(self._checkpoints.instance, adopted))
+        self._beats[machine] = 0
+        logger.info("machine %s joined with %d cores and %d containers", machine, register.cores, len(adopted))
         self.joined.set()
         self._execute(orders)
         self._listener.machines_changed(self._master.machines)
 
-    def _clones(self, carries: Iterable[control_link.RunningContainer]) -> list[control_link.RunningContainer]:
-        return [carried for carried in carries if self._checkpoints.runs_on(carried.spec)]
+    def _clones(self, carries: Iterable[control_link.RunningContainer]) -> tuple[control_link.RunningContainer, ...]:
+        return tuple(carried for carried in carries if self._checkpoints.runs_on(carried.spec))
 
     def machine_said(self, machine: str, event: control_link.FromAgent) -> None:
         """Handle a report of a machine.
@@ -136,31 +149,23 @@ class MachineEvents:
         InvalidParameter, NotPermitted
             A value is not possible, or the container runs on another machine; the machine is disconnected.
         """
-        if isinstance(event, control_link.Launched | control_link.LaunchFailed | control_link.Exited):
-            self._master.check_carries(machine, event.container)
         match event:
             case control_link.AgentBeat():
                 self._beats[machine] += 1
             case control_link.Heartbeat():
-                self._note_load(machine, event)
+                self._execute(self._master.handle(MachineMeasured(machine, event)))
             case control_link.Launched():
-                self._master.container_launched(event.container, event.pid)
+                self._execute(self._master.handle(ContainerLaunched(machine, event.container, event.pid)))
             case control_link.LaunchFailed():
-                self._container_lost(event.container, rebuild(event.refusal.slug, event.refusal.text))
+                self._container_lost(machine, event.container, rebuild(event.refusal.slug, event.refusal.text))
             case control_link.Exited():
-                self._container_lost(event.container, Unavailable(f"it exited with status {event.status}"))
-
-    def _note_load(self, machine_id: str, heartbeat: control_link.Heartbeat) -> None:
-        machine = self._master.machines.get(machine_id)
-        if machine is not None:
-            note_load(machine, heartbeat)
-            self._master.machine_measured(machine_id)
+                self._container_lost(machine, event.container, Unavailable(f"it exited with status {event.status}"))
 
     def machine_gone(self, machine: str) -> None:
         """Replace the containers of a machine that left."""
         self._beats.pop(machine, None)
         logger.log(logging.INFO if self._closing else logging.WARNING, "machine %s has left", machine)
-        self._lost_with(machine, self._master.machine_left)
+        self._lose(MachineLeft(machine))
         self._listener.machines_changed(self._master.machines)
 
     # -- frozen and removed machines -----------------------------------------------------------------------------------
@@ -177,17 +182,18 @@ class MachineEvents:
         self._control.hang_up(machine)
         self._listener.machine_frozen(machine)
 
-    def cut_off(self, machine: str, lose: Losing) -> None:
-        """Dismiss a machine that an administrator removed; its containers are replaced."""
-        self._lost_with(machine, lose)
+    def cut_off(self, request: RemovalRequested) -> None:
+        """Dismiss a machine that an administrator removes; its containers are replaced."""
+        machine = request.machine
+        self._lose(request)
         logger.warning("machine %s was removed", machine)
         self._listener.machine_removed(machine)
         self._background.run(self._control.dismiss(machine))
 
-    def _lost_with(self, machine_id: str, lose: Losing) -> None:
-        machine = self._master.machines.get(machine_id)
+    def _lose(self, event: MachineLeft | RemovalRequested) -> None:
+        machine = self._master.machines.get(event.machine)
         lost = tuple(machine.containers) if machine is not None else ()
-        orders = lose(machine_id)
+        orders = self._master.handle(event)
         for container in lost:
             self._links.forget(container)
             self._links.hang_up(container)

@@ -5,10 +5,20 @@ import contextlib
 import logging
 from pathlib import Path
 
+from engine.master.events import (
+    ContainerLost,
+    ContainerReady,
+    Event,
+    LimitsChanged,
+    PlaceReleased,
+    PlaceRequested,
+    ResizeRequested,
+    RobotTimed,
+    ShutdownBegan,
+)
 from engine.master.master import Master
 from engine.master.orders import End, Order
 from engine.master.places import Place, PlaceRequest
-from engine.master.queueing import Queue
 from engine.processes.background import Background
 from engine.processes.heartbeats import MISSED
 from engine.protocols import control_link, robot_link
@@ -25,7 +35,9 @@ from engine.service.start_times import StartTimes
 from engine.service.view_building import container_view, machine_view
 from engine.service.views import ContainerView, MachineView
 from engine.specs.checkpoints import CheckpointSelection
+from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable, rebuild
+from storage.records import Limits
 
 logger = logging.getLogger(__name__)
 
@@ -53,6 +65,8 @@ class MasterDriver:
         Notified of machines that join and leave, and of places that are adopted.
     start_timeout : float
         Time within which a container must dial the robot link [s].
+    clock : callable
+        Returns monotonic seconds.
 
     Attributes
     ----------
@@ -71,20 +85,21 @@ class MasterDriver:
         listener: CloudListener | None = None,
         *,
         start_timeout: float = START_TIMEOUT,
+        clock: Clock = monotonic,
     ) -> None:
         listener = listener or CloudListener()
         self._master = master
+        self._clock = clock
         self._checkpoints = checkpoints
         self._links = LinkServer(run_dir / "link.sock", self._welcome, self._failed)
         self._places: dict[str, PlaceLink] = {}
         self._times = StartTimes()
         self.of_machines = MachineEvents(
             master, checkpoints, self._links, self._times,
-            execute=self._execute, container_lost=self._container_lost, listener=listener,
+            execute=self._execute, container_lost=self._report_lost, listener=listener,
         )  # fmt: skip
         self._control = self.of_machines.listen(run_dir / "control.sock", secret)
         self.administration = Administration(master, self._execute, self.of_machines.cut_off)
-        self._queue = Queue(master.quotas)
         self._background = Background()
         self._watching = Background()
         self._closing = False
@@ -129,6 +144,7 @@ class MasterDriver:
     async def close(self) -> None:
         """Close all places and dismiss all machines."""
         self._closing = True
+        self._handle(ShutdownBegan())
         await self._watching.cancel()
         await self.of_machines.close()
         for key in tuple(self._places):
@@ -152,32 +168,28 @@ class MasterDriver:
         Conflict
             It is open for another request, such as another map version or size.
         QuotaExceeded, Unavailable, InvalidParameter
-            As ``Master.open`` or ``Queue.open`` raise them.
+            As ``Master.handle`` raises them.
         """
         known = self._places.get(request.key)
         if known is not None:
-            if self._request_of(request.key) != request:
+            if self._master.request_of(request.key) != request:
                 raise Conflict(
                     f"{request.key} runs with earlier settings; disconnect it and connect again to apply the changes"
                 )
             return known
-        orders = self._queue.open(request, self._master.open) if queue else self._master.open(request)
+        orders = self._master.handle(PlaceRequested(request, queue))
         place = self._places[request.key] = PlaceLink(request.key)
         place.busy = queue  # a queued place must not count as idle
         self._execute(orders)
         return place
 
-    def _request_of(self, key: str) -> PlaceRequest | None:
-        place = self._master.places.get(key)
-        return place.request if place is not None else self._queue.get(key)
-
     def position(self, key: str) -> int | None:
         """Return the position of a place in the queue, from 1; None if it is not queued."""
-        return self._queue.position(key)
+        return self._master.position(key)
 
-    def quotas_changed(self) -> None:
-        """Open queued places that the changed quotas allow."""
-        self._execute([])
+    def set_limits(self, user: str, limits: Limits) -> None:
+        """Apply a user's own limits, and open the queued places that they allow."""
+        self._handle(LimitsChanged(user, limits))
 
     async def close_place(self, key: str, reason: PPaaSError) -> None:
         """Close a place and notify its clients; an idle robot's next session continues from its last checkpoint."""
@@ -187,8 +199,7 @@ class MasterDriver:
         place = self._places.pop(key, None)
         if place is not None:
             place.close(reason)
-        self._queue.remove(key)
-        self._execute(self._master.close(key))
+        self._handle(PlaceReleased(key))
 
     def give_up_container(self, container: str) -> None:
         """End a container as if it had died: its place gets another, and clients notice only a pause.
@@ -200,16 +211,19 @@ class MasterDriver:
         Unavailable
             Its machine is not connected.
         """
-        self._control.order(self._master.carrier(container), control_link.StopContainer(container, grace=0.0))
+        self._control.order(self._master.machine_of(container), control_link.StopContainer(container, grace=0.0))
 
     def resize_container(self, container: str, cores: float) -> None:
-        """Change the size of a running container [cores]; raises as ``Master.resize`` does."""
-        self._execute(self._master.resize(container, cores))
+        """Change the size of a running container [cores]; raises as ``Master.handle`` does."""
+        self._handle(ResizeRequested(container, cores))
 
     # -- orders --------------------------------------------------------------------------------------------------------
 
+    def _handle(self, event: Event) -> None:
+        self._execute(self._master.handle(event))
+
     def _execute(self, orders: list[Order]) -> None:
-        for order in [*orders, *([] if self._closing else self._queue.serve(self._master.open))]:
+        for order in orders:
             self._orders.execute(order)
 
     def _not_come(self, machine: str, container: str, reason: PPaaSError) -> None:
@@ -220,12 +234,12 @@ class MasterDriver:
     # -- events --------------------------------------------------------------------------------------------------------
 
     async def _welcome(self, hello: robot_link.Hello, stream: FrameStream[robot_link.FromContainer]) -> None:
-        key = self._master.container_ready(hello.container, hello.pid)
-        place = self._places.get(key) if key is not None else None
+        filled = self._master.place_of(hello.container)
+        place = self._places.get(filled.request.key) if filled is not None else None
         if place is None:
             return
         self._times.answer(hello.container)
-        self._execute(self._master.move_on())
+        self._handle(ContainerReady(hello.container, hello.pid))
         try:
             await place.serve(hello, stream)
         finally:
@@ -243,10 +257,13 @@ class MasterDriver:
         self._container_lost(failed.container, rebuild(failed.refusal.slug, failed.refusal.text))
 
     def _container_lost(self, container: str, reason: PPaaSError) -> None:
+        self._report_lost("", container, reason)
+
+    def _report_lost(self, machine: str, container: str, reason: PPaaSError) -> None:
+        level = logging.INFO if self._master.is_leaving(container) else logging.WARNING
+        orders = self._master.handle(ContainerLost(container, reason, self._clock(), machine))
         self._links.forget(container)
         self._times.forget(container)
-        level = logging.INFO if self._master.is_leaving(container) else logging.WARNING
-        orders = self._master.container_lost(container, reason)
         if orders:
             logger.log(level, "container %s is lost: %s", container, reason)
         self._execute(orders)
@@ -264,7 +281,7 @@ class MasterDriver:
     def _note_round_trips(self) -> None:
         for key, place in self._places.items():
             if place.round_trip is not None:
-                self._master.robot_timed(key, place.round_trip)
+                self._handle(RobotTimed(key, place.round_trip))
 
     # -- views ---------------------------------------------------------------------------------------------------------
 

@@ -39,7 +39,7 @@ IfMatch = Annotated[
 )
 async def publish_map(request: Request, services: Provided, user: Caller, if_match: IfMatch = None) -> MapAnswer:
     """Publish a map or a new version of it: the two files of map_server, an octree of OctoMap, or all three."""
-    services.cloud.quotas.learn(user)
+    services.cloud.set_limits(user.id, user.limits)
     async with read_form(request, services.map_store) as (form, upload):
         with _invalidate(services, form.id):
             return await run_in_threadpool(_publish, services, user, form, upload, if_match)

@@ -15,7 +15,7 @@ from endpoints.rest.paging import Page
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.rest.users.schemas import LimitsAnswer, NewUser, QuotaAnswer, UserAnswer, UserChange, UserDetail
 from endpoints.services.services import Services
-from engine.master.quotas import QUOTAS
+from engine.master.quotas import NO_LIMITS, QUOTAS
 from ppaas.errors import Conflict, InvalidParameter, NotPermitted
 from storage.records import User
 
@@ -39,6 +39,7 @@ async def list_users(services: Provided, _admin: Admin, paging: Paged) -> dict[s
 async def show_user(user_id: UserId, services: Provided, user: Caller) -> UserDetail:
     """Show a user with limits, quota and usage; administrators may show other users too."""
     found = await run_in_threadpool(services.store.user, _target_user(user_id, user))
+    services.cloud.set_limits(found.id, found.limits)
     return await run_in_threadpool(_detail, services, found)
 
 
@@ -62,9 +63,8 @@ async def change_user(
     changed = await services.accounts.change(
         target, role=change.role, password=change.password, keep_token=used, limits=_limits(change)
     )
-    detail = await run_in_threadpool(_detail, services, changed)
-    services.cloud.quotas_changed()
-    return detail
+    services.cloud.set_limits(changed.id, changed.limits)
+    return await run_in_threadpool(_detail, services, changed)
 
 
 @router.delete("/{user_id}", status_code=204, responses=ADMIN | problems(404, 409))
@@ -79,12 +79,11 @@ async def remove_user(user_id: UserId, services: Provided, admin: Admin) -> None
     if connected:
         raise Conflict(f"user {user_id!r} has connected robots; disconnect them first: {', '.join(connected)}")
     await services.accounts.remove(user_id)
-    services.cloud.quotas.forget(user_id)
+    services.cloud.set_limits(user_id, NO_LIMITS)
 
 
 def _detail(services: Services, user: User) -> UserDetail:
     quotas, rate = services.cloud.quotas, services.cloud.plan_rate
-    quotas.learn(user)
     runs = quotas.used(user.id)
     used = QuotaAnswer(
         containers=runs.containers,

@@ -18,7 +18,7 @@ from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import Conflict, NotFound
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.messages.ppaas_msgs import NodeHome
-from storage.records import User
+from storage.records import Limits, User
 
 
 def machine() -> Machine:
@@ -50,7 +50,6 @@ class FakeCloud:
     def __init__(self) -> None:
         self.quotas = Quotas()
         self.plan_rate = PlanRate(self.quotas)
-        self.quota_changes = 0
         self.asked: list[tuple[str, MapVersion, PathRequest]] = []
         self.costs_asked: list[tuple[str, MapVersion, CostRequest]] = []
         self.error: Exception | None = None
@@ -90,8 +89,8 @@ class FakeCloud:
         self.running.remove(gone)
         self.given_up.append(container)
 
-    def quotas_changed(self) -> None:
-        self.quota_changes += 1
+    def set_limits(self, user: str, limits: Limits) -> None:
+        self.quotas.set_limits(user, limits)
 
     def resize_container(self, container: str, cores: float) -> None:
         if self.error is not None:

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from engine.master.events import MachineJoined
 from engine.master.machine import Machine
 from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
 
@@ -9,6 +10,11 @@ from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
 def machine(name: str, cores: int = 2, **fields: Any) -> Machine:
     """Return a machine of one GiB."""
     return Machine(name, cores, 1 << 30, 1000, **fields)
+
+
+def joined(name: str, cores: int = 2, *, memory: int = 1 << 30, **fields: Any) -> MachineJoined:
+    """Return the event that a machine, of one GiB by default, joins."""
+    return MachineJoined(name, cores, memory, 1000, **fields)
 
 
 def spec(

@@ -83,7 +83,7 @@ async def test_an_administrator_gives_limits_and_the_user_sees_them_with_what_is
     await publish(ann)
     cloud.quotas.add("ann", 2, 0.75)
     assert (await change(client, admin, {"containers": 3, "cores": 0.75})).status_code == 200
-    assert cloud.quota_changes == 1
+    assert cloud.quotas.limits("ann") == Limits(containers=3, cores=0.75)
     told = (await client.get("/v1/users/me", headers=ann)).json()
     none = {"robots": None, "maps": None, "plans_per_minute": None}
     assert told["limits"] == {"containers": 3, "cores": 0.75} | none

@@ -29,8 +29,7 @@ def limit(world: World, containers: int) -> None:
     changed = User(user.id, user.password_hash, user.role, Limits(containers=containers))
     world.services.store.change_user(changed)
     world.services.accounts._cache.forget("ann")
-    world.services.cloud.quotas.learn(changed)
-    world.service.quotas_changed()
+    world.service.set_limits("ann", changed.limits)
 
 
 async def told(client: ClientConnection) -> dict[str, Any]:

@@ -8,23 +8,38 @@ import pytest
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.balancers.ppaas import SameMap
 from engine.master.draining import MOVES
+from engine.master.events import (
+    ContainerLaunched,
+    ContainerLost,
+    ContainerReady,
+    MachineAdmitted,
+    MachineLeft,
+    MachineMeasured,
+    PlaceReleased,
+    PlaceRequested,
+    RemovalRequested,
+    RobotTimed,
+    SettingsChanged,
+)
 from engine.master.master import Master
 from engine.master.orders import Close, End, Leave, Order, Start
 from engine.master.places import PlaceRequest
+from engine.protocols.control_link import ContainerLoad, Heartbeat
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import Conflict, InvalidParameter, NotFound, NotPermitted, Unavailable
-from tests.support.engine.placing import machine
+from tests.support.engine.placing import joined
 from tests.support.engine.specs import robot_request
 
 DRAINING = MachineSettings(draining=True)
 GONE = Unavailable("it exited with status 0")
+NOW = 100.0
 
 
 @pytest.fixture
 def master() -> Master:
     made = Master(FirstFit())
-    made.machine_joined(machine("m1", 4))
+    made.handle(joined("m1", 4))
     return made
 
 
@@ -39,8 +54,8 @@ def leaves(orders: Sequence[Order]) -> list[str]:
 
 def run(master: Master, robot: str, **fields: Any) -> str:
     """Open a place and make its container ready; return the container."""
-    container = started(master.open(robot_request(robot, **fields))).spec.id
-    master.container_ready(container, 42)
+    container = started(master.handle(PlaceRequested(robot_request(robot, **fields)))).spec.id
+    master.handle(ContainerReady(container, 42))
     return container
 
 
@@ -53,97 +68,94 @@ def on(master: Master, machine_id: str) -> set[str]:
 
 def test_a_container_of_a_drained_machine_leaves_and_goes_on_elsewhere_when_it_is_gone(master: Master) -> None:
     first = run(master, "r1")
-    master.machine_joined(machine("m2"))
-    assert master.configure("m1", DRAINING) == [Leave("robot:ann/r1", "m1", first)]
+    master.handle(joined("m2"))
+    assert master.handle(SettingsChanged("m1", DRAINING)) == [Leave("robot:ann/r1", "m1", first)]
     assert on(master, "m1") == {first} and len(on(master, "m2")) == 1, "room is kept for it"
     assert master.is_leaving(first)
-    start = started(master.container_lost(first, GONE))
+    start = started(master.handle(ContainerLost(first, GONE, NOW)))
     assert (start.machine, start.delay, start.spec.session) == ("m2", 0.0, first)
     assert on(master, "m1") == set() and on(master, "m2") == {start.spec.id}
     assert master.places["robot:ann/r1"].crashes == [], "to leave is no crash"
-    assert master.container_ready(start.spec.id, 43) == "robot:ann/r1"
+    master.handle(ContainerReady(start.spec.id, 43))
+    assert master.places["robot:ann/r1"].state == "ready"
 
 
 def test_a_drained_machine_is_given_nothing_until_it_is_drained_no_more(master: Master) -> None:
-    master.configure("m1", DRAINING)
+    master.handle(SettingsChanged("m1", DRAINING))
     with pytest.raises(Unavailable, match="no machine has room"):
-        master.open(robot_request("r1"))
-    master.configure("m1", MachineSettings())
-    assert started(master.open(robot_request("r1"))).machine == "m1"
+        master.handle(PlaceRequested(robot_request("r1")))
+    master.handle(SettingsChanged("m1", MachineSettings()))
+    assert started(master.handle(PlaceRequested(robot_request("r1")))).machine == "m1"
 
 
 def test_so_many_move_at_a_time_and_each_that_is_ready_lets_the_next_go(master: Master) -> None:
     ran = [run(master, f"r{number}") for number in range(MOVES + 2)]
-    master.machine_joined(machine("m2", 4))
-    left = leaves(master.configure("m1", DRAINING))
+    master.handle(joined("m2", 4))
+    left = leaves(master.handle(SettingsChanged("m1", DRAINING)))
     assert left == ran[:MOVES]
     for number in range(2):
-        successor = started(master.container_lost(left[number], GONE))
-        assert leaves(master.move_on()) == [], "it is not ready yet"
-        master.container_ready(successor.spec.id, 43)
-        assert leaves(master.move_on()) == [ran[MOVES + number]]
-    assert leaves(master.move_on()) == []
+        successor = started(master.handle(ContainerLost(left[number], GONE, NOW)))
+        assert leaves(master.handle(ContainerReady(successor.spec.id, 43))) == [ran[MOVES + number]]
 
 
 def test_what_fits_nowhere_stays_where_it_runs_until_there_is_room(master: Master) -> None:
     first = run(master, "r1", cores=2.0)
-    assert master.configure("m1", DRAINING) == []
-    assert master.machine_joined(machine("small", 1)) == []
-    assert leaves(master.machine_joined(machine("m2", 2))) == [first]
+    assert master.handle(SettingsChanged("m1", DRAINING)) == []
+    assert master.handle(joined("small", 1)) == []
+    assert leaves(master.handle(joined("m2", 2))) == [first]
 
 
 def test_what_starts_moves_when_it_is_ready(master: Master) -> None:
-    first = started(master.open(robot_request("r1"))).spec.id
-    master.machine_joined(machine("m2"))
-    assert master.configure("m1", DRAINING) == []
-    master.container_ready(first, 42)
-    assert leaves(master.move_on()) == [first]
+    first = started(master.handle(PlaceRequested(robot_request("r1")))).spec.id
+    master.handle(joined("m2"))
+    assert master.handle(SettingsChanged("m1", DRAINING)) == []
+    assert leaves(master.handle(ContainerReady(first, 42))) == [first]
 
 
 def test_one_that_dies_on_its_way_out_has_left_too(master: Master) -> None:
     first = run(master, "r1")
-    master.machine_joined(machine("m2"))
-    master.configure("m1", DRAINING)
-    assert started(master.machine_left("m1")).machine == "m2"
+    master.handle(joined("m2"))
+    master.handle(SettingsChanged("m1", DRAINING))
+    assert started(master.handle(MachineLeft("m1"))).machine == "m2"
     assert not master.is_leaving(first)
 
 
 def test_where_it_was_to_go_may_be_gone_when_it_has_left(master: Master) -> None:
     first = run(master, "r1")
-    master.machine_joined(machine("m2"))
-    master.configure("m1", DRAINING)
-    assert master.machine_left("m2") == []
-    assert master.container_lost(first, GONE) == [], "it waits"
-    assert started(master.machine_joined(machine("m3"))).machine == "m3"
+    master.handle(joined("m2"))
+    master.handle(SettingsChanged("m1", DRAINING))
+    assert master.handle(MachineLeft("m2")) == []
+    assert master.handle(ContainerLost(first, GONE, NOW)) == [], "it waits"
+    assert started(master.handle(joined("m3"))).machine == "m3"
 
 
 def test_a_place_that_is_closed_on_its_way_gives_back_the_room_that_was_kept(master: Master) -> None:
     first = run(master, "r1")
-    master.machine_joined(machine("m2"))
-    master.configure("m1", DRAINING)
-    assert master.close("robot:ann/r1") == [End("m1", first)]
+    master.handle(joined("m2"))
+    master.handle(SettingsChanged("m1", DRAINING))
+    assert master.handle(PlaceReleased("robot:ann/r1")) == [End("m1", first)]
     assert on(master, "m1") == on(master, "m2") == set()
-    assert master.state.place_of == {} and master.state.moving == set()
+    assert master._state.place_of == {} and master._state.moving == set()
 
 
 def test_a_machine_that_is_drained_no_more_keeps_what_has_not_left(master: Master) -> None:
     ran = [run(master, f"r{number}") for number in range(MOVES + 1)]
-    master.machine_joined(machine("m2", 4))
-    left = leaves(master.configure("m1", DRAINING))
-    master.configure("m1", MachineSettings())
+    master.handle(joined("m2", 4))
+    left = leaves(master.handle(SettingsChanged("m1", DRAINING)))
+    master.handle(SettingsChanged("m1", MachineSettings()))
     for container in left:
-        master.container_ready(started(master.container_lost(container, GONE)).spec.id, 43)
-    assert master.move_on() == []
+        successor = started(master.handle(ContainerLost(container, GONE, NOW))).spec.id
+        assert master.handle(ContainerReady(successor, 43)) == []
     assert on(master, "m1") == {ran[-1]}
 
 
 def test_what_leaves_but_cannot_be_what_it_should_is_closed_by_the_next(master: Master) -> None:
     first = run(master, "r1")
-    master.machine_joined(machine("m2"))
-    master.configure("m1", DRAINING)
-    successor = started(master.container_lost(first, GONE)).spec.id
-    (close,) = master.container_lost(successor, InvalidParameter("no such planner"))
-    assert isinstance(close, Close) and master.state.moving == set()
+    master.handle(joined("m2"))
+    master.handle(SettingsChanged("m1", DRAINING))
+    successor = started(master.handle(ContainerLost(first, GONE, NOW))).spec.id
+    (close,) = master.handle(ContainerLost(successor, InvalidParameter("no such planner"), NOW))
+    assert isinstance(close, Close) and master._state.moving == set()
 
 
 # -- settings ----------------------------------------------------------------------------------------------------------
@@ -151,34 +163,34 @@ def test_what_leaves_but_cannot_be_what_it_should_is_closed_by_the_next(master: 
 
 def test_a_machine_that_comes_again_has_the_settings_that_it_had(master: Master) -> None:
     limits = MachineSettings({"zone": "a"}, max_containers=1)
-    master.configure("m1", limits)
-    master.machine_left("m1")
-    master.machine_joined(machine("m1"))
+    master.handle(SettingsChanged("m1", limits))
+    master.handle(MachineLeft("m1"))
+    master.handle(joined("m1"))
     assert master.machines["m1"].settings == limits
 
 
 def test_what_is_over_a_new_limit_stays_and_nothing_is_added(master: Master) -> None:
     ran = {run(master, f"r{number}") for number in range(3)}
-    assert master.configure("m1", MachineSettings(max_containers=1, oversubscription=0.25)) == []
+    assert master.handle(SettingsChanged("m1", MachineSettings(max_containers=1, oversubscription=0.25))) == []
     assert on(master, "m1") == ran
     with pytest.raises(Unavailable):
-        master.open(robot_request("r9", cores=0.25))
+        master.handle(PlaceRequested(robot_request("r9", cores=0.25)))
 
 
 def test_a_limit_that_is_raised_is_room_for_who_waits(master: Master) -> None:
-    master.machine_joined(machine("m2", 1))
-    master.configure("m2", MachineSettings(max_containers=0))
+    master.handle(joined("m2", 1))
+    master.handle(SettingsChanged("m2", MachineSettings(max_containers=0)))
     run(master, "r1")
-    assert master.machine_left("m1") == []
-    assert started(master.configure("m2", MachineSettings())).machine == "m2"
+    assert master.handle(MachineLeft("m1")) == []
+    assert started(master.handle(SettingsChanged("m2", MachineSettings()))).machine == "m2"
 
 
 def test_settings_that_cannot_be_meant_change_nothing(master: Master) -> None:
     with pytest.raises(InvalidParameter):
-        master.configure("m1", MachineSettings(max_containers=-1))
+        master.handle(SettingsChanged("m1", MachineSettings(max_containers=-1)))
     assert master.machines["m1"].settings == MachineSettings()
     with pytest.raises(NotFound, match="m1"):
-        master.configure("m9", MachineSettings())
+        master.handle(SettingsChanged("m9", MachineSettings()))
 
 
 # -- labels ------------------------------------------------------------------------------------------------------------
@@ -187,66 +199,66 @@ def test_settings_that_cannot_be_meant_change_nothing(master: Master) -> None:
 @pytest.mark.parametrize("balancer", [FirstFit, SameMap])
 def test_who_asks_for_labels_gets_a_machine_that_has_them(balancer: Any) -> None:
     master = Master(balancer())
-    master.machine_joined(machine("m1"))
-    master.machine_joined(machine("m2", labels={"gpu": "yes"}))
+    master.handle(joined("m1"))
+    master.handle(joined("m2", labels={"gpu": "yes"}))
     run(master, "r0")
-    assert started(master.open(robot_request("r1", labels={"gpu": "yes"}))).machine == "m2"
-    master.configure("m1", MachineSettings({"zone": "a"}))
-    assert started(master.open(robot_request("r2", labels={"zone": "a"}))).machine == "m1"
+    assert started(master.handle(PlaceRequested(robot_request("r1", labels={"gpu": "yes"})))).machine == "m2"
+    master.handle(SettingsChanged("m1", MachineSettings({"zone": "a"})))
+    assert started(master.handle(PlaceRequested(robot_request("r2", labels={"zone": "a"})))).machine == "m1"
 
 
 def test_labels_that_no_machine_has_are_told_with_the_machine_that_fits_best(master: Master) -> None:
-    master.configure("m1", MachineSettings({"zone": "a"}))
-    master.machine_joined(machine("m2"))
+    master.handle(SettingsChanged("m1", MachineSettings({"zone": "a"})))
+    master.handle(joined("m2"))
     with pytest.raises(Unavailable, match="'m1' is closest, but lacks gpu=yes"):
-        master.open(robot_request("r1", labels={"zone": "a", "gpu": "yes"}))
+        master.handle(PlaceRequested(robot_request("r1", labels={"zone": "a", "gpu": "yes"})))
     assert master.places == {}
 
 
 def test_a_full_machine_with_the_labels_is_told_to_be_full(master: Master) -> None:
-    master.configure("m1", MachineSettings({"zone": "a"}, max_containers=0))
-    master.machine_joined(machine("m2"))
+    master.handle(SettingsChanged("m1", MachineSettings({"zone": "a"}, max_containers=0)))
+    master.handle(joined("m2"))
     with pytest.raises(Unavailable, match="no machine with labels zone=a has room"):
-        master.open(robot_request("r1", labels={"zone": "a"}))
+        master.handle(PlaceRequested(robot_request("r1", labels={"zone": "a"})))
 
 
 def test_what_asks_for_labels_leaves_only_for_a_machine_that_has_them(master: Master) -> None:
-    master.configure("m1", MachineSettings({"zone": "a"}))
+    master.handle(SettingsChanged("m1", MachineSettings({"zone": "a"})))
     first = run(master, "r1", labels={"zone": "a"})
-    master.machine_joined(machine("m2"))
-    assert master.configure("m1", MachineSettings({"zone": "a"}, draining=True)) == []
-    assert leaves(master.configure("m2", MachineSettings({"zone": "a"}))) == [first]
+    master.handle(joined("m2"))
+    assert master.handle(SettingsChanged("m1", MachineSettings({"zone": "a"}, draining=True))) == []
+    assert leaves(master.handle(SettingsChanged("m2", MachineSettings({"zone": "a"})))) == [first]
 
 
 def test_planning_with_labels_is_a_place_of_its_own(master: Master) -> None:
-    master.configure("m1", MachineSettings({"zone": "a"}))
+    master.handle(SettingsChanged("m1", MachineSettings({"zone": "a"})))
     anywhere = PlaceRequest("ann", MapVersion("house", "v1"), 1.0)
     there = PlaceRequest("ann", MapVersion("house", "v1"), 1.0, labels={"zone": "a"})
-    assert started(master.open(anywhere)).place != started(master.open(there)).place
+    assert started(master.handle(PlaceRequested(anywhere))).place != started(master.handle(PlaceRequested(there))).place
 
 
 # -- removal -----------------------------------------------------------------------------------------------------------
 
 
 def test_a_machine_is_removed_when_it_is_empty_and_let_in_when_it_is_admitted(master: Master) -> None:
-    master.configure("m1", MachineSettings({"zone": "a"}))
-    master.remove("m1")
+    master.handle(SettingsChanged("m1", MachineSettings({"zone": "a"})))
+    master.handle(RemovalRequested("m1"))
     assert master.machines == {}
     with pytest.raises(NotPermitted, match="removed"):
-        master.machine_joined(machine("m1"))
-    master.admit("m1")
-    master.machine_joined(machine("m1"))
+        master.handle(joined("m1"))
+    master.handle(MachineAdmitted("m1"))
+    master.handle(joined("m1"))
     assert master.machines["m1"].settings == MachineSettings()
 
 
 def test_one_that_carries_something_is_removed_by_force_only(master: Master) -> None:
     run(master, "r1")
-    master.machine_joined(machine("m2"))
+    master.handle(joined("m2"))
     with pytest.raises(Conflict, match="runs 1 container"):
-        master.remove("m1")
-    assert started(master.remove("m1", force=True)).machine == "m2"
+        master.handle(RemovalRequested("m1"))
+    assert started(master.handle(RemovalRequested("m1", force=True))).machine == "m2"
     with pytest.raises(NotFound):
-        master.remove("m1", force=True)
+        master.handle(RemovalRequested("m1", force=True))
 
 
 # -- round trips -------------------------------------------------------------------------------------------------------
@@ -254,22 +266,42 @@ def test_one_that_carries_something_is_removed_by_force_only(master: Master) -> 
 
 def test_a_robot_goes_where_it_was_near_and_its_machine_forgets_it_with_its_container() -> None:
     master = Master(SameMap())
+    far = Heartbeat(0.0, 0, [], round_trips={"other": 0.09})
     for name in ("m1", "m2"):
-        master.machine_joined(machine(name))
-        master.machines[name].neighbours = {"other": 0.09}
-        master.machines[name].average_round_trips()
-        master.machine_measured(name)
+        master.handle(joined(name))
+        master.handle(MachineMeasured(name, far))
     first = run(master, "r1")
-    master.robot_timed("robot:ann/r1", 0.001)
+    master.handle(RobotTimed("robot:ann/r1", 0.001))
     near = master.places["robot:ann/r1"].machine
     assert near is not None and master.machines[near].served == {first: 0.001}
-    master.machines[near].average_round_trips()
+    master.handle(MachineMeasured(near, far))
     assert master.machines[near].round_trip == pytest.approx((0.09 + 0.001) / 2)
-    master.close("robot:ann/r1")
+    master.handle(PlaceReleased("robot:ann/r1"))
     assert master.machines[near].served == {}
-    for machine_id in ("m1", "m2"):
-        master.machines[machine_id].round_trip = 0.09
-        master.machines[machine_id].cpu = 1.0 if machine_id == near else 0.5
-        master.machine_measured(machine_id)
-    assert started(master.open(robot_request("r1"))).machine == near, "its own round trip counts for more"
-    master.robot_timed("robot:ann/nobody", 0.001)
+    for name in ("m1", "m2"):
+        cpu = 1.0 if name == near else 0.5
+        master.handle(MachineMeasured(name, Heartbeat(cpu, 0, [], round_trips={"other": 0.09})))
+    start = started(master.handle(PlaceRequested(robot_request("r1"))))
+    assert start.machine == near, "its own round trip counts for more"
+    assert master.handle(RobotTimed("robot:ann/nobody", 0.001)) == []
+
+
+# -- reports -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_load_that_is_not_possible_is_refused_and_one_of_a_machine_that_left_is_dropped(master: Master) -> None:
+    with pytest.raises(InvalidParameter, match="'m1' reports"):
+        master.handle(MachineMeasured("m1", Heartbeat(-1.0, 0, [])))
+    master.handle(MachineMeasured("m1", Heartbeat(1.5, 1 << 20, [ContainerLoad("c1", 1.0, 1 << 19)])))
+    machine = master.machines["m1"]
+    assert (machine.cpu, machine.memory_used, list(machine.loads)) == (1.5, 1 << 20, ["c1"])
+    assert master.handle(MachineMeasured("m9", Heartbeat(-1.0, 0, []))) == []
+
+
+def test_a_machine_reports_on_its_own_containers_only(master: Master) -> None:
+    first = run(master, "r1")
+    for report in (ContainerLaunched("m2", first, 7), ContainerLost(first, GONE, NOW, "m2")):
+        with pytest.raises(NotPermitted, match="another machine"):
+            master.handle(report)
+    assert master.places["robot:ann/r1"].pid == 42
+    assert master.handle(ContainerLost("c99", GONE, NOW, "m2")) == [], "a container that was replaced"

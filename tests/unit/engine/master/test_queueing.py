@@ -3,114 +3,112 @@
 import pytest
 
 from engine.master.balancers.first_fit import FirstFit
-from engine.master.machine import Machine
+from engine.master.events import LimitsChanged, PlaceReleased, PlaceRequested, ShutdownBegan
 from engine.master.master import Master
 from engine.master.orders import Order, Start
 from engine.master.places import PlaceRequest
-from engine.master.queueing import MAX_QUEUED, MAX_QUEUED_OF_USER, Queue
+from engine.master.queueing import MAX_QUEUED, MAX_QUEUED_OF_USER
 from engine.master.quotas import Quota, Quotas
 from ppaas.errors import InvalidParameter, QuotaExceeded
 from storage.records import Limits
+from tests.support.engine.placing import joined
 from tests.support.engine.specs import HOUSE, robot_config
-from tests.support.storage.records import user
 
 
 def request(name: str, owner: str = "ann", cores: float = 1.0, **labels: str) -> PlaceRequest:
     return PlaceRequest(owner, HOUSE, cores, robot_config(name), labels=labels)
 
 
-@pytest.fixture
-def quotas() -> Quotas:
-    return Quotas(Quota(containers=8, cores=8.0))
+def queued(name: str, owner: str = "ann", cores: float = 1.0, **labels: str) -> PlaceRequested:
+    return PlaceRequested(request(name, owner, cores, **labels), queue=True)
 
 
 @pytest.fixture
-def master(quotas: Quotas) -> Master:
-    made = Master(FirstFit(), quotas)
-    made.machine_joined(Machine("m1", 1, 8 << 30, 1000))
+def master() -> Master:
+    """Return the master of a machine with room for four containers."""
+    made = Master(FirstFit(), Quotas(Quota(containers=8, cores=8.0)))
+    made.handle(joined("m1", 1, memory=8 << 30))
     return made
 
 
 @pytest.fixture
-def queue(master: Master, quotas: Quotas) -> Queue:
-    """Return a queue in front of a machine without free room."""
-    made = Queue(quotas)
+def full(master: Master) -> Master:
+    """Return the master of a machine without free room."""
     for number in range(4):
-        assert made.open(request(f"full{number}", "zoe"), master.open)
-    return made
+        assert master.handle(queued(f"full{number}", "zoe"))
+    return master
 
 
 def started(orders: list[Order]) -> list[str]:
     return [order.place for order in orders if isinstance(order, Start)]
 
 
-def test_they_are_served_in_the_order_in_which_they_came(master: Master, queue: Queue) -> None:
+def test_requests_are_served_in_order_and_know_their_positions(full: Master) -> None:
     for name in ("r1", "r2", "r3"):
-        assert queue.open(request(name), master.open) == []
-    assert [queue.position(f"robot:ann/{name}") for name in ("r1", "r2", "r3", "r4")] == [1, 2, 3, None]
-    assert queue.serve(master.open) == []
-    master.close("robot:zoe/full0")
-    assert started(queue.serve(master.open)) == ["robot:ann/r1"]
-    assert queue.position("robot:ann/r2") == 1
-    master.machine_joined(Machine("m2", 1, 8 << 30, 1001))
-    assert started(queue.serve(master.open)) == ["robot:ann/r2", "robot:ann/r3"]
-    assert queue.position("robot:ann/r2") is None
+        assert full.handle(queued(name)) == []
+    assert [full.position(f"robot:ann/{name}") for name in ("r1", "r2", "r3", "r4")] == [1, 2, 3, None]
+    assert started(full.handle(PlaceReleased("robot:zoe/full0"))) == ["robot:ann/r1"]
+    assert full.position("robot:ann/r2") == 1
+    assert started(full.handle(joined("m2", 1, memory=8 << 30))) == ["robot:ann/r2", "robot:ann/r3"]
+    assert full.position("robot:ann/r2") is None
 
 
-def test_a_large_one_keeps_its_position_and_no_small_one_from_being_served(master: Master, queue: Queue) -> None:
-    master.close("robot:zoe/full0")
-    master.open(request("half", "zoe", 0.5))
+def test_a_large_request_keeps_its_position_and_does_not_block_a_small_one(full: Master) -> None:
+    full.handle(PlaceReleased("robot:zoe/full0"))
+    full.handle(PlaceRequested(request("half", "zoe", 0.5)))
     for name, cores in (("large", 1.0), ("larger", 1.0), ("small", 0.25)):
-        queue.open(request(name, cores=cores), master.open)
-    assert queue.position("robot:ann/small") is None, "it fits, and need not wait"
-    assert started(queue.serve(master.open)) == []
-    master.close("robot:zoe/full1")
-    assert started(queue.serve(master.open)) == ["robot:ann/large"]
+        full.handle(queued(name, cores=cores))
+    assert full.position("robot:ann/small") is None, "it fits, and need not wait"
+    assert [full.position(f"robot:ann/{name}") for name in ("large", "larger")] == [1, 2]
+    assert started(full.handle(PlaceReleased("robot:zoe/full1"))) == ["robot:ann/large"]
 
 
-def test_who_waits_for_the_own_quota_holds_up_nobody(master: Master, quotas: Quotas) -> None:
-    quotas.learn(user("ann", limits=Limits(containers=1)))
-    queue = Queue(quotas)
-    queue.open(request("r1"), master.open)
-    assert queue.open(request("r2"), master.open) == []
-    assert started(queue.open(request("r1", "bob"), master.open)) == ["robot:bob/r1"]
-    quotas.learn(user("ann", limits=Limits(containers=2)))
-    assert started(queue.serve(master.open)) == ["robot:ann/r2"]
+def test_a_user_who_waits_for_the_quota_blocks_no_other_user(master: Master) -> None:
+    master.handle(LimitsChanged("ann", Limits(containers=1)))
+    master.handle(queued("r1"))
+    assert master.handle(queued("r2")) == []
+    assert started(master.handle(queued("r1", "bob"))) == ["robot:bob/r1"]
+    assert started(master.handle(LimitsChanged("ann", Limits(containers=2)))) == ["robot:ann/r2"]
 
 
-def test_labels_that_are_missing_hold_up_nobody_else(master: Master, queue: Queue) -> None:
-    queue.open(request("picky", gpu="yes"), master.open)
-    queue.open(request("r1"), master.open)
-    master.close("robot:zoe/full0")
-    assert started(queue.serve(master.open)) == ["robot:ann/r1"]
-    assert queue.position("robot:ann/picky") == 1
+def test_a_request_for_labels_that_no_machine_has_blocks_no_other(full: Master) -> None:
+    full.handle(queued("picky", gpu="yes"))
+    full.handle(queued("r1"))
+    assert started(full.handle(PlaceReleased("robot:zoe/full0"))) == ["robot:ann/r1"]
+    assert full.position("robot:ann/picky") == 1
 
 
-def test_what_a_user_may_never_have_is_refused(master: Master, queue: Queue, quotas: Quotas) -> None:
-    quotas.learn(user("ann", limits=Limits(cores=0.5)))
+def test_a_request_over_the_whole_quota_or_without_a_size_is_refused(full: Master) -> None:
+    full.handle(LimitsChanged("ann", Limits(cores=0.5)))
     with pytest.raises(QuotaExceeded, match=r"0\.5 cores"):
-        queue.open(request("r1"), master.open)
+        full.handle(queued("r1"))
     with pytest.raises(InvalidParameter):
-        queue.open(request("r1", cores=-1.0), master.open)
-    assert queue.get("robot:ann/r1") is None
+        full.handle(queued("r1", cores=-1.0))
+    assert full.request_of("robot:ann/r1") is None
 
 
-def test_who_goes_leaves_the_queue(master: Master, queue: Queue) -> None:
+def test_a_released_place_leaves_the_queue(full: Master) -> None:
     for name in ("r1", "r2"):
-        queue.open(request(name), master.open)
-    queue.remove("robot:ann/r1")
-    queue.remove("robot:ann/r1")
-    assert (queue.position("robot:ann/r2"), queue.get("robot:ann/r2")) == (1, request("r2"))
+        full.handle(queued(name))
+    for _ in range(2):
+        full.handle(PlaceReleased("robot:ann/r1"))
+    assert (full.position("robot:ann/r2"), full.request_of("robot:ann/r2")) == (1, request("r2"))
 
 
-def test_the_queue_is_bounded_for_each_user_and_for_all(master: Master, queue: Queue) -> None:
+def test_the_queue_is_bounded_for_each_user_and_for_all(full: Master) -> None:
     for number in range(MAX_QUEUED):
-        queue.open(request("r", f"u{number // MAX_QUEUED_OF_USER}-{number}"), master.open)
+        full.handle(queued("r", f"u{number // MAX_QUEUED_OF_USER}-{number}"))
     with pytest.raises(QuotaExceeded, match=f"it holds {MAX_QUEUED} of at most {MAX_QUEUED}"):
-        queue.open(request("r", "late"), master.open)
+        full.handle(queued("r", "late"))
     for number in range(MAX_QUEUED - MAX_QUEUED_OF_USER):
-        queue.remove(f"robot:u{number // MAX_QUEUED_OF_USER}-{number}/r")
+        full.handle(PlaceReleased(f"robot:u{number // MAX_QUEUED_OF_USER}-{number}/r"))
     for number in range(MAX_QUEUED_OF_USER):
-        queue.open(request(f"r{number}", "greedy"), master.open)
+        full.handle(queued(f"r{number}", "greedy"))
     with pytest.raises(QuotaExceeded, match=f"{MAX_QUEUED_OF_USER} of at most {MAX_QUEUED_OF_USER} of user 'greedy'"):
-        queue.open(request("one more", "greedy"), master.open)
+        full.handle(queued("one more", "greedy"))
+
+
+def test_no_queued_place_is_opened_while_the_cloud_shuts_down(full: Master) -> None:
+    full.handle(queued("r1"))
+    full.handle(ShutdownBegan())
+    assert started(full.handle(PlaceReleased("robot:zoe/full0"))) == []

@@ -7,21 +7,22 @@ from hypothesis import strategies as st
 from engine.master.quotas import QUOTAS, Quota, Quotas, Used, check_quota
 from ppaas.errors import QuotaExceeded
 from storage.records import Limits
-from tests.support.storage.records import user
 
 
 def test_who_has_no_limits_of_the_own_may_have_what_all_may() -> None:
     quotas = Quotas(Quota(containers=3))
-    quotas.learn(user("ann"))
-    assert quotas.of("ann") == quotas.of("anybody") == Quota(containers=3)
+    quotas.set_limits("ann", Limits())
+    assert quotas.of("ann") == quotas.of("bob") == Quota(containers=3)
 
 
 def test_a_limit_of_ones_own_takes_the_place_of_that_one_alone() -> None:
     quotas = Quotas(Quota(containers=3, cores=2.0))
-    quotas.learn(user("ann", limits=Limits(containers=0)))
+    quotas.set_limits("ann", Limits(containers=0))
     assert quotas.of("ann") == Quota(containers=0, cores=2.0)
-    quotas.learn(user("ann"))
+    assert quotas.limits("ann") == Limits(containers=0)
+    quotas.set_limits("ann", Limits())
     assert quotas.of("ann").containers == 3
+    assert quotas.limits("ann") == Limits()
 
 
 def test_there_is_a_limit_of_ones_own_for_every_quota() -> None:

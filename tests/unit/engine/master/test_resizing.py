@@ -3,12 +3,13 @@
 import pytest
 
 from engine.master.balancers.ppaas import SameMap
-from engine.master.machine import Machine
+from engine.master.events import ContainerLost, ContainerReady, PlaceReleased, PlaceRequested, ResizeRequested
 from engine.master.master import Master
 from engine.master.orders import Resize, Start
 from engine.master.places import PlaceRequest
 from engine.master.quotas import Quota, Quotas, Used
 from ppaas.errors import InvalidParameter, NotFound, QuotaExceeded, Unavailable
+from tests.support.engine.placing import joined
 from tests.support.engine.specs import HOUSE, robot_config
 
 
@@ -24,47 +25,47 @@ def quotas() -> Quotas:
 @pytest.fixture
 def master(quotas: Quotas) -> Master:
     made = Master(SameMap(), quotas)
-    made.machine_joined(Machine("m1", 2, 8 << 30, 1000))
+    made.handle(joined("m1", 2, memory=8 << 30))
     return made
 
 
 def ready(master: Master, name: str = "tb1", cores: float = 1.0) -> str:
     """Open a place; return its container, which is ready."""
-    [start] = master.open(request(name, cores))
+    [start] = master.handle(PlaceRequested(request(name, cores)))
     assert isinstance(start, Start)
-    master.container_ready(start.spec.id, 77)
+    master.handle(ContainerReady(start.spec.id, 77))
     return start.spec.id
 
 
 @pytest.mark.parametrize("cores", [2.0, 0.25])
 def test_what_is_counted_is_the_new_size(master: Master, quotas: Quotas, cores: float) -> None:
     container = ready(master)
-    assert master.resize(container, cores) == [Resize("m1", container, cores)]
+    assert master.handle(ResizeRequested(container, cores)) == [Resize("m1", container, cores)]
     assert (master.machines["m1"].given, quotas.used("ann")) == (cores, Used(1, cores))
-    master.close("robot:ann/tb1")
+    master.handle(PlaceReleased("robot:ann/tb1"))
     assert (master.machines["m1"].given, quotas.used("ann")) == (0.0, Used())
 
 
 def test_what_takes_its_place_has_the_new_size(master: Master) -> None:
     container = ready(master)
-    master.resize(container, 1.5)
-    [start] = master.container_lost(container, Unavailable("boom"))
+    master.handle(ResizeRequested(container, 1.5))
+    [start] = master.handle(ContainerLost(container, Unavailable("boom"), 100.0))
     assert isinstance(start, Start) and start.spec.cores == 1.5
 
 
 def test_a_place_that_is_opened_again_has_the_size_of_the_robot(master: Master) -> None:
-    master.resize(ready(master), 1.5)
-    master.close("robot:ann/tb1")
-    [start] = master.open(request())
+    master.handle(ResizeRequested(ready(master), 1.5))
+    master.handle(PlaceReleased("robot:ann/tb1"))
+    [start] = master.handle(PlaceRequested(request()))
     assert isinstance(start, Start) and start.spec.cores == 1.0
 
 
 def test_more_than_the_user_may_have_is_refused_and_less_is_not(master: Master) -> None:
     first, second, _ = ready(master, "tb1", 2.0), ready(master, "tb2", 1.5), ready(master, "tb3", 0.25)
     with pytest.raises(QuotaExceeded, match=r"4 cores and has 3\.75; 0\.5 more"):
-        master.resize(second, 2.0)
-    master.resize(second, 1.75)
-    master.resize(first, 0.5)
+        master.handle(ResizeRequested(second, 2.0))
+    master.handle(ResizeRequested(second, 1.75))
+    master.handle(ResizeRequested(first, 0.5))
 
 
 @pytest.mark.parametrize(
@@ -75,23 +76,23 @@ def test_a_size_that_cannot_be_is_refused_and_changes_nothing(
 ) -> None:
     container = ready(master)
     with pytest.raises(error):
-        master.resize(container, cores)
+        master.handle(ResizeRequested(container, cores))
     assert (master.machines["m1"].given, quotas.used("ann").cores) == (1.0, 1.0)
 
 
 def test_more_than_the_machine_has_left_is_refused_with_what_is_left() -> None:
     master = Master(SameMap(), Quotas())
-    master.machine_joined(Machine("m1", 2, 8 << 30, 1000))
+    master.handle(joined("m1", 2, memory=8 << 30))
     first, *_ = [ready(master, f"tb{number}", cores) for number, cores in enumerate([1.0, 2.0, 2.0, 2.0, 0.5])]
     with pytest.raises(Unavailable, match=r"'m1' has 0\.5 free cores, but 0\.75 more are needed"):
-        master.resize(first, 1.75)
-    assert master.resize(first, 1.5)
+        master.handle(ResizeRequested(first, 1.75))
+    assert master.handle(ResizeRequested(first, 1.5))
 
 
 def test_who_is_not_ready_or_not_there_has_no_other_size(master: Master) -> None:
-    [start] = master.open(request())
+    [start] = master.handle(PlaceRequested(request()))
     assert isinstance(start, Start)
     with pytest.raises(Unavailable, match="when it is ready"):
-        master.resize(start.spec.id, 0.5)
+        master.handle(ResizeRequested(start.spec.id, 0.5))
     with pytest.raises(NotFound):
-        master.resize("c99", 0.5)
+        master.handle(ResizeRequested("c99", 0.5))

@@ -5,11 +5,12 @@ from pathlib import Path
 import pytest
 
 from engine.master.balancers.first_fit import FirstFit
+from engine.master.events import RemovalRequested
 from engine.master.master import Master
-from engine.service.administration import Administration, Losing
+from engine.service.administration import Administration
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import InvalidInput, NotPermitted, Unavailable
-from tests.support.engine.placing import machine
+from tests.support.engine.placing import joined
 
 SAID = MachineSettings({"zone": "a"}, max_containers=3, max_memory=1 << 30, draining=True)
 
@@ -17,8 +18,8 @@ SAID = MachineSettings({"zone": "a"}, max_containers=3, max_memory=1 << 30, drai
 def started(file: Path) -> tuple[Master, Administration]:
     master = Master(FirstFit())
 
-    def cut_off(machine_id: str, lose: Losing) -> None:
-        lose(machine_id)
+    def cut_off(request: RemovalRequested) -> None:
+        master.handle(request)
 
     administration = Administration(master, lambda orders: None, cut_off)
     administration.keep_in(file)
@@ -29,17 +30,17 @@ def test_what_was_said_holds_for_the_next_cloud(tmp_path: Path) -> None:
     file = tmp_path / "data" / "settings.json"
     master, administration = started(file)
     for name in ("m1", "m2", "m3"):
-        master.machine_joined(machine(name))
+        master.handle(joined(name))
     administration.configure("m1", SAID)
     administration.remove("m2")
     administration.remove("m3")
     administration.admit("m3")
     again, _ = started(file)
     for name in ("m1", "m3"):
-        again.machine_joined(machine(name))
+        again.handle(joined(name))
     assert again.machines["m1"].settings == SAID and again.machines["m3"].settings == MachineSettings()
     with pytest.raises(NotPermitted):
-        again.machine_joined(machine("m2"))
+        again.handle(joined("m2"))
 
 
 @pytest.mark.parametrize(
@@ -55,7 +56,7 @@ def test_a_file_that_is_not_what_was_kept_is_named(tmp_path: Path, kept: bytes) 
 def test_what_cannot_be_kept_is_done_and_said_so(tmp_path: Path) -> None:
     (tmp_path / "data").write_bytes(b"no folder")
     master, administration = started(tmp_path / "data" / "settings.json")
-    master.machine_joined(machine("m1"))
+    master.handle(joined("m1"))
     with pytest.raises(Unavailable, match="in effect, but it was not saved"):
         administration.configure("m1", SAID)
     assert master.machines["m1"].settings == SAID

@@ -78,7 +78,7 @@ def assert_forgotten(service: MasterDriver) -> None:
     assert service._links.awaited == 0
     assert service._places == {}
     assert service._master.places == {}
-    assert service._master.state.place_of == {}
+    assert service._master._state.place_of == {}
 
 
 def checkpoint(session: str, **nodes: bytes) -> CloneCheckpoint:

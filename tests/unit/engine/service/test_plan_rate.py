@@ -9,7 +9,6 @@ from engine.service.plan_rate import MAX_KNOWN, PlanRate
 from ppaas.clock import ManualClock
 from ppaas.errors import QuotaExceeded
 from storage.records import Limits
-from tests.support.storage.records import user
 
 
 @pytest.fixture
@@ -58,7 +57,7 @@ def test_what_can_never_be_given_says_no_time(rate: PlanRate) -> None:
 
 
 def test_who_may_ask_for_none_is_told_so(rate: PlanRate, quotas: Quotas) -> None:
-    quotas.learn(user("ann", limits=Limits(plans_per_minute=0)))
+    quotas.set_limits("ann", Limits(plans_per_minute=0))
     with pytest.raises(QuotaExceeded, match="0 paths a minute"):
         rate.take("ann")
     assert rate.used("ann") == 0
@@ -66,7 +65,7 @@ def test_who_may_ask_for_none_is_told_so(rate: PlanRate, quotas: Quotas) -> None
 
 def test_a_limit_that_is_changed_holds_at_once(rate: PlanRate, quotas: Quotas) -> None:
     rate.take("ann", 6)
-    quotas.learn(user("ann", limits=Limits(plans_per_minute=600)))
+    quotas.set_limits("ann", Limits(plans_per_minute=600))
     with pytest.raises(QuotaExceeded) as refused:
         rate.take("ann")
     assert refused.value.retry_after == pytest.approx(0.1)
