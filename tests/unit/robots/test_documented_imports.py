@@ -56,7 +56,7 @@ def load(path: str) -> object:
 
 
 @pytest.mark.parametrize("path", documented())
-def test_what_a_document_imports_is_there(path: str) -> None:
+def test_documented_imports_exist(path: str) -> None:
     load(path)
 
 
@@ -66,7 +66,7 @@ def test_an_alias_is_the_same_object(alias: str, path: str) -> None:
 
 
 @pytest.mark.parametrize("package", ["robots.client", "robots.onboard"])
-def test_a_package_tells_what_it_lacks(package: str) -> None:
+def test_unknown_names_of_a_package_raise_attribute_error(package: str) -> None:
     assert {path.partition(":")[2] for path in ALIASES if path.startswith(f"{package}:")} == set(
         importlib.import_module(package).__all__
     )
@@ -75,6 +75,6 @@ def test_a_package_tells_what_it_lacks(package: str) -> None:
 
 
 @pytest.mark.parametrize("package", ["robots.client", "robots.onboard"])
-def test_a_package_loads_nothing_before_it_is_asked(package: str) -> None:
+def test_importing_a_package_loads_no_heavy_module(package: str) -> None:
     code = f"import sys, {package}; sys.exit(any(m in sys.modules for m in ('asyncio', 'websockets', 'msgspec')))"
     assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=False).returncode == 0

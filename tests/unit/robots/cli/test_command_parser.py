@@ -27,29 +27,29 @@ def parser(default: str | None) -> CommandParser:
         (["make", "list"], "make", "list"),
     ],
 )
-def test_the_default_verb_stands_where_no_verb_is(words, verb, thing):
+def test_the_default_verb_is_used_if_no_verb_is_given(words, verb, thing):
     parsed = parser("make").parse_args(["do", *words])
     assert (parsed.verb, parsed.thing) == (verb, thing)
 
 
-def test_without_a_default_a_word_that_is_no_verb_is_refused(capsys):
+def test_an_unknown_verb_is_refused_without_a_default_verb(capsys):
     with pytest.raises(SystemExit):
         parser(None).parse_args(["do", "box"])
     assert "invalid choice: 'box'" in capsys.readouterr().err
 
 
-def test_help_and_nothing_are_about_the_command_itself(capsys):
+def test_help_and_a_missing_verb_show_the_command_itself(capsys):
     for words, status in ((["--help"], 0), (["-h"], 0), ([], 2)):
         with pytest.raises(SystemExit) as end:
             parser("make").parse_args(["do", *words])
         assert end.value.code == status
-    told = capsys.readouterr()
-    assert told.out.count("what it does") == 2
-    assert "required: verb" in told.err
+    output = capsys.readouterr()
+    assert output.out.count("what it does") == 2
+    assert "required: verb" in output.err
 
 
 @pytest.mark.parametrize("words", [["--count", "0", "box"], ["--of", "0", "box"]])
-def test_a_parameter_that_a_type_refuses_is_an_error_of_usage(words, capsys):
+def test_a_parameter_refused_by_its_type_is_a_usage_error(words, capsys):
     root = CommandParser("root")
     command = root.add_subparsers(required=True).add_parser("do")
     command.add_argument("thing")

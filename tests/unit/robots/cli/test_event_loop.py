@@ -14,12 +14,12 @@ FACTORIES = [None, uvloop.new_event_loop]
 
 
 @pytest.mark.parametrize("factory", FACTORIES)
-def test_it_returns_what_the_coroutine_returns(factory) -> None:
+def test_run_returns_the_result_of_the_coroutine(factory) -> None:
     assert event_loop.run(asyncio.sleep(0.0, "done"), factory) == "done"
 
 
 @pytest.mark.parametrize("factory", FACTORIES)
-def test_sigterm_ends_the_coroutine_in_order(factory) -> None:
+def test_sigterm_cancels_the_coroutine_and_raises_terminated(factory) -> None:
     ended = []
 
     async def work() -> None:
@@ -37,7 +37,7 @@ def test_sigterm_ends_the_coroutine_in_order(factory) -> None:
     assert signal.getsignal(signal.SIGTERM) == before
 
 
-def test_what_is_cancelled_without_a_signal_is_not_called_terminated() -> None:
+def test_cancellation_without_a_signal_is_not_terminated() -> None:
     async def work() -> None:
         raise asyncio.CancelledError
 
@@ -45,7 +45,7 @@ def test_what_is_cancelled_without_a_signal_is_not_called_terminated() -> None:
         event_loop.run(work())
 
 
-def test_a_thread_runs_coroutines_too() -> None:
+def test_run_works_in_a_thread() -> None:
     done = []
     thread = threading.Thread(target=lambda: done.append(event_loop.run(asyncio.sleep(0.0, "done"))))
     thread.start()
@@ -53,14 +53,14 @@ def test_a_thread_runs_coroutines_too() -> None:
     assert done == ["done"]
 
 
-def test_sigterm_ends_what_runs_without_a_loop() -> None:
+def test_sigterm_raises_terminated_without_a_loop() -> None:
     before = signal.getsignal(signal.SIGTERM)
     with pytest.raises(Terminated), event_loop.terminable():
         signal.raise_signal(signal.SIGTERM)
     assert signal.getsignal(signal.SIGTERM) == before
 
 
-def test_a_loop_inside_leaves_the_rest_terminable() -> None:
+def test_code_after_a_loop_is_still_terminable() -> None:
     with pytest.raises(Terminated), event_loop.terminable():
         event_loop.run(asyncio.sleep(0.0))
         signal.raise_signal(signal.SIGTERM)

@@ -52,14 +52,14 @@ def test_the_help_lists_every_command(capsys):
 
 
 @pytest.mark.parametrize("name", sorted(COMMANDS))
-def test_each_command_has_help_of_its_own(capsys, name):
+def test_each_command_has_its_own_help(capsys, name):
     with pytest.raises(SystemExit) as end:
         main.main([name, "--help"])
     assert end.value.code == 0
     assert f"usage: ppaas {name}" in capsys.readouterr().out
 
 
-def test_the_help_of_all_commands_loads_nothing_heavy():
+def test_the_help_of_all_commands_imports_nothing_heavy():
     code = f"""
 import json, sys
 from robots.cli.main import main
@@ -72,7 +72,7 @@ except SystemExit:
     assert json.loads(ended.stdout.splitlines()[-1]) == []
 
 
-def test_a_command_that_is_none_lists_those_there_are(capsys):
+def test_an_unknown_command_lists_the_known_ones(capsys):
     with pytest.raises(SystemExit) as end:
         main.main(["fly"])
     assert end.value.code == 2
@@ -80,12 +80,12 @@ def test_a_command_that_is_none_lists_those_there_are(capsys):
     assert [name for name in COMMANDS if name not in error] == []
 
 
-def test_the_status_is_that_of_the_command(install):
+def test_the_exit_status_is_that_of_the_command(install):
     install(do=command(run=lambda _arguments: 7))
     assert main.main(["do"]) == 7
 
 
-def test_an_error_is_told_in_one_line_by_its_slug(install, capsys):
+def test_an_error_is_reported_in_one_line_with_its_slug(install, capsys):
     def run(_arguments):
         raise NotFound("map", "atlantis", ["office"])
 
@@ -94,7 +94,7 @@ def test_an_error_is_told_in_one_line_by_its_slug(install, capsys):
     assert capsys.readouterr().err == "ppaas: not-found: unknown map 'atlantis'; known: office\n"
 
 
-def test_ctrl_c_ends_as_a_shell_expects(install):
+def test_ctrl_c_exits_with_status_130(install):
     def run(_arguments):
         raise KeyboardInterrupt
 
@@ -106,7 +106,7 @@ def test_ctrl_c_ends_as_a_shell_expects(install):
     ("package", "extra"),
     [("pymunk", "sim"), ("fastapi", "cloud"), ("numba.core", "plan"), ("PIL", "plan"), ("matplotlib.figure", "plot")],
 )
-def test_a_command_whose_packages_are_missing_says_which_extra_brings_them(install, capsys, package, extra):
+def test_missing_packages_are_reported_with_the_extra_to_install(install, capsys, package, extra):
     def run(_arguments):
         raise ModuleNotFoundError(f"No module named {package!r}", name=package)
 
@@ -115,7 +115,7 @@ def test_a_command_whose_packages_are_missing_says_which_extra_brings_them(insta
     assert f"pip install '.[{extra}]'" in capsys.readouterr().err
 
 
-def test_a_command_that_cannot_be_loaded_is_listed_with_what_it_misses(install, capsys):
+def test_a_command_that_cannot_be_loaded_is_listed_with_the_reason(install, capsys):
     install(do=command(), fly="pymunk_of_another_robot.fly")
     with pytest.raises(SystemExit):
         main.main(["--help"])
@@ -125,14 +125,14 @@ def test_a_command_that_cannot_be_loaded_is_listed_with_what_it_misses(install, 
     assert main.main(["do"]) == 0
 
 
-def test_a_command_that_cannot_be_loaded_says_which_extra_brings_what_it_misses(install, capsys, monkeypatch):
+def test_a_command_that_cannot_be_loaded_names_the_extra_to_install(install, capsys, monkeypatch):
     monkeypatch.setitem(main.EXTRAS, "pymunk_of_another_robot", "sim")
     install(do=command(), fly="pymunk_of_another_robot.fly")
     assert main.main(["fly"]) == 1
     assert "pip install '.[sim]'" in capsys.readouterr().err
 
 
-def test_a_fault_of_our_own_is_not_hidden(install):
+def test_a_missing_module_of_this_project_is_not_hidden(install):
     def run(_arguments):
         raise ModuleNotFoundError("No module named 'endpoints.nothing'", name="endpoints.nothing")
 

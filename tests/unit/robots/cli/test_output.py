@@ -19,23 +19,23 @@ def test_columns_are_as_wide_as_their_widest_cell(capsys: pytest.CaptureFixture[
     ]
 
 
-def test_one_answer_is_a_table_of_one_row(capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_object_is_a_table_of_one_row(capsys: pytest.CaptureFixture[str]) -> None:
     container = {"id": "c1", "map": {"id": "house", "version": "v"}, "cores": 0.5, "pss": 3 << 20, "kind": "robot"}
     show(container, ("id", "map", "cores", "pss"), as_json=False)
     assert capsys.readouterr().out == "id  map    cores  pss\nc1  house  0.5    3.0 MiB\n"
 
 
-def test_memory_is_told_in_units(capsys: pytest.CaptureFixture[str]) -> None:
+def test_memory_is_shown_in_units(capsys: pytest.CaptureFixture[str]) -> None:
     show({"memory": 24 << 30, "memory_used": 512 << 20}, ("memory", "memory_used"), as_json=False)
     assert capsys.readouterr().out.splitlines()[1] == "24.0 GiB  512.0 MiB"
 
 
-def test_an_empty_list_says_so_to_people_and_is_a_list_to_programs(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_empty_list_prints_a_sentence_or_an_empty_json_list(capsys: pytest.CaptureFixture[str]) -> None:
     show([], ("id",), as_json=False, if_none="no maps")
     show([], ("id",), as_json=True, if_none="no maps")
     assert capsys.readouterr().out == "no maps\n[]\n"
 
 
-def test_json_has_all_of_the_answer(capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_contains_the_whole_answer(capsys: pytest.CaptureFixture[str]) -> None:
     show(MAPS, ("id",), as_json=True)
     assert json.loads(capsys.readouterr().out) == MAPS

@@ -12,17 +12,17 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_a_file_is_read_without_the_end_of_its_line(tmp_path: Path) -> None:
+def test_a_password_file_is_read_without_its_newline(tmp_path: Path) -> None:
     (tmp_path / "password").write_text("correct horse\n")
     assert read_password("ann", tmp_path / "password") == "correct horse"
 
 
-def test_a_pipe_is_read_to_the_end_of_its_first_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_pipe_is_read_up_to_its_first_newline(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO(" correct horse \r\nmore\n"))
     assert read_password("ann", None) == " correct horse "
 
 
-def test_who_sits_at_a_terminal_is_asked_without_an_echo(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_terminal_is_prompted_without_an_echo(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
     def getpass(prompt: str, _stream: object) -> str:
@@ -43,7 +43,7 @@ def test_a_file_without_a_password_is_refused(tmp_path: Path, content: bytes | N
         read_password("ann", tmp_path / "password")
 
 
-def test_an_empty_pipe_is_told_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_empty_pipe_error_names_the_password_file_option(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO())
     with pytest.raises(InvalidInput, match="--password-file"):
         read_password("ann", None)

@@ -13,20 +13,20 @@ COMMANDS = [
 
 
 @pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
-async def test_without_a_token_every_command_says_how_to_get_one(ppaas: CommandLine, command: tuple[str, ...]) -> None:
+async def test_every_command_without_a_token_tells_how_to_get_one(ppaas: CommandLine, command: tuple[str, ...]) -> None:
     ended = await ppaas(*command, user=None, stdin="correct horse\n")
     assert (ended.status, ended.out) == (1, "")
     assert ended.err == "ppaas: not-authenticated: no token: export PPAAS_TOKEN=$(ppaas login USER)\n"
 
 
-async def test_a_token_that_is_none_of_ours_says_to_log_in_again(ppaas: CommandLine) -> None:
+async def test_an_unknown_token_error_names_the_login_command(ppaas: CommandLine) -> None:
     ended = await ppaas("map", "list", "--token", "made-up")
     assert ended.status == 1
     assert "log in again ('ppaas login'" in ended.err
 
 
 @pytest.mark.parametrize("token", ["ü", "a\nb", "\udcff", "a\x00b"])
-async def test_a_token_that_no_cloud_gives_is_not_even_sent(ppaas: CommandLine, token: str) -> None:
+async def test_a_token_with_invalid_characters_is_not_sent(ppaas: CommandLine, token: str) -> None:
     ended = await ppaas("map", "list", "--token", token)
     assert (ended.status, ended.err) == (
         1,
@@ -34,7 +34,7 @@ async def test_a_token_that_no_cloud_gives_is_not_even_sent(ppaas: CommandLine, 
     )
 
 
-async def test_a_cloud_that_is_not_there_is_named(ppaas: CommandLine) -> None:
+async def test_an_unreachable_cloud_is_named(ppaas: CommandLine) -> None:
     ended = await ppaas("map", "list", "--url", "http://127.0.0.1:1")
     assert ended.status == 1
     assert ended.err.startswith("ppaas: unavailable: cannot reach 127.0.0.1:1:")
@@ -42,7 +42,7 @@ async def test_a_cloud_that_is_not_there_is_named(ppaas: CommandLine) -> None:
 
 
 @pytest.mark.parametrize("url", ["localhost", "http://[", "http://a:b", "http://a:0", "ftp://a", "http://\udcff", ""])
-async def test_a_url_that_is_none_is_told_what_one_looks_like(ppaas: CommandLine, url: str) -> None:
+async def test_an_invalid_url_is_refused_with_an_example(ppaas: CommandLine, url: str) -> None:
     ended = await ppaas("map", "list", "--url", url)
     assert ended.status == 1
     assert "http://host:port" in ended.err

@@ -40,14 +40,14 @@ async def ask(server: RosbridgeServer, number: int, service: str = "lights", **m
 
 async def answers(server: RosbridgeServer, count: int = 1) -> dict[str, Any]:
     """Return the responses by call id: the values, or the reason of a failure."""
-    return {told["id"]: told["values"] for told in await server.heard("service_response", count)}
+    return {frame["id"]: frame["values"] for frame in await server.heard("service_response", count)}
 
 
 def switch(request: SetBoolRequest) -> SetBoolResponse:
     return SetBoolResponse(True, "on" if request.data else "off")
 
 
-async def test_what_is_offered_is_answered_until_it_is_offered_no_more(
+async def test_an_advertised_service_answers_until_it_is_unadvertised(
     server: RosbridgeServer, client: RobotClient
 ) -> None:
     await client.advertise_service("/lights", SetBool, switch)
@@ -67,14 +67,14 @@ async def test_what_is_offered_is_answered_until_it_is_offered_no_more(
     with pytest.raises(Conflict, match="already advertises service 'lights'"):
         await client.advertise_service("lights", SetBool, switch)
     await client.unadvertise_service("lights")
-    assert [told["service"] for told in await server.heard("unadvertise_service")] == ["lights"]
+    assert [frame["service"] for frame in await server.heard("unadvertise_service")] == ["lights"]
     with pytest.raises(NotFound, match="unknown advertised service 'lights'"):
         await client.unadvertise_service("lights")
     await ask(server, 2, args={"data": True})
     assert (await answers(server, 2))["2"].startswith("unavailable: service 'lights' is no longer advertised")
 
 
-async def test_a_name_that_is_none_is_not_offered(server: RosbridgeServer, client: RobotClient) -> None:
+async def test_an_invalid_service_name_is_not_advertised(server: RosbridgeServer, client: RobotClient) -> None:
     with pytest.raises(MalformedMessage):
         await client.advertise_service("a b", SetBool, switch)
     await client.publish("chatter", String("x"))
@@ -82,7 +82,7 @@ async def test_a_name_that_is_none_is_not_offered(server: RosbridgeServer, clien
     assert server.of("advertise_service") == []
 
 
-async def test_calls_are_worked_on_side_by_side_while_the_client_hears_all_else(
+async def test_calls_run_concurrently_and_do_not_block_subscriptions(
     server: RosbridgeServer, client: RobotClient
 ) -> None:
     switched_on = asyncio.Event()
@@ -101,8 +101,8 @@ async def test_calls_are_worked_on_side_by_side_while_the_client_hears_all_else(
     assert (await anext(heard)).data == "meanwhile"
     assert server.of("service_response") == []
     await ask(server, 2, args={"data": True})
-    told = await answers(server, 2)
-    assert {number: values["message"] for number, values in told.items()} == {"1": "False", "2": "True"}
+    received = await answers(server, 2)
+    assert {number: values["message"] for number, values in received.items()} == {"1": "False", "2": "True"}
 
 
 @pytest.mark.parametrize(
@@ -120,16 +120,16 @@ async def test_calls_are_worked_on_side_by_side_while_the_client_hears_all_else(
         (lambda _: SetBoolResponse(object()), {}, "error: the handler of service 'lights' failed: TypeError"),  # type: ignore[arg-type]
     ],
 )
-async def test_what_has_no_answer_has_a_reason(
+async def test_a_failed_call_returns_a_reason(
     handler: advertised_services.Handler, args: Any, reason: str, server: RosbridgeServer, client: RobotClient
 ) -> None:
     await client.advertise_service("lights", SetBool, handler)
     await server.heard("advertise_service")
     await ask(server, 1, args=args)
-    [told] = await server.heard("service_response")
-    assert told["result"] is False
-    assert told["values"].startswith(reason)
-    assert "secret" not in told["values"]
+    [response] = await server.heard("service_response")
+    assert response["result"] is False
+    assert response["values"].startswith(reason)
+    assert "secret" not in response["values"]
     assert client.connected
 
 
@@ -137,14 +137,14 @@ def _raise(error: Exception) -> Message:
     raise error
 
 
-async def test_more_than_can_be_worked_on_is_refused(
+async def test_calls_beyond_the_limit_are_refused(
     server: RosbridgeServer, client: RobotClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(advertised_services, "MAX_CALLS", 1)
-    go_on = asyncio.Event()
+    released = asyncio.Event()
 
     async def wait(_: Empty) -> TriggerResponse:
-        await go_on.wait()
+        await released.wait()
         return TriggerResponse(True, "done")
 
     await client.advertise_service("lights", Trigger, wait)
@@ -152,11 +152,11 @@ async def test_more_than_can_be_worked_on_is_refused(
     await ask(server, 1)
     await ask(server, 2)
     assert (await answers(server))["2"].startswith("quota-exceeded: ")
-    go_on.set()
+    released.set()
     assert (await answers(server, 2))["1"]["message"] == "done"
 
 
-async def test_another_session_is_told_what_is_offered_and_gets_no_answer_to_the_calls_of_the_one_before(
+async def test_a_new_session_readvertises_and_drops_calls_of_the_old_one(
     server: RosbridgeServer, client: RobotClient
 ) -> None:
     begun, ended = asyncio.Queue[str](), asyncio.Queue[str]()
@@ -179,18 +179,18 @@ async def test_another_session_is_told_what_is_offered_and_gets_no_answer_to_the
     await begun.get()
     server.connections[-1].transport.abort()
     await server.connected(2)
-    assert [told["service"] for told in await server.heard("advertise_service", 3)] == ["lights", "horn", "lights"]
+    assert [frame["service"] for frame in await server.heard("advertise_service", 3)] == ["lights", "horn", "lights"]
     assert await ended.get() == "old"
     await ask(server, 1, args={"data": True})
     assert (await answers(server))["1"]["message"] == "new"
 
 
-async def test_a_session_that_goes_on_gets_the_answer_on_its_next_connection(server: RosbridgeServer) -> None:
-    begun, go_on = asyncio.Event(), asyncio.Event()
+async def test_a_resumed_session_sends_the_answer_on_its_next_connection(server: RosbridgeServer) -> None:
+    begun, released = asyncio.Event(), asyncio.Event()
 
     async def wait(_: Empty) -> TriggerResponse:
         begun.set()
-        await go_on.wait()
+        await released.wait()
         return TriggerResponse(True, "late")
 
     server.headers = {STATE_HEADER: "new", ID_HEADER: "s1", TAKEN_HEADER: "0"}
@@ -202,6 +202,6 @@ async def test_a_session_that_goes_on_gets_the_answer_on_its_next_connection(ser
         server.headers = {STATE_HEADER: "resumed", ID_HEADER: "s1", TAKEN_HEADER: "1"}
         server.connections[-1].transport.abort()
         await server.connected(2)
-        go_on.set()
+        released.set()
         assert (await answers(server))["1"]["message"] == "late"
         assert len(server.of("advertise_service")) == 1

@@ -57,7 +57,7 @@ async def follow(server: RosbridgeServer, act: Any, timeout: float = 10.0, leap:
         return await asyncio.wait_for(going, 20)
 
 
-async def test_a_goal_is_sent_with_its_own_id_in_the_frame_of_the_map(server: RosbridgeServer) -> None:
+async def test_a_goal_has_its_own_id_and_the_map_frame(server: RosbridgeServer) -> None:
     async def act(frame: dict[str, Any]) -> None:
         assert frame["topic"] == "move_base/goal"
         target = frame["msg"]["goal"]["target_pose"]
@@ -73,7 +73,7 @@ async def test_a_goal_is_sent_with_its_own_id_in_the_frame_of_the_map(server: Ro
     assert 0.0 < outcome.plan_seconds <= outcome.seconds
 
 
-async def test_the_result_of_another_goal_is_not_taken_for_ours(server: RosbridgeServer) -> None:
+async def test_the_result_of_another_goal_is_ignored(server: RosbridgeServer) -> None:
     async def act(frame: dict[str, Any]) -> None:
         await say_result(server, "somebody else's", Status.SUCCEEDED)
         await say_plan(server, 0)
@@ -95,7 +95,7 @@ async def test_a_goal_without_a_result_is_cancelled_and_lost(server: RosbridgeSe
     assert not outcome.reached
 
 
-async def test_where_the_result_was_lost_the_list_of_statuses_tells_how_the_goal_ended(server: RosbridgeServer) -> None:
+async def test_the_status_list_ends_a_goal_whose_result_was_lost(server: RosbridgeServer) -> None:
     async def act(frame: dict[str, Any]) -> None:
         mine = frame["msg"]["goal_id"]["id"]
         for _ in range(2):
@@ -105,7 +105,7 @@ async def test_where_the_result_was_lost_the_list_of_statuses_tells_how_the_goal
     assert (outcome.status, outcome.text) == (Status.ABORTED, "no way")
 
 
-async def test_a_goal_that_nobody_knows_any_more_is_cancelled_and_lost(server: RosbridgeServer) -> None:
+async def test_a_goal_missing_from_the_status_lists_is_cancelled_and_lost(server: RosbridgeServer) -> None:
     async def act(frame: dict[str, Any]) -> None:
         mine = frame["msg"]["goal_id"]["id"]
         await say_statuses(server, (mine, Status.ACTIVE, ""))
@@ -119,7 +119,7 @@ async def test_a_goal_that_nobody_knows_any_more_is_cancelled_and_lost(server: R
     assert "send it again" in outcome.text
 
 
-async def test_a_goal_that_the_lists_have_is_waited_for(server: RosbridgeServer) -> None:
+async def test_a_goal_in_the_status_lists_is_awaited(server: RosbridgeServer) -> None:
     async def act(frame: dict[str, Any]) -> None:
         mine = frame["msg"]["goal_id"]["id"]
         for status in (Status.PENDING, Status.ACTIVE, Status.ACTIVE, Status.SUCCEEDED):
@@ -130,7 +130,7 @@ async def test_a_goal_that_the_lists_have_is_waited_for(server: RosbridgeServer)
     assert (outcome.reached, outcome.text) == (True, "Goal reached.")
 
 
-async def test_a_refusal_of_the_cloud_ends_the_waiting(server: RosbridgeServer) -> None:
+async def test_a_close_by_the_cloud_ends_the_wait_for_a_goal(server: RosbridgeServer) -> None:
     async def act(_: dict[str, Any]) -> None:
         await server.connections[-1].close(1011, "not-found: robot 'tb1' was removed")
 
@@ -138,7 +138,7 @@ async def test_a_refusal_of_the_cloud_ends_the_waiting(server: RosbridgeServer) 
         await follow(server, act)
 
 
-async def test_localization_is_waited_for(server: RosbridgeServer) -> None:
+async def test_localized_waits_for_a_pose(server: RosbridgeServer) -> None:
     async with RobotClient(server.url, robot="tb1", token="t", role="operator") as client:
         move_base = await MoveBaseClient(client).start()
         with pytest.raises(Unavailable, match="check that the robot publishes scan and odom"):

@@ -48,7 +48,7 @@ def serving(*answers: tuple[int, bytes]) -> Iterator[str]:
             thread.join()
 
 
-async def test_the_token_of_a_login_goes_with_all_that_follows() -> None:
+async def test_requests_after_a_login_carry_its_token() -> None:
     with serving((201, b'{"token": "abc", "expires": 5.5}'), (200, b"{}")) as url:
         client = RestClient(url)
         assert await client.login("ann", "pass word") == Login("abc", 5.5)
@@ -62,7 +62,7 @@ async def test_the_token_of_a_login_goes_with_all_that_follows() -> None:
     assert json.loads(put["body"])["initial_pose"] == [1.0, 2.0, 3.0]
 
 
-async def test_a_map_is_sent_as_a_form_with_its_two_files_byte_for_byte() -> None:
+async def test_a_map_is_uploaded_as_a_form_with_unchanged_files() -> None:
     yaml, image = b"image: map.pgm\r\n", bytes(range(256)) * 4 + b"\r\n--\r\n"
     with serving((201, b"{}")) as url:
         await RestClient(url, "t").upload_map("depot", yaml, image, ("ann", "*"))
@@ -80,7 +80,7 @@ async def test_a_map_is_sent_as_a_form_with_its_two_files_byte_for_byte() -> Non
         assert await upload.read() == content
 
 
-async def test_a_problem_becomes_its_error() -> None:
+async def test_a_problem_response_raises_its_error() -> None:
     refusal = b'{"type": "urn:ppaas:problem:invalid-map", "detail": "the image is cut off"}'
     with serving((422, refusal), (401, b"")) as url:
         client = RestClient(url)
@@ -91,12 +91,12 @@ async def test_a_problem_becomes_its_error() -> None:
         assert client.token is None
 
 
-async def test_another_server_than_this_cloud_is_told_as_such() -> None:
+async def test_a_response_of_another_server_is_reported() -> None:
     with serving((200, b"<html>")) as url, pytest.raises(PPaaSError, match="did not answer like a PPaaS cloud"):
         await RestClient(url).login("ann", "pass")
 
 
-async def test_a_server_that_is_gone_is_unavailable() -> None:
+async def test_an_unreachable_server_is_unavailable() -> None:
     with serving() as url:
         pass
     with pytest.raises(Unavailable, match="cannot reach 127"):
@@ -104,12 +104,12 @@ async def test_a_server_that_is_gone_is_unavailable() -> None:
 
 
 @pytest.mark.parametrize("url", ["ws://host", "host:80", "http://"])
-def test_a_url_that_is_none_is_refused(url: str) -> None:
+def test_an_invalid_url_is_refused(url: str) -> None:
     with pytest.raises(InvalidInput, match="http://host:port"):
         RestClient(url)
 
 
-async def test_a_list_is_fetched_page_by_page_until_there_is_no_more() -> None:
+async def test_a_list_is_fetched_page_by_page_to_its_end() -> None:
     pages = (200, b'{"items": [1, 2], "next": "a+b"}'), (200, b'{"items": [3], "next": null}')
     with serving(*pages) as url:
         assert await RestClient(url, "abc").items("/v1/robots") == [1, 2, 3]
@@ -119,7 +119,7 @@ async def test_a_list_is_fetched_page_by_page_until_there_is_no_more() -> None:
     ]
 
 
-async def test_of_a_list_no_more_is_fetched_than_is_wanted() -> None:
+async def test_a_limited_list_fetches_no_more_than_requested() -> None:
     pages = (200, b'{"items": [1, 2], "next": "c"}'), (200, b'{"items": [3], "next": "d"}')
     with serving(*pages) as url:
         assert await RestClient(url, "abc").items("/v1/robots", 3) == [1, 2, 3]
@@ -130,7 +130,7 @@ async def test_of_a_list_no_more_is_fetched_than_is_wanted() -> None:
 
 
 @pytest.mark.parametrize("answer", [b"[]", b"null", b'{"items": []}', b"{"])
-async def test_what_is_no_page_is_not_from_this_cloud(answer: bytes) -> None:
+async def test_a_malformed_page_is_refused(answer: bytes) -> None:
     with serving((200, answer)) as url, pytest.raises(PPaaSError, match=r"did not answer with a list|not JSON"):
         await RestClient(url, "abc").items("/v1/robots")
 

@@ -43,14 +43,14 @@ def client_of(server: RosbridgeServer, **options: Any) -> RobotClient:
     return RobotClient(server.url, robot="tb 1", token="t&k", **{"reconnect_delays": at_once, **options})
 
 
-async def test_it_says_who_it_is_and_asks_to_be_told_of_errors(server: RosbridgeServer) -> None:
+async def test_the_client_sends_robot_token_role_and_status_level(server: RosbridgeServer) -> None:
     async with client_of(server, role="operator"):
         [path] = server.paths
         assert path.startswith("/?robot=tb+1&token=t%26k&role=operator&status=1&session=")
         assert path.endswith("&resume=none")
 
 
-async def test_what_is_published_arrives_in_order(server: RosbridgeServer) -> None:
+async def test_messages_are_published_in_order(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         for number in range(5):
             await client.publish("chatter", String(str(number)))
@@ -59,13 +59,13 @@ async def test_what_is_published_arrives_in_order(server: RosbridgeServer) -> No
     assert {frame["topic"] for frame in frames} == {"chatter"}
 
 
-async def test_what_was_published_before_closing_still_arrives(server: RosbridgeServer) -> None:
+async def test_messages_published_before_closing_are_sent(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         await client.publish("chatter", String("last words"))
     assert [frame["msg"]["data"] for frame in await server.heard("publish")] == ["last words"]
 
 
-async def test_a_callback_hears_its_topic_and_no_other(server: RosbridgeServer) -> None:
+async def test_a_callback_receives_only_its_topic(server: RosbridgeServer) -> None:
     heard: asyncio.Queue[Twist] = asyncio.Queue()
     async with client_of(server) as client:
         await client.subscribe("cmd_vel", Twist, heard.put_nowait)
@@ -77,7 +77,7 @@ async def test_a_callback_hears_its_topic_and_no_other(server: RosbridgeServer) 
         assert heard.empty()
 
 
-async def test_a_reader_that_wants_only_the_newest_gets_it(server: RosbridgeServer) -> None:
+async def test_a_queue_of_size_1_keeps_the_newest_message(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         newest = await client.subscribe("chatter", String, queue_size=1)
         everything = await client.subscribe("chatter", String)
@@ -89,7 +89,7 @@ async def test_a_reader_that_wants_only_the_newest_gets_it(server: RosbridgeServ
         assert newest.dropped == 3
 
 
-async def test_the_server_hears_when_the_last_reader_of_a_topic_leaves(server: RosbridgeServer) -> None:
+async def test_the_last_unsubscription_of_a_topic_is_sent_to_the_server(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         first = await client.subscribe("chatter", String)
         second = await client.subscribe("/chatter", String)
@@ -100,7 +100,7 @@ async def test_the_server_hears_when_the_last_reader_of_a_topic_leaves(server: R
         assert [message async for message in first] == []
 
 
-async def test_a_message_of_another_type_is_left_out_and_the_next_is_heard(server: RosbridgeServer) -> None:
+async def test_an_invalid_message_is_skipped_and_the_next_is_delivered(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         subscription = await client.subscribe("chatter", String)
         await server.heard("subscribe")
@@ -110,24 +110,24 @@ async def test_a_message_of_another_type_is_left_out_and_the_next_is_heard(serve
         assert (await asyncio.wait_for(anext(subscription), 5)).data == "fine"
 
 
-async def test_a_callback_that_fails_ends_the_client_with_the_reason(server: RosbridgeServer) -> None:
+async def test_a_failing_callback_closes_the_client_with_the_reason(server: RosbridgeServer) -> None:
     def fail(_: String) -> None:
-        raise ZeroDivisionError("of the callback")
+        raise ZeroDivisionError("error in the callback")
 
     async with client_of(server) as client:
         await client.subscribe("chatter", String, fail)
         await server.heard("subscribe")
         await server.say(op="publish", topic="chatter", msg={"data": "x"})
-        with pytest.raises(PPaaSError, match="of the callback"):
+        with pytest.raises(PPaaSError, match="error in the callback"):
             await asyncio.wait_for(client.closed(), 5)
-        with pytest.raises(PPaaSError, match="of the callback"):
+        with pytest.raises(PPaaSError, match="error in the callback"):
             await client.publish("chatter", String("y"))
 
 
 # -- services ----------------------------------------------------------------------------------------------------------
 
 
-async def test_calls_get_their_own_answers_whatever_the_order(server: RosbridgeServer) -> None:
+async def test_concurrent_calls_get_their_own_responses(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         calls = [asyncio.create_task(client.call("stop", Trigger, Empty())) for _ in range(2)]
         frames = await server.heard("call_service", 2)
@@ -138,7 +138,7 @@ async def test_calls_get_their_own_answers_whatever_the_order(server: RosbridgeS
     assert answers == [TriggerResponse(True, "0"), TriggerResponse(True, "1")]
 
 
-async def test_a_call_that_fails_raises_what_the_service_says(server: RosbridgeServer) -> None:
+async def test_a_failed_call_raises_the_error_of_the_service(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         call = asyncio.create_task(client.call("stop", EmptyService, Empty()))
         [frame] = await server.heard("call_service")
@@ -149,7 +149,7 @@ async def test_a_call_that_fails_raises_what_the_service_says(server: RosbridgeS
             await call
 
 
-async def test_a_call_without_an_answer_ends_in_its_time_and_a_late_answer_harms_nobody(
+async def test_a_call_times_out_and_its_late_response_is_ignored(
     server: RosbridgeServer,
 ) -> None:
     async with client_of(server) as client:
@@ -161,7 +161,7 @@ async def test_a_call_without_an_answer_ends_in_its_time_and_a_late_answer_harms
         await server.heard("publish")
 
 
-async def test_a_call_is_told_that_its_connection_was_lost(server: RosbridgeServer) -> None:
+async def test_a_lost_connection_fails_pending_calls(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         call = asyncio.create_task(client.call("stop", EmptyService, Empty()))
         await server.heard("call_service")
@@ -170,37 +170,37 @@ async def test_a_call_is_told_that_its_connection_was_lost(server: RosbridgeServ
             await asyncio.wait_for(call, 5)
 
 
-async def test_an_error_that_the_cloud_tells_of_reaches_the_user(server: RosbridgeServer) -> None:
-    told: asyncio.Queue[PPaaSError] = asyncio.Queue()
-    async with client_of(server, on_status=told.put_nowait):
+async def test_status_errors_of_the_cloud_reach_the_callback(server: RosbridgeServer) -> None:
+    errors: asyncio.Queue[PPaaSError] = asyncio.Queue()
+    async with client_of(server, on_status=errors.put_nowait):
         await server.connected()
         await server.say(op="status", level="error", msg="not-permitted: an operator publishes no scan")
-        error = await asyncio.wait_for(told.get(), 5)
+        error = await asyncio.wait_for(errors.get(), 5)
     assert isinstance(error, NotPermitted)
     assert str(error) == "an operator publishes no scan"
 
 
-# -- losing the connection ---------------------------------------------------------------------------------------------
+# -- lost connections --------------------------------------------------------------------------------------------------
 
 
-async def test_it_connects_again_renews_its_subscriptions_and_says_what_waited(server: RosbridgeServer) -> None:
+async def test_reconnecting_resubscribes_and_sends_queued_messages(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         subscription = await client.subscribe("chatter", String)
         await server.heard("subscribe")
         server.refusal = (503, b"")
         server.connections[-1].transport.abort()
         await until(lambda: not client.connected)
-        await client.publish("chatter", String("said while it was away"))
+        await client.publish("chatter", String("published while disconnected"))
         server.refusal = None
         await server.connected(2)
         assert len(await server.heard("subscribe", 2)) == 2
-        assert "said while it was away" in [frame["msg"]["data"] for frame in await server.heard("publish")]
+        assert "published while disconnected" in [frame["msg"]["data"] for frame in await server.heard("publish")]
         await server.say(op="publish", topic="chatter", msg={"data": "welcome back"})
         assert (await asyncio.wait_for(anext(subscription), 5)).data == "welcome back"
         assert client.connections == 2
 
 
-async def test_a_topic_subscribed_while_away_is_subscribed_once_on_the_next_connection(
+async def test_a_topic_subscribed_while_disconnected_is_subscribed_once(
     server: RosbridgeServer,
 ) -> None:
     async with client_of(server) as client:
@@ -214,7 +214,7 @@ async def test_a_topic_subscribed_while_away_is_subscribed_once_on_the_next_conn
     assert len(server.of("subscribe")) == 1
 
 
-async def test_a_restarting_cloud_is_waited_for(server: RosbridgeServer) -> None:
+async def test_the_client_reconnects_to_a_restarted_cloud(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         await server.connections[-1].close(1012, "restarting")
         await server.connected(2)
@@ -222,7 +222,7 @@ async def test_a_restarting_cloud_is_waited_for(server: RosbridgeServer) -> None
         await server.heard("publish")
 
 
-async def test_on_coming_back_it_waits_until_the_cloud_lets_go_of_the_dead_connection(
+async def test_reconnecting_retries_while_the_old_connection_is_open(
     server: RosbridgeServer,
 ) -> None:
     async with client_of(server) as client:
@@ -248,7 +248,7 @@ async def test_on_coming_back_it_waits_until_the_cloud_lets_go_of_the_dead_conne
         (4409, "another connection took over", Conflict),
     ],
 )
-async def test_a_connection_closed_for_good_ends_readers_calls_and_publishers(
+async def test_a_permanent_close_ends_readers_calls_and_publishers(
     server: RosbridgeServer, code: int, reason: str, error: type[PPaaSError]
 ) -> None:
     async with client_of(server) as client:
@@ -280,7 +280,7 @@ async def test_a_connection_closed_for_good_ends_readers_calls_and_publishers(
         (429, {"detail": "four robots a user"}, QuotaExceeded),
     ],
 )
-async def test_a_refusal_of_the_handshake_is_raised_by_its_type_and_not_tried_again(
+async def test_a_refused_handshake_raises_its_error_without_a_retry(
     server: RosbridgeServer, status: int, problem: dict[str, str], error: type[PPaaSError]
 ) -> None:
     server.refusal = (status, json.dumps(problem).encode())
@@ -290,7 +290,7 @@ async def test_a_refusal_of_the_handshake_is_raised_by_its_type_and_not_tried_ag
     assert len(server.paths) == 1
 
 
-async def test_a_cloud_without_room_is_tried_again(server: RosbridgeServer) -> None:
+async def test_an_unavailable_cloud_is_retried(server: RosbridgeServer) -> None:
     server.refusal = (503, b'{"type": "urn:ppaas:problem:unavailable", "detail": "no room"}')
     entering = asyncio.create_task(client_of(server).__aenter__())
     await until(lambda: len(server.paths) >= 3)
@@ -299,7 +299,7 @@ async def test_a_cloud_without_room_is_tried_again(server: RosbridgeServer) -> N
     await client.__aexit__(None, None, None)
 
 
-async def test_a_cloud_that_is_not_there_is_unavailable(server: RosbridgeServer) -> None:
+async def test_an_unreachable_cloud_raises_unavailable_after_the_timeout(server: RosbridgeServer) -> None:
     server.refusal = (503, b"")
     with pytest.raises(Unavailable, match="check that it runs"):
         async with client_of(server, connect_timeout=0.1):
@@ -307,7 +307,7 @@ async def test_a_cloud_that_is_not_there_is_unavailable(server: RosbridgeServer)
 
 
 @pytest.mark.parametrize("url", ["cloud:8080", "ftp://cloud", "http://", ""])
-async def test_a_url_that_is_none_is_refused(url: str) -> None:
+async def test_an_invalid_url_is_refused(url: str) -> None:
     with pytest.raises(InvalidInput, match="http://host:port"):
         RobotClient(url, robot="tb1", token="t")
 
@@ -315,7 +315,7 @@ async def test_a_url_that_is_none_is_refused(url: str) -> None:
 # -- slow links --------------------------------------------------------------------------------------------------------
 
 
-async def test_on_a_slow_link_scans_give_way_to_newer_ones_and_nothing_else_is_lost() -> None:
+async def test_a_slow_link_drops_only_old_scans() -> None:
     small = ConnectionOptions(write_limit=1024)
     async with rosbridge_server(max_queue=1) as server, client_of(server, link=small, capacity=8) as client:
         server.listening.clear()
@@ -329,7 +329,7 @@ async def test_on_a_slow_link_scans_give_way_to_newer_ones_and_nothing_else_is_l
 
         publishing = asyncio.create_task(publish_all())
         await until(lambda: client.dropped)
-        assert not publishing.done(), "who must not lose anything waits"
+        assert not publishing.done(), "publishing without loss waits"
         server.listening.set()
         await asyncio.wait_for(publishing, 30)
         await client.publish("command", String("end"))

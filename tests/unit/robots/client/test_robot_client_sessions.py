@@ -22,14 +22,14 @@ def at_once() -> Iterator[float]:
     return itertools.repeat(0.01)
 
 
-def told(state: str, session: str = "s1", taken: int = 0) -> dict[str, str]:
+def session_headers(state: str, session: str = "s1", taken: int = 0) -> dict[str, str]:
     return {STATE_HEADER: state, ID_HEADER: session, TAKEN_HEADER: str(taken)}
 
 
 @pytest.fixture
 async def server() -> AsyncIterator[RosbridgeServer]:
     async with rosbridge_server() as running:
-        running.headers = told("new")
+        running.headers = session_headers("new")
         yield running
 
 
@@ -37,12 +37,12 @@ def client_of(server: RosbridgeServer, **options: Any) -> RobotClient:
     return RobotClient(server.url, robot="tb1", token="t", **{"reconnect_delays": at_once, **options})
 
 
-def asked(server: RosbridgeServer) -> list[str]:
+def resumption_points(server: RosbridgeServer) -> list[str]:
     """Return the resumption point that the client sent with each connection."""
     return [parse_qs(urlsplit(path).query)["resume"][0] for path in server.paths]
 
 
-async def again(server: RosbridgeServer, headers: dict[str, str]) -> None:
+async def reconnect(server: RosbridgeServer, headers: dict[str, str]) -> None:
     """Break the connection; the server answers the next one differently."""
     count = len(server.connections)
     server.headers = headers
@@ -50,9 +50,9 @@ async def again(server: RosbridgeServer, headers: dict[str, str]) -> None:
     await server.connected(count + 1)
 
 
-async def test_each_client_has_a_name_of_its_own_and_keeps_it(server: RosbridgeServer) -> None:
+async def test_each_client_keeps_a_unique_session_name(server: RosbridgeServer) -> None:
     async with client_of(server), client_of(server):
-        await again(server, told("new"))
+        await reconnect(server, session_headers("new"))
     names = [parse_qs(urlsplit(path).query)["session"][0] for path in server.paths]
     assert len(set(names)) == 2
     assert names[1] == names[2]
@@ -60,7 +60,7 @@ async def test_each_client_has_a_name_of_its_own_and_keeps_it(server: RosbridgeS
         assert "&session=mine&" in server.paths[-1]
 
 
-async def test_it_says_how_much_it_received_and_goes_on_where_it_was(server: RosbridgeServer) -> None:
+async def test_the_client_resumes_its_session_with_its_frame_count(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         heard = await client.subscribe("chatter", String)
         call = asyncio.create_task(client.call("stop", Trigger, Empty()))
@@ -68,34 +68,34 @@ async def test_it_says_how_much_it_received_and_goes_on_where_it_was(server: Ros
         for word in ("one", "two"):
             await server.say(op="publish", topic="chatter", msg={"data": word})
             assert (await anext(heard)).data == word
-        await again(server, told("resumed", taken=2))
+        await reconnect(server, session_headers("resumed", taken=2))
         await server.say(
             op="service_response", service="stop", id=frame["id"], values={"success": True, "message": "!"}, result=True
         )
         assert await call == TriggerResponse(True, "!")
-        await again(server, told("resumed", taken=2))
-        assert asked(server) == ["none", "s1.2", "s1.3"]
+        await reconnect(server, session_headers("resumed", taken=2))
+        assert resumption_points(server) == ["none", "s1.2", "s1.3"]
         await client.publish("chatter", String("here"))
         await server.heard("publish")
         assert len(server.of("subscribe")) == 1, "the cloud knows what it subscribed"
         assert (client.connections, client.resumptions) == (3, 2)
 
 
-async def test_what_the_cloud_did_not_take_is_said_again_once(server: RosbridgeServer) -> None:
+async def test_frames_not_received_by_the_cloud_are_resent_once(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         for number in range(4):
             await client.publish("chatter", String(str(number)))
         await server.heard("publish", 4)
-        await again(server, told("resumed", taken=2))
+        await reconnect(server, session_headers("resumed", taken=2))
         await client.publish("chatter", String("new"))
         await server.heard("publish", 7)
-        await again(server, told("resumed", taken=5))
+        await reconnect(server, session_headers("resumed", taken=5))
         await client.publish("chatter", String("last"))
         await server.heard("publish", 8)
     assert [frame["msg"]["data"] for frame in server.of("publish")] == ["0", "1", "2", "3", "2", "3", "new", "last"]
 
 
-async def test_a_change_of_subscriptions_while_it_was_away_is_told_to_its_session(server: RosbridgeServer) -> None:
+async def test_subscription_changes_while_disconnected_reach_the_session(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         old = await client.subscribe("old", String)
         await server.heard("subscribe")
@@ -104,38 +104,38 @@ async def test_a_change_of_subscriptions_while_it_was_away_is_told_to_its_sessio
         await until(lambda: not client.connected)
         await client.unsubscribe(old)
         await client.subscribe("new", String)
-        server.refusal, server.headers = None, told("resumed", taken=1)
+        server.refusal, server.headers = None, session_headers("resumed", taken=1)
         await server.heard("subscribe", 2)
     assert [frame["topic"] for frame in server.frames] == ["old", "old", "new"]
     assert len(server.of("unsubscribe")) == 1
 
 
-async def test_where_its_session_is_gone_it_renews_what_it_subscribed_and_calls_fail(server: RosbridgeServer) -> None:
+async def test_a_lost_session_resubscribes_and_fails_pending_calls(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         await client.subscribe("chatter", String)
         await client.publish("chatter", String("sent"))
         call = asyncio.create_task(client.call("stop", Trigger, Empty()))
         await server.heard("call_service")
-        await again(server, told("new", "s2"))
+        await reconnect(server, session_headers("new", "s2"))
         with pytest.raises(Unavailable, match="was lost during the call of 'stop'"):
             await call
         await server.heard("subscribe", 2)
         await client.publish("chatter", String("after"))
         await server.heard("publish", 2)
         assert [frame["msg"]["data"] for frame in server.of("publish")] == ["sent", "after"]
-        await again(server, told("resumed", "s2", taken=2))
-        assert asked(server) == ["none", "s1.0", "s2.0"]
+        await reconnect(server, session_headers("resumed", "s2", taken=2))
+        assert resumption_points(server) == ["none", "s1.0", "s2.0"]
         await until(lambda: client.resumptions == 1)
 
 
-async def test_a_call_made_while_it_was_away_is_made_also_in_a_new_session(server: RosbridgeServer) -> None:
+async def test_a_call_made_while_disconnected_is_sent_in_a_new_session(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         server.refusal = (503, b"")
         server.connections[-1].transport.abort()
         await until(lambda: not client.connected)
         call = asyncio.create_task(client.call("stop", Trigger, Empty()))
         await asyncio.sleep(0)
-        server.refusal, server.headers = None, told("new", "s2")
+        server.refusal, server.headers = None, session_headers("new", "s2")
         [frame] = await server.heard("call_service")
         await server.say(
             op="service_response", service="stop", id=frame["id"], values={"success": True, "message": ""}, result=True
@@ -143,25 +143,25 @@ async def test_a_call_made_while_it_was_away_is_made_also_in_a_new_session(serve
         assert await call == TriggerResponse(True, "")
 
 
-async def test_it_says_that_it_left_for_good(server: RosbridgeServer) -> None:
+async def test_closing_the_client_states_that_it_left(server: RosbridgeServer) -> None:
     async with client_of(server):
         pass
     await server.connections[-1].wait_closed()
     assert (server.connections[-1].close_code, server.connections[-1].close_reason) == (1000, LEFT)
 
 
-async def test_another_socket_of_its_session_ends_it(server: RosbridgeServer) -> None:
+async def test_a_takeover_by_another_connection_closes_the_client(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         await server.connections[-1].close(4409, "conflict: another connection of the same session took over")
         with pytest.raises(Conflict, match="took over"):
             await asyncio.wait_for(client.closed(), 5)
 
 
-async def test_let_go_for_idleness_it_comes_again_when_it_has_something_to_say(server: RosbridgeServer) -> None:
+async def test_an_idle_client_reconnects_when_it_publishes(server: RosbridgeServer) -> None:
     async with client_of(server) as client:
         await client.subscribe("chatter", String)
         await server.heard("subscribe")
-        server.headers = told("new", "s2")
+        server.headers = session_headers("new", "s2")
         await server.connections[-1].close(1011, "idle: no frames for 600 s")
         await until(lambda: not client.connected)
         attempts = len(server.paths)
@@ -172,7 +172,7 @@ async def test_let_go_for_idleness_it_comes_again_when_it_has_something_to_say(s
         assert len(server.of("subscribe")) == 2
 
 
-async def test_who_only_looks_on_waits_for_the_robot_to_come_again(server: RosbridgeServer) -> None:
+async def test_a_non_holding_operator_reconnects_after_an_idle_close(server: RosbridgeServer) -> None:
     async with client_of(server, role="operator", hold=False) as client:
         assert "&hold=0&" in server.paths[-1]
         await server.connections[-1].close(1011, "idle: no frames for 600 s")

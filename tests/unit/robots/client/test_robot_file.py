@@ -21,7 +21,7 @@ WHOLE = {
 }
 
 
-def test_a_whole_file_is_read_and_written_as_it_is(tmp_path: Path) -> None:
+def test_a_complete_file_is_read_and_written_unchanged(tmp_path: Path) -> None:
     path = tmp_path / "robot.json"
     path.write_text(json.dumps(WHOLE))
     robot = load_robot_file(path)
@@ -29,12 +29,12 @@ def test_a_whole_file_is_read_and_written_as_it_is(tmp_path: Path) -> None:
     assert json.loads(robot.encode()) == WHOLE
 
 
-def test_all_but_the_map_has_a_default() -> None:
+def test_every_key_but_the_map_has_a_default() -> None:
     assert parse_robot_file('{"map": "depot"}') == RobotFile(map="depot")
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "error"),
     [
         ({"colour": "red"}, "colour"),
         ({"map": 5}, "map"),
@@ -47,9 +47,9 @@ def test_all_but_the_map_has_a_default() -> None:
         ({"parameters": []}, "parameters"),
     ],
 )
-def test_a_wrong_key_is_named_and_the_valid_ones_are_listed(change: dict[str, object], told: str) -> None:
+def test_an_invalid_key_is_named_and_the_valid_ones_are_listed(change: dict[str, object], error: str) -> None:
     text = json.dumps(WHOLE | change).replace("Infinity", "1e999")
-    with pytest.raises(InvalidInput, match=told) as caught:
+    with pytest.raises(InvalidInput, match=error) as caught:
         parse_robot_file(text)
     if isinstance(caught.value, InvalidParameter):
         assert "the keys are map, model, initial_pose, cores" in str(caught.value)
@@ -61,11 +61,11 @@ def test_a_file_without_a_map_is_refused() -> None:
 
 
 @pytest.mark.parametrize("text", [b"", b"{", b"\xff", b"[" * 100_000])
-def test_what_is_not_json_is_refused(text: bytes) -> None:
+def test_invalid_json_is_refused(text: bytes) -> None:
     with pytest.raises(InvalidInput):
         parse_robot_file(text)
 
 
-def test_a_file_that_is_not_there_is_refused_by_its_name(tmp_path: Path) -> None:
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match=r"nowhere\.json"):
         load_robot_file(tmp_path / "nowhere.json")

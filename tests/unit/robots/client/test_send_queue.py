@@ -14,14 +14,14 @@ async def drain(outbox: SendQueue) -> list[str]:
     return frames
 
 
-async def test_frames_leave_in_the_order_in_which_they_came() -> None:
+async def test_frames_are_sent_in_order() -> None:
     outbox = SendQueue()
     for frame in "abc":
         await outbox.put(frame)
     assert await drain(outbox) == ["a", "b", "c"]
 
 
-async def test_the_newest_takes_the_place_of_the_older_of_its_key_alone() -> None:
+async def test_a_newest_only_frame_replaces_the_older_one_of_its_key() -> None:
     outbox = SendQueue()
     outbox.put_newest("scan", "scan 1")
     await outbox.put("odom 1")
@@ -31,7 +31,7 @@ async def test_the_newest_takes_the_place_of_the_older_of_its_key_alone() -> Non
     assert outbox.dropped == 1
 
 
-async def test_a_frame_being_sent_is_not_replaced_under_the_sender() -> None:
+async def test_a_frame_being_sent_is_not_replaced() -> None:
     outbox = SendQueue()
     outbox.put_newest("scan", "scan 1")
     assert await outbox.next() == "scan 1"
@@ -41,7 +41,7 @@ async def test_a_frame_being_sent_is_not_replaced_under_the_sender() -> None:
     assert outbox.dropped == 0
 
 
-async def test_a_full_send_queue_drops_the_newest_only_and_lets_the_others_wait() -> None:
+async def test_a_full_queue_drops_newest_only_frames_and_blocks_others() -> None:
     outbox = SendQueue(capacity=1)
     await outbox.put("odom 1")
     outbox.put_newest("scan", "scan 1")
@@ -63,7 +63,7 @@ async def send(outbox: SendQueue, count: int) -> list[str]:
     return frames
 
 
-async def test_of_what_was_sent_the_cloud_gets_again_what_it_did_not_take_in_order_and_first() -> None:
+async def test_resume_resends_frames_that_were_not_received_first() -> None:
     outbox = SendQueue()
     for frame in "abcd":
         await outbox.put(frame)
@@ -74,7 +74,7 @@ async def test_of_what_was_sent_the_cloud_gets_again_what_it_did_not_take_in_ord
     assert await drain(outbox) == []
 
 
-async def test_a_newest_only_frame_counts_and_is_not_sent_again() -> None:
+async def test_a_newest_only_frame_is_counted_and_not_resent() -> None:
     outbox = SendQueue()
     for frame in ("odom 1", "goal", "odom 2"):
         if frame == "goal":
@@ -87,9 +87,7 @@ async def test_a_newest_only_frame_counts_and_is_not_sent_again() -> None:
 
 
 @pytest.mark.parametrize(("taken", "left"), [(1, ["b", "c"]), (2, ["c"])], ids=["not taken", "taken"])
-async def test_a_frame_whose_sending_broke_off_is_sent_again_only_if_it_did_not_arrive(
-    taken: int, left: list[str]
-) -> None:
+async def test_an_interrupted_frame_is_resent_only_if_it_was_not_received(taken: int, left: list[str]) -> None:
     outbox = SendQueue()
     for frame in "abc":
         await outbox.put(frame)
@@ -99,7 +97,7 @@ async def test_a_frame_whose_sending_broke_off_is_sent_again_only_if_it_did_not_
     assert await drain(outbox) == left
 
 
-async def test_a_session_that_begins_anew_begins_with_its_greeting_and_makes_no_call_twice() -> None:
+async def test_a_new_session_starts_with_its_greeting_and_repeats_no_call() -> None:
     outbox = SendQueue()
     await outbox.put("sent")
     await outbox.put("call under way", "call:1")
@@ -113,7 +111,7 @@ async def test_a_session_that_begins_anew_begins_with_its_greeting_and_makes_no_
     assert await drain(outbox) == ["hello", "waits", "call"]
 
 
-async def test_what_nobody_waits_for_any_more_is_discarded() -> None:
+async def test_a_discarded_frame_is_not_sent() -> None:
     outbox = SendQueue()
     await outbox.put("call 1", "call:1")
     await outbox.put("call 2", "call:2")
@@ -121,7 +119,7 @@ async def test_what_nobody_waits_for_any_more_is_discarded() -> None:
     assert await drain(outbox) == ["call 2"]
 
 
-async def test_closing_wakes_all_who_wait_with_the_reason() -> None:
+async def test_closing_wakes_waiting_senders_with_the_reason() -> None:
     outbox = SendQueue(capacity=1)
     await outbox.put("a")
     waiting = [asyncio.create_task(outbox.put("b")), asyncio.create_task(outbox.drained())]
@@ -132,6 +130,6 @@ async def test_closing_wakes_all_who_wait_with_the_reason() -> None:
             await task
 
 
-def test_an_send_queue_without_capacity_is_refused() -> None:
+def test_a_queue_without_capacity_is_refused() -> None:
     with pytest.raises(ValueError, match="must be 1 or more"):
         SendQueue(0)

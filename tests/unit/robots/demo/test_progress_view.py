@@ -11,7 +11,7 @@ from robots.sim.world import World
 from tests.support.world.rooms import room
 
 
-def test_the_table_says_of_each_robot_how_far_it_is() -> None:
+def test_the_table_shows_the_progress_of_each_robot() -> None:
     world = World(room(8.0, 4.0))
     world.add_robot(Pose2D(2.0, 2.0, 0.0))
     mission = Mission(world, 0, "tb1", Course(Pose2D(2.0, 2.0), (Pose2D(5.5, 2.0),), (3.5,)))
@@ -24,7 +24,7 @@ def test_the_table_says_of_each_robot_how_far_it_is() -> None:
         assert shown in text
 
 
-def test_the_summary_says_what_was_reached_and_touched() -> None:
+def test_the_summary_shows_goals_reached_and_contacts() -> None:
     console = Console(file=io.StringIO(), width=120)
     robot = RobotReport(
         "tb1", goals_asked=2, goals_reached=1, distance_m=12.34, final_errors_m=[0.03, 1.5], collisions=1

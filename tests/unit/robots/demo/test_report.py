@@ -6,7 +6,7 @@ import pytest
 from robots.demo.report import DemoReport, RobotReport
 
 
-def test_it_is_one_line_of_json_without_what_json_does_not_know() -> None:
+def test_a_report_is_one_line_of_json_with_null_for_nan() -> None:
     robot = RobotReport("tb1", goals_asked=2)
     robot.add_goal(reached=True, error=0.123456, plan_seconds=0.05)
     robot.add_goal(reached=False, error=3.0, plan_seconds=math.nan)
@@ -33,7 +33,7 @@ def test_it_is_one_line_of_json_without_what_json_does_not_know() -> None:
 @pytest.mark.parametrize(
     ("asked", "reached", "collisions", "passed"), [(2, 2, 0, True), (2, 1, 0, False), (2, 2, 1, False), (0, 0, 0, True)]
 )
-def test_it_passes_only_with_every_goal_reached_and_nothing_touched(
+def test_a_report_passes_with_all_goals_reached_and_no_collision(
     asked: int, reached: int, collisions: int, passed: bool
 ) -> None:
     robot = RobotReport("tb1", goals_asked=asked, goals_reached=reached, collisions=collisions)

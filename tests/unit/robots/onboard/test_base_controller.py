@@ -15,7 +15,7 @@ def twist(linear: float, angular: float) -> Twist:
     return Twist(Vector3(x=linear), Vector3(z=angular))
 
 
-def test_the_last_command_holds_until_its_time_is_over() -> None:
+def test_the_last_command_applies_until_it_expires() -> None:
     clock = ManualClock(100.0)
     base = BaseController(BaseLimits(timeout=0.5), clock)
     assert base.velocity() == STOP
@@ -28,7 +28,7 @@ def test_the_last_command_holds_until_its_time_is_over() -> None:
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False), st.floats(allow_nan=False, allow_infinity=False))
-def test_no_command_exceeds_the_limits_and_what_is_within_is_kept(linear: float, angular: float) -> None:
+def test_commands_are_clamped_to_the_limits(linear: float, angular: float) -> None:
     limits = BaseLimits(max_linear=0.65, max_angular=3.0)
     base = BaseController(limits, ManualClock())
     base.command(twist(linear, angular))

@@ -8,22 +8,22 @@ from robots.onboard.local_nodes import PlacementReporter, parse_wanted_homes
 from robots.onboard.node_manager import NODES
 
 
-def test_auto_asks_for_all_nodes_and_names_for_those_on_the_robot() -> None:
+def test_auto_requests_all_nodes_and_names_request_the_robot() -> None:
     assert parse_wanted_homes("auto") == dict.fromkeys(NODES, "")
     assert parse_wanted_homes("move_base, amcl") == {"move_base": "robot", "amcl": "robot"}
 
 
 @pytest.mark.parametrize("text", ["", "move_bas", "amcl,", "auto,amcl", "map_server"])
-def test_what_no_robot_can_run_is_refused_with_what_can_be_asked_for(text: str) -> None:
+def test_unknown_nodes_are_refused_with_the_known_ones(text: str) -> None:
     with pytest.raises(NotFound, match=r"unknown local node .*; known: .*amcl.*auto.*move_base"):
         parse_wanted_homes(text)
 
 
-def test_each_node_of_interest_is_told_of_once_and_whenever_it_changes() -> None:
-    told: list[str] = []
-    homes = PlacementReporter(told.append)
+def test_requested_nodes_are_reported_once_per_change() -> None:
+    reports: list[str] = []
+    homes = PlacementReporter(reports.append)
     homes.changed(NodeHomes([NodeHome("amcl"), NodeHome("move_base")]))
-    assert told == [], "nobody has asked for them"
+    assert reports == [], "no node was requested"
     going = NodeHome("move_base", "cloud", "robot", -1.0, ["a client requested this home"])
     there = NodeHome("move_base", "robot", "robot", -1.0, ["a client requested this home"])
     failed = ["it could not be run on the robot: it fell", "which is bad"]
@@ -31,7 +31,7 @@ def test_each_node_of_interest_is_told_of_once_and_whenever_it_changes() -> None
     for home in (going, there, there, NodeHome("move_base", "robot", "cloud", 1.0, failed)):
         homes.changed(NodeHomes([NodeHome("amcl"), home]))
     homes.changed(NodeHomes([NodeHome("move_base", "cloud", "cloud", 1.0, failed)]))
-    assert told == [
+    assert reports == [
         "move_base moves to the robot: a client requested this home",
         "move_base runs on the robot: a client requested this home",
         "move_base moves back to the cloud: it could not be run on the robot: it fell; which is bad",

@@ -29,18 +29,18 @@ class FakeCloud:
 
     def __init__(self) -> None:
         self.connections, self.resumptions = 1, 0
-        self.told: list[ppaas_msgs.TellRobotRequest] = []
+        self.reports: list[ppaas_msgs.TellRobotRequest] = []
         self.asked: list[str] = []
         self.lease = self.leases = 0
         self.wanted = "cloud"
-        self.away = 0
+        self.unreachable_calls = 0
         self.waiting = asyncio.Event()
         self.waiting.set()
         self._tell: Any = None
 
     def forget(self) -> None:
         """Act as another node monitor, in a new session."""
-        self.told.clear()
+        self.reports.clear()
         self.asked.clear()
         self.lease, self.leases, self.wanted = 0, 0, "cloud"
         self.connections += 1
@@ -61,8 +61,8 @@ class FakeCloud:
     def attach(self, _: object) -> None: ...
 
     async def call(self, service: str, _: object, request: Any, timeout: float = 10.0) -> Message:
-        if self.away:
-            self.away -= 1
+        if self.unreachable_calls:
+            self.unreachable_calls -= 1
             raise Unavailable("the container is being replaced")
         if service.endswith("hold_node"):
             await self.waiting.wait()
@@ -82,7 +82,7 @@ class FakeCloud:
         return ppaas_msgs.ProbeLinkResponse("0" * request.bytes)
 
     def tell_robot(self, request: ppaas_msgs.TellRobotRequest) -> Message:
-        self.told.append(request)
+        self.reports.append(request)
         return ppaas_msgs.TellRobotResponse(CONFIG, 1.0)
 
     def list_nodes(self, _: object) -> Message:
@@ -151,31 +151,27 @@ async def manager(cloud: FakeCloud, monkeypatch: pytest.MonkeyPatch) -> AsyncIte
 async def drives_itself(cloud: FakeCloud, manager: LocalNodes) -> None:
     await manager.ask("move_base")
     await until(lambda: manager.running == {"move_base"})
-    assert (len(cloud.told), cloud.asked) == (1, [""])
+    assert (len(cloud.reports), cloud.asked) == (1, [""])
 
 
-async def test_nodes_begin_on_the_map_and_the_masks_that_there_are(cloud: FakeCloud, manager: LocalNodes) -> None:
+async def test_nodes_start_with_the_map_and_its_masks(cloud: FakeCloud, manager: LocalNodes) -> None:
     await drives_itself(cloud, manager)
     (begin,) = FakeProcess.begun
     assert list(begin.masks) == ["keepout_filter_mask"]
     assert begin.masks["keepout_filter_mask"] == begin.map
 
 
-async def test_what_runs_here_goes_on_here_in_a_session_whose_monitor_knows_nothing(
-    cloud: FakeCloud, manager: LocalNodes
-) -> None:
+async def test_local_nodes_continue_in_a_new_session(cloud: FakeCloud, manager: LocalNodes) -> None:
     await drives_itself(cloud, manager)
-    cloud.away = 3
+    cloud.unreachable_calls = 3
     cloud.forget()
     await until(lambda: cloud.lease == 1)
     await until(lambda: manager.running == {"move_base"})
-    assert [told.cores for told in cloud.told] == [4]
+    assert [report.cores for report in cloud.reports] == [4]
     assert cloud.asked == ["robot"]
 
 
-async def test_a_word_that_waited_for_the_cloud_to_come_back_gives_nothing_up(
-    cloud: FakeCloud, manager: LocalNodes
-) -> None:
+async def test_a_delayed_hold_of_a_lost_session_releases_nothing(cloud: FakeCloud, manager: LocalNodes) -> None:
     await drives_itself(cloud, manager)
     cloud.waiting = asyncio.Event()
     await asyncio.sleep(0.02)
@@ -185,22 +181,22 @@ async def test_a_word_that_waited_for_the_cloud_to_come_back_gives_nothing_up(
     assert cloud.lease == 1
 
 
-async def test_nothing_is_asked_again_of_one_that_knows_what_runs_here(cloud: FakeCloud, manager: LocalNodes) -> None:
+async def test_nothing_is_requested_from_a_monitor_that_knows_the_nodes(cloud: FakeCloud, manager: LocalNodes) -> None:
     await drives_itself(cloud, manager)
     cloud.connections += 1
-    await until(lambda: len(cloud.told) == 2)
-    cloud.connections, cloud.resumptions = cloud.connections + 1, 1  # and a session that goes on is told nothing
+    await until(lambda: len(cloud.reports) == 2)
+    cloud.connections, cloud.resumptions = cloud.connections + 1, 1  # a resumed session gets no report
     await asyncio.sleep(0.02)
-    assert (cloud.asked, cloud.lease, len(cloud.told)) == ([""], 1, 2)
+    assert (cloud.asked, cloud.lease, len(cloud.reports)) == ([""], 1, 2)
     assert manager.running == {"move_base"}
 
 
-async def test_what_was_moved_to_the_cloud_stays_there(cloud: FakeCloud, manager: LocalNodes) -> None:
+async def test_a_node_moved_to_the_cloud_stays_there_in_a_new_session(cloud: FakeCloud, manager: LocalNodes) -> None:
     await drives_itself(cloud, manager)
     cloud.wanted = "cloud"
     cloud._publish()
     await until(lambda: not manager.running and cloud.lease == 0)
     cloud.forget()
-    await until(lambda: len(cloud.told) == 1)
+    await until(lambda: len(cloud.reports) == 1)
     await asyncio.sleep(0.02)
     assert (cloud.asked, manager.running) == ([], frozenset())

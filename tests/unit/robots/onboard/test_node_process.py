@@ -14,9 +14,9 @@ from robots.onboard.node_process import NodeProcess
 from tests.unit.robots.onboard.executor.test_local_executor import CONFIG, MAP
 
 
-async def test_a_process_that_is_killed_is_told_of_and_answers_nothing_more() -> None:
-    ended, said = asyncio.Event(), []
-    process = NodeProcess(said.append, ended.set)
+async def test_a_killed_process_is_reported_and_fails_its_pending_calls() -> None:
+    ended, messages = asyncio.Event(), []
+    process = NodeProcess(messages.append, ended.set)
     assert (process.alive, process.pid) == (False, None)
     await process.start(protocol.Begin(CONFIG, MAP))
     assert os.getpgid(process.pid or 0) != os.getpgid(0), "a Ctrl-C does not reach it"
@@ -32,12 +32,12 @@ async def test_a_process_that_is_killed_is_told_of_and_answers_nothing_more() ->
         await asyncio.sleep(0)
         waiting.cancel()
     removed = await process.ask(protocol.Remove("waypoint_follower"), protocol.Removed)
-    assert removed.node == "waypoint_follower", "an answer that nobody waits for any more is not taken for another"
+    assert removed.node == "waypoint_follower", "the answer of a cancelled request is discarded"
     assert process.alive
     assert process.pid is not None
     await process.ask(protocol.Add("move_base", ""), protocol.Added)
     clear = [process.call("move_base/clear_costmaps", b"{}") for _ in range(3)]
-    assert await asyncio.gather(*clear) == [msgspec.Raw(b"{}")] * 3, "several at once, though asks wait for one another"
+    assert await asyncio.gather(*clear) == [msgspec.Raw(b"{}")] * 3, "calls run concurrently, unlike requests"
     with pytest.raises(NotFound, match="unknown service 'amcl/nothing'"):
         await process.call("amcl/nothing", b"{}")
     with pytest.raises(Unavailable, match="did not answer within 0 s"):
@@ -61,7 +61,7 @@ async def test_a_process_that_is_killed_is_told_of_and_answers_nothing_more() ->
     await process.stop()
 
 
-async def test_a_map_that_is_none_is_refused_and_a_process_that_is_stopped_is_gone() -> None:
+async def test_an_invalid_map_is_refused_and_stop_ends_the_process() -> None:
     process = NodeProcess(lambda _: None, lambda: None)
     with pytest.raises(Exception, match="OccupancyGrid"):
         await process.start(protocol.Begin(CONFIG, msgspec.Raw(b"{}")))

@@ -48,7 +48,7 @@ class FakeProcess:
         return msgspec.Raw(b'{"success": true, "message": "%d"}' % len(self.asked))
 
 
-async def test_a_node_is_asked_by_the_client_and_answers_by_its_process() -> None:
+async def test_services_of_a_local_node_are_advertised_and_answered() -> None:
     client, process = FakeClient(), FakeProcess()
     services = NodeServices(client)  # type: ignore[arg-type]
     await services.open(ADDED, process)  # type: ignore[arg-type]
@@ -65,7 +65,7 @@ async def test_a_node_is_asked_by_the_client_and_answers_by_its_process() -> Non
     assert client.handlers == {}
 
 
-async def test_what_the_robot_offers_itself_stays_its_own(caplog: pytest.LogCaptureFixture) -> None:
+async def test_a_service_that_the_robot_advertises_itself_is_kept(caplog: pytest.LogCaptureFixture) -> None:
     client, process = FakeClient(), FakeProcess()
     services = NodeServices(client)  # type: ignore[arg-type]
     await client.advertise_service("horn", Trigger, lambda _: TriggerResponse(True))

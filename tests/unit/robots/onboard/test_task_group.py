@@ -25,7 +25,7 @@ class Work:
             self.left = True
 
 
-async def test_who_is_cancelled_waits_until_all_have_left() -> None:
+async def test_cancelling_waits_until_all_coroutines_have_ended() -> None:
     works = Work(0.0), Work()
     task = asyncio.create_task(run_together(*(work.run() for work in works)))
     await works[1].begun.wait()
@@ -35,7 +35,7 @@ async def test_who_is_cancelled_waits_until_all_have_left() -> None:
     assert [work.left for work in works] == [True, True]
 
 
-async def test_one_that_fails_ends_the_others_and_says_why() -> None:
+async def test_a_failing_coroutine_cancels_the_others_and_raises() -> None:
     work = Work()
 
     async def fail() -> None:
@@ -47,7 +47,7 @@ async def test_one_that_fails_ends_the_others_and_says_why() -> None:
     assert work.left
 
 
-async def test_one_that_has_ended_ends_nobody() -> None:
+async def test_a_finished_coroutine_ends_no_other() -> None:
     work, ended = Work(), asyncio.Event()
 
     async def end() -> None:

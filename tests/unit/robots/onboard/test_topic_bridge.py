@@ -51,14 +51,14 @@ class FakeProcess:
     """Records the messages for its nodes."""
 
     def __init__(self) -> None:
-        self.told: list[str] = []
-        self.told_alone: list[tuple[str, str]] = []
+        self.delivered: list[str] = []
+        self.delivered_to_node: list[tuple[str, str]] = []
 
     def tell(self, topic: str, payload: bytes, node: str = "") -> None:
         if node:
-            self.told_alone.append((node, decode(MoveBaseActionGoal, payload).goal_id.id))
+            self.delivered_to_node.append((node, decode(MoveBaseActionGoal, payload).goal_id.id))
         else:
-            self.told.append(topic)
+            self.delivered.append(topic)
 
 
 async def bridge(*nodes: protocol.Added) -> tuple[TopicBridge, FakeClient, FakeProcess]:
@@ -74,45 +74,45 @@ DRIVER = protocol.Added("driver", [TF, ODOM], ["cmd_vel"])
 LOCATOR = protocol.Added("locator", [TF], ["tf", "pose"])
 
 
-async def test_what_the_robot_senses_reaches_its_nodes_without_the_cloud() -> None:
+async def test_sensor_data_reaches_local_nodes_without_the_cloud() -> None:
     made, client, process = await bridge(DRIVER)
     assert list(client.subscriptions) == ["tf"]
     made.published("odom", decode(Odometry, ODOMETRY))
     made.published("chatter", Twist())
-    assert process.told == ["odom"]
+    assert process.delivered == ["odom"]
     client.subscriptions["tf"](encode(TFMessage([])))
-    assert process.told == ["odom", "tf"]
+    assert process.delivered == ["odom", "tf"]
 
 
 CAMERA = protocol.Added("camera", [protocol.TopicName("camera/depth/image_raw", "sensor_msgs/Image")], ["scan"])
 
 
-async def test_images_go_to_the_cloud_only_while_nobody_here_makes_scans_of_them() -> None:
+async def test_images_are_sent_to_the_cloud_only_without_a_local_scan_node() -> None:
     made, _, process = await bridge(DRIVER)
     image, odometry = Image(Header(), 0, 0, "16UC1", 0, 0, b""), decode(Odometry, ODOMETRY)
     assert made.published("camera/depth/image_raw", image)
     made.expect("camera")
     await made.open(CAMERA, process)  # type: ignore[arg-type]
     assert not made.published("camera/depth/image_raw", image)
-    assert made.published("odom", odometry), "others of the clone hear it"
+    assert made.published("odom", odometry), "other nodes of the clone subscribe to it"
     assert made.owns("scan")
     await made.close("camera")
     assert made.published("camera/depth/image_raw", image)
 
 
-async def test_what_a_node_says_is_heard_here_at_once_and_told_to_the_cloud() -> None:
+async def test_messages_of_a_local_node_are_delivered_and_sent_to_the_cloud() -> None:
     made, client, process = await bridge(LOCATOR)
     running = asyncio.create_task(made.run())
     made.on_message(protocol.Said("tf", "tf2_msgs/TFMessage", msgspec.Raw(encode(TFMessage([])))))
     assert client.heard == ["tf"]
-    assert process.told == [], "its own word does not come back to it"
+    assert process.delivered == [], "a node does not receive its own message"
     await asyncio.sleep(0)
     await asyncio.sleep(0)
     assert client.sent == [("tf", TFMessage([]), True)]
     running.cancel()
 
 
-async def test_results_and_goals_wait_for_the_link_and_commands_do_not() -> None:
+async def test_results_are_never_dropped_and_commands_are_newest_only() -> None:
     made, client, _ = await bridge(DRIVER)
     result = encode(
         decode(MoveBaseActionResult, b'{"header":{},"status":{"goal_id":{"id":"g"},"status":3},"result":{}}')
@@ -126,7 +126,7 @@ async def test_results_and_goals_wait_for_the_link_and_commands_do_not() -> None
     running.cancel()
 
 
-async def test_only_what_nobody_else_says_is_an_echo() -> None:
+async def test_a_topic_is_owned_if_only_local_nodes_publish_it() -> None:
     made, _, _ = await bridge(DRIVER, LOCATOR)
     assert made.owns("cmd_vel")
     assert made.owns("pose")
@@ -136,7 +136,7 @@ async def test_only_what_nobody_else_says_is_an_echo() -> None:
     assert not made.owns("cmd_vel")
 
 
-async def test_a_topic_is_heard_while_some_node_wants_it() -> None:
+async def test_a_topic_stays_subscribed_while_a_local_node_needs_it() -> None:
     made, client, _ = await bridge(DRIVER, LOCATOR)
     await made.close("driver")
     assert list(client.subscriptions) == ["tf"]
@@ -148,7 +148,7 @@ PLANNER = protocol.Added("planner", [TF, protocol.TopicName("move_base/goal", "m
 SECOND = protocol.Added("second", PLANNER.subscribes, [])
 
 
-async def test_what_came_while_a_node_moved_reaches_it_once() -> None:
+async def test_messages_missed_during_a_move_are_delivered_once() -> None:
     made, client, process = await bridge(PLANNER)
     hear = client.subscriptions["move_base/goal"]
     hear(_goal("first"))
@@ -157,23 +157,23 @@ async def test_what_came_while_a_node_moved_reaches_it_once() -> None:
     came = [TopicMessage("move_base/goal", _goal(name).decode()) for name in ("first", "second")]
     for _ in range(2):
         made.deliver_missed("planner", came, process)  # type: ignore[arg-type]
-    assert process.told == ["move_base/goal", "tf"]
-    assert process.told_alone == [("planner", "second")]
+    assert process.delivered == ["move_base/goal", "tf"]
+    assert process.delivered_to_node == [("planner", "second")]
     assert made.heard("planner") == [_mark("first"), _mark("second")]
 
 
-async def test_a_node_that_comes_later_has_heard_nothing_of_what_another_has() -> None:
+async def test_a_later_node_gets_messages_that_another_already_received() -> None:
     made, client, process = await bridge(PLANNER)
     client.subscriptions["move_base/goal"](_goal("first"))
     made.expect("second")
     await made.open(SECOND, process)  # type: ignore[arg-type]
     assert made.heard("second") == []
     made.deliver_missed("second", [TopicMessage("move_base/goal", _goal("first").decode())], process)  # type: ignore[arg-type]
-    assert process.told_alone == [("second", "first")]
+    assert process.delivered_to_node == [("second", "first")]
     assert made.heard("planner") == [_mark("first")]
 
 
-async def test_what_a_local_node_says_has_reached_the_others() -> None:
+async def test_messages_of_a_local_node_count_as_received_by_the_others() -> None:
     made, _, _ = await bridge(PLANNER)
     made.on_message(protocol.Said("move_base/goal", "move_base_msgs/MoveBaseActionGoal", msgspec.Raw(_goal("own"))))
     assert made.heard("planner") == [_mark("own")]

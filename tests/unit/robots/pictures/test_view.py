@@ -7,7 +7,7 @@ from robots.pictures.view import OBSTACLE, OVERSAMPLING, UNKNOWN, View, palette
 from tests.support.world import grids
 
 
-def test_a_point_is_drawn_in_the_pixels_of_its_cell_wherever_the_map_lies():
+def test_a_point_is_drawn_at_its_cell_for_any_map_origin():
     costs = np.zeros((30, 50), np.uint8)
     costs[4, 7] = 254
     for origin in (Pose2D(0.0, 0.0), Pose2D(-3.0, 8.0, 2.1)):
@@ -20,7 +20,7 @@ def test_a_point_is_drawn_in_the_pixels_of_its_cell_wherever_the_map_lies():
         assert picture.size == view.size
 
 
-def test_what_is_unknown_is_left_out_but_where_the_path_leads():
+def test_unknown_cells_are_cropped_except_along_the_path():
     costs = np.full((300, 400), 255, np.uint8)
     costs[100:110, 200:220] = 0
     map_ = grids.of(costs)
@@ -31,7 +31,7 @@ def test_what_is_unknown_is_left_out_but_where_the_path_leads():
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 3000), (3000, 1), (20, 30), (2500, 3000)])
-def test_any_map_fits_the_sheet(shape):
+def test_any_map_fits_the_picture(shape):
     map_ = grids.of(np.zeros(shape, np.uint8))
     view = View.of(map_, map_.info.to_world([[0, 0]]))
     width, height = view.size
@@ -41,7 +41,7 @@ def test_any_map_fits_the_sheet(shape):
         assert view.scale % OVERSAMPLING == 0
 
 
-def test_every_cost_has_a_colour_and_a_higher_one_a_darker():
+def test_higher_costs_have_darker_colours():
     colours = palette().astype(int)
     assert tuple(colours[255]) == UNKNOWN
     assert (np.diff(colours[0:255].sum(axis=1)) <= 0).all()

@@ -13,7 +13,7 @@ ACROSS = (Pose3D(0.5, 1.5, 0.0), Pose3D(3.5, 1.5, 0.0))
 
 
 @pytest.mark.parametrize("planner", ["astar3d", "dijkstra3d"])
-def test_the_body_decides_whether_the_way_is_under_or_around_or_over_the_table(planner):
+def test_the_body_decides_between_under_around_and_over_the_table(planner):
     bodies = space.SpaceBody(0.18), space.SpaceBody(0.18, 1.2), space.SpaceBody(0.18, 1.0, flies=True)
     under, around, over = (space.plan(space.costmap_of_file(TABLE, body), *ACROSS, planner, 0.0) for body in bodies)
     assert under.length < 3.1 < over.length < around.length
@@ -22,14 +22,14 @@ def test_the_body_decides_whether_the_way_is_under_or_around_or_over_the_table(p
     assert np.ptp(over.poses[:, 1]) < 0.6
 
 
-def test_a_step_is_one_voxel_unless_said_otherwise():
+def test_the_default_step_is_one_voxel():
     one, none = (space.costmap_of_file(TABLE, space.SpaceBody(0.1, step=step)) for step in (None, 0.0))
     assert np.flatnonzero((one.data == 0).any(axis=(1, 2))).tolist()[:2] == [1, 2]
     assert not (none.data[2] == 0).any()
     assert space.costmap_of_file(TABLE, space.SpaceBody(0.1), depth=15).info.resolution == 0.2
 
 
-def test_what_cannot_be_is_refused(tmp_path):
+def test_invalid_maps_bodies_and_planners_are_refused(tmp_path):
     with pytest.raises(InvalidMap, match="No such file"):
         space.costmap_of_file(tmp_path / "none.bt", space.SpaceBody(0.1))
     with pytest.raises(InvalidInput):

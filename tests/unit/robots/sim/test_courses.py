@@ -43,7 +43,7 @@ def check(grid: GridMap, courses: list[Course], robots: int, goals: int) -> None
 
 @settings(max_examples=15, deadline=None)
 @given(st.integers(0, 10**6), st.integers(1, 4), st.integers(1, 3))
-def test_in_any_warehouse_goals_are_far_reachable_and_apart(seed: int, robots: int, goals: int) -> None:
+def test_goals_in_random_warehouses_are_far_reachable_and_apart(seed: int, robots: int, goals: int) -> None:
     grid = warehouse(seed)
     courses = CoursePlanner(grid, seed).choose(robots, goals)
     check(grid, courses, robots, goals)
@@ -51,20 +51,20 @@ def test_in_any_warehouse_goals_are_far_reachable_and_apart(seed: int, robots: i
 
 
 @pytest.mark.parametrize("name", ["depot", "turtlebot3", "tb3_sandbox", "warehouse"])
-def test_on_real_maps_goals_are_far_reachable_and_apart(data: Path, name: str) -> None:
+def test_goals_on_real_maps_are_far_reachable_and_apart(data: Path, name: str) -> None:
     grid = read_map_file(data / "ros" / f"{name}.yaml")
     courses = CoursePlanner(grid, 1).choose(3, 2)
     check(grid, courses, 3, 2)
     assert all(sum(course.lengths) < 0.6 * 300.0 for course in courses), "it takes more than five minutes at 0.6 m/s"
 
 
-def test_the_same_seed_chooses_the_same_and_another_does_not() -> None:
+def test_courses_depend_only_on_the_seed() -> None:
     grid = warehouse(3)
     assert CoursePlanner(grid, 5).choose(2, 2) == CoursePlanner(grid, 5).choose(2, 2)
     assert CoursePlanner(grid, 5).choose(2, 2) != CoursePlanner(grid, 6).choose(2, 2)
 
 
-def test_the_length_of_a_way_is_that_of_moves_to_eight_neighbours() -> None:
+def test_path_lengths_use_moves_to_eight_neighbours() -> None:
     grid = room(2.0, 2.0, 0.1)
     lengths = path_lengths(grid.info, grid.data == 0, (3, 3))
     assert lengths[3, 3] == 0.0
@@ -74,7 +74,7 @@ def test_the_length_of_a_way_is_that_of_moves_to_eight_neighbours() -> None:
 
 
 @pytest.mark.parametrize("small_first", [True, False])
-def test_the_largest_of_several_rooms_is_taken(small_first: bool) -> None:
+def test_the_largest_room_is_chosen(small_first: bool) -> None:
     grid = room(9.0, 4.0, 0.1)
     cells = grid.data.copy()
     cells[:, 30 if small_first else 60] = 100
@@ -83,7 +83,7 @@ def test_the_largest_of_several_rooms_is_taken(small_first: bool) -> None:
     assert not where[20, 10 if small_first else 80]
 
 
-def test_the_unknown_is_not_driven_into() -> None:
+def test_unknown_cells_are_not_drivable() -> None:
     grid = room(6.0, 4.0, 0.1)
     cells = grid.data.copy()
     cells[:, 40:] = -1
@@ -91,12 +91,12 @@ def test_the_unknown_is_not_driven_into() -> None:
 
 
 @pytest.mark.parametrize(("width", "robots", "what"), [(0.5, 1, "no free cell"), (2.0, 2, "another start")])
-def test_a_map_without_room_is_refused(width: float, robots: int, what: str) -> None:
+def test_a_map_without_enough_free_space_is_refused(width: float, robots: int, what: str) -> None:
     with pytest.raises(InvalidMap, match=what):
         CoursePlanner(room(width, width), 0).choose(robots, 1)
 
 
-def test_goals_lie_in_the_frame_of_a_map_that_is_turned() -> None:
+def test_goals_are_in_the_frame_of_a_rotated_map() -> None:
     origin = Pose2D(10.0, -5.0, 1.0)
     [course] = CoursePlanner(room(6.0, 6.0, origin=origin), 0).choose(1, 2)
     for pose in (course.start, *course.goals):

@@ -36,7 +36,7 @@ def robot() -> SimulatedRobot:
     return World(room(4.0, 4.0), epoch=1000.0).add_robot(START)
 
 
-async def test_it_sends_odometry_and_scans_and_never_where_it_truly_is(
+async def test_the_driver_publishes_odometry_and_scans_but_not_the_true_pose(
     server: RosbridgeServer, robot: SimulatedRobot
 ) -> None:
     async with RobotClient(server.url, robot="tb1", token="t") as client:
@@ -54,7 +54,7 @@ async def test_it_sends_odometry_and_scans_and_never_where_it_truly_is(
     assert set(scan) == set(LaserScan.__struct_fields__)
 
 
-async def test_it_drives_as_it_is_told_and_goes_on_after_nonsense(
+async def test_the_driver_follows_commands_and_ignores_invalid_ones(
     server: RosbridgeServer, robot: SimulatedRobot
 ) -> None:
     async with RobotClient(server.url, robot="tb1", token="t") as client:
@@ -71,9 +71,7 @@ async def test_it_drives_as_it_is_told_and_goes_on_after_nonsense(
     assert robot.base.wheels == Velocity(0.3, -0.2)
 
 
-async def test_it_ends_with_the_reason_when_the_cloud_wants_it_no_more(
-    server: RosbridgeServer, robot: SimulatedRobot
-) -> None:
+async def test_the_driver_ends_with_the_reason_of_the_close(server: RosbridgeServer, robot: SimulatedRobot) -> None:
     async with RobotClient(server.url, robot="tb1", token="t") as client:
         driving = asyncio.create_task(Driver(robot, client).run())
         await server.heard("publish")
@@ -83,7 +81,7 @@ async def test_it_ends_with_the_reason_when_the_cloud_wants_it_no_more(
 
 
 @given(st.floats(0.5, 200.0), st.lists(st.floats(0.0, 1.0), min_size=1, max_size=40))
-def test_a_schedule_keeps_its_rate_and_does_not_make_up_for_what_was_missed(rate: float, waits: list[float]) -> None:
+def test_a_schedule_keeps_its_rate_without_catching_up(rate: float, waits: list[float]) -> None:
     schedule, now, taken = Schedule(rate, 10.0), 10.0, []
     for wait in waits:
         now += wait
@@ -94,7 +92,7 @@ def test_a_schedule_keeps_its_rate_and_does_not_make_up_for_what_was_missed(rate
     assert len(taken) <= (now - 10.0) * rate + 2
 
 
-def test_a_schedule_is_on_time_for_a_long_time() -> None:
+def test_a_schedule_does_not_drift() -> None:
     schedule, taken = Schedule(20.0, 0.0), 0
     for millisecond in range(59_990):
         taken += schedule.take(millisecond / 1000.0)
@@ -102,6 +100,6 @@ def test_a_schedule_is_on_time_for_a_long_time() -> None:
 
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, math.nan, math.inf])
-def test_a_rate_that_is_none_is_refused(rate: float) -> None:
+def test_an_invalid_rate_is_refused(rate: float) -> None:
     with pytest.raises(InvalidParameter, match="Hz"):
         SensorRates(scan=rate)

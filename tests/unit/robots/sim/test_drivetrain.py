@@ -15,20 +15,20 @@ def driven(model: DrivetrainModel, seconds: float) -> list[Velocity]:
     return [drive.turn(DT) for _ in range(round(seconds / DT))]
 
 
-def test_it_accelerates_no_faster_than_it_can_and_goes_no_faster() -> None:
+def test_acceleration_and_speed_are_limited() -> None:
     speeds = driven(DrivetrainModel(0.5, 0.8, 1.0, 2.0), 1.0)
     assert np.abs(np.diff([(0.0, 0.0), *speeds], axis=0)).max(axis=0) == pytest.approx((0.01, 0.02))
     assert speeds[-1] == pytest.approx((0.5, 0.8))
 
 
-def test_a_command_arrives_after_the_delay_and_the_motors_lag() -> None:
+def test_commands_are_delayed_and_motors_lag() -> None:
     speeds = driven(DrivetrainModel(2.0, 2.0, 1e3, 1e3, lag=0.1, delay=0.2), 1.0)
     assert all(speed == (0.0, 0.0) for speed in speeds[:20])
     assert speeds[20].linear > 0.0
     assert speeds[29].linear == pytest.approx(1.0 - math.exp(-1.0), abs=1e-6)
 
 
-def test_commands_arrive_in_the_order_in_which_they_were_given() -> None:
+def test_commands_are_applied_in_order() -> None:
     drive = Drivetrain(DrivetrainModel(2.0, 2.0, 1e3, 1e3, delay=0.05), np.random.default_rng(0))
     speeds = []
     for step in range(20):
@@ -38,7 +38,7 @@ def test_commands_arrive_in_the_order_in_which_they_were_given() -> None:
     assert speeds[5:] == pytest.approx([step / 10.0 for step in range(15)])
 
 
-def test_wheels_slip_as_much_as_the_floor_says_and_odometry_would_not_see_it() -> None:
+def test_wheels_slip_as_configured_without_an_effect_on_odometry() -> None:
     model = DrivetrainModel(2.0, 2.0, 1e3, 1e3, slip_linear=0.05, slip_angular=0.15, slip_time=0.02)
     speeds = np.array(driven(model, 100.0))
     assert speeds.std(axis=0) == pytest.approx((0.05, 0.15), rel=0.1)

@@ -26,12 +26,12 @@ def furnished(seed: int) -> GridMap:
 
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 10**6), st.floats(-math.pi, math.pi), st.integers(0, 3))
-def test_it_measures_what_the_slow_laser_does(seed: int, heading: float, others: int) -> None:
+def test_ranges_equal_those_of_the_slow_laser(seed: int, heading: float, others: int) -> None:
     grid = furnished(seed)
     x, y = grid.info.to_world((25, 30)).tolist()
     rng = np.random.default_rng(seed)
-    bearing, away = rng.uniform(-math.pi, math.pi, others), rng.uniform(0.4, 2.5, others)
-    centres = np.stack((x + away * np.cos(bearing), y + away * np.sin(bearing)), axis=1)
+    bearing, distance = rng.uniform(-math.pi, math.pi, others), rng.uniform(0.4, 2.5, others)
+    centres = np.stack((x + distance * np.cos(bearing), y + distance * np.sin(bearing)), axis=1)
     pose = Pose2D(x, y, heading)
     laser = Laser(grid.data >= 65, grid.info, EXACT, rng)
     ranges = laser.measure(pose, (centres, RADIUS))
@@ -44,19 +44,21 @@ def test_it_measures_what_the_slow_laser_does(seed: int, heading: float, others:
 
 
 @given(st.floats(0.2, 7.0), st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi))
-def test_a_disc_straight_ahead_is_a_radius_nearer_than_its_centre(away: float, heading: float, bearing: float) -> None:
+def test_the_range_to_a_disc_is_one_radius_less_than_to_its_centre(
+    distance: float, heading: float, bearing: float
+) -> None:
     origin = Pose2D(3.0, -4.0, heading)
-    x, y, _ = origin @ Pose2D(away * math.cos(bearing), away * math.sin(bearing))
+    x, y, _ = origin @ Pose2D(distance * math.cos(bearing), distance * math.sin(bearing))
     [ahead, behind] = cast_at_discs(origin, np.array([bearing, bearing + math.pi]), np.array([[x, y]]), RADIUS)
-    assert ahead == pytest.approx(away - RADIUS)
+    assert ahead == pytest.approx(distance - RADIUS)
     assert behind == math.inf
 
 
-def test_without_other_robots_no_beam_hits_one() -> None:
+def test_no_beam_hits_a_robot_if_there_is_none() -> None:
     assert (cast_at_discs(Pose2D(0.0, 0.0), EXACT.angles, np.empty((0, 2)), RADIUS) == math.inf).all()
 
 
-def test_its_noise_is_as_large_as_it_says() -> None:
+def test_noise_has_the_configured_deviation() -> None:
     grid = room(6.0, 6.0)
     pose = Pose2D(3.0, 3.0, 0.0)
     model = LaserModel(sigma=0.01)
@@ -68,7 +70,7 @@ def test_its_noise_is_as_large_as_it_says() -> None:
     assert abs(errors.mean()) < 0.0005
 
 
-def test_what_is_too_far_is_no_reading_and_the_first_beam_looks_backwards() -> None:
+def test_ranges_beyond_the_maximum_are_empty_and_beams_start_backwards() -> None:
     grid = room(20.0, 4.0)
     model = LaserModel(beams=4, range_max=5.0, sigma=0.0)
     laser = Laser(grid.data >= 65, grid.info, model, np.random.default_rng(1))
@@ -80,7 +82,7 @@ def test_what_is_too_far_is_no_reading_and_the_first_beam_looks_backwards() -> N
     assert scan.header.stamp.seconds() == pytest.approx(12.5)
 
 
-def test_a_narrower_field_of_view_goes_from_its_right_edge_to_its_left() -> None:
+def test_a_narrow_field_of_view_runs_from_right_to_left() -> None:
     model = LaserModel(beams=720, field_of_view=math.radians(270.0))
     assert model.angles[[0, -1]] == pytest.approx((-0.75 * math.pi, 0.75 * math.pi))
     scan = Laser(np.zeros((1, 1), bool), room(2.0, 2.0).info, model, np.random.default_rng(1)).scan(

@@ -21,25 +21,25 @@ def run(drift: float, seed: int) -> Pose2D:
     return odometry.pose
 
 
-def test_without_drift_it_is_where_the_wheels_brought_it() -> None:
+def test_odometry_without_drift_returns_to_the_start() -> None:
     assert run(0.0, 1) == pytest.approx(Pose2D(0.0, 0.0, 0.0), abs=1e-9)
 
 
-def test_it_begins_at_its_own_origin() -> None:
+def test_odometry_starts_at_its_own_origin() -> None:
     odometry = WheelOdometry(OdometryNoise(), np.random.default_rng(1))
     message = odometry.message(5.0, "odom", "base_link")
     assert message.pose.pose.planar() == Pose2D(0.0, 0.0, 0.0)
     assert (message.header.frame_id, message.child_frame_id) == ("odom", "base_link")
 
 
-def test_drift_takes_it_from_the_truth_and_three_times_the_drift_about_three_times_as_far() -> None:
+def test_the_error_grows_linearly_with_the_drift() -> None:
     seeds = range(40)
     once, thrice = (np.mean([run(drift, seed).distance_to(Pose2D(0.0, 0.0)) for seed in seeds]) for drift in (1.0, 3.0))
     assert 0.1 < once < 1.5
     assert 2.5 < thrice / once < 3.5
 
 
-def test_a_slow_curve_is_followed_as_a_curve() -> None:
+def test_a_slow_curve_is_integrated_as_an_arc() -> None:
     odometry = WheelOdometry(OdometryNoise(drift=0.0), np.random.default_rng(1))
     for _ in range(round(math.pi / 0.5 / DT)):
         odometry.update(0.5, 0.5, DT)
@@ -47,7 +47,7 @@ def test_a_slow_curve_is_followed_as_a_curve() -> None:
     assert odometry.pose.y == pytest.approx(2.0, abs=0.001)
 
 
-def test_its_velocity_is_near_the_true_one() -> None:
+def test_the_reported_velocity_is_near_the_true_one() -> None:
     odometry = WheelOdometry(OdometryNoise(), np.random.default_rng(1))
     odometry.update(0.4, -0.3, DT)
     twist = odometry.message(0.0, "odom", "base_link").twist.twist
@@ -55,12 +55,12 @@ def test_its_velocity_is_near_the_true_one() -> None:
 
 
 @pytest.mark.parametrize("drift", [-1.0, math.nan, math.inf])
-def test_a_drift_that_is_none_is_refused(drift: float) -> None:
+def test_an_invalid_drift_is_refused(drift: float) -> None:
     with pytest.raises(InvalidParameter, match="drift"):
         OdometryNoise(drift=drift)
 
 
-def test_wheels_and_gyro_have_a_scale_of_their_own() -> None:
+def test_wheels_and_gyro_have_separate_scales() -> None:
     model = OdometryNoise(scale=0.0, gyro_scale=0.2, gyro_bias=0.0, gyro_walk=0.0, noise_linear=0.0, noise_angular=0.0)
     odometry = WheelOdometry(model, np.random.default_rng(1))
     odometry.update(1.0, 1.0, DT)

@@ -28,7 +28,7 @@ def crowd(world: World, count: int) -> list[Pedestrian]:
     return [world.add_pedestrian(ways, ways.anywhere()) for _ in range(count)]
 
 
-def test_people_walk_about_at_speeds_of_their_own_and_touch_neither_walls_nor_each_other() -> None:
+def test_people_walk_at_own_speeds_without_contact() -> None:
     world = World(office(seed=1, width=12.0, height=10.0), 2)
     pedestrians = crowd(world, 4)
     ways, fastest, nearest = np.zeros(4), np.zeros(4), math.inf
@@ -60,7 +60,7 @@ def test_the_same_seed_makes_the_same_walks() -> None:
 
 
 @pytest.mark.parametrize("aside", [0.0, 0.5])
-def test_a_robot_that_stands_in_the_way_is_stepped_around(aside: float) -> None:
+def test_people_step_around_a_standing_robot(aside: float) -> None:
     world = World(room(10.0, 4.0), 3)
     robot = world.add_robot(Pose2D(5.0, 2.0 + aside))
     pedestrian = world.add_pedestrian(Towards(world.grid, 0.35, np.random.default_rng(1)), Pose2D(2.0, 2.0))
@@ -72,7 +72,7 @@ def test_a_robot_that_stands_in_the_way_is_stepped_around(aside: float) -> None:
     assert pedestrian.body.position.x > 6.0
 
 
-def test_in_a_corridor_they_stop_before_a_robot_and_turn_back() -> None:
+def test_people_stop_before_a_robot_in_a_corridor_and_turn_back() -> None:
     grid = room(10.0, 1.2)
     world = World(grid, 3)
     robot = world.add_robot(Pose2D(5.0, 0.6))
@@ -84,7 +84,7 @@ def test_in_a_corridor_they_stop_before_a_robot_and_turn_back() -> None:
     assert pedestrian.body.position.x < 5.0
 
 
-def test_who_only_steps_to_and_fro_before_somebody_goes_elsewhere_too() -> None:
+def test_a_blocked_pedestrian_chooses_another_destination() -> None:
     """The corridor is wide enough to step aside, but not to pass."""
     grid = room(10.0, 1.8)
     world = World(grid, 3)
@@ -95,10 +95,10 @@ def test_who_only_steps_to_and_fro_before_somebody_goes_elsewhere_too() -> None:
         world.step()
         before = before + world.dt if math.dist(pedestrian.body.position, robot.base.body.position) < 1.3 else 0.0
         longest = max(longest, before)
-    assert longest < 50.0, "not all of the minute"
+    assert longest < 50.0, "it gave up within the minute"
 
 
-def test_who_is_driven_into_is_no_wall() -> None:
+def test_driving_into_a_person_is_not_a_wall_contact() -> None:
     world = World(room(10.0, 4.0), 3)
     robot = world.add_robot(Pose2D(8.4, 2.0))
     world.add_pedestrian(Towards(world.grid, 0.35, np.random.default_rng(1)), Towards.goal)
@@ -110,7 +110,7 @@ def test_who_is_driven_into_is_no_wall() -> None:
     assert world.contacts.total(0) == 1
 
 
-def test_the_laser_sees_people() -> None:
+def test_the_laser_detects_people() -> None:
     world = World(room(10.0, 4.0), 3)
     robot = world.add_robot(Pose2D(5.0, 2.0))
     world.add_pedestrian(Towards(world.grid, 0.35, np.random.default_rng(1)), Pose2D(7.0, 2.0))
@@ -118,18 +118,18 @@ def test_the_laser_sees_people() -> None:
     assert ahead == pytest.approx(2.0 - world.pedestrian_model.radius, abs=0.05)
 
 
-def test_a_way_that_comes_back_near_to_where_one_is_is_not_cut_short() -> None:
+def test_a_path_that_returns_near_the_walker_is_not_cut_short() -> None:
     out = [(0.1 * step, 0.0) for step in range(30)]
     back = [(3.0 - 0.1 * step, 0.3) for step in range(30)]
     way = PathWalk(np.array(out + back))
-    assert way.ahead(1.5, 0.0, 0.5) == (0.0, 0.0), "far from where the way was left, one goes back there"
+    assert way.ahead(1.5, 0.0, 0.5) == (0.0, 0.0), "a walker far from its path returns to where it left it"
     for step in range(10):
         x, y = way.ahead(0.1 * step, 0.0, 0.5)
         assert (x, y) == (pytest.approx(0.1 * step + 0.4, abs=0.11), 0.0)
     assert not way.ended
 
 
-def test_where_one_may_not_be_the_nearest_place_is_found() -> None:
+def test_nearest_returns_the_closest_allowed_place() -> None:
     ways = ShortestPaths(room(4.0, 4.0), 0.5, np.random.default_rng(1))
     assert not ways.allows(0.2, 2.0)
     there = ways.nearest(Pose2D(0.2, 2.0, 1.0))

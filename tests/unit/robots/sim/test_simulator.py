@@ -19,7 +19,7 @@ def simulated(dt: float = 0.02) -> tuple[World, Simulator, ManualClock]:
 
 
 @given(st.lists(st.floats(0.0, 0.4), max_size=30))
-def test_it_is_never_more_than_a_step_behind_and_never_ahead_however_long_it_is_run(waits: list[float]) -> None:
+def test_the_simulation_is_at_most_one_step_behind_and_never_ahead(waits: list[float]) -> None:
     world, simulator, clock = simulated()
     for wait in waits:
         clock.advance(wait)
@@ -28,7 +28,7 @@ def test_it_is_never_more_than_a_step_behind_and_never_ahead_however_long_it_is_
         assert -1e-6 < behind < world.dt + 1e-6
 
 
-def test_a_world_that_was_held_up_catches_up_in_bursts() -> None:
+def test_a_delayed_world_catches_up_in_bursts() -> None:
     world, simulator, clock = simulated()
     clock.advance(1.0)
     assert simulator.catch_up() == BURST
@@ -37,14 +37,14 @@ def test_a_world_that_was_held_up_catches_up_in_bursts() -> None:
     assert world.time() == pytest.approx(1.0, abs=world.dt)
 
 
-def test_stamps_are_those_of_the_clock_on_the_wall() -> None:
+def test_stamps_follow_the_wall_clock() -> None:
     world, simulator, clock = simulated()
     clock.advance(0.1)
     simulator.catch_up()
     assert world.stamp() == pytest.approx(1e9 + 0.1, abs=world.dt)
 
 
-async def test_it_runs_by_itself_until_it_is_cancelled() -> None:
+async def test_the_simulator_runs_until_it_is_cancelled() -> None:
     world = World(room(4.0, 4.0))
     running = asyncio.create_task(Simulator(world).run())
     async with asyncio.timeout(20):

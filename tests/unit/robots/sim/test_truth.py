@@ -4,11 +4,11 @@ import ast
 
 from tests.support.sources import sources
 
-KNOW_THE_TRUTH = {
+READERS_OF_THE_TRUTH = {
     "robots/sim/turtlebot.py", "robots/sim/robot.py", "robots/sim/world.py", "robots/sim/contacts.py",
     "robots/sim/pedestrian.py", "robots/demo/scorer.py",
-    "benchmarks/localization/scene.py",  # scores localization, and drives where that is lost too
-    "benchmarks/localization/crowd.py",  # has people crowd around the robot, wherever it is
+    "benchmarks/localization/scene.py",  # scores localization, and drives by the true pose
+    "benchmarks/localization/crowd.py",  # places people around the true position of the robot
     # score goals, and draw how they went
     "benchmarks/navigation/goals/contact_referee.py", "benchmarks/navigation/goals/run.py",
     "benchmarks/navigation/goals/picture.py",
@@ -25,7 +25,7 @@ def reads_the_truth(tree: ast.Module) -> bool:
     )
 
 
-def test_no_module_but_those_of_the_world_and_the_scorers_looks_into_a_body() -> None:
+def test_only_world_and_scorers_read_the_true_pose() -> None:
     found = {source.path for source in sources("robots", "benchmarks") if reads_the_truth(source.tree)}
-    assert found <= KNOW_THE_TRUTH
+    assert found <= READERS_OF_THE_TRUTH
     assert "robots/demo/scorer.py" in found

@@ -10,7 +10,7 @@ GRIDS = arrays(np.bool_, array_shapes(min_dims=2, max_dims=2, min_side=1, max_si
 
 
 @given(GRIDS)
-def test_the_rectangles_cover_each_occupied_cell_once_and_nothing_else(occupied: NDArray[np.bool_]) -> None:
+def test_rectangles_cover_each_occupied_cell_exactly_once(occupied: NDArray[np.bool_]) -> None:
     covered = np.zeros(occupied.shape, int)
     for left, bottom, right, top in merge_rectangles(occupied):
         assert left < right
@@ -19,7 +19,7 @@ def test_the_rectangles_cover_each_occupied_cell_once_and_nothing_else(occupied:
     assert (covered == occupied).all()
 
 
-def test_a_block_is_one_rectangle_and_so_is_a_wall_in_either_direction() -> None:
+def test_a_block_and_a_straight_wall_are_one_rectangle() -> None:
     occupied = np.zeros((8, 9), bool)
     occupied[1:4, 2:6] = True
     assert merge_rectangles(occupied).tolist() == [[2, 1, 6, 4]]

@@ -33,7 +33,7 @@ def drive(
 
 
 @pytest.mark.parametrize("heading", [0.0, math.pi / 2, -2.0])
-def test_it_drives_straight_for_where_it_heads(heading: float) -> None:
+def test_the_robot_drives_straight_along_its_heading(heading: float) -> None:
     world = World(room(10.0, 10.0))
     robot = world.add_robot(Pose2D(5.0, 5.0, heading), NO_SLIP)
     drive(world, 4.0, {robot: (0.5, 0.0)})
@@ -45,7 +45,7 @@ def test_it_drives_straight_for_where_it_heads(heading: float) -> None:
     assert Scorer(world).distance(0) == pytest.approx(ahead.x, abs=1e-6)
 
 
-def test_it_turns_on_the_spot_counter_clockwise() -> None:
+def test_the_robot_turns_in_place_counter_clockwise() -> None:
     world = World(room(10.0, 10.0))
     robot = world.add_robot(Pose2D(5.0, 5.0, 0.0), NO_SLIP)
     drive(world, 2.0, {robot: (0.0, 1.0)})
@@ -54,7 +54,7 @@ def test_it_turns_on_the_spot_counter_clockwise() -> None:
     assert robot.base.pose.distance_to(Pose2D(5.0, 5.0)) < 1e-6
 
 
-def test_neither_speed_nor_acceleration_exceed_what_the_base_can() -> None:
+def test_speed_and_acceleration_respect_the_limits_of_the_base() -> None:
     world = World(room(40.0, 40.0))
     robot = world.add_robot(Pose2D(20.0, 20.0, 0.0))
     model = robot.model.base
@@ -67,7 +67,7 @@ def test_neither_speed_nor_acceleration_exceed_what_the_base_can() -> None:
     assert steps == pytest.approx([model.acc_linear * world.dt, model.acc_angular * world.dt])
 
 
-def test_without_commands_it_stops() -> None:
+def test_the_robot_stops_without_commands() -> None:
     world = World(room(10.0, 10.0))
     robot = world.add_robot(Pose2D(5.0, 5.0, 0.0))
     drive(world, 1.0, {robot: (0.5, 0.0)})
@@ -80,7 +80,7 @@ def test_without_commands_it_stops() -> None:
 
 @pytest.mark.parametrize("origin", [Pose2D(0.0, 0.0), Pose2D(-3.0, 7.0, 0.7)])
 @pytest.mark.parametrize("heading", [0.0, math.pi / 2, math.pi, 0.3])
-def test_a_wall_stops_it_and_counts_as_one_contact_however_long_it_pushes(heading: float, origin: Pose2D) -> None:
+def test_a_wall_stops_the_robot_and_counts_as_one_contact(heading: float, origin: Pose2D) -> None:
     grid = room(4.0, 4.0, origin=origin)
     world = World(grid)
     robot = world.add_robot(origin @ Pose2D(2.0, 2.0, heading))
@@ -93,7 +93,7 @@ def test_a_wall_stops_it_and_counts_as_one_contact_however_long_it_pushes(headin
     assert Scorer(world).collisions(0) == 1
 
 
-def test_coming_back_to_the_wall_is_another_contact() -> None:
+def test_returning_to_the_wall_is_another_contact() -> None:
     world = World(room(4.0, 4.0))
     robot = world.add_robot(Pose2D(3.0, 2.0, 0.0))
     for count in (1, 2):
@@ -102,7 +102,7 @@ def test_coming_back_to_the_wall_is_another_contact() -> None:
         drive(world, 3.0, {robot: (-0.3, 0.0)})
 
 
-def test_sliding_along_a_wall_of_many_pieces_is_one_contact() -> None:
+def test_sliding_along_a_rough_wall_is_one_contact() -> None:
     grid = room(8.0, 4.0)
     rough = grid.data.copy()
     rough[-1, ::2] = rough[-2, ::3] = 100
@@ -114,7 +114,7 @@ def test_sliding_along_a_wall_of_many_pieces_is_one_contact() -> None:
     assert world.contacts.wall_contacts[0] == 1
 
 
-def test_robots_that_meet_both_have_one_contact_and_do_not_pass_through() -> None:
+def test_robots_that_collide_have_one_contact_each() -> None:
     world = World(room(8.0, 4.0))
     left, right = world.add_robot(Pose2D(2.0, 2.0, 0.0)), world.add_robot(Pose2D(5.0, 2.0, math.pi))
     bystander = world.add_robot(Pose2D(4.0, 3.5, 0.0))
@@ -128,7 +128,7 @@ def test_robots_that_meet_both_have_one_contact_and_do_not_pass_through() -> Non
     assert bystander.base.pose == Pose2D(4.0, 3.5, 0.0)
 
 
-def test_nothing_stands_in_the_unknown() -> None:
+def test_unknown_cells_are_no_obstacles() -> None:
     grid = GridMap(np.full((80, 80), UNKNOWN, np.int8), GridInfo(0.05, 80, 80))
     world = World(grid)
     robot = world.add_robot(Pose2D(1.0, 2.0, 0.0))
@@ -146,17 +146,17 @@ def run(seed: int, robots: int) -> list[object]:
     return [first.base.pose, first.odometry(), first.scan() if robots == 1 else None]
 
 
-def test_the_same_seed_gives_the_same_world_and_another_gives_another() -> None:
+def test_worlds_differ_only_by_the_seed() -> None:
     assert run(7, 1) == run(7, 1)
     for ours, others in zip(run(7, 1), run(8, 1), strict=True):
         assert ours != others
 
 
-def test_the_chance_of_one_robot_does_not_depend_on_the_others() -> None:
+def test_the_noise_of_a_robot_does_not_depend_on_the_others() -> None:
     assert run(7, 1)[:2] == run(7, 2)[:2]
 
 
-def test_slip_takes_the_true_way_off_what_the_wheels_did() -> None:
+def test_slip_makes_the_true_path_deviate_from_the_wheels() -> None:
     world = World(room(40.0, 10.0), seed=3)
     robot = world.add_robot(Pose2D(5.0, 5.0, 0.0), SimulatedRobotModel(base=TurtlebotModel(slip=0.1)))
     drive(world, 20.0, {robot: (0.5, 0.0)})
@@ -170,7 +170,7 @@ def test_a_pose_that_is_not_finite_is_refused() -> None:
         World(room(4.0, 4.0)).add_robot(Pose2D(math.nan, 0.0))
 
 
-def test_stamps_begin_with_the_epoch_and_go_on_with_the_steps() -> None:
+def test_stamps_start_at_the_epoch_and_advance_with_the_steps() -> None:
     world = World(room(4.0, 4.0), dt=0.02, epoch=1000.0)
     robot = world.add_robot(Pose2D(2.0, 2.0))
     drive(world, 1.0, {})

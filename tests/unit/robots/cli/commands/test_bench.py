@@ -33,7 +33,7 @@ def install(monkeypatch: pytest.MonkeyPatch):
     return put
 
 
-def test_people_get_a_table_and_programs_all_of_it(install, capsys) -> None:
+def test_results_are_a_table_for_people_and_complete_as_json(install, capsys) -> None:
     install(speed=Measured({"speed": 1.5, "note": "fast"}, [{"robot": "tb1", "speed": "1.5"}]))
     assert main(["bench", "speed"]) == 0
     assert [line.split() for line in capsys.readouterr().out.splitlines()] == [["robot", "speed"], ["tb1", "1.5"]]
@@ -41,7 +41,7 @@ def test_people_get_a_table_and_programs_all_of_it(install, capsys) -> None:
     assert json.loads(capsys.readouterr().out) == {"speed": 1.5, "note": "fast"}
 
 
-def test_a_text_stands_in_place_of_the_table_and_the_status_is_that_of_the_bench(install, capsys) -> None:
+def test_a_text_replaces_the_table_and_the_bench_sets_the_status(install, capsys) -> None:
     install(faults=Measured({}, text="WRONG: a zombie", status=1), nothing=Measured({}))
     assert main(["bench", "faults"]) == 1
     assert capsys.readouterr().out == "WRONG: a zombie\n"
@@ -49,7 +49,7 @@ def test_a_text_stands_in_place_of_the_table_and_the_status_is_that_of_the_bench
     assert capsys.readouterr().out == ""
 
 
-def test_only_the_bench_that_is_asked_for_is_loaded(install, capsys) -> None:
+def test_only_the_requested_bench_is_loaded(install, capsys) -> None:
     install(speed=Measured({}), broken="package_of_nobody.bench")
     assert main(["bench", "speed"]) == 0
     with pytest.raises(SystemExit):
@@ -59,23 +59,23 @@ def test_only_the_bench_that_is_asked_for_is_loaded(install, capsys) -> None:
     assert "needs package_of_nobody, which is not installed" in listed
 
 
-def test_a_bench_that_there_is_not_is_refused_with_those_there_are(install, capsys) -> None:
+def test_an_unknown_bench_is_refused_with_the_known_ones(install, capsys) -> None:
     install(speed=Measured({}), noise=Measured({}))
     with pytest.raises(SystemExit) as end:
         main(["bench", "weather"])
     assert end.value.code == 2
-    told = capsys.readouterr().err
-    assert "speed" in told and "noise" in told
+    message = capsys.readouterr().err
+    assert "speed" in message and "noise" in message
 
 
 @pytest.mark.parametrize("words", [[], ["service", "--only", "fleet"], ["--json"]])
-def test_a_wheel_says_in_one_line_where_benches_come_from(install, capsys, words: list[str]) -> None:
+def test_a_wheel_reports_in_one_line_where_benches_come_from(install, capsys, words: list[str]) -> None:
     install()
     assert main(["bench", *words]) == 1
     assert capsys.readouterr() == ("", f"ppaas: unavailable: {bench.WHERE}\n")
 
 
-def test_the_help_of_a_wheel_says_so_too(install, capsys) -> None:
+def test_the_help_of_a_wheel_tells_how_to_install_benches(install, capsys) -> None:
     install()
     with pytest.raises(SystemExit) as end:
         main(["bench", "--help"])

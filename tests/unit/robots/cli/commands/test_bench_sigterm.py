@@ -19,7 +19,7 @@ from tests.support.world import barn
 
 pytestmark = pytest.mark.journey
 
-PATIENCE = 150.0
+TIMEOUT = 150.0
 
 
 @contextmanager
@@ -38,7 +38,7 @@ def running(folder: Path, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
 
 def wait_for(process: subprocess.Popen[bytes], holds: Callable[[], object]) -> None:
     """Wait until a condition holds while the process runs."""
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + TIMEOUT
     while not holds():
         assert process.poll() is None
         assert time.monotonic() < deadline
@@ -48,23 +48,23 @@ def wait_for(process: subprocess.Popen[bytes], holds: Callable[[], object]) -> N
 @pytest.mark.parametrize(
     "arguments", [("bench", "service", "--only", "fleet"), ("demo", "--headless", "--robots", "1")]
 )
-def test_its_cloud_ends_with_it(short_path: Path, arguments: tuple[str, ...]) -> None:
+def test_sigterm_to_a_bench_or_demo_stops_its_cloud(short_path: Path, arguments: tuple[str, ...]) -> None:
     with running(short_path, *arguments) as process:
         wait_for(process, lambda: any(short_path.glob("ppaas-*/ready.json")))
         assert {"web", "agent"} <= {member.kind for member in cloud_processes(short_path)}
         process.send_signal(signal.SIGTERM)
-        assert process.wait(PATIENCE) == TERMINATED
+        assert process.wait(TIMEOUT) == TERMINATED
     assert cloud_processes(short_path) == []
     assert list(short_path.glob("ppaas-*")) == []
 
 
-def test_its_pool_of_processes_ends_with_it(short_path: Path) -> None:
+def test_sigterm_to_a_bench_stops_its_pool_of_processes(short_path: Path) -> None:
     worlds = barn.write(short_path / "worlds.json", barn.world(3), barn.world(9))
     with running(short_path, "bench", "barn", str(worlds), "--runs", "1000", "--jobs", "2") as process:
         workers = psutil.Process(process.pid).children
         wait_for(process, lambda: sum(worker.cpu_times().user > 1.0 for worker in workers()) == 2)
         process.send_signal(signal.SIGTERM)
-        assert process.wait(PATIENCE) == TERMINATED
+        assert process.wait(TIMEOUT) == TERMINATED
     wait_for_none(short_path)
 
 

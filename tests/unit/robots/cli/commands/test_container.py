@@ -4,7 +4,7 @@ from tests.support.cloud.command_line import CommandLine
 from tests.support.endpoints.fake_cloud import container
 
 
-async def test_a_user_sees_the_own_containers_and_an_administrator_all(ppaas: CommandLine) -> None:
+async def test_users_list_their_containers_and_administrators_list_all(ppaas: CommandLine) -> None:
     ppaas.cloud.running = [container("c1", pss=3 << 20, cpu=0.125, age=95.0, clients=2), container("c2", user="bob")]
     [_, mine] = (await ppaas("container", "list")).rows
     expected = "c1 robot ann tb1 house m1 1 ready 42 12 % 3.0 MiB 1m 35s 2"
@@ -16,11 +16,11 @@ async def test_a_user_sees_the_own_containers_and_an_administrator_all(ppaas: Co
     assert [one["id"] for one in limited] == ["c1"]
 
 
-async def test_where_there_is_none_it_says_so(ppaas: CommandLine) -> None:
+async def test_an_empty_container_list_explains_when_there_is_one(ppaas: CommandLine) -> None:
     assert (await ppaas("container", "list")).out == "no containers; a robot has one while it is connected\n"
 
 
-async def test_a_container_is_given_up_by_its_user_alone(ppaas: CommandLine) -> None:
+async def test_only_its_user_deletes_a_container(ppaas: CommandLine) -> None:
     ppaas.cloud.running = [container("c1")]
     refused = await ppaas("container", "delete", "c1", user="bob")
     assert (refused.status, refused.err) == (1, "ppaas: not-found: unknown container 'c1'\n")

@@ -25,35 +25,35 @@ def parse(*arguments: str) -> argparse.Namespace:
     return parser.parse_args(list(arguments))
 
 
-def test_its_defaults_show_three_robots() -> None:
+def test_defaults_show_three_robots() -> None:
     arguments = parse()
     assert (arguments.robots, arguments.map, arguments.headless, arguments.json) == (3, None, False, False)
 
 
 @pytest.mark.parametrize("arguments", [("--robots", "0"), ("--goals", "-1"), ("--robots", "x")])
-def test_counts_that_are_none_are_refused(arguments: tuple[str, ...]) -> None:
+def test_invalid_counts_are_refused(arguments: tuple[str, ...]) -> None:
     with pytest.raises(SystemExit):
         parse(*arguments)
 
 
-def test_without_a_terminal_it_does_not_keep_going() -> None:
+def test_keep_going_requires_a_terminal() -> None:
     with pytest.raises(InvalidParameter, match="terminal"):
         demo.run(parse("--keep-going"))
 
 
-def test_a_seed_below_zero_is_refused() -> None:
+def test_a_negative_seed_is_refused() -> None:
     with pytest.raises(InvalidParameter, match="--seed"):
         demo.run(parse("--seed=-1"))
 
 
-def test_a_map_that_is_not_there_is_refused_before_a_cloud_starts(tmp_path: Path) -> None:
+def test_a_missing_map_is_refused_before_a_cloud_starts(tmp_path: Path) -> None:
     before = children()
     with pytest.raises(InvalidMap, match=r"nowhere\.yaml"):
         demo.run(parse("--headless", "--map", str(tmp_path / "nowhere.yaml")))
     assert children() <= before
 
 
-async def test_a_cloud_that_does_not_start_says_why_and_leaves_nothing() -> None:
+async def test_a_cloud_that_fails_to_start_reports_why_and_leaves_nothing() -> None:
     cloud = CloudProcess()
     folder = cloud.folder
     (folder / "password").mkdir()
@@ -66,7 +66,7 @@ async def test_a_cloud_that_does_not_start_says_why_and_leaves_nothing() -> None
 
 
 @pytest.mark.journey
-async def test_a_cloud_that_is_interrupted_while_it_starts_leaves_nothing() -> None:
+async def test_cancelling_the_start_of_a_cloud_leaves_nothing() -> None:
     cloud = CloudProcess()
     before = children()
     entering = asyncio.create_task(cloud.__aenter__())
@@ -83,7 +83,7 @@ async def test_a_cloud_that_is_interrupted_while_it_starts_leaves_nothing() -> N
 
 
 @pytest.mark.journey
-def test_two_robots_reach_their_goals_without_a_touch_and_nothing_is_left(capsys: pytest.CaptureFixture[str]) -> None:
+def test_two_robots_reach_their_goals_without_contact(capsys: pytest.CaptureFixture[str]) -> None:
     before = children()
     status = demo.run(parse("--headless", "--robots", "2", "--goals", "1", "--seed", "4", "--json"))
     [line] = capsys.readouterr().out.splitlines()
@@ -101,11 +101,11 @@ def test_two_robots_reach_their_goals_without_a_touch_and_nothing_is_left(capsys
 
 
 @pytest.mark.parametrize("arguments", [("--cloud", "http://127.0.0.1:1"), ("--admin-password-file", "password")])
-def test_a_cloud_that_is_up_is_named_with_its_password(arguments: tuple[str, ...]) -> None:
+def test_cloud_and_password_file_must_be_given_together(arguments: tuple[str, ...]) -> None:
     with pytest.raises(InvalidParameter, match="must be given together"):
         demo.run(parse("--headless", *arguments))
 
 
-def test_a_password_file_that_is_not_there_is_told(tmp_path: Path) -> None:
+def test_a_missing_password_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="password file"):
         demo.run(parse("--headless", "--cloud", "http://127.0.0.1:1", "--admin-password-file", str(tmp_path / "none")))

@@ -4,7 +4,7 @@ from pathlib import Path
 from tests.support.cloud.command_line import PASSWORD, CommandLine
 
 
-async def test_the_token_alone_is_printed_and_is_good(ppaas: CommandLine, tmp_path: Path) -> None:
+async def test_login_prints_only_a_valid_token(ppaas: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "password").write_text(PASSWORD + "\n")
     ended = await ppaas("login", "ann", "--password-file", str(tmp_path / "password"), user=None)
     assert (ended.status, ended.err) == (0, "")
@@ -12,7 +12,7 @@ async def test_the_token_alone_is_printed_and_is_good(ppaas: CommandLine, tmp_pa
     assert (await ppaas("user", "show", user="new")).rows[1] == ["ann", "user"]
 
 
-async def test_json_says_when_the_token_expires(ppaas: CommandLine) -> None:
+async def test_login_as_json_includes_the_expiry_of_the_token(ppaas: CommandLine) -> None:
     ended = await ppaas("login", "ann", "--json", user=None, stdin=PASSWORD + "\n")
     assert set(json.loads(ended.out)) == {"token", "expires"}
 

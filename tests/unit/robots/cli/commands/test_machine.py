@@ -7,7 +7,7 @@ from tests.support.cloud.command_line import CommandLine
 from tests.support.waiting import until
 
 
-async def test_an_administrator_sees_the_machines(ppaas: CommandLine) -> None:
+async def test_an_administrator_lists_the_machines(ppaas: CommandLine) -> None:
     ended = await ppaas("machine", "list", user="admin")
     assert ended.rows == [
         ["id", "state", "cores", "capacity", "given", "containers", "load", "memory_used", "memory", "labels"],
@@ -16,14 +16,14 @@ async def test_an_administrator_sees_the_machines(ppaas: CommandLine) -> None:
 
 
 @pytest.mark.parametrize("verb", ["list", "show m1", "drain m1", "label m1 a=b", "limit m1 --max-containers 1"])
-async def test_nobody_else_does(ppaas: CommandLine, verb: str) -> None:
+async def test_machine_commands_require_an_administrator(ppaas: CommandLine, verb: str) -> None:
     ended = await ppaas("machine", *verb.split())
     assert (ended.status, ended.out) == (1, "")
     assert ended.err == "ppaas: not-permitted: only an administrator may do this\n"
     assert ppaas.cloud.known["m1"].settings == MachineSettings()
 
 
-async def test_one_machine_is_shown_by_its_id(ppaas: CommandLine) -> None:
+async def test_a_machine_is_shown_by_its_id(ppaas: CommandLine) -> None:
     shown = await ppaas("machine", "show", "m1", user="admin")
     listed = await ppaas("machine", "list", user="admin")
     assert shown.rows[0] == [*listed.rows[0], "network_used", "network", "round_trip"]
@@ -33,21 +33,21 @@ async def test_one_machine_is_shown_by_its_id(ppaas: CommandLine) -> None:
     ).err == "ppaas: not-found: unknown machine 'm2'; known: m1\n"
 
 
-async def test_a_machine_is_drained_and_given_containers_again(ppaas: CommandLine) -> None:
+async def test_a_machine_is_drained_and_undrained(ppaas: CommandLine) -> None:
     drained = await ppaas("machine", "drain", "m1", user="admin")
     assert drained.rows[1][:2] == ["m1", "draining"]
     undrained = await ppaas("machine", "undrain", "m1", user="admin")
     assert undrained.rows[1][:2] == ["m1", "ready"]
 
 
-async def test_who_waits_sees_it_drained(ppaas: CommandLine) -> None:
+async def test_drain_with_wait_returns_when_the_machine_is_drained(ppaas: CommandLine) -> None:
     waiting = asyncio.create_task(ppaas("machine", "drain", "m1", "--wait", user="admin"))
     await until(lambda: ppaas.cloud.known["m1"].settings.draining)
     ppaas.cloud.known["m1"].containers.clear()
     assert (await waiting).rows[1][:2] == ["m1", "drained"]
 
 
-async def test_labels_are_put_and_taken_away(ppaas: CommandLine) -> None:
+async def test_labels_are_set_and_removed(ppaas: CommandLine) -> None:
     labelled = await ppaas("machine", "label", "m1", "zone=a", "gpu=yes", user="admin")
     assert labelled.rows[1][-2:] == ["gpu=yes,", "zone=a"]
     assert (await ppaas("machine", "label", "m1", "gpu=", user="admin")).rows[1][-1] == "zone=a"
@@ -55,7 +55,7 @@ async def test_labels_are_put_and_taken_away(ppaas: CommandLine) -> None:
     assert ended.status == 2 and "must be KEY=VALUE, not 'zone'" in ended.err
 
 
-async def test_limits_are_set_and_the_default_is_had_back(ppaas: CommandLine) -> None:
+async def test_limits_are_set_and_reset_to_the_default(ppaas: CommandLine) -> None:
     limits = ("--max-containers", "7", "--max-memory", "4G", "--oversubscription", "1.5")
     limited = await ppaas("machine", "limit", "m1", *limits, user="admin")
     assert limited.rows == [
@@ -68,7 +68,7 @@ async def test_limits_are_set_and_the_default_is_had_back(ppaas: CommandLine) ->
 
 
 @pytest.mark.parametrize("given", ["", "--max-containers many", "--max-memory 4X", "--oversubscription 0"])
-async def test_a_limit_that_is_none_changes_nothing(ppaas: CommandLine, given: str) -> None:
+async def test_an_invalid_limit_changes_nothing(ppaas: CommandLine, given: str) -> None:
     ended = await ppaas("machine", "limit", "m1", *given.split(), user="admin")
     assert ended.status != 0 and ended.out == ""
     assert ppaas.cloud.known["m1"].settings == MachineSettings()

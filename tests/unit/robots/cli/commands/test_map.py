@@ -44,14 +44,14 @@ async def test_a_map_is_published_listed_shown_and_deleted(ppaas: CommandLine, h
     assert (await ppaas("map", "list")).out == "no maps that you may use; publish one: ppaas map publish FILE.yaml\n"
 
 
-async def test_a_map_is_named_as_told_and_read_by_whom_told(ppaas: CommandLine, house: Path) -> None:
+async def test_a_map_is_published_with_the_given_id_and_readers(ppaas: CommandLine, house: Path) -> None:
     await ppaas("map", "publish", str(house), "--id", "home", "--reader", "bob", "--reader", "admin")
     [listed] = json.loads((await ppaas("map", "list", "--json", user="bob")).out)
     assert (listed["id"], listed["readers"]) == ("home", ["bob", "admin"])
     assert len(listed["version"]) == 64
 
 
-async def test_publishing_again_makes_a_new_version(ppaas: CommandLine, house: Path, coarse: Path) -> None:
+async def test_publishing_again_creates_a_new_version(ppaas: CommandLine, house: Path, coarse: Path) -> None:
     first = json.loads((await ppaas("map", "publish", str(house), "--json")).out)
     second = json.loads((await ppaas("map", "publish", str(coarse), "--id", "house", "--json")).out)
     assert first["id"] == second["id"]
@@ -59,7 +59,7 @@ async def test_publishing_again_makes_a_new_version(ppaas: CommandLine, house: P
     assert second["resolution"] == 0.1
 
 
-async def test_another_users_map_is_unknown_and_a_shared_one_stays_its_owners(ppaas: CommandLine, house: Path) -> None:
+async def test_a_map_is_private_until_shared_and_stays_its_owners(ppaas: CommandLine, house: Path) -> None:
     await ppaas("map", "publish", str(house))
     unknown = await ppaas("map", "show", "house", user="bob")
     assert (unknown.status, unknown.err) == (1, "ppaas: not-found: unknown map 'house'\n")
@@ -72,7 +72,7 @@ async def test_another_users_map_is_unknown_and_a_shared_one_stays_its_owners(pp
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "says"),
+    ("name", "content", "error"),
     [
         ("nowhere.yaml", None, "invalid-map: cannot read the map: "),
         ("image.yaml", b"image: nowhere.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n", "invalid-map: "),
@@ -80,34 +80,34 @@ async def test_another_users_map_is_unknown_and_a_shared_one_stays_its_owners(pp
         ("list.yaml", b"[1, 2]", "invalid-map: "),
     ],
 )
-async def test_what_is_no_map_is_refused(
-    ppaas: CommandLine, tmp_path: Path, name: str, content: bytes | None, says: str
+async def test_invalid_map_files_are_refused(
+    ppaas: CommandLine, tmp_path: Path, name: str, content: bytes | None, error: str
 ) -> None:
     if content is not None:
         (tmp_path / name).write_bytes(content)
     ended = await ppaas("map", "publish", str(tmp_path / name))
     assert (ended.status, ended.out) == (1, "")
-    assert ended.err.startswith(f"ppaas: {says}")
+    assert ended.err.startswith(f"ppaas: {error}")
 
 
-async def test_an_image_that_is_cut_off_is_refused_by_the_cloud(ppaas: CommandLine, broken: Path) -> None:
+async def test_a_truncated_image_is_refused_by_the_cloud(ppaas: CommandLine, broken: Path) -> None:
     ended = await ppaas("map", "publish", str(broken))
     assert ended.err.startswith("ppaas: invalid-map: ")
     assert (await ppaas("map", "list", "--json")).out == "[]\n"
 
 
-async def test_a_name_that_is_none_is_told_what_one_is(ppaas: CommandLine, house: Path) -> None:
+async def test_an_invalid_map_id_is_refused_with_the_rules(ppaas: CommandLine, house: Path) -> None:
     ended = await ppaas("map", "publish", str(house), "--id", "my house")
     assert ended.err.startswith("ppaas: invalid-input: 'my house' is not a valid name of a map: use")
 
 
-async def test_a_map_of_nav2_is_published_by_its_rules(ppaas: CommandLine, house: Path, tmp_path: Path) -> None:
+async def test_a_map_is_published_with_the_rules_of_nav2(ppaas: CommandLine, house: Path, tmp_path: Path) -> None:
     assert (await ppaas("map", "publish", str(house), "--rules", "nav2")).status == 0
     assert (await ppaas("map", "fetch", "house", "--to", str(tmp_path / "got"))).status == 0
     assert b"rules: nav2" in (tmp_path / "got" / "house.yaml").read_bytes()
 
 
-async def test_who_reads_a_map_and_what_it_shows_is_changed(ppaas: CommandLine, house: Path) -> None:
+async def test_readers_and_description_are_changed(ppaas: CommandLine, house: Path) -> None:
     await ppaas("map", "publish", str(house), "--description", "the ground floor")
     changed = json.loads((await ppaas("map", "change", "house", "--reader", "bob", "--json")).out)
     assert (changed["readers"], changed["description"]) == (["bob"], "the ground floor")
@@ -131,7 +131,7 @@ async def test_every_version_is_listed_shown_and_fetched(
     assert read_map_files(tmp_path / "old" / "house.yaml") == read_map_files(house)
 
 
-async def test_files_are_not_fetched_to_where_a_map_wants_them(ppaas: CommandLine, tmp_path: Path) -> None:
+async def test_a_map_with_an_unsafe_image_path_is_not_fetched(ppaas: CommandLine, tmp_path: Path) -> None:
     for name in (b"../house.pgm", b"/etc/house.pgm", b"..", b"evil.yaml"):
         put_map(ppaas.services.map_store, house_map("evil", yaml=YAML.replace(b"house.pgm", name)))
         ended = await ppaas("map", "fetch", "evil", "--to", str(tmp_path / "to"))
@@ -140,12 +140,12 @@ async def test_files_are_not_fetched_to_where_a_map_wants_them(ppaas: CommandLin
     assert [file.name for file in os.scandir(tmp_path)] == []
 
 
-async def test_what_others_say_of_a_map_gives_a_terminal_no_orders(ppaas: CommandLine, house: Path) -> None:
+async def test_control_characters_of_descriptions_are_not_printed(ppaas: CommandLine, house: Path) -> None:
     await ppaas("map", "publish", str(house), "--description", "\x1b]0;owned\x07 \u202e")
     assert not {"\x1b", "\x07", "\u202e"} & set((await ppaas("map", "list")).out)
 
 
-async def test_versions_tell_who_published_them_when_and_why(ppaas: CommandLine, house: Path, coarse: Path) -> None:
+async def test_versions_list_author_time_and_message(ppaas: CommandLine, house: Path, coarse: Path) -> None:
     await ppaas("map", "publish", str(house), "--message", "as built")
     await ppaas("map", "publish", str(coarse), "--id", "house", "--message", "a wall came down", user="admin")
     newest, oldest = json.loads((await ppaas("map", "versions", "house", "--json")).out)
@@ -156,9 +156,7 @@ async def test_versions_tell_who_published_them_when_and_why(ppaas: CommandLine,
     assert heading == ["version", "created", "author", "message", "restored", "parts", "present"]
 
 
-async def test_a_map_goes_back_to_a_version_that_is_named_by_its_beginning(
-    ppaas: CommandLine, house: Path, coarse: Path
-) -> None:
+async def test_a_map_is_rolled_back_to_an_abbreviated_version(ppaas: CommandLine, house: Path, coarse: Path) -> None:
     first = json.loads((await ppaas("map", "publish", str(house), "--json")).out)["version"]
     await ppaas("map", "publish", str(coarse), "--id", "house")
     ended = await ppaas("map", "roll-back", "house", first[:12], "--message", "the wall is up again", "--json")
@@ -175,7 +173,7 @@ async def test_a_map_goes_back_to_a_version_that_is_named_by_its_beginning(
     assert (await ppaas("map", "roll-back", "house", first, user="bob")).err.startswith("ppaas: not-found: ")
 
 
-async def test_a_map_is_published_only_in_place_of_the_version_that_is_expected(
+async def test_a_map_is_published_only_if_the_expected_version_is_current(
     ppaas: CommandLine, house: Path, coarse: Path
 ) -> None:
     first = json.loads((await ppaas("map", "publish", str(house), "--json")).out)["version"]
@@ -184,16 +182,16 @@ async def test_a_map_is_published_only_in_place_of_the_version_that_is_expected(
     assert "not at version" in (await ppaas("map", "publish", str(house), "--if-match", first)).err
 
 
-async def test_what_changed_is_told_and_drawn(ppaas: CommandLine, house: Path, tmp_path: Path) -> None:
+async def test_differences_of_versions_are_shown_and_drawn(ppaas: CommandLine, house: Path, tmp_path: Path) -> None:
     first = json.loads((await ppaas("map", "publish", str(house), "--json")).out)["version"]
     cells = bytearray(pgm())
     cells[-2:] = b"\x00\x00"  # the two in the lower right corner
     house.with_suffix(".pgm").write_bytes(cells)
     await ppaas("map", "publish", str(house))
     picture = tmp_path / "change.png"
-    told = await ppaas("map", "diff", "house", first[:8], "--plot", str(picture))
-    assert told.status == 0, told.err
-    shown = dict(zip(told.out.split("\n")[0].split(), told.out.split("\n")[1].split("  "), strict=False))
+    diff = await ppaas("map", "diff", "house", first[:8], "--plot", str(picture))
+    assert diff.status == 0, diff.err
+    shown = dict(zip(diff.out.split("\n")[0].split(), diff.out.split("\n")[1].split("  "), strict=False))
     assert shown["changed"].strip() == "2"
     found = json.loads((await ppaas("map", "diff", "house", first, "--json")).out)
     assert found["rectangle"] == {"column": 2, "row": 0, "width": 2, "height": 1}
@@ -203,7 +201,7 @@ async def test_what_changed_is_told_and_drawn(ppaas: CommandLine, house: Path, t
         assert len(drawn.getcolors() or ()) > 1
 
 
-async def test_an_octomap_is_published_beside_a_grid_or_alone_and_fetched(
+async def test_an_octomap_is_published_with_or_without_a_grid_and_fetched(
     ppaas: CommandLine, house: Path, tmp_path: Path
 ) -> None:
     octree = tmp_path / "cave.bt"

@@ -23,14 +23,14 @@ def published(ppaas: CommandLine) -> None:
     put_map(ppaas.services.map_store, house())
 
 
-async def test_a_plan_is_told_in_one_row(ppaas: CommandLine) -> None:
+async def test_a_plan_is_shown_in_one_row(ppaas: CommandLine) -> None:
     ended = await ppaas("plan", "house", "--start", "0", "0", "--goal", "3", "4", "1.5")
     assert ended.status == 0, ended.err
     assert ended.rows[0] == ["plan_id", "planner", "length", "cost", "expanded", "seconds", "container", "pid"]
     assert ended.rows[1][1:] == ["dijkstra", "5", "50", "2", "0.001", "c9", "4711"]
 
 
-async def test_json_has_the_poses(ppaas: CommandLine) -> None:
+async def test_json_contains_the_poses(ppaas: CommandLine) -> None:
     ended = await ppaas("plan", "house", "--start", "0", "0", "--goal", "3", "4", "--json")
     assert [pose[:2] for pose in json.loads(ended.out)["poses"]] == [[0.0, 0.0], [3.0, 4.0]]
 
@@ -45,13 +45,13 @@ async def test_negative_numbers_planner_and_tolerance_reach_the_cloud(ppaas: Com
     assert (request.planner, request.tolerance) == ("navfn", 0.5)
 
 
-async def test_what_cannot_be_planned_says_why(ppaas: CommandLine) -> None:
+async def test_a_planning_error_of_the_cloud_is_reported(ppaas: CommandLine) -> None:
     ppaas.cloud.error = GoalOccupied("the goal is in a wall")
     ended = await ppaas("plan", "house", "--start", "0", "0", "--goal", "1", "1")
     assert (ended.status, ended.out, ended.err) == (1, "", "ppaas: goal-occupied: the goal is in a wall\n")
 
 
-async def test_a_map_that_may_not_be_seen_is_unknown(ppaas: CommandLine) -> None:
+async def test_a_map_without_read_access_is_unknown(ppaas: CommandLine) -> None:
     ended = await ppaas("plan", "house", "--start", "0", "0", "--goal", "1", "1", user="bob")
     assert ended.err == "ppaas: not-found: unknown map 'house'\n"
 
@@ -64,14 +64,14 @@ async def test_a_pose_has_two_or_three_numbers(ppaas: CommandLine, numbers: list
     assert ppaas.cloud.asked == []
 
 
-async def test_a_word_is_no_number(ppaas: CommandLine) -> None:
+async def test_a_coordinate_that_is_not_a_number_is_refused(ppaas: CommandLine) -> None:
     ended = await ppaas("plan", "house", "--start", "here", "0", "--goal", "1", "1")
     assert ended.status == 2
     assert "--start" in ended.err
 
 
 @pytest.mark.parametrize("number", ["nan", "inf"])
-async def test_a_pose_is_finite(ppaas: CommandLine, number: str) -> None:
+async def test_a_pose_that_is_not_finite_is_refused(ppaas: CommandLine, number: str) -> None:
     for where in ("house", OFFICE):
         ended = await ppaas("plan", where, "--start", "0", "0", "--goal", number, "1")
         assert ended.err == f"ppaas: invalid-input: --goal must be finite numbers, not {number} 1.0\n"
@@ -81,7 +81,7 @@ async def test_a_pose_is_finite(ppaas: CommandLine, number: str) -> None:
 # -- on a map file -----------------------------------------------------------------------------------------------------
 
 
-async def test_on_a_map_file_no_cloud_is_asked(ppaas: CommandLine) -> None:
+async def test_planning_on_a_map_file_needs_no_cloud(ppaas: CommandLine) -> None:
     ended = await ppaas("plan", *IN_OFFICE, "--planner", "astar", user=None)
     assert ended.status == 0, ended.err
     assert ended.rows[0] == ["planner", "length", "cost", "expanded", "seconds"]
@@ -89,13 +89,13 @@ async def test_on_a_map_file_no_cloud_is_asked(ppaas: CommandLine) -> None:
     assert ppaas.cloud.asked == []
 
 
-async def test_json_has_the_poses_of_a_map_file_too(ppaas: CommandLine) -> None:
+async def test_json_of_a_map_file_contains_the_poses(ppaas: CommandLine) -> None:
     ended = await ppaas("plan", *IN_OFFICE, "--json", user=None)
     answer = json.loads(ended.out)
     assert (answer["poses"][0][:2], answer["poses"][-1][:2]) == ([2.0, 2.0], [10.0, 8.0])
 
 
-async def test_a_large_robot_keeps_further_away(ppaas: CommandLine) -> None:
+async def test_a_large_robot_keeps_a_larger_distance(ppaas: CommandLine) -> None:
     costs = []
     for robot in ((), ("--model", "turtlebot3_waffle"), ("--urdf", WAFFLE), ("--radius", "0.35")):
         ended = await ppaas("plan", *IN_OFFICE, *robot, "--json", user=None)
@@ -104,7 +104,7 @@ async def test_a_large_robot_keeps_further_away(ppaas: CommandLine) -> None:
     assert costs[0] < costs[-1]
 
 
-async def test_the_path_is_drawn(ppaas: CommandLine, tmp_path: Path) -> None:
+async def test_the_path_on_a_map_file_is_drawn(ppaas: CommandLine, tmp_path: Path) -> None:
     picture = tmp_path / "path.png"
     ended = await ppaas("plan", *IN_OFFICE, "--plot", str(picture), user=None)
     assert ended.status == 0, ended.err
@@ -136,22 +136,24 @@ async def test_the_path_is_drawn(ppaas: CommandLine, tmp_path: Path) -> None:
         ((*IN_HOUSE, "--radius", "1"), "invalid-input: --radius, --model, --urdf and --rules need a map file"),
     ],
 )
-async def test_what_cannot_be_planned_here_says_why(ppaas: CommandLine, arguments: tuple[str, ...], error: str) -> None:
+async def test_a_planning_error_on_a_map_file_is_reported(
+    ppaas: CommandLine, arguments: tuple[str, ...], error: str
+) -> None:
     ended = await ppaas("plan", *arguments, user=None)
     assert (ended.status, ended.out) == (1, "")
     assert ended.err.startswith(f"ppaas: {error}")
 
 
-# -- kept in a cloud ---------------------------------------------------------------------------------------------------
+# -- stored in a cloud -------------------------------------------------------------------------------------------------
 
 
-async def test_the_verb_may_be_said(ppaas: CommandLine) -> None:
+async def test_the_verb_create_may_be_given(ppaas: CommandLine) -> None:
     ended = await ppaas("plan", "create", *IN_HOUSE)
     assert ended.status == 0, ended.err
     assert ended.rows[1][1] == "dijkstra"
 
 
-async def test_what_was_planned_is_listed_shown_drawn_and_deleted(ppaas: CommandLine, tmp_path: Path) -> None:
+async def test_stored_plans_are_listed_shown_drawn_and_deleted(ppaas: CommandLine, tmp_path: Path) -> None:
     assert "no stored paths on this map" in (await ppaas("plan", "list", "house")).out
     plan_id = (await ppaas("plan", *IN_HOUSE)).rows[1][0]
     assert [row[0] for row in (await ppaas("plan", "list", "house")).rows] == ["plan_id", plan_id]
@@ -162,7 +164,7 @@ async def test_what_was_planned_is_listed_shown_drawn_and_deleted(ppaas: Command
     assert (await ppaas("plan", "show", plan_id)).err == f"ppaas: not-found: unknown plan {plan_id!r}\n"
 
 
-async def test_a_path_of_the_cloud_is_drawn_as_it_is_planned(ppaas: CommandLine, tmp_path: Path) -> None:
+async def test_a_new_path_of_the_cloud_is_drawn(ppaas: CommandLine, tmp_path: Path) -> None:
     ended = await ppaas("plan", *IN_HOUSE, "--plot", str(tmp_path / "a.png"))
     assert ended.status == 0, ended.err
     assert (tmp_path / "a.png").is_file()

@@ -13,14 +13,14 @@ TABLE = str(ROOT / "docs" / "examples" / "table.bt")
 IN_ROOM = (TABLE, "--start", "0.5", "1.5", "0", "--goal", "3.5", "1.5", "0")
 
 
-async def test_a_path_in_an_octomap_is_told_in_one_row(ppaas: CommandLine) -> None:
+async def test_a_path_in_an_octomap_is_shown_in_one_row(ppaas: CommandLine) -> None:
     ended = await ppaas("plan", *IN_ROOM, user=None)
     assert ended.status == 0, ended.err
     assert ended.rows[0] == ["planner", "length", "cost", "expanded", "seconds"]
     assert ended.rows[1][:3] == ["astar3d", "3.04142", "1550"]
 
 
-async def test_the_body_and_the_planner_may_be_chosen(ppaas: CommandLine) -> None:
+async def test_body_and_planner_are_configurable(ppaas: CommandLine) -> None:
     options = ("--planner", "dijkstra3d", "--height", "1.2", "--radius", "0.1", "--step", "0", "--json")
     ended = await ppaas("plan", *IN_ROOM, *options, user=None)
     answer = json.loads(ended.out)
@@ -30,7 +30,7 @@ async def test_the_body_and_the_planner_may_be_chosen(ppaas: CommandLine) -> Non
     assert max(pose[2] for pose in json.loads(high.out)["poses"]) > 0.5
 
 
-async def test_a_urdf_tells_the_height(ppaas: CommandLine, tmp_path: Path) -> None:
+async def test_a_urdf_sets_the_height(ppaas: CommandLine, tmp_path: Path) -> None:
     mast = part(box(0.2, 0.2, 1.2), origin((0, 0, 0.6)))
     (tmp_path / "mast.urdf").write_bytes(urdf(link("base_footprint", mast)))
     lengths = []
@@ -41,7 +41,7 @@ async def test_a_urdf_tells_the_height(ppaas: CommandLine, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "error"),
     [
         ((TABLE, "--start", "0", "0", "--goal", "1", "1", "1"), "--start must be x y z [yaw]"),
         ((*IN_ROOM, "--plot", "a.png"), "--plot and --rules need a 2D map"),
@@ -50,15 +50,17 @@ async def test_a_urdf_tells_the_height(ppaas: CommandLine, tmp_path: Path) -> No
         (("none.bt", *IN_ROOM[1:]), "cannot read none.bt"),
     ],
 )
-async def test_what_cannot_be_planned_says_why(ppaas: CommandLine, arguments: tuple[str, ...], says: str) -> None:
+async def test_a_planning_error_in_space_is_reported(
+    ppaas: CommandLine, arguments: tuple[str, ...], error: str
+) -> None:
     ended = await ppaas("plan", *arguments, user=None)
     assert ended.status == 1
-    assert says in ended.err
+    assert error in ended.err
 
 
 @pytest.mark.parametrize("option", [("--height", "1"), ("--step", "0.1"), ("--fly",), ("--depth", "15")])
 @pytest.mark.parametrize("where", ["house", str(ROOT / "docs" / "examples" / "office.yaml")])
-async def test_a_map_of_the_plane_takes_no_options_of_an_octomap(
+async def test_octomap_options_are_refused_for_a_2d_map(
     ppaas: CommandLine, where: str, option: tuple[str, ...]
 ) -> None:
     ended = await ppaas("plan", where, "--start", "0", "0", "--goal", "1", "1", *option)

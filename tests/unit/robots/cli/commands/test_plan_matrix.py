@@ -18,7 +18,7 @@ def written(folder: Path, ends: object) -> str:
     return str(file)
 
 
-async def test_costs_are_told_by_the_numbers_of_starts_and_goals(ppaas: CommandLine, tmp_path: Path) -> None:
+async def test_costs_are_shown_by_numbers_of_starts_and_goals(ppaas: CommandLine, tmp_path: Path) -> None:
     ended = await ppaas("plan", "matrix", OFFICE, written(tmp_path, ENDS), user=None)
     assert ended.status == 0, ended.err
     assert ended.rows[0] == ["start", "goal", "0", "goal", "1", "goal", "2"]
@@ -26,15 +26,15 @@ async def test_costs_are_told_by_the_numbers_of_starts_and_goals(ppaas: CommandL
     assert ended.rows[1][3] == "0"
 
 
-async def test_they_are_what_plans_cost(ppaas: CommandLine, tmp_path: Path) -> None:
+async def test_matrix_costs_equal_the_costs_of_plans(ppaas: CommandLine, tmp_path: Path) -> None:
     ended = await ppaas("plan", "matrix", OFFICE, written(tmp_path, ENDS), "--radius", "0.2", "--json", user=None)
-    told = json.loads(ended.out)
-    assert told["seconds"] > 0.0
+    matrix = json.loads(ended.out)
+    assert matrix["seconds"] > 0.0
     plan = ("plan", OFFICE, "--start", "2", "2", "--goal", "2", "8", "--radius", "0.2", "--json")
-    assert told["costs"][0][1] == pytest.approx(json.loads((await ppaas(*plan)).out)["cost"], rel=2e-4)
+    assert matrix["costs"][0][1] == pytest.approx(json.loads((await ppaas(*plan)).out)["cost"], rel=2e-4)
 
 
-def test_where_no_way_leads_there_is_no_cost() -> None:
+def test_an_unreachable_goal_has_no_cost() -> None:
     assert answer_of(grids.costmap(".#."), {"starts": [[0.5, 0.5]], "goals": [[0.5, 0.5], [2.5, 0.5]]})["costs"] == [
         [0.0, None]
     ]
@@ -50,12 +50,12 @@ def test_where_no_way_leads_there_is_no_cost() -> None:
         ({"starts": [[2, 2]], "goals": [[200, 2]]}, "goal-outside-map"),
     ],
 )
-async def test_ends_that_cannot_be_are_refused(ppaas: CommandLine, tmp_path: Path, ends: object, why: str) -> None:
+async def test_invalid_starts_and_goals_are_refused(ppaas: CommandLine, tmp_path: Path, ends: object, why: str) -> None:
     ended = await ppaas("plan", "matrix", OFFICE, written(tmp_path, ends), user=None)
     assert (ended.status, ended.out) == (1, "")
     assert why in ended.err
 
 
-async def test_a_file_that_is_not_there_is_told(ppaas: CommandLine, tmp_path: Path) -> None:
+async def test_a_missing_file_is_reported(ppaas: CommandLine, tmp_path: Path) -> None:
     ended = await ppaas("plan", "matrix", OFFICE, str(tmp_path / "none.json"), user=None)
     assert ended.err.startswith("ppaas: invalid-input: cannot read starts and goals")

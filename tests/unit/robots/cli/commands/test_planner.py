@@ -10,7 +10,7 @@ from tests.support.cloud.command_line import CommandLine
 from tests.support.storage.records import house, put_map
 
 
-async def test_the_planners_of_the_cloud_are_listed_with_what_they_are_for(ppaas: CommandLine) -> None:
+async def test_planners_of_the_cloud_are_listed_with_their_purpose(ppaas: CommandLine) -> None:
     ended = await ppaas("planner", "list")
     assert ended.rows[0] == ["name", "optimal", "purpose"]
     assert [row[0] for row in ended.rows[1:]] == list(planner_names())
@@ -18,14 +18,14 @@ async def test_the_planners_of_the_cloud_are_listed_with_what_they_are_for(ppaas
     assert dijkstra[1:4] == ["always", "Cheapest", "path"]
 
 
-async def test_those_installed_here_are_told_of_without_a_cloud(ppaas: CommandLine) -> None:
+async def test_locally_installed_planners_are_listed_without_a_cloud(ppaas: CommandLine) -> None:
     listed = await ppaas("planner", "list", "--here", "--json", user=None)
     assert [planner["name"] for planner in json.loads(listed.out)] == list(planner_names())
     shown = await ppaas("planner", "show", "navfn/NavfnROS", "--here", "--json", user=None)
     assert json.loads(shown.out) == as_json(entry("navfn"))
 
 
-async def test_one_is_shown_with_its_traits_and_as_json_with_its_parameters(ppaas: CommandLine) -> None:
+async def test_a_planner_is_shown_with_its_traits_and_parameters(ppaas: CommandLine) -> None:
     shown = await ppaas("planner", "show", "navfn")
     assert shown.out == (await ppaas("planner", "show", "navfn", "--here")).out
     assert "navfn/NavfnROS, nav2_navfn_planner/NavfnPlanner  never" in shown.out
@@ -33,14 +33,14 @@ async def test_one_is_shown_with_its_traits_and_as_json_with_its_parameters(ppaa
     assert whole["parameters"] == {"allow_unknown": True, "use_astar": False}
 
 
-async def test_one_that_is_not_there_is_told_with_those_there_are(ppaas: CommandLine) -> None:
+async def test_an_unknown_planner_is_reported_with_the_known_ones(ppaas: CommandLine) -> None:
     for here in ((), ("--here",)):
         ended = await ppaas("planner", "show", "teleport", *here)
         assert (ended.status, ended.out) == (1, "")
         assert ended.err.startswith("ppaas: not-found: unknown planner 'teleport'; known: astar, dijkstra")
 
 
-async def test_how_planners_did_on_a_map_is_told_and_drawn(ppaas: CommandLine, tmp_path: Path) -> None:
+async def test_planner_evaluation_of_a_map_is_shown_and_drawn(ppaas: CommandLine, tmp_path: Path) -> None:
     put_map(ppaas.services.map_store, house())
     nothing = await ppaas("planner", "evaluate", "house")
     assert nothing.out == "no paths were requested on this map\n"
@@ -55,7 +55,7 @@ async def test_how_planners_did_on_a_map_is_told_and_drawn(ppaas: CommandLine, t
     assert [each["computed"] for each in whole["planners"][0]["complexities"]] == [1, 1]
 
 
-async def test_what_cannot_be_drawn_is_told(ppaas: CommandLine, tmp_path: Path) -> None:
+async def test_an_impossible_evaluation_plot_is_reported(ppaas: CommandLine, tmp_path: Path) -> None:
     put_map(ppaas.services.map_store, house())
     for picture, why in (("house.jpg", "pictures are PNG files"), ("house.png", "no path was computed")):
         ended = await ppaas("planner", "evaluate", "house", "--plot", str(tmp_path / picture))

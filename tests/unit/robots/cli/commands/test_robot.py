@@ -29,14 +29,14 @@ async def test_a_robot_is_put_listed_shown_and_deleted(ppaas: CommandLine, file:
     assert (await ppaas("robot", "list")).out == "no robots; register one: ppaas robot put ID FILE.json\n"
 
 
-async def test_a_urdf_is_put_with_the_robot_or_alone_shown_fetched_and_deleted(ppaas: CommandLine, file: Path) -> None:
+async def test_a_urdf_is_put_shown_and_deleted(ppaas: CommandLine, file: Path) -> None:
     burger, waffle = (str(EXAMPLES / f"turtlebot3_{name}.urdf") for name in ("burger", "waffle"))
     put = await ppaas("robot", "put", "tb1", str(file), "--urdf", burger)
     assert put.rows[3][:4] == ["base_footprint", "0.124", "0.038", "0.19775"]
     assert put.rows[3][-2:] == ["base_scan", "(laser)"]
     assert (await ppaas("robot", "show", "tb1")).out == put.out
-    told = await ppaas("robot", "urdf", "put", "tb1", waffle)
-    assert told.rows[1][1] == "0.238"
+    summary = await ppaas("robot", "urdf", "put", "tb1", waffle)
+    assert summary.rows[1][1] == "0.238"
     shown = json.loads((await ppaas("robot", "show", "tb1", "--json")).out)
     assert shown["urdf"] == json.loads((await ppaas("robot", "urdf", "put", "tb1", waffle, "--json")).out)
     assert ppaas.services.store.urdf("ann", "tb1") == example("turtlebot3_waffle")
@@ -44,19 +44,19 @@ async def test_a_urdf_is_put_with_the_robot_or_alone_shown_fetched_and_deleted(p
     assert (await ppaas("robot", "urdf", "get", "tb1")).err == "ppaas: not-found: unknown URDF of robot 'tb1'\n"
 
 
-async def test_a_urdf_comes_back_byte_for_byte(ppaas: CommandLine, file: Path) -> None:
+async def test_a_urdf_is_returned_unchanged(ppaas: CommandLine, file: Path) -> None:
     await ppaas("robot", "put", "tb1", str(file), "--urdf", str(EXAMPLES / "turtlebot2.urdf"))
     assert (await ppaas("robot", "urdf", "get", "tb1")).out.encode() == example("turtlebot2")
 
 
-async def test_what_a_urdf_does_not_tell_is_told(ppaas: CommandLine, file: Path, tmp_path: Path) -> None:
+async def test_unknown_properties_of_a_urdf_are_reported(ppaas: CommandLine, file: Path, tmp_path: Path) -> None:
     (tmp_path / "mesh.urdf").write_bytes(urdf(link("base_link", part('<mesh filename="a.stl"/>'))))
-    told = await ppaas("robot", "put", "tb1", str(file), "--urdf", str(tmp_path / "mesh.urdf"))
-    assert told.rows[3] == ["base_link", "-", "-", "-", "-", "-", "-"]
-    assert told.out.splitlines()[4].startswith("warning: link 'base_link': the extent of mesh 'a.stl' is unknown")
+    summary = await ppaas("robot", "put", "tb1", str(file), "--urdf", str(tmp_path / "mesh.urdf"))
+    assert summary.rows[3] == ["base_link", "-", "-", "-", "-", "-", "-"]
+    assert summary.out.splitlines()[4].startswith("warning: link 'base_link': the extent of mesh 'a.stl' is unknown")
 
 
-async def test_a_file_that_is_no_urdf_is_refused(ppaas: CommandLine, file: Path) -> None:
+async def test_an_invalid_urdf_is_refused(ppaas: CommandLine, file: Path) -> None:
     await ppaas("robot", "put", "tb1", str(file))
     assert "invalid-urdf: the URDF is not XML" in (await ppaas("robot", "urdf", "put", "tb1", str(file))).err
     missing = await ppaas("robot", "put", "tb2", str(file), "--urdf", "nowhere.urdf")
@@ -64,17 +64,17 @@ async def test_a_file_that_is_no_urdf_is_refused(ppaas: CommandLine, file: Path)
     assert "unknown robot 'tb2'" in (await ppaas("robot", "show", "tb2")).err
 
 
-async def test_another_users_robots_are_unknown(ppaas: CommandLine, file: Path) -> None:
+async def test_robots_of_other_users_are_unknown(ppaas: CommandLine, file: Path) -> None:
     await ppaas("robot", "put", "tb1", str(file))
     assert (await ppaas("robot", "show", "tb1", user="bob")).err == "ppaas: not-found: unknown robot 'tb1'\n"
     assert (await ppaas("robot", "list", "--json", user="bob")).out == "[]\n"
 
 
-async def test_a_robot_stands_in_a_map_that_its_user_may_read(ppaas: CommandLine, file: Path) -> None:
+async def test_a_robot_needs_a_map_that_its_user_may_read(ppaas: CommandLine, file: Path) -> None:
     assert (await ppaas("robot", "put", "tb1", str(file), user="bob")).err == "ppaas: not-found: unknown map 'house'\n"
 
 
-async def test_a_robot_that_is_connected_is_kept(ppaas: CommandLine, file: Path) -> None:
+async def test_a_connected_robot_cannot_be_deleted(ppaas: CommandLine, file: Path) -> None:
     await ppaas("robot", "put", "tb1", str(file))
     ppaas.cloud.running = [container()]
     ended = await ppaas("robot", "delete", "tb1")
@@ -83,7 +83,7 @@ async def test_a_robot_that_is_connected_is_kept(ppaas: CommandLine, file: Path)
 
 
 @pytest.mark.parametrize(
-    ("content", "says"),
+    ("content", "error"),
     [
         (None, "invalid-input: cannot read the robot file: "),
         ("{", "invalid-input: the robot file is not JSON: "),
@@ -94,15 +94,15 @@ async def test_a_robot_that_is_connected_is_kept(ppaas: CommandLine, file: Path)
     ],
 )
 @pytest.mark.usefixtures("file")
-async def test_what_is_no_robot_file_is_refused(
-    ppaas: CommandLine, tmp_path: Path, content: str | None, says: str
+async def test_an_invalid_robot_file_is_refused(
+    ppaas: CommandLine, tmp_path: Path, content: str | None, error: str
 ) -> None:
     wrong = str(tmp_path / "wrong.json")
     if content is not None:
         await asyncio.to_thread((tmp_path / "wrong.json").write_text, content)
     ended = await ppaas("robot", "put", "tb1", wrong)
     assert (ended.status, ended.out) == (1, "")
-    assert ended.err.startswith(f"ppaas: {says}")
+    assert ended.err.startswith(f"ppaas: {error}")
 
 
 async def test_a_robot_is_changed_by_names_and_values(ppaas: CommandLine, file: Path) -> None:
@@ -118,7 +118,7 @@ async def test_a_robot_is_changed_by_names_and_values(ppaas: CommandLine, file: 
 
 
 @pytest.mark.parametrize(
-    ("change", "says"),
+    ("change", "error"),
     [
         (["cores"], "invalid-input: 'cores' is not a valid change; write NAME=VALUE"),
         (["=1"], "invalid-input: '=1' is not a valid change; write NAME=VALUE"),
@@ -133,19 +133,19 @@ async def test_a_robot_is_changed_by_names_and_values(ppaas: CommandLine, file: 
         (["model=\udcff"], "invalid-input: '\\udcff' is not valid Unicode text"),
     ],
 )
-async def test_a_change_that_cannot_be_is_told_in_one_line(
-    ppaas: CommandLine, file: Path, change: list[str], says: str
+async def test_an_invalid_change_is_reported_in_one_line(
+    ppaas: CommandLine, file: Path, change: list[str], error: str
 ) -> None:
     await ppaas("robot", "put", "tb1", str(file))
     before = (await ppaas("robot", "show", "tb1", "--json")).out
     ended = await ppaas("robot", "change", "tb1", *change)
     assert (ended.status, ended.out) == (1, "")
-    assert ended.err.startswith(f"ppaas: {says}") and ended.err.count("\n") == 1
+    assert ended.err.startswith(f"ppaas: {error}") and ended.err.count("\n") == 1
     assert (await ppaas("robot", "show", "tb1", "--json")).out == before
 
 
 @pytest.mark.parametrize("name", ["../x", "a b", "ä", "\udcff", "x" * 300, "%00", "a\x1b[31mb", "\u202etb1"])
-async def test_a_name_that_is_none_is_refused_in_one_line(ppaas: CommandLine, name: str) -> None:
+async def test_an_invalid_robot_id_is_refused_in_one_line(ppaas: CommandLine, name: str) -> None:
     for verb in ("show", "delete"):
         ended = await ppaas("robot", verb, name)
         assert (ended.status, ended.out) == (1, "")
@@ -153,7 +153,7 @@ async def test_a_name_that_is_none_is_refused_in_one_line(ppaas: CommandLine, na
         assert "\x1b" not in ended.err
 
 
-async def test_the_nodes_of_a_robot_are_shown_with_their_homes_and_why(ppaas: CommandLine, file: Path) -> None:
+async def test_nodes_are_shown_with_homes_and_reasons_and_moved(ppaas: CommandLine, file: Path) -> None:
     await ppaas("robot", "put", "tb1", str(file))
     shown = await ppaas("robot", "nodes", "tb1")
     assert shown.rows[2] == ["move_base", "robot", "robot", "-0.5", "it", "is", "near"]

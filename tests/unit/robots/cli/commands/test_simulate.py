@@ -34,19 +34,19 @@ def parse(folder: Path, *more: str) -> argparse.Namespace:
     return parser.parse_args([str(folder / "rover.json"), "--map", str(folder / "room.yaml"), *more])
 
 
-def test_who_gives_no_token_is_told_how_to_get_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_token_error_names_the_login_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("PPAAS_TOKEN", raising=False)
     with pytest.raises(NotAuthenticated, match="ppaas login"):
         simulate.run(parse(tmp_path))
 
 
-def test_who_wants_a_node_here_that_cannot_be_here_is_told_which_can(tmp_path: Path) -> None:
+def test_an_unknown_local_node_is_refused_with_the_known_ones(tmp_path: Path) -> None:
     with pytest.raises(NotFound, match=r"unknown local node 'map_server'; known: amcl, auto, depth.*, move_base"):
         simulate.run(parse(tmp_path, "--token", "t", "--local-nodes", "amcl,map_server"))
 
 
 @pytest.mark.journey
-async def test_a_simulated_robot_joins_a_running_cloud_and_drives_itself_where_its_operator_wants(
+async def test_a_simulated_robot_with_local_move_base_reaches_its_goal(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO)
@@ -75,4 +75,4 @@ async def test_a_simulated_robot_joins_a_running_cloud_and_drives_itself_where_i
             simulating.cancel()
             await asyncio.gather(simulating, return_exceptions=True)
             homes = {node["node"]: node["home"] for node in await rest.items("/v1/robots/rover/nodes")}
-            assert homes["move_base"] == "cloud", "who leaves gives back what it has"
+            assert homes["move_base"] == "cloud", "a robot that leaves returns its nodes to the cloud"

@@ -13,6 +13,6 @@ async def test_tokens_are_listed_and_one_is_deleted(ppaas: CommandLine) -> None:
     assert (await ppaas("user", "show", "--token", other)).err.startswith("ppaas: not-authenticated: ")
 
 
-async def test_the_current_one_is_deleted_to_log_out(ppaas: CommandLine) -> None:
+async def test_deleting_the_current_token_logs_out(ppaas: CommandLine) -> None:
     assert (await ppaas("token", "delete", "current")).status == 0
     assert (await ppaas("token", "list")).err.startswith("ppaas: not-authenticated: ")

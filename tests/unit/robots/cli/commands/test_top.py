@@ -21,7 +21,7 @@ def busy(ppaas: CommandLine) -> CommandLine:
     return ppaas
 
 
-async def test_an_administrator_sees_machines_and_containers(busy: CommandLine) -> None:
+async def test_an_administrator_sees_machines_and_all_containers(busy: CommandLine) -> None:
     ended = await busy("top", "--once", user="admin")
     assert (ended.status, ended.err) == (0, "")
     assert re.search(
@@ -34,7 +34,7 @@ async def test_an_administrator_sees_machines_and_containers(busy: CommandLine) 
     assert ["c2", "planning", "bob", "-", "house", "m1", "starting", "1", "-", "-", "0s", "0"] in rows
 
 
-async def test_everybody_else_sees_the_own_containers_and_no_machines(busy: CommandLine) -> None:
+async def test_a_user_sees_only_the_own_containers_and_no_machines(busy: CommandLine) -> None:
     ended = await busy("top", "--once", "--json")
     [line] = ended.out.splitlines()
     seen = json.loads(line)
@@ -53,13 +53,13 @@ async def test_everybody_else_sees_the_own_containers_and_no_machines(busy: Comm
         ("id", ["c1", "c2", "c10"]),
     ],
 )
-async def test_containers_are_sorted_as_told(busy: CommandLine, sort: str, order: list[str]) -> None:
+async def test_containers_are_sorted_by_the_given_key(busy: CommandLine, sort: str, order: list[str]) -> None:
     assert sort in SORT_KEYS
     ended = await busy("top", "--once", "--sort", sort, user="admin")
     assert [row[0] for row in ended.rows if row and re.fullmatch(r"c\d+", row[0])] == order
 
 
-async def test_it_goes_on_until_it_is_interrupted(busy: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_top_repeats_until_it_is_interrupted(busy: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     read_state, calls = top.read_state, iter(range(2))
 
     async def interrupted(client: RestClient) -> dict[str, Any]:
@@ -74,11 +74,11 @@ async def test_it_goes_on_until_it_is_interrupted(busy: CommandLine, monkeypatch
 
 
 @pytest.mark.parametrize("interval", ["0", "-1", "nan", "1e9", "soon"])
-async def test_an_interval_that_cannot_be_is_refused(busy: CommandLine, interval: str) -> None:
+async def test_an_invalid_interval_is_refused(busy: CommandLine, interval: str) -> None:
     assert (await busy("top", "--once", "--interval", interval)).status == 2
 
 
-def test_a_terminal_is_drawn_what_the_text_says(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_terminal_view_shows_the_same_as_the_text(capsys: pytest.CaptureFixture[str]) -> None:
     from rich.console import Console
 
     one: dict[str, Any] = {

@@ -5,7 +5,7 @@ from tests.support.cloud.command_line import PASSWORD, CommandLine
 from tests.support.storage.records import house, put_map
 
 
-async def test_a_user_is_added_logs_in_and_is_deleted(ppaas: CommandLine) -> None:
+async def test_a_user_is_created_logs_in_and_is_deleted(ppaas: CommandLine) -> None:
     added = await ppaas("user", "create", "cid", user="admin", stdin="battery staple\n")
     assert added.rows == [["id", "role"], ["cid", "user"]]
     ppaas.tokens["cid"] = (await ppaas("login", "cid", user=None, stdin="battery staple\n")).out.strip()
@@ -14,36 +14,36 @@ async def test_a_user_is_added_logs_in_and_is_deleted(ppaas: CommandLine) -> Non
     assert (await ppaas("user", "show", user="cid")).err.startswith("ppaas: not-authenticated: ")
 
 
-async def test_an_administrator_may_add_another(ppaas: CommandLine) -> None:
+async def test_an_administrator_creates_another_administrator(ppaas: CommandLine) -> None:
     await ppaas("user", "create", "eve", "--role", "admin", user="admin", stdin="battery staple\n")
     assert {"id": "eve", "role": "admin"} in json.loads((await ppaas("user", "list", "--json", user="admin")).out)
 
 
-async def test_nobody_else_may(ppaas: CommandLine) -> None:
+async def test_user_commands_require_an_administrator(ppaas: CommandLine) -> None:
     for verb in (["create", "cid"], ["list"], ["delete", "bob"]):
         ended = await ppaas("user", *verb, stdin="battery staple\n")
         assert ended.err == "ppaas: not-permitted: only an administrator may do this\n"
 
 
-async def test_a_password_that_is_too_short_is_refused(ppaas: CommandLine) -> None:
+async def test_a_short_password_is_refused(ppaas: CommandLine) -> None:
     ended = await ppaas("user", "create", "cid", user="admin", stdin="short\n")
     assert ended.status == 1
     assert "body.password" in ended.err
 
 
-async def test_a_user_who_is_there_is_not_added_again(ppaas: CommandLine) -> None:
+async def test_an_existing_user_is_not_created_again(ppaas: CommandLine) -> None:
     ended = await ppaas("user", "create", "ann", user="admin", stdin="battery staple\n")
     assert ended.err.startswith("ppaas: conflict: ")
 
 
-async def test_a_user_with_maps_is_kept_and_told_which(ppaas: CommandLine) -> None:
+async def test_a_user_with_maps_is_not_deleted_and_they_are_named(ppaas: CommandLine) -> None:
     put_map(ppaas.services.map_store, house())
     ended = await ppaas("user", "delete", "ann", user="admin")
     assert ended.err.startswith("ppaas: conflict: ")
     assert "house" in ended.err
 
 
-async def test_a_user_changes_the_own_password_and_is_asked_for_the_old_one(ppaas: CommandLine) -> None:
+async def test_a_password_change_asks_for_the_old_password(ppaas: CommandLine) -> None:
     changed = await ppaas("user", "change", "--password", stdin=f"{PASSWORD}\nbattery staple\n")
     assert (changed.status, changed.err, changed.rows[1]) == (0, "", ["ann", "user"])
     assert (await ppaas("login", "ann", user=None, stdin="battery staple\n")).status == 0
@@ -51,7 +51,7 @@ async def test_a_user_changes_the_own_password_and_is_asked_for_the_old_one(ppaa
     assert refused.err.startswith("ppaas: not-permitted: old_password is not")
 
 
-async def test_an_administrator_gives_another_a_password_and_a_role(ppaas: CommandLine, tmp_path: Path) -> None:
+async def test_an_administrator_sets_password_and_role_of_another(ppaas: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "new").write_text("battery staple\n")
     changed = await ppaas(
         "user", "change", "ann", "--role", "admin", "--password-file", str(tmp_path / "new"), user="admin"
@@ -61,18 +61,18 @@ async def test_an_administrator_gives_another_a_password_and_a_role(ppaas: Comma
     assert (await ppaas("user", "show", "ann", user="admin")).rows[1] == ["ann", "admin"]
 
 
-async def test_a_change_that_changes_nothing_says_what_may_be_changed(ppaas: CommandLine) -> None:
+async def test_an_empty_change_is_refused_with_the_options(ppaas: CommandLine) -> None:
     assert (await ppaas("user", "change")).err == "ppaas: invalid-input: nothing to change; give --password or --role\n"
 
 
-async def test_a_list_is_as_long_as_told(ppaas: CommandLine) -> None:
+async def test_a_list_has_the_requested_length(ppaas: CommandLine) -> None:
     for count in (1, 2, 3):
         listed = json.loads((await ppaas("user", "list", "--json", "--limit", str(count), user="admin")).out)
         assert [one["id"] for one in listed] == ["admin", "ann", "bob"][:count]
     assert (await ppaas("user", "list", "--limit", "0", user="admin")).status == 2
 
 
-async def test_a_user_is_shown_with_what_is_used_of_what_may_be_had(ppaas: CommandLine) -> None:
+async def test_a_user_is_shown_with_quota_and_usage(ppaas: CommandLine) -> None:
     put_map(ppaas.services.map_store, house())
     rows = (await ppaas("user", "show")).rows
     assert rows[3] == ["quota", "used", "limit", "own"]
@@ -85,7 +85,7 @@ async def test_a_user_is_shown_with_what_is_used_of_what_may_be_had(ppaas: Comma
     ]
 
 
-async def test_an_administrator_limits_a_user_and_takes_it_back(ppaas: CommandLine) -> None:
+async def test_an_administrator_sets_and_resets_limits(ppaas: CommandLine) -> None:
     limited = await ppaas("user", "limit", "ann", "--cores", "1.5", "--plans-per-minute", "0", user="admin")
     assert limited.rows[5] == ["cores", "0", "1.5", "1.5"], limited.err
     assert limited.rows[8] == ["plans_per_minute", "0", "0", "0"]
@@ -95,7 +95,7 @@ async def test_an_administrator_limits_a_user_and_takes_it_back(ppaas: CommandLi
     assert (back.rows[5], back.rows[8][3]) == (["cores", "0", "64", "-"], "0")
 
 
-async def test_a_limit_that_cannot_be_or_is_none_is_refused(ppaas: CommandLine) -> None:
+async def test_invalid_and_missing_limits_are_refused(ppaas: CommandLine) -> None:
     for wrong in (["--cores", "nan"], ["--cores", "-1"], ["--maps", "1.5"], ["--robots", "many"]):
         assert (await ppaas("user", "limit", "ann", *wrong, user="admin")).status == 2
     assert (await ppaas("user", "limit", "ann", user="admin")).err.startswith("ppaas: invalid-input: nothing to change")

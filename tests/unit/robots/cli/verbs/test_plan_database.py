@@ -22,7 +22,7 @@ def file(ppaas: CommandLine, tmp_path: Path) -> str:
     return str(path)
 
 
-async def test_a_path_is_put_found_changed_and_told_of(ppaas: CommandLine, file: str) -> None:
+async def test_stored_paths_are_put_found_changed_and_described(ppaas: CommandLine, file: str) -> None:
     assert "no stored paths between" in (await ppaas("plan", "find", *BETWEEN)).out
     for plan_id in ("one", "two"):
         ended = await ppaas("plan", "put", plan_id, file)
@@ -38,7 +38,7 @@ async def test_a_path_is_put_found_changed_and_told_of(ppaas: CommandLine, file:
     assert (await ppaas("plan", "statistics", "house")).rows[1][:2] == ["2", "120"]
 
 
-async def test_what_cannot_be_read_or_found_is_told(ppaas: CommandLine, file: str, tmp_path: Path) -> None:
+async def test_invalid_files_and_queries_are_reported(ppaas: CommandLine, file: str, tmp_path: Path) -> None:
     assert "No such file" in (await ppaas("plan", "put", "one", str(tmp_path / "none.json"))).err
     (tmp_path / "bad.json").write_text("{")
     assert "is not JSON" in (await ppaas("plan", "put", "one", str(tmp_path / "bad.json"))).err

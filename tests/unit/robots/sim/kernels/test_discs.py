@@ -10,7 +10,7 @@ from robots.sim.kernels.discs import box_clearance, cast_at_discs
 
 @given(st.integers(0, 10_000), st.floats(-3.2, 3.2))
 @settings(deadline=None, max_examples=60)
-def test_the_clearance_of_a_box_is_that_of_the_nearest_of_its_points(seed: int, theta: float) -> None:
+def test_box_clearance_equals_that_of_its_nearest_point(seed: int, theta: float) -> None:
     rng = np.random.default_rng(seed)
     centres, radius = rng.uniform(-1.5, 1.5, (4, 2)), 0.1
     got = box_clearance(0.1, -0.2, theta, 0.254, 0.215, centres, radius)
@@ -24,12 +24,12 @@ def test_the_clearance_of_a_box_is_that_of_the_nearest_of_its_points(seed: int, 
         assert got <= -radius + 0.005
 
 
-def test_the_deeper_a_disc_is_in_the_box_the_less_the_clearance() -> None:
+def test_clearance_decreases_with_the_depth_of_a_disc_in_the_box() -> None:
     depths = [box_clearance(0.0, 0.0, 0.0, 0.5, 0.3, np.array([[0.0, y]]), 0.1) for y in (0.5, 0.35, 0.3, 0.1)]
     assert depths == pytest.approx([0.1, -0.05, -0.1, -0.3])
 
 
-def test_a_ray_ends_at_the_nearest_disc_and_sees_none_behind() -> None:
+def test_a_ray_ends_at_the_nearest_disc_in_front() -> None:
     centres = np.array([[3.0, 0.0], [2.0, 0.05], [-1.0, 0.0]])
     ranges = cast_at_discs(0.0, 0.0, np.array([0.0, math.pi, math.pi / 2]), centres, 0.1)
     assert ranges[0] == pytest.approx(2.0 - math.sqrt(0.1**2 - 0.05**2))

@@ -8,11 +8,11 @@ from tests.reference.driving import nearest as twin
 
 @given(st.integers(0, 10_000), st.integers(0, 30), st.floats(0.05, 1.0))
 @settings(deadline=None, max_examples=60)
-def test_the_nearest_points_are_those_of_the_twin(seed: int, count: int, reach: float) -> None:
+def test_nearest_points_equal_those_of_the_twin(seed: int, count: int, reach: float) -> None:
     rng = np.random.default_rng(seed)
     points, others = rng.uniform(-1.0, 1.0, (20, 4)), rng.uniform(-1.0, 1.0, (count, 4))
     assert nearest(points, others, reach).tolist() == twin.nearest(points, others, reach)
 
 
-def test_of_two_that_are_as_near_it_is_the_first() -> None:
+def test_the_first_of_equally_near_points_is_taken() -> None:
     assert nearest(np.zeros((1, 4)), np.array([[0.1, 0.0, 0.0, 0.0], [-0.1, 0.0, 0.0, 0.0]]), 0.5).tolist() == [0]
