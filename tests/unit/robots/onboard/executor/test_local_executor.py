@@ -26,100 +26,100 @@ CONFIG = protocol.CloneConfig("turtlebot2", (2.0, 2.0, 0.0), "dijkstra", "dwa")
 
 
 @pytest.fixture
-def told() -> list[protocol.FromExecutor]:
+def frames() -> list[protocol.FromExecutor]:
     return []
 
 
 @pytest.fixture
-async def home(told: list[protocol.FromExecutor]) -> LocalExecutor:
-    return LocalExecutor(told.append)
+async def home(frames: list[protocol.FromExecutor]) -> LocalExecutor:
+    return LocalExecutor(frames.append)
 
 
 def begin(home: LocalExecutor, config: protocol.CloneConfig = CONFIG, grid: msgspec.Raw = MAP) -> None:
     home.take(protocol.Begin(config, grid))
 
 
-async def test_a_node_goes_on_here_and_goes_back_with_its_state(
-    home: LocalExecutor, told: list[protocol.FromExecutor]
+async def test_a_node_is_added_and_removed_with_its_state(
+    home: LocalExecutor, frames: list[protocol.FromExecutor]
 ) -> None:
     begin(home)
-    assert told == [protocol.ExecutorReady()]
+    assert frames == [protocol.ExecutorReady()]
     covariance = "[[0.1,0.0,0.0],[0.0,0.1,0.0],[0.0,0.0,0.1]]"
     state = f'{{"pose":[3.0,2.0,0.5],"covariance":{covariance},"odom":null,"searching":false}}'
     home.take(protocol.Add("amcl", state))
-    added = told.pop()
+    added = frames.pop()
     assert isinstance(added, protocol.Added)
     assert protocol.TopicName("scan", "sensor_msgs/LaserScan") in added.subscribes
     assert "amcl_pose" in added.publishes
     home.take(protocol.AskStates())
-    states = told.pop()
+    states = frames.pop()
     assert isinstance(states, protocol.States)
     assert states.nodes["amcl"].state == state
     home.take(protocol.Remove("amcl"))
-    assert told.pop() == protocol.Removed("amcl", state)
+    assert frames.pop() == protocol.Removed("amcl", state)
     assert list(home.graph.nodes) == []
 
 
-async def test_what_its_nodes_say_is_told_and_what_they_are_told_is_not(
-    home: LocalExecutor, told: list[protocol.FromExecutor]
+async def test_only_messages_of_its_nodes_are_forwarded(
+    home: LocalExecutor, frames: list[protocol.FromExecutor]
 ) -> None:
     begin(home)
     home.take(protocol.Add("move_base", ""))
-    told.clear()
+    frames.clear()
     pose = PoseWithCovariance(Pose.of(Pose2D(0.0, 0.0)))
     odometry = Odometry(Header(frame_id="odom"), "base_link", pose, TwistWithCovariance(Twist()))
     home.take(protocol.Tell("odom", msgspec.Raw(encode(odometry))))
-    assert told == []
+    assert frames == []
     home.graph.publish("cmd_vel", Twist())
-    assert told == [protocol.Said("cmd_vel", "geometry_msgs/Twist", msgspec.Raw(encode(Twist())))]
+    assert frames == [protocol.Said("cmd_vel", "geometry_msgs/Twist", msgspec.Raw(encode(Twist())))]
 
 
-async def test_a_message_that_cannot_be_taken_does_no_harm(
-    home: LocalExecutor, told: list[protocol.FromExecutor], caplog: pytest.LogCaptureFixture
+async def test_an_invalid_message_is_logged_and_ignored(
+    home: LocalExecutor, frames: list[protocol.FromExecutor], caplog: pytest.LogCaptureFixture
 ) -> None:
     begin(home)
     home.take(protocol.Add("move_base", ""))
-    told.clear()
+    frames.clear()
     home.take(protocol.Tell("move_base/cancel", msgspec.Raw(b'{"id": 3}')))
     home.take(protocol.Tell("nothing", msgspec.Raw(b"{}")))
-    assert told == []
+    assert frames == []
     assert "a message of move_base/cancel was rejected" in caplog.text
     home.take(protocol.Tell("move_base/cancel", msgspec.Raw(encode(GoalID(id="g")))))
 
 
-async def test_masks_lie_on_the_map_here_too(home: LocalExecutor, told: list[protocol.FromExecutor]) -> None:
+async def test_masks_restrict_planning_on_the_robot(home: LocalExecutor, frames: list[protocol.FromExecutor]) -> None:
     grid = office(seed=1, width=12.0, height=10.0)
     everywhere = msgspec.Raw(encode(to_message(GridMap(np.full(grid.info.shape, 100, np.int8), grid.info))))
     names = {"keepout_filter": {"filter_mask": "kept"}, "speed_filter": {"filter_mask": "slow"}}
     config = msgspec.structs.replace(CONFIG, parameters=names)
     free = PoseStamped(Header(frame_id="map"), Pose.of(Pose2D(2.0, 2.0)))
     home.take(protocol.Begin(config, MAP))
-    assert isinstance(told[-1], protocol.NodeFailed)
-    assert told[-1].text.startswith("keepout_filter: mask 'kept' was not loaded with the map")
+    assert isinstance(frames[-1], protocol.NodeFailed)
+    assert frames[-1].text.startswith("keepout_filter: mask 'kept' was not loaded with the map")
     home.take(protocol.Begin(config, MAP, {"keepout_filter_mask": everywhere, "speed_filter_mask": everywhere}))
-    assert told[-1] == protocol.ExecutorReady()
+    assert frames[-1] == protocol.ExecutorReady()
     home.take(protocol.Add("move_base", ""))
     home.take(protocol.NodeCall(1, "move_base/make_plan", msgspec.Raw(encode(GetPlanRequest(free, free)))))
-    while not isinstance(told[-1], protocol.Replied):
+    while not isinstance(frames[-1], protocol.Replied):
         await asyncio.sleep(0.005)
-    assert told[-1].slug == "start-occupied"
+    assert frames[-1].slug == "start-occupied"
 
 
-async def test_its_nodes_answer_calls_by_their_numbers(home: LocalExecutor, told: list[protocol.FromExecutor]) -> None:
+async def test_service_calls_are_answered_by_number(home: LocalExecutor, frames: list[protocol.FromExecutor]) -> None:
     begin(home)
     home.take(protocol.Add("move_base", ""))
-    added = told[-1]
+    added = frames[-1]
     assert isinstance(added, protocol.Added)
     assert protocol.ServiceName("move_base/make_plan", "nav_msgs/GetPlan") in added.services
-    told.clear()
+    frames.clear()
     free = PoseStamped(Header(frame_id="map"), Pose.of(Pose2D(2.0, 2.0)))
     home.take(protocol.NodeCall(7, "move_base/make_plan", msgspec.Raw(encode(GetPlanRequest(free, free)))))
     home.take(protocol.NodeCall(8, "move_base/clear_costmaps", msgspec.Raw(b"{}")))
     home.take(protocol.NodeCall(9, "move_base/make_plan", msgspec.Raw(b'{"start": 3}')))
     home.take(protocol.NodeCall(10, "amcl/nothing", msgspec.Raw(b"{}")))
-    while len(answers := [frame for frame in told if isinstance(frame, protocol.Replied)]) < 4:
+    while len(answers := [frame for frame in frames if isinstance(frame, protocol.Replied)]) < 4:
         await asyncio.sleep(0.005)
-    assert answers[0] == protocol.Replied(8, msgspec.Raw(b"{}")), "what takes long holds up nothing"
+    assert answers[0] == protocol.Replied(8, msgspec.Raw(b"{}")), "a long call does not delay others"
     replies = {reply.call: reply for reply in answers}
     assert decode(GetPlanResponse, replies[7].response).plan.poses
     assert [(replies[n].slug, replies[n].response) for n in (9, 10)] == [
@@ -128,12 +128,12 @@ async def test_its_nodes_answer_calls_by_their_numbers(home: LocalExecutor, told
     ]
 
 
-async def test_a_call_that_breaks_a_node_is_refused_and_one_that_it_leaves_behind_too(
-    home: LocalExecutor, told: list[protocol.FromExecutor], monkeypatch: pytest.MonkeyPatch
+async def test_failed_and_abandoned_calls_are_refused(
+    home: LocalExecutor, frames: list[protocol.FromExecutor], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begin(home)
     home.take(protocol.Add("move_base", ""))
-    told.clear()
+    frames.clear()
 
     open_replies: list[Reply] = []
 
@@ -145,9 +145,9 @@ async def test_a_call_that_breaks_a_node_is_refused_and_one_that_it_leaves_behin
     monkeypatch.setattr(home.graph.nodes["move_base"], "on_call", wait_or_break)
     for number in (1, 2):
         home.take(protocol.NodeCall(number, "move_base/clear_costmaps", msgspec.Raw(b"{}")))
-    assert told == [protocol.Replied(2, slug="error", text="internal error: ZeroDivisionError")]
+    assert frames == [protocol.Replied(2, slug="error", text="internal error: ZeroDivisionError")]
     home.take(protocol.Remove("move_base"))
-    left = told[1]
+    left = frames[1]
     assert isinstance(left, protocol.Replied)
     assert (left.call, left.slug) == (1, "unavailable")
 
@@ -162,11 +162,15 @@ async def test_a_call_that_breaks_a_node_is_refused_and_one_that_it_leaves_behin
         (lambda home: (begin(home), home.take(protocol.Add("amcl", "rubbish"))), "invalid-input", "JSON"),
     ],
 )
-async def test_what_cannot_be_done_is_told(
-    do: Callable[[LocalExecutor], object], slug: str, text: str, home: LocalExecutor, told: list[protocol.FromExecutor]
+async def test_invalid_commands_are_reported_as_errors(
+    do: Callable[[LocalExecutor], object],
+    slug: str,
+    text: str,
+    home: LocalExecutor,
+    frames: list[protocol.FromExecutor],
 ) -> None:
     do(home)
-    failed = told[-1]
+    failed = frames[-1]
     assert isinstance(failed, protocol.NodeFailed)
     assert failed.slug == slug
     assert text in failed.text
