@@ -30,7 +30,7 @@ def limit(services: Services) -> Callable[..., None]:
 
 
 @pytest.mark.parametrize("content_type", ["application/json", "application/json; charset=utf-8"])
-async def test_paths_over_the_rate_are_refused_with_the_time_to_ask_again(
+async def test_paths_over_the_rate_are_refused_with_retry_after(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, limit: Callable[..., None], content_type: str
 ) -> None:
     ann = await log_in("ann")
@@ -47,7 +47,7 @@ async def test_paths_over_the_rate_are_refused_with_the_time_to_ask_again(
     problem_of(await client.post("/v1/maps/house/plans", headers=bob, json=PATH), 404, "not-found")
 
 
-async def test_a_cost_matrix_counts_as_many_paths_as_it_has_starts(
+async def test_a_cost_matrix_counts_one_path_per_start(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, limit: Callable[..., None]
 ) -> None:
     ann = await log_in("ann")
@@ -59,7 +59,7 @@ async def test_a_cost_matrix_counts_as_many_paths_as_it_has_starts(
     assert (await client.post("/v1/maps/house/plans", headers=ann, json=PATH)).status_code == 201
 
 
-async def test_what_no_time_helps_says_no_time(
+async def test_a_quota_of_zero_has_no_retry_after(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, limit: Callable[..., None]
 ) -> None:
     ann = await log_in("ann")
@@ -76,7 +76,7 @@ async def change(
     return await client.patch(f"/v1/users/{user}", headers=headers, json={"limits": limits})
 
 
-async def test_an_administrator_gives_limits_and_the_user_sees_them_with_what_is_used(
+async def test_an_administrator_sets_limits_and_the_user_sees_them(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud
 ) -> None:
     admin, ann = await log_in("admin"), await log_in("ann")
@@ -93,9 +93,7 @@ async def test_an_administrator_gives_limits_and_the_user_sees_them_with_what_is
         cloud.quotas.check_container("ann", 0.25)
 
 
-async def test_null_takes_a_limit_back_or_all_of_them(
-    client: httpx.AsyncClient, log_in: LogIn, services: Services
-) -> None:
+async def test_null_removes_one_limit_or_all(client: httpx.AsyncClient, log_in: LogIn, services: Services) -> None:
     admin, _ = await log_in("admin"), await log_in("ann")
     await change(client, admin, {"containers": 3, "maps": 1, "robots": 0})
     assert (await change(client, admin, {"containers": None})).json()["quota"]["containers"] == 64
@@ -104,7 +102,7 @@ async def test_null_takes_a_limit_back_or_all_of_them(
     assert services.store.user("ann").limits == Limits()
 
 
-async def test_only_administrators_change_what_users_may_have(client: httpx.AsyncClient, log_in: LogIn) -> None:
+async def test_only_administrators_change_limits(client: httpx.AsyncClient, log_in: LogIn) -> None:
     ann = await log_in("ann")
     for limits in ({"maps": 5}, {}, None):
         problem_of(await change(client, ann, limits, "me"), 403, "not-permitted")
@@ -124,12 +122,12 @@ async def test_only_administrators_change_what_users_may_have(client: httpx.Asyn
         [],
     ],
 )
-async def test_limits_that_cannot_be_are_refused(client: httpx.AsyncClient, log_in: LogIn, limits: object) -> None:
+async def test_invalid_limits_are_refused(client: httpx.AsyncClient, log_in: LogIn, limits: object) -> None:
     admin, _ = await log_in("admin"), await log_in("ann")
     problem_of(await change(client, admin, limits), 422, "invalid-request")
 
 
-async def test_a_new_password_keeps_limits_and_limits_keep_the_password(
+async def test_concurrent_changes_of_password_and_limits_are_both_kept(
     client: httpx.AsyncClient, log_in: LogIn, services: Services
 ) -> None:
     admin, ann = await log_in("admin"), await log_in("ann")
@@ -140,7 +138,7 @@ async def test_a_new_password_keeps_limits_and_limits_keep_the_password(
     await services.accounts.login("ann", "battery staple")
 
 
-async def test_a_robot_too_many_is_refused_and_one_that_is_there_may_be_changed(
+async def test_a_robot_over_the_quota_is_refused_and_changes_are_not(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, limit: Callable[..., None]
 ) -> None:
     ann = await log_in("ann")
@@ -155,7 +153,7 @@ async def test_a_robot_too_many_is_refused_and_one_that_is_there_may_be_changed(
     assert (await client.put(f"/v1/robots/{kept['id']}", headers=ann, json={"map": "house"})).status_code == 200
 
 
-async def test_a_map_too_many_is_refused_and_a_new_version_is_not(
+async def test_a_map_over_the_quota_is_refused_and_new_versions_are_not(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, limit: Callable[..., None]
 ) -> None:
     ann, bob = await log_in("ann"), await log_in("bob")

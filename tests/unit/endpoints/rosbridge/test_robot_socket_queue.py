@@ -37,7 +37,7 @@ async def told(client: ClientConnection) -> dict[str, Any]:
     return frame
 
 
-async def test_robots_wait_are_told_their_positions_and_are_served_in_turn(crowded: World) -> None:
+async def test_queued_robots_get_their_positions_and_are_served_in_order(crowded: World) -> None:
     async with (
         crowded.robot() as (first, _),
         connect(crowded.url(robot="tb2", queue="1")) as second,
@@ -60,7 +60,7 @@ async def test_robots_wait_are_told_their_positions_and_are_served_in_turn(crowd
             await booted.stream.close()
 
 
-async def test_who_goes_leaves_the_queue(crowded: World) -> None:
+async def test_a_client_that_disconnects_leaves_the_queue(crowded: World) -> None:
     crowded.linger(30.0)
     async with crowded.robot():
         async with connect(crowded.url(robot="tb2", queue="1")) as second:
@@ -69,7 +69,7 @@ async def test_who_goes_leaves_the_queue(crowded: World) -> None:
         assert crowded.service.place("robot:ann/tb2") is None
 
 
-async def test_who_does_not_ask_for_the_queue_is_refused(crowded: World) -> None:
+async def test_a_client_that_does_not_request_the_queue_is_refused(crowded: World) -> None:
     async with crowded.robot():
         with pytest.raises(InvalidStatus) as refused:
             await connect(crowded.url(robot="tb2"))
@@ -82,7 +82,7 @@ async def test_who_does_not_ask_for_the_queue_is_refused(crowded: World) -> None
             assert crowded.service.position("robot:ann/tb2") == 1, "an operator who is refused costs nobody the place"
 
 
-async def test_who_waits_is_not_idle(crowded: World) -> None:
+async def test_a_queued_robot_is_not_idle(crowded: World) -> None:
     async with crowded.robot(), connect(crowded.url(robot="tb2", queue="1")) as second:
         await told(second)
         place = crowded.service.place("robot:ann/tb2")
