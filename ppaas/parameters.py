@@ -56,30 +56,3 @@ def check_numbers(parameters: Parameters, *, positive: Collection[str], signed: 
             raise InvalidParameter(f"{name} must be finite, not {value}")
         if name not in signed and (value < 0 or (value == 0 and name in positive)):
             raise InvalidParameter(f"{name} must be {'above' if name in positive else 'at least'} 0, not {value}")
-
-
-def check_scalar(name: str, value: object, kind: object) -> None:
-    """Check that a value is a boolean or a finite number.
-
-    Parameters
-    ----------
-    name : str
-        Name of the parameter, for the error.
-    value : object
-        Its value; an int is valid where a float is expected.
-    kind : type
-        ``bool``, ``int`` or ``float``.
-
-    Raises
-    ------
-    InvalidParameter
-        The value has another type, or is not finite.
-    """
-    if kind is bool:
-        if not isinstance(value, bool):
-            raise InvalidParameter(f"{name} must be true or false, not {value!r}")
-        return
-    if isinstance(value, bool) or not isinstance(value, int if kind is int else (int, float)):
-        raise InvalidParameter(f"{name} must be a number of type {getattr(kind, '__name__', kind)}, not {value!r}")
-    if not math.isfinite(value):
-        raise InvalidParameter(f"{name} must be finite, not {value}")

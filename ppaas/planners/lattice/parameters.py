@@ -1,14 +1,11 @@
 """Parameters of the kinematic planner, with the names and defaults of Nav2's SmacPlannerHybrid."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import convex_outline
-from ppaas.parameters import check_scalar
+from ppaas.parameters import Parameters, check_numbers
 
 DUBIN, REEDS_SHEPP = "DUBIN", "REEDS_SHEPP"
 
@@ -18,8 +15,7 @@ MAX_BINS = 720
 """Largest number of heading bins: half a degree each."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LatticeParameters:
+class LatticeParameters(Parameters, frozen=True, kw_only=True):
     """Parameters of the planner ``lattice``.
 
     Parameters
@@ -57,14 +53,14 @@ class LatticeParameters:
         nodes near the goal; below 1.
     smooth_path : bool
         Whether to shorten the path by curves that cut its bends.
-    footprint : sequence of pairs
-        Corners of the robot's outline, x, y in its frame [m]; its convex hull is used. No part of it touches a lethal
+    footprint : tuple of (x, y)
+        Corners of the robot's outline in its frame [m]; its convex hull is used. No part of it touches a lethal
         cell. Without a footprint the robot is a point, which keeps out of inscribed cells.
 
     Raises
     ------
     InvalidParameter
-        A parameter has the wrong type or is out of range; the text names it.
+        A number is not finite, or a parameter is out of range; the text names it.
     """
 
     allow_unknown: bool = True
@@ -83,14 +79,14 @@ class LatticeParameters:
     cost_penalty: float = 2.0
     retrospective_penalty: float = 0.015
     smooth_path: bool = True
-    footprint: Sequence[Sequence[float]] = ()
+    footprint: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            if field.type in (bool, int, float):
-                value = getattr(self, field.name)
-                check_scalar(field.name, value, field.type)
-                _check_range(field.name, value)
+        """Check the ranges."""
+        for name in _AT_LEAST_ONE:
+            if getattr(self, name) < 1.0:
+                raise InvalidParameter(f"{name} must be at least 1, not {getattr(self, name)}")
+        check_numbers(self, positive=_ABOVE_ZERO, signed=("max_iterations",))
         if self.motion_model_for_search not in (DUBIN, REEDS_SHEPP):
             raise InvalidParameter(
                 f"motion_model_for_search must be {DUBIN} or {REEDS_SHEPP}, not {self.motion_model_for_search!r}"
@@ -107,20 +103,9 @@ class LatticeParameters:
 
     def outline(self) -> NDArray[np.float64]:
         """Return the (n, 2) corners of the convex hull of the footprint, counter-clockwise [m]; empty without one."""
-        if not len(self.footprint):
+        if not self.footprint:
             return np.empty((0, 2))
-        try:
-            corners = np.asarray(self.footprint, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise InvalidParameter(f"footprint must be a list of corners x, y [m]: {error}") from error
-        if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3 or not np.isfinite(corners).all():
+        corners = np.array(self.footprint)
+        if len(corners) < 3 or not np.isfinite(corners).all():
             raise InvalidParameter("footprint must be a list of at least three corners x, y [m]")
         return convex_outline(corners)
-
-
-def _check_range(name: str, value: float) -> None:
-    least = 1.0 if name in _AT_LEAST_ONE else 0.0
-    if name != "max_iterations" and (value < least or (name in _ABOVE_ZERO and value == 0.0)):
-        raise InvalidParameter(
-            f"{name} must be {'above' if name in _ABOVE_ZERO else 'at least'} {least:g}, not {value}"
-        )

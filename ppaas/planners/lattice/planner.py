@@ -13,6 +13,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.errors import GoalOccupied, NoValidPath, PlanTimeout, StartOccupied
 from ppaas.geometry import Pose2D, Poses, wrap_angle
 from ppaas.maps.grid import GridInfo
+from ppaas.parameters import read_parameters
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.ends import Ends, place_ends
 from ppaas.planners.field.cost_field import CostField
@@ -57,7 +58,7 @@ class Lattice(Planner):
     traits: ClassVar[Traits] = Traits(any_angle=True, kinematic=True)
 
     def __init__(self, **parameters: Any) -> None:
-        self.parameters = LatticeParameters(**parameters)
+        self.parameters = read_parameters(LatticeParameters, self.name, parameters)
         _load_kernels()
 
     def plan(self, costmap: Costmap, request: PlanRequest) -> PlanResult:

@@ -79,7 +79,7 @@ def test_planners_that_mind_a_footprint_have_that_of_the_body_and_others_have_no
     body = robot_body("turtlebot2", LONG)
     assert planner_of(body, "lattice", {}).parameters.footprint == LONG.footprint
     own = [[0, 0], [1, 0], [0, 1]]
-    assert planner_of(body, "lattice", {"footprint": own}).parameters.footprint == own
+    assert planner_of(body, "lattice", {"footprint": own}).parameters.footprint == tuple(map(tuple, own))
     assert planner_of(robot_body("turtlebot2"), "lattice", {}).parameters.footprint == ()
     assert planner_of(body, "dijkstra", {}).name == "dijkstra"
 

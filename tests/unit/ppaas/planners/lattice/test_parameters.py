@@ -2,6 +2,7 @@
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,6 +14,7 @@ from ppaas.planners import create
 from ppaas.planners.lattice.parameters import LatticeParameters
 from ppaas.planners.lattice.surface import reweighted_costs
 from ppaas.planners.weights import exact_weights
+from ppaas.plugins import parameters_in_use
 
 
 @pytest.mark.parametrize(
@@ -22,22 +24,29 @@ from ppaas.planners.weights import exact_weights
         ({"minimum_turning_radius": math.nan}, "minimum_turning_radius must be finite"),
         ({"motion_model_for_search": "MOORE"}, "motion_model_for_search must be DUBIN or REEDS_SHEPP"),
         ({"angle_quantization_bins": 4}, "angle_quantization_bins"),
-        ({"angle_quantization_bins": 72.5}, "angle_quantization_bins must be a number of type int"),
+        ({"angle_quantization_bins": 72.5}, "Expected `int`, got `float` - at `\\$.angle_quantization_bins`"),
         ({"reverse_penalty": 0.5}, "reverse_penalty must be at least 1"),
         ({"cost_penalty": 4.5}, "cost_penalty must be at most 4"),
         ({"retrospective_penalty": 1.0}, "retrospective_penalty must be below 1"),
-        ({"allow_unknown": 1}, "allow_unknown must be true or false"),
-        ({"max_planning_time": "5"}, "max_planning_time must be a number"),
+        ({"allow_unknown": 1}, "Expected `bool`, got `int` - at `\\$.allow_unknown`"),
+        ({"max_planning_time": "5"}, "Expected `float`, got `str` - at `\\$.max_planning_time`"),
         ({"footprint": [[0.1, 0.2], [0.3, 0.4]]}, "footprint must be a list of at least three corners"),
-        ({"footprint": [[0.1, 0.2], [0.3]]}, "footprint must be a list of corners"),
+        ({"footprint": [[0.1, 0.2], [0.3]]}, "footprint"),
         ({"footprint": [[0.1, math.nan], [0.3, 0.2], [0.3, 0.4]]}, "footprint"),
         ({"footprint": "round"}, "footprint"),
-        ({"lattice_filepath": "a.json"}, "lattice_filepath"),
+        ({"lattice_filepath": "a.json"}, "lattice_filepath.*known: .*allow_unknown, "),
     ],
 )
 def test_invalid_parameters_are_refused_by_name(parameters, text):
     with pytest.raises(InvalidParameter, match=text):
         create("lattice", **parameters)
+
+
+def test_whole_and_decimal_numbers_give_the_same_plan_conditions():
+    whole, decimal = create("lattice", tolerance=1), create("lattice", tolerance=1.0)
+    encoded = msgspec.json.encode(parameters_in_use(whole))
+    assert encoded == msgspec.json.encode(parameters_in_use(decimal))
+    assert b'"tolerance":1.0' in encoded
 
 
 def test_an_unlimited_number_of_nodes_is_spelled_as_in_nav2():
