@@ -26,6 +26,7 @@ from ppaas.nodes.map_server.node import KEEPOUT_MASK, MAP_SERVICE, SPEED_MASK
 from robots.client.robot_client import RobotClient
 from robots.onboard.computer import Computer
 from robots.onboard.executor import protocol
+from robots.onboard.node_leases import NodeLease, NodeLeases
 from robots.onboard.node_monitor_client import NodeMonitorClient, NodeSnapshot
 from robots.onboard.node_process import NodeProcess
 from robots.onboard.node_services import NodeServices
@@ -78,17 +79,14 @@ class LocalNodes:
         self._services = NodeServices(client)
         self._config: protocol.CloneConfig | None = None
         self._wanted: dict[str, str] = {}
-        self._leases: dict[str, int] = {}
-        self._states: dict[str, NodeSnapshot] = {}
-        self._lost: dict[str, tuple[int, str]] = {}
-        self._synchronized = set[str]()
+        self._leases = NodeLeases(self._monitor)
         self._session = 0
         self.ready = asyncio.Event()
 
     @property
     def running(self) -> frozenset[str]:
         """Names of the nodes that run here and have received the messages that arrived during their move."""
-        return frozenset(self._leases.keys() & self._synchronized)
+        return self._leases.synchronized()
 
     @property
     def pid(self) -> int | None:
@@ -137,7 +135,7 @@ class LocalNodes:
         """Hand all nodes back; if the cloud is unreachable, it notices by their expired leases."""
         try:
             async with asyncio.timeout(LEAVE_TIMEOUT):
-                for node in tuple(self._leases):
+                for node in self._leases.nodes():
                     await self._give_back(node)
         except (PPaaSError, TimeoutError) as error:
             logger.info("nodes could not be handed back; the cloud continues from their last states: %s", error)
@@ -177,8 +175,7 @@ class LocalNodes:
     async def _update(self) -> None:
         try:
             await self._check_session()
-            if self._lost:
-                await self._report_lost()
+            await self._leases.report_lost()
             if self._process is not None and not self._process.alive:
                 await self._fail_all("the process of the local nodes has exited")
             for node, wanted in tuple(self._wanted.items()):
@@ -186,7 +183,7 @@ class LocalNodes:
                     await self._take(node)
                 elif wanted == "cloud" and node in self._leases:
                     await self._give_back(node)
-            if self._leases:
+            if self._leases.nodes():
                 await self._hold()
         except Unavailable as error:  # the link is down, or the container is being replaced: retried soon
             logger.info("cannot reach the node monitor: %s", error)
@@ -196,15 +193,13 @@ class LocalNodes:
         try:
             process = await self._started()
         except PPaaSError as error:
-            await self._monitor.give_node(node, 0, failure=str(error))
+            await self._leases.refuse(node, str(error))
             self._wanted[node] = "cloud"
             return
-        taken = await self._monitor.take_node(node)
-        self._leases[node], self._states[node] = taken.lease, NodeSnapshot(taken.state, [])
-        self._synchronized.discard(node)
+        state = await self._leases.take(node)
         self._bridge.expect(node)
         try:
-            added = await process.ask(protocol.Add(node, taken.state), protocol.Added)
+            added = await process.ask(protocol.Add(node, state), protocol.Added)
         except PPaaSError as error:
             await self._fail_all(str(error))
             return
@@ -238,7 +233,7 @@ class LocalNodes:
         return answer.map
 
     async def _give_back(self, node: str) -> None:
-        process, lease, heard = self._process, self._leases[node], self._bridge.heard(node)
+        process, heard = self._process, self._bridge.heard(node)
         await self._services.close(node)
         if process is not None:
             try:
@@ -246,36 +241,33 @@ class LocalNodes:
             except PPaaSError as error:
                 await self._fail_all(str(error))
                 return
-            self._states[node] = NodeSnapshot(state, heard)
-        await self._forget(node)
-        await self._monitor.give_node(node, lease, self._states.pop(node))
+            self._leases.note(node, NodeSnapshot(state, heard))
+        lease = await self._forget(node)
+        await self._leases.give_back(node, lease)
 
-    async def _forget(self, node: str) -> None:
-        self._leases.pop(node, None)
+    async def _forget(self, node: str) -> NodeLease:
+        lease = self._leases.drop(node)
         await self._bridge.close(node)
         await self._services.close(node)
-        if not self._leases:
+        if not self._leases.nodes():
             await self._end_process()
+        return lease
 
     async def _hold(self) -> None:
         """Renew the leases with the nodes' states; stop the nodes that the cloud has taken back."""
         process = self._process
         assert process is not None
-        heard = {
-            node: self._bridge.heard(node) for node in self._leases
-        }  # read before the states, which then include it
+        # Read before the states, which then include these messages.
+        heard = {node: self._bridge.heard(node) for node in self._leases.nodes()}
         try:
             states = (await process.ask(protocol.AskStates(), protocol.States)).nodes
         except PPaaSError as error:
             await self._fail_all(str(error))
             return
-        for node, lease in tuple(self._leases.items()):
-            state = states.get(node, protocol.NodeState(self._states[node].state))
-            self._states[node] = NodeSnapshot(state.state, heard[node])
-            answer = await self._monitor.hold_node(node, lease, state, heard[node])
-            if answer.lease == lease:
-                self._bridge.deliver_missed(node, answer.unheard, process)
-                self._synchronized.add(node)
+        for node in self._leases.nodes():
+            missed = await self._leases.renew(node, states.get(node), heard[node])
+            if missed is not None:
+                self._bridge.deliver_missed(node, missed, process)
             elif self._session_now() != self._session:
                 return  # the answer is of a lost session: register in the new one first
             else:
@@ -286,20 +278,13 @@ class LocalNodes:
     async def _fail_all(self, failure: str) -> None:
         """Hand all nodes to the cloud with their last known states, after a failure of the executor."""
         logger.warning("local nodes continue in the cloud: %s", failure)
-        lost, self._leases = self._leases, {}
+        lost = self._leases.lose(failure)
         await self._end_process()
         for node in lost:
             self._wanted[node] = "cloud"
             await self._bridge.close(node)
             await self._services.close(node)
-        self._lost |= {node: (lease, failure) for node, lease in lost.items()}
-        await self._report_lost()
-
-    async def _report_lost(self) -> None:
-        """Report the failed nodes to the cloud; those that cannot be reported now stay for the next attempt."""
-        for node, (lease, failure) in tuple(self._lost.items()):
-            await self._monitor.give_node(node, lease, self._states.get(node), failure)
-            del self._lost[node]
+        await self._leases.report_lost()
 
     async def _end_process(self) -> None:
         process, self._process = self._process, None

@@ -1,0 +1,121 @@
+"""Leases of the nodes that run on the robot, with the last known state of each node."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ppaas.messages.ppaas_msgs import TopicMessage
+from robots.onboard.executor import protocol
+from robots.onboard.node_monitor_client import NodeMonitorClient, NodeSnapshot
+
+
+@dataclass(slots=True)
+class NodeLease:
+    """Lease of a node.
+
+    Parameters
+    ----------
+    number : int
+        Number that the node monitor has given it.
+    snapshot : NodeSnapshot
+        Last known state of the node.
+    synchronized : bool
+        Whether it was renewed, so that the messages that arrived during the move of the node are known.
+    """
+
+    number: int
+    snapshot: NodeSnapshot
+    synchronized: bool = False
+
+
+class NodeLeases:
+    """Takes leases from the node monitor, renews them, and gives them back.
+
+    Parameters
+    ----------
+    monitor : NodeMonitorClient
+        Client of the node monitor.
+    """
+
+    def __init__(self, monitor: NodeMonitorClient) -> None:
+        self._monitor = monitor
+        self._held: dict[str, NodeLease] = {}
+        self._lost: dict[str, tuple[NodeLease, str]] = {}
+
+    def __contains__(self, node: object) -> bool:
+        return node in self._held
+
+    def nodes(self) -> tuple[str, ...]:
+        """Return the names of the nodes that are leased."""
+        return tuple(self._held)
+
+    def synchronized(self) -> frozenset[str]:
+        """Return the names of those whose lease was renewed at least once."""
+        return frozenset(node for node, lease in self._held.items() if lease.synchronized)
+
+    async def take(self, node: str) -> str:
+        """Lease a node; return its checkpoint.
+
+        Raises
+        ------
+        Unavailable
+            The node monitor is unreachable, or the wanted home of the node is the cloud.
+        """
+        taken = await self._monitor.take_node(node)
+        self._held[node] = NodeLease(taken.lease, NodeSnapshot(taken.state))
+        return taken.state
+
+    async def refuse(self, node: str, failure: str) -> None:
+        """Report why a node cannot run here, before it was leased."""
+        await self._monitor.give_node(node, 0, failure=failure)
+
+    async def renew(
+        self, node: str, state: protocol.NodeState | None, heard: list[str]
+    ) -> Sequence[TopicMessage] | None:
+        """Renew the lease of a node.
+
+        Parameters
+        ----------
+        node : str
+            Name of the node.
+        state : NodeState, optional
+            Its state; None repeats the last one.
+        heard : list of str
+            Fingerprints of the guaranteed messages that it had received by then.
+
+        Returns
+        -------
+        sequence of TopicMessage, optional
+            Messages that arrived for the node in the cloud; None if the node monitor no longer knows the lease.
+        """
+        lease = self._held[node]
+        current = state or protocol.NodeState(lease.snapshot.state)
+        lease.snapshot = NodeSnapshot(current.state, heard)
+        answer = await self._monitor.hold_node(node, lease.number, current, heard)
+        if answer.lease != lease.number:
+            return None
+        lease.synchronized = True
+        return answer.unheard
+
+    def note(self, node: str, snapshot: NodeSnapshot) -> None:
+        """Set the last known state of a leased node."""
+        self._held[node].snapshot = snapshot
+
+    def drop(self, node: str) -> NodeLease:
+        """End a lease without a notice to the node monitor; return it."""
+        return self._held.pop(node)
+
+    async def give_back(self, node: str, lease: NodeLease) -> None:
+        """Return a dropped lease to the node monitor, with the last known state of the node."""
+        await self._monitor.give_node(node, lease.number, lease.snapshot)
+
+    def lose(self, failure: str) -> tuple[str, ...]:
+        """End all leases because of a failure, which ``report_lost`` reports; return the names of the nodes."""
+        lost, self._held = self._held, {}
+        self._lost |= {node: (lease, failure) for node, lease in lost.items()}
+        return tuple(lost)
+
+    async def report_lost(self) -> None:
+        """Report the lost nodes to the node monitor; those that cannot be reported now stay for the next call."""
+        for node, (lease, failure) in tuple(self._lost.items()):
+            await self._monitor.give_node(node, lease.number, lease.snapshot, failure)
+            del self._lost[node]

@@ -1,0 +1,112 @@
+"""Leases of local nodes: what the node monitor is told, and with which states."""
+
+from typing import Any
+
+import pytest
+
+from ppaas.errors import Unavailable
+from ppaas.messages.ppaas_msgs import HoldNodeResponse, TopicMessage
+from robots.onboard.executor.protocol import NodeState
+from robots.onboard.node_leases import NodeLeases
+from robots.onboard.node_monitor_client import NodeSnapshot
+
+MISSED = TopicMessage("move_base/cancel", "{}")
+
+
+class FakeMonitor:
+    """Node monitor that numbers its leases, and records the calls."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[object, ...]] = []
+        self.known: dict[str, int] = {}
+        self.reachable = True
+
+    async def take_node(self, node: str) -> HoldNodeResponse:
+        self.known[node] = len(self.known) + 1
+        return HoldNodeResponse(self.known[node], "taken")
+
+    async def hold_node(self, node: str, lease: int, state: NodeState, heard: list[str]) -> HoldNodeResponse:
+        self.calls.append((node, lease, state.state, state.seconds, heard))
+        return HoldNodeResponse(lease if self.known.get(node) == lease else 0, unheard=[MISSED])
+
+    async def give_node(self, node: str, lease: int, snapshot: NodeSnapshot | None = None, failure: str = "") -> None:
+        if not self.reachable:
+            raise Unavailable("the link is down")
+        self.calls.append((node, lease, snapshot, failure))
+
+
+@pytest.fixture
+def monitor() -> FakeMonitor:
+    return FakeMonitor()
+
+
+@pytest.fixture
+def leases(monitor: Any) -> NodeLeases:
+    return NodeLeases(monitor)
+
+
+async def test_a_node_is_synchronized_when_its_lease_was_renewed(leases: NodeLeases) -> None:
+    assert await leases.take("amcl") == "taken"
+    assert ("amcl" in leases, "move_base" in leases, leases.nodes()) == (True, False, ("amcl",))
+    assert leases.synchronized() == frozenset()
+    assert await leases.renew("amcl", NodeState("moved"), []) == [MISSED]
+    assert leases.synchronized() == {"amcl"}
+    await leases.take("amcl")
+    assert leases.synchronized() == frozenset(), "a new lease begins anew"
+
+
+async def test_a_renewal_has_the_state_of_the_node_or_its_last_one(leases: NodeLeases, monitor: FakeMonitor) -> None:
+    await leases.take("amcl")
+    await leases.renew("amcl", None, ["a"])
+    await leases.renew("amcl", NodeState("moved", 0.1), ["a", "b"])
+    await leases.renew("amcl", None, [])
+    assert monitor.calls == [
+        ("amcl", 1, "taken", 0.0, ["a"]),
+        ("amcl", 1, "moved", 0.1, ["a", "b"]),
+        ("amcl", 1, "moved", 0.0, []),
+    ]
+
+
+async def test_a_lease_that_the_node_monitor_does_not_know_is_not_renewed(
+    leases: NodeLeases, monitor: FakeMonitor
+) -> None:
+    await leases.take("amcl")
+    monitor.known.clear()
+    assert await leases.renew("amcl", NodeState("moved"), []) is None
+    assert leases.synchronized() == frozenset()
+    assert "amcl" in leases, "the caller decides whether to drop it"
+
+
+async def test_a_node_is_given_back_with_its_last_state(leases: NodeLeases, monitor: FakeMonitor) -> None:
+    await leases.take("amcl")
+    leases.note("amcl", NodeSnapshot("removed", ["a"]))
+    lease = leases.drop("amcl")
+    assert "amcl" not in leases
+    assert monitor.calls == []
+    await leases.give_back("amcl", lease)
+    assert monitor.calls == [("amcl", 1, NodeSnapshot("removed", ["a"]), "")]
+
+
+async def test_a_node_that_cannot_run_is_refused_without_a_lease(leases: NodeLeases, monitor: FakeMonitor) -> None:
+    await leases.refuse("amcl", "no map")
+    assert monitor.calls == [("amcl", 0, None, "no map")]
+
+
+async def test_lost_nodes_are_reported_once_as_soon_as_the_node_monitor_is_reachable(
+    leases: NodeLeases, monitor: FakeMonitor
+) -> None:
+    await leases.take("amcl")
+    await leases.take("move_base")
+    leases.note("amcl", NodeSnapshot("moved", ["a"]))
+    assert leases.lose("it was killed") == ("amcl", "move_base")
+    assert leases.nodes() == ()
+    monitor.reachable = False
+    with pytest.raises(Unavailable):
+        await leases.report_lost()
+    monitor.reachable = True
+    for _ in range(2):
+        await leases.report_lost()
+    assert monitor.calls == [
+        ("amcl", 1, NodeSnapshot("moved", ["a"]), "it was killed"),
+        ("move_base", 2, NodeSnapshot("taken"), "it was killed"),
+    ]
