@@ -268,7 +268,7 @@ class NodeMonitorNode(Node):
     def _put_in(self, node: str, lease: NodeLease) -> None:
         try:
             self._hands.put_in(node, lease.state)
-        except (PPaaSError, msgspec.MsgspecError, ValueError) as error:
+        except PPaaSError as error:
             logger.warning("%s starts anew in the cloud, since its state cannot be restored: %s", node, error)
         for message in lease.unheard.all():
             try:

@@ -28,7 +28,13 @@ class NodeSwitch(Protocol):
         ...
 
     def put_in(self, node: str, state: str) -> None:
-        """Add a node again, and restore it from its checkpoint."""
+        """Add a node again, and restore it from its checkpoint.
+
+        Raises
+        ------
+        InvalidInput
+            The node cannot read the checkpoint; it runs, in its initial state.
+        """
         ...
 
     def tell(self, node: str, message: TopicMessage) -> None:
@@ -78,13 +84,19 @@ class GraphNodeSwitch:
         return (state or b"").decode()
 
     def put_in(self, node: str, state: str) -> None:
-        """Add a node again, and restore it from its checkpoint."""
+        """Add a node again, and restore it from its checkpoint.
+
+        Raises
+        ------
+        InvalidInput
+            The node cannot read the checkpoint; it runs, in its initial state.
+        """
         for untap in self._untap.pop(node, ()):
             untap()
         self._build(node)
+        self._changed()
         if state:
             self._graph.restore([Checkpoint(node, state.encode())])
-        self._changed()
 
     def tell(self, node: str, message: TopicMessage) -> None:
         """Deliver a message that arrived for a node while it was away."""

@@ -61,7 +61,7 @@ class LocalExecutor:
         """Execute a command; report its error if it fails."""
         try:
             self._take(frame)
-        except (PPaaSError, msgspec.MsgspecError, ValueError) as error:
+        except PPaaSError as error:
             if isinstance(frame, protocol.Tell):
                 logger.warning("a message of %s was rejected: %s", frame.topic, error)
             else:

@@ -60,7 +60,7 @@ class FakeHands:
         self.done.append(("in", node))
         self.here[node] = state
         if self.broken:
-            raise ValueError("no state")
+            raise InvalidInput("no state")
 
     def tell(self, node: str, message: TopicMessage) -> None:
         self.told.append((node, decode(GoalID, message.message.encode()).id))

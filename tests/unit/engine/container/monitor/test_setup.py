@@ -11,12 +11,21 @@ from engine.specs.containers import RobotConfig
 from ppaas.clone.assembly import build_clone
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.map_layers import MapLayers
-from ppaas.errors import InvalidParameter
+from ppaas.errors import InvalidParameter, PPaaSError
 from ppaas.maps.generate import office
 from ppaas.messages import decode
 from ppaas.messages.actionlib_msgs import GoalID
 from ppaas.messages.message import Message
+from ppaas.messages.ppaas_msgs import (
+    GiveNodeRequest,
+    HoldNodeRequest,
+    HoldNodeResponse,
+    NodeHome,
+    RunNodeRequest,
+    TellRobotRequest,
+)
 from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.nodes.base import Payload
 from ppaas.nodes.graph import Graph
 
 ROBOT = RobotConfig("tb1", "turtlebot2", (2.0, 2.0, 0.5), "dijkstra", "dwa")
@@ -67,6 +76,34 @@ def test_a_node_comes_back_as_it_went(node: str, layers: MapLayers) -> None:
     assert (graph.nodes[node].checkpoint() or b"").decode() == state
     assert [node in there for there in changes] == [False, True]
     assert node in hands.nodes()
+
+
+def test_node_returned_with_an_unreadable_state_starts_in_its_initial_state(
+    layers: MapLayers, caplog: pytest.LogCaptureFixture
+) -> None:
+    graph = Graph()
+    clone(graph, layers)
+    monitoring = ContainerMonitor(graph, ROBOT, lambda names: clone(graph, layers, names))
+    offers: list[bool] = []
+    monitoring.changed = lambda: offers.append("amcl" in graph.nodes)
+    answers: list[Payload | PPaaSError] = []
+    requests: dict[str, Message] = {
+        "tell_robot": TellRobotRequest(8, 3.0, 5.0, 0.3, 100e3, ["amcl"]),
+        "run_node": RunNodeRequest("amcl", "robot"),
+        "hold_node": HoldNodeRequest("amcl"),
+    }
+    for service, request in requests.items():
+        graph.call(f"node_monitor/{service}", request, answers.append)
+    taken = answers[-1]
+    assert isinstance(taken, HoldNodeResponse)
+    initial = taken.state
+    graph.call("node_monitor/give_node", GiveNodeRequest("amcl", taken.lease, "rubbish"), answers.append)
+    home = answers[-1]
+    assert isinstance(home, NodeHome)
+    assert home.home == "cloud"
+    assert offers == [False, True], "its topics and services are offered again"
+    assert (graph.nodes["amcl"].checkpoint() or b"").decode() == initial
+    assert "the checkpoint of node 'amcl' cannot be read" in caplog.text
 
 
 def test_the_other_nodes_know_nothing_of_what_the_robots_file_says_of_the_node_monitor(layers: MapLayers) -> None:

@@ -159,7 +159,11 @@ async def test_failed_and_abandoned_calls_are_refused(
         (lambda home: begin(home, grid=msgspec.Raw(b"{}")), "malformed-message", "OccupancyGrid"),
         (lambda home: home.take(protocol.Add("amcl", "")), "error", "the executor has no map yet"),
         (lambda home: home.take(protocol.Remove("amcl")), "not-found", "amcl"),
-        (lambda home: (begin(home), home.take(protocol.Add("amcl", "rubbish"))), "invalid-input", "JSON"),
+        (
+            lambda home: (begin(home), home.take(protocol.Add("amcl", "rubbish"))),
+            "invalid-input",
+            "the checkpoint of node 'amcl' cannot be read",
+        ),
     ],
 )
 async def test_invalid_commands_are_reported_as_errors(
