@@ -16,8 +16,6 @@ from robots.client.connection import ConnectionOptions
 from robots.client.robot_client import RobotClient
 from robots.demo.scorer import Scorer
 from robots.sim.driver import Driver
-from robots.sim.odometry import OdometryNoise
-from robots.sim.robot import SimulatedRobotModel
 from robots.sim.simulator import Simulator
 from robots.sim.world import World
 
@@ -68,11 +66,6 @@ class Drive:
         return self.poses[-1].pose.pose.planar()
 
 
-def odometry_with_drift(drift: float) -> SimulatedRobotModel:
-    """Return a Turtlebot whose odometry errors are scaled by a factor."""
-    return SimulatedRobotModel(odometry=OdometryNoise(drift=drift))
-
-
 @asynccontextmanager
 async def driving(
     url: str,
@@ -81,14 +74,13 @@ async def driving(
     grid: GridMap,
     pose: Pose2D,
     *,
-    drift: float = 1.0,
     seed: int = 0,
     link: ConnectionOptions | None = None,
     client: type[RobotClient] = RobotClient,
 ) -> AsyncIterator[Drive]:
     """Simulate one Turtlebot and connect it to a cloud with a client class."""
     world = World(grid, seed)
-    simulated = world.add_robot(pose, odometry_with_drift(drift))
+    simulated = world.add_robot(pose)
     loop = asyncio.get_running_loop()
     async with (
         client(url, robot=robot_id, token=token, link=link) as robot,

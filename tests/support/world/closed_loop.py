@@ -1,6 +1,7 @@
 """A clone and a simulated robot in a closed loop, on a manual clock."""
 
 from collections.abc import Mapping
+from typing import Protocol
 
 from ppaas.clock import ManualClock
 from ppaas.clone.assembly import build_clone
@@ -10,21 +11,50 @@ from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import GoalStatusArray, Status
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
+from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header
 from ppaas.nodes.base import Payload
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import Worker, run_inline
 from ppaas.planners.base import PlanResult
-from tests.support.world.planar_world import World, error_of
+from tests.support.world.planar_world import error_of
 
 PERIOD = 0.05
+
+
+class RobotWorld(Protocol):
+    """A world with one robot in it."""
+
+    grid: GridMap
+
+    @property
+    def pose(self) -> Pose2D:
+        """True pose of the robot in the frame ``map``."""
+        ...
+
+    def move(self, linear: float, angular: float, seconds: float) -> None:
+        """Drive the robot for a time [s]."""
+        ...
+
+    def clearance(self) -> float:
+        """Return the distance from the robot's centre to the nearest wall [m], up to 1 m."""
+        ...
+
+    def odometry(self, stamp: float) -> Odometry:
+        """Return the odometry as the robot sends it."""
+        ...
+
+    def scan(self, stamp: float) -> LaserScan:
+        """Return the scan as the robot sends it."""
+        ...
 
 
 class ClosedLoop:
     """A clone that drives a world's robot; odometry at 20 Hz, scans at 10 Hz. ``masks`` are those of `build_layers`."""
 
     def __init__(
-        self, world: World, *, worker: Worker = run_inline, start: float = 1000.0,
+        self, world: RobotWorld, *, worker: Worker = run_inline, start: float = 1000.0,
         masks: Mapping[str, GridMap] | None = None, **clone: object,
     ) -> None:  # fmt: skip
         self.world = world
