@@ -1,4 +1,4 @@
-"""Every store that there is; what holds for one must hold for all."""
+"""All stores; each contract holds for each of them."""
 
 from collections.abc import Iterator
 from pathlib import Path

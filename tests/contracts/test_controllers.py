@@ -1,4 +1,4 @@
-"""What every local planner does, whichever it is."""
+"""The contract of every local planner."""
 
 import math
 from collections.abc import Callable
@@ -21,7 +21,7 @@ Make = Callable[..., Controller]
 
 @pytest.fixture(params=controller_names())
 def made(request: pytest.FixtureRequest) -> Make:
-    """Return what makes a local planner with parameters of its own."""
+    """Return a function that creates the local planner with given parameters."""
 
     def make(**parameters: Any) -> Controller:
         return create(request.param, **{"robot_radius": RADIUS, **parameters})
@@ -35,7 +35,7 @@ def travel(controller: Controller, world: World, start: Pose2D, goal: Pose2D) ->
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("draw", [worlds.rooms, worlds.pillars])
-def test_it_reaches_the_goal_and_touches_nothing(made: Make, draw: Callable[[int], World], seed: int) -> None:
+def test_controller_reaches_the_goal_without_a_collision(made: Make, draw: Callable[[int], World], seed: int) -> None:
     world = draw(seed)
     start, goal, plan = worlds.journey(world, seed)
     controller = made()
@@ -46,7 +46,9 @@ def test_it_reaches_the_goal_and_touches_nothing(made: Make, draw: Callable[[int
 
 
 @pytest.mark.parametrize(("period", "parameters"), [(0.05, {}), (0.1, {"max_vel_x": 1.0}), (0.2, {"acc_lim_x": 0.4})])
-def test_it_does_so_at_other_rates_and_limits(made: Make, period: float, parameters: dict[str, float]) -> None:
+def test_controller_reaches_the_goal_at_other_rates_and_limits(
+    made: Make, period: float, parameters: dict[str, float]
+) -> None:
     world = worlds.rooms(104)
     start, goal, plan = worlds.journey(world, 4)
     controller = made(**parameters)
@@ -54,7 +56,7 @@ def test_it_does_so_at_other_rates_and_limits(made: Make, period: float, paramet
     assert_arrived(drive(world, Unicycle(start), controller, 20.0 + 10.0 * plan.length, period), goal)
 
 
-def test_commands_keep_the_limits_of_speed_and_acceleration(made: Make) -> None:
+def test_commands_respect_the_limits_of_speed_and_acceleration(made: Make) -> None:
     result = travel(made(), worlds.picture(OPEN), Pose2D(0.8, 1.0, 2.0), Pose2D(3.2, 1.4, -1.0))
     assert result.reached
     commands = np.array([(0.0, 0.0), *result.commands])
@@ -66,7 +68,7 @@ def test_commands_keep_the_limits_of_speed_and_acceleration(made: Make) -> None:
     assert np.abs(commands[:, 1]).max() <= 1.5
 
 
-def test_it_is_slower_in_a_narrow_passage(made: Make) -> None:
+def test_controller_slows_down_in_a_narrow_passage(made: Make) -> None:
     seconds = []
     for scale in (11, 22):
         y = 0.075 * scale
@@ -74,7 +76,7 @@ def test_it_is_slower_in_a_narrow_passage(made: Make) -> None:
     assert seconds[0] > 1.15 * seconds[1]
 
 
-def test_a_robot_pushed_into_an_inscribed_cell_drives_out(made: Make) -> None:
+def test_a_robot_in_an_inscribed_cell_drives_out(made: Make) -> None:
     world = worlds.picture(OPEN)
     start = Pose2D(0.4 + RADIUS + 0.01, 1.2, 0.3)
     assert world.costmap.data[world.costmap.info.cell_of(start.x, start.y)] == 253
@@ -90,13 +92,13 @@ def test_a_robot_pushed_into_an_inscribed_cell_drives_out(made: Make) -> None:
         (Pose2D(0.5, 1.0), Velocity(), math.nan),
     ],
 )
-def test_what_is_not_finite_is_refused(made: Make, pose: Pose2D, velocity: Velocity, period: float) -> None:
+def test_non_finite_requests_are_refused(made: Make, pose: Pose2D, velocity: Velocity, period: float) -> None:
     controller = made()
     controller.set_plan(along_x(0.5, 2.0))
     with pytest.raises(InvalidInput):
         controller.compute_velocity(ControlRequest(pose, velocity, worlds.picture(OPEN).costmap, period))
 
 
-def test_without_a_plan_it_asks_for_one(made: Make) -> None:
+def test_a_missing_plan_is_reported(made: Make) -> None:
     with pytest.raises(InvalidInput, match="set_plan"):
         made().is_goal_reached(Pose2D(0.0, 0.0), Velocity())

@@ -1,4 +1,4 @@
-"""What an earlier release wrote opens in this one, or is refused with what to do (``tests/earlier``)."""
+"""Data of an earlier release is read, or refused with advice (``tests/earlier``)."""
 
 import json
 import sqlite3
@@ -38,7 +38,7 @@ from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World
 
 EVER = 3e9
-"""Seconds for which the checkpoint of a cloud that is gone is good, here; by default they are thirty."""
+"""Lifetime of a checkpoint after its cloud has exited [s]; the default is 30."""
 
 
 @pytest.fixture(params=EARLIER, ids=lambda folder: folder.name)
@@ -49,8 +49,8 @@ def earlier(request: pytest.FixtureRequest) -> Path:
 
 @pytest.fixture
 def before(earlier: Path) -> dict[str, Any]:
-    told: dict[str, Any] = expected(earlier)["data"]
-    return told
+    data: dict[str, Any] = expected(earlier)["data"]
+    return data
 
 
 @pytest.fixture
@@ -63,7 +63,7 @@ def checkpoint_of(earlier: Path) -> CloneCheckpoint:
     return decode((earlier / "checkpoint.msgpack").read_bytes(), CloneCheckpoint)
 
 
-def test_something_of_an_earlier_release_is_held() -> None:
+def test_data_of_an_earlier_release_exists() -> None:
     assert EARLIER
 
 
@@ -83,7 +83,7 @@ async def test_a_data_folder_opens_in_a_started_cloud(files: Path, before: dict[
         assert await found_between_ends(rest, before) in before["plans"]
 
 
-async def test_a_clone_goes_on_to_the_goal_that_its_checkpoint_has(files: Path, before: dict[str, Any]) -> None:
+async def test_a_clone_continues_to_the_goal_of_its_checkpoint(files: Path, before: dict[str, Any]) -> None:
     with running_cloud(files, "--linger", str(EVER)) as cloud:
         rest = RestClient(cloud.url, before["token"])
         yaml, image = [await rest.fetch(f"/v1/maps/house/{part}") for part in ("yaml", "image")]
@@ -97,8 +97,8 @@ async def labels(url: str) -> dict[str, str]:
     admin = RestClient(url)
     await admin.login("admin", ADMIN_PASSWORD)
     (machine,) = await admin.items("/v1/machines")
-    said: dict[str, str] = machine["labels"]
-    return said
+    labels: dict[str, str] = machine["labels"]
+    return labels
 
 
 async def found_between_ends(rest: RestClient, before: dict[str, Any]) -> str:
@@ -113,7 +113,7 @@ async def found_between_ends(rest: RestClient, before: dict[str, Any]) -> str:
 # -- stores ------------------------------------------------------------------------------------------------------------
 
 
-def test_plans_are_the_same_to_the_last_bit(files: Path, before: dict[str, Any]) -> None:
+def test_plans_are_bitwise_equal(files: Path, before: dict[str, Any]) -> None:
     with closing(open_store(f"sqlite://{files}/data/ppaas.sqlite")) as store:
         plans = store.whole_plans(list(before["plans"]))
         assert {plan_id: digest(plan.poses) for plan_id, plan in plans.items()} == {
@@ -125,7 +125,7 @@ def test_plans_are_the_same_to_the_last_bit(files: Path, before: dict[str, Any])
         assert store.clone("ann", "tb1").robot == "tb1"
 
 
-def test_maps_are_what_was_published(files: Path, before: dict[str, Any]) -> None:
+def test_maps_equal_the_published_ones(files: Path, before: dict[str, Any]) -> None:
     maps = open_map_store(f"file://{files}/data/maps")
     assert [record.id for record in maps.maps()] == ["cellar", "house"]
     assert [record.id for record in maps.maps(visible_to="bob")] == ["house"]
@@ -134,7 +134,7 @@ def test_maps_are_what_was_published(files: Path, before: dict[str, Any]) -> Non
             assert set(opened.buffers) == {"yaml", "image"}
 
 
-def test_plans_that_wait_for_a_store_are_read(files: Path, earlier: Path) -> None:
+def test_queued_plans_are_read(files: Path, earlier: Path) -> None:
     waiting = expected(earlier)["outbox"]
     with closing(PlanOutbox(files / "outbox.sqlite")) as outbox:
         records = list(outbox.oldest(100).values())
@@ -160,7 +160,7 @@ def test_a_checkpoint_is_read_and_given_to_the_clone_of_its_robot(earlier: Path)
     }
 
 
-def test_nodes_go_on_from_their_states(earlier: Path, files: Path, before: dict[str, Any]) -> None:
+def test_nodes_continue_from_their_states(earlier: Path, files: Path, before: dict[str, Any]) -> None:
     nodes = checkpoint_of(earlier).nodes
     with open_map_store(f"file://{files}/data/maps").open_map("house") as opened:
         grid = load_map(bytes(opened.buffers["yaml"]), bytes(opened.buffers["image"]))
@@ -173,7 +173,7 @@ def test_nodes_go_on_from_their_states(earlier: Path, files: Path, before: dict[
     assert json.loads(states["move_base"])["goal"]["id"] == before["goal_id"]
 
 
-# -- what is of another release ----------------------------------------------------------------------------------------
+# -- data of another release -------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["data/ppaas.sqlite", "outbox.sqlite"])
@@ -184,19 +184,19 @@ def test_files_of_a_newer_release_are_refused_by_name(files: Path, name: str) ->
         PlanOutbox(files / name) if "outbox" in name else open_store(f"sqlite://{files / name}")
 
 
-def test_a_log_of_maps_that_is_written_otherwise_is_refused_by_name(files: Path) -> None:
+def test_a_log_of_maps_in_an_unknown_format_is_refused_by_name(files: Path) -> None:
     (files / "data" / "maps" / "house" / "log" / "00000003").write_bytes(b'{"format": 99}')
     with pytest.raises(Unavailable, match=r"house/log/00000003 of the maps is damaged .*: restore it from a backup"):
         open_map_store(f"file://{files}/data/maps").map_head("house")
 
 
 @pytest.mark.parametrize("kind", [CloneCheckpoint, PlanRecord])
-def test_a_record_that_is_written_otherwise_is_refused_by_name(kind: type[msgspec.Struct]) -> None:
+def test_a_record_in_an_unknown_format_is_refused_by_name(kind: type[msgspec.Struct]) -> None:
     with pytest.raises(Unavailable, match=f"a stored {kind.__name__} cannot be read .*: restore it from a backup"):
         decode(msgspec.msgpack.encode({"format": 99}), kind)
 
 
-def test_a_checkpoint_of_nobody_knows_what_begins_anew(earlier: Path) -> None:
+def test_a_checkpoint_with_an_unreadable_origin_is_discarded(earlier: Path) -> None:
     store, checkpoint = MemoryStore(), checkpoint_of(earlier)
     origin = json.loads(checkpoint.nodes[ORIGIN_STATE])
     store.save_clone(msgspec.structs.replace(checkpoint, nodes=checkpoint.nodes | {ORIGIN_STATE: b'{"format": 99}'}))

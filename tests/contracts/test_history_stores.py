@@ -15,7 +15,7 @@ def key(map_id: str = "house", version: str = "v1", planner: str = "dijkstra", b
     return map_id, version, planner, bucket
 
 
-def test_what_is_added_under_one_key_is_kept_as_its_sum(store: Store) -> None:
+def test_rows_added_under_one_key_are_summed(store: Store) -> None:
     store.add_history([computed_row(key(), 0.25), failed_row(key()), found_row(key(), "stitched")])
     store.add_history([found_row(key(), "reused"), computed_row(key(), 0.5)])
     (row,) = store.history("house")
@@ -24,7 +24,7 @@ def test_what_is_added_under_one_key_is_kept_as_its_sum(store: Store) -> None:
     assert row.micros == 750_000
 
 
-def test_rows_come_by_key_and_of_the_map_and_version_asked_for_only(store: Store) -> None:
+def test_rows_are_sorted_and_filtered_by_map_and_version(store: Store) -> None:
     keys = [key(version="v2"), key(bucket=10), key(planner="astar"), key("depot"), key(bucket=2)]
     store.add_history(failed_row(each) for each in keys)
     assert [row.key for row in store.history("house")] == sorted(each for each in keys if each[0] == "house")
@@ -32,13 +32,13 @@ def test_rows_come_by_key_and_of_the_map_and_version_asked_for_only(store: Store
     assert store.history("nowhere") == []
 
 
-def test_sums_of_many_writers_lose_nothing(store: Store) -> None:
+def test_concurrent_additions_lose_nothing(store: Store) -> None:
     with ThreadPoolExecutor(4) as threads:
         list(threads.map(lambda _: store.add_history([failed_row(key())]), range(40)))
     assert [row.failed for row in store.history("house")] == [40]
 
 
-def test_nothing_is_added_of_rows_of_which_one_cannot_be(store: Store) -> None:
+def test_one_invalid_row_rejects_all_rows_of_a_call(store: Store) -> None:
     with pytest.raises(InvalidInput):
         store.add_history([failed_row(key()), PlannerHistory(*key(), queries=-1)])
     assert store.history("house") == []
@@ -53,12 +53,12 @@ def test_nothing_is_added_of_rows_of_which_one_cannot_be(store: Store) -> None:
         PlannerHistory(*key(version="")),
     ],
 )
-def test_rows_that_cannot_be_are_refused(store: Store, row: PlannerHistory) -> None:
+def test_invalid_rows_are_refused(store: Store, row: PlannerHistory) -> None:
     with pytest.raises(InvalidInput):
         store.add_history([row])
 
 
-def test_the_last_row_of_a_link_counts(store: Store) -> None:
+def test_the_last_row_of_a_link_is_kept(store: Store) -> None:
     rows = [LinkHistory(name, 0.001, 2e8, 4, 10.0) for name in ("m2", "m1")]
     for row in (*rows, LinkHistory("m1", 0.002, 1e8, 5, 11.0)):
         store.put_link(row)
@@ -66,14 +66,14 @@ def test_the_last_row_of_a_link_counts(store: Store) -> None:
 
 
 @pytest.mark.parametrize("number", [-1.0, float("nan"), float("inf")])
-def test_a_link_with_numbers_that_are_none_is_refused(store: Store, number: float) -> None:
+def test_a_link_with_invalid_numbers_is_refused(store: Store, number: float) -> None:
     with pytest.raises(InvalidInput):
         store.put_link(LinkHistory("m1", number, 1e8, 1, 0.0))
     assert store.links() == []
 
 
 @pytest.mark.parametrize("name", NOT_NAMES)
-def test_names_that_are_none_are_refused(store: Store, name: str) -> None:
+def test_invalid_names_are_refused(store: Store, name: str) -> None:
     calls: list[Callable[[], object]] = [
         lambda: store.history(name),
         lambda: store.remove_history(name),
@@ -92,7 +92,7 @@ def test_maps_with_history_are_listed_once(store: Store) -> None:
     assert store.history_maps() == ["house", "yard"]
 
 
-def test_the_history_of_a_map_is_removed_and_no_other(store: Store) -> None:
+def test_only_the_history_of_the_given_map_is_removed(store: Store) -> None:
     store.add_history([failed_row(key(name, version)) for name in ("house", "house2", "yard") for version in "ab"])
     store.remove_history("house")
     assert store.history("house") == []

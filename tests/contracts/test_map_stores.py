@@ -15,7 +15,7 @@ from tests.support.storage.records import NOT_NAMES, GivenMap, found_map, house,
 BT = b"# Octomap OcTree binary file\n..."
 
 
-def said(author: str = "ann", **fields: object) -> Publication:
+def publication(author: str = "ann", **fields: object) -> Publication:
     return Publication("house", author, **({"created": 9.0} | fields))  # type: ignore[arg-type]
 
 
@@ -24,7 +24,7 @@ def said(author: str = "ann", **fields: object) -> Publication:
     [house(readers=("bob", "*")), house(octomap=BT), house(image=None, octomap=BT), house(image=b"")],
     ids=["grid", "grid and octomap", "octomap", "empty file"],
 )
-def test_a_map_is_found_as_it_was_published(map_store: MapStore, given: GivenMap) -> None:
+def test_a_map_is_returned_as_published(map_store: MapStore, given: GivenMap) -> None:
     head = put_map(map_store, given, message="first walk")
     assert found_map(map_store) == given
     assert head == map_store.map_head("house")
@@ -34,7 +34,7 @@ def test_a_map_is_found_as_it_was_published(map_store: MapStore, given: GivenMap
     }
 
 
-def test_only_the_files_that_are_asked_for_are_opened(map_store: MapStore) -> None:
+def test_only_the_requested_files_are_opened(map_store: MapStore) -> None:
     put_map(map_store, house(octomap=BT))
     with map_store.open_map("house", only=("octomap",)) as opened:
         assert {part: bytes(data) for part, data in opened.buffers.items()} == {"octomap": BT}
@@ -43,7 +43,7 @@ def test_only_the_files_that_are_asked_for_are_opened(map_store: MapStore) -> No
             opened.buffer("image")
 
 
-def test_files_are_read_to_their_end_though_the_map_is_removed_meanwhile(map_store: MapStore) -> None:
+def test_open_files_stay_readable_after_the_map_is_removed(map_store: MapStore) -> None:
     put_map(map_store, house())
     with map_store.open_map("house") as opened:
         map_store.remove_map("house")
@@ -51,16 +51,16 @@ def test_files_are_read_to_their_end_though_the_map_is_removed_meanwhile(map_sto
 
 
 @pytest.mark.parametrize("parts", [(), ("yaml",), ("image",), ("yaml", "octomap")])
-def test_what_lacks_a_file_is_no_map(map_store: MapStore, parts: tuple[str, ...]) -> None:
+def test_an_upload_without_a_required_file_is_refused(map_store: MapStore, parts: tuple[str, ...]) -> None:
     with map_store.stage() as upload:
         for part in parts:
             upload.add(part, [b"x"])
         with pytest.raises(InvalidInput, match="a yaml with its image"):
-            map_store.publish(upload, said())
+            map_store.publish(upload, publication())
     assert map_store.maps() == []
 
 
-def test_a_file_comes_once_and_has_a_known_name(map_store: MapStore) -> None:
+def test_each_known_part_is_accepted_once(map_store: MapStore) -> None:
     with map_store.stage() as upload:
         upload.add("yaml", [b"a", b"b"])
         for part in ("yaml", "../yaml", "readme"):
@@ -69,7 +69,7 @@ def test_a_file_comes_once_and_has_a_known_name(map_store: MapStore) -> None:
         assert bytes(upload.buffer("yaml")) == b"ab"
 
 
-def test_the_last_version_is_the_present_one(map_store: MapStore) -> None:
+def test_the_last_published_version_is_current(map_store: MapStore) -> None:
     first, second = house(image=pgm(value=0)), house(image=pgm(value=254))
     assert first.version != second.version
     for record in (first, second, first):
@@ -77,7 +77,7 @@ def test_the_last_version_is_the_present_one(map_store: MapStore) -> None:
         assert found_map(map_store) == record
 
 
-def test_publishing_what_is_present_changes_but_what_is_said_of_it(map_store: MapStore) -> None:
+def test_publishing_the_current_version_changes_only_its_description(map_store: MapStore) -> None:
     head = put_map(map_store, house(), message="first walk")
     again = put_map(map_store, house(created=8.0, description="hall"), message="once more")
     assert (again.present, again.description) == (head.present, "hall")
@@ -90,13 +90,13 @@ def test_readers_change_without_a_new_version(map_store: MapStore) -> None:
     assert found_map(map_store).readers == ()
 
 
-def test_heads_come_sorted_by_id(map_store: MapStore) -> None:
+def test_heads_are_sorted_by_id(map_store: MapStore) -> None:
     for map_id in ("depot", "house", "Attic"):
         put_map(map_store, house(map_id))
     assert map_store.maps() == [map_store.map_head(map_id) for map_id in ("Attic", "depot", "house")]
 
 
-def test_only_what_a_user_may_read_is_listed_for_that_user(map_store: MapStore) -> None:
+def test_only_readable_maps_are_listed_for_a_user(map_store: MapStore) -> None:
     for map_id, owner, readers in (("a", "ann", ()), ("b", "ann", ("bob",)), ("c", "ann", ("*",)), ("d", "bob", ())):
         put_map(map_store, house(map_id, owner=owner, readers=readers))
     seen = {user: [head.id for head in map_store.maps(user)] for user in ("ann", "bob", "carl")}
@@ -104,7 +104,7 @@ def test_only_what_a_user_may_read_is_listed_for_that_user(map_store: MapStore) 
     assert [head.id for head in map_store.maps("bob", after="b", limit=1)] == ["c"]
 
 
-def test_every_version_is_kept_and_found_newest_first(map_store: MapStore) -> None:
+def test_every_version_is_kept_and_listed_newest_first(map_store: MapStore) -> None:
     one, two = house(image=pgm(value=1), created=1.0), house(image=pgm(value=2), created=2.0)
     first = put_map(map_store, one, message="as built").present
     map_store.change_map("house", description="hall")
@@ -125,11 +125,11 @@ def test_every_version_is_kept_and_found_newest_first(map_store: MapStore) -> No
         found_map(map_store, version="../x")
 
 
-def test_a_version_that_is_restored_is_the_present_one_and_told_as_such(map_store: MapStore) -> None:
+def test_a_restored_version_is_current_and_marked_as_restored(map_store: MapStore) -> None:
     one, two = house(image=pgm(value=1), created=1.0), house(image=pgm(value=2), created=2.0)
     for given in (one, two):
         put_map(map_store, given)
-    head = map_store.roll_back(one.version, said("bob", owner="ann", message="the door is closed"))
+    head = map_store.roll_back(one.version, publication("bob", owner="ann", message="the door is closed"))
     assert found_map(map_store).files == one.files
     assert head == map_store.map_head("house")
     assert (head.version, head.present.author, head.present.message) == (one.version, "bob", "the door is closed")
@@ -140,20 +140,20 @@ def test_a_version_that_is_restored_is_the_present_one_and_told_as_such(map_stor
     ]
     with map_store.open_map("house", one.version) as opened:
         assert opened.record == head
-    assert map_store.roll_back(one.version, said("ann")) == head  # it is current already
+    assert map_store.roll_back(one.version, publication("ann")) == head  # it is current already
 
 
-def test_what_a_map_never_was_cannot_be_restored(map_store: MapStore) -> None:
+def test_an_unknown_version_cannot_be_restored(map_store: MapStore) -> None:
     with pytest.raises(NotFound):
-        map_store.roll_back("f" * 64, said())
+        map_store.roll_back("f" * 64, publication())
     put_map(map_store, house())
     with pytest.raises(NotFound, match="version of map"):
-        map_store.roll_back("f" * 64, said())
+        map_store.roll_back("f" * 64, publication())
     with pytest.raises(Conflict):
-        map_store.roll_back(house().version, said("bob"))
+        map_store.roll_back(house().version, publication("bob"))
 
 
-def test_who_expects_another_version_is_refused(map_store: MapStore) -> None:
+def test_publishing_with_an_outdated_if_match_conflicts(map_store: MapStore) -> None:
     one, two, three = (house(image=pgm(value=value)) for value in (1, 2, 3))
     with pytest.raises(Conflict, match="does not exist"):
         put_map(map_store, one, if_match=two.version)
@@ -162,11 +162,11 @@ def test_who_expects_another_version_is_refused(map_store: MapStore) -> None:
     with pytest.raises(Conflict, match=f"at version {two.version}, not at version {one.version}"):
         put_map(map_store, three, if_match=one.version)
     with pytest.raises(Conflict):
-        map_store.roll_back(one.version, said(if_match=one.version))
+        map_store.roll_back(one.version, publication(if_match=one.version))
     assert found_map(map_store).version == two.version
 
 
-def test_of_many_who_publish_at_once_none_is_lost(map_store: MapStore) -> None:
+def test_concurrent_publications_are_all_kept(map_store: MapStore) -> None:
     put_map(map_store, house(image=pgm(value=0)))
     start = Barrier(6)
 
@@ -184,7 +184,7 @@ def test_of_many_who_publish_at_once_none_is_lost(map_store: MapStore) -> None:
         assert found_map(map_store, version=version).version == version
 
 
-def test_of_many_who_expect_the_same_version_one_publishes(map_store: MapStore) -> None:
+def test_one_of_concurrent_publications_with_the_same_if_match_succeeds(map_store: MapStore) -> None:
     first = put_map(map_store, house(image=pgm(value=0))).version
     start = Barrier(5)
 
@@ -201,14 +201,14 @@ def test_of_many_who_expect_the_same_version_one_publishes(map_store: MapStore) 
     assert len(map_store.versions("house")) == 2
 
 
-def test_a_map_that_was_removed_comes_back_without_its_old_versions(map_store: MapStore) -> None:
+def test_a_removed_map_is_published_again_without_its_old_versions(map_store: MapStore) -> None:
     put_map(map_store, house(image=pgm(value=1)))
     map_store.remove_map("house")
     put_map(map_store, house(image=pgm(value=2)))
     assert [one.version for one in map_store.versions("house")] == [house(image=pgm(value=2)).version]
 
 
-def test_what_is_said_of_a_map_changes_and_its_files_do_not(map_store: MapStore) -> None:
+def test_readers_and_description_change_without_the_files(map_store: MapStore) -> None:
     put_map(map_store, house(readers=("bob",)))
     changed = map_store.change_map("house", description="the ground floor")
     assert (changed.readers, changed.description) == (("bob",), "the ground floor")
@@ -219,20 +219,20 @@ def test_what_is_said_of_a_map_changes_and_its_files_do_not(map_store: MapStore)
 
 
 @pytest.mark.parametrize("text", ["'; DROP TABLE maps; --", '"}{', "../../etc", "\0\u202e", "ä" * 256])
-def test_texts_are_texts(map_store: MapStore, text: str) -> None:
+def test_texts_are_stored_unchanged(map_store: MapStore, text: str) -> None:
     put_map(map_store, house(description=text), message=text)
     assert map_store.map_head("house").description == text
     assert map_store.versions("house")[0].message == text
 
 
-def test_a_map_does_not_change_hands(map_store: MapStore) -> None:
+def test_a_map_keeps_its_owner(map_store: MapStore) -> None:
     put_map(map_store, house(owner="ann"))
     with pytest.raises(Conflict, match="house"):
         put_map(map_store, house(owner="bob"))
     assert found_map(map_store).owner == "ann"
 
 
-def test_one_of_many_who_take_an_id_at_once_gets_it(map_store: MapStore) -> None:
+def test_one_of_concurrent_first_publishers_owns_the_map(map_store: MapStore) -> None:
     start = Barrier(6)
 
     def publish(owner: str) -> str | None:
@@ -248,7 +248,7 @@ def test_one_of_many_who_take_an_id_at_once_gets_it(map_store: MapStore) -> None
     assert winners == [map_store.map_head("house").owner]
 
 
-def test_a_removed_map_is_gone_and_its_id_free(map_store: MapStore) -> None:
+def test_a_removed_map_is_not_found_and_its_id_is_free(map_store: MapStore) -> None:
     put_map(map_store, house(owner="ann"))
     map_store.remove_map("house")
     with pytest.raises(NotFound):
@@ -269,20 +269,20 @@ CALLS_BY_ID: list[Callable[[MapStore, str], object]] = [
 
 
 @pytest.mark.parametrize("call", CALLS_BY_ID)
-def test_what_is_not_there_is_not_found(map_store: MapStore, call: Callable[[MapStore, str], object]) -> None:
+def test_unknown_maps_are_not_found(map_store: MapStore, call: Callable[[MapStore, str], object]) -> None:
     with pytest.raises(NotFound, match="nowhere"):
         call(map_store, "nowhere")
 
 
 @pytest.mark.parametrize("name", NOT_NAMES)
-def test_ids_that_are_no_names_are_refused_wherever_they_are_given(map_store: MapStore, name: str) -> None:
+def test_invalid_ids_are_refused_by_all_calls(map_store: MapStore, name: str) -> None:
     for call in (*CALLS_BY_ID, lambda store, map_id: put_map(store, house(map_id))):
         with pytest.raises(InvalidInput):
             call(map_store, name)
     assert map_store.maps() == []
 
 
-def test_the_border_between_the_files_counts_for_the_version() -> None:
+def test_a_version_depends_on_which_part_each_file_is() -> None:
     one, other = MapFile("a" * 64, 1), MapFile("b" * 64, 1)
     versions = {
         map_version(files)

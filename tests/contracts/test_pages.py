@@ -27,7 +27,7 @@ LISTS: dict[str, tuple[Callable[[Store, Any, int], list[Any]], Callable[[Any], A
 }
 
 
-def leaf(fetch: Fetch, key_of: Callable[[Any], Any], first: Any, limit: int) -> list[Any]:
+def all_pages(fetch: Fetch, key_of: Callable[[Any], Any], first: Any, limit: int) -> list[Any]:
     """Return all records of a list, page by page."""
     found: list[Any] = []
     key = first
@@ -48,15 +48,15 @@ def fill(store: Store, count: int) -> None:
 
 @pytest.mark.parametrize("name", LISTS)
 @pytest.mark.parametrize("limit", [1, 2, 5, 7])
-def test_pages_together_are_the_list(store: Store, name: str, limit: int) -> None:
+def test_pages_together_contain_the_whole_list(store: Store, name: str, limit: int) -> None:
     fill(store, 5)
     fetch, key_of, first = LISTS[name]
     whole = fetch(store, first, 1000)
     assert len(whole) == 5
-    assert leaf(lambda key, most: fetch(store, key, most), key_of, first, limit) == whole
+    assert all_pages(lambda key, most: fetch(store, key, most), key_of, first, limit) == whole
 
 
-def test_a_page_may_begin_behind_what_is_gone(store: Store) -> None:
+def test_a_page_may_start_after_a_removed_record(store: Store) -> None:
     fill(store, 5)
     [*_, last] = store.plans("house", limit=2)
     store.remove_plan(last.id)
@@ -66,22 +66,22 @@ def test_a_page_may_begin_behind_what_is_gone(store: Store) -> None:
 
 
 @pytest.mark.parametrize("limit", [1, 2, 3])
-def test_maps_and_their_versions_come_in_pages(map_store: MapStore, limit: int) -> None:
+def test_maps_and_their_versions_are_paged(map_store: MapStore, limit: int) -> None:
     for number in range(3):
         put_map(map_store, house(f"m{number}"))
         put_map(map_store, house("m0", image=pgm(value=number), created=float(number)))
-    ids = leaf(lambda key, most: map_store.maps(after=key, limit=most), lambda one: one.id, "", limit)
+    ids = all_pages(lambda key, most: map_store.maps(after=key, limit=most), lambda one: one.id, "", limit)
     assert [one.id for one in ids] == ["m0", "m1", "m2"]
 
     def versions(key: int | None, most: int) -> list[MapVersionRecord]:
         return map_store.versions("m0", before=key, limit=most)
 
-    assert leaf(versions, lambda one: one.number, None, limit) == map_store.versions("m0")
+    assert all_pages(versions, lambda one: one.number, None, limit) == map_store.versions("m0")
 
 
 @given(st.lists(st.sampled_from(["add", "remove", "page"]), max_size=30), st.integers(1, 3), st.randoms())
 @settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
-def test_what_stays_is_seen_once_whatever_comes_and_goes(steps: list[str], limit: int, random: Any) -> None:
+def test_remaining_records_are_seen_once_despite_changes(steps: list[str], limit: int, random: Any) -> None:
     store = MemoryStore()
     staying = {f"s{number}" for number in range(5)}
     for name in staying:
@@ -99,18 +99,18 @@ def test_what_stays_is_seen_once_whatever_comes_and_goes(steps: list[str], limit
     assert staying <= set(seen)
 
 
-def test_a_page_of_maps_reads_no_more_than_it_gives(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_page_of_maps_reads_only_its_own_records(monkeypatch: pytest.MonkeyPatch) -> None:
     maps = MemoryMapStore()
     for number in range(20):
         put_map(maps, house(f"m{number:02}"))
-    looked: list[str] = []
+    examined: list[str] = []
     record = type(maps.map_head("m00"))
     readable = record.readable_by
 
     def count(self: Any, reader: str) -> bool:
-        looked.append(self.id)
+        examined.append(self.id)
         return readable(self, reader)
 
     monkeypatch.setattr(record, "readable_by", count)
     assert len(maps.maps("ann", after="m04", limit=3)) == 3
-    assert looked == ["m05", "m06", "m07"]
+    assert examined == ["m05", "m06", "m07"]

@@ -31,14 +31,14 @@ def head(record: PlanRecord) -> PlanRecord:
     return PlanRecord(**{name: getattr(record, name) for name in record.__struct_fields__} | {"poses": b""})
 
 
-def test_many_plans_are_kept_at_once_and_those_that_were_there_stay(store: Store) -> None:
+def test_many_plans_are_added_at_once_and_existing_ones_stay(store: Store) -> None:
     store.add_plan(plan("p1", cost=1.0))
     assert store.add_plans([plan("p1", cost=2.0), plan("p2"), plan("p3"), plan("p2", cost=3.0)]) == 2
     assert store.add_plans([]) == 0
     assert [store.plan(name).cost for name in ("p1", "p2", "p3")] == [1.0, 118.5, 118.5]
 
 
-def test_many_plans_are_read_at_once_as_each_is(store: Store) -> None:
+def test_many_plans_are_read_at_once(store: Store) -> None:
     kept = [path(f"p{number}", (0, 0), (5, number % 3), steps=90 + number) for number in range(9)] + [plan("q")]
     store.add_plans(kept)
     ids = [record.id for record in kept]
@@ -48,7 +48,7 @@ def test_many_plans_are_read_at_once_as_each_is(store: Store) -> None:
         store.whole_plans(["p1", "../p2"])
 
 
-def test_what_led_to_a_plan_is_kept_with_it(store: Store) -> None:
+def test_parameters_and_origin_are_stored_with_a_plan(store: Store) -> None:
     kept = plan("p1", parameters={"weight": 1.5, "names": ["a", {"b": None}]}, origin="given")
     store.add_plan(kept)
     kept.parameters["names"].append("later")
@@ -58,20 +58,20 @@ def test_what_led_to_a_plan_is_kept_with_it(store: Store) -> None:
 
 
 @pytest.mark.parametrize("parameters", [{}, {"names": ["a", {"b": None}]}])
-def test_whoever_changes_the_parameters_of_a_plan_changes_no_other(store: Store, parameters: dict[str, Any]) -> None:
+def test_changing_returned_parameters_changes_no_other_plan(store: Store, parameters: dict[str, Any]) -> None:
     store.add_plans([path(name, (0, 0), (5, 0), parameters=parameters) for name in "ab"])
     search = PlanStoreQuery("house", "v1", (0.0, 0.0), (5.0, 0.0), 0.1)
     for _ in range(2):
-        told = [*store.find_plans(search), *store.plans("house"), store.plan("a"), store.plan("b")]
-        assert [one.parameters for one in told] == [parameters] * 6
-        for one in told:
+        returned = [*store.find_plans(search), *store.plans("house"), store.plan("a"), store.plan("b")]
+        assert [one.parameters for one in returned] == [parameters] * 6
+        for one in returned:
             one.parameters.setdefault("names", []).append("changed")
-        assert [one.parameters["names"].count("changed") for one in told] == [1] * 6
+        assert [one.parameters["names"].count("changed") for one in returned] == [1] * 6
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 15, 16, 17, 33, 1000])
 @pytest.mark.parametrize("seed", [0, 1])
-def test_poses_come_back_bit_for_bit(store: Store, count: int, seed: int) -> None:
+def test_poses_are_bitwise_equal(store: Store, count: int, seed: int) -> None:
     random = np.random.default_rng(seed)
     wild = random.integers(0, 2**64, (count, 7), dtype=np.uint64).view("<f8")
     poses = np.where(np.isfinite(wild), wild, -0.0).tobytes()
@@ -79,7 +79,7 @@ def test_poses_come_back_bit_for_bit(store: Store, count: int, seed: int) -> Non
     assert store.plan("p1").poses == poses
 
 
-def test_a_plan_takes_the_place_of_another(store: Store) -> None:
+def test_a_plan_is_replaced(store: Store) -> None:
     before = path("p1", (0, 0), (1, 0))
     after = path("p1", (5, 5), (6, 5), version="v2", map="depot", planner="astar", created=9.0)
     store.add_plan(before)
@@ -91,7 +91,7 @@ def test_a_plan_takes_the_place_of_another(store: Store) -> None:
     assert store.find_plans(PlanStoreQuery("depot", "v2", (5, 5), (6, 5), 0.1)) == [head(after)]
 
 
-def test_a_plan_that_was_changed_meanwhile_is_not_replaced(store: Store) -> None:
+def test_a_plan_changed_meanwhile_is_not_replaced(store: Store) -> None:
     first = plan("p1", cost=1.0)
     store.add_plan(first)
     with pytest.raises(Conflict):
@@ -126,7 +126,7 @@ def test_plans_are_found_by_planner(store: Store) -> None:
 
 @pytest.mark.parametrize("place", [-1000.25, -0.1, 0.0, 0.24999, 0.5])
 @pytest.mark.parametrize("tolerance", [0.0, 0.25, 0.5])
-def test_an_end_may_be_as_far_off_as_the_tolerance_says(store: Store, place: float, tolerance: float) -> None:
+def test_plans_are_found_up_to_the_tolerance_from_their_ends(store: Store, place: float, tolerance: float) -> None:
     start, goal = (place, -place), (place + 4, place)
     store.add_plan(path("a", start, goal))
     inside, outside = tolerance * 0.999, tolerance * 1.001 + 1e-6
@@ -138,7 +138,7 @@ def test_an_end_may_be_as_far_off_as_the_tolerance_says(store: Store, place: flo
             assert len(store.find_plans(PlanStoreQuery("house", "v1", start, near, tolerance))) == expected
 
 
-def test_plans_that_pass_two_places_are_found_in_their_order(store: Store) -> None:
+def test_plans_passing_two_places_in_order_are_found(store: Store) -> None:
     long = path("long", (0, 0), (10, 0), (10, 10), steps=100)
     store.add_plans([long, path("other", (0, 5), (8, 5), steps=100)])
     [passes] = store.plans_through(PlanStoreQuery("house", "v1", (3.02, 0.1), (10.1, 4.98), 0.25))
@@ -150,7 +150,7 @@ def test_plans_that_pass_two_places_are_found_in_their_order(store: Store) -> No
     assert store.plans_through(PlanStoreQuery("house", "v1", (3, 0), (10, 5), 0.25), limit=0) == []
 
 
-def test_removed_plans_are_found_no_more(store: Store) -> None:
+def test_removed_plans_are_not_found(store: Store) -> None:
     store.add_plans([path("a", (0, 0), (5, 0), steps=100), path("b", (0, 0), (5, 0), steps=100)])
     store.remove_plan("a")
     assert [p.id for p in store.find_plans(PlanStoreQuery("house", "v1", (0, 0), (5, 0), 0.1))] == ["b"]
@@ -159,7 +159,7 @@ def test_removed_plans_are_found_no_more(store: Store) -> None:
     assert store.plan_statistics() == PlanStatistics()
 
 
-def test_the_plans_of_a_map_are_removed_and_no_others(store: Store) -> None:
+def test_only_the_plans_of_the_given_map_are_removed(store: Store) -> None:
     store.add_plans(
         path(f"{map_id}-{version}{number}", (0, 0), (5, number), map=map_id, version=version, steps=99)
         for map_id, count in (("house", 150), ("house2", 3), ("yard", 2))
@@ -182,19 +182,19 @@ def test_the_plans_of_a_map_are_removed_and_no_others(store: Store) -> None:
 
 
 @pytest.mark.parametrize("name", NOT_NAMES)
-def test_plans_of_what_is_no_map_are_not_removed(store: Store, name: str) -> None:
+def test_an_invalid_map_id_is_refused_by_remove_plans(store: Store, name: str) -> None:
     with pytest.raises(InvalidInput):
         store.remove_plans(name)
 
 
 def test_statistics_count_plans_and_waypoints_of_a_map(store: Store) -> None:
     store.add_plans([path("a", (0, 0), (5, 0), steps=99), path("b", (0, 0), (5, 0), map="depot", steps=49)])
-    told = store.plan_statistics("depot")
-    assert (told.plans, told.waypoints) == (1, 50)
-    assert 0 < told.kept <= 50
-    assert told.bytes > 0
-    told = store.plan_statistics()
-    assert (told.plans, told.waypoints) == (2, 150)
+    statistics = store.plan_statistics("depot")
+    assert (statistics.plans, statistics.waypoints) == (1, 50)
+    assert 0 < statistics.kept <= 50
+    assert statistics.bytes > 0
+    statistics = store.plan_statistics()
+    assert (statistics.plans, statistics.waypoints) == (2, 150)
     assert store.plan_statistics("nowhere") == PlanStatistics()
 
 
@@ -214,13 +214,13 @@ BAD = {
     "created": {"created": INF},
     "no version": {"version": ""},
     "long planner": {"planner": "x" * 300},
-    "half a character": {"user": "\ud800"},
-    "what cannot be kept": {"parameters": {"a": object()}},
+    "a lone surrogate": {"user": "\ud800"},
+    "parameters that cannot be stored": {"parameters": {"a": object()}},
 }
 
 
 @pytest.mark.parametrize("fields", BAD.values(), ids=list(BAD))
-def test_bad_plans_are_refused_and_nothing_of_them_is_kept(store: Store, fields: dict[str, Any]) -> None:
+def test_invalid_plans_are_refused_and_nothing_is_stored(store: Store, fields: dict[str, Any]) -> None:
     kept = plan("kept")
     store.add_plan(kept)
     calls: list[Callable[[], object]] = [
@@ -236,7 +236,7 @@ def test_bad_plans_are_refused_and_nothing_of_them_is_kept(store: Store, fields:
 
 
 @pytest.mark.parametrize("text", ["'; DROP TABLE plans; --", '"', "%", "v_1", "\0", "ä" * 256])
-def test_texts_are_texts(store: Store, text: str) -> None:
+def test_texts_are_stored_unchanged(store: Store, text: str) -> None:
     record = path("a", (0, 0), (1, 0), user=text, version=text, planner=text, robot=text, parameters={text: text})
     store.add_plan(record)
     assert store.plan("a") == record
@@ -254,7 +254,7 @@ SEARCHES = {
 
 
 @pytest.mark.parametrize("search", SEARCHES.values(), ids=list(SEARCHES))
-def test_only_places_are_searched(search: tuple[Any, Any, float]) -> None:
+def test_invalid_searches_are_refused(search: tuple[Any, Any, float]) -> None:
     with pytest.raises(InvalidInput):
         PlanStoreQuery("house", "v", *search)
     with pytest.raises(InvalidInput):
@@ -268,7 +268,7 @@ def test_unknown_plans_have_no_parts(store: Store) -> None:
         store.plan_parts("../p1")
 
 
-def test_maps_with_plans_are_listed_and_no_others(store: Store) -> None:
+def test_only_maps_with_plans_are_listed(store: Store) -> None:
     assert store.plan_maps() == []
     for number, map_id in enumerate(("yard", "House", "house", "house")):
         store.add_plan(plan(f"p{number}", map=map_id))

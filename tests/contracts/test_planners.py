@@ -1,4 +1,4 @@
-"""What holds for one planner in the plane must hold for all that are installed."""
+"""The contract of every installed 2D planner."""
 
 import math
 from collections.abc import Iterator
@@ -26,7 +26,7 @@ from ppaas.planners.traits import Optimal
 from ppaas.planners.weights import passable
 from ppaas.plugins import parameters_in_use
 
-DEAREST = 252
+HIGHEST_COST = 252
 RESOLUTION = 0.05
 WIDEST = 32768
 
@@ -63,7 +63,7 @@ def check_path(result: PlanResult, map_: Costmap, request: PlanRequest) -> None:
     assert np.isfinite(result.poses).all()
 
 
-def test_a_robot_that_is_there_has_no_way_to_go(planner: Planner) -> None:
+def test_a_path_to_the_start_has_length_zero(planner: Planner) -> None:
     request = PlanRequest(at(20, 20), at(20, 20))
     result = planner.plan(free(40, 40), request)
     assert {tuple(cell) for cell in result.cells.tolist()} == {(20, 20)}
@@ -85,14 +85,14 @@ def test_a_map_one_cell_wide_can_be_planned_on(planner: Planner, shape: tuple[in
     assert result.cost == pytest.approx(59 * 50.0)
 
 
-def test_the_widest_map_there_is_can_be_planned_on(planner: Planner) -> None:
+def test_the_widest_map_can_be_planned_on(planner: Planner) -> None:
     map_, request = free(32, WIDEST), PlanRequest(at(16, 0), at(16, WIDEST - 1))
     result = planner.plan(map_, request)
     check_path(result, map_, request)
     assert result.length == pytest.approx((WIDEST - 1) * RESOLUTION, rel=0.01)
 
 
-@pytest.mark.parametrize("cost", [1, DEAREST])
+@pytest.mark.parametrize("cost", [1, HIGHEST_COST])
 def test_costs_at_the_limits_are_counted(planner: Planner, cost: int) -> None:
     map_, request = free(60, 60, cost), PlanRequest(at(30, 5), at(30, 54))
     result = planner.plan(map_, request)
@@ -100,17 +100,17 @@ def test_costs_at_the_limits_are_counted(planner: Planner, cost: int) -> None:
     assert result.cost == pytest.approx(49 * (50.0 + 0.8 * cost), rel=0.001)
 
 
-def test_a_planner_goes_round_dear_cells_if_it_heeds_costs(planner: Planner) -> None:
+def test_weighted_planners_avoid_expensive_cells(planner: Planner) -> None:
     costs = np.zeros((80, 80), np.uint8)
-    costs[36:78, 30:50] = DEAREST
+    costs[36:78, 30:50] = HIGHEST_COST
     map_, request = costmap(costs), PlanRequest(at(40, 5), at(40, 74))
     result = planner.plan(map_, request)
     check_path(result, map_, request)
-    went_through = (map_.data[tuple(result.cells.T)] == DEAREST).any()
+    went_through = (map_.data[tuple(result.cells.T)] == HIGHEST_COST).any()
     assert went_through != planner.traits.weighted
 
 
-def test_nobody_plans_through_walls(planner: Planner) -> None:
+def test_no_planner_plans_through_walls(planner: Planner) -> None:
     costs = np.zeros((60, 60), np.uint8)
     costs[20:41, 20:41] = LETHAL_OBSTACLE
     costs[23:38, 23:38] = 0
@@ -121,12 +121,12 @@ def test_nobody_plans_through_walls(planner: Planner) -> None:
         planner.plan(walled, PlanRequest(at(30, 30), at(5, 5)))
 
 
-def test_a_map_of_nothing_but_walls_is_refused(planner: Planner) -> None:
+def test_a_fully_occupied_map_is_refused(planner: Planner) -> None:
     with pytest.raises(StartOccupied):
         planner.plan(free(30, 30, LETHAL_OBSTACLE), PlanRequest(at(5, 5), at(20, 20)))
 
 
-def test_a_goal_in_a_wall_takes_a_tolerance(planner: Planner) -> None:
+def test_a_goal_in_a_wall_needs_a_tolerance(planner: Planner) -> None:
     costs = np.zeros((60, 60), np.uint8)
     costs[30:34] = LETHAL_OBSTACLE
     map_, start = costmap(costs), at(10, 20, SOUTH)
@@ -138,16 +138,16 @@ def test_a_goal_in_a_wall_takes_a_tolerance(planner: Planner) -> None:
 
 
 @pytest.mark.parametrize("allowed", [True, False])
-def test_unknown_cells_are_entered_only_where_that_is_allowed(planner: Planner, allowed: bool) -> None:
+def test_unknown_cells_are_entered_only_if_allowed(planner: Planner, allowed: bool) -> None:
     costs = np.zeros((60, 60), np.uint8)
     costs[:, 25:35] = NO_INFORMATION
-    choosy = create(planner.name, allow_unknown=allowed)
+    configured = create(planner.name, allow_unknown=allowed)
     request = PlanRequest(at(30, 10), at(30, 50))
     if allowed:
-        check_path(choosy.plan(costmap(costs), request), costmap(costs), request)
+        check_path(configured.plan(costmap(costs), request), costmap(costs), request)
         return
     with pytest.raises(NoValidPath):
-        choosy.plan(costmap(costs), request)
+        configured.plan(costmap(costs), request)
 
 
 @pytest.mark.parametrize(
@@ -164,21 +164,21 @@ def test_unknown_cells_are_entered_only_where_that_is_allowed(planner: Planner, 
         (PlanRequest(at(5, 5), at(9, 9), timeout=0.0), PlanTimeout),
     ],
 )
-def test_what_cannot_be_planned_is_refused_with_what_to_do(
+def test_invalid_requests_are_refused_with_a_reason(
     planner: Planner, request_: PlanRequest, error: type[Exception]
 ) -> None:
     with pytest.raises(error, match=r"\w+"):
         planner.plan(free(30, 30), request_)
 
 
-def asked(number: int) -> Iterator[bool]:
-    """Answer no so many times, then yes; nobody may ask again."""
+def cancelled_after(number: int) -> Iterator[bool]:
+    """Yield False ``number`` times, then True; a further call is an error."""
     yield from (False for _ in range(number))
     yield True
     raise AssertionError("it went on after it was cancelled")
 
 
-def test_a_plan_ends_whenever_it_is_cancelled(planner: Planner) -> None:
+def test_planning_stops_at_any_cancellation(planner: Planner) -> None:
     costs = np.zeros((700, 700), np.uint8)
     costs[40:-40:80, :-40] = costs[80:-40:80, 40:] = LETHAL_OBSTACLE
     map_, times = costmap(costs), 0
@@ -192,14 +192,14 @@ def test_a_plan_ends_whenever_it_is_cancelled(planner: Planner) -> None:
     create(planner.name).plan(map_, PlanRequest(request.start, request.goal, cancelled=count))
     assert times > 3
     for number in {0, times // 2, times - 1}:
-        answers = asked(number)
+        answers = cancelled_after(number)
         with pytest.raises(PlanCancelled):
             create(planner.name).plan(
                 map_, PlanRequest(request.start, request.goal, cancelled=lambda answers=answers: next(answers))
             )
 
 
-def test_what_is_always_cheapest_costs_the_same_by_all() -> None:
+def test_optimal_planners_find_paths_of_equal_cost() -> None:
     costs = np.random.default_rng(7).integers(0, 255, (50, 60)).astype(np.uint8)
     costs[[2, 47], [2, 57]] = 0
     map_, request = costmap(costs), PlanRequest(at(2, 2), at(47, 57))

@@ -127,7 +127,7 @@ class PlansInAnyOrder(RuleBasedStateMachine):
                 assert passes.first < passes.last
 
     @invariant()
-    def all_is_as_it_was_given(self) -> None:
+    def plans_equal_those_given(self) -> None:
         for plan_id, record in self.plain.items():
             self.each(lambda store, plan_id=plan_id: store.plan(plan_id), record)
         self.each(lambda store: store.whole_plans(["p9", *self.plain]), self.plain)
@@ -135,13 +135,13 @@ class PlansInAnyOrder(RuleBasedStateMachine):
         self.each(lambda store: store.plans("house"), [without_poses(record) for record in newest])
 
     @invariant()
-    def nothing_is_kept_for_nobody(self) -> None:
-        first, *others = (self.told(store) for store in self.stores)
+    def no_entry_is_stored_without_a_plan(self) -> None:
+        first, *others = (self.contents(store) for store in self.stores)
         assert all(other == first for other in others)
         if not self.plain:
             assert first[0][3] == 0
 
-    def told(self, store: Store) -> tuple[Any, ...]:
+    def contents(self, store: Store) -> tuple[Any, ...]:
         counts = store.plan_statistics()
         parts = [store.plan_parts(plan_id) for plan_id in sorted(self.plain)]
         entries = {part.entry for each in parts for part in each}

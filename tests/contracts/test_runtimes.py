@@ -1,4 +1,4 @@
-"""What holds for every runtime; each has a test file of its own for what it alone does."""
+"""The contract of every runtime; what only one runtime does has its own test file."""
 
 import asyncio
 import itertools
@@ -34,14 +34,14 @@ _numbers = itertools.count(1)
 
 @dataclass
 class Machine:
-    """Where a runtime runs, whose containers report to the test."""
+    """The premises of a runtime whose containers report to the test."""
 
     make: Callable[[str, Premises], Runtime]
     premises: Premises
     reports: Reports
     runtime: Runtime | None = None
     status_at_close: int = -signal.SIGKILL
-    """That a container has which the end of its runtime ends."""
+    """Exit status of a container that the end of its runtime ends."""
 
     async def start(self, entry: str) -> Runtime:
         """Start the runtime, whose containers run a function of the entries of tests."""
@@ -50,7 +50,7 @@ class Machine:
         return self.runtime
 
     def layers(self) -> Path:
-        """Make layers of a map that only say which they are."""
+        """Create map layers that contain only a mark."""
         folder = self.premises.shared_memory / "map"
         folder.mkdir(parents=True)
         (folder / "info.json").write_text("the layers")
@@ -91,7 +91,7 @@ def by_ray(request: pytest.FixtureRequest, premises: Premises, reports: Reports)
 
     cluster = request.getfixturevalue("ray_cluster")
     made = RayMachine(lambda entry, premises: RayRuntime(entry, premises, cluster, reports), premises, reports)
-    made.status_at_close = UNKNOWN_STATUS  # the agent ends before them, and nobody else could tell
+    made.status_at_close = UNKNOWN_STATUS  # the agent ends before them, so their status is unknown
     return made
 
 
@@ -136,7 +136,7 @@ def sized(launch: Launch, cores: float, *cpus: int) -> Launch:
     return replace(launch, spec=replace(launch.spec, cores=cores), cpus=cpus)
 
 
-async def test_a_container_is_ready_when_it_dials_and_runs_until_it_is_killed(machine: Machine) -> None:
+async def test_a_container_connects_when_ready_and_runs_until_killed(machine: Machine) -> None:
     runtime = await machine.start("dial_and_stay")
     launch = machine.reports.launch()
     container = await runtime.launch(launch)
@@ -148,17 +148,17 @@ async def test_a_container_is_ready_when_it_dials_and_runs_until_it_is_killed(ma
     container.kill()
 
 
-async def test_its_size_is_cpus_and_threads_and_its_exit_status_is_told(machine: Machine) -> None:
+async def test_size_sets_cpus_and_threads_and_the_exit_status_is_returned(machine: Machine) -> None:
     runtime = await machine.start("describe")
     container = await runtime.launch(machine.reports.launch(cpus=(0,), threads=1))
     facts = dict(fact.split("=") for fact in (await machine.reports.next()).text.split())
     assert (facts["cpus"], facts["threads"], facts["omp"], facts["main"]) == ("0", "1", "1", "False")
-    assert facts["told_ray_token"] == "False", "whoever has its token can do what all its nodes can"
+    assert facts["told_ray_token"] == "False", "the token of the cluster must not reach a container"
     assert await container.wait() == 7
 
 
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one CPU: no other to run on")
-async def test_another_size_is_other_cpus_while_it_runs(machine: Machine) -> None:
+async def test_resize_changes_the_cpus_of_a_running_container(machine: Machine) -> None:
     runtime = await machine.start("tell_cpus")
     launch = machine.reports.launch(cpus=(0,))
     container = await runtime.launch(launch)
@@ -172,7 +172,7 @@ async def test_another_size_is_other_cpus_while_it_runs(machine: Machine) -> Non
     container.resize(launch)
 
 
-async def test_that_somebody_else_killed_it_is_told(machine: Machine) -> None:
+async def test_a_kill_by_another_process_is_reported(machine: Machine) -> None:
     runtime = await machine.start("dial_and_stay")
     container = await runtime.launch(machine.reports.launch())
     await machine.reports.next()
@@ -180,7 +180,7 @@ async def test_that_somebody_else_killed_it_is_told(machine: Machine) -> None:
     assert await container.wait() == -signal.SIGKILL
 
 
-async def test_many_may_wait_for_the_end(machine: Machine) -> None:
+async def test_several_callers_wait_for_the_end(machine: Machine) -> None:
     runtime = await machine.start("dial_and_stay")
     container = await runtime.launch(machine.reports.launch())
     waiting = [asyncio.create_task(container.wait()) for _ in range(3)]
@@ -196,7 +196,7 @@ async def test_a_container_of_one_core_cannot_use_two(machine: Machine) -> None:
     assert float((await machine.reports.next()).text) < 1.3
 
 
-async def test_layers_are_seen_and_so_is_what_is_put_beside_them_later(machine: Machine) -> None:
+async def test_layers_and_files_added_later_are_visible(machine: Machine) -> None:
     runtime = await machine.start("read_layers")
     container, layers = await machine.launch_with_layers(runtime)
     assert (await machine.reports.next()).text == (layers / "info.json").read_text()
@@ -206,7 +206,7 @@ async def test_layers_are_seen_and_so_is_what_is_put_beside_them_later(machine: 
     assert await container.wait() == 0
 
 
-async def test_what_cannot_begin_is_told(machine: Machine) -> None:
+async def test_a_launch_of_an_impossible_size_fails(machine: Machine) -> None:
     runtime = await machine.start("dial_and_stay")
     try:
         status = await (await runtime.launch(sized(machine.reports.launch(), 4096.0, 4095))).wait()
@@ -215,7 +215,7 @@ async def test_what_cannot_begin_is_told(machine: Machine) -> None:
     assert status == 1
 
 
-async def test_several_at_a_time_are_all_ended_by_close_and_no_more_start(machine: Machine) -> None:
+async def test_close_ends_all_containers_and_refuses_new_ones(machine: Machine) -> None:
     runtime = await machine.start("dial_and_stay")
     started = await asyncio.gather(*(runtime.launch(machine.reports.launch()) for _ in range(3)))
     reported = {(await machine.reports.next()).container for _ in started}
@@ -228,7 +228,7 @@ async def test_several_at_a_time_are_all_ended_by_close_and_no_more_start(machin
         await runtime.launch(machine.reports.launch())
 
 
-async def test_a_launch_that_is_given_up_leaves_no_container(machine: Machine) -> None:
+async def test_a_cancelled_launch_leaves_no_container(machine: Machine) -> None:
     runtime = await machine.start("dial_and_stay")
     given_up = machine.reports.launch()
     launching = asyncio.create_task(runtime.launch(given_up))
@@ -245,7 +245,8 @@ async def test_a_launch_that_is_given_up_leaves_no_container(machine: Machine) -
     assert report.container == launch.spec.id
 
 
-@pytest.mark.parametrize("machine", [PROCESS, DOCKER], indirect=True)  # on a Ray node its agent is told, and logs it
-async def test_an_entry_that_does_not_exist_is_told_at_the_start(machine: Machine) -> None:
+# On a Ray node the agent receives the error and logs it.
+@pytest.mark.parametrize("machine", [PROCESS, DOCKER], indirect=True)
+async def test_a_missing_entry_point_is_reported_at_the_start(machine: Machine) -> None:
     with pytest.raises(Unavailable, match="nothing"):
         await machine.start("nothing")

@@ -12,12 +12,12 @@ from storage.records import Limits
 from tests.support.storage.records import NOT_NAMES, clone, plan, robot, token, user
 
 
-def test_a_user_is_found_as_it_was_kept(store: Store) -> None:
+def test_a_user_is_returned_as_stored(store: Store) -> None:
     store.add_user(user("ann", role="admin"))
     assert store.user("ann") == user("ann", role="admin")
 
 
-def test_limits_of_a_users_own_are_kept_changed_and_taken_back(store: Store) -> None:
+def test_own_limits_of_a_user_are_stored_changed_and_removed(store: Store) -> None:
     store.add_user(user("ann", limits=Limits(containers=0, cores=0.5)))
     assert store.user("ann").limits == store.users()[0].limits == Limits(containers=0, cores=0.5)
     store.change_user(user("ann", limits=Limits(maps=3)))
@@ -26,20 +26,20 @@ def test_limits_of_a_users_own_are_kept_changed_and_taken_back(store: Store) -> 
     assert store.user("ann") == user("ann")
 
 
-def test_users_come_sorted_by_id(store: Store) -> None:
+def test_users_are_sorted_by_id(store: Store) -> None:
     for name in ("carl", "ann", "Bob"):
         store.add_user(user(name))
     assert [u.id for u in store.users()] == ["Bob", "ann", "carl"]
 
 
-def test_a_taken_user_id_stays_with_the_first(store: Store) -> None:
+def test_a_taken_user_id_is_refused(store: Store) -> None:
     store.add_user(user("ann", password_hash="first"))
     with pytest.raises(Conflict, match="ann"):
         store.add_user(user("ann", password_hash="second"))
     assert store.user("ann").password_hash == "first"
 
 
-def test_one_of_many_who_take_an_id_at_once_gets_it(store: Store) -> None:
+def test_one_of_concurrent_registrations_gets_the_id(store: Store) -> None:
     start = Barrier(8)
 
     def register(number: int) -> bool:
@@ -56,7 +56,7 @@ def test_one_of_many_who_take_an_id_at_once_gets_it(store: Store) -> None:
     assert store.user("ann").password_hash == str(won.index(True))
 
 
-def test_a_removed_user_takes_tokens_robots_and_checkpoints_along_and_nobody_elses(store: Store) -> None:
+def test_removing_a_user_removes_only_the_own_records(store: Store) -> None:
     for name, digest in (("ann", "a" * 64), ("bob", "b" * 64)):
         store.add_user(user(name))
         store.add_token(token(digest, user=name))
@@ -78,7 +78,7 @@ def test_a_token_needs_its_user(store: Store) -> None:
         store.add_token(token(user="ann"))
 
 
-def test_only_expired_tokens_are_swept_away(store: Store) -> None:
+def test_only_expired_tokens_are_removed(store: Store) -> None:
     store.add_user(user("ann"))
     for digest, expires in (("a", 10.0), ("b", 20.0), ("c", 30.0)):
         store.add_token(token(digest * 64, expires=expires))
@@ -88,7 +88,7 @@ def test_only_expired_tokens_are_swept_away(store: Store) -> None:
         store.token("a" * 64)
 
 
-def test_the_tokens_of_a_user_are_listed_and_one_is_revoked(store: Store) -> None:
+def test_tokens_of_a_user_are_listed_and_revoked(store: Store) -> None:
     for name, digest in (("ann", "b"), ("ann", "a"), ("bob", "c")):
         if name not in [known.id for known in store.users()]:
             store.add_user(user(name))
@@ -99,7 +99,7 @@ def test_the_tokens_of_a_user_are_listed_and_one_is_revoked(store: Store) -> Non
     assert [one.hash for one in store.tokens("bob")] == ["c" * 64]
 
 
-def test_a_changed_user_keeps_its_tokens_while_the_password_stays(store: Store) -> None:
+def test_a_changed_user_keeps_tokens_with_the_same_password(store: Store) -> None:
     store.add_user(user("ann"))
     store.add_token(token("a" * 64))
     store.change_user(user("ann", role="admin"))
@@ -107,7 +107,7 @@ def test_a_changed_user_keeps_its_tokens_while_the_password_stays(store: Store) 
     assert store.token("a" * 64).user == "ann"
 
 
-def test_with_a_new_password_go_all_tokens_of_the_user_but_one_and_nobody_elses(store: Store) -> None:
+def test_a_new_password_removes_only_the_users_other_tokens(store: Store) -> None:
     for name, digest in (("ann", "a"), ("bob", "c")):
         store.add_user(user(name))
         store.add_token(token(digest * 64, user=name))
@@ -119,14 +119,14 @@ def test_with_a_new_password_go_all_tokens_of_the_user_but_one_and_nobody_elses(
     assert store.token("c" * 64).user == "bob"
 
 
-def test_a_robot_is_found_as_it_was_put_last(store: Store) -> None:
+def test_a_robot_is_returned_as_put_last(store: Store) -> None:
     parameters = {"DWAPlannerROS": {"max_vel_x": 0.26, "holonomic": False, "frames": ["odom", "map"], "none": None}}
     assert store.put_robot(robot("tb1", cores=0.25))
     assert not store.put_robot(robot("tb1", initial_pose=(1.5, -2.0, 3.1), parameters=parameters))
     assert store.robot("ann", "tb1") == robot("tb1", initial_pose=(1.5, -2.0, 3.1), parameters=parameters)
 
 
-def test_a_robot_that_another_changed_meanwhile_is_not_overwritten(store: Store) -> None:
+def test_a_robot_changed_meanwhile_is_not_overwritten(store: Store) -> None:
     store.put_robot(robot("tb1", parameters={"a": 1}))
     seen = store.robot("ann", "tb1")
     store.put_robot(robot("tb1", cores=2.0))
@@ -140,7 +140,7 @@ def test_a_robot_that_another_changed_meanwhile_is_not_overwritten(store: Store)
     assert store.robots("ann") == []
 
 
-def test_no_change_of_a_robot_is_lost_among_those_who_change_it_at_once(store: Store) -> None:
+def test_concurrent_changes_of_a_robot_lose_nothing(store: Store) -> None:
     store.put_robot(robot("tb1", properties={"count": 0}))
 
     def count_up(_: int) -> None:
@@ -158,7 +158,7 @@ def test_no_change_of_a_robot_is_lost_among_those_who_change_it_at_once(store: S
 
 
 @pytest.mark.parametrize("text", ["'; DROP TABLE robots; --", '" OR ""="', "%_?:x $$", "\0\u202e", "ä" * 256])
-def test_texts_are_texts(store: Store, text: str) -> None:
+def test_texts_are_stored_unchanged(store: Store, text: str) -> None:
     kept = robot("tb1", description=text, properties={text: [text]}, parameters={text: {text: text}})
     store.put_robot(kept)
     store.put_urdf("ann", "tb1", text.encode())
@@ -171,7 +171,7 @@ def test_texts_are_texts(store: Store, text: str) -> None:
     assert store.clone("ann", "tb1") == clone("tb1", nodes={text: text.encode()})
 
 
-def test_what_was_put_does_not_change_with_what_the_caller_does_to_it_later(store: Store) -> None:
+def test_stored_records_do_not_share_objects_with_the_caller(store: Store) -> None:
     parameters = {"a": [1]}
     store.put_robot(robot("tb1", parameters=parameters))
     parameters["a"].append(2)
@@ -180,7 +180,7 @@ def test_what_was_put_does_not_change_with_what_the_caller_does_to_it_later(stor
 
 
 @pytest.mark.parametrize("value", [object(), 1 << 70, "\ud800"])
-def test_parameters_that_cannot_be_kept_are_refused_and_the_robot_stays(store: Store, value: object) -> None:
+def test_parameters_that_cannot_be_stored_are_refused(store: Store, value: object) -> None:
     store.put_robot(robot("tb1"))
     with pytest.raises(InvalidInput, match="cannot store"):
         store.put_robot(robot("tb1", parameters={"x": value}))
@@ -197,7 +197,7 @@ def test_two_users_may_have_robots_of_the_same_id(store: Store) -> None:
     assert store.robot("bob", "tb1").user == "bob"
 
 
-def test_a_urdf_is_given_back_byte_for_byte_as_it_was_put_last(store: Store) -> None:
+def test_a_urdf_is_returned_unchanged_as_put_last(store: Store) -> None:
     store.put_robot(robot("tb1"))
     assert store.put_urdf("ann", "tb1", b"<robot/>")
     last = bytes(range(256)) * 4096
@@ -212,7 +212,7 @@ def test_a_urdf_is_given_back_byte_for_byte_as_it_was_put_last(store: Store) -> 
     assert store.robot("ann", "tb1") == robot("tb1", cores=0.25)
 
 
-def test_a_urdf_is_that_of_a_robot_and_goes_with_it_or_its_user(store: Store) -> None:
+def test_a_urdf_is_removed_with_its_robot_or_user(store: Store) -> None:
     with pytest.raises(NotFound, match="robot 'tb1'"):
         store.put_urdf("ann", "tb1", b"<robot/>")
     for name in ("ann", "bob"):
@@ -230,7 +230,7 @@ def test_a_urdf_is_that_of_a_robot_and_goes_with_it_or_its_user(store: Store) ->
     assert store.urdf("ann", "tb2") == b"<robot name='ann'/>"
 
 
-def test_a_removed_robot_takes_its_checkpoint_along(store: Store) -> None:
+def test_removing_a_robot_removes_its_checkpoint(store: Store) -> None:
     store.put_robot(robot("tb1"))
     store.save_clone(clone("tb1"))
     store.remove_robot("ann", "tb1")
@@ -238,13 +238,13 @@ def test_a_removed_robot_takes_its_checkpoint_along(store: Store) -> None:
         store.clone("ann", "tb1")
 
 
-def test_a_plan_is_found_as_it_was_kept(store: Store) -> None:
+def test_a_plan_is_returned_as_stored(store: Store) -> None:
     kept = plan("p1", robot="tb1", cost=float("inf"))
     store.add_plan(kept)
     assert store.plan("p1") == kept
 
 
-def test_keeping_a_plan_twice_changes_nothing(store: Store) -> None:
+def test_adding_a_plan_twice_changes_nothing(store: Store) -> None:
     store.add_plan(plan("p1", cost=1.0))
     store.add_plan(plan("p1", cost=2.0))
     assert [p.cost for p in store.plans("house")] == [1.0]
@@ -255,7 +255,7 @@ def test_plans_are_listed_without_their_poses(store: Store) -> None:
     assert store.plans("house") == [plan("p1", poses=b"")]
 
 
-def test_a_removed_plan_is_gone(store: Store) -> None:
+def test_a_removed_plan_is_not_found(store: Store) -> None:
     store.add_plan(plan("p1"))
     store.remove_plan("p1")
     assert store.plans("house") == []
@@ -263,7 +263,7 @@ def test_a_removed_plan_is_gone(store: Store) -> None:
         store.remove_plan("p1")
 
 
-def test_the_newest_plans_of_a_map_come_first(store: Store) -> None:
+def test_plans_of_a_map_are_listed_newest_first(store: Store) -> None:
     for plan_id, created in (("a", 1.0), ("b", 3.0), ("c", 2.0), ("d", 3.0)):
         store.add_plan(plan(plan_id, created=created))
     store.add_plan(plan("other", map="depot", created=9.0))
@@ -273,7 +273,7 @@ def test_the_newest_plans_of_a_map_come_first(store: Store) -> None:
     assert store.plans("nowhere") == []
 
 
-def test_the_last_checkpoint_counts(store: Store) -> None:
+def test_the_last_checkpoint_is_kept(store: Store) -> None:
     store.save_clone(clone("tb1", saved=1.0))
     store.save_clone(clone("tb1", nodes={"amcl": b"new"}, saved=2.0))
     assert store.clone("ann", "tb1") == clone("tb1", nodes={"amcl": b"new"}, saved=2.0)
@@ -306,14 +306,14 @@ CALLS_BY_NAME: list[Callable[[Store, str], object]] = [
 
 
 @pytest.mark.parametrize("call", CALLS_BY_NAME)
-def test_what_is_not_there_is_not_found(store: Store, call: Callable[[Store, str], object]) -> None:
+def test_unknown_names_are_not_found(store: Store, call: Callable[[Store, str], object]) -> None:
     with pytest.raises(NotFound, match=r"nobody|tb1"):
         call(store, "nobody")
 
 
 @pytest.mark.parametrize("name", NOT_NAMES)
-def test_names_that_are_none_are_refused_wherever_they_are_given(store: Store, name: str) -> None:
-    keeping: list[Callable[[Store, str], object]] = [
+def test_invalid_names_are_refused_by_all_calls(store: Store, name: str) -> None:
+    storing: list[Callable[[Store, str], object]] = [
         lambda store, name: store.add_user(user(name)),
         lambda store, name: store.put_robot(robot(name)),
         lambda store, name: store.put_robot(robot(user=name)),
@@ -324,7 +324,7 @@ def test_names_that_are_none_are_refused_wherever_they_are_given(store: Store, n
         lambda store, name: store.plans(name),
         lambda store, name: store.tokens(name),
     ]
-    for call in (*CALLS_BY_NAME, *keeping):
+    for call in (*CALLS_BY_NAME, *storing):
         with pytest.raises(InvalidInput):
             call(store, name)
     assert store.users() == []

@@ -132,26 +132,26 @@ class StoresAgree(RuleBasedStateMachine):
         self.same(lambda store: store.clone(owner, name))
 
 
-class KeptMaps:
+class StoreAdapter:
     """A map store with the interface of ``PlainMaps``."""
 
     def __init__(self, store: MapStore) -> None:
         self.store = store
 
     def put(self, given: GivenMap, if_match: str | None) -> dict[str, Any]:
-        return told(put_map(self.store, given, if_match=if_match))
+        return head_fields(put_map(self.store, given, if_match=if_match))
 
     def roll_back(self, map_id: str, version: str, owner: str, created: float) -> dict[str, Any]:
-        return told(self.store.roll_back(version, Publication(map_id, owner, created)))
+        return head_fields(self.store.roll_back(version, Publication(map_id, owner, created)))
 
     def change(self, map_id: str, readers: tuple[str, ...] | None, description: str | None) -> dict[str, Any]:
-        return told(self.store.change_map(map_id, readers=readers, description=description))
+        return head_fields(self.store.change_map(map_id, readers=readers, description=description))
 
     def remove(self, map_id: str) -> None:
         self.store.remove_map(map_id)
 
     def head(self, map_id: str) -> dict[str, Any]:
-        return told(self.store.map_head(map_id))
+        return head_fields(self.store.map_head(map_id))
 
     def versions(self, map_id: str, limit: int | None) -> list[tuple[Any, ...]]:
         return [published(one) for one in self.store.versions(map_id, limit=limit)]
@@ -163,9 +163,9 @@ class KeptMaps:
         return found_map(self.store, map_id).files
 
 
-def told(record: MapRecord) -> dict[str, Any]:
-    said = {"owner": record.owner, "readers": record.readers, "description": record.description}
-    return said | {"present": published(record.present)}
+def head_fields(record: MapRecord) -> dict[str, Any]:
+    fields = {"owner": record.owner, "readers": record.readers, "description": record.description}
+    return fields | {"present": published(record.present)}
 
 
 def published(one: MapVersionRecord) -> tuple[Any, ...]:
@@ -177,7 +177,7 @@ class MapStoresAgree(RuleBasedStateMachine):
         super().__init__()
         self.folder = tempfile.TemporaryDirectory()
         kept = FileMapStore(Path(self.folder.name)), MemoryMapStore()
-        self.stores = (PlainMaps(), *map(KeptMaps, kept))
+        self.stores = (PlainMaps(), *map(StoreAdapter, kept))
 
     def same(self, call: Callable[[Any], Any]) -> None:
         expected, *others = (outcome(call, store) for store in self.stores)

@@ -20,7 +20,7 @@ class RobotBefore(msgspec.Struct):
     parameters: dict = {}
 
 
-def test_a_robot_that_was_kept_before_it_had_properties_is_read() -> None:
+def test_a_robot_stored_before_properties_existed_is_read() -> None:
     kept = msgspec.msgpack.encode(RobotBefore("tb1", "ann", "house", parameters={"amcl": {"min_particles": 100}}))
     robot = decode(kept, RobotRecord)
     assert (robot.id, robot.cores, robot.parameters) == ("tb1", 0.25, {"amcl": {"min_particles": 100}})
@@ -35,6 +35,6 @@ class UserBefore(msgspec.Struct):
     role: str = "user"
 
 
-def test_a_user_that_was_stored_before_limits_existed_has_no_limits() -> None:
+def test_a_user_stored_before_limits_existed_has_no_limits() -> None:
     user = decode(msgspec.msgpack.encode(UserBefore("ann", "$argon2id$", "admin")), User)
     assert user == User("ann", "$argon2id$", "admin", Limits())

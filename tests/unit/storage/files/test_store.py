@@ -20,7 +20,7 @@ from storage.files.store import FileMapStore
 from storage.records import Publication
 from tests.support.storage.records import found_map, house, pgm, put_map
 
-OLDER, OLD, NEW, LAST = (house(image=pgm(value=value)) for value in (100, 0, 254, 205))
+OLDEST, OLD, NEW, LAST = (house(image=pgm(value=value)) for value in (100, 0, 254, 205))
 
 
 def names(folder: Path) -> set[str]:
@@ -81,7 +81,7 @@ def killed_at(step: int, act: Callable[[], object]) -> int:
 
 ACTIONS: dict[str, tuple[Callable[[FileMapStore], object], Any]] = {
     "publish": (lambda store: put_map(store, NEW), NEW),
-    "roll back": (lambda store: store.roll_back(OLDER.version, Publication("house", "ann", 3.0)), OLDER),
+    "roll back": (lambda store: store.roll_back(OLDEST.version, Publication("house", "ann", 3.0)), OLDEST),
     "remove": (lambda store: store.remove_map("house"), None),
 }
 
@@ -92,7 +92,7 @@ def test_a_kill_at_any_step_leaves_the_map_before_or_after(tmp_path: Path, actio
     seen = []
     for step in range(1, 200):
         store = FileMapStore(tmp_path / str(step))
-        put_map(store, OLDER)
+        put_map(store, OLDEST)
         put_map(store, OLD)
         status = killed_at(step, lambda store=store: act(store))
         seen.append(present(store))
@@ -192,7 +192,7 @@ except Conflict:
 """
 
 
-def test_one_of_the_processes_that_take_an_id_at_once_gets_it(tmp_path: Path) -> None:
+def test_one_of_concurrent_processes_gets_a_new_map_id(tmp_path: Path) -> None:
     owners = ["ann", "bob", "carl"]
     publishers = [subprocess.Popen([sys.executable, "-c", PUBLISHER, str(tmp_path), owner]) for owner in owners]
     statuses = [publisher.wait() for publisher in publishers]

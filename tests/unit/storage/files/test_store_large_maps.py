@@ -9,7 +9,7 @@ import pytest
 from tests.support.storage.records import YAML
 
 SIDE = 8192
-MOST = 32 << 20
+MEMORY_LIMIT = 32 << 20
 """Memory limit of a process beyond its size after all imports [bytes]: half of the size of the map's image."""
 
 LIMITED = """
@@ -67,11 +67,11 @@ def large(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def limited(folder: Path, what: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", LIMITED, str(folder), str(MOST), what]
+    command = [sys.executable, "-c", LIMITED, str(folder), str(MEMORY_LIMIT), what]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
-def test_a_map_is_published_read_and_compared_in_half_of_its_size(large: Path) -> None:
+def test_a_map_is_published_read_and_compared_within_half_its_size(large: Path) -> None:
     ended = limited(large, "stream")
     assert ended.returncode == 0, ended.stderr
     assert ended.stdout.split() == [str(SIDE * SIDE + 17), "100", "200", str(SIDE - 110), "10", "10"]

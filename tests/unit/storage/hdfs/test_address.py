@@ -43,7 +43,7 @@ def test_a_url_without_a_valid_folder_is_refused(url: str) -> None:
         HdfsMapStore(url)
 
 
-def test_an_unreachable_namenode_is_unavailable_and_the_message_says_what_to_do() -> None:
+def test_an_unreachable_namenode_is_unavailable_with_advice() -> None:
     (port,) = free_ports(1)
     store = HdfsMapStore(f"hdfs://127.0.0.1:{port}/maps")
     calls = [store.maps, lambda: store.map_head("house"), lambda: store.stage().__enter__()]

@@ -59,7 +59,7 @@ def stores(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[Any
         yield opened[0], opened[1]
 
 
-def test_everything_is_copied_once_and_found_to_be_the_same(stores: tuple[Any, Any]) -> None:
+def test_every_record_is_copied_once_and_compares_equal(stores: tuple[Any, Any]) -> None:
     assert copied(migrate(KINDS, *stores)) == SIZES
     found = check(KINDS, *stores)
     assert all(one.is_good and one.digest == one.digest_there for one in found.values())
@@ -101,7 +101,7 @@ def test_differing_records_stay_unless_they_are_overwritten(stores: tuple[Any, A
     assert target.plan("p00007") == old
 
 
-def test_sums_that_have_grown_are_counted_and_are_not_errors(stores: tuple[Any, Any]) -> None:
+def test_grown_sums_are_counted_and_are_not_errors(stores: tuple[Any, Any]) -> None:
     source, target = stores
     migrate(KINDS, source, target)
     target.add_history([PlannerHistory("m0", "v", "dijkstra", 3, queries=1, failed=1)])
@@ -110,7 +110,7 @@ def test_sums_that_have_grown_are_counted_and_are_not_errors(stores: tuple[Any, 
     assert (found.different, found.is_good) == (1, True)
 
 
-def test_what_is_added_to_the_source_later_is_copied_later(stores: tuple[Any, Any]) -> None:
+def test_later_additions_to_the_source_are_copied_by_the_next_run(stores: tuple[Any, Any]) -> None:
     source, target = stores
     migrate(KINDS, source, target)
     source.add_plan(plan("late", map="m1", created=1e9))
@@ -141,7 +141,7 @@ def logs(store: Any, map_id: str) -> list[Any]:
     return [msgspec.structs.replace(one, number=0) for one in store.versions(map_id)]
 
 
-def test_maps_are_copied_with_all_that_was_ever_published_of_them(map_stores: tuple[Any, Any]) -> None:
+def test_maps_are_copied_with_all_their_publications(map_stores: tuple[Any, Any]) -> None:
     source, target = map_stores
     assert migrate(MAP_KINDS, source, target)["maps"].copied == 2
     for map_id in ("alone", "house"):
@@ -155,7 +155,7 @@ def test_maps_are_copied_with_all_that_was_ever_published_of_them(map_stores: tu
     assert migrate(MAP_KINDS, source, target)["maps"].copied == 0
 
 
-def test_a_map_that_was_published_later_in_the_source_gets_what_it_lacks(map_stores: tuple[Any, Any]) -> None:
+def test_later_publications_in_the_source_are_copied_by_the_next_run(map_stores: tuple[Any, Any]) -> None:
     source, target = map_stores
     migrate(MAP_KINDS, source, target)
     later = {"created": 50.0, "image": None, "octomap": b"a tree"}
@@ -165,7 +165,7 @@ def test_a_map_that_was_published_later_in_the_source_gets_what_it_lacks(map_sto
     assert check(MAP_KINDS, source, target)["maps"].is_good
 
 
-def test_a_map_with_other_publications_in_the_target_stays_unless_it_is_overwritten(
+def test_a_map_that_diverged_in_the_target_stays_unless_overwritten(
     map_stores: tuple[Any, Any],
 ) -> None:
     source, target = map_stores
@@ -182,7 +182,7 @@ def test_a_map_with_other_publications_in_the_target_stays_unless_it_is_overwrit
     assert check(MAP_KINDS, source, target)["maps"].is_good
 
 
-def test_a_file_that_was_damaged_in_the_target_is_found(tmp_path: Path) -> None:
+def test_a_damaged_file_in_the_target_is_found(tmp_path: Path) -> None:
     source, target = MemoryMapStore(), FileMapStore(tmp_path)
     fill_maps(source)
     migrate(MAP_KINDS, source, target)
@@ -203,7 +203,7 @@ def kill_after(source: str, target: str, writes: int) -> int:
 
 
 @pytest.mark.parametrize("writes", [5, 24])
-def test_a_migration_that_was_killed_goes_on_where_it_was(tmp_path: Path, writes: int) -> None:
+def test_a_killed_migration_continues_where_it_stopped(tmp_path: Path, writes: int) -> None:
     source_url, target_url = (f"sqlite://{tmp_path / name}.db" for name in ("from", "to"))
     source = open_store(source_url)
     fill(source)
@@ -218,7 +218,7 @@ def test_a_migration_that_was_killed_goes_on_where_it_was(tmp_path: Path, writes
 
 
 @pytest.mark.parametrize("writes", [1, 5])
-def test_maps_whose_migration_was_killed_get_the_publications_that_they_lack(tmp_path: Path, writes: int) -> None:
+def test_a_killed_migration_of_maps_copies_the_missing_publications(tmp_path: Path, writes: int) -> None:
     source_url, target_url = (f"file://{tmp_path / name}" for name in ("from", "to"))
     source = open_map_store(source_url)
     fill_maps(source)

@@ -61,29 +61,29 @@ def test_a_single_caller_is_committed_alone(disk: Disk) -> None:
 
 
 def test_callers_that_arrive_during_a_commit_are_committed_together(disk: Disk, threads: ThreadPoolExecutor) -> None:
-    told = _held_by_one(disk, GroupCommit(disk.commit), threads, 2, 3, 4)
+    futures = _held_by_one(disk, GroupCommit(disk.commit), threads, 2, 3, 4)
     disk.open.set()
-    assert [each.result(10.0) for each in told] == [1, 4, 9, 16]
+    assert [each.result(10.0) for each in futures] == [1, 4, 9, 16]
     assert disk.groups == [[1], [2, 3, 4]]
 
 
 def test_an_error_is_raised_to_all_of_its_group_and_to_no_other(disk: Disk, threads: ThreadPoolExecutor) -> None:
     group = GroupCommit(disk.commit)
-    told = _held_by_one(disk, group, threads, 2, 13)
+    futures = _held_by_one(disk, group, threads, 2, 13)
     disk.open.set()
-    assert told[0].result(10.0) == 1
-    assert [str(each.exception(10.0)) for each in told[1:]] == ["the disk is full"] * 2
+    assert futures[0].result(10.0) == 1
+    assert [str(each.exception(10.0)) for each in futures[1:]] == ["the disk is full"] * 2
     assert group.submit(5) == 25
 
 
 def test_an_error_of_one_caller_is_raised_to_that_caller_only(disk: Disk, threads: ThreadPoolExecutor) -> None:
     def commit(given: Sequence[int]) -> list[int | Exception]:
-        return [ValueError(f"{told} is odd") if told % 2 else told for told in disk.commit(given)]
+        return [ValueError(f"{square} is odd") if square % 2 else square for square in disk.commit(given)]
 
-    told = _held_by_one(disk, GroupCommit(commit), threads, 2, 3, 4)
+    futures = _held_by_one(disk, GroupCommit(commit), threads, 2, 3, 4)
     disk.open.set()
-    assert [each.result(10.0) for each in (told[1], told[3])] == [4, 16]
-    assert [str(each.exception(10.0)) for each in (told[0], told[2])] == ["1 is odd", "9 is odd"]
+    assert [each.result(10.0) for each in (futures[1], futures[3])] == [4, 16]
+    assert [str(each.exception(10.0)) for each in (futures[0], futures[2])] == ["1 is odd", "9 is odd"]
 
 
 def test_the_leader_waits_for_the_other_callers_of_the_last_group(
@@ -91,9 +91,9 @@ def test_the_leader_waits_for_the_other_callers_of_the_last_group(
 ) -> None:
     monkeypatch.setattr(group_commit, "MAX_WAIT", 20.0)
     group = GroupCommit(disk.commit)
-    told = _held_by_one(disk, group, threads, 2, 3)
+    futures = _held_by_one(disk, group, threads, 2, 3)
     disk.open.set()
-    assert [each.result(10.0) for each in told] == [1, 4, 9]
+    assert [each.result(10.0) for each in futures] == [1, 4, 9]
     group._last_duration = 20.0
     first = threads.submit(group.submit, 4)
     wait_until(lambda: len(group._waiting) == 1)

@@ -43,7 +43,7 @@ def store(tmp_path: Path, kept: list[PlanRecord]) -> Iterator[SqliteStore]:
 
 @pytest.mark.parametrize("limit", [0, 1, 5, 16, 60, 1000])
 @pytest.mark.parametrize("tolerance", [0.0, 0.12, 0.25])
-def test_the_shortest_of_those_that_are_near_both_places_are_found(
+def test_the_shortest_plans_near_both_places_are_found(
     store: SqliteStore, kept: list[PlanRecord], tolerance: float, limit: int
 ) -> None:
     search = PlanStoreQuery("house", "v", (0.0, 0.0), (5.0, 0.0), tolerance)

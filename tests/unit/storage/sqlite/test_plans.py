@@ -51,19 +51,19 @@ def assert_sound(file: Path) -> None:
     with closing(sqlite3.connect(file)) as connection:
         assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
         [counted] = connection.execute("SELECT counted FROM tally").fetchone()
-        refs, told = Counter[int](), Counter[int]()
+        refs, counted_refs = Counter[int](), Counter[int]()
         for sequence, recipe in connection.execute("SELECT sequence, recipe FROM plans"):
             refs.update(read_recipe(recipe))
-            told.update(read_recipe(recipe) * (sequence <= counted))
-        assert dict(connection.execute("SELECT chunk, refs FROM chunk_refs WHERE refs > 0")) == told
+            counted_refs.update(read_recipe(recipe) * (sequence <= counted))
+        assert dict(connection.execute("SELECT chunk, refs FROM chunk_refs WHERE refs > 0")) == counted_refs
         ids = {row[0] for row in connection.execute("SELECT id FROM chunks")}
         assert ids == set(refs) == {row[0] for row in connection.execute("SELECT chunk FROM chunk_ids")}
         assert {row[0] for row in connection.execute("SELECT chunk FROM chunk_places")} == ids
         plans = {row[0] for row in connection.execute("SELECT sequence FROM plans")}
         for table in ("plan_ids", "plan_spots"):
             assert sorted(row[0] for row in connection.execute(f"SELECT plan FROM {table}")) == sorted(plans)
-        told_of = sum(sequence <= counted for sequence in plans)
-        assert connection.execute("SELECT coalesce(sum(plans), 0) FROM contexts").fetchone() == (told_of,)
+        counted_plans = sum(sequence <= counted for sequence in plans)
+        assert connection.execute("SELECT coalesce(sum(plans), 0) FROM contexts").fetchone() == (counted_plans,)
 
 
 def test_plans_of_an_earlier_release_are_migrated_and_share_segments(file: Path) -> None:
@@ -77,13 +77,13 @@ def test_plans_of_an_earlier_release_are_migrated_and_share_segments(file: Path)
     connections.close()
     with closing(SqliteStore(file)) as store:
         assert [store.plan(record.id) for record in kept] == kept
-        told = store.plan_statistics()
-        assert (told.plans, told.waypoints) == (3, 600)
-        assert told.kept < 420
+        statistics = store.plan_statistics()
+        assert (statistics.plans, statistics.waypoints) == (3, 600)
+        assert statistics.kept < 420
     assert_sound(file)
 
 
-def test_tables_that_no_release_had_are_made_anew(file: Path) -> None:
+def test_tables_of_an_unreleased_schema_are_rebuilt(file: Path) -> None:
     with closing(SqliteStore(file)) as store:
         store.add_plan(path("a"))
     with closing(sqlite3.connect(file)) as connection:
@@ -129,7 +129,7 @@ for number in range(10**6):
 
 
 @pytest.mark.parametrize("acknowledged", [1, 20, 77])
-def test_what_was_acknowledged_outlives_a_kill_at_any_time(file: Path, acknowledged: int) -> None:
+def test_acknowledged_plans_survive_a_kill_at_any_time(file: Path, acknowledged: int) -> None:
     command = [sys.executable, "-c", KILLED, str(file)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as writer:
         assert writer.stdout is not None
@@ -160,7 +160,7 @@ for number in range(40):
 """
 
 
-def test_processes_that_write_the_same_segments_at_once_lose_nothing(file: Path) -> None:
+def test_processes_writing_the_same_segments_lose_nothing(file: Path) -> None:
     SqliteStore(file).close()
     writers = [subprocess.Popen([sys.executable, "-c", WRITER, str(file), f"w{number}"]) for number in range(3)]
     assert [writer.wait() for writer in writers] == [0, 0, 0]
@@ -170,7 +170,7 @@ def test_processes_that_write_the_same_segments_at_once_lose_nothing(file: Path)
     assert_sound(file)
 
 
-def test_threads_that_add_plans_at_a_time_keep_each_once(file: Path) -> None:
+def test_threads_adding_plans_concurrently_store_each_once(file: Path) -> None:
     with ExitStack() as opened, ThreadPoolExecutor(6) as threads:
         store = open_one(file, opened)
         given = [path(f"p{number % 30}", lane=number % 7 * 0.05) for number in range(60)]
@@ -182,9 +182,7 @@ def test_threads_that_add_plans_at_a_time_keep_each_once(file: Path) -> None:
     assert_sound(file)
 
 
-def test_entries_that_another_store_removed_meanwhile_are_written_again(
-    two: tuple[SqliteStore, SqliteStore], file: Path
-) -> None:
+def test_entries_removed_by_another_store_are_written_again(two: tuple[SqliteStore, SqliteStore], file: Path) -> None:
     one, other = two
     one.add_plan(path("a"))
     other.remove_plan("a")
@@ -194,7 +192,7 @@ def test_entries_that_another_store_removed_meanwhile_are_written_again(
     assert_sound(file)
 
 
-def test_entries_that_were_taken_back_are_not_remembered(file: Path) -> None:
+def test_rolled_back_entries_are_not_cached(file: Path) -> None:
     with closing(SqliteStore(file)) as store:
         store.add_plan(path("small"))
         with store._plan_connections.reading() as connection:
@@ -211,7 +209,7 @@ def test_entries_that_were_taken_back_are_not_remembered(file: Path) -> None:
     assert_sound(file)
 
 
-def test_a_store_remembers_a_bounded_number_of_entries_until_one_is_removed() -> None:
+def test_the_cache_of_entry_ids_is_bounded_and_cleared_by_removals() -> None:
     id_cache = IdCache()
     id_cache.learn(KnownIds({str(number).encode(): number for number in range(MAX_REMEMBERED + 10)}), 3)
     assert b"9" not in id_cache.known(3).chunks
@@ -222,7 +220,7 @@ def test_a_store_remembers_a_bounded_number_of_entries_until_one_is_removed() ->
     assert id_cache.known(4) == KnownIds({b"new": 1}, {b"robot": (2, 3)})
 
 
-def test_a_context_is_not_remembered_after_its_last_plan_was_removed(
+def test_a_context_is_not_cached_after_its_last_plan_was_removed(
     file: Path, two: tuple[SqliteStore, SqliteStore]
 ) -> None:
     store, other = two
@@ -238,7 +236,7 @@ def test_a_context_is_not_remembered_after_its_last_plan_was_removed(
     assert_sound(file)
 
 
-def test_concurrent_callers_each_get_the_number_of_their_own_new_plans(file: Path) -> None:
+def test_concurrent_callers_get_the_number_of_their_own_new_plans(file: Path) -> None:
     with closing(SqliteStore(file)) as store:
         store.add_plan(path("a"))
         given = [[path(name, float(ord(name))) for name in names] for names in ("abc", "", "cd", "dd", "e")]
@@ -250,22 +248,22 @@ def test_concurrent_callers_each_get_the_number_of_their_own_new_plans(file: Pat
 def test_an_invalid_plan_raises_for_its_own_caller_only(file: Path) -> None:
     wrong = [plan("wrong", poses=np.full((4, 7), np.nan).tobytes()), "no plan"]
     with closing(SqliteStore(file)) as store:
-        told = store._add_all([[path("a")], [path("b"), wrong[0]], [path("c")], [wrong[1]], [path("d")]])
-        assert [one for one in told if isinstance(one, int)] == [1, 1, 1]
-        assert [type(told[1]), type(told[3])] == [InvalidInput, AttributeError]
+        results = store._add_all([[path("a")], [path("b"), wrong[0]], [path("c")], [wrong[1]], [path("d")]])
+        assert [one for one in results if isinstance(one, int)] == [1, 1, 1]
+        assert [type(results[1]), type(results[3])] == [InvalidInput, AttributeError]
         assert sorted(head.id for head in store.plans("house")) == ["a", "c", "d"]
         with pytest.raises(InvalidInput, match="'wrong'"):
             store.add_plans(wrong[:1])
     assert_sound(file)
 
 
-def test_statistics_include_plans_that_are_not_counted_yet(file: Path) -> None:
+def test_statistics_include_plans_not_counted_yet(file: Path) -> None:
     with closing(SqliteStore(file)) as store:
         store.add_plans(path(f"p{number}", created=float(number)) for number in range(MAX_UNCOUNTED))
         for number in range(MAX_UNCOUNTED, MAX_UNCOUNTED + 3):
             store.add_plan(path(f"p{number}", created=float(number)))
-        told = store.plan_statistics("house")
-        assert (told.plans, told.waypoints) == (MAX_UNCOUNTED + 3, 200 * (MAX_UNCOUNTED + 3))
+        statistics = store.plan_statistics("house")
+        assert (statistics.plans, statistics.waypoints) == (MAX_UNCOUNTED + 3, 200 * (MAX_UNCOUNTED + 3))
         assert {part.plans for part in store.plan_parts("p0")[1:-1]} == {MAX_UNCOUNTED + 3}
         assert [head.id for head in store.plans("house", limit=2)] == [
             f"p{MAX_UNCOUNTED + 2}", f"p{MAX_UNCOUNTED + 1}"
@@ -279,7 +277,7 @@ def test_statistics_include_plans_that_are_not_counted_yet(file: Path) -> None:
     assert_sound(file)
 
 
-def test_a_granularity_of_its_own_makes_longer_entries(file: Path) -> None:
+def test_a_larger_granularity_makes_longer_entries(file: Path) -> None:
     with closing(SqliteStore(file, granularity=64)) as store:
         store.add_plan(path("a", count=400))
         assert min(part.count for part in store.plan_parts("a")) >= 32

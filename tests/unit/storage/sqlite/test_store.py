@@ -47,7 +47,7 @@ def as_nobody() -> Iterator[Path]:
             os.seteuid(0)
 
 
-def test_a_reopened_file_keeps_everything(path: Path) -> None:
+def test_a_reopened_file_contains_everything(path: Path) -> None:
     with closing(SqliteStore(path)) as store:
         store.add_user(user("ann"))
         store.add_token(token("a" * 64))
@@ -73,7 +73,7 @@ for number in range(25):
 """
 
 
-def test_processes_that_make_the_file_and_write_at_once_lose_nothing(path: Path) -> None:
+def test_processes_creating_and_writing_the_file_lose_nothing(path: Path) -> None:
     command = [sys.executable, "-c", WRITER, str(path)]
     writers = [subprocess.Popen([*command, f"w{number}"]) for number in range(4)]
     assert [writer.wait() for writer in writers] == [0] * 4
@@ -95,7 +95,7 @@ with store._connections.writing() as connection:
 """
 
 
-def test_what_was_kept_outlives_a_kill_and_what_was_half_done_does_not(path: Path) -> None:
+def test_committed_data_survives_a_kill_and_open_transactions_do_not(path: Path) -> None:
     assert subprocess.run([sys.executable, "-c", KILLED, str(path)], check=False).returncode == -9
     with closing(SqliteStore(path)) as store:
         assert store.plan("kept") == plan("kept")
@@ -119,16 +119,16 @@ def test_readers_do_not_wait_for_a_writer(store: SqliteStore, path: Path) -> Non
         assert store.user("ann") == user("ann")
 
 
-def test_a_file_that_another_process_holds_too_long_is_unavailable(store: SqliteStore, path: Path) -> None:
-    with closing(SqliteStore(path, busy_timeout=0.01)) as hasty, closing(sqlite3.connect(path)) as other:
+def test_a_file_locked_too_long_by_another_process_is_unavailable(store: SqliteStore, path: Path) -> None:
+    with closing(SqliteStore(path, busy_timeout=0.01)) as impatient, closing(sqlite3.connect(path)) as other:
         other.execute("BEGIN IMMEDIATE")
         with pytest.raises(Unavailable, match="locked by another process"):
-            hasty.add_user(user("ann"))
+            impatient.add_user(user("ann"))
         other.rollback()
-        hasty.add_user(user("ann"))
+        impatient.add_user(user("ann"))
 
 
-def test_an_error_undoes_the_whole_transaction(store: SqliteStore) -> None:
+def test_an_error_rolls_back_the_whole_transaction(store: SqliteStore) -> None:
     store.put_robot(robot("tb1"))
     with pytest.raises(RuntimeError), store._connections.writing() as connection:
         connection.execute("DELETE FROM robots")
@@ -136,7 +136,7 @@ def test_an_error_undoes_the_whole_transaction(store: SqliteStore) -> None:
     assert store.robots("ann") == [robot("tb1")]
 
 
-def test_a_full_disk_is_unavailable_and_the_store_goes_on(store: SqliteStore) -> None:
+def test_a_full_disk_is_unavailable_and_the_store_stays_usable(store: SqliteStore) -> None:
     store.add_plan(plan("small"))
     with store._connections.reading() as connection:
         pages = connection.execute("PRAGMA page_count").fetchone()[0]
@@ -146,14 +146,14 @@ def test_a_full_disk_is_unavailable_and_the_store_goes_on(store: SqliteStore) ->
     assert [p.id for p in store.plans("house")] == ["small"]
 
 
-def test_nobody_else_may_read_the_password_hashes(store: SqliteStore, path: Path) -> None:
+def test_only_the_owner_may_read_the_files(store: SqliteStore, path: Path) -> None:
     store.add_user(user("ann"))
     modes = {file.name: stat.S_IMODE(file.stat().st_mode) for file in path.parent.iterdir()}
     assert set(modes) == {"store.db", "store.db-wal", "store.db-shm", "store.db.lock"}
     assert set(modes.values()) == {0o600}
 
 
-def test_a_closed_store_says_so(path: Path) -> None:
+def test_calls_to_a_closed_store_are_unavailable(path: Path) -> None:
     store = SqliteStore(path)
     store.close()
     with pytest.raises(Unavailable, match="closed"):
@@ -170,7 +170,7 @@ def test_a_folder_in_place_of_the_file_is_unavailable(tmp_path: Path) -> None:
         SqliteStore(tmp_path)
 
 
-def test_a_file_that_is_no_database_is_unavailable_and_left_as_it_is(tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_database_is_unavailable_and_unchanged(tmp_path: Path) -> None:
     path = tmp_path / "store.db"
     path.write_bytes(b"# my notes, not a database\n" * 100)
     with pytest.raises(Unavailable, match="not an SQLite file"):
@@ -178,7 +178,7 @@ def test_a_file_that_is_no_database_is_unavailable_and_left_as_it_is(tmp_path: P
     assert path.read_bytes() == b"# my notes, not a database\n" * 100
 
 
-def test_damage_inside_the_file_is_unavailable(path: Path) -> None:
+def test_a_damaged_file_is_unavailable(path: Path) -> None:
     with closing(SqliteStore(path)) as store:
         for number in range(50):
             store.add_plan(plan(f"p{number}"))
@@ -197,7 +197,7 @@ def test_a_record_that_cannot_be_read_is_unavailable(store: SqliteStore) -> None
         store.user("ann")
 
 
-def test_another_programs_database_is_left_alone(tmp_path: Path) -> None:
+def test_a_database_of_another_program_is_unchanged(tmp_path: Path) -> None:
     path = tmp_path / "other.db"
     with closing(sqlite3.connect(path)) as other:
         other.execute("CREATE TABLE songs (title)")
@@ -208,7 +208,7 @@ def test_another_programs_database_is_left_alone(tmp_path: Path) -> None:
         assert other.execute("PRAGMA journal_mode").fetchone() == ("delete",)
 
 
-def test_a_file_of_a_newer_release_is_left_alone(path: Path) -> None:
+def test_a_file_of_a_newer_release_is_refused(path: Path) -> None:
     SqliteStore(path).close()
     with closing(sqlite3.connect(path)) as other:
         other.execute(f"PRAGMA user_version = {len(MIGRATIONS) + 1}")

@@ -36,7 +36,7 @@ def rows_in_the_file(path: Path) -> int:
         return int(connection.execute("SELECT count(*) FROM numbers").fetchone()[0])
 
 
-def test_commits_are_brought_to_the_file_once_there_are_many(writer: sqlite3.Connection, tmp_path: Path) -> None:
+def test_commits_are_checkpointed_once_there_are_many(writer: sqlite3.Connection, tmp_path: Path) -> None:
     path = tmp_path / "some.db"
     with closing(WalCheckpointer(partial(sqlite3.connect, path))) as checkpoints:
         checkpoints.committed(CHANGED_ROWS - 1)
@@ -67,7 +67,7 @@ def test_a_checkpoint_does_not_wait_for_readers_and_writers(writer: sqlite3.Conn
         assert reader.execute("SELECT count(*) FROM numbers").fetchone() == (1,)
 
 
-def test_a_disk_that_fails_is_told_and_tried_again(
+def test_a_failed_checkpoint_is_logged_and_tried_again(
     writer: sqlite3.Connection, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     path, full = tmp_path / "some.db", threading.Event()
@@ -86,7 +86,7 @@ def test_a_disk_that_fails_is_told_and_tried_again(
         wait_until(lambda: rows_in_the_file(path) == 1)
 
 
-def test_a_store_has_its_commits_brought_to_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_store_checkpoints_its_commits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(wal_checkpoints, "CHANGED_ROWS", 3)
     path = tmp_path / "store.db"
     with closing(SqliteStore(path)) as store:

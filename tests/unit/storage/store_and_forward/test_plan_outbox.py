@@ -31,7 +31,7 @@ def outbox(tmp_path: Path) -> PlanOutbox:
     return PlanOutbox(tmp_path / "outbox.sqlite")
 
 
-def test_what_waits_is_found_in_the_order_in_which_it_came(outbox: PlanOutbox) -> None:
+def test_queued_plans_are_returned_in_order(outbox: PlanOutbox) -> None:
     assert outbox.is_empty()
     assert outbox.put([plan("b"), plan("a")]) == 2
     assert outbox.put([plan("c"), plan("b", cost=1.0)]) == 1
@@ -40,7 +40,7 @@ def test_what_waits_is_found_in_the_order_in_which_it_came(outbox: PlanOutbox) -
     assert len(outbox) == 3
 
 
-def test_what_was_sent_goes_and_what_came_meanwhile_stays(outbox: PlanOutbox) -> None:
+def test_sent_plans_are_removed_and_newer_ones_stay(outbox: PlanOutbox) -> None:
     outbox.put([plan("a"), plan("b")])
     sent = list(outbox.oldest(9))
     outbox.put([plan("c")])
@@ -65,7 +65,7 @@ def test_a_plan_is_found_by_its_id_until_it_is_forgotten(outbox: PlanOutbox) -> 
     assert outbox.find("a") is None
 
 
-def test_what_waits_is_there_for_the_next_process(outbox: PlanOutbox, tmp_path: Path) -> None:
+def test_queued_plans_survive_a_restart(outbox: PlanOutbox, tmp_path: Path) -> None:
     outbox.put([plan("a")])
     outbox.close()
     assert list(PlanOutbox(tmp_path / "outbox.sqlite").oldest(9).values()) == [plan("a")]
@@ -84,7 +84,7 @@ def test_a_full_outbox_refuses_plans_and_keeps_the_accepted_ones(tmp_path: Path)
     outbox.put([plan("more", poses=bytes(56 * 300))])
 
 
-def test_what_was_taken_outlives_a_killed_process(tmp_path: Path) -> None:
+def test_accepted_plans_survive_a_killed_process(tmp_path: Path) -> None:
     path = tmp_path / "outbox.sqlite"
     writer = subprocess.Popen([sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE, cwd=ROOT)
     assert writer.stdout is not None

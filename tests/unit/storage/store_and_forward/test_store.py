@@ -20,7 +20,7 @@ class FarStore(MemoryStore):
 
     def __init__(self) -> None:
         super().__init__()
-        self.away = False
+        self.unreachable = False
         self.acknowledges = True
         self.refused: set[str] = set()
         self.arrived: list[str] = []
@@ -29,7 +29,7 @@ class FarStore(MemoryStore):
     def add_plans(self, records: Iterable[PlanRecord]) -> int:
         records = list(records)
         self.calls += 1
-        if self.away:
+        if self.unreachable:
             raise Unavailable("far: no node answers")
         if any(record.id in self.refused for record in records):
             raise InvalidInput("far: not this one")
@@ -60,53 +60,53 @@ def wait_for(condition: Callable[[], bool]) -> None:
         time.sleep(0.002)
 
 
-def test_while_the_store_is_there_nothing_waits(store: StoreAndForward, far: FarStore) -> None:
+def test_plans_are_not_queued_while_the_store_is_reachable(store: StoreAndForward, far: FarStore) -> None:
     store.add_plan(plan("a"))
     assert far.arrived == ["a"]
     assert store.waiting() == 0
 
 
-def test_plans_wait_and_arrive_in_order_once(store: StoreAndForward, far: FarStore) -> None:
-    far.away = True
+def test_queued_plans_arrive_once_and_in_order(store: StoreAndForward, far: FarStore) -> None:
+    far.unreachable = True
     names = [f"p{number}" for number in range(200)]
     for name in names:
         store.add_plan(plan(name))
     assert store.waiting() == 200
     assert far.arrived == []
-    far.away = False
+    far.unreachable = False
     wait_for(lambda: store.waiting() == 0)
     assert far.arrived == names
 
 
-def test_only_the_first_caller_waits_for_a_store_that_does_not_respond(far: FarStore, tmp_path: Path) -> None:
+def test_only_the_first_caller_waits_for_an_unreachable_store(far: FarStore, tmp_path: Path) -> None:
     store = StoreAndForward(far, PlanOutbox(tmp_path / "outbox.sqlite"), retry=60.0)
-    far.away = True
+    far.unreachable = True
     for name in "abc":
         store.add_plan(plan(name))
-    assert far.calls <= 2, "the first that came, and the thread that tries again"
+    assert far.calls <= 2, "one call of the first caller, and one of the retrying thread"
     store.close()
 
 
 def test_new_plans_are_queued_behind_waiting_ones(store: StoreAndForward, far: FarStore) -> None:
-    far.away = True
+    far.unreachable = True
     store.add_plan(plan("first"))
     started = threading.Event()
 
-    def bring_more() -> None:
+    def add_more() -> None:
         for number in range(100):
             store.add_plan(plan(f"p{number}"))
             started.set()
 
-    more = threading.Thread(target=bring_more)
+    more = threading.Thread(target=add_more)
     more.start()
     assert started.wait(10.0)
-    far.away = False
+    far.unreachable = False
     more.join()
     wait_for(lambda: store.waiting() == 0)
     assert far.arrived == ["first", *(f"p{number}" for number in range(100))]
 
 
-def test_what_was_taken_and_not_acknowledged_is_there_once(store: StoreAndForward, far: FarStore) -> None:
+def test_a_plan_stored_without_an_acknowledgement_is_stored_once(store: StoreAndForward, far: FarStore) -> None:
     far.acknowledges = False
     store.add_plan(plan("a"))
     far.acknowledges = True
@@ -114,16 +114,16 @@ def test_what_was_taken_and_not_acknowledged_is_there_once(store: StoreAndForwar
     assert [record.id for record in store.plans("house")] == ["a"]
 
 
-def test_a_plan_that_waits_is_found_by_its_id(store: StoreAndForward, far: FarStore) -> None:
-    far.away = True
+def test_a_queued_plan_is_found_by_its_id(store: StoreAndForward, far: FarStore) -> None:
+    far.unreachable = True
     store.add_plan(plan("a"))
     assert store.plan("a") == plan("a")
     assert store.whole_plans(["a", "b"]) == {"a": plan("a")}
 
 
-def test_a_plan_that_waits_and_is_removed_does_not_arrive(far: FarStore, tmp_path: Path) -> None:
+def test_a_removed_queued_plan_is_not_sent(far: FarStore, tmp_path: Path) -> None:
     store = StoreAndForward(far, PlanOutbox(tmp_path / "outbox.sqlite"), retry=60.0)
-    far.away = True
+    far.unreachable = True
     store.add_plan(plan("a"))
     store.remove_plan("a")
     assert store.waiting() == 0
@@ -132,10 +132,10 @@ def test_a_plan_that_waits_and_is_removed_does_not_arrive(far: FarStore, tmp_pat
     store.close()
 
 
-def test_plans_of_a_map_that_is_removed_do_not_arrive(far: FarStore, tmp_path: Path) -> None:
+def test_queued_plans_of_a_removed_map_are_not_sent(far: FarStore, tmp_path: Path) -> None:
     store = StoreAndForward(far, PlanOutbox(tmp_path / "outbox.sqlite"), retry=60.0)
     store.add_plans([plan("a"), plan("b", map="yard")])
-    far.away = True
+    far.unreachable = True
     store.add_plans([plan("c"), plan("d", map="yard")])
     assert store.remove_plans("house") == 2
     assert store.waiting() == 1
@@ -144,32 +144,32 @@ def test_plans_of_a_map_that_is_removed_do_not_arrive(far: FarStore, tmp_path: P
     store.close()
 
 
-def test_plans_that_a_process_before_left_arrive(far: FarStore, tmp_path: Path) -> None:
+def test_plans_left_by_an_earlier_process_are_sent(far: FarStore, tmp_path: Path) -> None:
     PlanOutbox(tmp_path / "outbox.sqlite").put([plan("a"), plan("b")])
     store = StoreAndForward(far, PlanOutbox(tmp_path / "outbox.sqlite"), retry=0.01)
     wait_for(lambda: far.arrived == ["a", "b"])
     store.close()
 
 
-def test_a_plan_that_the_store_refuses_does_not_block_the_queue(
+def test_a_plan_refused_by_the_store_does_not_block_the_queue(
     store: StoreAndForward, far: FarStore, caplog: pytest.LogCaptureFixture
 ) -> None:
-    far.away = True
+    far.unreachable = True
     store.add_plans([plan("a"), plan("bad"), plan("b")])
     far.refused.add("bad")
-    far.away = False
+    far.unreachable = False
     wait_for(lambda: store.waiting() == 0)
     assert far.arrived == ["a", "b"]
     assert "bad" in caplog.text
 
 
 def test_an_invalid_plan_is_not_queued(store: StoreAndForward, far: FarStore) -> None:
-    far.away = True
+    far.unreachable = True
     with pytest.raises(InvalidInput):
         store.add_plans([plan("a"), plan("bad", poses=b"")])
     assert store.waiting() == 0
 
 
-def test_all_other_calls_go_to_the_store(store: StoreAndForward, far: FarStore) -> None:
+def test_other_calls_are_forwarded_to_the_store(store: StoreAndForward, far: FarStore) -> None:
     store.add_user(user("ann"))
     assert far.user("ann") == store.user("ann")

@@ -13,12 +13,12 @@ from storage.urls.opening import open_store
 @pytest.mark.parametrize(
     "url", ["sqlite:", "sqlite:///", "sqlite://store.db", "sqlite://[x", "sqlite:///a?b", "sqlite:///a#b"]
 )
-def test_a_url_that_names_no_path_is_refused(url: str) -> None:
+def test_a_url_without_a_path_is_refused(url: str) -> None:
     with pytest.raises(InvalidInput):
         open_store(url)
 
 
-def test_the_granularity_of_plans_is_said_in_the_url(tmp_path: Path) -> None:
+def test_the_granularity_of_plans_is_set_in_the_url(tmp_path: Path) -> None:
     store = open_store(f"sqlite://{tmp_path}/store.db?granularity=64")
     assert store._granularity == 32  # type: ignore[attr-defined]
     store.close()
@@ -28,7 +28,7 @@ def test_the_granularity_of_plans_is_said_in_the_url(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("backends", "port"), [(STORES, Store), (MAP_STORES, MapStore)])
-def test_each_backend_has_all_that_its_port_asks_for(backends: dict[str, Backend[object]], port: type) -> None:
-    asked = {name for name in dir(port) if not name.startswith("_")}
+def test_each_backend_implements_its_port(backends: dict[str, Backend[object]], port: type) -> None:
+    required = {name for name in dir(port) if not name.startswith("_")}
     for scheme, backend in backends.items():
-        assert asked <= set(dir(backend.load())), scheme
+        assert required <= set(dir(backend.load())), scheme

@@ -22,7 +22,7 @@ def test_the_scheme_chooses_the_store(tmp_path: Path) -> None:
     assert type(open_map_store(f"file://{tmp_path}/maps")) is FileMapStore
 
 
-def test_the_path_is_where_the_store_is(tmp_path: Path) -> None:
+def test_the_path_locates_the_store(tmp_path: Path) -> None:
     open_store(f"sqlite://{tmp_path}/a%20b/store.db").add_user(user("ann"))
     assert (tmp_path / "a b" / "store.db").is_file()
     put_map(open_map_store(f"file://{tmp_path}/maps"), house())
@@ -38,17 +38,17 @@ def test_a_path_without_slashes_is_relative(tmp_path: Path, monkeypatch: pytest.
 
 
 @pytest.mark.parametrize("url", ["", "mysql://db", "/var/store.db", "file:///maps", "SQLITE", "memory"])
-def test_an_unknown_kind_is_refused_and_the_known_are_named(url: str) -> None:
+def test_an_unknown_scheme_is_refused_with_the_known_ones(url: str) -> None:
     with pytest.raises(InvalidInput, match="known: memory:, sqlite:, cassandra:"):
         open_store(url)
 
 
-def test_the_known_kinds_of_map_stores_are_their_own() -> None:
+def test_map_stores_have_their_own_schemes() -> None:
     with pytest.raises(InvalidInput, match="known: memory:, file:, hdfs:"):
         open_map_store("sqlite:///maps.db")
 
 
-def test_a_store_for_a_fleet_names_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_driver_is_reported_with_the_extra_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     for driver in ("cassandra", "hdfs"):
         for module in [name for name in sys.modules if name.startswith((driver, f"storage.{driver}"))]:
             monkeypatch.delitem(sys.modules, module)
@@ -59,12 +59,12 @@ def test_a_store_for_a_fleet_names_its_extra(monkeypatch: pytest.MonkeyPatch) ->
         open_map_store("hdfs://namenode/maps")
 
 
-def test_what_is_not_asked_for_is_not_imported() -> None:
+def test_unused_backends_are_not_imported() -> None:
     others = "{'sqlite3', 'cassandra', 'hdfs'}"
     code = f"import sys, storage.urls.opening as u; u.open_store('memory:'); assert not {others} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_a_store_on_this_machine_needs_no_outbox(tmp_path: Path) -> None:
+def test_a_local_store_needs_no_outbox(tmp_path: Path) -> None:
     assert type(open_store("memory:", outbox=tmp_path / "outbox.sqlite")) is MemoryStore
     assert not list(tmp_path.iterdir())

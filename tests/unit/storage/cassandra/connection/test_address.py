@@ -58,8 +58,8 @@ def test_host_names_in_certificates_are_checked_by_default(tmp_path: Path) -> No
 
 
 def test_settings_reach_the_driver() -> None:
-    said = "tls=yes&data_centre=east&consistency=all&timeout=2"
-    cluster = cluster_of(parse_address(f"cassandra://ann:p@127.0.0.1,127.0.0.2:9142/ppaas?{said}"))
+    settings = "tls=yes&data_centre=east&consistency=all&timeout=2"
+    cluster = cluster_of(parse_address(f"cassandra://ann:p@127.0.0.1,127.0.0.2:9142/ppaas?{settings}"))
     profile, hosts = cluster.profile_manager.default, ("127.0.0.1", "127.0.0.2")
     assert (cluster.contact_points, cluster.port, cluster.auth_provider.username) == (hosts, 9142, "ann")
     assert cluster.ssl_context.check_hostname
@@ -68,7 +68,7 @@ def test_settings_reach_the_driver() -> None:
 
 
 @pytest.mark.parametrize(
-    ("url", "told"),
+    ("url", "error"),
     [
         ("cassandra:///ppaas", "host"),
         ("cassandra://db", "keyspace"),
@@ -93,8 +93,8 @@ def test_settings_reach_the_driver() -> None:
         ("cassandra://db/ppaas?tls=yes&key=/a.pem", "certificate"),
     ],
 )
-def test_an_invalid_url_is_refused(url: str, told: str) -> None:
-    with pytest.raises(InvalidInput, match=told) as caught:
+def test_an_invalid_url_is_refused(url: str, error: str) -> None:
+    with pytest.raises(InvalidInput, match=error) as caught:
         parse_address(url.replace("://", "://ann:secret@", 1) if "///" not in url and "[x" not in url else url)
     assert "secret" not in str(caught.value)
 

@@ -83,7 +83,7 @@ def connecting(rows: list[Row]) -> list[Row]:
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 1000), st.integers(0, 80), st.integers(2, 9), st.integers(2, 9), st.integers(1, 5))
-def test_all_are_read_however_few_at_a_time(seed, count, first, then, at_once) -> None:
+def test_all_plans_are_read_with_any_page_size(seed, count, first, then, at_once) -> None:
     tables = Tables(plan_rows_around(seed, count))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(nearby, "FIRST", first)
@@ -100,7 +100,7 @@ def test_all_are_read_however_few_at_a_time(seed, count, first, then, at_once) -
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 1000), st.integers(0, 200), st.integers(2, 30), st.integers(1, 20))
 @example(310, 72, 20, 16)  # some overfull cells have enough plans, and others have shorter ones
-def test_once_enough_are_found_only_overfull_cells_may_have_shorter_ones(seed, count, first, limit) -> None:
+def test_once_enough_are_found_only_overfull_cells_have_shorter_ones(seed, count, first, limit) -> None:
     tables = Tables(plan_rows_around(seed, count))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(nearby, "FIRST", first)
@@ -129,7 +129,7 @@ def test_one_query_is_enough_if_there_are_enough_representatives() -> None:
     assert tables.queries == 1
 
 
-def test_as_many_plans_of_one_cell_are_read_as_are_wanted() -> None:
+def test_the_requested_number_of_plans_of_one_cell_is_read() -> None:
     poses = np.zeros((2, 7))
     poses[:, :2] = SEARCH.start, SEARCH.goal
     same = [Row(*cell_key(plan(f"p{n:02}", map="house", version="v", poses=poses.tobytes())), b"") for n in range(90)]

@@ -62,7 +62,7 @@ def test_a_plan_is_added_to_each_cell_that_it_touches_up_to_the_limit(index: Pas
     assert found == {cell: min(count, PLANS_PER_CELL) for cell, count in passed.items()}
 
 
-def test_more_are_added_after_the_window_or_after_others_were_removed(index: PassageIndex, now: list[float]) -> None:
+def test_plans_are_added_again_after_the_window_or_a_removal(index: PassageIndex, now: list[float]) -> None:
     rows = rows_of(1, 40)
     first = named(index.additions(rows))
     assert not named(index.additions(rows)) - first

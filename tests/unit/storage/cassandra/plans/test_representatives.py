@@ -41,7 +41,7 @@ def ids(writes: list[Write]) -> list[str]:
     return [values[2] for _, values in writes]
 
 
-def test_the_first_plan_of_a_cell_is_its_representative_and_later_ones_mark_it_overfull() -> None:
+def test_the_first_plan_of_a_cell_represents_it_and_later_ones_mark_it() -> None:
     session = Session()
     chosen = representatives(session)
     assert ids(chosen.choose(alike(0, 1))) == ["p0"]
@@ -53,7 +53,7 @@ def test_the_first_plan_of_a_cell_is_its_representative_and_later_ones_mark_it_o
     assert len(session.overfull) == 1, "it is marked once"
 
 
-def test_plans_of_other_planners_parameters_or_lengths_have_cells_of_their_own() -> None:
+def test_other_planners_parameters_and_lengths_have_their_own_cells() -> None:
     session = Session()
     chosen = representatives(session)
     chosen.choose(alike(0, 9))
@@ -61,7 +61,7 @@ def test_plans_of_other_planners_parameters_or_lengths_have_cells_of_their_own()
     assert ids(chosen.choose(list(plan_rows(others, 8)))) == ["jps", "wide", "long"]
 
 
-def test_writes_beside_are_executed_with_and_without_overfull_cells() -> None:
+def test_additional_writes_are_executed_with_and_without_overfull_cells() -> None:
     session = Session()
     chosen = representatives(session)
     chosen.choose(alike(0, 1), [[("name", ("p0",))]])
@@ -69,7 +69,7 @@ def test_writes_beside_are_executed_with_and_without_overfull_cells() -> None:
     assert session.groups == [("name", ("p0",)), ("name", ("p1",))]
 
 
-def test_a_marker_that_could_not_be_written_is_written_the_next_time() -> None:
+def test_a_marker_that_failed_is_written_the_next_time() -> None:
     session = Session()
     chosen = representatives(session)
     session.is_down = True
@@ -80,7 +80,7 @@ def test_a_marker_that_could_not_be_written_is_written_the_next_time() -> None:
     assert len(session.overfull) == 1
 
 
-def test_a_marker_is_written_again_before_it_may_be_swept_while_plans_are_added() -> None:
+def test_a_marker_is_rewritten_before_it_may_be_swept() -> None:
     session, now = Session(), [0.0]
     chosen = representatives(session, now)
     chosen.choose(alike(0, 9))

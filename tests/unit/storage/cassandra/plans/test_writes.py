@@ -19,7 +19,7 @@ def from_place(number: int, metres: float) -> PlanRecord:
     return plan(f"p{number}", poses=poses.tobytes())
 
 
-def test_plans_of_one_bucket_are_sent_together_though_others_come_between() -> None:
+def test_interleaved_plans_of_one_bucket_are_sent_together() -> None:
     records = [from_place(number, 10.0 * (number % 4)) for number in range(80)]
     groups = list(insert_plans(list(plan_rows(records, 8))))
     leading = [values[0] for group in groups for _, values in group]
@@ -28,7 +28,7 @@ def test_plans_of_one_bucket_are_sent_together_though_others_come_between() -> N
 
 
 @pytest.mark.parametrize("places", [1, 3, 50])
-def test_no_message_is_so_large_or_of_so_many_partitions_that_cassandra_warns(places: int) -> None:
+def test_batches_stay_within_the_limits_of_cassandra(places: int) -> None:
     rows = list(plan_rows([from_place(number, 10.0 * (number % places)) for number in range(50)], 8))
     for groups in (list(insert_plans(rows)), list(insert_names(rows))):
         assert all(len({(cql, values[0]) for cql, values in group}) <= MAX_BATCH_ROWS for group in groups)
