@@ -1,23 +1,23 @@
 """Container gateway of a machine, with valid and misbehaving containers."""
 
-import asyncio
 import stat
 import threading
 from collections.abc import AsyncIterator, Awaitable, Callable
+from functools import partial
 from pathlib import Path
 
 import msgspec
 import pytest
 
 from engine.agent.container_gateway import MAX_REQUESTS, ContainerGateway
-from engine.agent.fleet_topics import MAX_SHARED, MAX_WAITING
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from engine.specs.checkpoints import marks
-from engine.specs.containers import ContainerSpec, MapVersion
+from engine.specs.containers import ContainerSpec
 from ppaas.errors import NotFound, Unavailable
 from storage.memory.store import MemoryStore
 from storage.records import CloneCheckpoint
+from tests.support.engine.attached_container import attach_container
 from tests.support.engine.engine_links import dial_gateway, receive
 from tests.support.engine.fake_fabric import FakeFabric
 from tests.support.engine.specs import planning_spec, robot_spec
@@ -65,15 +65,8 @@ Attach = Callable[[ContainerSpec], Awaitable[Stream]]
 
 
 @pytest.fixture
-def attach(gateway: ContainerGateway, fabric: FakeFabric) -> Attach:
-    async def attached(spec: ContainerSpec) -> Stream:
-        gateway.expect(spec, "secret")
-        stream = await dial_gateway(gateway.path)
-        stream.write(machine_link.Attach(spec.id, "secret"))
-        await until(lambda: gateway.awaited == 0)
-        return stream
-
-    return attached
+def attach(gateway: ContainerGateway) -> Attach:
+    return partial(attach_container, gateway)
 
 
 async def ask(
@@ -177,6 +170,15 @@ async def test_silent_client_is_disconnected(tmp_path: Path, store: SlowStore, f
     stream = await dial_gateway(gateway.path)
     assert await receive(stream) is None
     await gateway.close()
+
+
+async def test_closing_disconnects_attached_and_unattached_clients(gateway: ContainerGateway, attach: Attach) -> None:
+    known, silent = await attach(robot_spec("c1")), await dial_gateway(gateway.path)
+    await until(lambda: len(gateway._streams) == 2)
+    await gateway.close()
+    assert await receive(known) is None
+    assert await receive(silent) is None
+    assert not gateway.path.exists()
 
 
 # -- the stores --------------------------------------------------------------------------------------------------------
@@ -301,101 +303,3 @@ def _nodes(store: SlowStore) -> dict[str, bytes]:
         return store.clone("ann", "tb1").nodes
     except NotFound:
         return {}
-
-
-# -- the fabric --------------------------------------------------------------------------------------------------------
-
-
-async def test_robots_of_a_map_receive_each_other_but_not_themselves(attach: Attach) -> None:
-    ann, bob = await attach(robot_spec("c1", "ann")), await attach(robot_spec("c2", "bob"))
-    ann.write(machine_link.Share("amcl_pose", b"ann"))
-    assert await receive(bob) == machine_link.Shared("ann", "tb1", "amcl_pose", b"ann")
-    bob.write(machine_link.Share("amcl_pose", b"bob"))
-    assert await receive(ann) == machine_link.Shared("bob", "tb1", "amcl_pose", b"bob")
-
-
-async def test_private_topics_and_other_maps_are_not_received(attach: Attach, fabric: FakeFabric) -> None:
-    ann = await attach(robot_spec("c1", "ann"))
-    vault = await attach(robot_spec("c2", "bob", version=MapVersion("vault", "v1")))
-    vault.write(machine_link.Share("amcl_pose", b"in the vault"))
-    await until(lambda: fabric.published)
-    for key in ("ppaas/bob/default/tb1/amcl_pose", "ppaas/map/house/bob/tb1/scan", "ppaas/map/house%2Fx/b/r/amcl_pose"):
-        fabric.publish(key, b"secret")
-    fabric.publish("ppaas/map/house/bob/tb1/amcl_pose", b"shown")
-    assert await receive(ann) == machine_link.Shared("bob", "tb1", "amcl_pose", b"shown")
-
-
-HOSTILE = [
-    "*",
-    "**",
-    "amcl_pose/**",
-    "$*",
-    "../../bob/tb1/amcl_pose",
-    "a/../../../bob/tb1/amcl_pose",
-    "..",
-    "",
-    "/",
-    "//amcl_pose",
-    "amcl_pose/",
-    "a b",
-    "amcl_pose?x=1",
-    "amcl_pose#",
-    "\0",
-    "a" * 1000,
-    "%2e%2e/bob",
-]
-
-
-@pytest.mark.parametrize("topic", HOSTILE)
-async def test_hostile_topic_is_refused_and_containers_stay_connected(
-    attach: Attach, fabric: FakeFabric, topic: str, caplog: pytest.LogCaptureFixture
-) -> None:
-    ann, bob = await attach(robot_spec("c1", "ann")), await attach(robot_spec("c2", "bob"))
-    for _ in range(3):
-        ann.write(machine_link.Share(topic, b"evil"))
-    ann.write(machine_link.Share("amcl_pose", b"good"))
-    assert await receive(bob) == machine_link.Shared("ann", "tb1", "amcl_pose", b"good")
-    assert fabric.published == [("ppaas/map/house/ann/tb1/amcl_pose", b"good")]
-    assert len([record for record in caplog.records if record.levelname == "WARNING"]) == 1
-
-
-async def test_oversized_message_is_not_shared(attach: Attach, fabric: FakeFabric) -> None:
-    ann, bob = await attach(robot_spec("c1", "ann")), await attach(robot_spec("c2", "bob"))
-    ann.write(machine_link.Share("amcl_pose", bytes(MAX_SHARED + 1)))
-    ann.write(machine_link.Share("amcl_pose", bytes(MAX_SHARED)))
-    shared = await receive(bob)
-    assert isinstance(shared, machine_link.Shared)
-    assert len(shared.payload) == MAX_SHARED
-    assert len(fabric.published) == 1
-
-
-async def test_send_buffer_of_a_slow_container_is_bounded(
-    gateway: ContainerGateway, attach: Attach, fabric: FakeFabric
-) -> None:
-    slow = await attach(robot_spec("c1", "ann"))
-    payload = bytes(MAX_SHARED)
-    for _ in range(200):
-        fabric.publish("ppaas/map/house/bob/tb1/amcl_pose", payload)
-        await asyncio.sleep(0)
-    (stream,) = gateway._streams
-    assert MAX_WAITING < stream.waiting <= MAX_WAITING + 2 * MAX_SHARED
-    await slow.close()
-
-
-async def test_disconnected_container_is_unsubscribed(
-    gateway: ContainerGateway, attach: Attach, fabric: FakeFabric
-) -> None:
-    stream = await attach(robot_spec("c1", "ann"))
-    assert len(fabric.subscriptions) == 1
-    await stream.close()
-    await until(lambda: not gateway._streams)
-    assert fabric.subscriptions == []
-
-
-async def test_closing_disconnects_attached_and_unattached_clients(gateway: ContainerGateway, attach: Attach) -> None:
-    known, silent = await attach(robot_spec("c1")), await dial_gateway(gateway.path)
-    await until(lambda: len(gateway._streams) == 2)
-    await gateway.close()
-    assert await receive(known) is None
-    assert await receive(silent) is None
-    assert not gateway.path.exists()

@@ -10,7 +10,8 @@ from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from ppaas.plans.history import LinkHistory, failed_row
 from storage.memory.store import MemoryStore
-from tests.support.engine.engine_links import dial_gateway, receive
+from tests.support.engine.attached_container import attach_container
+from tests.support.engine.engine_links import receive
 from tests.support.engine.fake_fabric import FakeFabric
 from tests.support.engine.kept_plans import PARAMETERS, record
 from tests.support.engine.specs import planning_spec
@@ -30,10 +31,7 @@ def store() -> MemoryStore:
 async def container(tmp_path: Path, store: MemoryStore) -> AsyncIterator[Stream]:
     gateway = ContainerGateway(tmp_path / "gate.sock", store, FakeFabric(), link="m1")
     await gateway.start()
-    gateway.expect(SPEC, "secret")
-    stream = await dial_gateway(gateway.path)
-    stream.write(machine_link.Attach(SPEC.id, "secret"))
-    await until(lambda: gateway.awaited == 0)
+    stream = await attach_container(gateway, SPEC)
     yield stream
     await stream.close()
     await gateway.close()
