@@ -16,12 +16,12 @@ def cloud(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningCloud]:
     """Return a running cloud, stopped cleanly at the end."""
     folder: Path = tmp_path_factory.mktemp("cloud")
     with running_cloud(folder) as running:
-        asyncio.run(_make_room(running))
+        asyncio.run(_raise_oversubscription(running))
         yield running
 
 
-async def _make_room(cloud: RunningCloud) -> None:
-    """Let it hold what each journey leaves behind for a while, a clone that lingers or planning on its map."""
+async def _raise_oversubscription(cloud: RunningCloud) -> None:
+    """Allow more containers: each journey leaves some that linger, clones or planning on its map."""
     admin = await cloud.admin()
     await admin.patch("/v1/machines/local", {"oversubscription": 32})
 

@@ -49,7 +49,7 @@ async def send_rubbish(url: str) -> None:
             await asyncio.sleep(0.005)
 
 
-async def test_it_ends_once_though_the_container_is_killed_and_another_client_sends_rubbish(
+async def test_action_goal_ends_once_despite_a_killed_container_and_rubbish(
     cloud: RunningCloud, office_map: GridMap
 ) -> None:
     rest = await cloud.admin()
@@ -70,7 +70,7 @@ async def test_it_ends_once_though_the_container_is_killed_and_another_client_se
         assert {frame["op"] for frame in feedback} == {"action_feedback"}
         assert drive.scorer.error(0, goal) <= 0.3
         with pytest.raises(TimeoutError):
-            async with asyncio.timeout(1.5):  # longer than Move Base takes to tell again how goals stand
+            async with asyncio.timeout(1.5):  # longer than the status period of Move Base
                 await operator.recv()
         assert not rubbish.done()
         assert drive.robot.connections == 1

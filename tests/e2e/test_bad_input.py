@@ -1,4 +1,4 @@
-"""What is wrong is told to who sent it, logged, and disturbs nobody else: each over a real socket."""
+"""Invalid input is reported to its sender, logged, and disturbs no other client; over real sockets."""
 
 import json
 from collections.abc import AsyncIterator
@@ -25,7 +25,7 @@ GOAL = "move_base_simple/goal"
 
 
 class Bystander:
-    """A well-behaved operator: whatever others do, it is still served."""
+    """A well-behaved operator that must be served whatever others do."""
 
     def __init__(self, socket: ClientConnection) -> None:
         self._socket = socket
@@ -60,7 +60,7 @@ async def ask(socket: ClientConnection, service: str, args: Any) -> dict[str, An
 
 
 async def refusal(url: str) -> tuple[int, dict[str, Any]]:
-    """Connect where it must fail; return the HTTP status and the problem."""
+    """Return the HTTP status and the problem of a connection that must be refused."""
     with pytest.raises(InvalidStatus) as refused:
         await connect(url)
     response = refused.value.response
@@ -119,7 +119,9 @@ async def test_a_robot_on_an_unknown_map_is_refused(cloud: RunningCloud, token: 
         await register_robot(rest, "lost", "atlantis", (0.0, 0.0, 0.0))
 
 
-async def test_an_unknown_model_is_told_at_the_handshake(cloud: RunningCloud, token: str, office_map: GridMap) -> None:
+async def test_an_unknown_model_is_reported_at_the_handshake(
+    cloud: RunningCloud, token: str, office_map: GridMap
+) -> None:
     rest = RestClient(cloud.url, token)
     pose = tuple(free_pose(office_map, seed=1))
     await put_robot_with(rest, "odd", pose, model="submarine")
@@ -134,7 +136,7 @@ async def put_robot_with(rest: RestClient, robot: str, pose: tuple[float, ...], 
     await rest.put_robot(robot, RobotFile(map="office", initial_pose=pose, **fields))  # type: ignore[arg-type]
 
 
-async def test_a_second_robot_socket_is_refused_and_the_first_goes_on(cloud: RunningCloud, token: str) -> None:
+async def test_a_second_robot_socket_is_refused_and_the_first_stays_open(cloud: RunningCloud, token: str) -> None:
     url = f"{cloud.ws_url}/?robot=victim&token={token}"
     async with connect(url, max_size=None) as first:
         status, problem = await refusal(url)
@@ -161,7 +163,7 @@ BAD_GOALS = {
 
 
 @pytest.mark.parametrize("name", BAD_GOALS)
-async def test_a_bad_goal_is_told_to_its_sender_alone(
+async def test_a_bad_goal_is_reported_to_its_sender_only(
     name: str, operator: ClientConnection, bystander: Bystander
 ) -> None:
     message, slug = BAD_GOALS[name]
@@ -171,7 +173,7 @@ async def test_a_bad_goal_is_told_to_its_sender_alone(
     assert await bystander.is_served()
 
 
-async def test_a_goal_in_an_unknown_frame_is_told(operator: ClientConnection, bystander: Bystander) -> None:
+async def test_a_goal_in_an_unknown_frame_is_reported(operator: ClientConnection, bystander: Bystander) -> None:
     goal = stamped(1.0, 1.0) | {"header": {"frame_id": "moon"}}
     await send(operator, op="publish", topic=GOAL, msg=goal)
     assert "moon" in (await next_frame(operator, "status"))["msg"]
@@ -182,14 +184,14 @@ async def test_a_goal_in_an_unknown_frame_is_told(operator: ClientConnection, by
     "frame",
     ["", "{", "[]", '{"op":"fly"}', '{"op":"publish","topic":"scan"}', "\x00\x01", "[" * 10_000],
 )
-async def test_rubbish_is_malformed_and_the_socket_stays_open(frame: str, operator: ClientConnection) -> None:
+async def test_malformed_frames_are_reported_and_the_socket_stays_open(frame: str, operator: ClientConnection) -> None:
     await operator.send(frame)
     assert (await next_frame(operator, "status"))["msg"].startswith("malformed-message")
     await operator.send(b"\x80binary\xff")
     assert "binary" in (await next_frame(operator, "status"))["msg"]
 
 
-async def test_an_operator_publishes_no_sensor(operator: ClientConnection) -> None:
+async def test_an_operator_may_not_publish_sensor_data(operator: ClientConnection) -> None:
     for topic in ("scan", "/odom"):
         await send(operator, op="publish", topic=topic, msg={})
         assert (await next_frame(operator, "status"))["msg"].startswith("not-permitted")
@@ -208,21 +210,21 @@ async def test_unknown_topics_services_and_types_are_not_found(operator: ClientC
 
 @settings(max_examples=4, deadline=None, suppress_health_check=list(HealthCheck), database=None)
 @given(st.lists(FRAME, min_size=100, max_size=100))
-async def test_no_frame_of_one_client_keeps_another_from_being_served(
+async def test_frames_of_one_client_do_not_disturb_another(
     cloud: RunningCloud, token: str, frames: list[str | None]
 ) -> None:
     url = f"{cloud.ws_url}/?robot=victim&token={token}&role=operator"
-    async with connect(url, max_size=None) as thoughtless, connect(url, max_size=None) as socket:
+    async with connect(url, max_size=None) as careless, connect(url, max_size=None) as socket:
         await send(socket, op="subscribe", topic="map", type="nav_msgs/OccupancyGrid")
         for frame in frames:
-            await thoughtless.send((frame or "\x00").encode(errors="replace"), text=frame is not None)
+            await careless.send((frame or "\x00").encode(errors="replace"), text=frame is not None)
         assert await Bystander(socket).is_served()
-        await send(thoughtless, op="call_service", service="/rosapi/get_time", id="last")
-        while (await next_frame(thoughtless, "service_response"))["id"] != "last":
+        await send(careless, op="call_service", service="/rosapi/get_time", id="last")
+        while (await next_frame(careless, "service_response"))["id"] != "last":
             pass
 
 
-async def test_a_frame_of_a_hundred_megabytes_closes_its_socket_and_no_other(
+async def test_a_frame_of_100_mb_closes_only_its_own_socket(
     cloud: RunningCloud, token: str, bystander: Bystander
 ) -> None:
     url = f"{cloud.ws_url}/?robot=victim&token={token}&role=operator"
@@ -253,7 +255,7 @@ async def test_a_broken_map_is_refused(cloud: RunningCloud, yaml: bytes, image: 
     assert isinstance(refused.value, InvalidMap), refused.value
 
 
-async def test_a_map_of_another_user_is_neither_seen_nor_changed(cloud: RunningCloud, office_map: GridMap) -> None:
+async def test_a_map_of_another_user_is_neither_visible_nor_writable(cloud: RunningCloud, office_map: GridMap) -> None:
     rest = await cloud.admin()
     await publish_map(rest, "private", office_map)
     await rest.post("/v1/users", {"id": "mallory", "password": "mallory's password"})

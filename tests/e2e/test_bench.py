@@ -1,4 +1,4 @@
-"""The bench measures a cloud that is up."""
+"""The bench measures a running cloud."""
 
 import asyncio
 import json
@@ -11,7 +11,7 @@ from tests.support.cloud.cloud import RunningCloud
 pytestmark = pytest.mark.journey
 
 
-async def test_plans_are_measured_beside_their_yardsticks(
+async def test_plans_are_measured_beside_their_baselines(
     cloud: RunningCloud, capsys: pytest.CaptureFixture[str]
 ) -> None:
     token = (await cloud.admin()).token

@@ -1,4 +1,4 @@
-"""Robots that lose their connection in the middle of a drive, and find everything again."""
+"""Robots that lose their connection during a drive, and resume it."""
 
 import asyncio
 import os
@@ -24,7 +24,7 @@ from tests.support.world.places import free_pose, reachable_pose
 pytestmark = pytest.mark.journey
 
 AWAY = 5.0
-"""Seconds without a connection, more than the base controller forgives and less than the cloud does."""
+"""Time without a connection [s]: longer than the base controller's timeout, shorter than the linger."""
 
 
 async def arrives_once(drive: Drive, goal_id: str) -> None:
@@ -34,8 +34,8 @@ async def arrives_once(drive: Drive, goal_id: str) -> None:
 
 
 async def drives(drive: Drive) -> None:
-    told = len(drive.commands)
-    await until(lambda: len(drive.commands) > told + 5)
+    before = len(drive.commands)
+    await until(lambda: len(drive.commands) > before + 5)
 
 
 async def stands_still(drive: Drive) -> None:
@@ -44,7 +44,7 @@ async def stands_still(drive: Drive) -> None:
 
 
 async def away(drive: Drive, wire: Wire) -> None:
-    """Cut the wire for a while; the robot stops by itself."""
+    """Cut the wire for `AWAY` seconds; the robot stops by itself."""
     loop = asyncio.get_running_loop()
     wire.cut()
     mended = loop.time() + AWAY
@@ -59,7 +59,7 @@ async def container_of(cloud: RunningCloud, robot: str) -> int:
     return int(pid)
 
 
-async def test_a_robot_away_for_five_seconds_finds_session_subscriptions_and_goal_again(
+async def test_a_robot_away_for_5_s_resumes_session_subscriptions_and_goal(
     cloud: RunningCloud, office_map: GridMap
 ) -> None:
     rest = await cloud.admin()
@@ -83,9 +83,7 @@ async def test_a_robot_away_for_five_seconds_finds_session_subscriptions_and_goa
         assert drive.scorer.error(0, goal) <= 0.25
 
 
-async def test_a_robot_whose_line_goes_silent_takes_its_place_over_at_once(
-    cloud: RunningCloud, office_map: GridMap
-) -> None:
+async def test_a_robot_with_a_silent_link_takes_over_its_own_place(cloud: RunningCloud, office_map: GridMap) -> None:
     rest = await cloud.admin()
     await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=31)
@@ -102,24 +100,22 @@ async def test_a_robot_whose_line_goes_silent_takes_its_place_over_at_once(
         wire.fall_silent()
         await stands_still(drive)
         await arrives_once(drive, "far")
-        for client in (drive.robot, drive.operator):  # which came while the cloud took the old connection for good
+        for client in (drive.robot, drive.operator):  # the cloud still trusted their old connection
             assert client.resumptions == client.connections - 1 > 0
 
 
-async def test_an_idle_robot_is_let_go_until_it_has_something_to_say(tmp_path: Path, office_map: GridMap) -> None:
+async def test_an_idle_robot_is_disconnected_until_it_publishes(tmp_path: Path, office_map: GridMap) -> None:
     start = free_pose(office_map, seed=32)
     with running_cloud(tmp_path, "--idle", "1") as cloud:
         rest = await cloud.admin()
         await publish_map(rest, "office", office_map)
         token = await register_robot(rest, "idler", "office", start)
-        await comes_back_to_say_something(
+        await reconnects_to_publish(
             cloud, rest, token, World(office_map, seed=0).add_robot(start, SimulatedRobotModel())
         )
 
 
-async def comes_back_to_say_something(
-    cloud: RunningCloud, rest: RestClient, token: str, simulated: SimulatedRobot
-) -> None:
+async def reconnects_to_publish(cloud: RunningCloud, rest: RestClient, token: str, simulated: SimulatedRobot) -> None:
     poses: list[PoseWithCovarianceStamped] = []
     async with RobotClient(cloud.url, robot="idler", token=token) as robot:
         await robot.subscribe("amcl_pose", PoseWithCovarianceStamped, poses.append)

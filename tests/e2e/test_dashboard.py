@@ -1,4 +1,4 @@
-"""The dashboard in a real browser, beside a robot that really drives."""
+"""The dashboard in a real browser, with a driving robot."""
 
 import json
 import re
@@ -24,17 +24,17 @@ pytestmark = [pytest.mark.journey, pytest.mark.asyncio(loop_scope="module")]
 
 TOUCH = 44
 FETCH_FAILED = r"^Failed to load resource"
-"""What Chromium says by itself of each answer that is an error."""
+"""Message of Chromium for each error response."""
 READ_BACK = "willReadFrequently"
-"""It would rather not be asked for pixels, as only tests do."""
+"""Warning of Chromium when pixels are read, which only tests do."""
 
 GONE = rf"{FETCH_FAILED}|^WebSocket connection to .* failed"
-"""What it says where the cloud or a login ends while the page opens its sockets."""
+"""Messages of Chromium if the cloud or a login ends while the page opens its sockets."""
 
 
 @dataclass
 class Scene:
-    """A cloud with a user of its own, whose one robot stands in a map whose origin is turned."""
+    """A cloud with its own user, who has one robot on a map with a rotated origin."""
 
     cloud: RunningCloud
     browser: Browser
@@ -45,11 +45,11 @@ class Scene:
 
     @property
     def pose(self) -> Pose2D:
-        """Where the robot truly is."""
+        """The robot's true pose."""
         return self.drive.world.robots[0].base.pose
 
     def listen(self, page: Page) -> None:
-        """Keep what the page says to robots."""
+        """Record the frames that the page sends to robots."""
         self.sent.clear()
 
         def opened(socket: WebSocket) -> None:
@@ -57,7 +57,7 @@ class Scene:
 
         page.on("websocket", opened)
 
-    def said(self, op: str, topic: str) -> list[dict[str, object]]:
+    def frames(self, op: str, topic: str) -> list[dict[str, object]]:
         """Return the frames of one kind that the page sent."""
         return [frame for frame in self.sent if (frame["op"], frame.get("topic")) == (op, topic)]
 
@@ -81,13 +81,13 @@ async def scene(cloud: RunningCloud, office_map: GridMap) -> AsyncIterator[Scene
 
 @pytest_asyncio.fixture(loop_scope="module")
 async def context(scene: Scene) -> AsyncIterator[BrowserContext]:
-    """Return a browser that knows nothing of the test before."""
+    """Return a browser context without data of other tests."""
     fresh = await scene.browser.new_context(viewport=DESK)
     yield fresh
     await fresh.close()
 
 
-async def test_who_has_no_password_is_told_so_and_who_has_one_gets_in(scene: Scene, context: BrowserContext) -> None:
+async def test_a_wrong_password_is_refused_and_the_right_one_logs_in(scene: Scene, context: BrowserContext) -> None:
     async with looking(context, GONE) as page:
         await page.goto(scene.cloud.url)
         await page.get_by_label("User").fill("dora")
@@ -105,7 +105,7 @@ async def test_who_has_no_password_is_told_so_and_who_has_one_gets_in(scene: Sce
         assert await page.evaluate("sessionStorage.getItem('ppaas-token')") is None
 
 
-async def test_the_map_and_its_robots_are_shown_where_they_are(scene: Scene, context: BrowserContext) -> None:
+async def test_map_and_robots_are_shown_at_their_positions(scene: Scene, context: BrowserContext) -> None:
     async with looking(context, READ_BACK) as page:
         await enter(page, scene.cloud.url, scene.token)
         await expect(page.get_by_role("button", name="tb-web")).to_contain_text("online")
@@ -120,9 +120,7 @@ async def test_the_map_and_its_robots_are_shown_where_they_are(scene: Scene, con
         await expect_colour(page, eye.see(body), await variable(page, "--robot-1"))
 
 
-async def test_a_robot_drives_where_the_map_is_clicked_and_faces_where_it_was_dragged(
-    scene: Scene, context: BrowserContext
-) -> None:
+async def test_dragging_on_the_map_sends_the_robot_to_that_pose(scene: Scene, context: BrowserContext) -> None:
     places = [reachable_pose(scene.grid, scene.pose, seed=seed, at_least=1.5) for seed in range(20)]
     goal = min(places, key=scene.pose.distance_to)
     async with looking(context) as page:
@@ -142,7 +140,7 @@ async def test_a_robot_drives_where_the_map_is_clicked_and_faces_where_it_was_dr
         assert abs((scene.pose.theta - goal.theta + 3.1416) % 6.2832 - 3.1416) < 0.4
 
 
-async def test_a_goal_is_cancelled_and_one_is_given_by_keyboard(scene: Scene, context: BrowserContext) -> None:
+async def test_a_goal_is_cancelled_and_given_by_keyboard(scene: Scene, context: BrowserContext) -> None:
     goal = reachable_pose(scene.grid, scene.pose, seed=3, at_least=4.0)
     async with looking(context) as page:
         await enter(page, scene.cloud.url, scene.token)
@@ -161,20 +159,20 @@ async def test_a_goal_is_cancelled_and_one_is_given_by_keyboard(scene: Scene, co
         await expect(page.locator("#robot-card")).to_be_hidden()
 
 
-async def test_a_layer_that_is_switched_off_is_no_longer_sent(scene: Scene, context: BrowserContext) -> None:
+async def test_a_layer_that_is_switched_off_is_unsubscribed(scene: Scene, context: BrowserContext) -> None:
     async with looking(context) as page:
         scene.listen(page)
         await enter(page, scene.cloud.url, scene.token)
-        await until(lambda: scene.said("subscribe", "scan"))
+        await until(lambda: scene.frames("subscribe", "scan"))
         for name, topic in (("Laser scans", "scan"), ("Paths", "plan"), ("Particles", "particlecloud")):
-            assert scene.said("subscribe", topic)[0]["throttle_rate"]
+            assert scene.frames("subscribe", topic)[0]["throttle_rate"]
             await page.get_by_label(name).uncheck()
-            await until(lambda topic=topic: scene.said("unsubscribe", topic))
+            await until(lambda topic=topic: scene.frames("unsubscribe", topic))
             await page.get_by_label(name).check()
-            await until(lambda topic=topic: len(scene.said("subscribe", topic)) == 2)
+            await until(lambda topic=topic: len(scene.frames("subscribe", topic)) == 2)
 
 
-async def test_where_the_robot_is_can_be_told(scene: Scene, context: BrowserContext) -> None:
+async def test_the_pose_of_the_robot_can_be_set(scene: Scene, context: BrowserContext) -> None:
     async with looking(context) as page:
         scene.listen(page)
         await enter(page, scene.cloud.url, scene.token)
@@ -187,7 +185,7 @@ async def test_where_the_robot_is_can_be_told(scene: Scene, context: BrowserCont
         await page.mouse.down()
         await page.mouse.move(*eye.see(ahead), steps=3)
         await page.mouse.up()
-        await until(lambda: scene.said("publish", "initialpose"))
+        await until(lambda: scene.frames("publish", "initialpose"))
         await expect(page.locator(".toast")).to_have_text("tb-web was told where it is")
         await until(lambda: scene.drive.estimate().distance_to(scene.pose) < 0.2)
 
@@ -206,7 +204,7 @@ async def test_machines_and_containers_show_their_load(scene: Scene, context: Br
         assert all(0 <= int(share) <= 100 for share in shares) and len(shares) >= 4
 
 
-async def test_it_is_used_by_thumb_on_a_phone(scene: Scene) -> None:
+async def test_the_dashboard_is_usable_by_touch_on_a_phone(scene: Scene) -> None:
     context = await scene.browser.new_context(viewport=PHONE, has_touch=True, device_scale_factor=2)
     async with looking(context) as page:
         scene.listen(page)
@@ -222,13 +220,13 @@ async def test_it_is_used_by_thumb_on_a_phone(scene: Scene) -> None:
         eye = await Eye.on(page, scene.grid.info)
         goal = reachable_pose(scene.grid, scene.pose, seed=5, at_least=1.0)
         await page.touchscreen.tap(*eye.see(goal))
-        await until(lambda: scene.said("publish", "move_base/goal"))
+        await until(lambda: scene.frames("publish", "move_base/goal"))
         await page.get_by_role("button", name="Cancel goal").tap()
-        await until(lambda: scene.said("publish", "move_base/cancel"))
+        await until(lambda: scene.frames("publish", "move_base/cancel"))
     await context.close()
 
 
-async def test_no_name_becomes_html(scene: Scene, context: BrowserContext) -> None:
+async def test_names_are_never_rendered_as_html(scene: Scene, context: BrowserContext) -> None:
     name = "<img src=x onerror=alert(1)><b>bold"
 
     async def rename(route: Route) -> None:
@@ -250,16 +248,14 @@ async def test_no_name_becomes_html(scene: Scene, context: BrowserContext) -> No
         assert dialogs == []
 
 
-async def test_a_login_that_expired_is_asked_for_again(scene: Scene, context: BrowserContext) -> None:
+async def test_an_expired_login_asks_to_log_in_again(scene: Scene, context: BrowserContext) -> None:
     async with looking(context, GONE) as page:
         await enter(page, scene.cloud.url, "expired")
         await expect(page.locator("#login-error")).to_have_text("Your login has expired: log in again.")
         assert await page.evaluate("sessionStorage.getItem('ppaas-token')") is None
 
 
-async def test_a_cloud_that_is_gone_is_waited_for_and_its_robots_are_found_again(
-    scene: Scene, context: BrowserContext
-) -> None:
+async def test_the_dashboard_reconnects_after_the_cloud_was_unreachable(scene: Scene, context: BrowserContext) -> None:
     async with Forwarder(scene.cloud.url) as network, looking(context, GONE) as page:
         await enter(page, network.url, scene.token)
         await expect(page.get_by_role("button", name="tb-web")).to_contain_text("online")
@@ -271,7 +267,7 @@ async def test_a_cloud_that_is_gone_is_waited_for_and_its_robots_are_found_again
         await expect(page.get_by_role("button", name="tb-web")).to_contain_text("online")
 
 
-async def test_who_has_no_map_and_who_has_no_robot_is_told_what_to_type(scene: Scene, context: BrowserContext) -> None:
+async def test_users_without_maps_or_robots_see_which_commands_to_type(scene: Scene, context: BrowserContext) -> None:
     admin, rest = await scene.cloud.admin(), RestClient(scene.cloud.url)
     await admin.post("/v1/users", {"id": "newcomer", "password": ADMIN_PASSWORD})
     token = (await rest.login("newcomer", ADMIN_PASSWORD)).token
@@ -293,7 +289,7 @@ async def variable(page: Page, name: str) -> str:
 
 
 async def expect_colour(page: Page, at: tuple[float, float], colour: str) -> None:
-    """Wait until the map has a colour at some place of the page."""
+    """Wait until the map has a colour at a position of the page."""
     script = """([x, y]) => {
         const map = document.getElementById("map"), box = map.getBoundingClientRect();
         const pixel = map.getContext("2d").getImageData(Math.round(x - box.left), Math.round(y - box.top), 1, 1).data;
@@ -307,7 +303,7 @@ async def expect_colour(page: Page, at: tuple[float, float], colour: str) -> Non
 
 
 async def too_small(page: Page) -> list[str]:
-    """Return what is shown, can be touched, and is smaller than a thumb."""
+    """Return the visible controls that are smaller than a thumb."""
     script = f"""() => [...document.querySelectorAll("button, select, input, label.switch, summary")]
         .filter((one) => one.checkVisibility() && !one.closest("label.switch input"))
         .map((one) => [one, (one.closest("label.switch") ?? one).getBoundingClientRect()])
@@ -316,14 +312,12 @@ async def too_small(page: Page) -> list[str]:
     return list(await page.evaluate(script))
 
 
-async def test_the_description_of_the_service_is_shown_and_nothing_is_fetched_from_elsewhere(
-    scene: Scene, context: BrowserContext
-) -> None:
-    asked: list[str] = []
+async def test_the_api_documentation_loads_nothing_from_other_hosts(scene: Scene, context: BrowserContext) -> None:
+    requests: list[str] = []
     async with looking(context) as page:
-        page.on("request", lambda request: asked.append(request.url))
+        page.on("request", lambda request: requests.append(request.url))
         await page.goto(f"{scene.cloud.url}/docs")
         await expect(page.get_by_role("heading", name=re.compile("PPaaS"))).to_be_visible()
         await expect(page.get_by_text("/v1/plans", exact=True).first).to_be_visible()
-    assert len(asked) >= 4, asked
-    assert [url for url in asked if not url.startswith((scene.cloud.url, "data:"))] == []
+    assert len(requests) >= 4, requests
+    assert [url for url in requests if not url.startswith((scene.cloud.url, "data:"))] == []

@@ -1,4 +1,4 @@
-"""A Turtlebot whose laser is a depth camera: images go up, and the cloud drives it as one with a laser."""
+"""A Turtlebot with a depth camera in place of its laser: it sends images, and the cloud drives it."""
 
 from typing import Any
 
@@ -29,7 +29,7 @@ PARAMETERS = {"depthimage_to_laserscan": {"scan_height": 2, "output_frame_id": F
 
 
 class CameraRobot(RobotClient):
-    """Sends, in place of what its laser sees, what a camera in its place would."""
+    """Sends images of a camera in place of laser scans."""
 
     async def publish(self, topic: str, message: Message, **options: Any) -> Any:
         if not isinstance(message, LaserScan) or message.angle_max < 1.0:  # of an image already
@@ -41,7 +41,7 @@ class CameraRobot(RobotClient):
 
 
 def picture(scan: LaserScan) -> np.ndarray:
-    """Return what a camera sees where a laser would see this; its lower rows look at the floor."""
+    """Return the image of a camera at the pose of a laser scan; its lower rows show the floor."""
     angles = -np.arctan((np.arange(WIDTH) - (WIDTH - 1) / 2) / FOCAL)
     beams = np.rint((angles - scan.angle_min) / scan.angle_increment).astype(int) % len(scan.ranges)
     ranges = np.array(scan.ranges, float)[beams]
@@ -72,7 +72,7 @@ async def test_a_robot_with_a_depth_camera_is_localized_and_driven(cloud: Runnin
             heard.clear()
             located = len(drive.poses)
             await until(lambda: len(heard) > 10 and len(drive.poses) > located + 5, 30)
-            assert not images, "its own computer makes the scans"
+            assert not images, "the robot's own computer makes the scans"
         assert drive.scorer.collisions(0) == 0
     assert heard[-1].header.frame_id == FRAME
     assert heard[-1].angle_max < 1.0

@@ -1,4 +1,4 @@
-"""A cloud whose containers run by the Docker engine: robots drive, and a plug-in finds nothing of anybody else."""
+"""A cloud with containers of the Docker Engine: robots drive, and plug-ins find no data of other users."""
 
 import json
 from collections.abc import Iterator
@@ -27,14 +27,14 @@ PASSWORD = "a password of some length"
 
 @pytest.fixture(scope="module")
 def contained(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningCloud]:
-    """Return a cloud in whose image is a hostile plug-in, which its administrator has allowed by mistake."""
+    """Return a cloud whose image contains a hostile plug-in that its administrator allowed by mistake."""
     arguments = ["--runtime", "docker", "--image", image_for_tests(), "--allow", "ppaas.planners:hostile"]
     with running_cloud(tmp_path_factory.mktemp("contained"), *arguments) as running:
         yield running
 
 
 async def user(cloud: RunningCloud, name: str) -> RestClient:
-    """Return the client of a user, who is made if there is none of the name."""
+    """Return the client of a user, who is created if missing."""
     admin = await cloud.admin()
     await admin.post("/v1/users", {"id": name, "password": PASSWORD})
     client = RestClient(cloud.url)
@@ -42,7 +42,7 @@ async def user(cloud: RunningCloud, name: str) -> RestClient:
     return client
 
 
-async def test_a_robot_drives_and_goes_on_when_its_container_is_killed(
+async def test_a_robot_continues_its_goal_after_its_container_is_killed(
     contained: RunningCloud, office_map: GridMap
 ) -> None:
     rest = await contained.admin()
@@ -53,8 +53,8 @@ async def test_a_robot_drives_and_goes_on_when_its_container_is_killed(
     async with driving(contained.url, token, "tb1", office_map, start) as drive:
         assert await drive.go(goals[0]) <= 0.25
         await drive.send(goals[1], "second")
-        told = len(drive.commands)
-        await until(lambda: len(drive.commands) > told + 5)
+        count = len(drive.commands)
+        await until(lambda: len(drive.commands) > count + 5)
         [before] = [view["pid"] for view in await rest.items("/v1/containers") if view["robot"] == "tb1"]
         run("kill", "-9", str(before))
         assert (await drive.result()).status.goal_id.id == "second"
@@ -63,7 +63,7 @@ async def test_a_robot_drives_and_goes_on_when_its_container_is_killed(
     assert after != before
 
 
-async def test_a_container_without_a_network_keeps_its_robot_out_of_where_its_mask_says(
+async def test_a_container_without_a_network_respects_keepout_masks(
     contained: RunningCloud,
 ) -> None:
     token = await careful_robot(await contained.admin(), "boxed")
@@ -91,18 +91,18 @@ async def test_a_hostile_plugin_reads_no_files_or_topics_of_other_users(
     token = await register_robot(bob, "bobs", hostile.OTHERS, start)
     async with driving(contained.url, token, "bobs", office_map, start):
         outside = hostile._of_others()
-        assert any(path.startswith("/dev/shm/") for path in outside), "there is something to find"
+        assert any(path.startswith("/dev/shm/") for path in outside), "data of others exists"
         found = await findings(ann, "anns", start, goal)
     assert found["of_others"] == []
     assert found["sockets"] == ["/run/ppaas/gate.sock", "/run/ppaas/link.sock", "/run/ppaas/start.sock"]
-    assert len(found["processes"]) <= 2, "its own, and the init that reaps"
+    assert len(found["processes"]) <= 2, "its own process and the init process"
     assert found["interfaces"] == ["lo"]
     assert found["reached"] == found["wrote"] == []
     assert (found["capabilities"], found["no_new_privileges"], found["became_root"]) == (0, "1", False)
     assert found["user"] > 0
 
 
-async def test_a_container_of_another_size_has_other_limits_and_its_kernels_other_threads(
+async def test_resizing_a_container_changes_its_limits_and_kernel_threads(
     contained: RunningCloud, office_map: GridMap
 ) -> None:
     dora = await user(contained, "dora")
@@ -112,24 +112,24 @@ async def test_a_container_of_another_size_has_other_limits_and_its_kernels_othe
     plan = await dora.plan("doras", (start.x, start.y), (goal.x, goal.y))
     of_map = 64 * office_map.data.size
     for cores, threads, memory in ((2.0, 2, 1536 << 20), (0.5, 1, 768 << 20)):
-        told = await dora.patch(f"/v1/containers/{plan['container']}", {"cores": cores})
-        assert told["cores"] == cores
-        await until(lambda pid=told["pid"], size=(cores, memory + of_map): limits_of(pid) == size)
+        resized = await dora.patch(f"/v1/containers/{plan['container']}", {"cores": cores})
+        assert resized["cores"] == cores
+        await until(lambda pid=resized["pid"], size=(cores, memory + of_map): limits_of(pid) == size)
         found = await findings(dora, "doras", start, goal)
         assert found["threads"] == threads
         again = await dora.plan("doras", (goal.x, goal.y), (start.x, start.y))
-        assert (again["container"], again["pid"]) == (plan["container"], plan["pid"]), "it is the same process"
+        assert (again["container"], again["pid"]) == (plan["container"], plan["pid"]), "the process is the same"
 
 
 def limits_of(pid: int) -> tuple[float, int]:
-    """Return the CPUs and the bytes that the engine lets the container of a process have."""
+    """Return the limits of the container of a process: CPUs and memory [bytes]."""
     cgroup = Path(f"/proc/{pid}/cgroup").read_text()
     [container] = [name for name in run("docker", "ps", "--quiet", "--no-trunc").split() if name in cgroup]
     host = json.loads(run("docker", "inspect", container))[0]["HostConfig"]
     return host["CpuQuota"] / host["CpuPeriod"], host["Memory"]
 
 
-async def test_a_plugin_that_nobody_allowed_does_not_run(contained: RunningCloud, office_map: GridMap) -> None:
+async def test_a_plugin_that_is_not_allowed_does_not_run(contained: RunningCloud, office_map: GridMap) -> None:
     carl = await user(contained, "carl")
     await publish_map(carl, "carls", office_map)
     start = free_pose(office_map, seed=1)
@@ -138,7 +138,7 @@ async def test_a_plugin_that_nobody_allowed_does_not_run(contained: RunningCloud
         await carl.plan("carls", (start.x, start.y), (goal.x, goal.y), planner="curious")
 
 
-def test_what_looks_around_finds_what_there_is(tmp_path: Path) -> None:
+def test_the_hostile_plugin_finds_existing_files_and_processes(tmp_path: Path) -> None:
     (tmp_path / hostile.OTHERS).mkdir()
     found = hostile.findings()
     assert str(tmp_path / hostile.OTHERS) in found["of_others"]

@@ -1,4 +1,4 @@
-"""The whole way: a simulated Turtlebot logs in, is given a goal, and the cloud drives it there."""
+"""From login to goal: the cloud drives a simulated Turtlebot."""
 
 import math
 
@@ -16,9 +16,7 @@ from tests.support.world.places import free_pose, reachable_pose
 pytestmark = pytest.mark.journey
 
 
-async def test_a_turtlebot_drives_by_the_cloud_and_its_true_pose_is_right(
-    cloud: RunningCloud, office_map: GridMap
-) -> None:
+async def test_a_turtlebot_drives_to_its_goal_without_a_collision(cloud: RunningCloud, office_map: GridMap) -> None:
     rest = await cloud.admin()
     await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=1)
@@ -30,7 +28,7 @@ async def test_a_turtlebot_drives_by_the_cloud_and_its_true_pose_is_right(
         await until(lambda: drive.commands[-1][1].linear.x == 0.0)
 
 
-async def test_a_plan_can_be_asked_for_without_moving(cloud: RunningCloud, office_map: GridMap) -> None:
+async def test_a_plan_can_be_requested_without_moving(cloud: RunningCloud, office_map: GridMap) -> None:
     rest = await cloud.admin()
     await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=6)
@@ -46,7 +44,7 @@ async def test_a_plan_can_be_asked_for_without_moving(cloud: RunningCloud, offic
         assert drive.scorer.distance(0) < 0.01
 
 
-async def test_plans_are_shown_to_operators_and_kept(cloud: RunningCloud, office_map: GridMap) -> None:
+async def test_plans_are_published_to_operators(cloud: RunningCloud, office_map: GridMap) -> None:
     rest = await cloud.admin()
     await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=8)

@@ -1,4 +1,4 @@
-"""Nodes on the robot, over real sockets and processes: who runs them, and what becomes of them when they are killed."""
+"""Local nodes over real sockets and processes: where they run, and what happens when they are killed."""
 
 import asyncio
 import os
@@ -33,34 +33,34 @@ CLIENTS = "/rosbridge_websocket"
 
 
 async def homes(client: RobotClient) -> dict[str, str]:
-    """Return where each node runs."""
-    told = await client.call("node_monitor/list_nodes", ppaas_msgs.ListNodes, Empty())
-    assert isinstance(told, ppaas_msgs.NodeHomes)
-    return {node.node: node.home for node in told.nodes}
+    """Return the home of each node."""
+    answer = await client.call("node_monitor/list_nodes", ppaas_msgs.ListNodes, Empty())
+    assert isinstance(answer, ppaas_msgs.NodeHomes)
+    return {node.node: node.home for node in answer.nodes}
 
 
 async def planned_by(client: RobotClient, start: Pose2D, goal: Pose2D) -> str:
-    """Have Move Base plan, wherever it runs; return the node that rosapi says has the service."""
+    """Call Move Base in either home; return the node that provides the service according to rosapi."""
     there, back = (PoseStamped(Header(frame_id="map"), Pose.of(pose)) for pose in (start, goal))
-    told = await client.call("move_base/make_plan", GetPlan, GetPlanRequest(there, back), 30.0)
-    assert isinstance(told, GetPlanResponse) and told.plan.poses
+    answer = await client.call("move_base/make_plan", GetPlan, GetPlanRequest(there, back), 30.0)
+    assert isinstance(answer, GetPlanResponse) and answer.plan.poses
     node = await client.call("rosapi/service_node", ServiceNode, ServiceRequest("/move_base/make_plan"))
     assert isinstance(node, ServiceNodeResponse)
     return node.node
 
 
 async def shown_by_rest_and_command(rest: RestClient, url: str, token: str, robot: str) -> None:
-    """See that Move Base runs on the robot, and why, as programs and as people do."""
+    """Assert that REST and the command line show Move Base on the robot, and the reason."""
     shown = {node["node"]: node for node in await rest.items(f"/v1/robots/{robot}/nodes")}
     assert (shown["move_base"]["home"], shown["amcl"]["home"]) == ("robot", "cloud")
     command = [sys.executable, "-m", cli.__name__, "robot", "nodes", robot, "--url", url, "--token", token]
-    told = await asyncio.to_thread(subprocess.run, command, capture_output=True, text=True, timeout=60, check=True)
-    [line] = [line for line in told.stdout.splitlines() if line.startswith("move_base")]
+    listing = await asyncio.to_thread(subprocess.run, command, capture_output=True, text=True, timeout=60, check=True)
+    [line] = [line for line in listing.stdout.splitlines() if line.startswith("move_base")]
     assert line.split()[1:3] == ["robot", "robot"]
     assert "of a link with" in line
 
 
-async def test_a_weak_robot_is_served_by_the_cloud(cloud: RunningCloud, office_map: GridMap) -> None:
+async def test_nodes_of_a_weak_robot_run_in_the_cloud(cloud: RunningCloud, office_map: GridMap) -> None:
     rest = await cloud.admin()
     await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=21)
@@ -76,7 +76,7 @@ async def test_a_weak_robot_is_served_by_the_cloud(cloud: RunningCloud, office_m
         assert (manager.running, manager.pid) == (frozenset(), None)
 
 
-async def test_a_strong_one_with_a_bad_link_drives_itself_and_the_cloud_goes_on_when_that_is_killed(
+async def test_move_base_of_a_robot_with_a_slow_link_runs_locally_until_killed(
     cloud: RunningCloud, office_map: GridMap
 ) -> None:
     rest = await cloud.admin()
@@ -99,14 +99,14 @@ async def test_a_strong_one_with_a_bad_link_drives_itself_and_the_cloud_goes_on_
             os.kill(manager.pid, signal.SIGKILL)
             result = await drive.result()
             assert (result.status.goal_id.id, result.status.status) == ("first", 3)
-            assert drive.scorer.error(0, first) <= 0.25, "it went on from its state in the cloud"
+            assert drive.scorer.error(0, first) <= 0.25, "it continued from its state in the cloud"
             assert (await homes(drive.operator))["move_base"] == "cloud"
             assert await planned_by(drive.operator, first, second) == "/move_base"
             back = await manager.ask("move_base", "robot")
             assert back.wanted == "robot"
-            assert await drive.go(second) <= 0.25, "sent while the node moves"
+            assert await drive.go(second) <= 0.25, "the goal is sent while the node moves"
             assert manager.running == {"move_base"}
             assert (await homes(drive.operator))["move_base"] == "robot"
             assert await planned_by(drive.operator, second, first) == CLIENTS
-        assert (await homes(drive.operator))["move_base"] == "cloud", "who leaves gives back what it has"
+        assert (await homes(drive.operator))["move_base"] == "cloud", "a robot that leaves returns its nodes"
         assert drive.scorer.collisions(0) == 0

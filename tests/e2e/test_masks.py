@@ -1,4 +1,4 @@
-"""A robot keeps out of where the mask says that its file names, and where its map in space leaves it no room."""
+"""Robots respect the keepout masks named in their files, and obstacles of their octomaps."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def mask(rows: slice) -> GridMap:
 
 
 async def careful_robot(rest: RestClient, robot: str) -> str:
-    """Tell of a robot that is to keep out of the lower half of the middle of a room of its own; return its token."""
+    """Register a robot whose mask bars the lower half of the middle of its own room; return its token."""
     await publish_map(rest, f"{robot}-room", ROOM)
     await publish_map(rest, f"{robot}-keepout", mask(slice(0, 4)))
     token = await register_robot(rest, robot, f"{robot}-room", tuple(START))
@@ -41,21 +41,21 @@ async def careful_robot(rest: RestClient, robot: str) -> str:
 
 
 async def sides(cloud: RunningCloud, token: str, robot: str = "careful") -> set[bool]:
-    """Have the robot's clone plan across the room; return on which sides of the straight way it passes the middle."""
+    """Plan across the room in the robot's clone; return on which sides of the straight line it passes the middle."""
     async with RobotClient(cloud.ws_url, robot=robot, token=token) as client:
         return await passed(client)
 
 
 async def passed(client: RobotClient) -> set[bool]:
-    """Have Move Base plan, wherever it runs; return on which sides the way passes."""
+    """Plan with Move Base in either home; return on which sides the path passes."""
     there, back = (PoseStamped(Header(frame_id="map"), Pose.of(pose)) for pose in (START, GOAL))
-    told = await client.call("move_base/make_plan", GetPlan, GetPlanRequest(there, back), 30.0)
-    assert isinstance(told, GetPlanResponse)
-    middle = [pose.pose.position.y for pose in told.plan.poses if 1.5 < pose.pose.position.x < 2.5]
+    answer = await client.call("move_base/make_plan", GetPlan, GetPlanRequest(there, back), 30.0)
+    assert isinstance(answer, GetPlanResponse)
+    middle = [pose.pose.position.y for pose in answer.plan.poses if 1.5 < pose.pose.position.x < 2.5]
     return {y > 1.5 for y in middle if abs(y - 1.5) > 0.3}
 
 
-async def test_the_masks_of_a_robot_are_those_that_its_file_names(cloud: RunningCloud) -> None:
+async def test_robots_plan_with_the_masks_named_in_their_files(cloud: RunningCloud) -> None:
     rest = await cloud.admin()
     await publish_map(rest, "masked-room", ROOM)
     named = {"keepout_filter": {"filter_mask": "masked-room-keepout"}}
@@ -73,7 +73,7 @@ async def test_the_masks_of_a_robot_are_those_that_its_file_names(cloud: Running
     assert await sides(cloud, token) == set()
 
 
-async def test_a_robot_whose_mask_is_gone_is_refused(cloud: RunningCloud) -> None:
+async def test_a_robot_whose_mask_was_deleted_is_refused(cloud: RunningCloud) -> None:
     rest = await cloud.admin()
     token = await careful_robot(rest, "late")
     await rest.delete("/v1/maps/late-keepout")
@@ -83,14 +83,14 @@ async def test_a_robot_whose_mask_is_gone_is_refused(cloud: RunningCloud) -> Non
     assert b"keepout_filter: the mask 'late-keepout' is not a published map" in refused.value.response.body
 
 
-async def test_a_node_that_runs_on_the_robot_keeps_out_of_the_same_places(cloud: RunningCloud) -> None:
+async def test_a_local_node_respects_the_same_mask(cloud: RunningCloud) -> None:
     token = await careful_robot(await cloud.admin(), "own")
     async with RobotClient(cloud.ws_url, robot="own", token=token) as client, managing(client, ABLE) as manager:
         await take_over(manager, "move_base")
         assert await passed(client) == {True}
 
 
-async def test_a_robot_with_a_mast_plans_around_a_table_that_its_laser_does_not_see(cloud: RunningCloud) -> None:
+async def test_a_tall_robot_plans_around_a_table_above_its_laser(cloud: RunningCloud) -> None:
     rest = await cloud.admin()
     yaml, image = save_map(ROOM, "room.pgm")
     await rest.upload_map("room-with-table", yaml, image, octomap=ROOT / "docs" / "examples" / "table.bt")

@@ -1,4 +1,4 @@
-"""A robot that offers a service, as robots.md prints it, to its operator: over real sockets, which break meanwhile."""
+"""A robot advertises a service with the code of robots.md, over real sockets that break meanwhile."""
 
 import asyncio
 import textwrap
@@ -25,7 +25,7 @@ PAGE = "docs/robots.md"
 
 
 class Hardware:
-    """What the page calls ``hardware``: a lamp that takes its time, or is broken."""
+    """The ``hardware`` of the page: a lamp that may be slow or broken."""
 
     def __init__(self) -> None:
         self.lit = False
@@ -41,14 +41,14 @@ class Hardware:
 
 
 def offer() -> Callable[[RobotClient, Hardware], Awaitable[None]]:
-    """Return the code of the page as a function of what it is given."""
+    """Return the code of the page as a function of ``cloud`` and ``hardware``."""
     code = next(block for block in blocks(PAGE, "python") if "advertise_service" in block)
     scope: dict[str, Any] = {}
     exec("async def offer(cloud, hardware):\n" + textwrap.indent(code, "    "), scope)
     return scope["offer"]  # type: ignore[no-any-return]
 
 
-async def test_an_operator_switches_a_lamp_of_a_robot_whose_connection_breaks(
+async def test_an_operator_calls_a_service_of_a_robot_across_a_broken_connection(
     cloud: RunningCloud, office_map: GridMap
 ) -> None:
     rest = await cloud.admin()
@@ -65,10 +65,10 @@ async def test_an_operator_switches_a_lamp_of_a_robot_whose_connection_breaks(
             return await operator.call("lamp", SetBool, SetBoolRequest(lit), 30.0)
 
         async def known() -> bool:
-            """Tell whether the cloud knows the lamp, once it has heard all that the robot has said."""
-            told = await robot.call("rosapi/services", Services, Empty())
-            assert isinstance(told, ServicesResponse)
-            return "/lamp" in told.services
+            """Return whether the cloud knows the lamp after it has processed all frames of the robot."""
+            services = await robot.call("rosapi/services", Services, Empty())
+            assert isinstance(services, ServicesResponse)
+            return "/lamp" in services.services
 
         await offer()(robot, lamp)
         assert await known()
@@ -86,7 +86,7 @@ async def test_an_operator_switches_a_lamp_of_a_robot_whose_connection_breaks(
         wire.mend()
         await until(lambda: robot.connected)
         lamp.works.set()
-        assert await switching == SetBoolResponse(True), "asked and answered once, by one connection or the next"
+        assert await switching == SetBoolResponse(True), "called and answered once, over either connection"
         assert not lamp.lit
         await robot.advertise_service("move_base/clear_costmaps", EmptyService, lambda _: Empty())
         assert "is provided by the clone" in str(await asyncio.wait_for(refused.get(), 10))

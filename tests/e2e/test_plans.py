@@ -1,4 +1,4 @@
-"""A path without a robot, planned in a container and never in the web process."""
+"""Paths without a robot are planned in a container and never in the web process."""
 
 import pytest
 
@@ -26,7 +26,7 @@ async def test_a_path_is_planned_in_another_process_than_the_web_server(
     assert again["pid"] == plan["pid"], "the same container plans again"
 
 
-async def test_what_cannot_be_planned_says_which_of_the_codes_it_is(cloud: RunningCloud, office_map: GridMap) -> None:
+async def test_planning_errors_are_raised_by_their_type(cloud: RunningCloud, office_map: GridMap) -> None:
     rest = await cloud.admin()
     await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=22)

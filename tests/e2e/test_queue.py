@@ -1,4 +1,4 @@
-"""A program that would rather wait for its turn than be refused a path."""
+"""Path requests that wait in the queue in place of a refusal."""
 
 import asyncio
 
@@ -14,7 +14,7 @@ pytestmark = pytest.mark.journey
 PASSWORD = "correct horse"
 
 
-async def test_a_path_waits_for_its_turn_and_is_planned_then(cloud: RunningCloud, office_map: GridMap) -> None:
+async def test_a_queued_path_is_planned_when_its_turn_comes(cloud: RunningCloud, office_map: GridMap) -> None:
     admin = await cloud.admin()
     await admin.post("/v1/users", {"id": "quinn", "password": PASSWORD})
     await admin.patch("/v1/users/quinn", {"limits": {"containers": 1}})

@@ -1,4 +1,4 @@
-"""A container is given more cores and fewer while it runs."""
+"""Containers are resized while they run."""
 
 import os
 from pathlib import Path
@@ -19,7 +19,7 @@ async def used_cores(rest: RestClient) -> float:
     return float((await rest.get("/v1/users/me"))["used"]["cores"])
 
 
-async def test_a_container_goes_on_planning_on_other_cpus(cloud: RunningCloud, office_map: GridMap) -> None:
+async def test_a_resized_container_keeps_planning_on_other_cpus(cloud: RunningCloud, office_map: GridMap) -> None:
     rest = await cloud.admin()
     await publish_map(rest, "resized", office_map)
     start = free_pose(office_map, seed=30)
@@ -28,8 +28,8 @@ async def test_a_container_goes_on_planning_on_other_cpus(cloud: RunningCloud, o
     path, pid = f"/v1/containers/{plan['container']}", plan["pid"]
     before, wide = await used_cores(rest), min(2, os.cpu_count() or 1)
     for size in (float(wide), 0.5):
-        told = await rest.patch(path, {"cores": size})
-        assert (told["cores"], told["pid"]) == (size, pid)
+        resized = await rest.patch(path, {"cores": size})
+        assert (resized["cores"], resized["pid"]) == (size, pid)
         assert await used_cores(rest) == before - 1.0 + size
         await until(lambda size=size: {len(cpus) for cpus in cpus_of(pid)} == {max(1, int(size))})  # type: ignore[misc]
         again = await rest.plan("resized", start, goal)

@@ -1,4 +1,4 @@
-"""A path that one user's program found is given to another's robot on the same map, and on no other version."""
+"""Paths are reused between users and robots of the same map version only."""
 
 import json
 import uuid
@@ -30,7 +30,7 @@ MINUTE = 60.0
 
 
 def as_if_planning_took_a_minute(cloud: RunningCloud, map_id: str, version: str) -> None:
-    """Write a history in which looking for a kept path always pays, however loaded the machine of the test is."""
+    """Write a history in which a search for a stored path always pays, however busy the test machine is."""
     store = SqliteStore(cloud.log.parent / "data" / "ppaas.sqlite")
     try:
         for bucket in range(MOST_BUCKETS):
@@ -58,13 +58,13 @@ async def publish(cloud: RunningCloud, rest: RestClient, map_id: str, grid: Grid
 
 @asynccontextmanager
 async def robot_of(cloud: RunningCloud, rest: RestClient, map_id: str, start: Pose2D) -> AsyncIterator[str]:
-    """Tell of a robot; give the URL at which its operators connect."""
+    """Register a robot; yield the URL for its operators."""
     robot = f"robot-{uuid.uuid4().hex[:8]}"
     await rest.put_robot(robot, RobotFile(map=map_id, initial_pose=start, cores=0.5))
     yield f"{cloud.ws_url}/?robot={robot}&role=operator&token={rest.token}"
 
 
-async def test_what_a_program_found_a_robot_of_another_user_is_given(cloud: RunningCloud, office_map: GridMap) -> None:
+async def test_a_path_is_reused_by_programs_and_robots_of_other_users(cloud: RunningCloud, office_map: GridMap) -> None:
     ann, bob = await log_in_as_new_user(cloud), await log_in_as_new_user(cloud)
     await publish(cloud, ann, "shared-office", office_map)
     start = free_pose(office_map, seed=40)
@@ -91,7 +91,7 @@ async def test_what_a_program_found_a_robot_of_another_user_is_given(cloud: Runn
     assert (answer["origin"], answer["reused"]) == ("reused", first["plan_id"])
 
 
-async def test_on_another_version_of_the_map_a_path_is_computed_anew(cloud: RunningCloud, office_map: GridMap) -> None:
+async def test_a_path_on_another_map_version_is_computed(cloud: RunningCloud, office_map: GridMap) -> None:
     rest = await log_in_as_new_user(cloud)
     await publish(cloud, rest, "rebuilt-office", office_map)
     start = free_pose(office_map, seed=42)
@@ -106,7 +106,7 @@ async def test_on_another_version_of_the_map_a_path_is_computed_anew(cloud: Runn
     assert after["plan_id"] != before["plan_id"]
 
 
-async def test_a_robot_drives_along_what_was_kept_and_says_so(cloud: RunningCloud, office_map: GridMap) -> None:
+async def test_a_robot_drives_a_stored_path_and_reports_its_reuse(cloud: RunningCloud, office_map: GridMap) -> None:
     rest = await cloud.admin()
     await publish(cloud, rest, "driven-office", office_map)
     start = free_pose(office_map, seed=44)
@@ -125,9 +125,7 @@ async def test_a_robot_drives_along_what_was_kept_and_says_so(cloud: RunningClou
     assert dijkstra["computed"] >= 1
 
 
-async def test_what_is_known_of_planning_on_a_map_is_for_those_who_may_see_it(
-    cloud: RunningCloud, office_map: GridMap
-) -> None:
+async def test_planner_evaluation_requires_read_access_to_the_map(cloud: RunningCloud, office_map: GridMap) -> None:
     ann, bob = await log_in_as_new_user(cloud), await log_in_as_new_user(cloud)
     yaml, image = save_map(office_map, "private.pgm")
     await ann.upload_map("private-office", yaml, image)

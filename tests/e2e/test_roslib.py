@@ -1,4 +1,4 @@
-"""An unmodified roslib, in Node, is an operator of the cloud: it looks around, drives the robot, offers a service."""
+"""An unmodified roslib in Node is an operator of the cloud: introspection, driving, services."""
 
 import shutil
 from pathlib import Path
@@ -19,28 +19,28 @@ CANCELED = "GoalError: Action was canceled"
 
 @pytest.fixture
 def node() -> str:
-    """Return the command of Node; ``make test`` brings roslib where Node is there."""
+    """Return the command of Node; ``make test`` installs roslib if Node is installed."""
     found = shutil.which("node")
     if found is None or not (FOLDER / "node_modules" / "roslib").is_dir():
         pytest.skip("Node, or roslib in it, is not installed: install Node 20 or newer and run make test")
     return found
 
 
-async def test_roslib_drives_a_robot_by_topic_by_action_and_by_service(
+async def test_roslib_drives_a_robot_by_topics_actions_and_services(
     node: str, cloud: RunningCloud, office_map: GridMap
 ) -> None:
     command = [node, str(FOLDER / "operator.mjs")]
     found, errors = await operate(command, cloud, office_map, "tb-roslibjs", seed=21)
     assert errors == b"", errors.decode()
-    looked_around(found, office_map)
-    drove(found)
+    check_introspection(found, office_map)
+    check_driving(found)
     assert found["poses"] > 10
     assert found["lights"] == {"success": True, "message": "on"}
     assert found["doors"] == {"reason": "Error: stuck"}
     assert found["chatter"] == ["hello", "hello"]
 
 
-def looked_around(found: dict[str, Any], grid: GridMap) -> None:
+def check_introspection(found: dict[str, Any], grid: GridMap) -> None:
     assert {"/cmd_vel", "/map", "/scan"} <= set(found["topics"])  # type: ignore[call-overload]
     assert found["mapType"] == "nav_msgs/OccupancyGrid"
     assert {"/move_base/make_plan", "/static_map"} <= set(found["services"])  # type: ignore[call-overload]
@@ -50,7 +50,7 @@ def looked_around(found: dict[str, Any], grid: GridMap) -> None:
     assert (found["ros1Stamp"], found["ros2Stamp"]) == (["secs", "nsecs"], ["sec", "nanosec"])
 
 
-def drove(found: dict[str, Any]) -> None:
+def check_driving(found: dict[str, Any]) -> None:
     assert found["byTopic"] == 3
     assert found["byAction"] == {"result": {}}
     assert int(str(found["actionFeedback"])) > 5

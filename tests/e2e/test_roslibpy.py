@@ -19,9 +19,7 @@ SCRIPT = ROOT / "docs" / "examples" / "roslibpy_operator.py"
 OPERATOR = ROOT / "tests" / "support" / "cloud" / "roslibpy_operator.py"
 
 
-async def test_a_roslibpy_script_sees_the_robot_and_sends_it_somewhere(
-    cloud: RunningCloud, office_map: GridMap
-) -> None:
+async def test_a_roslibpy_script_monitors_the_robot_and_sends_a_goal(cloud: RunningCloud, office_map: GridMap) -> None:
     rest = await cloud.admin()
     await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=10)
@@ -39,9 +37,7 @@ async def test_a_roslibpy_script_sees_the_robot_and_sends_it_somewhere(
     assert "['/cmd_vel', '/map', '/scan', '/tf']" in output.decode()
 
 
-async def test_roslibpy_drives_a_robot_by_topic_by_action_and_by_service(
-    cloud: RunningCloud, office_map: GridMap
-) -> None:
+async def test_roslibpy_drives_a_robot_by_topics_actions_and_services(cloud: RunningCloud, office_map: GridMap) -> None:
     command = [sys.executable, str(OPERATOR)]
     found, errors = await operate(command, cloud, office_map, "tb-roslibpy", seed=31)
     assert b"Exception" not in errors, errors.decode()

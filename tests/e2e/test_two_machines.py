@@ -1,4 +1,4 @@
-"""A cloud of two machines, the second joined over TLS: robots of two maps, one on each, whatever happens to it."""
+"""A cloud of two machines, the second joined over TLS, with one driving robot on each."""
 
 import asyncio
 import itertools
@@ -38,14 +38,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def two_machines(folder: Path) -> Iterator[RunningCloud]:
-    """Return a cloud that takes machines of other hosts."""
+    """Return a cloud that accepts machines of other hosts."""
     with running_cloud(folder, "--listen-machines", "127.0.0.1:0", "--linger", "1", "--adopt-within", "5") as running:
         yield running
 
 
 @pytest.fixture(scope="module")
 def second(two_machines: RunningCloud, folder: Path) -> Iterator[JoinedMachine]:
-    """Return a machine that has a ticket, and leaves nothing behind at the end."""
+    """Return a machine that joined with a ticket; it leaves nothing behind at the end."""
     machine = JoinedMachine(folder / "m2", THERE)
     machine.start(ticket(folder / "data"))
     yield machine
@@ -56,11 +56,11 @@ def second(two_machines: RunningCloud, folder: Path) -> Iterator[JoinedMachine]:
 async def driving_on_both(
     cloud: RunningCloud, rest: RestClient, grid: GridMap, names: tuple[str, str]
 ) -> AsyncIterator[dict[str, Drive]]:
-    """Have two robots under way, each on a map and a machine of its own; yield that of the second machine last."""
+    """Drive two robots, each on its own map and machine; yield that of the second machine last."""
     async with asyncio.timeout(30.0):
         while await rest.items("/v1/containers"):
             await asyncio.sleep(0.05)
-    await give_each(rest, 1)  # so each gets one
+    await limit_each(rest, 1)  # so that each machine gets one
     start = free_pose(grid, seed=30)
     goal = reachable_pose(grid, start, seed=40, at_least=2.0, at_most=3.0)
     for name in names:
@@ -72,7 +72,7 @@ async def driving_on_both(
     ):
         served = {(await container_of(rest, name))["machine"]: name for name in names}
         assert set(served) == {HERE, THERE}, "each map has a machine of its own"
-        await give_each(rest, 100)
+        await limit_each(rest, 100)
         drives = dict(zip(names, (one, other), strict=True))
         for name, drive in drives.items():
             await drive.send(goal, goal_id=name)
@@ -80,14 +80,14 @@ async def driving_on_both(
         yield {served[HERE]: drives[served[HERE]], served[THERE]: drives[served[THERE]]}
 
 
-async def give_each(rest: RestClient, containers: int) -> None:
-    """Say how many containers each machine takes."""
+async def limit_each(rest: RestClient, containers: int) -> None:
+    """Set the largest number of containers of each machine."""
     for machine in (HERE, THERE):
         await rest.patch(f"/v1/machines/{machine}", {"max_containers": containers})
 
 
 async def all_arrive(drives: dict[str, Drive]) -> float:
-    """Wait until each robot has arrived, once, its socket kept open; return the longest time without a command [s]."""
+    """Wait until each robot has arrived once, with its socket open; return the longest gap between commands [s]."""
     for name, drive in drives.items():
         result = await drive.result()
         assert (result.status.goal_id.id, result.status.status) == (name, Status.SUCCEEDED), result.status.text
@@ -97,7 +97,7 @@ async def all_arrive(drives: dict[str, Drive]) -> float:
     return max(after - before for one in times for before, after in itertools.pairwise(one))
 
 
-async def test_robots_of_a_machine_that_is_killed_drive_on_from_the_other_and_it_can_join_again(
+async def test_robots_of_a_killed_machine_continue_on_the_other(
     two_machines: RunningCloud,
     second: JoinedMachine,
     office_map: GridMap,
@@ -116,7 +116,7 @@ async def test_robots_of_a_machine_that_is_killed_drive_on_from_the_other_and_it
     await second.is_in(rest)
 
 
-async def test_a_machine_that_stood_still_serves_no_robot_twice_and_comes_back(
+async def test_a_frozen_machine_is_replaced_and_rejoins(
     two_machines: RunningCloud,
     second: JoinedMachine,
     office_map: GridMap,
@@ -130,17 +130,17 @@ async def test_a_machine_that_stood_still_serves_no_robot_twice_and_comes_back(
         record_property("longest_gap_s", await all_arrive(drives))
         for name in drives:
             assert (await container_of(rest, name))["machine"] == HERE
-        assert psutil.pid_exists(left), "nobody could end it"
+        assert psutil.pid_exists(left), "a frozen machine cannot be ended"
         second.process.send_signal(signal.SIGCONT)
         async with asyncio.timeout(20.0):
             while not has_ended(left):
                 await asyncio.sleep(0.02)
         await second.is_in(rest)
         for drive in drives.values():
-            assert drive.results.empty(), "what it had still to say was not heard"
+            assert drive.results.empty(), "late results of the frozen machine are not delivered"
 
 
-async def test_robots_of_a_machine_that_is_drained_drive_on_from_the_other_and_what_was_measured_is_seen(
+async def test_robots_of_a_drained_machine_continue_on_the_other(
     two_machines: RunningCloud,
     second: JoinedMachine,
     office_map: GridMap,
@@ -160,7 +160,7 @@ async def test_robots_of_a_machine_that_is_drained_drive_on_from_the_other_and_w
     await rest.patch(f"/v1/machines/{THERE}", {"draining": False})
 
 
-async def test_a_robot_on_another_machine_keeps_out_of_where_its_mask_says(
+async def test_a_robot_on_another_machine_respects_its_keepout_mask(
     two_machines: RunningCloud, second: JoinedMachine
 ) -> None:
     rest = await two_machines.admin()
@@ -168,12 +168,12 @@ async def test_a_robot_on_another_machine_keeps_out_of_where_its_mask_says(
     token = await careful_robot(rest, "far")
     await rest.patch(f"/v1/machines/{HERE}", {"max_containers": 0})
     async with RobotClient(two_machines.ws_url, robot="far", token=token) as client:
-        await give_each(rest, 100)
+        await limit_each(rest, 100)
         assert (await container_of(rest, "far"))["machine"] == THERE
         assert await passed(client) == {True}
 
 
-async def test_a_machine_that_is_cut_off_ends_what_it_ran_by_itself_and_joins_again(
+async def test_a_disconnected_machine_ends_its_containers_and_rejoins(
     two_machines: RunningCloud, second: JoinedMachine, office_map: GridMap, folder: Path
 ) -> None:
     rest = await two_machines.admin()
@@ -188,9 +188,9 @@ async def test_a_machine_that_is_cut_off_ends_what_it_ran_by_itself_and_joins_ag
         assert port is not None
         cut_off.start(str(msgspec.structs.replace(direct, port=port)))
         await cut_off.is_in(rest)
-        await give_each(rest, 0)
+        await limit_each(rest, 0)
         async with driving(two_machines.url, token, "s1", office_map, start) as drive:
-            await give_each(rest, 100)
+            await limit_each(rest, 100)
             there = await container_of(rest, "s1")
             assert there["machine"] == "m3"
             wire.fall_silent()
@@ -200,5 +200,5 @@ async def test_a_machine_that_is_cut_off_ends_what_it_ran_by_itself_and_joins_ag
                 while not has_ended(there["pid"]):
                     await asyncio.sleep(0.02)
             assert drive.robot.connections == 1
-        await cut_off.is_in(rest)  # by a new connection, which is served
+        await cut_off.is_in(rest)  # over a new connection
         cut_off.end()

@@ -1,4 +1,4 @@
-"""A list of waypoints over the wire, while the container that follows it dies."""
+"""A list of waypoints is followed although its container is killed."""
 
 import asyncio
 
@@ -17,32 +17,32 @@ from tests.support.world.touring import waypoints
 pytestmark = pytest.mark.journey
 
 
-async def test_a_list_of_waypoints_is_driven_to_its_end_though_its_container_is_killed(
+async def test_waypoints_are_followed_to_the_end_despite_a_killed_container(
     cloud: RunningCloud, office_map: GridMap
 ) -> None:
     rest = await cloud.admin()
     await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=11)
-    # Turns on the spot: they take a list as far as drives do, and soon are done.
+    # Turns in place exercise the list like drives do, and are done sooner.
     first, last = (Pose2D(*start) @ Pose2D(0.0, 0.0, turn) for turn in (0.6, -1.5))
     token = await register_robot(rest, "postman", "office", start)
-    told: list[int] = []
+    reported: list[int] = []
     results: asyncio.Queue[FollowWaypointsActionResult] = asyncio.Queue()
     async with driving(cloud.url, token, "postman", office_map, start) as drive:
         await drive.operator.subscribe(
             "follow_waypoints/feedback",
             FollowWaypointsActionFeedback,
-            lambda message: told.append(message.feedback.current_waypoint),
+            lambda message: reported.append(message.feedback.current_waypoint),
         )
         await drive.operator.subscribe("follow_waypoints/result", FollowWaypointsActionResult, results.put_nowait)
         await drive.operator.publish("follow_waypoints/goal", waypoints([first, last], "round"))
-        await until(lambda: 1 in told)
+        await until(lambda: 1 in reported)
         cloud.container().kill()
         async with asyncio.timeout(60):
             result = await results.get()
         assert (result.status.goal_id.id, result.status.status) == ("round", Status.SUCCEEDED), result.status.text
         assert abs(wrap_angle(drive.world.robots[0].base.pose.theta - last.theta)) <= 0.3
         assert drive.robot.connections == 1
-        told_after = told[told.index(1) :]
-        assert set(told_after) == {1}, "no waypoint is driven to twice"
+        reported_after = reported[reported.index(1) :]
+        assert set(reported_after) == {1}, "no waypoint is driven to twice"
         assert results.empty()
