@@ -1,4 +1,4 @@
-"""``docker compose -f docker/compose.yaml`` for real: it comes up, robots drive in it, and what was kept is kept."""
+"""``docker compose -f docker/compose.yaml``: it starts, robots drive in it, and its data survives."""
 
 import asyncio
 import json
@@ -22,7 +22,7 @@ pytestmark = [pytest.mark.docker, pytest.mark.timeout(1800)]
 FILE = "docker/compose.yaml"
 PROJECT = "ppaas-tests"
 WAIT = "900"
-"""Seconds in which all must be healthy."""
+"""Time limit until all services are healthy [s]."""
 
 JOINED_WITHIN = 120.0
 
@@ -33,14 +33,14 @@ DEMO = [
 
 
 class Compose:
-    """One project of the compose file, at a port of its own."""
+    """One project of the compose file, at its own port."""
 
     def __init__(self, port: int) -> None:
         self.url = f"http://127.0.0.1:{port}"
         self._settings = {"PPAAS_PORT": str(port), "PPAAS_ROBOTS": "2", "PPAAS_GOALS": "1"}
 
     def __call__(self, *arguments: str) -> str:
-        """Run a command of compose; return what it printed."""
+        """Run a command of compose; return its output."""
         command = ["docker", "compose", "-p", PROJECT, "-f", FILE, *arguments]
         done = subprocess.run(
             command, cwd=ROOT, capture_output=True, text=True, env=os.environ | self._settings, check=False
@@ -53,11 +53,11 @@ class Compose:
         return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False).stdout[-6000:]
 
     def up(self, *services: str) -> None:
-        """Bring services up, all of them if none is named, and wait until they are healthy."""
+        """Start the named services, or all, and wait until they are healthy."""
         self("up", "--detach", "--wait", "--wait-timeout", WAIT, *services)
 
     async def admin(self) -> RestClient:
-        """Log in as whoever may read the volume of the cloud."""
+        """Log in with the password from the volume of the cloud."""
         client = RestClient(self.url)
         await client.login("admin", self("exec", "-T", "cloud", "cat", "/var/lib/ppaas/admin-password").strip())
         return client
@@ -76,7 +76,7 @@ def compose() -> Iterator[Compose]:
     assert left == ""
 
 
-async def test_its_stores_answer_and_are_reached_by_nobody_else(compose: Compose) -> None:
+async def test_stores_are_healthy_and_only_the_cloud_publishes_a_port(compose: Compose) -> None:
     rest = await compose.admin()
     assert (await rest.get("/v1/health"))["status"] == "ok"
     services = [json.loads(line) for line in compose("ps", "--format", "json").splitlines()]
@@ -84,13 +84,13 @@ async def test_its_stores_answer_and_are_reached_by_nobody_else(compose: Compose
     assert published == {"cloud"}
 
 
-async def test_the_robots_of_its_demo_reach_their_goals(compose: Compose) -> None:
-    told = compose("--profile", "demo", "run", "--rm", "-T", "robots", *DEMO)
-    report = json.loads(told.splitlines()[-1])
+async def test_robots_of_the_demo_reach_their_goals(compose: Compose) -> None:
+    output = compose("--profile", "demo", "run", "--rm", "-T", "robots", *DEMO)
+    report = json.loads(output.splitlines()[-1])
     assert [(robot["goals_reached"], robot["collisions"]) for robot in report["robots"]] == [(1, 0), (1, 0)]
 
 
-async def test_machines_join_and_one_that_is_killed_is_done_without(compose: Compose) -> None:
+async def test_machines_join_and_a_killed_one_is_removed(compose: Compose) -> None:
     compose("up", "--detach", "--scale", "machine=2", "machine", "tickets")
     rest = await compose.admin()
     await machines_are(rest, 3)
@@ -102,13 +102,13 @@ async def test_machines_join_and_one_that_is_killed_is_done_without(compose: Com
 
 
 async def machines_are(rest: RestClient, count: int) -> None:
-    """Wait until the cloud has so many machines."""
+    """Wait until the cloud has ``count`` machines."""
     async with asyncio.timeout(JOINED_WITHIN):
         while len(await rest.items("/v1/machines")) != count:
             await asyncio.sleep(0.5)
 
 
-async def test_down_and_up_again_keeps_what_was_kept(compose: Compose) -> None:
+async def test_data_survives_down_and_up(compose: Compose) -> None:
     rest = await compose.admin()
     grid = office(seed=1, width=12.0, height=10.0)
     await publish_map(rest, "office", grid)
@@ -125,10 +125,10 @@ async def test_down_and_up_again_keeps_what_was_kept(compose: Compose) -> None:
         assert await drive.go(goal) <= 0.25
 
 
-def test_the_official_images_take_the_place_of_ours() -> None:
+def test_official_images_replace_those_of_the_project() -> None:
     bring_up()
-    told = run("docker", "compose", "-f", FILE, "-f", "docker/compose.official.yaml", "config", "--format", "json")
-    services = json.loads(told)["services"]
+    output = run("docker", "compose", "-f", FILE, "-f", "docker/compose.official.yaml", "config", "--format", "json")
+    services = json.loads(output)["services"]
     images = {name: services[name]["image"].partition(":")[0] for name in ("cassandra", "namenode", "datanode")}
     assert images == {"cassandra": "cassandra", "namenode": "apache/hadoop", "datanode": "apache/hadoop"}
     assert not any("build" in services[name] for name in images)

@@ -1,4 +1,4 @@
-"""A Ray cluster whose nodes leave in order, and leave nothing behind."""
+"""A Ray cluster whose nodes leave cleanly and leave nothing behind."""
 
 import time
 
@@ -21,22 +21,22 @@ waits for a busy computer answers late, and has as long for it as Ray gives by i
 
 
 class RayNode(ray_cluster.LocalRayNode):
-    """A node of which tests find the processes."""
+    """A node whose processes tests can find."""
 
     def find(self, *words: str) -> list[psutil.Process]:
         """Return the processes with all the words in their command line."""
         return named(self.family(), *words)
 
     def agent(self) -> psutil.Process:
-        """Return the agent of its machine; one whose actor was killed may be about to end."""
+        """Return the newest agent of its machine: one whose actor was killed may still be exiting."""
         return max(self.find(agent.__name__), key=lambda process: process.create_time())
 
     def raylet(self) -> psutil.Process:
-        """Return what makes it a node; what it is about to start is called as it is for a moment."""
+        """Return the raylet; its children have the same command line for a moment."""
         return min(self.find("raylet/raylet", "--raylet_socket_name"), key=lambda process: process.create_time())
 
     def leave(self) -> None:
-        """Have it leave its cluster, as ``ray stop`` does, which ends every process of Ray on its host."""
+        """Leave the cluster like ``ray stop``, which ends every Ray process of its host."""
         family = self.family()
         raylet = self.raylet()
         raylet.terminate()
@@ -48,26 +48,26 @@ class RayNode(ray_cluster.LocalRayNode):
 
 
 class RayCluster(ray_cluster.LocalRayCluster[RayNode]):
-    """A cluster that looks at its end at whether something was left.
+    """A cluster that checks at its end that nothing is left.
 
     Parameters
     ----------
     environment : str
-        Variables of all its nodes, beside what this process has.
+        Variables of all its nodes, in addition to those of this process.
     """
 
     def __init__(self, **environment: str) -> None:
         super().__init__(RayNode, **ATTENTIVE, **environment)
 
     def _wait_until_clean(self) -> None:
-        """Wait until the last agents have ended by themselves, and left nothing."""
+        """Wait until the last agents have exited and left nothing."""
         deadline = time.monotonic() + END_TIMEOUT
         while left := sorted(path.name for path in self.runs.glob("ppaas-*")):
             assert time.monotonic() < deadline, f"left in the folder for temporary files: {left}"
             time.sleep(ray_cluster.BLINK)
 
     def stop(self) -> None:
-        """End all nodes in order, the head last, and look at whether something was left."""
+        """End all nodes cleanly, the head last, and check that nothing is left."""
         try:
             for node in reversed(self.nodes):
                 if node.process.poll() is None:

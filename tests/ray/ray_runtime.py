@@ -31,14 +31,14 @@ from tests.support.engine.launches import Reports
 from tests.support.storage.records import house, put_map
 
 PLUGIN = Path(__file__).parent / "runtime_plugin"
-"""On the path of the nodes: what their agents start containers with."""
+"""Folder on the path of the nodes with the runtime of their agents."""
 
 JOINS = 120.0
-"""Seconds in which the node becomes a machine."""
+"""Time limit until the node becomes a machine [s]."""
 
 
 class RayContainer:
-    """A container on the node, as far as its agent tells of it."""
+    """A container on the node, as reported by its agent."""
 
     def __init__(self, launch: Launch, orders: "RayRuntime") -> None:
         self.id = launch.spec.id
@@ -55,10 +55,10 @@ class RayContainer:
         self._orders.give(control_link.StopContainer(self.id, grace=0.0))
 
     def layers_grew(self) -> None:
-        """Do nothing: its agent is who puts something beside them."""
+        """Do nothing: its agent adds the files."""
 
     def endpoint_came(self) -> None:
-        """Do nothing: its agent is whom the endpoint knows."""
+        """Do nothing: the endpoint knows its agent."""
 
     def resize(self, launch: Launch) -> None:
         self._orders.give(control_link.ResizeContainer(self.id, launch.spec.cores))
@@ -113,7 +113,7 @@ class RayRuntime(Runtime):
 
     @classmethod
     def on(cls, premises: Premises) -> "RayRuntime":
-        raise Unavailable("it is made by tests alone")
+        raise Unavailable("only tests create this runtime")
 
     async def start(self) -> None:
         robots: Any = self._reports
@@ -134,14 +134,14 @@ class RayRuntime(Runtime):
         return container
 
     def give(self, order: control_link.ToAgent) -> None:
-        """Give an order, which nobody carries out where the machine is gone."""
+        """Send an order; it is dropped if the machine has left."""
         try:
             self._control.order(self._machine, order)
         except Unavailable:
             return
 
     def layers(self) -> Path:
-        """Return the folder in the shared memory of the machine where the layers of the one map lie."""
+        """Return the folder of the map's layers in the shared memory of the machine."""
         [memory] = shared_memory(self._joined.result().pid)
         [info] = memory.rglob("info.json")
         return info.parent
@@ -155,7 +155,7 @@ class RayRuntime(Runtime):
     def _machine(self) -> str:
         return self._joined.result().machine
 
-    # -- what the control link tells -----------------------------------------------------------------------------------
+    # -- events of the control link ------------------------------------------------------------------------------------
 
     async def machine_registered(self, register: control_link.Register) -> None:
         self._joined.set_result(register)

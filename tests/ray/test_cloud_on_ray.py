@@ -33,7 +33,7 @@ from tests.support.world.places import free_pose, reachable_pose
 pytestmark = [pytest.mark.ray, pytest.mark.timeout(600)]
 
 HERE = 120.0
-"""Seconds for a node to become a machine: Ray itself takes several to start one, and many where others work as well."""
+"""Time limit until a node becomes a machine [s]: Ray takes several seconds to start one, and more on a busy host."""
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def office_map() -> GridMap:
 
 @pytest.fixture
 def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[RayCluster]:
-    """Return a running cluster without any node but its head; all below this process has its token."""
+    """Return a running cluster with only its head; child processes get its token."""
     running = RayCluster()
     for name, value in running.credentials.items():
         monkeypatch.setenv(name, value)
@@ -60,7 +60,7 @@ def on_ray(cluster: RayCluster, port: int = 0) -> tuple[str, ...]:
 
 
 async def machines_when(rest: RestClient, holds: Callable[[list[dict[str, Any]]], object]) -> list[dict[str, Any]]:
-    """Return the machines once something holds of them."""
+    """Return the machines once a condition holds for them."""
     async with asyncio.timeout(HERE):
         while not holds(machines := await rest.items("/v1/machines")):
             await asyncio.sleep(0.05)
@@ -73,7 +73,7 @@ async def containers(rest: RestClient) -> dict[str, dict[str, Any]]:
 
 
 async def another(rest: RestClient, robot: str, than: dict[str, Any]) -> dict[str, Any]:
-    """Return the container of a robot once it is another, and answers."""
+    """Return the container of a robot once it is another one and ready."""
     async with asyncio.timeout(HERE):
         while True:
             found = (await containers(rest)).get(robot)
@@ -88,13 +88,13 @@ def longest_gap(drive: Drive) -> float:
 
 
 class Fleet:
-    """Robots that drive, each on a map of its own."""
+    """Driving robots, each on its own map."""
 
     def __init__(self, cloud: RunningCloud, rest: RestClient, grid: GridMap) -> None:
         self.cloud, self.rest, self.grid = cloud, rest, grid
 
     async def drive(self, number: int, begun: asyncio.Event, fault: asyncio.Event) -> float:
-        """Drive from a place to another; say when it moves, and go on to the end; return its longest gap."""
+        """Drive one robot; set ``begun`` when it moves, and drive to the end; return its longest command gap [s]."""
         start = free_pose(self.grid, seed=30 + number)
         goal = reachable_pose(self.grid, start, seed=40 + number, at_least=4.0)
         token = await register_robot(self.rest, f"r{number}", f"office-{number}", start)
@@ -114,7 +114,7 @@ class Fleet:
             return longest_gap(drive)
 
 
-async def test_robots_of_two_maps_drive_on_two_nodes_and_go_on_where_nodes_die_and_join(
+async def test_robots_continue_while_nodes_die_and_join(
     tmp_path: Path, cluster: RayCluster, office_map: GridMap, record_property: Callable[[str, object], None]
 ) -> None:
     nodes = {f"h{number}": cluster.join(f"--labels=host=h{number}") for number in (1, 2)}
@@ -123,7 +123,7 @@ async def test_robots_of_two_maps_drive_on_two_nodes_and_go_on_where_nodes_die_a
         machines = await machines_when(rest, lambda all_: len(all_) == 2)
         assert {machine["labels"]["host"] for machine in machines} == set(nodes)
         host_of = {machine["id"]: machine["labels"]["host"] for machine in machines}
-        await limit(rest, host_of, 1)  # so that each gets one robot, however busy the one computer of both is
+        await limit(rest, host_of, 1)  # so that each gets one robot, however busy their common host is
         for number in (1, 2):
             await publish_map(rest, f"office-{number}", office_map)
         fleet = Fleet(cloud, rest, office_map)
@@ -133,7 +133,7 @@ async def test_robots_of_two_maps_drive_on_two_nodes_and_go_on_where_nodes_die_a
             await asyncio.gather(*(event.wait() for event in begun))
             before = await containers(rest)
             assert {host_of[container["machine"]] for container in before.values()} == set(nodes), "one map a node"
-            await look_at_dashboard(cloud, rest, before, tmp_path / "dashboard.png")
+            await check_dashboard(cloud, rest, before, tmp_path / "dashboard.png")
             record_property("ready_s", [container["ready_seconds"] for container in before.values()])
             crashed = await crash(rest, "r1")
             record_property("crash_to_ready_s", crashed)
@@ -146,13 +146,13 @@ async def test_robots_of_two_maps_drive_on_two_nodes_and_go_on_where_nodes_die_a
             fault.set()
         record_property("longest_gaps_s", [drive.result() for drive in drives])
         await join_and_take_over(rest, cluster, nodes.popitem()[1])
-    await nobody_is_left(cluster)
+    await wait_until_nothing_is_left(cluster)
 
 
-async def look_at_dashboard(
+async def check_dashboard(
     cloud: RunningCloud, rest: RestClient, carried: dict[str, dict[str, Any]], picture: Path
 ) -> None:
-    """See both machines on the dashboard, each with the robot that it carries, and each robot on its map."""
+    """Check that the dashboard shows both machines with their robots, and each robot on its map."""
     assert rest.token is not None
     async with browsing() as browser, looking(await browser.new_context(viewport=DESK)) as page:
         await enter(page, cloud.url, rest.token)
@@ -168,7 +168,7 @@ async def look_at_dashboard(
 
 
 async def limit(rest: RestClient, machines: Iterable[str], containers: int) -> None:
-    """Let machines carry so many containers, and no more."""
+    """Set the largest number of containers of machines."""
     for machine in machines:
         await rest.patch(f"/v1/machines/{machine}", {"max_containers": containers})
 
@@ -183,7 +183,7 @@ async def crash(rest: RestClient, robot: str) -> float:
 
 
 async def killed(rest: RestClient, robot: str) -> dict[str, Any]:
-    """Kill the container that a robot has, which a busy computer may have replaced since it was last looked at."""
+    """Kill and return the current container of a robot; a busy host may have replaced the earlier one."""
     async with asyncio.timeout(HERE):
         while True:
             container = (await containers(rest)).get(robot)
@@ -204,7 +204,7 @@ async def lose(rest: RestClient, node: RayNode, container: dict[str, Any]) -> fl
 
 
 async def join_and_take_over(rest: RestClient, cluster: RayCluster, old: RayNode) -> None:
-    """Have a node join, and the old one leave as by ``ray stop``: what it carried goes to the new one."""
+    """Let a node join and the old one leave like by ``ray stop``: the new one takes over the containers."""
     (before,) = await rest.items("/v1/machines")
     await asyncio.to_thread(cluster.join, "--labels=host=new")
     machines = await machines_when(rest, lambda all_: len(all_) == 2)
@@ -216,21 +216,21 @@ async def join_and_take_over(rest: RestClient, cluster: RayCluster, old: RayNode
         assert (await another(rest, robot, container))["machine"] == new
 
 
-async def nobody_is_left(cluster: RayCluster) -> None:
-    """Wait until what a cloud had on the nodes of its cluster is gone; Ray ends its actors a moment after they did."""
+async def wait_until_nothing_is_left(cluster: RayCluster) -> None:
+    """Wait until no process of the cloud is left on the nodes; Ray ends its actors a moment later."""
     for node in cluster.nodes:
         await until(lambda node=node: not node.find("engine.") and not node.find("ray::AgentActor"), HERE)  # type: ignore[misc]
 
 
 async def back(rest: RestClient, node: RayNode, before: psutil.Process) -> dict[str, Any]:
-    """Return the machine of a node once another agent has it, however short it was away."""
+    """Return the machine of a node once another agent has registered it."""
     await until(lambda: has_ended(before.pid), HERE)
     await until(lambda: node.find(agent.__name__), HERE)
     (machine,) = await machines_when(rest, len)
     return machine
 
 
-async def test_what_dies_on_a_node_or_watches_nodes_comes_back_by_itself(
+async def test_killed_processes_of_nodes_and_watcher_are_restarted(
     tmp_path: Path, cluster: RayCluster, office_map: GridMap
 ) -> None:
     node = cluster.join()
@@ -246,20 +246,20 @@ async def test_what_dies_on_a_node_or_watches_nodes_comes_back_by_itself(
             again = await back(rest, node, before)
             assert again["id"] == machine["id"], "it is the same node"
         before = node.agent()
-        before.suspend()  # it beats no more
+        before.suspend()  # it sends no heartbeats
         await back(rest, node, before)
         assert len(cloud.find(WATCHER)) == 1
         start = free_pose(office_map, seed=3)
         answer = await rest.plan("office-1", start, reachable_pose(office_map, start, seed=4, at_least=4.0))
         assert answer["plan_id"]
-        node.raylet().kill()  # Ray kills what is below it
+        node.raylet().kill()  # Ray kills its child processes
         await machines_when(rest, lambda all_: not all_)
         await asyncio.to_thread(cluster.join)
         (other,) = await machines_when(rest, len)
-        assert other["id"] != machine["id"], "another node, which sweeps what the killed agent left"
+        assert other["id"] != machine["id"], "another node, which removes the remains of the killed agent"
 
 
-async def test_a_cloud_that_was_killed_finds_its_nodes_again(tmp_path: Path, cluster: RayCluster) -> None:
+async def test_a_killed_cloud_finds_its_nodes_again(tmp_path: Path, cluster: RayCluster) -> None:
     node = cluster.join()
     arguments = on_ray(cluster, free_ports(2)[0])
     with running_cloud(tmp_path, *arguments) as cloud:
@@ -268,14 +268,14 @@ async def test_a_cloud_that_was_killed_finds_its_nodes_again(tmp_path: Path, clu
         os.kill(cloud.pid, signal.SIGKILL)
         cloud.status = -signal.SIGKILL
         (tmp_path / "ready.json").unlink()
-        cloud.children = list  # type: ignore[method-assign, assignment]  # they are gone with it, or are no children of it
+        cloud.children = list  # type: ignore[method-assign, assignment]  # they have exited, or are not its children
     with running_cloud(tmp_path, *arguments) as again:
         await machines_when(await again.admin(), len)
         assert node.agent().pid == agent
-    await nobody_is_left(cluster)
+    await wait_until_nothing_is_left(cluster)
 
 
-def test_what_is_no_cluster_of_ours_is_told(
+def test_a_wrong_cluster_token_is_reported(
     tmp_path: Path, cluster: RayCluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     wrong = tmp_path / "wrong"

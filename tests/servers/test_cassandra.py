@@ -77,13 +77,13 @@ class CassandraInAnyOrder(PlansInAnyOrder):
             store.close()
         self.stores = (MemoryStore(), CassandraStore(self.server.url("agree")))
 
-    def told(self, store: Store) -> tuple[Any, ...]:
+    def contents(self, store: Store) -> tuple[Any, ...]:
         if isinstance(store, CassandraStore):
             before = store.plan_statistics()
             store.sweep_entries()
             after = store.plan_statistics()
             assert (before.plans, before.waypoints) == (after.plans, after.waypoints)
-        return super().told(store)
+        return super().contents(store)
 
     def teardown(self) -> None:
         super().teardown()
@@ -97,7 +97,7 @@ TestCassandraInAnyOrder.settings = settings(max_examples=5, stateful_step_count=
 # -- concurrent writers ------------------------------------------------------------------------------------------------
 
 
-def test_no_change_of_a_robot_is_lost_between_two_writers(stores: list[CassandraStore]) -> None:
+def test_concurrent_changes_of_a_robot_lose_nothing(stores: list[CassandraStore]) -> None:
     stores[0].put_robot(robot("tb1", parameters={"count": 0}))
 
     def count_up(store: CassandraStore) -> None:
@@ -116,7 +116,7 @@ def test_no_change_of_a_robot_is_lost_between_two_writers(stores: list[Cassandra
     assert stores[0].robot("ann", "tb1").parameters == {"count": 40}
 
 
-def test_of_two_concurrent_replacements_of_a_plan_one_succeeds(stores: list[CassandraStore]) -> None:
+def test_one_of_two_concurrent_replacements_of_a_plan_succeeds(stores: list[CassandraStore]) -> None:
     before = plan("p1", cost=0.0)
     stores[0].add_plan(before)
     for number in range(1, 11):
@@ -136,7 +136,7 @@ def test_of_two_concurrent_replacements_of_a_plan_one_succeeds(stores: list[Cass
         assert [one.cost for one in stores[0].plans("house")] == [before.cost]
 
 
-def test_tokens_of_a_removed_user_are_invalid_though_added_meanwhile(stores: list[CassandraStore]) -> None:
+def test_tokens_added_while_their_user_is_removed_are_invalid(stores: list[CassandraStore]) -> None:
     one, other = stores
     one.add_user(user("ann"))
     numbers = itertools.count()
@@ -169,7 +169,7 @@ def path(plan_id: str, seed: int, count: int = 400) -> PlanRecord:
     return plan(plan_id, poses=poses_along(np.cumsum(steps, axis=0) * 0.05, 0.0).tobytes(), version="v1")
 
 
-def test_equal_segments_are_stored_once_and_stay_while_a_plan_refers_to_them(stores: list[CassandraStore]) -> None:
+def test_shared_segments_are_stored_once_until_no_plan_refers_to_them(stores: list[CassandraStore]) -> None:
     one, other = stores
     one.add_plan(path("a", seed=1))
     alone = one.plan_statistics()
@@ -182,7 +182,7 @@ def test_equal_segments_are_stored_once_and_stay_while_a_plan_refers_to_them(sto
     assert other.plan("b") == path("b", seed=1)
 
 
-def test_what_no_plan_refers_to_is_swept_away_after_a_while(stores: list[CassandraStore]) -> None:
+def test_unreferenced_segments_are_swept_after_the_grace_time(stores: list[CassandraStore]) -> None:
     one, other = stores
     one.add_plans([path("a", seed=1), path("b", seed=2)])
     parts = {part.entry for part in one.plan_parts("a")} - {part.entry for part in one.plan_parts("b")}
@@ -194,7 +194,7 @@ def test_what_no_plan_refers_to_is_swept_away_after_a_while(stores: list[Cassand
         other.plan("a")
 
 
-def test_a_recipe_too_long_for_a_row_is_cut_into_entries(stores: list[CassandraStore]) -> None:
+def test_a_recipe_too_long_for_a_row_is_split_into_entries(stores: list[CassandraStore]) -> None:
     one, other = stores
     long = path("long", seed=3, count=20_000)
     one.add_plan(long)
@@ -204,7 +204,7 @@ def test_a_recipe_too_long_for_a_row_is_cut_into_entries(stores: list[CassandraS
     assert other.plan_statistics().waypoints == 20_000
 
 
-def test_plans_are_found_behind_many_shorter_ones_that_begin_just_too_far_off(stores: list[CassandraStore]) -> None:
+def test_plans_are_found_behind_many_shorter_ones_just_too_far_away(stores: list[CassandraStore]) -> None:
     def straight(plan_id: str, off: float, length: float) -> PlanRecord:
         poses = poses_along(np.array([[10.5 + off, 20.5 + off], [30.5, 20.5]]), 0.0)
         return plan(plan_id, poses=poses.tobytes(), length=length)
@@ -232,7 +232,7 @@ def rows_in_front(store: CassandraStore) -> list[str]:
     return [row.id for row in store._session.rows("SELECT id FROM plan_fronts")]
 
 
-def test_all_plans_of_one_cell_are_found_also_after_some_are_removed(
+def test_all_plans_of_one_cell_are_found_also_after_removals(
     stores: list[CassandraStore],
 ) -> None:
     one, other = stores
@@ -252,7 +252,7 @@ def test_all_plans_of_one_cell_are_found_also_after_some_are_removed(
     assert [head.id for head in other.find_plans(HERE)] == ["r"]
 
 
-def test_a_plan_replaced_among_many_of_one_cell_is_found_in_its_new_form(stores: list[CassandraStore]) -> None:
+def test_a_plan_replaced_in_a_full_cell_is_found_in_its_new_form(stores: list[CassandraStore]) -> None:
     one, other = stores
     one.add_plans(alike(0, 6))
     for name in ("p00", "p05"):
@@ -309,7 +309,7 @@ def cut_off(store: CassandraStore, name: str, after: int) -> Iterator[None]:
     delattr(session, name)
 
 
-def test_plans_that_were_named_but_not_written_are_not_found_until_written(stores: list[CassandraStore]) -> None:
+def test_plans_named_but_not_written_are_not_found(stores: list[CassandraStore]) -> None:
     one, other = stores
     plans = [path("a", seed=1), path("b", seed=2)]
     with cut_off(one, "write_unlogged", after=3):  # segments, contexts, and names of the plans
@@ -335,7 +335,7 @@ def test_a_sweep_completes_an_interrupted_replacement(stores: list[CassandraStor
     with cut_off(one, "write_batches", after=0):
         one.replace_plan(new, instead_of=old)
     assert other.plan("a") == new
-    assert (found(other, old), found(other, new)) == (["a"], []), "it lies still where it was"
+    assert (found(other, old), found(other, new)) == (["a"], []), "it is still stored at its old ends"
     other.sweep_entries(grace=0.0)
     assert (found(one, old), found(one, new), one.plan("a")) == ([], ["a"], new)
     assert one.plan_statistics().plans == 1
@@ -344,13 +344,13 @@ def test_a_sweep_completes_an_interrupted_replacement(stores: list[CassandraStor
     assert (found(other, new), other.plans("house")) == ([], [])
 
 
-def test_a_plan_without_names_is_swept_away(stores: list[CassandraStore], server: CassandraServer) -> None:
+def test_a_plan_without_names_is_swept(stores: list[CassandraStore], server: CassandraServer) -> None:
     one, other = stores
     one.add_plans([path("a", seed=1), path("b", seed=2)])
     server.execute("contracts", "DELETE FROM plans WHERE id = 'a'")
     assert found(other, path("a", seed=1)) == ["a"]
     other.sweep_entries()
-    assert found(other, path("a", seed=1)) == ["a"], "who just removes it, or keeps it again, has a while"
+    assert found(other, path("a", seed=1)) == ["a"], "a concurrent removal or addition has the grace time"
     other.sweep_entries(grace=0.0)
     assert (found(one, path("a", seed=1)), found(one, path("b", seed=2))) == ([], ["b"])
 
@@ -366,7 +366,7 @@ def test_a_wrong_password_is_reported_without_the_password(server: CassandraServ
     store.close()
 
 
-def test_an_unreachable_node_is_reported_and_at_once_the_second_time(server: CassandraServer) -> None:
+def test_an_unreachable_node_is_reported(server: CassandraServer) -> None:
     store = CassandraStore(f"cassandra://127.0.0.1:{server.port + 1}/ppaas?timeout=1")
     for _ in range(3):
         with pytest.raises(Unavailable, match="start Cassandra"):
@@ -376,14 +376,14 @@ def test_an_unreachable_node_is_reported_and_at_once_the_second_time(server: Cas
         store.users()
 
 
-@pytest.mark.parametrize(("version", "told"), [(99, "newer release"), (1, "before the first release.*migrate")])
-def test_a_keyspace_of_another_release_is_left_alone(
-    version: int, told: str, stores: list[CassandraStore], server: CassandraServer
+@pytest.mark.parametrize(("version", "error"), [(99, "newer release"), (1, "before the first release.*migrate")])
+def test_a_keyspace_of_another_release_is_refused(
+    version: int, error: str, stores: list[CassandraStore], server: CassandraServer
 ) -> None:
     stores[0].users()
     server.execute("contracts", f"UPDATE schema_version SET version = {version} WHERE id = 0")
     other = CassandraStore(server.url("contracts"))
-    with pytest.raises(Unavailable, match=told):
+    with pytest.raises(Unavailable, match=error):
         other.users()
     other.close()
     server.execute("contracts", f"UPDATE schema_version SET version = {VERSION} WHERE id = 0")
@@ -400,12 +400,12 @@ def test_tls_connections_verify_the_certificate_of_a_node(server: CassandraServe
 
 
 @pytest.mark.parametrize("name", ["x'; DROP TABLE users; --", "Upper", "", "a-b", "x" * 49])
-def test_a_keyspace_is_a_name(name: str) -> None:
+def test_an_invalid_keyspace_name_is_refused(name: str) -> None:
     with pytest.raises(InvalidInput, match="keyspace"):
         CassandraStore(f"cassandra://db/{name}")
 
 
-def test_a_store_is_swept_by_command(stores: list[CassandraStore], server: CassandraServer) -> None:
+def test_the_sweep_command_sweeps_a_store(stores: list[CassandraStore], server: CassandraServer) -> None:
     stores[0].add_plan(path("a", seed=1))
     done = subprocess.run(
         [sys.executable, "-m", cli.__name__, "store", "sweep", server.url("contracts")],
@@ -418,7 +418,7 @@ def test_a_store_is_swept_by_command(stores: list[CassandraStore], server: Cassa
 
 def test_a_plan_with_large_parameters_is_stored(stores: list[CassandraStore]) -> None:
     long = path("long", seed=1)
-    told = plan("told", poses=long.poses, version="v1", parameters={"much": "x" * 60_000})
-    stores[0].add_plans([long, told, path("other", seed=2)])
-    assert stores[1].plan("told") == told
+    large = plan("large", poses=long.poses, version="v1", parameters={"much": "x" * 60_000})
+    stores[0].add_plans([long, large, path("other", seed=2)])
+    assert stores[1].plan("large") == large
     assert len(stores[1].plans("house")) == 3

@@ -87,7 +87,7 @@ def found_again(store: CassandraStore) -> None:
             time.sleep(0.1)
 
 
-def test_what_was_acknowledged_outlives_kill_9_and_the_store_goes_on(
+def test_acknowledged_writes_survive_kill_9_and_the_store_reconnects(
     store: CassandraStore, cassandra_server: CassandraServer
 ) -> None:
     store.users()
@@ -122,18 +122,18 @@ def test_every_listed_plan_is_complete(store: CassandraStore, cassandra_server: 
         assert store.plan(head.id) == wandering(head.id)
 
 
-def test_plans_wait_while_cassandra_is_away_and_arrive_in_order_once(
+def test_plans_are_queued_while_cassandra_is_down_and_sent_once_in_order(
     store: CassandraStore, cassandra_server: CassandraServer, tmp_path: Path
 ) -> None:
     arrived: list[str] = []
     add_plans = store.add_plans
 
-    def noted(records: list[PlanRecord]) -> int:
+    def recorded(records: list[PlanRecord]) -> int:
         count = add_plans(records)
         arrived.extend(record.id for record in records)
         return count
 
-    store.add_plans = noted  # type: ignore[method-assign, assignment]
+    store.add_plans = recorded  # type: ignore[method-assign, assignment]
     forwarding = StoreAndForward(store, PlanOutbox(tmp_path / "outbox.sqlite"), retry=0.1)  # type: ignore[arg-type]
     store.users()
     cassandra_server.kill()
@@ -155,7 +155,7 @@ def test_plans_wait_while_cassandra_is_away_and_arrive_in_order_once(
     forwarding.close()
 
 
-def test_a_frozen_cassandra_is_given_up_in_time(store: CassandraStore, cassandra_server: CassandraServer) -> None:
+def test_calls_to_a_frozen_cassandra_time_out(store: CassandraStore, cassandra_server: CassandraServer) -> None:
     store.add_plan(wandering("p0"))
     cassandra_server.freeze()
     try:

@@ -32,7 +32,7 @@ def office_map() -> GridMap:
 
 
 @pytest.fixture(autouse=True)
-def comes_back(cassandra_server: CassandraServer) -> Iterator[None]:
+def restarted(cassandra_server: CassandraServer) -> Iterator[None]:
     """Start Cassandra again after a test that failed while it was down."""
     yield
     if not cassandra_server.runs:
@@ -59,7 +59,7 @@ async def health_when(rest: RestClient, status: str) -> Any:
     return health
 
 
-async def test_planning_and_driving_go_on_while_cassandra_is_away(
+async def test_planning_and_driving_continue_while_cassandra_is_down(
     tmp_path: Path, office_map: GridMap, cassandra_server: CassandraServer
 ) -> None:
     with running_cloud(tmp_path, "--store", cassandra_server.url("cloud")) as cloud:
@@ -89,7 +89,7 @@ async def test_planning_and_driving_go_on_while_cassandra_is_away(
 
 
 @pytest.mark.parametrize("victim", ["machine", "cloud"])
-async def test_plans_that_wait_outlive_kill_9(
+async def test_queued_plans_survive_kill_9(
     victim: str, tmp_path: Path, office_map: GridMap, cassandra_server: CassandraServer
 ) -> None:
     with running_cloud(tmp_path, "--store", cassandra_server.url("cloud"), "--adopt-within", "0") as cloud:

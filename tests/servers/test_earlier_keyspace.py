@@ -29,8 +29,8 @@ def earlier(request: pytest.FixtureRequest) -> Path:
 
 @pytest.fixture
 def before(earlier: Path) -> dict[str, Any]:
-    told: dict[str, Any] = expected(earlier)["keyspace"]
-    return told
+    data: dict[str, Any] = expected(earlier)["keyspace"]
+    return data
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def server(cassandra_server: CassandraServer, earlier: Path) -> Iterator[Cassand
         session.execute(f"DROP KEYSPACE {KEYSPACE}", timeout=60.0)
 
 
-def test_the_store_has_all_that_was_kept(server: CassandraServer, before: dict[str, Any]) -> None:
+def test_the_store_contains_all_earlier_records(server: CassandraServer, before: dict[str, Any]) -> None:
     with closing(CassandraStore(server.url(KEYSPACE))) as store:
         assert [user.id for user in store.users()] == ["admin", "ann"]
         assert store.user("ann").limits.robots == before["user"]["limits"]["robots"]
@@ -66,20 +66,21 @@ def test_the_store_has_all_that_was_kept(server: CassandraServer, before: dict[s
         for plan_id, plan in plans.items():
             search = PlanStoreQuery(plan.map, plan.version, plan.start[:2], plan.goal[:2], 0.01)
             assert plan_id in [head.id for head in store.find_plans(search)]
-        assert store.sweep_entries(grace=0.0) == 0, "stretches that plans refer to"
+        assert store.sweep_entries(grace=0.0) == 0, "segments that plans refer to"
         assert store.plan_statistics("house").plans == len(plans)
 
 
-async def test_a_cloud_goes_on_over_it_and_brings_what_waited(
+async def test_a_cloud_runs_on_the_keyspace_and_sends_queued_plans(
     server: CassandraServer, earlier: Path, before: dict[str, Any], tmp_path: Path
 ) -> None:
     unpack(earlier, tmp_path)
     (tmp_path / "outbox.sqlite").rename(tmp_path / "data" / "outbox.sqlite")
-    told = before | {name: expected(earlier)["data"][name] for name in ("maps", "versions")}  # which are in the folder
+    # Maps and versions are in the folder, not in the keyspace.
+    records = before | {name: expected(earlier)["data"][name] for name in ("maps", "versions")}
     with running_cloud(tmp_path, "--store", server.url(KEYSPACE)) as cloud:
         rest = RestClient(cloud.url)
         await rest.login("ann", ANN_PASSWORD)
-        assert await lost(rest, told) == []
+        assert await lost(rest, records) == []
     with closing(CassandraStore(server.url(KEYSPACE))) as store:
         waited = expected(earlier)["outbox"]
         await until(lambda: store.whole_plans(list(waited)).keys() == waited.keys())

@@ -33,7 +33,7 @@ def server(hdfs_server: HdfsServer) -> Iterator[HdfsServer]:
     hdfs_server.start()
 
 
-def test_what_was_acknowledged_outlives_both_daemons(server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
+def test_acknowledged_maps_survive_kills_of_both_daemons(server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
     made = []
     for value in range(8):
         made.append(put_map(hdfs_store, house(image=pgm(value=value)), message=f"walk {value}").present)
@@ -62,7 +62,7 @@ def test_publishing_fails_while_a_daemon_is_down_and_works_afterwards(
     assert found_map(hdfs_store) == NEW
 
 
-async def test_maps_come_from_the_cache_while_hdfs_is_away(
+async def test_cached_maps_are_served_while_hdfs_is_down(
     server: HdfsServer, hdfs_store: HdfsMapStore, tmp_path: Path
 ) -> None:
     put_map(hdfs_store, NEW)
@@ -101,11 +101,11 @@ def test_a_killed_writer_leaves_only_complete_versions(hdfs_server: HdfsServer, 
         command = [sys.executable, "-c", PUBLISHER, url]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as publisher:
             assert publisher.stdout is not None
-            told = [publisher.stdout.readline().strip() for _ in range(lines)]
+            published = [publisher.stdout.readline().strip() for _ in range(lines)]
             publisher.send_signal(signal.SIGKILL)
-        assert all(told)
+        assert all(published)
         kept = [one.version for one in hdfs_store.versions("house")]
-        assert told[-1] in kept[:2]  # it may have published once more before it could print that
+        assert published[-1] in kept[:2]  # it may have published once more before it could print that
         for version in set(kept):
             assert found_map(hdfs_store, version=version).version == version
     put_map(hdfs_store, NEW)
@@ -134,7 +134,7 @@ def cut_off(server: HdfsServer, path: str) -> None:
     connection.close()
 
 
-def test_rolling_back_outlives_the_daemons_too(server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
+def test_a_rollback_survives_kills_of_both_daemons(server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
     put_map(hdfs_store, OLD)
     put_map(hdfs_store, NEW)
     hdfs_store.roll_back(OLD.version, Publication("house", "ann", 9.0, "the door is closed"))
@@ -149,7 +149,7 @@ def test_a_denied_write_names_the_user(hdfs_server: HdfsServer) -> None:
         put_map(HdfsMapStore(url), NEW)
 
 
-def test_what_a_killed_writer_left_is_removed_a_day_later(hdfs_server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
+def test_files_of_a_killed_writer_are_removed_after_a_day(hdfs_server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
     put_map(hdfs_store, OLD)
     client, folder = hdfs_server.client(), f"{hdfs_store._disk._address.path}/.incoming"  # type: ignore[attr-defined]
     for name, age in (("old", 2 * 86400), ("new", 3600)):
