@@ -1,4 +1,4 @@
-"""Each fault has a cloud of its own, stopped cleanly at the end, which leaves nothing behind."""
+"""Each fault has its own cloud, which is stopped cleanly at the end and leaves nothing behind."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Faults of all kinds at random under driving robots, for some seconds; ``make chaos`` does it for ten minutes."""
+"""Random faults of all kinds while robots drive, for a few seconds; ``make chaos`` runs ten minutes."""
 
 from collections.abc import Callable
 
@@ -11,7 +11,7 @@ from benchmarks.chaos.run import ChaosOptions, run
 pytestmark = pytest.mark.journey
 
 
-async def test_nothing_is_lost_said_twice_or_left_behind_whatever_dies(
+async def test_nothing_is_lost_duplicated_or_left_behind_under_random_faults(
     record_property: Callable[[str, object], None],
 ) -> None:
     options = ChaosOptions(seconds=6.0, robots=2, machines=1, every=1.5, seed=3, sides=(9.0, 10.0))

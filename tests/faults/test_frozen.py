@@ -1,4 +1,4 @@
-"""SIGSTOP of each process of a machine, one by one, while a robot drives: connected is not alive; each is replaced."""
+"""SIGSTOP of each process of a machine, one by one, while a robot drives: each is replaced."""
 
 import os
 import signal
@@ -24,7 +24,7 @@ VICTIMS: dict[str, Callable[[RunningCloud], psutil.Process]] = {
 }
 
 
-async def test_a_robot_is_served_again_whatever_froze(
+async def test_a_robot_is_served_again_after_each_process_froze(
     cloud: RunningCloud, office_map: GridMap, record_property: Callable[[str, object], None]
 ) -> None:
     rest = await cloud.admin()
@@ -50,7 +50,7 @@ async def test_a_robot_is_served_again_whatever_froze(
 
 
 async def freeze(process: psutil.Process) -> None:
-    """Stop a process and wait until it was ended, with all that it had started."""
+    """Stop a process, and wait until it and its child processes have ended."""
     below = process.children(recursive=True)
     os.kill(process.pid, signal.SIGSTOP)
     await until(lambda: not any(lives(p) for p in (process, *below)), timeout=20.0)

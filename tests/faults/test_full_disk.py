@@ -1,4 +1,4 @@
-"""The disk is full in the middle of writes: it is told, what was acknowledged is there, and nothing half-written is."""
+"""The disk becomes full during writes: it is reported, acknowledged writes are complete, others are absent."""
 
 import subprocess
 import sys
@@ -14,7 +14,7 @@ from storage.store_and_forward.plan_outbox import PlanOutbox
 from tests.support.sources import ROOT
 from tests.support.storage.records import found_map, pgm, plan
 
-# Files may grow to 2 MB and no further, which a process is told as of a full disk. Tells of what was taken.
+# A limit of 2 MB per file acts as a full disk. Prints the number of each accepted write, and the error.
 WRITER = """
 import resource, sys
 from pathlib import Path
@@ -48,23 +48,23 @@ for number in range(10_000):
 
 
 @pytest.mark.parametrize("kind", ["outbox", "plans", "robots"])
-def test_what_was_taken_before_the_disk_was_full_is_there_and_whole(kind: str, tmp_path: Path) -> None:
+def test_writes_accepted_before_the_disk_was_full_are_complete(kind: str, tmp_path: Path) -> None:
     path = tmp_path / "file.sqlite"
     command = [sys.executable, "-c", WRITER, kind, str(path)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
-    *taken, told = done.stdout.splitlines()
-    assert "disk" in told and "space" in told
+    *taken, error = done.stdout.splitlines()
+    assert "disk" in error and "space" in error
     assert len(taken) > 10
     names = [f"p{number}" for number in taken]
     kept = sizes(kind, path)
     assert set(names) <= set(kept)
-    assert len(kept) - len(names) <= 1, "at most the one that was being taken"
+    assert len(kept) - len(names) <= 1, "at most the one being written"
     assert set(kept.values()) == {4000 if kind == "robots" else 5600}
 
 
 def sizes(kind: str, path: Path) -> dict[str, int]:
-    """Return what is kept, and how much of each."""
+    """Return the size of each stored record, by its id."""
     if kind == "outbox":
         return {record.id: len(record.poses) for record in PlanOutbox(path).oldest(10_000).values()}
     with closing(SqliteStore(path)) as store:
@@ -91,12 +91,12 @@ for number in range(1, 10_000):
 """
 
 
-def test_a_map_for_which_there_is_no_room_is_not_published_and_those_before_are_whole(tmp_path: Path) -> None:
+def test_a_map_that_does_not_fit_is_not_published_and_others_stay(tmp_path: Path) -> None:
     command = [sys.executable, "-c", PUBLISHER, str(tmp_path)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
-    *published, told = done.stdout.splitlines()
-    assert "image" in told
+    *published, error = done.stdout.splitlines()
+    assert "image" in error
     assert len(published) == 6
     store = FileMapStore(tmp_path)
     assert [one.version for one in store.versions("house")] == published[::-1]
@@ -105,7 +105,7 @@ def test_a_map_for_which_there_is_no_room_is_not_published_and_those_before_are_
     assert list((tmp_path / ".incoming").iterdir()) == []
 
 
-def test_a_disk_that_has_room_again_is_written_again(tmp_path: Path) -> None:
+def test_an_outbox_accepts_plans_again_once_there_is_space(tmp_path: Path) -> None:
     outbox = PlanOutbox(tmp_path / "outbox.sqlite", max_bytes=100_000)
     with pytest.raises(Unavailable):
         for number in range(100):

@@ -1,4 +1,4 @@
-"""kill -9 of each process of a machine, one by one, while robots drive: they are served again."""
+"""SIGKILL of each process of a machine, one by one, while robots drive: they are served again."""
 
 import asyncio
 import itertools
@@ -28,7 +28,7 @@ pytestmark = pytest.mark.journey
 
 ROBOTS = 3
 SERVED_AGAIN = 30.0
-"""[s]; how soon it really is, `ppaas bench engine` tells, beside which nothing else computes."""
+"""Time limit [s]; `ppaas bench engine` measures the time on an otherwise idle host."""
 
 VICTIMS: dict[str, Callable[[RunningCloud], psutil.Process]] = {
     "container": RunningCloud.container,
@@ -56,7 +56,7 @@ async def gap_of_kill(
     grid: GridMap,
     robots: range,
 ) -> float:
-    """Kill a process while robots drive; return the longest time that one of them had no command [s]."""
+    """Kill a process while robots drive; return the longest time without a command of any of them [s]."""
     async with asyncio.TaskGroup() as group:
         all_drive = asyncio.Barrier(len(robots) + 1)
         driven = [group.create_task(drive_through(cloud, rest, grid, n, all_drive)) for n in robots]
@@ -67,7 +67,7 @@ async def gap_of_kill(
 async def drive_through(
     cloud: RunningCloud, rest: RestClient, grid: GridMap, number: int, all_drive: asyncio.Barrier
 ) -> float:
-    """Drive through the fault; return the longest time without a command while the goal was under way [s]."""
+    """Drive through the fault; return the longest time without a command before the goal was reached [s]."""
     start = free_pose(grid, seed=30 + number)
     goal = reachable_pose(grid, start, seed=40 + number, at_least=2.5, at_most=4.0)
     token = await register_robot(rest, f"f{number}", "office", start)
@@ -76,7 +76,7 @@ async def drive_through(
         await until(lambda: len(drive.commands) > 5)
         await all_drive.wait()
         result = await drive.result()
-        assert result.status.goal_id.id == f"goal-{number}", "the goal that was sent, and no other, came to its end"
+        assert result.status.goal_id.id == f"goal-{number}", "only the goal that was sent ended"
         assert result.status.status == Status.SUCCEEDED, result.status.text
         assert drive.scorer.error(0, goal) <= 0.25
         assert drive.results.empty(), "one result a goal"
@@ -100,9 +100,7 @@ async def kill_when(
     await until(lambda: not lives(process))
 
 
-async def test_a_web_process_killed_takes_everything_with_it_that_is_not_to_outlive_it(
-    tmp_path: Path, office_map: GridMap
-) -> None:
+async def test_killing_the_web_process_ends_all_processes_without_adoption(tmp_path: Path, office_map: GridMap) -> None:
     with running_cloud(tmp_path, "--adopt-within", "0") as cloud:
         rest = await cloud.admin()
         await publish_map(rest, "office", office_map)
@@ -126,7 +124,7 @@ def run_dir(cloud: RunningCloud) -> Path:
 
 
 def is_orphan(process: psutil.Process) -> bool:
-    """Tell whether a process is there though whoever started it is not."""
+    """Return whether a process runs although its parent has exited."""
     try:
         return lives(process) and process.ppid() == 1
     except psutil.NoSuchProcess:
@@ -134,7 +132,7 @@ def is_orphan(process: psutil.Process) -> bool:
 
 
 def lives(process: psutil.Process) -> bool:
-    """Tell whether a process is there, and not only its entry in the table."""
+    """Return whether a process runs and is not a zombie."""
     try:
         return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
     except psutil.NoSuchProcess:

@@ -1,6 +1,4 @@
-"""kill -9 of the server and of the machine process while paths, robots and maps are written: what was acknowledged is
-there, and whole.
-"""
+"""SIGKILL of the server or the machine process during writes: acknowledged paths, robots and maps are complete."""
 
 import asyncio
 import hashlib
@@ -31,7 +29,7 @@ SIDE = 1000
 
 @dataclass
 class Written:
-    """What was acknowledged: paths as they were looked up, counts in the order in which they were written."""
+    """Acknowledged writes: paths as read back, and counts in the order of writing."""
 
     paths: dict[str, object] = field(default_factory=dict)
     robots: list[int] = field(default_factory=list)
@@ -42,7 +40,7 @@ class Written:
 
 
 @pytest.mark.parametrize("victim", ["server", "machine"])
-async def test_what_was_acknowledged_outlives_kill_9(victim: str, tmp_path: Path, office_map: GridMap) -> None:
+async def test_acknowledged_writes_survive_kill_9(victim: str, tmp_path: Path, office_map: GridMap) -> None:
     seen = Written()
     with running_cloud(tmp_path, "--adopt-within", "0") as cloud:
         rest = await cloud.admin()
@@ -59,7 +57,7 @@ async def test_what_was_acknowledged_outlives_kill_9(victim: str, tmp_path: Path
             await until(lambda: not any(lives(one) for one in below), timeout=20.0)
         else:
             known = len(seen.paths)
-            await until(lambda: len(seen.paths) > known + ASKING, timeout=60.0)  # served again, by another
+            await until(lambda: len(seen.paths) > known + ASKING, timeout=60.0)  # another machine process serves again
         for task in asking:
             task.cancel()
         await asyncio.gather(*asking, return_exceptions=True)
@@ -72,7 +70,7 @@ async def test_what_was_acknowledged_outlives_kill_9(victim: str, tmp_path: Path
 
 
 async def ask_on(rest: RestClient, grid: GridMap, number: int, seen: dict[str, object]) -> None:
-    """Ask for one path after another, and look each up: then it was acknowledged that it is kept."""
+    """Request one path after another and read each back: a path that can be read is acknowledged."""
     seed = 1000 * (number + 1)
     while True:
         seed += 2
@@ -87,7 +85,7 @@ async def ask_on(rest: RestClient, grid: GridMap, number: int, seen: dict[str, o
 
 
 async def put_robots(rest: RestClient, counts: list[int]) -> None:
-    """Change a robot again and again."""
+    """Change a robot repeatedly."""
     count = 0
     while True:
         count += 1
@@ -115,7 +113,7 @@ async def publish_on(rest: RestClient, published: list[tuple[int, str]]) -> None
 async def all_there(rest: RestClient, seen: Written) -> None:
     await paths_there(rest, seen.paths)
     robot = await rest.get("/v1/robots/counter")
-    assert robot["properties"]["count"] >= seen.robots[-1], "what was written last, or after that and not acknowledged"
+    assert robot["properties"]["count"] >= seen.robots[-1], "the last acknowledged write, or a later one"
     versions = {one["message"]: one["version"] for one in await rest.items("/v1/maps/yard/versions")}
     assert {str(count): version for count, version in seen.maps}.items() <= versions.items()
     for count, version in ((int(message), version) for message, version in versions.items()):

@@ -1,4 +1,4 @@
-"""Who is killed cannot remove what it had made: nothing of it is left when the cloud ends, or was missed."""
+"""Files and processes of a killed process are removed when the cloud ends or when it misses the process."""
 
 import signal
 from pathlib import Path
@@ -16,7 +16,7 @@ from tests.support.waiting import until
 pytestmark = pytest.mark.journey
 
 
-def test_of_a_killed_machine_process_nothing_is_left_when_the_cloud_ends(tmp_path: Path) -> None:
+def test_a_killed_machine_process_leaves_nothing_when_the_cloud_ends(tmp_path: Path) -> None:
     up = Up(tmp_path)
     up.wait_for(up.ready.exists)
     (agent,) = up.children(agent_main.__name__)
@@ -24,15 +24,15 @@ def test_of_a_killed_machine_process_nothing_is_left_when_the_cloud_ends(tmp_pat
     agent.kill()
     up.wait_for(lambda: not lives(server))
     up.wait_for(lambda: [child for child in up.children(router.__name__) if child.pid != agent.pid])
-    assert up.end(signal.SIGTERM) == 0  # which looks at its folder for temporary files
+    assert up.end(signal.SIGTERM) == 0  # it checks its folder for temporary files
 
 
-async def test_of_a_cloud_that_is_killed_while_it_starts_nothing_is_left_when_its_machine_misses_it(
+async def test_a_cloud_killed_during_its_start_leaves_nothing(
     tmp_path: Path,
 ) -> None:
     up = Up(tmp_path)
-    up.wait_for(lambda: up.children("multiprocessing.forkserver"))  # so it knows whose machine it is
+    up.wait_for(lambda: up.children("multiprocessing.forkserver"))  # so the machine knows its cloud
     up.process.kill()
     up.process.wait()
     await until(lambda: not cloud_processes(up.runs), timeout=30.0)
-    up.runs.rmdir()  # so it is empty
+    up.runs.rmdir()  # fails unless it is empty

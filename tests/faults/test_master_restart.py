@@ -1,4 +1,4 @@
-"""kill -9 of the web process, started again on the same data: what runs is adopted, and nothing is done twice."""
+"""SIGKILL of the web process and a restart on the same data: running containers are adopted, and nothing runs twice."""
 
 import asyncio
 import os
@@ -34,10 +34,10 @@ THERE = "m2"
 
 
 @asynccontextmanager
-async def standing(
+async def waiting_robot(
     cloud: RunningCloud, rest: RestClient, grid: GridMap, robot: str
 ) -> AsyncIterator[tuple[Drive, Wire, Pose2D]]:
-    """Have a robot by a wire that can be cut, and somewhere for it to go."""
+    """Connect a robot over a wire that can be cut; yield its drive, the wire and a goal."""
     start = free_pose(grid, seed=32)
     goal = reachable_pose(grid, start, seed=42, at_least=1.5, at_most=3.0)
     await publish_map(rest, "office", grid)
@@ -46,32 +46,32 @@ async def standing(
         yield drive, wire, goal
 
 
-async def set_off(drive: Drive, goal: Pose2D) -> None:
-    """Let the robot be under way to its goal."""
+async def start_driving(drive: Drive, goal: Pose2D) -> None:
+    """Send the goal, and wait until the robot drives."""
     await drive.send(goal, goal_id="far")
     await until(lambda: drive.scorer.distance(0) > 0.3, 30.0)
 
 
 @asynccontextmanager
-async def on_its_way(
+async def driving_robot(
     cloud: RunningCloud, rest: RestClient, grid: GridMap, robot: str
 ) -> AsyncIterator[tuple[Drive, Wire]]:
-    """Have a robot under way to a goal, by a wire that can be cut."""
-    async with standing(cloud, rest, grid, robot) as (drive, wire, goal):
-        await set_off(drive, goal)
+    """Drive a robot to a goal over a wire that can be cut; yield while it drives."""
+    async with waiting_robot(cloud, rest, grid, robot) as (drive, wire, goal):
+        await start_driving(drive, goal)
         yield drive, wire
 
 
 def kill(cloud: RunningCloud, wire: Wire, folder: Path) -> None:
-    """End the web process by force; its robots have lost it."""
+    """Kill the web process, and cut the wire of its robots."""
     os.kill(cloud.pid, signal.SIGKILL)
     cloud.status = -signal.SIGKILL
     wire.cut()
     (folder / "ready.json").unlink()
 
 
-async def goes_on(drive: Drive, wire: Wire, second: RunningCloud, before: dict[str, Any]) -> None:
-    """See that a robot finds the clone that it had, which brings it to its goal, once."""
+async def assert_continues(drive: Drive, wire: Wire, second: RunningCloud, before: dict[str, Any]) -> None:
+    """Assert that a robot finds its earlier clone, which drives it to its goal once."""
     wrong: list[str] = []
     witness = MessageChecks("survivor", wrong.append)
     wire.mend(second.url)
@@ -94,41 +94,40 @@ async def goes_on(drive: Drive, wire: Wire, second: RunningCloud, before: dict[s
     "image", [None, pytest.param(image_for_tests, marks=(pytest.mark.docker, pytest.mark.timeout(1800)))],
     ids=["process", "docker"],
 )  # fmt: skip
-async def test_the_cloud_s_own_machine_is_adopted(
+async def test_the_clouds_own_machine_is_adopted(
     image: Callable[[], str] | None, tmp_path: Path, office_map: GridMap
 ) -> None:
     arguments = ("--runtime", "docker", "--image", image()) if image is not None else ()
     with running_cloud(tmp_path, *arguments) as cloud:
         rest = await cloud.admin()
-        async with on_its_way(cloud, rest, office_map, "survivor") as (drive, wire):
+        async with driving_robot(cloud, rest, office_map, "survivor") as (drive, wire):
             before, agent = await container_of(rest, "survivor"), cloud.agent()
             kill(cloud, wire, tmp_path)
             with running_cloud(tmp_path, *arguments) as second:
-                await goes_on(drive, wire, second, before)
+                await assert_continues(drive, wire, second, before)
                 assert agent.is_running() and not second.find(agent_main.__name__)
-            assert has_ended(agent.pid) and has_ended(before["pid"]), "an end in order ends what was adopted"
+            assert has_ended(agent.pid) and has_ended(before["pid"]), "a clean stop ends adopted processes"
     assert not shared_memory(agent.pid)
 
 
-async def test_a_robot_that_drives_itself_drives_on_and_tells_the_cloud_that_came(
-    tmp_path: Path, office_map: GridMap
-) -> None:
+async def test_a_robot_with_local_nodes_drives_on_and_finds_the_new_cloud(tmp_path: Path, office_map: GridMap) -> None:
     own = {"amcl", "move_base"}
     with running_cloud(tmp_path) as cloud:
         rest = await cloud.admin()
         async with (
-            standing(cloud, rest, office_map, "survivor") as (drive, wire, goal),
+            waiting_robot(cloud, rest, office_map, "survivor") as (drive, wire, goal),
             managing(drive.robot, ABLE) as manager,
         ):
             await take_over(manager, *own)
-            await set_off(drive, goal)
+            await start_driving(drive, goal)
             before = await container_of(rest, "survivor")
             kill(cloud, wire, tmp_path)
             driven = drive.scorer.distance(0)
             await until(lambda: drive.scorer.distance(0) > driven + 0.3, 10)
             with running_cloud(tmp_path) as second:
-                await goes_on(drive, wire, second, before)
-                await until(lambda: manager.running == own, 30)  # had it been long away, the cloud had them meanwhile
+                await assert_continues(drive, wire, second, before)
+                # After a longer break the cloud would have taken the nodes over.
+                await until(lambda: manager.running == own, 30)
 
 
 async def test_a_machine_of_another_host_is_adopted(tmp_path: Path, office_map: GridMap) -> None:
@@ -139,24 +138,24 @@ async def test_a_machine_of_another_host_is_adopted(tmp_path: Path, office_map: 
         rest = await cloud.admin()
         await joined.is_in(rest)
         await rest.patch("/v1/machines/local", {"max_containers": 0})
-        async with on_its_way(cloud, rest, office_map, "survivor") as (drive, wire):
+        async with driving_robot(cloud, rest, office_map, "survivor") as (drive, wire):
             before = await container_of(rest, "survivor")
             assert before["machine"] == THERE
             await rest.patch("/v1/machines/local", {"max_containers": 100})
             kill(cloud, wire, tmp_path)
             with running_cloud(tmp_path, *listen) as second:
-                await goes_on(drive, wire, second, before)
+                await assert_continues(drive, wire, second, before)
                 assert await machines(await second.admin()) == ["local", THERE]
                 joined.end()
 
 
-async def test_of_a_cloud_that_never_comes_back_nothing_is_left(tmp_path: Path, office_map: GridMap) -> None:
+async def test_a_cloud_that_never_returns_leaves_nothing(tmp_path: Path, office_map: GridMap) -> None:
     with running_cloud(tmp_path, "--adopt-within", "3") as cloud:
         rest = await cloud.admin()
-        async with on_its_way(cloud, rest, office_map, "survivor") as (_, wire):
+        async with driving_robot(cloud, rest, office_map, "survivor") as (_, wire):
             before, family, agent = await container_of(rest, "survivor"), cloud.children(), cloud.agent()
             kill(cloud, wire, tmp_path)
             await asyncio.sleep(0.5)
-            assert not has_ended(before["pid"]), "it waits for another master"
+            assert not has_ended(before["pid"]), "the machine waits for another master"
             await until(lambda: all(has_ended(process.pid) for process in family), 20.0)
             assert not shared_memory(agent.pid)

@@ -1,4 +1,4 @@
-"""The way between two machines loses all packets for some seconds, and heals: nobody is served twice meanwhile."""
+"""The network between two machines loses all packets for some seconds and heals: no robot is served twice."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Iterator
@@ -21,7 +21,7 @@ from tests.support.network.partition import Namespace, NetworkPath, through_a_pr
 pytestmark = pytest.mark.journey
 
 CUT = 6.0
-"""Seconds without a packet; the master gives a machine up after four."""
+"""Time without a packet [s]; the master gives a machine up after 4 s."""
 
 
 @pytest.fixture(scope="module")
@@ -31,14 +31,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def wide(folder: Path) -> Iterator[RunningCloud]:
-    """Return a cloud that takes machines at all of its addresses."""
+    """Return a cloud that accepts machines on all of its addresses."""
     with running_cloud(folder, "--listen-machines", "0.0.0.0:0", "--linger", "1", "--adopt-within", "2") as running:
         yield running
 
 
 @pytest.fixture
 def namespace() -> Iterator[Namespace]:
-    """Return a network namespace, where this is allowed."""
+    """Return a network namespace; skips where namespaces are not allowed."""
     made = Namespace()
     made.add()
     yield made
@@ -77,7 +77,7 @@ async def test_links_that_lose_all_packets_heal(
 
 @asynccontextmanager
 async def second_machine(folder: Path, rest: RestClient, way: NetworkPath, shown: str) -> AsyncIterator[None]:
-    """Have a machine join over a way; whatever happens to it, it is in again at the end, and leaves nothing behind."""
+    """Join a machine over a network path; at the end it must be a member again, and it leaves nothing behind."""
     machine = JoinedMachine(folder, THERE, way.within)
     machine.start(shown)
     try:
@@ -96,7 +96,7 @@ async def until_gone(rest: RestClient) -> None:
 
 
 async def cut_for_a_while(way: NetworkPath, rest: RestClient, drives: dict[str, Drive]) -> None:
-    """Cut the way, see who serves whom, and mend it; no robot hears two clones."""
+    """Cut the network path, check which machine serves which robot, and restore it; no robot receives two clones."""
     loop = asyncio.get_running_loop()
     wrong: list[str] = []
     for name, drive in drives.items():
@@ -109,11 +109,11 @@ async def cut_for_a_while(way: NetworkPath, rest: RestClient, drives: dict[str, 
     async with asyncio.timeout(20.0):
         await until_gone(rest)
         while not has_ended(left["pid"]):
-            await asyncio.sleep(0.02)  # by itself: nobody can reach it
+            await asyncio.sleep(0.02)  # it ends by itself: it cannot be reached
         while [c["machine"] for c in await rest.items("/v1/containers") if c["robot"] == cut_off] != [HERE]:
             await asyncio.sleep(0.02)
     await asyncio.sleep(max(0.0, healed - loop.time()))
-    assert await machines(rest) == [HERE], "nothing came through"
+    assert await machines(rest) == [HERE], "no packet was delivered"
     way.mend()
     async with asyncio.timeout(60.0):
         while await machines(rest) != [HERE, THERE]:
@@ -122,7 +122,7 @@ async def cut_for_a_while(way: NetworkPath, rest: RestClient, drives: dict[str, 
 
 
 async def listen(drive: Drive, witness: MessageChecks) -> None:
-    """Let a witness note what a robot hears of control cycles, from now on."""
+    """Record the control cycles that a robot receives from now on."""
 
     def cycled(message: MoveBaseActionFeedback) -> None:
         witness.cycled(message.header.stamp.seconds())

@@ -1,4 +1,4 @@
-"""What the joints share: how long each is strained, and the figures that they measured."""
+"""Fixtures of all joints: the duration of the load, and the measured figures."""
 
 import os
 from collections.abc import Callable
@@ -13,7 +13,7 @@ Figure = Callable[[str, float | str], None]
 
 @pytest.fixture(scope="session")
 def seconds() -> float:
-    """Return for how long a joint is strained: `PPAAS_JOINT_SECONDS`, or 5."""
+    """Return the duration of the load on a joint [s]: `PPAAS_JOINT_SECONDS`, or 5."""
     return float(os.environ.get("PPAAS_JOINT_SECONDS", "5"))
 
 
@@ -25,7 +25,7 @@ def no_fork_server() -> None:
 
 @pytest.fixture
 def figure(request: pytest.FixtureRequest) -> Figure:
-    """Return a function that notes a measured figure; all are printed at the end."""
+    """Return a function that records a measured figure; all are printed at the end."""
     notes = request.config.stash.setdefault(_FIGURES, [])
 
     def note(name: str, value: float | str) -> None:

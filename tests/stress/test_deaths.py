@@ -1,4 +1,4 @@
-"""Joint: what dies is noticed, what depended on it ends, and nothing is left."""
+"""Joint: a dead process is noticed, its dependents end, and nothing is left."""
 
 import asyncio
 import json
@@ -59,7 +59,7 @@ def share_of_memory(pid: int, name: str) -> int:
 @pytest.mark.parametrize("count", [1, 10])
 async def test_containers_start_warm(count, runtime, reports, figure):
     loop = asyncio.get_running_loop()
-    for _ in range(2):  # the first ones find files that nobody has read yet
+    for _ in range(2):  # the first ones read files that are not cached yet
         began = loop.time()
         containers = await asyncio.gather(*(runtime.launch(reports.launch()) for _ in range(count)))
         pids = {(await reports.next()).pid for _ in range(count)}
@@ -75,9 +75,9 @@ async def test_containers_start_warm(count, runtime, reports, figure):
     figure(f"private memory of one of {count}, MB", sum(private) / count)
 
 
-async def test_a_killed_container_is_told_of_and_replaced_and_no_zombie_is_left(runtime, reports, figure):
+async def test_a_killed_container_is_reported_and_leaves_no_zombie(runtime, reports, figure):
     loop = asyncio.get_running_loop()
-    told = []
+    reported = []
     for _ in range(20):
         container = await runtime.launch(reports.launch())
         await reports.next()
@@ -85,17 +85,17 @@ async def test_a_killed_container_is_told_of_and_replaced_and_no_zombie_is_left(
         os.kill(container.pid, signal.SIGKILL)
         async with asyncio.timeout(SOON):
             assert await container.wait() == -signal.SIGKILL
-        told.append((loop.time() - began) * 1000.0)
+        reported.append((loop.time() - began) * 1000.0)
         assert is_gone(container.pid)
-    await until(lambda: not zombies())  # who has ended is one until its parent took note
-    figure("container killed to told, worst of 20, ms", max(told))
+    await until(lambda: not zombies())  # an exited process is a zombie until its parent reaps it
+    figure("container killed to told, worst of 20, ms", max(reported))
 
 
-async def test_when_the_fork_server_dies_its_containers_end_and_new_ones_start(runtime, reports, figure):
+async def test_a_dead_fork_server_ends_its_containers_and_is_replaced(runtime, reports, figure):
     containers = [await runtime.launch(reports.launch()) for _ in range(5)]
     for _ in containers:
         await reports.next()
-    os.kill(containers[0].pid, signal.SIGSTOP)  # one that cannot notice anything
+    os.kill(containers[0].pid, signal.SIGSTOP)  # one that cannot react
     server = fork_server_of(containers[1].pid)
     loop = asyncio.get_running_loop()
     began = loop.time()
@@ -109,10 +109,10 @@ async def test_when_the_fork_server_dies_its_containers_end_and_new_ones_start(r
     assert (await reports.next(timeout=60)).pid == replacement.pid
     figure("fork server killed to a new container running, ms", (loop.time() - began) * 1000.0)
     assert fork_server_of(replacement.pid).pid != server.pid
-    await until(lambda: not zombies())  # who has ended is one until its parent took note
+    await until(lambda: not zombies())  # an exited process is a zombie until its parent reaps it
 
 
-async def test_launches_under_way_when_the_fork_server_dies_are_made_good(runtime, reports):
+async def test_launches_succeed_although_the_fork_server_dies(runtime, reports):
     first = await runtime.launch(reports.launch())
     server = fork_server_of(first.pid)
     launching = [asyncio.create_task(runtime.launch(reports.launch())) for _ in range(10)]
@@ -125,7 +125,7 @@ async def test_launches_under_way_when_the_fork_server_dies_are_made_good(runtim
         async with asyncio.timeout(SOON):
             assert await container.wait() == -signal.SIGKILL
     assert len(ended) < len(containers)
-    await until(lambda: not zombies())  # who has ended is one until its parent took note
+    await until(lambda: not zombies())  # an exited process is a zombie until its parent reaps it
 
 
 async def test_a_frozen_fork_server_is_replaced(runtime, reports, monkeypatch):
@@ -138,7 +138,7 @@ async def test_a_frozen_fork_server_is_replaced(runtime, reports, monkeypatch):
     assert await first.wait() == -signal.SIGKILL
 
 
-async def test_layers_are_made_by_another_where_the_fork_server_is_frozen(runtime, reports, tmp_path, monkeypatch):
+async def test_layers_are_built_although_the_fork_server_is_frozen(runtime, reports, tmp_path, monkeypatch):
     monkeypatch.setattr("engine.runtimes.fork_server.server.FORK_TIMEOUT", 1.0)
     first = await runtime.launch(reports.launch())
     fork_server_of(first.pid).suspend()
@@ -146,10 +146,10 @@ async def test_layers_are_made_by_another_where_the_fork_server_is_frozen(runtim
         folder = await MapCache(tmp_path / "shm", build=LayerBuilder(kept(house()))).ensure(LayerSpec(house(), 0.18))
     assert open_layers(folder).grid.info.width > 0
     assert await first.wait() == -signal.SIGKILL
-    await until(lambda: not zombies())  # who has ended is one until its parent took note
+    await until(lambda: not zombies())  # an exited process is a zombie until its parent reaps it
 
 
-async def test_when_the_agent_dies_all_that_it_started_ends_within_a_second(tmp_path, figure):
+async def test_a_dead_agent_ends_all_its_processes_within_a_second(tmp_path, figure):
     agent = await asyncio.create_subprocess_exec(
         sys.executable, "-m", "tests.support.stress.agent", str(tmp_path), cwd=ROOT, stdout=PIPE
     )

@@ -16,13 +16,13 @@ pytestmark = pytest.mark.joint
 
 BURST = 2000
 PAYLOAD = bytes(600)
-"""As large as a position with its covariance."""
+"""Payload of the size of a position with its covariance."""
 
 Publish = Callable[[str, bytes], None]
 
 
 async def arrived(router: RouterProcess, reader: Fabric, key: str, publish: Publish) -> int:
-    """Publish a burst at once; return how many messages arrive."""
+    """Publish a burst; return the number of messages that arrive."""
     received = 0
     changed = asyncio.Event()
 
@@ -56,7 +56,7 @@ async def test_a_burst_to_a_healthy_reader_arrives(tmp_path, figure: Figure) -> 
     def express(key: str, payload: bytes) -> None:
         session.put(key, payload, congestion_control=zenoh.CongestionControl.DROP, express=True)
 
-    # Whatever else runs on this computer may hold the reader up; not each time.
+    # Other processes of this host may delay the reader, but hardly in each attempt.
     wholes = [await arrived(router, reader, f"burst/batched-{attempt}", writer.publish) for attempt in range(3)]
     whole, singly = max(wholes), await arrived(router, reader, "burst/express", express)
     figure(f"of a burst of {BURST} arrived", str(whole))

@@ -1,4 +1,4 @@
-"""Joint: the fabric while its router dies, its readers sleep, and strangers knock."""
+"""Joint: the fabric while its router dies, its readers sleep, and unauthorized clients connect."""
 
 import asyncio
 import contextlib
@@ -41,7 +41,7 @@ async def router(tmp_path):
 
 @contextlib.asynccontextmanager
 async def script(router: RouterProcess, module: ModuleType, *arguments: str) -> AsyncIterator[Process]:
-    """Run a script that joins the fabric, until it is left."""
+    """Run a script that joins the fabric until the context ends."""
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-m", module.__name__, *arguments, cwd=ROOT, stdin=PIPE, stdout=PIPE
     )
@@ -64,7 +64,7 @@ async def script(router: RouterProcess, module: ModuleType, *arguments: str) -> 
 
 
 class Requesters:
-    """Ask all the time, and remember what was answered."""
+    """Send requests continuously, and record the answers."""
 
     def __init__(self, fabrics: list[Fabric]) -> None:
         self.answered: list[str] = []
@@ -90,13 +90,13 @@ class Requesters:
         await asyncio.gather(*self._tasks)
 
 
-async def test_when_the_router_dies_requests_are_neither_lost_nor_carried_out_twice(tmp_path, router, seconds, figure):
+async def test_requests_are_neither_lost_nor_repeated_when_the_router_dies(tmp_path, router, seconds, figure):
     runtime = ProcessRuntime(loaded_before("tests.support.engine.container_entries:dial_and_stay"))
-    await runtime.start()  # before any session, as an agent does
+    await runtime.start()  # before any session, like an agent
     fabrics = [await Fabric.open(router.endpoint, router.credentials) for _ in range(3)]
-    heard: Counter[str] = Counter()
+    received: Counter[str] = Counter()
     for number, fabric in enumerate(fabrics):
-        fabric.subscribe("position/*", lambda key, payload, n=number: heard.update([f"{n} of {payload.decode()}"]))
+        fabric.subscribe("position/*", lambda key, payload, n=number: received.update([f"{n} of {payload.decode()}"]))
     everyone = {f"{reader} of {writer}" for reader in range(3) for writer in range(3)}
     async with script(router, fabric_server):
         requesters = Requesters(fabrics * 3)
@@ -104,18 +104,18 @@ async def test_when_the_router_dies_requests_are_neither_lost_nor_carried_out_tw
         loop = asyncio.get_running_loop()
         until_when = loop.time() + seconds
         while loop.time() < until_when:
-            await publish_until_all_have_heard(fabrics, heard, everyone)
+            await publish_until_all_received(fabrics, received, everyone)
             assert router.pid is not None
             os.kill(router.pid, signal.SIGKILL)
-            recoveries.append(await publish_until_all_have_heard(fabrics, heard, everyone, at_once=False))
+            recoveries.append(await publish_until_all_received(fabrics, received, everyone, at_once=False))
             await asyncio.sleep(0.5)
         await requesters.stop()
-        carried_out = Counter(msgspec.json.decode(await fabrics[0].request("tell", b""), type=list[str]))
+        executed = Counter(msgspec.json.decode(await fabrics[0].request("tell", b""), type=list[str]))
     assert requesters.wrong == []
-    assert set(carried_out) == set(requesters.answered)
-    assert set(carried_out.values()) == {1}
+    assert set(executed) == set(requesters.answered)
+    assert set(executed.values()) == {1}
     assert len(requesters.answered) > 100
-    async with Reports(tmp_path) as reports:  # the fork server goes on, whatever became of the router
+    async with Reports(tmp_path) as reports:  # the fork server still works after the router died
         container = await runtime.launch(reports.launch())
         assert (await reports.next()).pid == container.pid
     figure("router deaths", float(len(recoveries)))
@@ -127,17 +127,17 @@ async def test_when_the_router_dies_requests_are_neither_lost_nor_carried_out_tw
         await fabric.close()
 
 
-async def publish_until_all_have_heard(
-    fabrics: list[Fabric], heard: "Counter[str]", everyone: set[str], *, at_once: bool = True
+async def publish_until_all_received(
+    fabrics: list[Fabric], received: "Counter[str]", everyone: set[str], *, at_once: bool = True
 ) -> float:
-    """Publish from each until each has heard each, and return the seconds it took."""
+    """Publish from each fabric until each has received all; return the time [s]."""
     loop = asyncio.get_running_loop()
     began = loop.time()
     if not at_once:
-        await asyncio.sleep(0.02)  # what is still on its way from before does not count
-    heard.clear()
+        await asyncio.sleep(0.02)  # messages still in transit do not count
+    received.clear()
     async with asyncio.timeout(10):
-        while set(heard) != everyone:
+        while set(received) != everyone:
             for number, fabric in enumerate(fabrics):
                 fabric.publish(f"position/{number}", str(number).encode())
             await asyncio.sleep(0.01)
@@ -145,7 +145,7 @@ async def publish_until_all_have_heard(
 
 
 class Feed:
-    """Publishes numbered messages of 10 KB, 200 a second, and watches how long the loop stands still for it."""
+    """Publishes 200 numbered messages of 10 KB a second, and measures how long each call blocks the loop."""
 
     def __init__(self, fabric: Fabric) -> None:
         self._fabric = fabric
@@ -164,7 +164,7 @@ class Feed:
 
 
 async def count_lines(process: Process) -> int:
-    """Return how many messages a reader has told of, read until it is quiet."""
+    """Return the number of messages that a reader has printed; reads until it is quiet."""
     assert process.stdout is not None
     lines = 0
     with contextlib.suppress(TimeoutError):
@@ -176,7 +176,7 @@ async def count_lines(process: Process) -> int:
     return lines
 
 
-async def test_readers_that_sleep_neither_stall_the_others_nor_fill_memory(router, seconds, figure):
+async def test_sleeping_readers_neither_block_others_nor_fill_memory(router, seconds, figure):
     fabric = await Fabric.open(router.endpoint, router.credentials)
     async with contextlib.AsyncExitStack() as stack:
         healthy, slow, frozen = [
@@ -185,7 +185,7 @@ async def test_readers_that_sleep_neither_stall_the_others_nor_fill_memory(route
         assert router.pid is not None
         watched = {"router": router.pid, "slow reader": slow.pid, "publisher": os.getpid()}
         feed = Feed(fabric)
-        await feed.run(0.5)  # buffers that grow once are not counted
+        await feed.run(0.5)  # the first growth of buffers does not count
         before = {name: memory(pid) for name, pid in watched.items()}
         frozen.send_signal(signal.SIGSTOP)
         counting = asyncio.create_task(count_lines(healthy))
@@ -208,7 +208,7 @@ async def test_readers_that_sleep_neither_stall_the_others_nor_fill_memory(route
 
 
 async def resumes(feed: Feed, reader: Process) -> bool:
-    """Tell whether a reader that was frozen hears what is published now."""
+    """Return whether a reader that was frozen receives new publications."""
     assert reader.stdout is not None
     newest = feed.sent
     for _ in range(20):
@@ -221,11 +221,11 @@ async def resumes(feed: Feed, reader: Process) -> bool:
     return False
 
 
-async def test_strangers_are_refused_and_disturb_nobody(router, tmp_path):
+async def test_unauthorized_clients_are_refused_without_disturbing_others(router, tmp_path):
     fabric = await Fabric.open(router.endpoint, router.credentials)
     other = await Fabric.open(router.endpoint, router.credentials)
-    heard: list[bytes] = []
-    fabric.subscribe("a", lambda key, payload: heard.append(payload))
+    received: list[bytes] = []
+    fabric.subscribe("a", lambda key, payload: received.append(payload))
     first = router.pid
     for wrong in (
         RouterCredentials("agent", "guess"),
@@ -243,10 +243,10 @@ async def test_strangers_are_refused_and_disturb_nobody(router, tmp_path):
 
     def publish_and_look() -> bool:
         other.publish("a", b"still here")
-        return bool(heard)
+        return bool(received)
 
     await until(publish_and_look)
-    assert set(heard) == {b"still here"}
+    assert set(received) == {b"still here"}
     assert router.pid == first and router.restarts == 0
     await fabric.close()
     await other.close()

@@ -38,9 +38,7 @@ async def router(tmp_path):
 
 @pytest.mark.parametrize("zenoh_in", ["agent", "container"])
 @pytest.mark.parametrize("cores", [1, 2])
-async def test_parallel_kernels_on_two_threads_do_not_abort_and_are_right(
-    cores, zenoh_in, seconds, reports, router, figure
-):
+async def test_parallel_kernels_in_containers_neither_abort_nor_err(cores, zenoh_in, seconds, reports, router, figure):
     if len(CPUS) < cores:
         pytest.skip(f"the machine has no {cores} CPUs")
     runtime = ProcessRuntime(loaded_before("tests.support.stress.containers:strain_kernels"))
@@ -67,7 +65,7 @@ async def test_parallel_kernels_on_two_threads_do_not_abort_and_are_right(
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-async def test_a_container_plans_on_shared_layers_without_compiling_anything(threads, tmp_path, reports, figure):
+async def test_a_container_plans_on_shared_layers_without_compiling(threads, tmp_path, reports, figure):
     runtime = ProcessRuntime(loaded_before("tests.support.stress.containers:plan_once"))
     await runtime.start()
     cells = bytearray([254]) * (220 * 220)

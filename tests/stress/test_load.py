@@ -1,4 +1,4 @@
-"""Logins, a map of 1.7 million cells to three subscribers and a slow reader, all at once: others' commands go on."""
+"""Commands of robots continue under logins, a map of 1.7 million cells for three subscribers, and a slow reader."""
 
 import asyncio
 import itertools
@@ -25,13 +25,13 @@ pytestmark = pytest.mark.joint
 
 SECONDS = float(os.environ.get("PPAAS_JOINT_SECONDS", "5"))
 COMMAND_TIMEOUT = 0.5
-"""Seconds without a command after which a robot's base stops: a gap must never come near it."""
+"""Time without a command after which a robot's base stops [s]: no gap may come near it."""
 
 DRIVERS = 2
 SUBSCRIBERS = 3
 
 
-async def test_commands_go_on_under_logins_giant_maps_and_a_slow_reader(tmp_path: Path, figure: Figure) -> None:
+async def test_commands_continue_under_logins_giant_maps_and_a_slow_reader(tmp_path: Path, figure: Figure) -> None:
     small, giant = office(seed=1, width=12.0, height=10.0), warehouse(seed=1, width=50.0, height=31.0, resolution=0.03)
     assert giant.data.size > 1_700_000
     with running_cloud(tmp_path) as cloud:
@@ -55,12 +55,12 @@ def _milliseconds(seconds: Iterable[float]) -> str:
 async def drive_on(
     cloud: RunningCloud, rest: RestClient, grid: GridMap, number: int, quiet: asyncio.Event, loud: asyncio.Event
 ) -> tuple[float, float]:
-    """Drive to and fro; return the 99th percentile of the gaps between commands before and under the load [s]."""
+    """Drive back and forth; return the 99th percentile of the gaps between commands before and under the load [s]."""
     start = free_pose(grid, seed=50 + number)
-    away = reachable_pose(grid, start, seed=60 + number, at_least=4.0)
+    goal = reachable_pose(grid, start, seed=60 + number, at_least=4.0)
     token = await register_robot(rest, f"d{number}", "small", start)
     async with driving(cloud.url, token, f"d{number}", grid, start) as drive:
-        roaming = asyncio.create_task(roam(drive, itertools.cycle((away, start))))
+        roaming = asyncio.create_task(roam(drive, itertools.cycle((goal, start))))
         await until(lambda: len(drive.commands) > 5)
         await asyncio.sleep(SECONDS)
         quiet.set()
@@ -84,7 +84,7 @@ def p99_gap(drive: Drive) -> float:
 async def make_load(
     cloud: RunningCloud, rest: RestClient, grid: GridMap, quiet: asyncio.Event, loud: asyncio.Event
 ) -> None:
-    """Load the cloud from another process, so that what is measured is the cloud and not this test."""
+    """Load the cloud from another process, so that this test does not distort the measurement."""
     token = await register_robot(rest, "giant", "giant", free_pose(grid, seed=70))
     await quiet.wait()
     load = await asyncio.create_subprocess_exec(
