@@ -9,6 +9,6 @@ from tests.support.cloud.cloud import RunningCloud, running_cloud
 
 @pytest.fixture(scope="session")
 def cloud(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningCloud]:
-    """Return a running cloud, stopped cleanly at the end; it keeps no clone of one test for the robot of another."""
+    """Return a running cloud, stopped cleanly at the end; clones do not outlive a test."""
     with running_cloud(tmp_path_factory.mktemp("cloud"), "--linger", "0.2") as running:
         yield running

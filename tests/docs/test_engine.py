@@ -1,4 +1,4 @@
-"""What engine.md says of the bench of the engine is what the bench has."""
+"""Parts, options and limits in engine.md are those of the bench."""
 
 import re
 
@@ -12,14 +12,14 @@ from tests.support.documents import text_of
 PAGE = "docs/engine.md"
 
 
-def test_every_part_is_told_and_no_other() -> None:
+def test_exactly_the_parts_and_options_of_the_bench_are_listed() -> None:
     named = re.findall(r"^\| `(\w+)` \|", text_of(PAGE).partition("## What is measured")[2], re.MULTILINE)
     assert sorted(named[: len(engine.PARTS)]) == sorted(engine.PARTS)
     options = re.findall(r"`(--[a-z]+)", text_of(PAGE).partition("## What is measured")[0])
     assert set(options) == {"--only", "--runtime", "--containers", "--placements", "--machines", "--quick", "--json"}
 
 
-def test_the_limits_are_those_that_are_kept() -> None:
+def test_the_limits_are_those_of_the_bench() -> None:
     text = " ".join(text_of(PAGE).split())
     assert ", ".join(f"{name} {limit:g} ms" for name, limit in READY_LIMIT_MS.items()) in text
     assert ", ".join(f"{name} {limit:g} ms" for name, limit in container_crash.LIMITS_MS.items()) in text

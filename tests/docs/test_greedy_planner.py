@@ -1,4 +1,4 @@
-"""The example of a planner of one's own is installed as any distribution, and plans."""
+"""The example of a custom planner can be installed like any distribution, and plans."""
 
 import json
 import os
@@ -37,7 +37,7 @@ print(json.dumps([planner_names(), planner.caution, result.planner, result.cost,
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """Install the package into a folder of its own; return an environment in which Python finds it."""
+    """Install the package into its own folder; return an environment in which Python finds it."""
     target = tmp_path_factory.mktemp("greedy")
     install = [
         sys.executable,
@@ -65,7 +65,7 @@ def run(environment: dict[str, str], *command: str) -> str:
     return done.stdout
 
 
-def test_it_is_made_by_its_name_with_its_parameters_and_plans(installed: dict[str, str]) -> None:
+def test_the_planner_is_created_by_name_with_parameters_and_plans(installed: dict[str, str]) -> None:
     names, caution, planner, cost, expanded, refused = json.loads(
         run(installed, sys.executable, "-c", PLAN_IN_THE_OPEN)
     )
@@ -96,6 +96,6 @@ def test_the_command_line_plans_with_it(installed: dict[str, str]) -> None:
     assert answer["poses"][-1][:2] == [10.0, 8.0]
 
 
-def test_where_it_is_not_installed_it_is_unknown() -> None:
+def test_the_planner_is_unknown_if_not_installed() -> None:
     with pytest.raises(NotFound, match="unknown planner 'greedy'"):
         create("greedy")

@@ -1,4 +1,4 @@
-"""docs/local-planners.md: what it lists is what there is."""
+"""Planners, parameters and numbers in local-planners.md are those of the code."""
 
 import json
 import math
@@ -50,7 +50,7 @@ def names(cell: str) -> list[str]:
     return re.findall(r"`([^`]+)`", cell)
 
 
-def test_the_local_planners_are_those_installed_with_their_names() -> None:
+def test_the_installed_local_planners_are_listed_with_their_aliases() -> None:
     listed = {names(row[0])[0]: tuple(names(row[1])) for row in rows("plug-in")}
     assert listed == {name: CONTROLLERS.aliases(name) for name in controller_names()}
 
@@ -69,22 +69,22 @@ OF_MPPI = {"xy_goal_tolerance", "yaw_goal_tolerance", "allow_unknown"}
         ("parameter of `speed_filter`", SpeedFilterParameters, set()),
     ],
 )
-def test_the_parameters_and_their_defaults_are_those_of_the_code(heading, parameters, elsewhere) -> None:
-    told: dict[str, str] = {}
+def test_parameters_and_defaults_are_those_of_the_code(heading, parameters, elsewhere) -> None:
+    listed: dict[str, str] = {}
     for row in rows(heading):
         if row[1] != "that of the robot":
-            told |= dict(zip(names(row[0]), row[1].split(", "), strict=True))
+            listed |= dict(zip(names(row[0]), row[1].split(", "), strict=True))
     known = parameters_in_use(parameters())
-    for name, value in told.items():
+    for name, value in listed.items():
         default = known[name]
         if isinstance(default, bool | str):
             assert value == (str(default).lower() or "none"), name
         else:
             assert float(value) == default, name
-    assert set(known) == set(told) | elsewhere
+    assert set(known) == set(listed) | elsewhere
 
 
-def test_masks_are_named_and_mean_what_the_page_says() -> None:
+def test_masks_are_named_and_scaled_as_described() -> None:
     [file] = [json.loads(code) for code in blocks("docs/local-planners.md", "json") if "keepout_filter" in code]
     assert filter_masks(file["parameters"]) == {"keepout_filter": "office_keepout", "speed_filter": "office_speeds"}
     assert set(parameters_in_use(KeepoutFilterParameters())) == set(names(rows("parameter of `speed_filter`")[0][0]))
@@ -98,7 +98,7 @@ def test_masks_are_named_and_mean_what_the_page_says() -> None:
     assert np.abs(costs[0, 1:100] - 2.54 * np.arange(1, 100)).max() <= 0.5
 
 
-def test_what_is_in_the_way_is_what_the_page_says() -> None:
+def test_obstacle_heights_are_as_described() -> None:
     [file] = [json.loads(code) for code in blocks("docs/local-planners.md", "json") if "voxel_layer" in code]
     mast = robot_heights(robot_model("turtlebot2"), file["parameters"])
     assert mast == (None, 1.2), "from a voxel on, since nothing else is said"
@@ -117,7 +117,7 @@ def test_what_is_in_the_way_is_what_the_page_says() -> None:
     assert set(listed) == set(parameters_in_use(VoxelLayerParameters()))
 
 
-def test_the_options_of_the_bench_are_those_there_are(capsys) -> None:
+def test_the_options_of_the_bench_are_listed(capsys) -> None:
     try:
         main(["bench", "barn", "--help"])
     except SystemExit:
@@ -136,15 +136,15 @@ def test_the_noise_is_that_of_the_code() -> None:
         assert acceleration == f"{jackal.drive.acc_linear:g} m/s², {jackal.drive.acc_angular:g} rad/s²"
 
 
-def test_the_answer_is_told_in_full() -> None:
+def test_all_fields_of_the_result_are_described() -> None:
     from benchmarks.navigation.barn.run import BarnResult
 
-    told = summary([BarnResult(1, 0, "success", 5.0, 5.0, 0.2)])
+    fields = summary([BarnResult(1, 0, "success", 5.0, 5.0, 0.2)])
     paragraph = PAGE[PAGE.index("The result contains") :].split("\n\n")[0]
-    assert set(told) == set(names(paragraph))
+    assert set(fields) == set(names(paragraph))
 
 
-def test_what_is_told_of_moving_things_and_shut_places_is_what_the_code_has() -> None:
+def test_numbers_of_moving_obstacles_and_blockages_are_those_of_the_code() -> None:
     text = re.sub(r"\s+", " ", PAGE)
     assert f"no longer than {LARGEST:g} m and no closer than {WALL_MARGIN:g} m to a wall" in text
     assert f"has moved {MOVED:g} m from" in text and f"travels at {SLOWEST:g} to {FASTEST:g} m/s" in text
@@ -154,7 +154,7 @@ def test_what_is_told_of_moving_things_and_shut_places_is_what_the_code_has() ->
     assert CLOSING == 4.0 and "five times as much when driving towards it" in text
 
 
-def test_the_people_of_the_bench_of_goals_are_as_told(capsys) -> None:
+def test_numbers_of_the_goals_bench_are_those_of_the_code(capsys) -> None:
     text, people = re.sub(r"\s+", " ", PAGE), PedestrianModel()
     assert f"{2 * people.radius:g} m wide and walk at {people.slowest:g} to {people.fastest:g} m/s" in text
     assert f"stand for up to {people.longest_stay:g} s" in text and f"an arm's length ({people.reach:g} m)" in text

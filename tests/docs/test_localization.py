@@ -1,4 +1,4 @@
-"""What localization.md tells of parameters, services and the bench is what there is."""
+"""Parameters, services and bench options in localization.md are those of the code."""
 
 import re
 
@@ -55,7 +55,7 @@ def test_the_numbers_are_those_of_the_code() -> None:
         assert f"| `{service.name}` | `{service.type.name}` |" in text_of("docs/protocol.md")
 
 
-def test_the_options_of_the_bench_are_those_there_are() -> None:
+def test_the_options_of_the_bench_exist() -> None:
     parser = CommandParser()
     localize.configure(parser)
     known = set(parser._option_string_actions)

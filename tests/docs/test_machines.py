@@ -1,4 +1,4 @@
-"""What machines.md has its reader type works, and what it says of settings is what they are."""
+"""Commands of machines.md work, and its settings are those of the code."""
 
 import re
 from pathlib import Path
@@ -16,12 +16,12 @@ from tests.support.documents import run_shell, script, table, text_of
 PAGE = "docs/machines.md"
 
 
-def test_what_is_typed_works(cloud: RunningCloud, tmp_path: Path) -> None:
+def test_the_commands_work(cloud: RunningCloud, tmp_path: Path) -> None:
     printed = run_shell(script(PAGE) + "\nppaas machine label local zone=", tmp_path, cloud)
     assert '"labels": {"zone": "hall-2"}' in printed and '"max_containers": 40' in printed
 
 
-def test_the_settings_listed_are_those_there_are() -> None:
+def test_the_settings_are_those_of_the_code() -> None:
     rows = table(PAGE, "setting", "default", "what it is")
     assert {name for name, _, _ in rows} == set(MachineChange.model_fields) == set(MachineSettings.__struct_fields__)
     defaults = {name: default for name, default, _ in rows if default}

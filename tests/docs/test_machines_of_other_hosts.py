@@ -1,4 +1,4 @@
-"""What machines.md says of machines of other hosts; that it works is seen in tests/e2e/test_two_machines.py."""
+"""Commands of machines.md for other hosts are valid; tests/e2e/test_two_machines.py shows that they work."""
 
 import re
 import shlex
@@ -22,7 +22,7 @@ COMMANDS: dict[tuple[str, ...], ModuleType] = {
 
 
 @pytest.mark.parametrize("words", LINES, ids=" ".join)
-def test_what_is_typed_is_understood(words: list[str]) -> None:
+def test_the_command_lines_are_valid(words: list[str]) -> None:
     (begin,) = [begin for begin in COMMANDS if tuple(words[: len(begin)]) == begin]
     parser = CommandParser(exit_on_error=False)
     COMMANDS[begin].configure(parser)

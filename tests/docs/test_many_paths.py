@@ -1,4 +1,4 @@
-"""What many-paths.md has its reader type works, and so does what planning.md says of tuning a planner."""
+"""Commands of many-paths.md work, and so does the tuning of a planner as in planning.md."""
 
 import json
 import os
@@ -37,12 +37,12 @@ def test_the_program_runs() -> None:
     assert (ended.returncode, ended.stderr) == (0, "")
 
 
-def test_a_cost_is_as_exact_as_it_says() -> None:
+def test_the_relative_error_of_costs_is_as_stated() -> None:
     assert "to less than 0.01 %" in text_of(PAGE)
     assert RELATIVE_ERROR < 1e-4
 
 
-def test_a_robots_file_tunes_its_planner_as_planning_says() -> None:
+def test_a_robot_file_tunes_its_planner_as_described() -> None:
     [file] = [json.loads(block) for block in blocks("docs/planning.md", "json")]
     graph = Graph()
     layers = build_layers(walled_map(4, 3, []))
@@ -58,10 +58,10 @@ def test_the_limits_are_those_of_the_code() -> None:
 
 
 @pytest.mark.journey
-def test_a_cloud_tells_costs_as_it_says(cloud: RunningCloud, tmp_path: Path) -> None:
+def test_a_cloud_returns_costs_as_described(cloud: RunningCloud, tmp_path: Path) -> None:
     [login] = [line for line in script("README.md").splitlines() if line.startswith("export PPAAS_TOKEN")]
     printed = run_shell(f"{login}\n{script(PAGE)}", tmp_path, cloud)
-    told = json.loads(printed[printed.rindex('{"costs"') :])
-    assert [len(row) for row in told["costs"]] == [2, 2]
-    assert all(cost > 0.0 for row in told["costs"] for cost in row)
-    assert told["map"] == "office"
+    matrix = json.loads(printed[printed.rindex('{"costs"') :])
+    assert [len(row) for row in matrix["costs"]] == [2, 2]
+    assert all(cost > 0.0 for row in matrix["costs"] for cost in row)
+    assert matrix["map"] == "office"

@@ -1,4 +1,4 @@
-"""What maps.md has its reader type works, and its numbers are those of the code."""
+"""Commands of maps.md work, and its numbers are those of the code."""
 
 import hashlib
 import struct
@@ -44,7 +44,7 @@ def test_the_numbers_are_those_of_the_code() -> None:
 
 
 @pytest.mark.journey
-def test_what_is_typed_into_a_shell_works(cloud: RunningCloud, tmp_path: Path) -> None:
+def test_the_shell_commands_work(cloud: RunningCloud, tmp_path: Path) -> None:
     yaml, image = (OFFICE / "office.yaml").read_bytes(), (OFFICE / "office.pgm").read_bytes()
     older = image[:-1] + bytes([255 - image[-1]])
     (tmp_path / "office.pgm").write_bytes(older)

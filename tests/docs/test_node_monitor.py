@@ -1,4 +1,4 @@
-"""What node-monitor.md says in numbers and names is what the code has."""
+"""Numbers and names in node-monitor.md are those of the code."""
 
 import itertools
 import re
@@ -19,14 +19,14 @@ from tests.support.documents import blocks, table, text_of
 PAGE = "docs/node-monitor.md"
 
 
-def test_the_services_and_the_topic_are_those_of_the_node_monitor() -> None:
+def test_services_and_topic_are_those_of_the_node_monitor() -> None:
     listed = table(PAGE, "service of the node monitor", "type", "caller and purpose")
     assert {name: kind for name, kind, _ in listed} == {s.name: s.type.name for s in NodeMonitorNode.services}
     assert f"`{NODE_HOMES.name}`" in text_of(PAGE)
     assert f"every {HOLD_PERIOD:g} s" in text_of(PAGE)
 
 
-def test_the_parameters_and_their_defaults_are_those_of_the_code() -> None:
+def test_parameters_and_defaults_are_those_of_the_code() -> None:
     rows = itertools.takewhile(lambda row: row[1] != "type", table(PAGE, "parameter", "default", "meaning"))
     listed = {name: default for name, default, _ in rows}
     defaults = msgspec.structs.asdict(NodeMonitorParameters())
@@ -35,13 +35,13 @@ def test_the_parameters_and_their_defaults_are_those_of_the_code() -> None:
     assert {name: float(value) for name, value in listed.items()} == defaults
 
 
-def test_what_a_robots_file_may_say_can_be_read() -> None:
+def test_the_example_of_a_robot_file_is_readable() -> None:
     [block] = blocks(PAGE, "json")
-    said = msgspec.json.decode(block)["node_monitor"]
-    assert msgspec.convert(said, NodeMonitorParameters).time_critical == ("move_base",)
+    settings = msgspec.json.decode(block)["node_monitor"]
+    assert msgspec.convert(settings, NodeMonitorParameters).time_critical == ("move_base",)
 
 
-def test_the_criteria_and_the_nodes_are_those_of_the_code() -> None:
+def test_criteria_and_nodes_are_those_of_the_code() -> None:
     assert [row[0] for row in table(PAGE, "criterion", "vote")] == list(CRITERIA)
     graph = Graph()
     layers = build_layers(office(seed=1, width=12.0, height=10.0))

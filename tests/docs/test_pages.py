@@ -1,4 +1,4 @@
-"""What architecture.md, data-flow.md and the decisions say in numbers and names is what the code has."""
+"""Numbers and names in architecture.md, data-flow.md and the decisions are those of the code."""
 
 import re
 from pathlib import Path
@@ -32,29 +32,30 @@ COMMANDS = pyproject()["project"]["entry-points"]["ppaas.commands"]
 FILE = re.compile(r"`((?:ppaas|engine|endpoints|storage|robots|tests|docs|deploy)/[\w/.]+)`")
 
 
-def says(page: str, words: str) -> bool:
-    """Tell whether a page has some words, wherever its lines break."""
+def states(page: str, words: str) -> bool:
+    """Return whether a page contains some words, ignoring line breaks."""
     return words in re.sub(r"\s+", " ", text_of(page))
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_every_file_that_is_named_is_there(page: str) -> None:
+def test_every_named_file_exists(page: str) -> None:
     assert [name for name in FILE.findall(text_of(page)) if not (ROOT / name).exists()] == []
 
 
-def test_places_and_machines_are_as_described() -> None:
+def test_limits_of_places_and_machines_are_those_of_the_code() -> None:
     quota, config = Quota(), CloudConfig("memory:", "memory:")
-    assert says(ARCHITECTURE, f"while a client is connected and {LINGER:g} s longer")
-    assert says(ARCHITECTURE, f"until {IDLE:g} s after the last path") and says(DATA_FLOW, f"until {IDLE:g} s after")
-    assert says(ARCHITECTURE, f"die more than {CRASH_LIMIT} times in {CRASH_WINDOW:g} s is closed")
-    assert OVERSUBSCRIPTION == 4.0 and says(ARCHITECTURE, "gives out four times the cores it has")
-    assert says(ARCHITECTURE, f"It holds {MAX_CONTAINERS} at most")
-    assert says(ARCHITECTURE, f"up to {quota.containers} containers and {quota.cores:g} cores")
+    assert states(ARCHITECTURE, f"while a client is connected and {LINGER:g} s longer")
+    assert states(ARCHITECTURE, f"until {IDLE:g} s after the last path")
+    assert states(DATA_FLOW, f"until {IDLE:g} s after")
+    assert states(ARCHITECTURE, f"die more than {CRASH_LIMIT} times in {CRASH_WINDOW:g} s is closed")
+    assert OVERSUBSCRIPTION == 4.0 and states(ARCHITECTURE, "gives out four times the cores it has")
+    assert states(ARCHITECTURE, f"It holds {MAX_CONTAINERS} at most")
+    assert states(ARCHITECTURE, f"up to {quota.containers} containers and {quota.cores:g} cores")
     assert (config.quota, config.linger) == (quota, LINGER)
-    assert says(ARCHITECTURE, f"**Balancer.** `{BALANCER}`")
+    assert states(ARCHITECTURE, f"**Balancer.** `{BALANCER}`")
 
 
-def test_shared_keys_are_as_described() -> None:
+def test_shared_keys_are_those_of_the_code() -> None:
     keys = re.findall(r"`(ppaas/[\w/<>]*<[\w/<>]*)`", text_of(ARCHITECTURE))
     names = dict.fromkeys(("<map>", "<user>", "<group>", "<robot>", "<topic>"))
     shown = shared_key(*("<map>", "<user>", "<robot>"), "topic"), topic_key("<user>", "<group>", "<robot>", "topic")
@@ -64,29 +65,29 @@ def test_shared_keys_are_as_described() -> None:
     assert keys == [plain[0].replace("/topic", f"/{shared}"), plain[1].replace("/topic", "/<topic>")]
 
 
-def test_what_a_container_shows_goes_under_the_shared_key() -> None:
+def test_positions_of_a_container_use_the_shared_key() -> None:
     robot = RobotConfig("tb1", "turtlebot2", (0.0, 0.0, 0.0), "dijkstra", "dwa")
     scope = scope_of(ContainerSpec("c1", "ann", MapVersion("house", "v"), 1.0, robot))
     assert scope is not None
     assert scope.shared_key(AMCL_POSE.name) == "ppaas/map/house/ann/tb1/amcl_pose"
 
 
-def test_what_may_drop_and_what_must_arrive_is_as_described() -> None:
-    assert says(DATA_FLOW, f"checkpoint every {CHECKPOINT_PERIOD:g} s")
-    assert says(DATA_FLOW, f"position every {fleet_bridge.SHARE_PERIOD:g} s")
-    assert says(DATA_FLOW, f"the next comes {fleet_bridge.SHARE_PERIOD:g} s later")
-    assert says(DATA_FLOW, f"a position expires after {fleet_bridge.FRESH:g} s without a new one")
-    assert says(DATA_FLOW, f"at most {unacknowledged.MAX_UNACKNOWLEDGED} and")
-    assert says(DATA_FLOW, f"and {unacknowledged.MAX_UNACKNOWLEDGED_BYTES >> 20} MiB wait, then the client")
-    assert container_link.MAX_WAITING == 1 << 20 and says(DATA_FLOW, "1 MiB waits for a slow one")
-    assert says(DATA_FLOW, f"waited {CMD_VEL.expiry:g} s at the endpoint")
-    assert says(DATA_FLOW, f"none has come for {BaseLimits().timeout:g} s")
+def test_limits_of_queues_and_periods_are_those_of_the_code() -> None:
+    assert states(DATA_FLOW, f"checkpoint every {CHECKPOINT_PERIOD:g} s")
+    assert states(DATA_FLOW, f"position every {fleet_bridge.SHARE_PERIOD:g} s")
+    assert states(DATA_FLOW, f"the next comes {fleet_bridge.SHARE_PERIOD:g} s later")
+    assert states(DATA_FLOW, f"a position expires after {fleet_bridge.FRESH:g} s without a new one")
+    assert states(DATA_FLOW, f"at most {unacknowledged.MAX_UNACKNOWLEDGED} and")
+    assert states(DATA_FLOW, f"and {unacknowledged.MAX_UNACKNOWLEDGED_BYTES >> 20} MiB wait, then the client")
+    assert container_link.MAX_WAITING == 1 << 20 and states(DATA_FLOW, "1 MiB waits for a slow one")
+    assert states(DATA_FLOW, f"waited {CMD_VEL.expiry:g} s at the endpoint")
+    assert states(DATA_FLOW, f"none has come for {BaseLimits().timeout:g} s")
 
 
-def test_the_end_of_a_container_is_as_described() -> None:
-    assert says(DATA_FLOW, f"not exited after {StopContainer('c1').grace:g} s")
-    assert says(DATA_FLOW, f"{LINGER:g} s for it to come back")
-    assert SPARE == 4 and says(DATA_FLOW, "four others were used since its last container ended")
+def test_times_at_the_end_of_a_container_are_those_of_the_code() -> None:
+    assert states(DATA_FLOW, f"not exited after {StopContainer('c1').grace:g} s")
+    assert states(DATA_FLOW, f"{LINGER:g} s for it to come back")
+    assert SPARE == 4 and states(DATA_FLOW, "four others were used since its last container ended")
 
 
 def test_every_decision_is_listed_with_its_title() -> None:
@@ -100,7 +101,7 @@ def test_every_decision_is_listed_with_its_title() -> None:
 
 
 @pytest.mark.parametrize("page", sorted((ROOT / "docs" / "adr").glob("0*.md")), ids=lambda page: page.stem)
-def test_a_decision_has_its_context_and_its_consequences(page: Path) -> None:
+def test_a_decision_has_context_decision_and_consequences(page: Path) -> None:
     headings = re.findall(r"^## (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
     assert headings == ["Context", "Decision", "Consequences"]
 

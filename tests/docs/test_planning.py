@@ -1,4 +1,4 @@
-"""What planning.md says of planners and of map files is so, and what it has its reader type works."""
+"""Planners and map rules in planning.md are those of the code, and its commands work."""
 
 import re
 from pathlib import Path
@@ -17,7 +17,7 @@ from tests.support.sources import ROOT
 PAGE = "docs/planning.md"
 
 
-def test_the_planners_are_those_there_are() -> None:
+def test_the_planners_are_those_installed() -> None:
     rows = table(PAGE, "planner", "ROS alias", "use it for")
     rows = rows[: [name for name, _, _ in rows].index("")]  # where the table of the rules begins
     assert sorted(name for name, _, _ in rows) == list(planner_names())
@@ -26,7 +26,7 @@ def test_the_planners_are_those_there_are() -> None:
         assert tuple(re.findall(r"\w+/\w+", alias)) == PLANNERS.aliases(name)
 
 
-def test_the_rules_modes_and_limits_are_those_of_the_code() -> None:
+def test_rules_modes_and_limits_are_those_of_the_code() -> None:
     text = text_of(PAGE)
     keys = MapYaml(image="a.pgm", resolution=1.0, origin=(0.0, 0.0, 0.0))
     assert "| | " + " | ".join(f"`{rules.value}`" for rules in Rules) + " |" in text
@@ -36,7 +36,7 @@ def test_the_rules_modes_and_limits_are_those_of_the_code() -> None:
 
 
 @pytest.mark.journey
-def test_what_a_reader_types_works(cloud: RunningCloud, tmp_path: Path) -> None:
+def test_the_commands_work(cloud: RunningCloud, tmp_path: Path) -> None:
     printed = [line.split() for line in run_shell(script(PAGE), tmp_path, cloud).splitlines()]
     assert printed[1][0] == "astar"
     assert printed[-1][1:3] == ["office", "astar"]

@@ -1,4 +1,4 @@
-"""What planning.md says of planners in space is so, and its program runs."""
+"""3D planners in planning.md are those of the code, and its program runs."""
 
 import subprocess
 import sys
@@ -14,12 +14,12 @@ from tests.support.sources import ROOT
 PAGE = "docs/planning.md"
 
 
-def test_the_planners_in_space_are_those_there_are():
+def test_the_3d_planners_are_those_installed():
     for name in planner_names():
         assert f"- **`{name}`**: {create(name).purpose}\n" in text_of(PAGE)
 
 
-def test_the_numbers_told_are_those_of_the_code():
+def test_the_numbers_are_those_of_the_code():
     assert f"more than {MAX_VOXELS} voxels" in text_of(PAGE)
     assert "by less than 0.02 %; `cost` is recounted" in " ".join(text_of(PAGE).split())
     assert 2 * RELATIVE_ERROR < 0.0002
@@ -32,6 +32,6 @@ def test_the_program_runs():
     assert (ended.returncode, ended.stderr) == (0, "")
 
 
-def test_the_map_of_the_example_is_written_as_it_is_read():
+def test_the_octomap_of_the_example_is_written_as_read():
     text = (ROOT / "docs" / "examples" / "table.bt").read_bytes()
     assert binary_octomap(octree_of(parse_octomap(text).voxels())) == text

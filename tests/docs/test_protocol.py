@@ -1,4 +1,4 @@
-"""What protocol.md says of topics, services, refusals and limits is what the code does, and its frames are taken."""
+"""Topics, services, errors and limits in protocol.md are those of the code, and its frames are valid."""
 
 import asyncio
 import json
@@ -65,8 +65,8 @@ PROTOCOL = "docs/protocol.md"
 EXAMPLES = ROOT / "docs" / "examples"
 
 
-def says(words: str) -> bool:
-    """Tell whether the page has some words, wherever its lines break."""
+def states(words: str) -> bool:
+    """Return whether the page contains some words, ignoring line breaks."""
     return words in re.sub(r"\s+", " ", text_of(PROTOCOL))
 
 
@@ -81,7 +81,7 @@ def graph() -> Graph:
 
 
 AMONG_NODES = {"move_base/result"}
-"""What a node of the clone takes of another, and nobody outside has to say."""
+"""Topics between nodes of the clone, which clients need not publish."""
 
 
 def test_the_topics_are_those_of_a_clone(graph: Graph) -> None:
@@ -101,7 +101,7 @@ def test_the_services_are_those_of_a_clone(graph: Graph) -> None:
     assert {name: kind for name, kind, _ in listed} == {s.name: s.type.name for s in graph.services.values()}
 
 
-def test_the_recovery_behaviours_are_those_installed_with_their_names_and_parameters() -> None:
+def test_recovery_behaviors_aliases_and_parameters_are_those_installed() -> None:
     listed = table(PROTOCOL, "type and aliases", "parameters")
     quoted = [[re.findall(r"`([^`]+)`", cell) for cell in row] for row in listed]
     assert {names[0] for names, _ in quoted} == set(recovery_names())
@@ -110,21 +110,21 @@ def test_the_recovery_behaviours_are_those_installed_with_their_names_and_parame
         of = RECOVERIES.create(names[0], {}).parameters  # type: ignore[attr-defined]
         assert (names[1:], set(own) - set(get_args(AffectedMaps))) == (aliases, set(of.__struct_fields__))
     default = [each.name for each in recovery_behaviors(MoveBaseParameters())]
-    assert says(f"they are `{default[0]}`, `{default[1]}`, `{default[2]}` and `{default[3]}` again")
+    assert states(f"they are `{default[0]}`, `{default[1]}`, `{default[2]}` and `{default[3]}` again")
 
 
-def test_what_the_page_says_of_waypoints_is_what_the_code_does() -> None:
-    assert says(f"a list of 1 to {MAX_WAYPOINTS} `poses`")
-    assert says(f"`loop_rate` ({WaypointFollowerParameters().loop_rate:g}) times a second")
+def test_numbers_of_waypoints_are_those_of_the_code() -> None:
+    assert states(f"a list of 1 to {MAX_WAYPOINTS} `poses`")
+    assert states(f"`loop_rate` ({WaypointFollowerParameters().loop_rate:g}) times a second")
     assert set(WaypointFollowerParameters.__struct_fields__) <= set(re.findall(r"`(\w+)`", text_of(PROTOCOL)))
 
 
-def test_the_services_that_tell_what_there_is_are_those_of_the_code() -> None:
-    [told] = re.findall(r"Introspection\*\* follows rosapi.*?get_time`", text_of(PROTOCOL), re.DOTALL)
-    assert {f"rosapi/{name}" for name in re.findall(r"`(\w+)`", told)} == set(SERVICES)
+def test_the_rosapi_services_are_those_of_the_code() -> None:
+    [paragraph] = re.findall(r"Introspection\*\* follows rosapi.*?get_time`", text_of(PROTOCOL), re.DOTALL)
+    assert {f"rosapi/{name}" for name in re.findall(r"`(\w+)`", paragraph)} == set(SERVICES)
 
 
-def test_the_refusals_have_the_status_and_type_that_the_page_gives_them() -> None:
+def test_errors_have_the_documented_status_and_type() -> None:
     by_slug = {kind.slug: kind for kind in STATUS}
     listed = table(PROTOCOL, "HTTP status", "type ends in", "cause")
     assert len(listed) > 5
@@ -165,45 +165,45 @@ def test_the_actions_are_those_of_a_clone(graph: Graph) -> None:
         for kind in kinds.replace("`", "").split(" or "):
             assert find_action(name, kind, types)
     assert [ros2_status(s) for s in (Status.SUCCEEDED, Status.PREEMPTED, Status.ABORTED)] == [4, 5, 6]
-    assert says(f"lost with it, {GRACE:g} s after") and says(f"`error_code`, {NAV2_UNKNOWN} for all failures")
+    assert states(f"lost with it, {GRACE:g} s after") and states(f"`error_code`, {NAV2_UNKNOWN} for all failures")
 
 
-def test_what_is_kept_for_a_slow_client_is_what_the_page_says() -> None:
+def test_queue_depths_for_slow_clients_are_those_of_the_code() -> None:
     kept = dict(table(PROTOCOL, "limit", "value"))["queued messages per topic for a slow client"]
     first, *others = kept.split("; ")
     assert first == f"{DEFAULT_DEPTH}, or its `queue_length` up to {MAX_KEEP}"
-    told = {name: int(part.split()[0]) for part in others for name in re.findall(r"`([\w/]+)`", part)}
-    assert told == {topic.name: topic.depth for topic in TOPICS.values() if topic.depth != DEFAULT_DEPTH}
+    depths = {name: int(part.split()[0]) for part in others for name in re.findall(r"`([\w/]+)`", part)}
+    assert depths == {topic.name: topic.depth for topic in TOPICS.values() if topic.depth != DEFAULT_DEPTH}
 
 
-def test_the_times_and_rates_are_those_of_the_code() -> None:
+def test_times_and_rates_are_those_of_the_code() -> None:
     amcl, move_base, rates = AmclParameters(), MoveBaseParameters(), SensorRates()
-    assert says(f"no container became ready within {READY_TIMEOUT:g} s")
-    assert says(f"waited {CMD_VEL.expiry:g} s for a slow connection")
-    assert says(f"no `cmd_vel` has come for {BaseLimits().timeout:g} s")
-    assert says(f"kept for {LINGER:g} s after its last client left")
-    assert says(f"moved {amcl.update_min_d:g} m or {amcl.update_min_a:g} rad")
-    assert says(f"publishes it at {rates.odom:g} Hz") and says(f"publishes it at {rates.scan:g} Hz")
-    assert says(f"{move_base.controller_frequency:g} Hz while it drives")
-    assert says(f"After {move_base.transform_tolerance:g} s without `odom` or `scan`")
-    assert STATUS_PERIOD == 1.0 and says("once a second, and when it changes")
-    assert move_base.planner_frequency == 1.0 and says("and once a second while driving")
-    assert (1.0 / SHARE_PERIOD, 1.0 / TELL_PERIOD) == (5.0, 10.0) and says("five to ten times a second")
-    assert says(f"code {CLOSED_BY_CLOUD} and a reason")
-    assert says(f"after {MAX_PATIENCE:g} s without subscribers to this topic")
-    assert says(f"after `timeout` ({MIN_PATIENCE:g} to {MAX_PATIENCE:g} s) without subscribers")
+    assert states(f"no container became ready within {READY_TIMEOUT:g} s")
+    assert states(f"waited {CMD_VEL.expiry:g} s for a slow connection")
+    assert states(f"no `cmd_vel` has come for {BaseLimits().timeout:g} s")
+    assert states(f"kept for {LINGER:g} s after its last client left")
+    assert states(f"moved {amcl.update_min_d:g} m or {amcl.update_min_a:g} rad")
+    assert states(f"publishes it at {rates.odom:g} Hz") and states(f"publishes it at {rates.scan:g} Hz")
+    assert states(f"{move_base.controller_frequency:g} Hz while it drives")
+    assert states(f"After {move_base.transform_tolerance:g} s without `odom` or `scan`")
+    assert STATUS_PERIOD == 1.0 and states("once a second, and when it changes")
+    assert move_base.planner_frequency == 1.0 and states("and once a second while driving")
+    assert (1.0 / SHARE_PERIOD, 1.0 / TELL_PERIOD) == (5.0, 10.0) and states("five to ten times a second")
+    assert states(f"code {CLOSED_BY_CLOUD} and a reason")
+    assert states(f"after {MAX_PATIENCE:g} s without subscribers to this topic")
+    assert states(f"after `timeout` ({MIN_PATIENCE:g} to {MAX_PATIENCE:g} s) without subscribers")
 
 
-def test_how_long_sessions_and_robots_are_kept_is_what_the_code_does() -> None:
+def test_times_and_limits_of_sessions_are_those_of_the_code() -> None:
     parser = CommandParser()
     up.configure(parser)
     options = parser.parse_args([])
     assert options.linger == LINGER
-    assert options.idle == IDLE and says(f"say nothing for {IDLE:g} s (`ppaas up --idle`")
-    assert says(f"dead within {options.dead:g} s (`ppaas up --dead`)")
-    assert says(f"silent for {PROBE_TIMEOUT:g} s")
-    assert says(f"closed with code {TAKEN_OVER}")
-    assert says(f"the last {MAX_SENT} such frames, and {MAX_SENT_BYTES >> 20} MiB")
+    assert options.idle == IDLE and states(f"say nothing for {IDLE:g} s (`ppaas up --idle`")
+    assert states(f"dead within {options.dead:g} s (`ppaas up --dead`)")
+    assert states(f"silent for {PROBE_TIMEOUT:g} s")
+    assert states(f"closed with code {TAKEN_OVER}")
+    assert states(f"the last {MAX_SENT} such frames, and {MAX_SENT_BYTES >> 20} MiB")
     limits = dict(table(PROTOCOL, "limit", "value"))
     assert limits["queued bytes per client"].startswith(f"{MAX_BYTES >> 20} MiB; ")
     assert limits["detached sessions per user"].startswith(f"{MAX_AWAY}; ")
@@ -211,16 +211,16 @@ def test_how_long_sessions_and_robots_are_kept_is_what_the_code_does() -> None:
     assert headers[:3] == [STATE_HEADER, ID_HEADER, TAKEN_HEADER]
 
 
-def test_the_roles_and_numbers_are_those_of_the_code() -> None:
+def test_roles_and_status_numbers_are_those_of_the_code() -> None:
     [sensors] = re.findall(r"\n(.*) may be published only by the robot", text_of(PROTOCOL))
     assert set(re.findall(r"`(\w+)`", sensors)) == {topic.name for topic in TOPICS.values() if topic.robot_only}
-    assert says(
+    assert states(
         f"is {Status.SUCCEEDED:d} when the robot has reached the goal, {Status.ABORTED:d} when Move Base gave up, "
     )
-    assert says(f"and {Status.PREEMPTED:d} when another goal or a cancel")
+    assert states(f"and {Status.PREEMPTED:d} when another goal or a cancel")
 
 
-def test_every_frame_of_the_page_is_of_the_protocol() -> None:
+def test_every_frame_of_the_page_is_valid() -> None:
     robot, operator, cloud = (block.splitlines() for block in blocks(PROTOCOL, "json"))
     for frame in (*robot, *operator):
         RosbridgeSession().receive(frame)
@@ -230,7 +230,7 @@ def test_every_frame_of_the_page_is_of_the_protocol() -> None:
 
 @pytest.fixture
 async def address(cloud: RunningCloud) -> str:
-    """Return where a robot connects that stands in the example's map, without its role."""
+    """Return the URL for a robot on the example's map, without its role."""
     rest = await cloud.admin()
     await rest.upload_map("office", *((EXAMPLES / f"office.{kind}").read_bytes() for kind in ("yaml", "pgm")))
     await rest.put_robot("tb2", load_robot_file(EXAMPLES / "tb1.json"))
@@ -257,29 +257,29 @@ async def until(socket: ClientConnection, op: str) -> dict[str, object]:
 
 
 @pytest.mark.journey
-async def test_the_frames_of_the_page_are_taken_by_a_cloud(address: str) -> None:
-    says_robot, says_operator, _ = (block.splitlines() for block in blocks(PROTOCOL, "json"))
+async def test_a_cloud_accepts_the_frames_of_the_page(address: str) -> None:
+    robot_frames, operator_frames, _ = (block.splitlines() for block in blocks(PROTOCOL, "json"))
     as_operator = address.replace("role=robot", "role=operator")
     async with connect(address, max_size=None) as robot, connect(as_operator, max_size=None) as operator:
-        for frame in says_robot:
+        for frame in robot_frames:
             await robot.send(frame)
-        for frame in says_operator:
+        for frame in operator_frames:
             await operator.send(frame)
-        told = [await next_frame(operator), await next_frame(operator)]  # it plans meanwhile: either may come first
-        result, answer = sorted(told, key=lambda frame: str(frame["op"]))
+        frames = [await next_frame(operator), await next_frame(operator)]  # it plans meanwhile: either may come first
+        result, answer = sorted(frames, key=lambda frame: str(frame["op"]))
         assert (result["op"], result.get("topic")) == ("publish", "/move_base/result")
         assert (answer.get("id"), answer.get("result")) == ("7", True), answer
-        # What was sent before a call is told of before its answer, so by now a complaint would be here.
+        # Errors of earlier frames are sent before the answer of a call, so by now one would have arrived.
         await robot.send('{"op": "call_service", "service": "/move_base/clear_costmaps", "id": "8"}')
         assert (await until(robot, "service_response"))["result"] is True
 
 
 @pytest.mark.journey
-async def test_a_frame_that_is_too_large_closes_the_socket_as_the_page_says(address: str) -> None:
+async def test_an_oversized_frame_closes_the_socket_as_described(address: str) -> None:
     async with connect(address, max_size=None) as socket:
         with pytest.raises(ConnectionClosed) as closed:
             await socket.send("x" * (MAX_FRAME + 1))
             await socket.recv()
     assert closed.value.rcvd is not None
     assert closed.value.rcvd.code == 1009
-    assert says("closes the socket (1009)")
+    assert states("closes the socket (1009)")

@@ -1,4 +1,4 @@
-"""What the quickstart has its reader type works as it is printed, from the login to a robot that has arrived."""
+"""Commands of the quickstart work as printed, from the login to a robot at its goal."""
 
 import json
 import re
@@ -20,12 +20,12 @@ from tests.support.documents import blocks, run_shell, script, text_of
 QUICKSTART = "docs/quickstart.md"
 
 
-def test_the_defaults_of_a_robot_file_are_those_it_names() -> None:
+def test_the_defaults_of_a_robot_file_are_those_of_the_code() -> None:
     [code] = blocks(QUICKSTART, "json")
     assert json.loads(code) == json.loads(RobotFile(map="office").encode())
 
 
-def test_the_models_are_those_there_are() -> None:
+def test_every_model_is_named() -> None:
     assert all(f"`{name}`" in text_of(QUICKSTART) or f'"{name}"' in text_of(QUICKSTART) for name in model_names())
 
 
@@ -36,7 +36,7 @@ def test_the_times_are_those_of_the_code() -> None:
     assert IDLE == 120.0 and "two minutes" in text
 
 
-def test_the_parameters_it_gives_are_taken() -> None:
+def test_the_example_parameters_are_valid() -> None:
     [given] = re.findall(r"`(\{.*\}\})`", text_of(QUICKSTART))
     parameters = json.loads(given)
     assert set(parameters) == {"move_base", "amcl"}
@@ -45,7 +45,7 @@ def test_the_parameters_it_gives_are_taken() -> None:
 
 
 @pytest.mark.journey
-def test_a_reader_gets_from_the_login_to_a_robot_that_has_arrived(cloud: RunningCloud, tmp_path: Path) -> None:
+def test_the_commands_lead_from_the_login_to_a_robot_at_its_goal(cloud: RunningCloud, tmp_path: Path) -> None:
     printed = run_shell(script(QUICKSTART), tmp_path, cloud)
     assert "tb1 is at x=2.0" in printed
     assert "SUCCEEDED after" in printed

@@ -1,4 +1,4 @@
-"""What quotas.md says in numbers and names is what the cloud has, and what it has its reader type works."""
+"""Numbers and names in quotas.md are those of the code, and its commands work."""
 
 import json
 import re
@@ -15,9 +15,9 @@ from tests.support.documents import run_shell, script, table, text_of
 PAGE = "docs/quotas.md"
 
 
-def test_the_table_has_every_quota_and_its_number() -> None:
-    told = {name.strip("`"): float(number) for name, number, _ in table(PAGE, "quota", "every user", "what counts")}
-    assert told == {name: float(getattr(Quota(), name)) for name in QUOTAS}
+def test_the_table_lists_every_quota_with_its_default() -> None:
+    listed = {name.strip("`"): float(number) for name, number, _ in table(PAGE, "quota", "every user", "what counts")}
+    assert listed == {name: float(getattr(Quota(), name)) for name in QUOTAS}
 
 
 def test_the_numbers_of_the_queue_are_those_of_the_code() -> None:
@@ -27,7 +27,7 @@ def test_the_numbers_of_the_queue_are_those_of_the_code() -> None:
 
 
 @pytest.mark.journey
-def test_what_is_typed_into_a_shell_works(cloud: RunningCloud, tmp_path: Path) -> None:
+def test_the_shell_commands_work(cloud: RunningCloud, tmp_path: Path) -> None:
     [login] = [line for line in script("README.md").splitlines() if line.startswith("export PPAAS_TOKEN")]
     (tmp_path / "password").write_text("correct horse\n")
     make = "ppaas user create ann --password-file password"

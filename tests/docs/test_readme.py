@@ -1,4 +1,4 @@
-"""What the README has its reader type works as it is printed."""
+"""Commands and code of the README work as printed."""
 
 import asyncio
 import json
@@ -28,7 +28,7 @@ EXAMPLES = ROOT / "docs" / "examples"
 
 
 class Base:
-    """The base that is the reader's: here one of a simulated world."""
+    """The base of the reader's robot: here a simulated one."""
 
     def __init__(self) -> None:
         self.world = World(read_map_file(EXAMPLES / "office.yaml"))
@@ -47,13 +47,13 @@ class Base:
             await asyncio.sleep(0.05)
 
 
-def test_the_make_targets_are_there() -> None:
+def test_the_make_targets_exist() -> None:
     targets = re.findall(r"^make (\w+)", "\n".join(blocks(README, "sh")), re.MULTILINE)
     assert targets
     assert set(targets) <= set(re.findall(r"^(\w+):.*##", text_of("Makefile"), re.MULTILINE))
 
 
-def test_the_extras_are_there() -> None:
+def test_the_extras_exist() -> None:
     project = text_of("pyproject.toml")
     named = {extra for found in re.findall(r"'\.\[([\w,]+)\]'", text_of(README)) for extra in found.split(",")}
     assert named == {"cloud", "plan", "sim"}
@@ -69,7 +69,7 @@ def test_the_codes_are_those_of_the_errors() -> None:
 
 
 @pytest.mark.journey
-def test_what_is_typed_into_a_shell_ends_with_a_plan(cloud: RunningCloud, tmp_path: Path) -> None:
+def test_the_shell_commands_end_with_a_plan(cloud: RunningCloud, tmp_path: Path) -> None:
     printed = run_shell(script(README), tmp_path, cloud)
     plan = json.loads(printed.splitlines()[-1])
     assert plan["poses"][0][:2] == pytest.approx([2.0, 2.0], abs=0.05)
@@ -78,7 +78,7 @@ def test_what_is_typed_into_a_shell_ends_with_a_plan(cloud: RunningCloud, tmp_pa
 
 
 @pytest.mark.journey
-async def test_the_smallest_robot_drives_where_its_operator_wants(
+async def test_the_smallest_robot_drives_to_the_goal_of_its_operator(
     cloud: RunningCloud, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rest = await cloud.admin()

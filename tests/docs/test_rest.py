@@ -1,4 +1,4 @@
-"""What rest.md says in numbers and names is what the service has, and what it has its reader type works."""
+"""Numbers and names in rest.md are those of the service, and its commands work."""
 
 import json
 import re
@@ -17,11 +17,11 @@ REST = "docs/rest.md"
 COMMANDS = pyproject()["project"]["entry-points"]["ppaas.commands"]
 
 
-def says(words: str) -> bool:
+def states(words: str) -> bool:
     return words in re.sub(r"\s+", " ", text_of(REST))
 
 
-def test_the_resources_are_those_of_the_service_and_their_commands_are_there() -> None:
+def test_resources_and_commands_exist() -> None:
     rows = table(REST, "resource", "operations", "commands")
     named = {path for row in rows for path in re.findall(r"/v1/[\w/]+", row[0])}
     assert {path.split("/")[2] for path in named} == {path.split("/")[2] for path in description()["paths"]} - {
@@ -32,15 +32,15 @@ def test_the_resources_are_those_of_the_service_and_their_commands_are_there() -
 
 def test_the_numbers_are_those_of_the_code() -> None:
     settings = RequestLimits()
-    assert says(f"{DEFAULT_LIMIT} by default, {MAX_LIMIT} at most")
-    assert says(
+    assert states(f"{DEFAULT_LIMIT} by default, {MAX_LIMIT} at most")
+    assert states(
         f"did not arrive within {settings.max_body_seconds:g} s, or {settings.max_upload_seconds:g} s for a map"
     )
-    assert says(f"larger than {settings.max_body // MIB} MiB, or {settings.max_upload // MIB} MiB for a map")
+    assert states(f"larger than {settings.max_body // MIB} MiB, or {settings.max_upload // MIB} MiB for a map")
 
 
-def test_every_status_is_one_that_the_service_declares() -> None:
-    told = {int(code) for status, _ in table(REST, "status", "when") for code in status.split(", ")}
+def test_every_status_is_declared_by_the_service() -> None:
+    listed = {int(code) for status, _ in table(REST, "status", "when") for code in status.split(", ")}
     declared = {405} | {
         int(status)
         for methods in description()["paths"].values()
@@ -48,16 +48,16 @@ def test_every_status_is_one_that_the_service_declares() -> None:
         for status in operation["responses"]
         if status >= "400"
     }
-    assert told | {500} == declared
+    assert listed | {500} == declared
 
 
-def test_a_page_looks_as_it_says() -> None:
+def test_the_example_of_a_page_is_valid() -> None:
     [page] = blocks(REST, "json")
     assert Page[str].model_validate_json(page).model_dump() == json.loads(page)
 
 
 @pytest.mark.journey
-def test_what_is_typed_into_a_shell_works(cloud: RunningCloud, tmp_path: Path) -> None:
+def test_the_shell_commands_work(cloud: RunningCloud, tmp_path: Path) -> None:
     robot = "ppaas map publish docs/examples/office.yaml\nppaas robot put tb1 docs/examples/tb1.json\n"
     [login] = [line for line in script("README.md").splitlines() if line.startswith("export PPAAS_TOKEN")]
     answers = run_shell(f"{login}\n{robot}{script(REST)}", tmp_path, cloud).splitlines()

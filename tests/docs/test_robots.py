@@ -1,4 +1,4 @@
-"""The robots of the documents drive where their operator wants: each script as it is printed, on simulated hardware."""
+"""The robot scripts of robots.md drive to the goal of their operator, on simulated hardware."""
 
 import ast
 import asyncio
@@ -32,18 +32,18 @@ def commands() -> list[str]:
     return [line for line in script(PAGE).splitlines() if line.startswith("python ")]
 
 
-def test_it_has_thirty_lines() -> None:
+def test_the_script_has_thirty_lines() -> None:
     module = ast.parse((EXAMPLES / "robot.py").read_text(encoding="utf-8"))
-    module.body = module.body[1:]  # all but what it says of itself
+    module.body = module.body[1:]  # without its docstring
     assert len(ast.unparse(module).splitlines()) <= 30
     assert "thirty lines" in text_of(PAGE)
 
 
-def test_each_robot_of_the_page_is_run_here() -> None:
+def test_each_robot_script_of_the_page_is_tested() -> None:
     assert [Path(shlex.split(line)[1]).name for line in commands()] == ["robot.py", "roslibpy_robot.py"]
 
 
-def test_the_functions_of_the_hardware_are_those_that_the_robots_use() -> None:
+def test_the_hardware_functions_are_those_that_the_scripts_use() -> None:
     described = {re.split(r"\W", function)[0] for function, _ in table(PAGE, "function", "what it does")}
     for name in ("robot.py", "roslibpy_robot.py"):
         assert set(re.findall(r"hardware\.(\w+)\(", (EXAMPLES / name).read_text(encoding="utf-8"))) == described
@@ -51,7 +51,7 @@ def test_the_functions_of_the_hardware_are_those_that_the_robots_use() -> None:
 
 @pytest.mark.journey
 @pytest.mark.parametrize("command", commands(), ids=["ours", "roslibpy"])
-async def test_it_drives_where_its_operator_wants(cloud: RunningCloud, tmp_path: Path, command: str) -> None:
+async def test_the_robot_drives_to_the_goal_of_its_operator(cloud: RunningCloud, tmp_path: Path, command: str) -> None:
     rest = await cloud.admin()
     assert rest.token is not None
     await rest.upload_map("office", *((EXAMPLES / f"office.{kind}").read_bytes() for kind in ("yaml", "pgm")))
@@ -77,7 +77,7 @@ async def test_it_drives_where_its_operator_wants(cloud: RunningCloud, tmp_path:
         await robot.wait()
 
 
-def test_the_parameters_of_a_depth_camera_are_those_of_the_code() -> None:
+def test_the_depth_camera_parameters_are_those_of_the_code() -> None:
     defaults = msgspec.structs.asdict(DepthScanParameters())
     listed = {}
     rows = table(PAGE, "parameter of the node", "default", "what it is")
@@ -86,6 +86,6 @@ def test_the_parameters_of_a_depth_camera_are_those_of_the_code() -> None:
     assert listed == {
         name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in defaults.items()
     }
-    said = next(block for block in blocks(PAGE, "json") if "depthimage_to_laserscan" in block)
-    robot = msgspec.json.decode(said, type=RobotFile)
+    example = next(block for block in blocks(PAGE, "json") if "depthimage_to_laserscan" in block)
+    robot = msgspec.json.decode(example, type=RobotFile)
     assert msgspec.convert(robot.parameters["depthimage_to_laserscan"], DepthScanParameters).scan_height == 10

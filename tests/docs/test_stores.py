@@ -1,4 +1,4 @@
-"""What stores.md has its reader type works, and the stores that it lists are those there are."""
+"""Commands of stores.md work, and its stores are those of the code."""
 
 import os
 import re
@@ -15,16 +15,20 @@ from tests.support.storage.full_store import fill, fill_maps
 PAGE = "docs/stores.md"
 
 
-def test_the_stores_listed_are_those_there_are() -> None:
+def test_the_stores_are_those_of_the_code() -> None:
     rows = table(PAGE, "ppaas up", "URL", "backend")
     for option, backends in (("--store", STORES), ("--map-store", MAP_STORES)):
-        found = {url.partition(":")[0]: re.search(r"\.\[(\w+)\]", told) for said, url, told in rows if said == option}
+        found = {
+            url.partition(":")[0]: re.search(r"\.\[(\w+)\]", backend)
+            for listed, url, backend in rows
+            if listed == option
+        }
         assert {name: extra and extra[1] for name, extra in found.items()} == {
             name: backend.extra for name, backend in backends.items()
         }
 
 
-def test_what_is_typed_moves_both_stores(tmp_path: Path) -> None:
+def test_the_commands_move_both_stores(tmp_path: Path) -> None:
     assert "ppaas.sqlite" in Path(server.__file__).read_text(encoding="utf-8")
     store = open_store(f"sqlite://{tmp_path / 'var' / 'ppaas.sqlite'}")
     fill(store, plans=5, robots=3)
@@ -38,6 +42,6 @@ def test_what_is_typed_moves_both_stores(tmp_path: Path) -> None:
     assert [head.id for head in open_map_store(f"file://{tmp_path / 'moved' / 'maps'}").maps()] == ["alone", "house"]
 
 
-def test_the_options_it_names_are_those_there_are() -> None:
+def test_the_options_are_those_of_the_code() -> None:
     named = set(re.findall(r"--\w[\w-]*", text_of(PAGE)))
     assert named == {"--store", "--map-store", "--json", "--overwrite"}

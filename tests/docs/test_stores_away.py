@@ -1,4 +1,4 @@
-"""What stores.md says of a Cassandra, and of a cloud whose store is away, is what the code does."""
+"""Cassandra settings and limits for an unreachable store in stores.md are those of the code."""
 
 import re
 
@@ -15,7 +15,7 @@ from tests.support.documents import text_of
 PAGE = text_of("docs/stores.md")
 
 
-def test_the_url_says_all_that_can_be_said() -> None:
+def test_the_url_shows_all_settings() -> None:
     [url] = re.findall(r"^cassandra://\S+$", PAGE, re.MULTILINE)
     address = parse_address(url)
     assert (address.user, address.password, address.hosts) == ("user", "password", ("host1", "host2"))
@@ -34,7 +34,7 @@ def test_the_numbers_are_those_of_the_code() -> None:
     assert f"not written for {GRACE / 2 / 3600:g} h writes it again" in decision
 
 
-def test_a_store_is_swept_as_it_says() -> None:
+def test_the_sweep_command_exists() -> None:
     parser = CommandParser()
     command.configure(parser)
     assert "`ppaas store sweep URL`" in PAGE
