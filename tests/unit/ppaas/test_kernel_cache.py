@@ -59,7 +59,7 @@ def ask(folder: Path, **environment: str) -> str:
 
 
 @pytest.mark.parametrize("given", [False, True])
-def test_a_kernel_is_compiled_again_where_one_that_it_calls_has_changed(folder, tmp_path, given):
+def test_kernel_is_recompiled_if_a_called_kernel_has_changed(folder, tmp_path, given):
     environment = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")} if given else {}
     assert ask(folder, **environment) == "2 0\n"
     assert ask(folder, **environment) == "2 1\n"
@@ -68,7 +68,7 @@ def test_a_kernel_is_compiled_again_where_one_that_it_calls_has_changed(folder, 
     assert (tmp_path / "cache").exists() == given
 
 
-def test_it_is_taken_from_the_cache_where_files_were_only_touched(folder):
+def test_cache_is_used_if_files_were_only_touched(folder):
     assert ask(folder) == "2 0\n"
     for file in folder.rglob("*.py"):
         os.utime(file, (1, 1))
@@ -97,19 +97,19 @@ print(module.upper(module.{name}(1, 2)), sum(module.upper.stats.cache_hits.value
 """
 
 
-def test_it_is_compiled_again_where_a_type_of_its_arguments_has_another_name(folder):
-    told = []
+def test_kernel_is_recompiled_if_an_argument_type_is_renamed(folder):
+    results = []
     for name in ("Pair", "Pair", "Couple"):
         (folder / "room" / "kernels" / "upper.py").write_text(PAIR.format(name=name))
         program = ASK_OF_A_PAIR.format(folder=str(folder), name=name)
-        told.append(subprocess.check_output([sys.executable, "-c", program], text=True))
-    assert told == ["3 0\n", "3 1\n", "3 0\n"]
+        results.append(subprocess.check_output([sys.executable, "-c", program], text=True))
+    assert results == ["3 0\n", "3 1\n", "3 0\n"]
 
 
-def test_all_packages_of_kernels_do_so():
+def test_all_kernel_packages_watch_their_files():
     packages = [found.name for found in pkgutil.walk_packages(ppaas.__path__, "ppaas.") if found.ispkg]
     kernels = [name for name in packages if name.endswith(".kernels")]
     assert len(kernels) > 5
     for name in kernels:
-        told = Path(ppaas.__path__[0], *name.split(".")[1:], "__init__.py").read_text()
-        assert "\nwatch_all_kernels()\n" in told, name
+        text = Path(ppaas.__path__[0], *name.split(".")[1:], "__init__.py").read_text()
+        assert "\nwatch_all_kernels()\n" in text, name

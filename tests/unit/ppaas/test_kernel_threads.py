@@ -5,7 +5,7 @@ from ppaas import kernel_threads
 from ppaas.planners.field.kernels import descent, propagation, setup
 
 
-def test_the_number_of_threads_is_kept_within_and_put_back_after():
+def test_number_of_threads_is_limited_and_restored():
     before = numba.get_num_threads()
     with kernel_threads.limit_threads(2) as usable:
         assert usable <= 2
@@ -13,7 +13,7 @@ def test_the_number_of_threads_is_kept_within_and_put_back_after():
     assert numba.get_num_threads() == before
 
 
-def test_the_number_of_threads_is_put_back_after_an_error():
+def test_number_of_threads_is_restored_after_an_error():
     before = numba.get_num_threads()
     with pytest.raises(KeyError), kernel_threads.limit_threads(2):
         raise KeyError
@@ -25,7 +25,7 @@ def test_more_threads_than_cores_are_not_an_error():
         assert usable <= numba.config.NUMBA_NUM_THREADS
 
 
-def test_without_a_threading_layer_kernels_run_serially(monkeypatch):
+def test_kernels_run_serially_without_a_threading_layer(monkeypatch):
     def missing():
         raise ValueError("No threading layer could be loaded.")
 
@@ -34,13 +34,13 @@ def test_without_a_threading_layer_kernels_run_serially(monkeypatch):
         assert usable == 1
 
 
-def test_a_layer_that_two_python_threads_may_not_use_is_not_used(monkeypatch):
+def test_threading_layer_that_is_not_thread_safe_is_not_used(monkeypatch):
     monkeypatch.setattr(numba, "threading_layer", lambda: "workqueue")
     with kernel_threads.limit_threads(2) as usable:
         assert usable == 1
 
 
-def test_each_kernel_can_be_warmed():
+def test_warm_compiles_each_kernel():
     for module in (setup, propagation, descent):
         module.warm()
     compiled = [propagation.propagate, propagation.seed, descent.descend]

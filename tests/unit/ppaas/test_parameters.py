@@ -23,7 +23,7 @@ class Numbers(Parameters, frozen=True, kw_only=True):
 
 
 @pytest.mark.parametrize("given", [{}, {"rate": 2}, {"count": 3}, {"offset": -1.5}, {"name": "-1", "enabled": True}])
-def test_numbers_within_their_bounds_pass(given: dict[str, Any]) -> None:
+def test_numbers_within_bounds_are_accepted(given: dict[str, Any]) -> None:
     read_parameters(Numbers, "numbers", given)
 
 

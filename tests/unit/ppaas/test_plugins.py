@@ -40,14 +40,14 @@ def test_a_process_outside_the_cloud_loads_all_installed_plugins(registry: Plugi
     assert registry.load("theirs") is AStar
 
 
-def test_a_cloud_loads_its_own_and_what_is_allowed(registry: PluginRegistry[Planner]) -> None:
+def test_cloud_loads_own_and_allowed_plugins(registry: PluginRegistry[Planner]) -> None:
     permit_only([f"{GROUP}:theirs"])
     assert registry.names() == ("ours", "theirs")
     assert permitted() == (f"{GROUP}:theirs",)
     assert registry.load("ours") is registry.load("theirs") is AStar
 
 
-def test_what_nobody_allowed_is_refused_with_how_it_is_allowed(registry: PluginRegistry[Planner]) -> None:
+def test_plugin_not_allowed_is_refused_with_the_option(registry: PluginRegistry[Planner]) -> None:
     permit_only([f"{GROUP}:theirs", "ppaas.controllers:more"])
     with pytest.raises(NotPermitted, match=r"planner 'more' is installed.*ppaas up --allow ppaas\.planners:more"):
         registry.create("more", {})
@@ -55,7 +55,7 @@ def test_what_nobody_allowed_is_refused_with_how_it_is_allowed(registry: PluginR
         registry.load("nowhere")
 
 
-def test_nobody_takes_the_place_of_one_of_ours(registry: PluginRegistry[Planner]) -> None:
+def test_own_plugin_is_not_replaced_by_another_of_its_name(registry: PluginRegistry[Planner]) -> None:
     permit_only([])
     assert registry._entries["ours"].dist.name == "ppaas"  # type: ignore[union-attr]
     assert registry.load("ours") is AStar
@@ -67,7 +67,7 @@ def test_an_invalid_name_is_refused(name: str) -> None:
         permit_only([name])
 
 
-def test_all_plugins_of_the_project_are_its_own() -> None:
+def test_all_plugins_of_the_project_are_recognized_as_own() -> None:
     entries = [entry for entry in distribution("ppaas").entry_points if entry.group == GROUP]
     assert entries
     assert all(plugins._is_own(entry) for entry in entries)

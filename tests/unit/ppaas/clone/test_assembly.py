@@ -45,7 +45,7 @@ def test_a_clone_has_the_topics_and_services_of_ros():
     }  # fmt: skip
 
 
-def test_a_container_that_plans_has_a_map_and_a_planner_and_nothing_that_moves():
+def test_planning_container_has_map_and_planner_only():
     graph = Graph()
     build_planning(graph, LAYERS)
     assert set(graph.nodes) == {"map_server", "planner_server"}
@@ -77,36 +77,36 @@ def test_a_container_that_plans_has_a_map_and_a_planner_and_nothing_that_moves()
         {"parameters": {"robot_state_publisher": {"laser_frame": "hokuyo"}}},
     ],
 )
-def test_parameters_are_taken_by_the_names_of_ros(options):
+def test_parameters_are_accepted_under_ros_names(options):
     assert "move_base" in clone(**options).nodes
 
 
-def test_the_parameters_in_use_are_told_by_the_names_of_the_robots_file_with_what_they_are_by_default():
+def test_get_param_returns_parameters_in_use_with_defaults():
     graph = clone(
         base_local_planner="dwa_local_planner/DWAPlannerROS",
         parameters={"DWAPlannerROS": {"sim_time": 1.25}, "move_base": {"controller_frequency": 5}},
     )
     answers = []
     graph.call("rosapi/get_param", GetParamRequest("/"), answers.append)
-    told = json.loads(answers[0].value)
-    assert told["dwa"]["sim_time"] == 1.25
-    assert told["dwa"]["max_vel_x"] == robot_model("turtlebot2").limits.max_vel_x
-    assert told["move_base"]["controller_frequency"] == 5.0
-    assert told["move_base"]["base_local_planner"] == "dwa_local_planner/DWAPlannerROS"
-    assert told["dijkstra"]["allow_unknown"] is True
-    assert {"amcl", "local_costmap", "robot_state_publisher", "rotate_recovery"} < set(told)
+    values = json.loads(answers[0].value)
+    assert values["dwa"]["sim_time"] == 1.25
+    assert values["dwa"]["max_vel_x"] == robot_model("turtlebot2").limits.max_vel_x
+    assert values["move_base"]["controller_frequency"] == 5.0
+    assert values["move_base"]["base_local_planner"] == "dwa_local_planner/DWAPlannerROS"
+    assert values["dijkstra"]["allow_unknown"] is True
+    assert {"amcl", "local_costmap", "robot_state_publisher", "rotate_recovery"} < set(values)
 
 
-def test_a_planner_has_its_parameters_also_for_requests_that_name_it_otherwise():
+def test_planner_parameters_apply_under_all_its_names():
     graph = clone(
         base_global_planner="navfn/NavfnROS",
         parameters={"navfn": {"use_astar": True}, "astar": {"allow_unknown": False}},
     )
     answers = []
     graph.call("rosapi/get_param", GetParamRequest("/"), answers.append)
-    told = json.loads(answers[0].value)
-    assert told["navfn"] == {"allow_unknown": True, "use_astar": True}
-    assert told["astar"]["allow_unknown"] is False
+    values = json.loads(answers[0].value)
+    assert values["navfn"] == {"allow_unknown": True, "use_astar": True}
+    assert values["astar"]["allow_unknown"] is False
     paths = graph.nodes["move_base"]._paths
     for name in ("navfn", "navfn/NavfnROS", "nav2_navfn_planner/NavfnPlanner"):
         assert paths._planner(name) is paths._planner("navfn")
@@ -137,7 +137,7 @@ def test_a_planner_has_its_parameters_also_for_requests_that_name_it_otherwise()
         ({"navfn": {"use_astar": 1}}, "'use_astar' of planner 'navfn': Expected `bool`, got `int`"),
     ],
 )
-def test_a_parameter_that_cannot_be_taken_is_refused_by_name(parameters, text):
+def test_invalid_parameter_is_refused_by_name(parameters, text):
     with pytest.raises(InvalidParameter, match=text):
         clone(parameters=parameters)
 
@@ -146,12 +146,12 @@ def test_a_parameter_that_cannot_be_taken_is_refused_by_name(parameters, text):
     ("option", "known"),
     [("model", "turtlebot2"), ("base_global_planner", "dijkstra"), ("base_local_planner", "dwa")],
 )
-def test_an_unknown_plug_in_is_told_with_those_there_are(option, known):
+def test_unknown_plug_in_error_lists_the_known_ones(option, known):
     with pytest.raises(NotFound, match=f"'nonsense'.*{known}"):
         clone(**{option: "nonsense"})
 
 
-def test_an_unknown_recovery_behaviour_is_told_with_those_there_are():
+def test_unknown_recovery_behaviour_error_lists_the_known_ones():
     behaviors = [{"name": "jump", "type": "jump_recovery/JumpRecovery"}]
     with pytest.raises(NotFound, match=r"'jump_recovery/JumpRecovery'; known: back_up, clear_costmap_recovery, rot"):
         clone(parameters={"move_base": {"recovery_behaviors": behaviors}})

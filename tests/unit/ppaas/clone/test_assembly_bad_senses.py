@@ -69,7 +69,7 @@ class Drive(ClosedLoop):
         for _ in range(round(seconds / 0.05)):
             self.step()
 
-    def stands(self) -> bool:
+    def is_stopped(self) -> bool:
         return (self.command.linear.x, self.command.angular.z) == (0.0, 0.0)
 
     def end_well(self) -> None:
@@ -105,13 +105,13 @@ def shifted(seconds: float) -> Scans:
         pytest.param(shifted(-5.0), "5.0 s before the newest odometry", id="late"),
     ],
 )
-def test_a_robot_whose_laser_tells_nonsense_stops_says_why_and_drives_on_when_it_is_well(scans: Scans, reason: str):
+def test_robot_stops_on_invalid_scans_and_continues_afterwards(scans: Scans, reason: str):
     driving = Drive()
     driving.failing.scans = scans
     driving.go_on(1.3)
     stood = driving.world.pose
     driving.go_on(6.0)
-    assert driving.stands()
+    assert driving.is_stopped()
     assert driving.world.pose == stood
     assert all(reason in refusal for refusal in driving.refused)
     assert len(driving.refused) > 50
@@ -120,28 +120,28 @@ def test_a_robot_whose_laser_tells_nonsense_stops_says_why_and_drives_on_when_it
     driving.end_well()
 
 
-def test_scans_from_the_future_are_waited_for():
+def test_robot_waits_while_scans_are_from_the_future():
     driving = Drive()
     driving.failing.scans = shifted(3.0)
     driving.go_on(2.0)
-    assert driving.stands()
+    assert driving.is_stopped()
     assert any(text.startswith("waiting: no localization for") for text in driving.texts)
     driving.end_well()
 
 
-def test_odometry_that_is_not_finite_stops_the_robot():
+def test_non_finite_odometry_stops_the_robot():
     driving = Drive()
     nowhere = Pose(Point(math.nan, 0.0), Quaternion(z=0.0, w=1.0))
     driving.failing.odometries = lambda odometry: replace(odometry, pose=replace(odometry.pose, pose=nowhere))
     driving.go_on(2.0)
-    assert driving.stands()
+    assert driving.is_stopped()
     assert "finite" in driving.refused[-1]
     assert any(text.startswith("waiting: no odometry for") for text in driving.texts)
     driving.end_well()
 
 
 @pytest.mark.parametrize("back", [5.0, 20.0])
-def test_a_clock_that_is_set_back_and_forth_again_costs_no_more_than_time(back: float):
+def test_robot_reaches_its_goal_after_its_clock_was_set_back(back: float):
     driving = Drive()
     driving.failing.scans = shifted(-back)
     driving.failing.odometries = lambda odometry: replace(
@@ -152,11 +152,11 @@ def test_a_clock_that_is_set_back_and_forth_again_costs_no_more_than_time(back: 
     driving.end_well()
 
 
-def test_a_base_that_begins_anew_elsewhere_disturbs_nothing():
+def test_restart_of_odometry_at_another_pose_is_tolerated():
     driving = Drive()
-    begun = Pose2D(3.0, 1.5, 1.0)
+    start = Pose2D(3.0, 1.5, 1.0)
     driving.failing.odometries = lambda odometry: replace(
-        odometry, pose=replace(odometry.pose, pose=Pose.of(begun @ odometry.pose.pose.planar()))
+        odometry, pose=replace(odometry.pose, pose=Pose.of(start @ odometry.pose.pose.planar()))
     )
     driving.go_on(4.0)
     assert error_of(driving.told, driving.world.pose)[0] < 0.15
@@ -166,25 +166,25 @@ def test_a_base_that_begins_anew_elsewhere_disturbs_nothing():
 @pytest.mark.parametrize(
     "commands",
     [
-        pytest.param(lambda linear, angular: (0.0, 0.0), id="stands"),
-        pytest.param(lambda linear, angular: (0.1 * linear, 0.1 * angular), id="creeps"),
-        pytest.param(lambda linear, angular: (-linear, -angular), id="wrong way"),
+        pytest.param(lambda linear, angular: (0.0, 0.0), id="no motion"),
+        pytest.param(lambda linear, angular: (0.1 * linear, 0.1 * angular), id="slow motion"),
+        pytest.param(lambda linear, angular: (-linear, -angular), id="reversed motion"),
     ],
 )
-def test_a_base_that_does_not_obey_is_not_pushed_and_is_tried_again(commands: Commands):
+def test_base_that_ignores_commands_is_stopped_and_retried(commands: Commands):
     driving = Drive()
     driving.failing.commands = commands
-    begun, sent = driving.world.pose, len(driving.commands)
+    start, sent = driving.world.pose, len(driving.commands)
     driving.go_on(10.0)
     assert any(text.startswith("waiting: the base does not follow cmd_vel: ") for text in driving.texts)
-    assert begun.distance_to(driving.world.pose) < 0.6
+    assert start.distance_to(driving.world.pose) < 0.6
     stops = [command.linear.x == 0.0 for command in driving.commands[sent:]]
     assert any(stops)
     assert not driving.results
     driving.end_well()
 
 
-def test_a_base_that_never_obeys_is_given_up_with_the_reason():
+def test_goal_is_aborted_if_the_base_never_follows_commands():
     driving = Drive()
     driving.failing.commands = lambda linear, angular: (0.0, 0.0)
     driving.run(150.0)
@@ -192,10 +192,10 @@ def test_a_base_that_never_obeys_is_given_up_with_the_reason():
     text = driving.results[-1].status.text
     assert text.startswith("Robot does not follow cmd_vel. Even after executing recovery behaviors. ")
     assert "the base does not follow cmd_vel" in text
-    assert driving.stands()
+    assert driving.is_stopped()
 
 
-def test_a_goal_that_moves_is_followed_and_reached_where_it_stops():
+def test_moving_goal_is_followed_and_reached():
     driving = Drive()
     driving.go_on(0.05)
     for step in range(12):

@@ -34,7 +34,7 @@ def loop(boxes=(), drift=1.0, pose=START, seed=1, **options) -> ClosedLoop:
     return driving
 
 
-def assert_there(driving: ClosedLoop, goal: Pose2D) -> None:
+def assert_arrived(driving: ClosedLoop, goal: Pose2D) -> None:
     assert driving.last_status() is Status.SUCCEEDED, driving.results[-1].status.text
     distance, turn = error_of(driving.world.pose, goal)
     assert distance < 0.2
@@ -43,31 +43,31 @@ def assert_there(driving: ClosedLoop, goal: Pose2D) -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_a_robot_with_drifting_odometry_reaches_its_goal_touches_nothing_and_stands(seed):
+def test_robot_with_drifting_odometry_reaches_its_goal_and_stops(seed):
     driving = loop(TWO_DOORS, drift=2.0, seed=seed)
     driving.send_goal(BEYOND)
     driving.run(60.0)
-    assert_there(driving, BEYOND)
+    assert_arrived(driving, BEYOND)
     assert driving.worst < 0.15
     stopped = driving.commands[-1]
     assert (stopped.linear.x, stopped.angular.z) == (0.0, 0.0)
     sent = len(driving.commands)
     driving.run(2.0)
-    assert len(driving.commands) == sent, "without a goal no velocity is sent"
+    assert len(driving.commands) == sent, "no velocity is published without a goal"
 
 
-def test_a_door_that_is_shut_after_the_start_makes_it_take_the_other():
+def test_robot_takes_the_other_door_if_one_is_closed():
     driving = loop(TWO_DOORS)
     driving.send_goal(BEYOND)
     driving.run(1.0)
     assert driving.plans[0].length < 7.0
     fill_truth(driving, (3.9, 1.0, 4.1, 2.2))
     driving.run(120.0)
-    assert_there(driving, BEYOND)
+    assert_arrived(driving, BEYOND)
     assert max(plan.length for plan in driving.plans) > 9.0
 
 
-def test_a_robot_that_is_shut_in_recovers_in_vain_and_says_so():
+def test_enclosed_robot_aborts_after_all_recoveries():
     driving = loop(ONE_DOOR, parameters={"move_base": {"planner_patience": 1.0}})
     driving.send_goal(BEYOND)
     driving.run(1.0)
@@ -82,7 +82,7 @@ def test_a_robot_that_is_shut_in_recovers_in_vain_and_says_so():
     assert driving.clearance > RADIUS
 
 
-def test_a_door_that_opens_again_is_driven_through():
+def test_robot_drives_through_a_reopened_door():
     driving = loop(ONE_DOOR)
     driving.send_goal(BEYOND)
     driving.run(1.0)
@@ -91,7 +91,7 @@ def test_a_door_that_opens_again_is_driven_through():
     assert not driving.results
     fill_truth(driving, (3.9, 1.0, 4.1, 2.2), occupied=False)
     driving.run(90.0)
-    assert_there(driving, BEYOND)
+    assert_arrived(driving, BEYOND)
 
 
 def fill_truth(driving: ClosedLoop, box, *, occupied: bool = True) -> None:
@@ -108,7 +108,7 @@ def fill_truth(driving: ClosedLoop, box, *, occupied: bool = True) -> None:
         (Pose2D(4.0, 4.0, 0.0), "blocked"),
     ],
 )
-def test_a_goal_that_can_never_be_reached_is_aborted_at_once_with_the_planners_reason(goal, reason):
+def test_invalid_goal_is_aborted_at_once_with_the_planners_reason(goal, reason):
     driving = loop(TWO_DOORS)
     driving.send_goal(goal)
     driving.run(1.0)
@@ -133,7 +133,7 @@ def test_a_new_goal_preempts_the_old_and_is_reached():
     driving.run(60.0)
     assert driving.results[0].status.status == Status.PREEMPTED
     driving.run(60.0)
-    assert_there(driving, other)
+    assert_arrived(driving, other)
 
 
 def test_a_cancelled_goal_stops_the_robot():
@@ -156,7 +156,7 @@ def test_a_cancelled_goal_stops_the_robot():
         ("mars", Pose(Point(1.0, 1.0), Quaternion(z=0.0, w=1.0)), TransformError),
     ],
 )
-def test_a_goal_that_cannot_be_taken_is_refused_to_its_sender_and_disturbs_nothing(frame, pose, error):
+def test_malformed_goal_is_refused_and_the_active_goal_continues(frame, pose, error):
     driving = loop()
     goal = Pose2D(3.0, 3.0, 0.0)
     driving.send_goal(goal)
@@ -172,10 +172,10 @@ def test_a_goal_may_be_given_in_the_frame_of_the_robot():
     ahead = PoseStamped(Header(frame_id="base_link"), Pose.of(Pose2D(1.0, 0.0, 0.0)))
     driving.graph.inject("move_base_simple/goal", ahead)
     driving.run(30.0)
-    assert_there(driving, Pose2D(1.0, 2.0, math.pi / 2))
+    assert_arrived(driving, Pose2D(1.0, 2.0, math.pi / 2))
 
 
-def test_when_the_sensors_fall_silent_it_stops_says_why_and_drives_on_when_they_are_back():
+def test_robot_stops_without_sensor_data_and_continues_afterwards():
     driving = loop()
     goal = Pose2D(6.0, 6.0, 0.0)
     driving.send_goal(goal)
@@ -189,10 +189,10 @@ def test_when_the_sensors_fall_silent_it_stops_says_why_and_drives_on_when_they_
     assert not driving.results, "a silent robot keeps its goal"
     driving.sensing = True
     driving.run(60.0)
-    assert_there(driving, goal)
+    assert_arrived(driving, goal)
 
 
-def test_other_robots_are_kept_clear_of():
+def test_robot_keeps_clear_of_other_robots():
     driving = loop()
     goal, other = Pose2D(6.0, 1.0, 0.0), Pose2D(3.5, 1.1, 0.0)
     driving.send_goal(goal)
@@ -203,12 +203,12 @@ def test_other_robots_are_kept_clear_of():
         nearest = min(nearest, driving.world.pose.distance_to(other))
         if driving.results:
             break
-    assert_there(driving, goal)
+    assert_arrived(driving, goal)
     assert nearest > 2 * RADIUS
 
 
 @pytest.mark.parametrize("planner", ["dwa", "mppi"])
-def test_a_robot_that_crosses_is_let_pass(planner):
+def test_robot_lets_a_crossing_robot_pass(planner):
     driving = loop(base_local_planner=planner)
     driving.send_goal(Pose2D(6.0, 1.0, 0.0))
     other, nearest, twist = Pose2D(3.4, 3.9, -math.pi / 2), math.inf, Twist(linear=Vector3(x=0.5))
@@ -221,12 +221,12 @@ def test_a_robot_that_crosses_is_let_pass(planner):
         nearest = min(nearest, driving.world.pose.distance_to(other))
         if driving.results:
             break
-    assert_there(driving, Pose2D(6.0, 1.0, 0.0))
+    assert_arrived(driving, Pose2D(6.0, 1.0, 0.0))
     assert nearest > 2 * RADIUS
 
 
 @pytest.mark.parametrize("planner", ["dwa", "mppi", "pure_pursuit"])
-def test_people_are_given_more_room_than_things(planner):
+def test_robot_keeps_more_distance_to_people(planner):
     nearest, somebody = {}, Pose2D(3.5, 1.45)
     for enabled in (True, False):
         driving = loop(base_local_planner=planner, parameters={"social_layer": {"enabled": enabled}})
@@ -240,11 +240,11 @@ def test_people_are_given_more_room_than_things(planner):
             nearest[enabled] = min(nearest[enabled], driving.world.pose.distance_to(somebody))
             if driving.results:
                 break
-        assert_there(driving, Pose2D(6.0, 1.0, 0.0))
+        assert_arrived(driving, Pose2D(6.0, 1.0, 0.0))
     assert nearest[True] > nearest[False] + 0.1
 
 
-def test_a_clone_goes_on_in_another_home_from_its_checkpoint():
+def test_clone_continues_in_another_executor_from_its_checkpoint():
     first = loop(TWO_DOORS)
     first.send_goal(BEYOND)
     first.run(5.0)
@@ -256,7 +256,7 @@ def test_a_clone_goes_on_in_another_home_from_its_checkpoint():
     second = ClosedLoop(first.world, start=first.clock() + 0.5, initial_pose=(0.0, 0.0, 0.0))
     second.graph.restore(checkpoints)
     second.run(60.0)
-    assert_there(second, BEYOND)
+    assert_arrived(second, BEYOND)
     assert second.results[0].status.goal_id.id.startswith("move_base-1-")
     assert second.worst < 0.2
 
@@ -288,7 +288,7 @@ class ThreadHome:
             done(result)
 
 
-def test_the_same_nodes_drive_in_a_home_whose_jobs_run_in_threads():
+def test_nodes_drive_with_jobs_in_threads():
     with ThreadPoolExecutor(2) as pool:
         home = ThreadHome(pool)
         driving = loop(TWO_DOORS, worker=home)
@@ -300,5 +300,5 @@ def test_the_same_nodes_drive_in_a_home_whose_jobs_run_in_threads():
             home.attend()
             if driving.results:
                 break
-        assert_there(driving, BEYOND)
+        assert_arrived(driving, BEYOND)
         assert len(driving.plans) > 3

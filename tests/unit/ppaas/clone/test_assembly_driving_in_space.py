@@ -51,7 +51,7 @@ def driven(board: Box, height: float, **options) -> tuple[ClosedLoop, float]:
 
 
 @pytest.mark.parametrize("planner", ["dwa", "mppi"])
-def test_with_a_mast_it_drives_around_a_table_and_without_one_under_it(planner):
+def test_robot_drives_around_a_table_only_if_it_has_a_mast(planner):
     around, nearest = driven(TABLE, MAST, base_local_planner=planner)
     assert around.last_status() is Status.SUCCEEDED, around.results[-1].status.text
     assert nearest > 0.18
@@ -61,7 +61,7 @@ def test_with_a_mast_it_drives_around_a_table_and_without_one_under_it(planner):
     assert max(plan.length for plan in around.plans) > max(plan.length for plan in under.plans) + 0.2
 
 
-def test_where_a_mast_leaves_no_way_the_goal_is_given_up_at_once():
+def test_goal_is_aborted_at_once_if_the_mast_fits_nowhere():
     refused, nearest = driven(SHELF, MAST)
     assert refused.last_status() is Status.ABORTED
     assert "no free path" in refused.results[-1].status.text

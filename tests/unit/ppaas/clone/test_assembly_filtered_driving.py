@@ -38,10 +38,10 @@ def driven(goal: Pose2D = BEYOND, start: Pose2D = START, limit: float = 0.0, **o
         driving.step()
     driving.graph.inject("speed_limit", nav2_msgs.SpeedLimit(limit))
     driving.send_goal(goal)
-    driving.way = []
-    while not driving.results and len(driving.way) < 1600:
+    driving.track = []
+    while not driving.results and len(driving.track) < 1600:
         driving.step()
-        driving.way.append((driving.world.pose, driving.command.linear.x))
+        driving.track.append((driving.world.pose, driving.command.linear.x))
     return driving
 
 
@@ -53,21 +53,21 @@ def distance_to(box: Box, pose: Pose2D) -> float:
 
 
 @pytest.mark.parametrize("planner", ["dwa", "mppi"])
-def test_a_robot_keeps_out_of_where_its_mask_says_though_it_sees_nothing_there(planner):
+def test_robot_stays_out_of_keepout_zones(planner):
     driving = driven(base_local_planner=planner, masks={"keepout": mask(NEAR_DOOR)}, parameters=KEEPOUT)
     assert driving.last_status() is Status.SUCCEEDED, driving.results[-1].status.text
-    assert min(distance_to(NEAR_DOOR, pose) for pose, _ in driving.way) > RADIUS
+    assert min(distance_to(NEAR_DOOR, pose) for pose, _ in driving.track) > RADIUS
     assert driving.clearance > RADIUS
 
 
-def test_where_no_way_is_left_the_goal_is_given_up_at_once():
+def test_goal_is_aborted_at_once_if_keepout_zones_block_all_paths():
     driving = driven(masks={"keepout": mask(NEAR_DOOR, FAR_DOOR)}, parameters=KEEPOUT)
     assert driving.last_status() is Status.ABORTED
-    assert len(driving.way) < 20
+    assert len(driving.track) < 20
     assert "no free path" in driving.results[-1].status.text
 
 
-def test_a_goal_to_keep_out_of_is_refused_and_one_beside_it_is_reached():
+def test_goal_in_a_keepout_zone_is_refused_and_one_beside_is_reached():
     refused = driven(Pose2D(3.0, 1.6), masks={"keepout": mask((2.5, 1.0, 3.5, 2.2))}, parameters=KEEPOUT)
     assert refused.last_status() is Status.ABORTED
     beside = driven(Pose2D(3.0, 2.6), masks={"keepout": mask((2.5, 1.0, 3.5, 2.2))}, parameters=KEEPOUT)
@@ -75,35 +75,35 @@ def test_a_goal_to_keep_out_of_is_refused_and_one_beside_it_is_reached():
 
 
 @pytest.mark.parametrize("planner", ["dwa", "mppi", "pure_pursuit"])
-def test_a_robot_is_as_slow_as_the_mask_says_where_it_says_so(planner):
+def test_robot_obeys_the_speed_mask(planner):
     parameters = {"speed_filter": {"filter_mask": "slow", "type": 2, "base": 0.25, "multiplier": -0.001}}
     driving = driven(base_local_planner=planner, masks={"speed": mask(SLOW)}, parameters=parameters)
     assert driving.last_status() is Status.SUCCEEDED, driving.results[-1].status.text
-    # Its pose is known to a few centimetres, and it brakes no faster than its limit.
-    inside = [speed for pose, speed in driving.way if SLOW[0] + 0.4 < pose.x < SLOW[2] - 0.2]
-    outside = [speed for pose, speed in driving.way if not SLOW[0] < pose.x < SLOW[2]]
+    # The pose estimate is good to a few centimetres, and the robot brakes no faster than its limit.
+    inside = [speed for pose, speed in driving.track if SLOW[0] + 0.4 < pose.x < SLOW[2] - 0.2]
+    outside = [speed for pose, speed in driving.track if not SLOW[0] < pose.x < SLOW[2]]
     assert max(inside) == pytest.approx(0.15, abs=0.005)
     assert max(outside) > 0.35
 
 
-def test_of_a_mask_and_an_operator_the_slower_is_obeyed():
+def test_lower_limit_of_speed_mask_and_operator_applies():
     parameters = {"speed_filter": {"filter_mask": "slow", "base": 100.0, "multiplier": -0.7}}
     driving = driven(Pose2D(3.0, 1.6), limit=0.3, masks={"speed": mask(SLOW)}, parameters=parameters)
-    inside = [speed for pose, speed in driving.way if pose.x > SLOW[0] + 0.3]
-    outside = [speed for pose, speed in driving.way if pose.x < SLOW[0]]
+    inside = [speed for pose, speed in driving.track if pose.x > SLOW[0] + 0.3]
+    outside = [speed for pose, speed in driving.track if pose.x < SLOW[0]]
     assert max(inside) == pytest.approx(0.3 * 0.65, abs=0.005)
     assert max(outside) == pytest.approx(0.3, abs=0.005)
 
 
 @pytest.mark.parametrize("name", ["keepout_filter", "speed_filter"])
-def test_a_mask_that_is_wanted_and_not_there_is_an_error_and_one_that_is_off_is_none(name):
+def test_missing_mask_is_an_error_unless_its_filter_is_disabled(name):
     with pytest.raises(Unavailable, match="'kept' was not loaded"):
         driven(parameters={name: {"filter_mask": "kept"}})
     off = driven(Pose2D(1.0, 1.4), parameters={name: {"filter_mask": "kept", "enabled": False}})
     assert off.last_status() is Status.SUCCEEDED
 
 
-def test_a_speed_mask_that_makes_no_limits_is_an_error_that_names_it():
+def test_speed_mask_with_invalid_limits_is_an_error():
     with pytest.raises(InvalidParameter, match="cells with value 100 in mask 'slow' give a limit of 0 %"):
         driven(
             masks={"speed": mask(SLOW)},
@@ -111,8 +111,8 @@ def test_a_speed_mask_that_makes_no_limits_is_an_error_that_names_it():
         )
 
 
-def test_a_robot_that_stands_where_it_is_to_keep_out_is_told_so_and_drives_nowhere():
+def test_robot_that_starts_in_a_keepout_zone_does_not_move():
     driving = driven(masks={"keepout": mask((0.5, 0.5, 1.5, 1.5))}, parameters=KEEPOUT)
     assert driving.last_status() is Status.ABORTED
     assert "is in an obstacle" in driving.results[-1].status.text
-    assert max(pose.distance_to(START) for pose, _ in driving.way) < 0.05
+    assert max(pose.distance_to(START) for pose, _ in driving.track) < 0.05

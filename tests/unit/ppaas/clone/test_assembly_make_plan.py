@@ -54,7 +54,7 @@ def length(answer) -> float:
     return float(np.hypot(*np.diff(points, axis=0).T).sum())
 
 
-def test_a_robot_that_stands_stays_where_it_is_and_publishes_no_plan():
+def test_make_plan_neither_moves_the_robot_nor_publishes():
     driving = loop()
     start, goal = ends(ask(driving, stamped(ELSEWHERE), stamped(GOAL)))
     assert start.distance_to(ELSEWHERE) < 0.05
@@ -63,27 +63,29 @@ def test_a_robot_that_stands_stays_where_it_is_and_publishes_no_plan():
     assert (driving.commands, driving.plans, driving.texts) == ([], [], set())
 
 
-def test_a_robot_that_drives_is_not_disturbed():
+def test_make_plan_does_not_disturb_a_driving_robot():
     """Of two equal robots, one plans for a service all the time, and drives exactly as the other does."""
-    asked, left_alone = loop(), loop()
-    for driving in (asked, left_alone):
+    queried, undisturbed = loop(), loop()
+    for driving in (queried, undisturbed):
         driving.send_goal(GOAL)
     answers = 0
-    while not left_alone.results:
-        left_alone.step()
-        plans = len(asked.plans)
-        if not asked.results:
-            ends(ask(asked, stamped(GOAL), stamped(ELSEWHERE)))
+    while not undisturbed.results:
+        undisturbed.step()
+        plans = len(queried.plans)
+        if not queried.results:
+            ends(ask(queried, stamped(GOAL), stamped(ELSEWHERE)))
             answers += 1
-        assert len(asked.plans) == plans, "a plan on request is nobody's to follow"
-        asked.step()
+        assert len(queried.plans) == plans, "a plan on request is not published"
+        queried.step()
     assert answers > 50
-    assert asked.last_status() is Status.SUCCEEDED
-    assert [plan.poses[-1].tolist() for plan in asked.plans] == [plan.poses[-1].tolist() for plan in left_alone.plans]
-    assert asked.world.pose.distance_to(left_alone.world.pose) < 0.05
+    assert queried.last_status() is Status.SUCCEEDED
+    assert [plan.poses[-1].tolist() for plan in queried.plans] == [
+        plan.poses[-1].tolist() for plan in undisturbed.plans
+    ]
+    assert queried.world.pose.distance_to(undisturbed.world.pose) < 0.05
 
 
-def test_a_start_without_a_frame_is_where_the_robot_is_also_while_it_drives():
+def test_start_without_a_frame_is_the_robots_pose():
     driving = loop()
     assert ends(ask(driving, NOWHERE, stamped(GOAL)))[0].distance_to(START) < 0.15
     driving.send_goal(GOAL)
@@ -94,7 +96,7 @@ def test_a_start_without_a_frame_is_where_the_robot_is_also_while_it_drives():
     assert goal == pytest.approx(ELSEWHERE)
 
 
-def test_a_goal_that_is_not_free_is_planned_to_within_the_tolerance_and_refused_without():
+def test_occupied_goal_is_planned_to_within_the_tolerance_only():
     driving = loop([(4.0, 2.5, 5.0, 3.5)])
     assert isinstance(ask(driving, stamped(START), stamped(GOAL)), GoalOccupied)
     _, end = ends(ask(driving, stamped(START), stamped(GOAL), tolerance=1.2))
@@ -105,7 +107,7 @@ WALL_WITH_DOORS = [(2.9, 0.0, 3.1, 0.6), (2.9, 1.6, 3.1, 2.4), (2.9, 3.4, 3.1, 4
 
 
 @pytest.mark.parametrize("drives", [False, True])
-def test_what_the_robot_sees_is_planned_around(drives):
+def test_plans_avoid_obstacles_that_the_robot_sees(drives):
     driving = loop(WALL_WITH_DOORS)
     beyond = Pose2D(4.5, 1.1, 0.0)
     straight = length(ask(driving, NOWHERE, stamped(beyond)))
@@ -119,7 +121,7 @@ def test_what_the_robot_sees_is_planned_around(drives):
     assert compute(driving, START, beyond).length > straight + 1.0
 
 
-def test_the_planner_has_the_parameters_that_it_drives_by():
+def test_make_plan_uses_the_planners_parameters():
     grid = walled_map(6, 4, [])
     grid.data[:, 60:80] = UNKNOWN
     for allowed, expected in ((True, GetPlanResponse), (False, NoValidPath)):
@@ -127,7 +129,7 @@ def test_the_planner_has_the_parameters_that_it_drives_by():
         assert isinstance(ask(driving, stamped(START), stamped(GOAL)), expected)
 
 
-def test_a_plan_is_made_before_localization_and_odometry_have_met():
+def test_plan_between_map_poses_needs_no_transform():
     """Localization is stamped later than its scan, so at the first one there is no time at which both are known."""
     driving = ClosedLoop(World(walled_map(6, 4, []), START))
     driving.step()
@@ -136,7 +138,7 @@ def test_a_plan_is_made_before_localization_and_odometry_have_met():
     assert isinstance(ask(driving, NOWHERE, stamped(GOAL)), TransformError)
 
 
-def test_a_robot_that_is_lost_plans_from_where_it_is_told_to_but_not_from_where_it_is():
+def test_unlocalized_robot_plans_from_a_given_start_only():
     driving = ClosedLoop(World(walled_map(6, 4, []), START))
     ends(ask(driving, stamped(START), stamped(GOAL)))
     refused = ask(driving, NOWHERE, stamped(GOAL))
@@ -155,7 +157,7 @@ def test_a_robot_that_is_lost_plans_from_where_it_is_told_to_but_not_from_where_
         (stamped(START), stamped(GOAL), math.nan, InvalidInput),
     ],
 )
-def test_what_cannot_be_planned_for_is_refused_and_a_goal_under_way_goes_on(start, goal, tolerance, error):
+def test_invalid_request_is_refused_and_the_active_goal_continues(start, goal, tolerance, error):
     driving = loop()
     driving.send_goal(Pose2D(1.8, 1.0, 0.0))
     driving.run(0.5)
@@ -164,7 +166,7 @@ def test_what_cannot_be_planned_for_is_refused_and_a_goal_under_way_goes_on(star
     assert driving.last_status() is Status.SUCCEEDED
 
 
-def test_a_path_is_told_with_the_time_it_took_where_a_program_asks():
+def test_compute_path_returns_the_path_and_its_computation_time():
     answer = compute(loop(), ELSEWHERE, GOAL)
     rows = np.array(json.loads(answer.poses))
     assert rows[0, :2] == pytest.approx(ELSEWHERE[:2])

@@ -36,7 +36,7 @@ class Corridor:
 
     def __init__(self, *, leaves_after: str = "", boxes=(), pose: Pose2D = START) -> None:
         self.driving = ClosedLoop(World(walled_map(6.4, 1.6, list(boxes)), pose, beams=360), parameters=PARAMETERS)
-        self.said: list[str] = []
+        self.texts: list[str] = []
         self.tried: list[str] = []
         self.backwards: set[str] = set()
         self._leaves_after = leaves_after
@@ -47,10 +47,10 @@ class Corridor:
 
     def _on_status(self, _: str, message: GoalStatusArray) -> None:
         text = message.status_list[-1].text if message.status_list else ""
-        if self.said[-1:] == [text]:
+        if self.texts[-1:] == [text]:
             return
-        before = self.said[-1] if self.said else ""
-        self.said.append(text)
+        before = self.texts[-1] if self.texts else ""
+        self.texts.append(text)
         if text.startswith("recovering by "):
             self.tried.append(text.split()[2].rstrip(":"))
         elif before.startswith("recovering by ") and self.tried[-1] == self._leaves_after:
@@ -72,7 +72,7 @@ class Corridor:
 
 
 @pytest.mark.parametrize("last", IN_ORDER)
-def test_when_the_way_is_free_after_a_behaviour_the_robot_goes_on_and_arrives(last):
+def test_robot_arrives_if_a_recovery_clears_the_corridor(last):
     corridor = Corridor(leaves_after=last)
     corridor.block_and_drive()
     assert corridor.tried == IN_ORDER[: IN_ORDER.index(last) + 1]
@@ -82,7 +82,7 @@ def test_when_the_way_is_free_after_a_behaviour_the_robot_goes_on_and_arrives(la
     assert corridor.backwards == ({"back_up"} if "back_up" in corridor.tried else set())
 
 
-def test_when_the_way_stays_blocked_each_behaviour_is_tried_once_and_the_goal_aborted_in_the_words_of_ros():
+def test_goal_is_aborted_after_trying_each_recovery_once():
     corridor = Corridor()
     corridor.block_and_drive()
     assert corridor.tried == IN_ORDER
@@ -93,15 +93,15 @@ def test_when_the_way_stays_blocked_each_behaviour_is_tried_once_and_the_goal_ab
     assert corridor.driving.clearance > RADIUS
 
 
-def test_a_robot_with_a_wall_behind_it_does_not_back_up_says_so_and_tries_the_next():
+def test_robot_does_not_back_up_into_a_wall():
     corridor = Corridor(boxes=CLOSET)
     corridor.block_and_drive()
     assert corridor.tried == IN_ORDER
-    assert "back_up failed: the space behind is not free after 0.00 m of 0.3 m" in corridor.said
+    assert "back_up failed: the space behind is not free after 0.00 m of 0.3 m" in corridor.texts
     assert not corridor.backwards
 
 
-def test_a_goal_that_is_cancelled_in_the_middle_of_a_behaviour_stops_the_robot():
+def test_goal_cancelled_during_a_recovery_stops_the_robot():
     corridor = Corridor()
     corridor.put_crate(there=True)
     corridor.driving.send_goal(GOAL)

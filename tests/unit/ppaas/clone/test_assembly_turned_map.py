@@ -23,7 +23,7 @@ from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, error_of, walled_map
 
 TURN = Pose2D(-3.0, 7.0, 2.1)
-"""Where the frame of the map as it was lies in the frame of the map turned."""
+"""Pose of the frame of the straight map in the frame of the turned map."""
 
 STRAIGHT = walled_map(8, 6, [(3.9, 0.0, 4.1, 1.0), (3.9, 2.2, 4.1, 6.0), (1.0, 4.0, 2.0, 4.5)])
 START, GOAL = Pose2D(1.02, 1.03, 1.2), Pose2D(6.52, 1.63, 0.0)
@@ -43,19 +43,19 @@ def maps() -> tuple[GridMap, GridMap]:
     return STRAIGHT, turned(STRAIGHT)
 
 
-def test_the_map_server_says_how_it_lies(maps):
+def test_map_server_publishes_the_turned_origin(maps):
     graph = Graph()
-    heard = []
+    messages = []
     graph.add(lambda context: MapServerNode(context, build_layers(maps[1])))
-    graph.tap("map", lambda _, payload: heard.append(payload))
-    origin = decode(OccupancyGrid, encode(heard[0].to_message())).info.origin
+    graph.tap("map", lambda _, payload: messages.append(payload))
+    origin = decode(OccupancyGrid, encode(messages[0].to_message())).info.origin
     q = origin.orientation
     assert (origin.position.x, origin.position.y) == (TURN.x, TURN.y)
     assert yaw_of(q.x, q.y, q.z, q.w) == pytest.approx(TURN.theta)
 
 
 @pytest.mark.parametrize("name", planners.planner_names())
-def test_paths_are_the_same_ones_turned(maps, name):
+def test_paths_turn_with_the_map(maps, name):
     results = []
     for grid, frame in zip(maps, (Pose2D(0.0, 0.0), TURN), strict=True):
         costmap = build_layers(grid, robot_radius=0.18).costmap
@@ -70,7 +70,7 @@ def test_paths_are_the_same_ones_turned(maps, name):
         assert wrap_angle(yaw_of(*after[3:]) - expected.theta) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_laser_measures_the_same(maps):
+def test_laser_ranges_do_not_depend_on_the_turn(maps):
     angles = np.linspace(-math.pi, math.pi, 200)
     straight, other = (
         cast_rays(grid.data >= 65, grid.info, frame @ START, angles, 10.0)
@@ -79,7 +79,7 @@ def test_a_laser_measures_the_same(maps):
     np.testing.assert_allclose(straight, other, atol=1e-6)
 
 
-def test_localization_finds_the_same_pose_turned(maps):
+def test_localization_turns_with_the_map(maps):
     """The same particles, rotated, with the same odometry, beams and random numbers."""
     angles = np.linspace(-2.0, 2.0, 60)
     ranges = cast_rays(maps[0].data >= 65, maps[0].info, START, angles, 10.0)
@@ -95,7 +95,7 @@ def test_localization_finds_the_same_pose_turned(maps):
     assert error_of(before, START)[0] < 0.2
 
 
-def test_a_robot_drives_in_it_and_knows_where_it_is(maps):
+def test_robot_drives_and_localizes_on_the_turned_map(maps):
     driving = ClosedLoop(World(maps[1], TURN @ START, drift=2.0))
     for _ in range(6):
         driving.step()

@@ -23,7 +23,7 @@ BEYOND = Pose2D(4.5, 1.6, 0.0)
 
 
 @pytest.mark.parametrize("name", controller_names())
-def test_each_drives_a_robot_around_a_wall_to_its_goal_and_touches_nothing(name):
+def test_local_planner_drives_a_robot_around_a_wall(name):
     world = World(walled_map(6, 5, [(2.9, 0.0, 3.1, 2.6)]), START, drift=1.0, seed=1)
     driving = ClosedLoop(world, base_local_planner=name)
     for _ in range(6):
@@ -37,7 +37,7 @@ def test_each_drives_a_robot_around_a_wall_to_its_goal_and_touches_nothing(name)
 
 
 @pytest.mark.parametrize("name", controller_names())
-def test_each_keeps_to_a_speed_limit_from_when_it_is_told_until_it_is_lifted(name):
+def test_local_planner_obeys_speed_limits_until_they_are_lifted(name):
     driving = ClosedLoop(World(walled_map(9, 3, []), Pose2D(1.0, 1.5)), base_local_planner=name)
     for _ in range(6):
         driving.step()
@@ -55,13 +55,13 @@ def test_each_keeps_to_a_speed_limit_from_when_it_is_told_until_it_is_lifted(nam
 
 
 @pytest.mark.parametrize("name", controller_names())
-def test_each_has_the_limits_of_the_body_unless_it_is_given_others(name):
+def test_local_planner_takes_limits_from_the_body_by_default(name):
     assert controller_of(TURTLEBOT, name, {}).parameters.max_vel_x == 0.65
     assert controller_of(TURTLEBOT, name, {"max_vel_x": 0.3}).parameters.max_vel_x == 0.3
     assert controller_of(LONG, name, {}).parameters.robot_radius == 0.37
 
 
-def test_one_that_minds_a_footprint_has_that_of_the_body():
+def test_mppi_takes_the_footprint_of_the_body_by_default():
     controller = controller_of(LONG, "nav2_mppi_controller::MPPIController", {})
     assert isinstance(controller, PathIntegral)
     assert controller.parameters.footprint == BOX
@@ -69,7 +69,7 @@ def test_one_that_minds_a_footprint_has_that_of_the_body():
     assert controller_of(TURTLEBOT, "mppi", {}).parameters.footprint == ()
 
 
-def test_what_there_is_not_is_refused():
+def test_unknown_planners_and_parameters_are_refused():
     with pytest.raises(NotFound):
         controller_of(TURTLEBOT, "hands", {})
     with pytest.raises(InvalidParameter, match="horn"):

@@ -29,31 +29,31 @@ def in_use(**options) -> dict:
     return json.loads(answers[0].value)
 
 
-def test_without_a_urdf_a_robot_is_its_model():
+def test_robot_without_a_urdf_has_the_body_of_its_model():
     assert robot_body("turtlebot3_waffle") == robot_model("turtlebot3_waffle")
     with pytest.raises(NotFound, match="turtlebot2"):
         robot_body("roomba", LONG)
 
 
-def test_a_urdf_goes_before_the_model_in_what_it_tells():
+def test_urdf_takes_precedence_over_the_model():
     body = robot_body("turtlebot2", LONG)
     assert body.robot_radius == pytest.approx(math.hypot(0.5, 0.15), abs=1.1e-3)
     assert (body.footprint, body.height) == (LONG.footprint, 0.5)
     assert (body.limits, body.laser, body.laser_frame) == (robot_model("turtlebot2").limits, (0, 0, 0), "base_scan")
 
 
-def test_wheels_tell_the_speed_and_the_turn_up_to_that_of_the_model():
+def test_wheels_of_the_urdf_set_speed_limits_up_to_the_models():
     limits = robot_body("turtlebot2", WAFFLE).limits
     assert (limits.max_vel_x, limits.max_vel_theta) == (pytest.approx(0.26, abs=1e-3), 1.8)
     assert robot_body("turtlebot3_burger", WAFFLE).limits.max_vel_theta == pytest.approx(1.806, abs=1e-3)
     assert limits.acc_lim_x == robot_model("turtlebot2").limits.acc_lim_x
 
 
-def test_scans_are_taken_from_where_the_urdf_has_the_laser():
+def test_laser_pose_is_taken_from_the_urdf():
     assert robot_body("turtlebot2", WAFFLE).laser == pytest.approx((-0.064, 0.0, 0.0))
 
 
-def test_what_the_parameters_say_goes_before_the_urdf():
+def test_parameters_take_precedence_over_the_urdf():
     square = [[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]]
     body = robot_body("turtlebot2", LONG, {"global_costmap": {"footprint": square}})
     assert (body.robot_radius, body.footprint) == (0.283, tuple(map(tuple, square)))
@@ -63,19 +63,19 @@ def test_what_the_parameters_say_goes_before_the_urdf():
 
 
 @pytest.mark.parametrize(
-    "said",
+    "parameters",
     [
         {"robot_radius": -0.1}, {"robot_radius": 100.0}, {"robot_radius": "wide"}, {"robot_radius": math.nan},
         {"footprint": [[0, 0], [1, 0]]}, {"footprint": [[0, 0], [1, 0], [math.inf, 1]]},
         {"footprint": [[0, 0, 0]] * 3}, {"footprint": [[0, 1], [1, 0], [1e9, 1]]}, {"radius": 1.0}, [],
     ],
 )  # fmt: skip
-def test_a_radius_or_footprint_that_is_none_is_refused(said):
+def test_invalid_radius_or_footprint_is_refused(parameters):
     with pytest.raises(InvalidParameter):
-        robot_body("turtlebot2", LONG, {"global_costmap": said})
+        robot_body("turtlebot2", LONG, {"global_costmap": parameters})
 
 
-def test_planners_that_mind_a_footprint_have_that_of_the_body_and_others_have_none():
+def test_lattice_planner_takes_the_footprint_of_the_body():
     body = robot_body("turtlebot2", LONG)
     assert planner_of(body, "lattice", {}).parameters.footprint == LONG.footprint
     own = [[0, 0], [1, 0], [0, 1]]
@@ -84,18 +84,18 @@ def test_planners_that_mind_a_footprint_have_that_of_the_body_and_others_have_no
     assert planner_of(body, "dijkstra", {}).name == "dijkstra"
 
 
-def test_a_clone_drives_as_its_urdf_says_unless_its_parameters_do():
-    told = in_use(urdf=WAFFLE)
-    assert told["dwa"]["max_vel_x"] == pytest.approx(0.26, abs=1e-3)
-    assert told["dwa"]["robot_radius"] == told["global_costmap"]["robot_radius"] == 0.238
-    assert len(told["global_costmap"]["footprint"]) == 8
+def test_clone_uses_urdf_values_unless_parameters_override_them():
+    values = in_use(urdf=WAFFLE)
+    assert values["dwa"]["max_vel_x"] == pytest.approx(0.26, abs=1e-3)
+    assert values["dwa"]["robot_radius"] == values["global_costmap"]["robot_radius"] == 0.238
+    assert len(values["global_costmap"]["footprint"]) == 8
     slower = in_use(urdf=WAFFLE, parameters={"dwa": {"max_vel_x": 0.2}, "global_costmap": {"robot_radius": 0.25}})
     assert (slower["dwa"]["max_vel_x"], slower["dwa"]["robot_radius"]) == (0.2, 0.25)
     assert in_use()["global_costmap"] == {"robot_radius": 0.18, "footprint": []}
 
 
 @pytest.mark.parametrize(
-    ("said", "heights"),
+    ("parameters", "heights"),
     [
         ({}, (None, 0.5)),
         ({"max_obstacle_height": 1.2}, (None, 1.2)),
@@ -104,18 +104,18 @@ def test_a_clone_drives_as_its_urdf_says_unless_its_parameters_do():
         ({"enabled": False, "max_obstacle_height": 1.2}, None),
     ],
 )
-def test_something_is_in_the_way_up_to_the_height_of_the_body_unless_the_parameters_say_otherwise(said, heights):
-    assert robot_heights(robot_body("turtlebot2", LONG), {"voxel_layer": said, "dwa": {}}) == heights
+def test_obstacle_heights_reach_the_body_height_unless_set(parameters, heights):
+    assert robot_heights(robot_body("turtlebot2", LONG), {"voxel_layer": parameters, "dwa": {}}) == heights
 
 
-def test_a_model_says_how_high_it_is_where_the_urdf_does_not():
+def test_height_of_the_model_is_used_if_the_urdf_has_none():
     flat = describe(urdf(link("base_link", "")))
     assert flat.height is None
     assert robot_heights(robot_body("turtlebot3_burger", flat), {}) == (None, 0.192)
 
 
 @pytest.mark.parametrize(
-    ("said", "why"),
+    ("parameters", "why"),
     [
         ({"min_obstacle_height": 1.0, "max_obstacle_height": 1.0}, "above 1 m, not 1"),
         ({"max_obstacle_height": 0.0}, "above 0 m, not 0"),
@@ -124,12 +124,12 @@ def test_a_model_says_how_high_it_is_where_the_urdf_does_not():
         ({"height": 1.0}, "known: enabled, max_obstacle_height, min_obstacle_height"),
     ],
 )
-def test_heights_that_are_none_are_named(said, why):
+def test_invalid_heights_are_refused_by_name(parameters, why):
     with pytest.raises(InvalidParameter, match=why):
-        robot_heights(robot_body("turtlebot2"), {"voxel_layer": said})
+        robot_heights(robot_body("turtlebot2"), {"voxel_layer": parameters})
 
 
-def test_a_robot_whose_lowest_obstacles_are_higher_than_itself_is_refused():
+def test_lowest_obstacle_height_above_the_robot_is_refused():
     with pytest.raises(InvalidParameter, match=r"above 0\.6 m, not 0\.5"):
         in_use(urdf=LONG, parameters={"voxel_layer": {"min_obstacle_height": 0.6}})
     assert in_use(urdf=LONG)["voxel_layer"]["max_obstacle_height"] == 0.5

@@ -10,7 +10,7 @@ from ppaas.errors import InvalidParameter
 from ppaas.parameters import read_parameters
 
 
-def test_the_default_limits_are_those_of_every_base():
+def test_default_limits_equal_those_of_velocity_limits():
     limits = asdict(VelocityLimits())
     assert limits.items() <= structs.asdict(DriveParameters()).items()
 
@@ -30,6 +30,6 @@ def test_the_default_limits_are_those_of_every_base():
         ("min_vel_theta", 2.0),
     ],
 )
-def test_what_cannot_be_is_refused_by_name(name, value):
+def test_invalid_parameters_are_refused_by_name(name, value):
     with pytest.raises(InvalidParameter, match=name):
         read_parameters(DriveParameters, "dwa", {name: value})

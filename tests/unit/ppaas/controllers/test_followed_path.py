@@ -18,7 +18,7 @@ def test_the_end_is_the_last_pose():
     assert straight().end == pytest.approx((5.0, 0.0, 0.7))
 
 
-def test_the_way_still_to_go_is_measured_along_the_plan():
+def test_remaining_length_is_measured_along_the_plan():
     corner = FollowedPath(poses_along(np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])))
     corner.locate(Pose2D(0.9, 0.0))
     assert corner.to_go(Pose2D(0.9, 0.0)) == pytest.approx(math.hypot(0.1, 1.0), abs=0.15)
@@ -27,7 +27,7 @@ def test_the_way_still_to_go_is_measured_along_the_plan():
     assert path.to_go(Pose2D(2.0, 0.1)) == pytest.approx(3.0, abs=0.11)
 
 
-def test_a_plan_that_comes_back_past_itself_is_followed_in_order():
+def test_plan_that_returns_beside_itself_is_followed_in_order():
     out = np.stack((np.arange(0.0, 4.0, 0.05), np.zeros(80)), axis=1)
     path = FollowedPath(poses_along(np.concatenate((out, out[::-1] + np.array((0.0, 0.1))))))
     for x in np.arange(0.0, 3.0, 0.05):
@@ -35,7 +35,7 @@ def test_a_plan_that_comes_back_past_itself_is_followed_in_order():
         assert path.point_ahead(0.3)[0] == pytest.approx(x + 0.3, abs=0.06)
 
 
-def test_a_robot_that_was_carried_off_is_found_again():
+def test_moved_robot_is_located_again():
     path = straight()
     path.locate(Pose2D(0.1, 0.0))
     path.locate(Pose2D(4.0, 0.2))
@@ -48,7 +48,7 @@ def test_the_point_ahead_stops_at_the_end():
     assert path.point_ahead(3.0) == pytest.approx((5.0, 0.0))
 
 
-def test_what_lies_ahead_is_even_and_counts_down():
+def test_points_ahead_have_decreasing_remaining_lengths():
     path = straight()
     path.locate(Pose2D(1.0, 0.0))
     points, remaining = path.ahead(1.5, grids.of(np.zeros((100, 100), np.uint8), 0.1, Pose2D(-5.0, -5.0)))
@@ -57,14 +57,14 @@ def test_what_lies_ahead_is_even_and_counts_down():
     np.testing.assert_allclose(-np.diff(remaining), np.hypot(*np.diff(points, axis=0).T))
 
 
-def test_what_lies_ahead_ends_at_the_edge_of_the_costmap():
+def test_points_ahead_end_at_the_edge_of_the_costmap():
     path = straight()
     path.locate(Pose2D(1.0, 0.0))
     points, _ = path.ahead(4.0, grids.of(np.zeros((20, 20), np.uint8), 0.1, Pose2D(0.0, -1.0)))
     assert 1.9 <= points[-1, 0] < 2.0
 
 
-def test_a_plan_of_one_pose_is_a_plan():
+def test_plan_of_one_pose_is_valid():
     path = FollowedPath(poses_along(np.array([(1.0, 2.0)]), 0.3))
     path.locate(Pose2D(0.0, 0.0))
     points, remaining = path.ahead(1.0, grids.of(np.zeros((50, 50), np.uint8), 0.1))
@@ -73,6 +73,6 @@ def test_a_plan_of_one_pose_is_a_plan():
 
 
 @pytest.mark.parametrize("poses", [np.empty((0, 7)), np.zeros((3, 2)), np.zeros(7), np.full((2, 7), np.nan)])
-def test_what_is_no_plan_is_refused(poses):
+def test_invalid_plan_is_refused(poses):
     with pytest.raises(InvalidInput, match="plan"):
         FollowedPath(poses)

@@ -8,7 +8,7 @@ from ppaas.errors import InvalidParameter
 BOX = ((0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2))
 
 
-def test_a_footprint_may_go_around_the_origin_in_either_direction_and_be_empty():
+def test_footprint_may_have_either_orientation_or_be_empty():
     for footprint in (BOX, BOX[::-1], ()):
         check_footprint(footprint)
 
@@ -23,12 +23,12 @@ def test_a_footprint_may_go_around_the_origin_in_either_direction_and_be_empty()
         ((0.2, math.nan), (-0.2, 0.2), (-0.2, -0.2)),
     ],
 )
-def test_what_is_no_outline_around_the_origin_is_refused_by_name(wrong):
+def test_invalid_footprint_is_refused_by_name(wrong):
     with pytest.raises(InvalidParameter, match="footprint"):
         check_footprint(wrong)
 
 
-def test_a_body_has_the_circles_of_its_outline():
+def test_body_has_inscribed_and_circumscribed_radii():
     box = body_of(BOX, 0.0)
     assert (box.inscribed, box.circumscribed) == pytest.approx((0.2, math.hypot(0.3, 0.2)))
     assert box.edges[0] == pytest.approx((0.3, 0.2, -1.0, 0.0, 0.6))

@@ -14,7 +14,7 @@ velocities = st.builds(Velocity, st.floats(0.0, 0.5), st.floats(-1.5, 1.5))
 
 
 @given(velocities, st.floats(-3.0, 3.0))
-def test_advancing_is_the_limit_of_small_straight_steps(velocity, theta):
+def test_advance_is_the_limit_of_small_straight_steps(velocity, theta):
     x, y, heading = 0.0, 0.0, theta
     for _ in range(2_000):
         x += velocity.linear * math.cos(heading) / 2_000
@@ -37,14 +37,14 @@ def test_braking_keeps_the_limits_and_ends_at_rest(velocity):
         assert cycles < 20
 
 
-def test_braking_keeps_the_arc_where_turning_can_follow():
+def test_braking_keeps_the_arc_within_the_turning_limit():
     assert brake(Velocity(0.4, 0.8), LIMITS, 0.1) == pytest.approx((0.3, 0.6))
     assert brake(Velocity(-0.4, 0.8), LIMITS, 0.1) == pytest.approx((-0.3, 0.6))
     assert brake(Velocity(0.1, 1.5), LIMITS, 0.1) == pytest.approx((0.0, 1.2))
 
 
 @given(st.floats(-3.1, 3.1).filter(lambda error: abs(error) > 0.1), st.floats(0.02, 0.2))
-def test_turning_on_the_spot_ends_without_going_far_past(error, period):
+def test_turning_in_place_does_not_overshoot(error, period):
     turning, past, at_once = Velocity(), 0.0, error
     for _ in range(500):
         turning = turn(at_once, turning, LIMITS, period)
@@ -57,5 +57,5 @@ def test_turning_on_the_spot_ends_without_going_far_past(error, period):
     assert past > -0.1
 
 
-def test_who_still_drives_brakes_before_it_turns():
+def test_driving_robot_brakes_before_it_turns():
     assert turn(1.0, Velocity(0.5, 0.2), LIMITS, 0.1) == brake(Velocity(0.5, 0.2), LIMITS, 0.1)

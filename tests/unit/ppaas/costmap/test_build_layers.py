@@ -17,7 +17,7 @@ from tests.support.world.maps import grid_maps, real_map
 
 @settings(deadline=None)
 @given(grid_maps([-1, 0, 30, 65, 100], most=20))
-def test_the_costmap_agrees_with_the_static_layer_where_nothing_is_inflated(grid):
+def test_costmap_equals_the_static_layer_beyond_the_inflation(grid):
     layers = build_layers(grid)
     static = static_costmap(grid).data
     assert layers.grid is grid
@@ -29,7 +29,7 @@ def test_the_costmap_agrees_with_the_static_layer_where_nothing_is_inflated(grid
 
 @settings(deadline=None)
 @given(grid_maps([-1, 0, 100], most=20))
-def test_a_larger_robot_never_costs_less(grid):
+def test_larger_robot_never_has_lower_costs(grid):
     small = build_layers(grid, robot_radius=0.1).costmap.data
     large = build_layers(grid, robot_radius=0.3).costmap.data
     known = (small != 255) & (large != 255)
@@ -52,7 +52,7 @@ def masked(grid: GridMap) -> MapLayers:
 
 @settings(deadline=None, max_examples=15)
 @given(grid_maps([-1, 0, 100], most=20))
-def test_what_is_kept_out_of_is_inflated_as_obstacles_are(grid):
+def test_keepout_zones_are_inflated_like_obstacles(grid):
     layers = masked(grid)
     as_obstacles = build_layers(barred(grid, layers.keepout))
     expected = as_obstacles.costmap.data.copy()
@@ -64,7 +64,7 @@ def test_what_is_kept_out_of_is_inflated_as_obstacles_are(grid):
 
 @settings(deadline=None, max_examples=15)
 @given(grid_maps([-1, 0, 100], most=20))
-def test_localization_sees_no_masks(grid):
+def test_masks_do_not_affect_localization(grid):
     layers, bare = masked(grid), build_layers(grid)
     assert np.array_equal(layers.distance, bare.distance)
     assert layers.grid is grid
@@ -74,7 +74,7 @@ def test_localization_sees_no_masks(grid):
 
 
 @pytest.mark.parametrize("name", ["turtlebot3", "warehouse"])
-def test_the_layers_of_real_maps(data, name):
+def test_layers_of_real_maps_are_consistent(data, name):
     grid = real_map(data, name)
     layers = build_layers(grid)
     assert np.array_equal(layers.distance, distance_to_occupied(grid))

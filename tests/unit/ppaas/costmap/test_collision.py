@@ -27,7 +27,7 @@ def path(*points):
 
 
 def table():
-    """Return a room with a table: its top is at 0.7 m, and at the height of a scan there are thin legs alone."""
+    """Return a room with a table: its top is at 0.7 m, and at scan height it has thin legs only."""
     scene = voxels.room()
     voxels.put(scene, (1.5, 0.8, 0.7), (2.5, 2.2, 0.8))
     for x in (1.5, 2.4):
@@ -45,7 +45,7 @@ VOLUMES = st.one_of(
 
 @given(voxels.grid_arrays(), VOLUMES, COORDINATES, COORDINATES, COORDINATES, st.floats(-4.0, 4.0))
 @settings(deadline=None, max_examples=200)
-def test_a_robot_collides_where_the_twin_says(data, volume, x, y, z, yaw):
+def test_collision_agrees_with_the_twin(data, volume, x, y, z, yaw):
     grid = voxels.grid(data, 0.15)
     expected = {twin.hits(data, 0.15, volume, (x, y, z + lift, yaw)) for lift in (-1e-6, 0.0, 1e-6)}
     hit = collides_along(grid, volume, np.array([pose(x, y, z, yaw)])) == 0
@@ -57,14 +57,14 @@ def test_a_robot_collides_where_the_twin_says(data, volume, x, y, z, yaw):
 
 @given(st.builds(Box, *[st.floats(0.02, 0.4)] * 3), *[st.floats(-0.35, 0.5)] * 2, st.floats(-4.0, 4.0))
 @settings(deadline=None, max_examples=300)
-def test_a_box_collides_with_a_single_voxel_where_the_twin_says(box, x, y, yaw):
+def test_collision_of_box_and_voxel_agrees_with_the_twin(box, x, y, yaw):
     data = np.full((1, 1, 1), OCCUPIED, np.uint8)
     sizes = [(box.length + more, box.width + more, 1.0) for more in (-1e-5, 0.0, 1e-5)]
     expected = {twin.overlaps(Box(*size), x, y, yaw, 0, 0, 0.15) for size in sizes}
     assert (collides_along(voxels.grid(data, 0.15), box, np.array([pose(x, y, 0.0, yaw)])) == 0) in expected
 
 
-def test_a_robot_with_a_tall_mast_does_not_get_under_a_table_that_a_low_one_passes():
+def test_only_a_low_robot_passes_under_a_table():
     under = path(*((x, 1.5) for x in np.arange(0.5, 3.5, 0.05)))
     assert collides_along(table(), TURTLEBOT, under) is None
     first = collides_along(table(), WITH_MAST, under)
@@ -73,7 +73,7 @@ def test_a_robot_with_a_tall_mast_does_not_get_under_a_table_that_a_low_one_pass
     assert collides_along(table(), WITH_MAST, around) is None
 
 
-def test_a_robot_between_two_poses_far_apart_is_looked_for_on_the_way():
+def test_collisions_between_distant_poses_are_found():
     assert collides_along(table(), WITH_MAST, path((0.5, 1.5), (3.5, 1.5))) == 1
     assert collides_along(table(), TURTLEBOT, path((0.5, 1.5), (3.5, 1.5))) is None
     assert collides_along(table(), TURTLEBOT, path((0.5, 0.85), (3.5, 0.85), (3.5, 1.0))) == 1
@@ -100,7 +100,7 @@ def test_touching_is_not_a_collision():
 
 
 @pytest.mark.parametrize("robot", [Cylinder(0.1, 0.2), Box(0.2, 0.2, 0.2)])
-def test_the_unknown_and_what_is_outside_collide_only_if_not_allowed(robot):
+def test_unknown_and_outside_collide_only_if_not_allowed(robot):
     data = np.full((3, 5, 9), FREE, np.uint8)
     data[:, :, 6] = UNKNOWN
     scene = voxels.grid(data, 0.1)
@@ -110,7 +110,7 @@ def test_the_unknown_and_what_is_outside_collide_only_if_not_allowed(robot):
         assert collides_along(scene, robot, poses, allow_unknown=False) == index
 
 
-def test_a_path_of_no_poses_collides_nowhere():
+def test_empty_path_has_no_collision():
     assert collides_along(table(), TURTLEBOT, np.empty((0, 7))) is None
 
 

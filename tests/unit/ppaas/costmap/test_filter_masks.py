@@ -28,7 +28,7 @@ def masks_and_maps(draw):
 
 @settings(deadline=None)
 @given(masks_and_maps(), st.sampled_from([1, 7, 1 << 18]))
-def test_masks_are_laid_on_a_map_as_by_their_twins(drawn, block):
+def test_masks_are_resampled_like_by_their_twins(drawn, block):
     mask, info = drawn
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(filter_masks, "_BLOCK", block)
@@ -36,7 +36,7 @@ def test_masks_are_laid_on_a_map_as_by_their_twins(drawn, block):
         assert np.array_equal(spread(mask, info).data, twin.spread(mask, info))
 
 
-def test_a_line_thinner_than_a_cell_is_not_lost():
+def test_line_thinner_than_a_cell_is_kept():
     data = np.zeros((40, 40), np.int8)
     data[:, 17] = 100
     info = GridInfo(0.1, 10, 10)
@@ -45,7 +45,7 @@ def test_a_line_thinner_than_a_cell_is_not_lost():
     assert (np.delete(found, 4, axis=1) == 0).all()
 
 
-def test_a_mask_of_the_same_cells_is_what_it_was():
+def test_mask_with_the_same_cells_is_unchanged():
     data = np.random.default_rng(1).integers(0, 101, (9, 7)).astype(np.int8)
     mask = GridMap(data, GridInfo(0.05, 7, 9, Pose2D(-1.3, 2.7, 0.4)))
     assert np.array_equal(spread(mask, mask.info).data, data)
@@ -53,7 +53,7 @@ def test_a_mask_of_the_same_cells_is_what_it_was():
 
 
 @pytest.mark.parametrize("cost", [0, 1, 100, 252, 253, 254, 255])
-def test_costs_are_raised_as_nav2_does_it_and_never_lowered(cost):
+def test_costs_are_raised_like_in_nav2_and_never_lowered(cost):
     values = np.arange(-1, 101, dtype=np.int8)[None]
     costs = np.full((1, 102), cost, np.uint8)
     raise_costs(costs, values)
@@ -64,7 +64,7 @@ def test_costs_are_raised_as_nav2_does_it_and_never_lowered(cost):
             assert raised == (twin.cost(value) if cost == 255 else max(cost, twin.cost(value)))
 
 
-def test_what_is_kept_out_of_altogether_is_occupied():
+def test_cells_with_full_keepout_value_are_occupied():
     info = GridInfo(0.1, 4, 1)
     grid = GridMap(np.array([[0, -1, 100, 0]], np.int8), info)
     zones = GridMap(np.array([[100, 100, 0, 99]], np.int8), info)

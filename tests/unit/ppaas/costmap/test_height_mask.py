@@ -40,7 +40,7 @@ def trees(draw):
     st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.sampled_from([0.0, 0.7])),
     st.tuples(st.integers(-20, 20), st.integers(1, 30)),
 )
-def test_it_is_what_the_twin_finds_by_looking_at_each_voxel(drawn, resolution, origin, heights):
+def test_height_mask_agrees_with_the_twin(drawn, resolution, origin, heights):
     voxels, tree = drawn
     info = GridInfo(resolution, 12, 9, Pose2D(*origin))
     edge = tree.resolution
@@ -53,7 +53,7 @@ def test_it_is_what_the_twin_finds_by_looking_at_each_voxel(drawn, resolution, o
     assert found.info.resolution == edge or edge < found.info.resolution <= resolution * (1.0 + 1e-6)
 
 
-def test_a_table_is_in_the_way_of_a_mast_and_its_legs_of_everybody():
+def test_table_top_blocks_a_mast_and_table_legs_block_all():
     low, tall = (height_mask(TABLE, ROOM, lowest=None, highest=height) for height in (0.42, 1.2))
     under = low.info.cell_of(2.0, 1.5)
     assert (low.data[under], tall.data[under]) == (0, 100)
@@ -66,12 +66,12 @@ def test_a_table_is_in_the_way_of_a_mast_and_its_legs_of_everybody():
     ("lowest", "highest", "hit"),
     [(None, 0.7, False), (None, 0.71, True), (0.8, 2.0, False), (0.79, 2.0, True), (0.75, 0.76, True)],
 )
-def test_what_only_touches_a_robot_is_not_in_its_way(lowest, highest, hit):
+def test_touching_voxels_do_not_block(lowest, highest, hit):
     found = height_mask(TABLE, ROOM, lowest=lowest, highest=highest)
     assert (found.data[found.info.cell_of(2.0, 1.5)] == 100) == hit
 
 
-def test_the_floor_and_the_lowest_voxels_do_not_count_by_default():
+def test_floor_and_lowest_voxels_are_ignored_by_default():
     data = np.zeros((3, 10, 10), np.uint8)
     data[0] = 100
     data[1, :, 5] = 100
@@ -83,7 +83,7 @@ def test_the_floor_and_the_lowest_voxels_do_not_count_by_default():
     assert (np.delete(step, 5, axis=1) == 0).all()
 
 
-def test_an_empty_octree_and_a_map_far_from_it_are_in_nobodys_way():
+def test_empty_or_distant_octree_blocks_nothing():
     empty = OcTree(0.1, np.empty((0, 3), np.uint16), np.empty(0, np.uint8), np.empty(0, np.bool_))
     assert not height_mask(empty, ROOM, lowest=None, highest=1.0).data.any()
     away = GridInfo(0.05, 20, 20, Pose2D(-5000.0, 9000.0))
@@ -91,7 +91,7 @@ def test_an_empty_octree_and_a_map_far_from_it_are_in_nobodys_way():
 
 
 @pytest.mark.parametrize("resolution", [1e-300, 1e-6, 1e6, 1e300])
-def test_an_octree_of_extreme_resolution_does_no_harm(resolution):
+def test_extreme_resolution_gives_a_bounded_mask(resolution):
     tree = replace(TABLE, resolution=resolution)
     found = height_mask(tree, ROOM, lowest=None, highest=1.0)
     assert found.data.size <= 4 * ROOM.width * ROOM.height
@@ -99,7 +99,7 @@ def test_an_octree_of_extreme_resolution_does_no_harm(resolution):
     assert build_layers(grid, overhead=found).keepout.info == ROOM
 
 
-def test_layers_keep_clear_of_it_and_of_what_a_mask_says_as_well():
+def test_layers_combine_height_mask_and_keepout_mask():
     grid = GridMap(np.zeros(ROOM.shape, np.int8), ROOM)
     zones = GridMap(np.array([[0, 0], [0, 60]], np.int8), GridInfo(2.0, 2, 2))
     overhead = height_mask(TABLE, ROOM, lowest=None, highest=1.2)

@@ -21,7 +21,7 @@ RADII = st.floats(0.0, 1.0)
 
 @settings(deadline=None)
 @given(DISTANCES, st.data(), RADII, RADII, st.floats(0.0, 20.0))
-def test_costs_are_those_of_the_slow_twin(distance, draw, inscribed, inflation, scaling):
+def test_costs_agree_with_the_twin(distance, draw, inscribed, inflation, scaling):
     unknown = draw.draw(hnp.arrays(np.bool_, distance.shape))
     costs = inflate(
         distance,
@@ -42,7 +42,7 @@ def test_costs_are_those_of_the_slow_twin(distance, draw, inscribed, inflation, 
 
 @settings(deadline=None)
 @given(st.floats(0.01, 1.0), st.integers(0, 20))
-def test_a_radius_of_whole_cells_takes_in_the_cell_at_that_distance(resolution, cells):
+def test_radius_of_whole_cells_includes_the_cell_at_that_distance(resolution, cells):
     distance = (np.arange(30) * resolution).astype(np.float32)[None]
     costs = inflate(distance, inscribed_radius=cells * resolution, inflation_radius=cells * resolution)
     assert costs.tolist() == [[254] + [253] * cells + [0] * (29 - cells)]
@@ -70,7 +70,7 @@ def test_an_inflation_radius_below_the_inscribed_one_hides_no_collision():
     assert inflate(distance, inscribed_radius=0.5, inflation_radius=0.2).tolist() == [[254, 253, 253, 0]]
 
 
-def test_a_large_map_is_inflated_as_a_small_one():
+def test_large_map_is_inflated_like_a_small_one():
     distance = np.random.default_rng(0).random((500, 400), np.float32)
     unknown = distance > 0.9
     large = inflate(distance, inscribed_radius=0.2, unknown=unknown)

@@ -68,7 +68,7 @@ def test_costs_are_those_of_all_obstacles_together(seed, robot, discs):
             own = tuple(grid.info.to_cells((x, y)).tolist()) == (cell[0] + row, cell[1] + column)
             if own or math.hypot(cx - x, cy - y) <= radius:
                 lethal[cell[0] + row + 80, cell[1] + column + 80] = 1
-    near = 60  # cells that can matter, with room all round
+    near = 60  # cells that can matter, with a margin on all sides
     part = lethal[max(row + 80 - near, 0) : row + 92 + near, max(column + 80 - near, 0) : column + 96 + near]
     top, left = min(row + 80, near), min(column + 80, near)
     points = np.argwhere(part)
@@ -97,7 +97,7 @@ def test_the_window_is_centred_on_the_robot_and_aligned_to_the_map(robot, origin
     assert info.origin.theta == origin.theta
 
 
-def test_what_the_laser_hits_is_lethal_and_inflated():
+def test_laser_hit_is_lethal_and_inflated():
     robot = Pose2D(5.0, 5.0, math.pi / 2)
     costmap = LocalCostmap(empty()).update(robot, hit_at(robot, 1.02))
     assert cost_at(costmap, 5.0, 6.05) == 254
@@ -106,7 +106,7 @@ def test_what_the_laser_hits_is_lethal_and_inflated():
     assert cost_at(costmap, 5.0, 5.45) == 0
 
 
-def test_in_a_map_with_a_turned_origin_a_hit_is_where_it_was_seen():
+def test_laser_hit_is_placed_right_on_a_turned_map():
     layers = empty(10.0, Pose2D(3.0, -2.0, 0.7))
     robot = layers.grid.info.origin @ Pose2D(5.0, 5.0, -0.3)
     costmap = LocalCostmap(layers).update(robot, hit_at(robot, 1.5))
@@ -115,7 +115,7 @@ def test_in_a_map_with_a_turned_origin_a_hit_is_where_it_was_seen():
     assert (costmap.data == 254).sum() == 1
 
 
-def test_a_hit_stays_while_the_robot_moves_and_is_cleared_by_a_later_beam():
+def test_hit_persists_until_a_later_beam_clears_it():
     local, robot = LocalCostmap(empty()), Pose2D(5.0, 5.0)
     local.update(robot, hit_at(robot, 1.02))
     moved = Pose2D(4.5, 5.0)
@@ -130,7 +130,7 @@ def test_a_hit_that_left_the_window_is_forgotten():
     assert cost_at(local.update(robot), 6.05, 5.05) == 0
 
 
-def test_what_is_known_to_have_left_is_forgotten_and_nothing_beside_it():
+def test_free_removes_hits_within_the_disc_only():
     local, robot = LocalCostmap(empty(origin=Pose2D(1.0, -2.0, 0.5))), Pose2D(3.0, 3.0, 0.5)
     ahead, beside = robot @ Pose2D(1.5, 0.0), robot @ Pose2D(1.5, 0.0, 1.0) @ Pose2D(1.0, 0.0)
     for there in (ahead, beside):
@@ -142,13 +142,13 @@ def test_what_is_known_to_have_left_is_forgotten_and_nothing_beside_it():
     assert cost_at(costmap, beside.x, beside.y) == LETHAL_OBSTACLE
 
 
-def test_people_and_robots_are_there_for_one_update():
+def test_discs_of_people_and_robots_last_one_update():
     local, robot = LocalCostmap(empty()), Pose2D(5.0, 5.0)
     assert cost_at(local.update(robot, None, [(6.0, 6.0, 0.3)]), 6.05, 6.05) == 254
     assert (local.update(robot).data == 0).all()
 
 
-def test_beyond_the_edge_of_the_map_all_is_unknown_until_seen():
+def test_cells_beyond_the_map_are_unknown_until_seen():
     local, robot = LocalCostmap(empty()), Pose2D(9.0, 5.05)
     before = local.update(robot)
     assert cost_at(before, 9.95, 5.05) == 0
@@ -158,7 +158,7 @@ def test_beyond_the_edge_of_the_map_all_is_unknown_until_seen():
     assert cost_at(after, 10.55, 5.25) == 255
 
 
-def test_a_window_that_lies_wholly_outside_is_unknown():
+def test_window_outside_the_map_is_unknown():
     assert (LocalCostmap(empty()).update(Pose2D(-500.0, 1e7)).data[:5] == 255).all()
 
 
@@ -171,7 +171,7 @@ def test_an_obstacle_of_the_map_just_outside_the_window_is_inflated_into_it():
     assert costmap.data[10, -1] == 253
 
 
-def test_masks_count_in_the_window_as_on_the_map():
+def test_masks_apply_in_the_window_as_on_the_map():
     """Keep-out zones count, also outside the window, whatever the laser sees in them."""
     zones = np.zeros((100, 100), np.int8)
     zones[20:50, 62:], zones[60:70, 40:50], zones[20:80, 38:40] = 100, 30, 100
@@ -185,7 +185,7 @@ def test_masks_count_in_the_window_as_on_the_map():
     assert local.overlay(layers.costmap) is layers.costmap
 
 
-def test_a_mask_gives_the_unknown_a_cost():
+def test_mask_gives_unknown_cells_a_cost():
     grid = GridMap(np.full((60, 60), -1, np.int8), GridInfo(0.1, 60, 60))
     zones = np.zeros((60, 60), np.int8)
     zones[:, 40:] = 50
@@ -195,7 +195,7 @@ def test_a_mask_gives_the_unknown_a_cost():
     assert cost_at(seen, 3.55, 3.05) == 255
 
 
-def test_without_the_static_layer_only_what_was_seen_counts():
+def test_costmap_without_the_static_layer_has_seen_obstacles_only():
     occupied = np.ones((50, 50), np.uint8)
     robot = Pose2D(4.0, 2.5)
     local = LocalCostmap(build_layers(grid_of(occupied, 0.1)), static=False)
@@ -203,7 +203,7 @@ def test_without_the_static_layer_only_what_was_seen_counts():
     assert (local.update(robot, hit_at(robot, 1.0)).data == 254).sum() == 1
 
 
-def test_the_robot_is_not_its_own_obstacle():
+def test_hits_within_the_robot_are_ignored():
     robot = Pose2D(5.0, 5.0)
     assert (LocalCostmap(empty()).update(robot, hit_at(robot, 0.1)).data == 0).all()
 
@@ -224,7 +224,7 @@ def test_clearing_forgets_the_hits():
 
 
 @pytest.mark.parametrize("origin", [Pose2D(0.0, 0.0), Pose2D(3.0, -2.0, 0.7)])
-def test_clearing_around_a_pose_forgets_only_what_is_farther_away(origin):
+def test_clearing_around_a_pose_removes_only_hits_farther_away(origin):
     layers = empty(origin=origin)
     local, robot = LocalCostmap(layers), origin @ Pose2D(5.0, 5.0)
     local.update(robot, hit_at(robot, 1.02))
@@ -253,7 +253,7 @@ def test_the_overlay_raises_costs_within_the_window_and_does_not_modify_the_map(
     assert not layers.costmap.data.any()
 
 
-def test_without_new_obstacles_the_overlay_is_the_map_itself():
+def test_overlay_without_new_obstacles_is_the_map_itself():
     layers = build_layers(warehouse(resolution=0.1))
     local, robot = LocalCostmap(layers), Pose2D(3.0, 3.0)
     local.update(robot)
@@ -272,7 +272,7 @@ def test_the_overlay_blocks_unknown_cells_but_does_not_open_them():
 
 
 @pytest.mark.parametrize("x", [0.2, 0.9, 9.9, 12.5])
-def test_the_overlay_takes_windows_that_hang_over_the_edge(x):
+def test_overlay_accepts_windows_beyond_the_edge(x):
     layers, robot = empty(), Pose2D(x, 0.3, math.pi)
     local = LocalCostmap(layers)
     local.update(robot, None, [(x - 0.6, 0.5, 0.2)])
@@ -280,7 +280,7 @@ def test_the_overlay_takes_windows_that_hang_over_the_edge(x):
     assert (over.data.max() == 254) == (0.0 <= x - 0.6 < 10.0)
 
 
-def test_the_costmap_of_another_map_is_not_overlaid():
+def test_overlay_refuses_the_costmap_of_another_map():
     with pytest.raises(InvalidMap, match="different maps"):
         LocalCostmap(empty()).overlay(empty(5.0).costmap)
 
@@ -289,13 +289,13 @@ def test_the_costmap_of_another_map_is_not_overlaid():
 
 
 @pytest.mark.parametrize("pose", [Pose2D(math.nan, 0.0), Pose2D(0.0, math.inf), Pose2D(0.0, 0.0, math.nan)])
-def test_a_pose_that_is_not_finite_is_refused(pose):
+def test_non_finite_pose_is_refused(pose):
     with pytest.raises(InvalidInput, match="pose"):
         LocalCostmap(empty()).update(pose)
 
 
 @pytest.mark.parametrize("disc", [(math.nan, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, math.inf)])
-def test_an_obstacle_that_is_not_finite_is_refused(disc):
+def test_non_finite_obstacle_is_refused(disc):
     with pytest.raises(InvalidInput, match="obstacle"):
         LocalCostmap(empty()).update(Pose2D(5.0, 5.0), None, [disc])
 
@@ -314,7 +314,7 @@ def test_an_obstacle_that_is_not_finite_is_refused(disc):
         ({"raytrace_range": math.nan}, "raytrace_range"),
     ],
 )
-def test_a_parameter_out_of_range_is_named_when_the_costmap_is_made(parameters, named):
+def test_parameter_out_of_range_is_refused_by_name(parameters, named):
     with pytest.raises(InvalidParameter, match=named):
         LocalCostmap(empty(), **parameters)
 
@@ -322,7 +322,7 @@ def test_a_parameter_out_of_range_is_named_when_the_costmap_is_made(parameters, 
 # Real maps.
 
 
-def test_a_perfect_laser_in_a_real_map_marks_nothing_more_than_a_cell_from_its_walls(data):
+def test_perfect_laser_marks_only_cells_near_walls_of_a_real_map(data):
     grid = real_map(data, "tb3_sandbox")
     layers = build_layers(grid)
     local = LocalCostmap(layers)
@@ -336,11 +336,11 @@ def test_a_perfect_laser_in_a_real_map_marks_nothing_more_than_a_cell_from_its_w
         assert layers.distance[cells[:, 0], cells[:, 1]].max() < 0.08
 
 
-def test_people_make_what_is_around_them_dearer_for_this_update_and_for_planning_across_the_map():
+def test_people_raise_costs_around_them_for_one_update():
     layers = empty()
     local = LocalCostmap(layers, width=4.0, height=4.0)
-    robot, somebody = Pose2D(5.0, 5.0), PersonNearby(6.0, 5.0, 0.0, 1.0)
-    costmap = local.update(robot, people=[somebody])
+    robot, person = Pose2D(5.0, 5.0), PersonNearby(6.0, 5.0, 0.0, 1.0)
+    costmap = local.update(robot, people=[person])
     assert cost_at(costmap, 6.0, 5.0) > 70
     assert cost_at(costmap, 6.0, 5.8) > cost_at(costmap, 6.0, 4.2)
     assert cost_at(costmap, 6.0, 4.2) == math.floor(77.0 * math.exp(-(0.05**2 + 0.75**2) / 0.5))
@@ -349,7 +349,7 @@ def test_people_make_what_is_around_them_dearer_for_this_update_and_for_planning
     assert local.overlay(layers.costmap) is layers.costmap
 
 
-def test_in_a_turned_map_people_walk_where_they_walk():
+def test_costs_of_people_are_placed_right_on_a_turned_map():
     turned = LocalCostmap(empty(origin=Pose2D(10.0, 0.0, math.pi / 2)), width=4.0, height=4.0)
     costmap = turned.update(Pose2D(5.0, 5.0), people=[PersonNearby(5.0, 5.0, 1.0, 0.0)])
     assert cost_at(costmap, 5.9, 5.05) > 2 * cost_at(costmap, 5.05, 5.7)

@@ -34,5 +34,5 @@ def test_future_discs_do_not_touch_the_robot(mover, seconds):
 
 
 @pytest.mark.parametrize("still", [MovingObstacle(1.0, 2.0, 0.0, 0.0, 0.3), MovingObstacle(1.0, 2.0, 1.0, 0.0, 0.0)])
-def test_an_obstacle_that_stands_or_has_no_radius_is_one_disc(still):
+def test_obstacle_at_rest_or_without_radius_is_one_disc(still):
     assert list(swept_discs([still], 1.0, FAR)) == [(1.0, 2.0, still.radius)]

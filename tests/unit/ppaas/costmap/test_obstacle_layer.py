@@ -26,7 +26,7 @@ BEAMS = st.lists(st.tuples(st.floats(-4.0, 4.0), REACHES), max_size=6)
 
 @settings(deadline=None)
 @given(WINDOWS, poses(14.0), BEAMS, st.floats(0.0, 15.0), st.floats(0.0, 15.0))
-def test_beams_clear_and_mark_as_the_slow_twin_says(before, laser, beams, obstacle_range, raytrace_range):
+def test_clearing_and_marking_agree_with_the_twin(before, laser, beams, obstacle_range, raytrace_range):
     """If a beam only grazes a corner of a cell, both results are correct."""
     angles = np.array([angle for angle, _ in beams]) + laser.theta
     ranges = np.array([reach for _, reach in beams], dtype=np.float64)
@@ -59,11 +59,11 @@ def see(window: ObstacleLayer, distance: float) -> str:
     return "".join(signs[int(cell)] for cell in window.cells[5])
 
 
-def test_a_hit_is_marked_and_what_lies_before_it_is_cleared():
+def test_hit_is_marked_and_cells_before_it_are_cleared():
     assert see(layer(), 1.0) == "." * 10 + "#" + "?" * 89
 
 
-def test_a_hit_at_the_very_edge_of_a_cell_marks_the_cell_behind():
+def test_hit_on_the_edge_of_a_cell_marks_the_cell_behind():
     assert see(layer(), 0.95).index("#") == 10
 
 
@@ -75,27 +75,27 @@ def test_a_hit_beyond_the_raytrace_range_clears_up_to_it():
     assert see(layer(), 8.0) == "." * 31 + "?" * 69
 
 
-def test_a_beam_that_hit_nothing_clears_up_to_the_raytrace_range():
+def test_infinite_beam_clears_up_to_the_raytrace_range():
     assert see(layer(), math.inf) == "." * 31 + "?" * 69
 
 
-def test_a_beam_that_hit_nothing_does_nothing_if_infinity_is_not_valid():
+def test_infinite_beam_is_ignored_if_infinity_is_not_valid():
     assert see(layer(inf_is_valid=False), math.inf) == "?" * 100
 
 
 @pytest.mark.parametrize("reading", [math.nan, -math.inf, 0.0, -1.0])
-def test_no_reading_changes_nothing(reading):
+def test_invalid_reading_changes_nothing(reading):
     assert see(layer(), reading) == "?" * 100
 
 
-def test_a_scan_of_single_precision_will_do():
+def test_strided_single_precision_scan_is_accepted():
     window = layer()
     reading = LaserReading(Pose2D(0.0, 0.0), np.zeros(4, np.float32)[::2], np.ones(4, np.float32)[::2])
     window.see(Pose2D(0.05, 0.55), reading)
     assert window.marked.sum() == 1
 
 
-def test_a_mark_stays_until_a_beam_goes_through():
+def test_mark_persists_until_a_beam_passes_through():
     window = layer()
     see(window, 1.0)
     assert see(window, 0.5)[10] == "#"
@@ -119,7 +119,7 @@ def test_marks_move_with_the_map_and_are_forgotten_outside():
 
 @settings(deadline=None)
 @given(*[st.integers(-15, 15)] * 4)
-def test_rolling_keeps_what_both_windows_have(row, column, row_after, column_after):
+def test_rolling_keeps_the_cells_common_to_both_windows(row, column, row_after, column_after):
     window = ObstacleLayer(7, 9, 0.1)
     window.move_to(row, column)
     world = np.full((60, 60), NO_INFORMATION, np.uint8)
@@ -130,7 +130,7 @@ def test_rolling_keeps_what_both_windows_have(row, column, row_after, column_aft
     assert np.array_equal(window.cells, expected)
 
 
-def test_the_robot_clears_what_it_stands_on():
+def test_robot_clears_the_cells_of_its_footprint():
     window = layer()
     see(window, 1.0)
     window.clear_footprint(Pose2D(1.05, 0.55), 0.2)
@@ -138,14 +138,14 @@ def test_the_robot_clears_what_it_stands_on():
     assert not window.marked.any()
 
 
-def test_clearing_forgets_everything():
+def test_clear_removes_all_cells():
     window = layer()
     see(window, 1.0)
     window.clear()
     assert not window.seen.any()
 
 
-def test_a_scan_is_read_by_its_limits():
+def test_scan_ranges_are_read_within_their_limits():
     scan = LaserScan(Header(), -1.0, 1.0, 0.5, 0.1, 3.5, [0.05, None, 2.0, 3.5, 9.0])
     reading = LaserReading.of(scan, Pose2D(1.0, 2.0))
     assert reading.angles.tolist() == [-1.0, -0.5, 0.0, 0.5, 1.0]
@@ -168,7 +168,7 @@ def test_an_invalid_scan_is_refused(origin, angles, ranges):
 
 @pytest.mark.parametrize("name", ["obstacle_range", "raytrace_range"])
 @pytest.mark.parametrize("value", [-1.0, math.inf, math.nan])
-def test_a_parameter_out_of_range_is_named(name, value):
+def test_parameter_out_of_range_is_refused_by_name(name, value):
     with pytest.raises(InvalidParameter, match=name):
         layer(**{name: value})
 

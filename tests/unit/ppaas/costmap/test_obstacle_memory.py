@@ -50,7 +50,7 @@ def test_an_obstacle_that_has_left_the_window_is_remembered():
     assert 0 < walk.cost(3.7, 4.0) < 253
 
 
-def test_where_nothing_is_remembered_the_costmap_is_the_maps_own():
+def test_overlay_changes_only_remembered_places():
     walk = Walk()
     assert walk.memory.overlay(LAYERS.costmap) is LAYERS.costmap
     walk.look(NEAR)
@@ -68,7 +68,7 @@ def test_the_overlay_does_not_write_to_the_map():
     np.testing.assert_array_equal(LAYERS.costmap.data, before)
 
 
-def test_what_is_seen_free_again_is_forgotten():
+def test_obstacle_seen_free_again_is_forgotten():
     walk = Walk()
     walk.look(NEAR)
     walk.look(FAR)
@@ -77,7 +77,7 @@ def test_what_is_seen_free_again_is_forgotten():
     assert len(walk.memory.cells) == 0
 
 
-def test_walls_of_the_map_are_not_remembered_even_if_seen_a_little_off():
+def test_map_walls_seen_slightly_displaced_are_not_remembered():
     walk = Walk()
     walk.world.truth[:] = GRID.data >= 50
     corner = Pose2D(1.5, 1.5, 0.0)
@@ -90,20 +90,20 @@ def test_walls_of_the_map_are_not_remembered_even_if_seen_a_little_off():
     assert len(walk.memory.cells) == 0
 
 
-def test_robots_that_are_known_otherwise_are_not_remembered():
+def test_other_known_robots_are_not_remembered():
     walk = Walk()
     walk.look(NEAR, others=[(4.1, 4.0, 1.3)])
     assert len(walk.memory.cells) == 0
 
 
-def test_all_is_forgotten_when_cleared():
+def test_clear_forgets_all_obstacles():
     walk = Walk()
     walk.look(NEAR)
     walk.memory.clear()
     assert walk.cost(4.02, 4.0) == 0
 
 
-def test_only_distant_obstacles_are_forgotten_on_request():
+def test_clear_beyond_a_distance_keeps_near_obstacles():
     walk = Walk()
     walk.look(NEAR)
     walk.memory.clear(Pose2D(4.0, 3.0, 0.0), beyond=1.0)
@@ -111,7 +111,7 @@ def test_only_distant_obstacles_are_forgotten_on_request():
     assert walk.cost(4.02, 4.8) < 253
 
 
-def test_a_turned_map_remembers_in_its_own_cells():
+def test_turned_map_remembers_obstacles_in_its_own_cells():
     turned = walled_map(16, 8, [])
     info = type(turned.info)(0.05, turned.info.width, turned.info.height, Pose2D(3.0, -2.0, math.pi / 3))
     layers = build_layers(type(turned)(turned.data, info))

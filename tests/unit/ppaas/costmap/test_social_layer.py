@@ -8,7 +8,7 @@ from ppaas.errors import InvalidParameter
 from tests.support.world import grids
 
 
-def test_the_defaults_are_those_of_ros():
+def test_defaults_are_those_of_ros():
     assert Proxemics() == Proxemics(amplitude=77.0, covariance=0.25, cutoff=10.0, factor=5.0)
 
 
@@ -21,7 +21,7 @@ def test_invalid_parameters_are_refused_by_name(wrong):
         Proxemics(**wrong)
 
 
-def test_it_returns_whether_a_cost_was_raised():
+def test_add_returns_whether_a_cost_was_raised():
     costmap = grids.of(np.zeros((40, 40), np.uint8), 0.1)
     assert not Proxemics().add(costmap, [])
     assert not Proxemics().add(costmap, [PersonNearby(20.0, 20.0)])

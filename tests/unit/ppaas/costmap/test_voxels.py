@@ -18,7 +18,7 @@ SIZES = st.sampled_from([0.0, 0.05, 0.1, 0.17, 0.2, 0.25])
 
 @given(voxels.grid_arrays(5), SIZES, st.sampled_from([0.01, 0.1, 0.15, 0.3, 9.0]), SIZES, st.sampled_from([0.0, 3.0]))
 @settings(deadline=None, max_examples=60)
-def test_places_cost_what_the_twin_says(data, radius, height, inflation, factor):
+def test_costs_of_places_agree_with_the_twin(data, radius, height, inflation, factor):
     costs = inflate_voxels(
         voxels.grid(data, 0.1), Cylinder(radius, height), inflation_radius=inflation, cost_scaling_factor=factor
     )
@@ -28,7 +28,7 @@ def test_places_cost_what_the_twin_says(data, radius, height, inflation, factor)
 
 @given(voxels.grid_arrays(), st.sampled_from([0.0, 0.09, 0.1, 0.25]))
 @settings(deadline=None, max_examples=60)
-def test_a_robot_on_the_ground_stands_on_something_within_a_step(data, max_step):
+def test_ground_robot_needs_support_within_a_step(data, max_step):
     point = Cylinder(0.0, 0.05)
     flying = inflate_voxels(voxels.grid(data, 0.1), point).data
     standing = inflate_voxels(voxels.grid(data, 0.1), point, ground=True, max_step=max_step).data
@@ -39,7 +39,7 @@ def test_a_robot_on_the_ground_stands_on_something_within_a_step(data, max_step)
 
 @given(voxels.grid_arrays(5), SIZES, st.sampled_from([0.05, 0.1, 0.25]), st.data())
 @settings(deadline=None, max_examples=40)
-def test_on_its_way_between_free_places_a_robot_touches_nothing(data, radius, height, draw):
+def test_robot_touches_nothing_between_free_places(data, radius, height, draw):
     volume = Cylinder(radius, height)
     costs = inflate_voxels(voxels.grid(data, 0.1), volume)
     free = voxels.free_voxels(costs.data, allow_unknown=True)
@@ -56,14 +56,14 @@ def test_on_its_way_between_free_places_a_robot_touches_nothing(data, radius, he
             assert not twin.hits(data, 0.1, Cylinder(max(0.0, radius - 1e-9), height - 1e-9), (x, y, z + 5e-10, 0.0))
 
 
-def test_a_box_is_inflated_for_the_cylinder_in_which_it_turns():
+def test_box_is_inflated_like_its_swept_cylinder():
     scene = voxels.room()
     voxels.put(scene, (2.0, 1.0, 0.0), (2.5, 1.5, 1.0))
     box = inflate_voxels(scene, Box(0.3, 0.4, 0.5))
     assert np.array_equal(box.data, inflate_voxels(scene, Cylinder(0.25, 0.5)).data)
 
 
-def test_a_place_is_the_middle_of_the_floor_of_its_voxel():
+def test_place_is_the_centre_of_the_voxels_floor():
     costs = voxels.costmap(np.zeros((2, 3, 4), np.uint8), 0.5, Point3D(1.0, 2.0, 3.0))
     np.testing.assert_allclose(costs.places((1, 0, 2)), (2.25, 2.25, 3.5))
     every = np.argwhere(costs.data == 0)
@@ -72,7 +72,7 @@ def test_a_place_is_the_middle_of_the_floor_of_its_voxel():
     assert costs.nearest((2.25, 2.25, 3.24)).tolist() == [0, 0, 2]
 
 
-def test_beside_the_map_is_the_unknown():
+def test_space_beside_the_map_is_unknown():
     costs = inflate_voxels(voxels.grid(np.zeros((9, 9, 9), np.uint8), 0.1), Cylinder(0.2, 0.3)).data
     assert (costs[4] == 255).tolist() == [[not (2 <= r < 7 and 2 <= c < 7) for c in range(9)] for r in range(9)]
     assert costs[:, 4, 4].tolist() == [0] * 7 + [255] * 2
@@ -86,7 +86,7 @@ def test_a_single_voxel_is_inflated():
 
 @pytest.mark.parametrize("name", ["max_step", "inflation_radius", "cost_scaling_factor"])
 @pytest.mark.parametrize("value", [-0.1, math.nan, math.inf])
-def test_parameters_out_of_range_are_named(name, value):
+def test_parameters_out_of_range_are_refused_by_name(name, value):
     with pytest.raises(InvalidParameter, match=name):
         inflate_voxels(voxels.room(), Cylinder(0.2, 1.0), **{name: value})
 

@@ -19,16 +19,16 @@ def scan(ranges, **fields):
     return LaserScan(Header(), ranges=ranges, **given | fields)
 
 
-def test_a_point_lies_where_its_beam_ends():
+def test_scan_point_is_the_end_of_its_beam():
     np.testing.assert_allclose(scan_points(scan([1.0, 2.0, 3.0]), HERE), [[1, 0], [0, 2], [-3, 0]], atol=1e-12)
 
 
-def test_points_are_given_in_the_frame_that_the_laser_is_given_in():
+def test_scan_points_are_in_the_frame_of_the_laser_pose():
     points = scan_points(scan([1.0, 2.0]), Pose2D(10.0, 0.0, math.pi / 2))
     np.testing.assert_allclose(points, [[10, 1], [8, 0]], atol=1e-12)
 
 
-def test_what_is_no_reading_is_left_out():
+def test_invalid_ranges_give_no_points():
     assert len(scan_points(scan([None, math.nan, math.inf, -math.inf, 0.05, 5.0, 7.0]), HERE)) == 0
 
 
@@ -36,7 +36,7 @@ def test_a_scan_without_ranges_gives_no_points():
     assert scan_points(scan([]), HERE).shape == (0, 2)
 
 
-def test_so_many_beams_are_spread_over_the_points_there_are():
+def test_chosen_beams_are_spread_evenly_over_the_points():
     points = np.stack((np.arange(50.0), np.zeros(50)), axis=1)
     np.testing.assert_allclose(choose_beams(points, 5)[:, 0], [0, 12, 24, 37, 49])
 
@@ -47,7 +47,7 @@ def test_few_points_are_all_chosen():
     assert len(choose_beams(np.empty((0, 2)), 60)) == 0
 
 
-def test_what_is_near_counts_by_its_length_and_not_by_its_beams():
+def test_near_surfaces_count_by_length_and_not_by_beams():
     near = np.stack((np.full(300, 0.3), np.linspace(-0.3, 0.3, 300)), axis=1)
     far = np.stack((np.full(60, -5.0), np.linspace(-3.0, 3.0, 60)), axis=1)
     chosen = choose_beams(np.concatenate((near, far)), 60)
@@ -56,11 +56,11 @@ def test_what_is_near_counts_by_its_length_and_not_by_its_beams():
 
 
 @pytest.mark.parametrize("name", ["angle_min", "angle_increment", "range_min", "range_max"])
-def test_limits_that_are_not_finite_are_refused(name):
+def test_non_finite_limits_are_refused(name):
     with pytest.raises(InvalidInput, match="finite"):
         scan_points(scan([1.0], **{name: math.nan}), HERE)
 
 
-def test_a_scan_of_absurd_length_is_refused():
+def test_scan_with_too_many_ranges_is_refused():
     with pytest.raises(InvalidInput, match="at most"):
         scan_points(scan([1.0] * (MAX_RANGES + 1)), HERE)

@@ -28,29 +28,29 @@ def seen(people: int, others: int, away: float = 1.0) -> np.ndarray:
     return np.vstack((near, walls @ np.array(((c, -s), (s, c)))))
 
 
-def test_beams_that_end_at_people_of_a_crowd_are_told_from_those_that_end_at_a_wall() -> None:
+def test_beams_at_many_people_are_distinguished_from_beams_at_walls() -> None:
     np.testing.assert_array_equal(ends_at_people(HERE, seen(20, 30), LAYERS), np.arange(50) < 20)
 
 
 @pytest.mark.parametrize("people", [0, 3, int(40 * MANY)])
-def test_a_few_people_are_no_crowd(people: int) -> None:
+def test_few_people_are_ignored(people: int) -> None:
     assert not ends_at_people(HERE, seen(people, 40 - people), LAYERS).any()
 
 
-def test_walls_that_are_near_are_no_crowd() -> None:
+def test_near_walls_are_not_people() -> None:
     beside_the_wall = np.column_stack((np.linspace(-0.8, 0.8, 30), np.full(30, 0.1 - BESIDE.y)))
     assert not ends_at_people(BESIDE, beside_the_wall, LAYERS).any()
     assert ends_at_people(BESIDE, 0.6 * beside_the_wall, LAYERS).all()
 
 
-def test_who_is_far_away_is_not_around_the_robot() -> None:
+def test_people_far_away_are_ignored() -> None:
     assert ends_at_people(HERE, seen(20, 30, NEAR - 0.1), LAYERS).any()
     assert not ends_at_people(HERE, seen(20, 30, NEAR + 0.1), LAYERS).any()
 
 
 @pytest.mark.parametrize("walls", [10, 0])
 @pytest.mark.parametrize("model", ["likelihood_field", "likelihood_field_prob"])
-def test_people_who_stand_before_a_wall_do_not_pull_a_robot_to_it(model: str, walls: int) -> None:
+def test_people_before_a_wall_do_not_shift_the_pose_to_it(model: str, walls: int) -> None:
     row = np.column_stack((np.linspace(-0.8, 0.8, 30), np.full(30, 0.45 - BESIDE.y)))
     left = np.column_stack((np.full(walls, 0.1 - BESIDE.x), np.linspace(0.0, 1.0, walls)))
     localization = ParticleFilter(LAYERS, AmclParameters(laser_model_type=model))

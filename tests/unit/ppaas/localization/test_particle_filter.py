@@ -20,7 +20,7 @@ ROUND = [(1.2, 5.7), (4.5, 6.5), (4.6, 1.5), (7, 1.5), (7.5, 7.5), (10.5, 7.5), 
 START = Pose2D(1.0, 1.0, math.pi / 2)
 
 
-def look(localization: ParticleFilter) -> bool:
+def search_now(localization: ParticleFilter) -> bool:
     """Search for a lost robot at once; return whether particles were redrawn."""
     search = localization.next_search()
     found = None if search is None else search.run(bool)
@@ -45,7 +45,7 @@ class Drive:
             beams = self.filter.sensor.beams(world.scan(0.0), Pose2D(0, 0, 0))
             estimate = self.filter.update(world.odom, beams, world.range_max)
             self.map_to_odom = estimate.pose @ world.odom.inverse()
-            look(self.filter)
+            search_now(self.filter)
         self.errors.append(error_of(self.map_to_odom @ world.odom, world.pose))
 
     def to(self, x: float, y: float) -> None:
@@ -58,7 +58,7 @@ class Drive:
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_the_pose_is_held_over_a_long_drive_with_odometry_that_drifts_threefold(seed):
+def test_pose_is_tracked_over_a_long_drive_with_drifting_odometry(seed):
     drive = Drive(World(GRID, START, drift=3.0, seed=seed), AmclParameters(seed=seed))
     for _ in range(2):
         for point in ROUND:
@@ -66,13 +66,13 @@ def test_the_pose_is_held_over_a_long_drive_with_odometry_that_drifts_threefold(
     errors = np.array(drive.errors)
     unaided = error_of(START @ drive.world.odom, drive.world.pose)[0]
     assert drive.travelled > 50.0
-    assert unaided > 1.0, "the odometry alone must be lost, or the test shows nothing"
+    assert unaided > 1.0, "odometry alone must be lost, or the test is void"
     assert errors[:, 0].max() < 0.15
     assert np.percentile(errors[:, 0], 95) < 0.10
     assert errors[:, 1].max() < 0.15
 
 
-def test_a_start_that_is_off_by_decimetres_is_corrected():
+def test_wrong_initial_pose_is_corrected():
     drive = Drive(World(GRID, START), AmclParameters(), spread=0.3)
     drive.filter.initialise(Pose2D(1.3, 0.8, math.pi / 2 + 0.2), np.diag([0.3**2] * 3))
     for point in ROUND[:3]:
@@ -80,7 +80,7 @@ def test_a_start_that_is_off_by_decimetres_is_corrected():
     assert np.array(drive.errors)[-20:, 0].max() < 0.1
 
 
-def test_the_same_seed_gives_the_same_particles_and_another_seed_others():
+def test_particles_depend_on_the_seed():
     def particles(seed: int) -> np.ndarray:
         drive = Drive(World(GRID, START), AmclParameters(seed=seed))
         drive.to(1.2, 3.0)
@@ -91,7 +91,7 @@ def test_the_same_seed_gives_the_same_particles_and_another_seed_others():
     assert first.shape != other.shape or (first != other).any()
 
 
-def test_a_robot_that_stands_needs_no_update():
+def test_robot_at_rest_needs_no_update():
     drive = Drive(World(GRID, START), AmclParameters())
     assert drive.filter.needs_update(drive.world.odom)
     drive.update()
@@ -100,7 +100,7 @@ def test_a_robot_that_stands_needs_no_update():
     assert drive.filter.needs_update(drive.world.odom @ Pose2D(0.0, 0.0, -0.21))
 
 
-def test_fewer_particles_are_kept_when_they_agree():
+def test_number_of_particles_falls_when_they_agree():
     parameters = AmclParameters(min_particles=100, max_particles=2000)
     drive = Drive(World(GRID, START), parameters, spread=0.5)
     assert len(drive.filter.particles) == 2000
@@ -109,7 +109,7 @@ def test_fewer_particles_are_kept_when_they_agree():
     assert 100 <= len(drive.filter.particles) < 1500
 
 
-def test_a_scan_without_a_reading_leaves_the_weights_alone_and_moves_by_odometry():
+def test_empty_scan_updates_the_pose_by_odometry_only():
     localization = ParticleFilter(LAYERS, AmclParameters())
     localization.initialise(START, np.zeros((3, 3)))
     localization.update(Pose2D(0, 0, 0), np.empty((0, 2)), 8.0)
@@ -118,7 +118,7 @@ def test_a_scan_without_a_reading_leaves_the_weights_alone_and_moves_by_odometry
     assert np.isfinite(localization.weights).all()
 
 
-def test_a_robot_pushed_out_of_the_map_does_not_break_it():
+def test_pose_outside_the_map_stays_finite():
     localization = ParticleFilter(LAYERS, AmclParameters())
     localization.initialise(Pose2D(-500.0, 1e6, 0.0), np.zeros((3, 3)))
     estimate = localization.update(Pose2D(0, 0, 0), np.array([[1.0, 0.0]]), 8.0)
@@ -133,7 +133,7 @@ def test_a_robot_pushed_out_of_the_map_does_not_break_it():
         (Pose2D(0, 0, 0), np.diag([1.0, -1.0, 0.0])),
     ],
 )
-def test_an_initial_pose_that_means_nothing_is_refused(pose, covariance):
+def test_invalid_initial_pose_is_refused(pose, covariance):
     localization = ParticleFilter(LAYERS, AmclParameters())
     with pytest.raises(InvalidInput):
         localization.initialise(pose, covariance)
@@ -159,7 +159,7 @@ def test_parameters_out_of_range_are_refused_by_name(wrong):
 
 
 @pytest.mark.parametrize("model", ["beam", "likelihood_field_prob"])
-def test_every_model_of_the_laser_holds_the_pose(model):
+def test_every_laser_model_tracks_the_pose(model):
     drive = Drive(World(GRID, START, drift=2.0), AmclParameters(laser_model_type=model))
     for point in ROUND[:4]:
         drive.to(*point)
@@ -167,7 +167,7 @@ def test_every_model_of_the_laser_holds_the_pose(model):
 
 
 @pytest.mark.parametrize("model", ["diff", "omni", "omni-corrected"])
-def test_every_model_of_odometry_holds_the_pose(model):
+def test_every_odometry_model_tracks_the_pose(model):
     noise = 0.2 if model in ("diff", "omni") else 0.02
     alphas = {f"odom_alpha{number}": noise for number in range(1, 6)}
     drive = Drive(World(GRID, START), AmclParameters(odom_model_type=model, **alphas))
@@ -177,7 +177,7 @@ def test_every_model_of_odometry_holds_the_pose(model):
 
 
 @pytest.mark.parametrize("model", ["likelihood_field", "beam"])
-def test_any_number_of_threads_gives_the_same_particles(model):
+def test_particles_do_not_depend_on_threads(model):
     def particles(threads: int) -> np.ndarray:
         parameters = AmclParameters(laser_model_type=model, min_particles=9000, max_particles=9000, resample_interval=1)
         localization = ParticleFilter(LAYERS, parameters, lambda: threads)
@@ -190,7 +190,7 @@ def test_any_number_of_threads_gives_the_same_particles(model):
     np.testing.assert_array_equal(particles(1), particles(2))
 
 
-def test_a_robot_that_was_carried_off_is_found_again_unless_recovery_is_off():
+def test_displaced_robot_is_relocalized_unless_recovery_is_off():
     def error_after(**recovery: float) -> float:
         drive = Drive(World(GRID, START), AmclParameters(**recovery))
         for point in ROUND[:1]:
@@ -204,7 +204,7 @@ def test_a_robot_that_was_carried_off_is_found_again_unless_recovery_is_off():
     assert error_after(recovery_alpha_slow=0.0, recovery_alpha_fast=0.0) > 0.5
 
 
-def test_what_the_laser_may_not_see_is_left_out():
+def test_ranges_outside_the_laser_limits_are_dropped():
     sensor = ParticleFilter(
         LAYERS, AmclParameters(laser_min_range=1.5, laser_max_range=3.0, laser_max_beams=500)
     ).sensor
@@ -214,7 +214,7 @@ def test_what_the_laser_may_not_see_is_left_out():
     assert sensor.range_max(scan) == 3.0
 
 
-def test_a_map_without_a_free_cell_has_nowhere_to_look():
+def test_map_without_a_free_cell_is_refused():
     grid = GridMap(np.full((1, 1), 100, np.int8), GridInfo(0.05, 1, 1))
     with pytest.raises(InvalidMap, match="no free cell"):
         ParticleFilter(build_layers(grid), AmclParameters()).initialise_globally()
@@ -229,7 +229,7 @@ def lost() -> tuple[ParticleFilter, World, np.ndarray]:
     return localization, world, beams
 
 
-def test_what_was_found_counts_from_where_the_robot_has_come_meanwhile():
+def test_search_result_is_moved_by_odometry_since_the_search():
     localization, world, _ = lost()
     found = localization.next_search().run(bool)
     for _ in range(3):
@@ -241,7 +241,7 @@ def test_what_was_found_counts_from_where_the_robot_has_come_meanwhile():
 
 
 @pytest.mark.parametrize("begin", ["pose", "anywhere"])
-def test_what_was_found_of_a_search_before_all_began_anew_is_no_use(begin):
+def test_search_result_from_before_a_restart_is_discarded(begin):
     localization, world, beams = lost()
     found = localization.next_search().run(bool)
     if begin == "pose":
@@ -254,8 +254,8 @@ def test_what_was_found_of_a_search_before_all_began_anew_is_no_use(begin):
     np.testing.assert_array_equal(localization.particles, before)
 
 
-def test_a_robot_that_stands_is_looked_for_once():
+def test_robot_at_rest_is_searched_for_once():
     localization, world, beams = lost()
-    assert look(localization)
+    assert search_now(localization)
     localization.update(world.odom, beams, world.range_max)
     assert localization.next_search() is None

@@ -20,7 +20,7 @@ from ppaas.maps.grid import GridInfo, GridMap
         (cluster, cluster.moments_around),
     ],
 )
-def test_a_warm_kernel_compiles_nothing_more_for_what_production_calls_it_with(module, kernel):
+def test_warm_kernel_compiles_no_more_signatures_in_use(module, kernel):
     module.warm()
     warm = list(kernel.signatures)
     parameters = AmclParameters(min_particles=10, max_particles=10, resample_interval=1)

@@ -16,14 +16,14 @@ def even(count):
     return np.full(count, 1.0 / count)
 
 
-def test_the_mean_and_the_covariance_are_those_of_the_cloud():
+def test_mean_and_covariance_are_those_of_the_particles():
     particles = cloud((2.0, -3.0, 0.5), (0.1, 0.05, 0.02), 5000)
     found = estimate(particles, even(5000))
     np.testing.assert_allclose(found.pose, (2.0, -3.0, 0.5), atol=0.01)
     np.testing.assert_allclose(np.diag(found.covariance), (0.01, 0.0025, 0.0004), rtol=0.1)
 
 
-def test_headings_astride_pi_have_pi_as_their_mean():
+def test_mean_of_headings_around_pi_is_pi():
     particles = cloud((0.0, 0.0, math.pi), (0.01, 0.01, 0.1), 1000)
     particles[:, 2] = (particles[:, 2] + math.pi) % (2 * math.pi) - math.pi
     found = estimate(particles, even(1000))
@@ -31,7 +31,7 @@ def test_headings_astride_pi_have_pi_as_their_mean():
     assert found.covariance[2, 2] < 0.02
 
 
-def test_the_heavier_of_two_clusters_wins_and_the_other_does_not_count():
+def test_estimate_uses_the_heavier_cluster_only():
     near, far = cloud((0.0, 0.0, 0.0), 0.05, 600), cloud((8.0, 0.0, 0.0), 0.05, 400)
     found = estimate(np.concatenate((near, far)), even(1000))
     assert abs(found.pose.x) < 0.02
@@ -39,12 +39,12 @@ def test_the_heavier_of_two_clusters_wins_and_the_other_does_not_count():
     assert abs(found.share - 0.6) < 1e-9
 
 
-def test_a_heavy_particle_draws_the_mean():
+def test_mean_is_weighted():
     particles = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]])
     assert math.isclose(estimate(particles, np.array([0.25, 0.75])).pose.x, 0.075)
 
 
-def test_bins_differ_where_a_pose_lies_in_another_bin_and_only_there():
+def test_poses_in_different_bins_have_different_bin_numbers():
     particles = np.array(
         [[0.1, 0.1, 0.05], [0.4, 0.4, 0.1], [-0.1, 0.1, 0.05], [0.1, -0.1, 0.05], [0.1, 0.1, -0.05], [0.6, 0.1, 0.05]]
     )

@@ -25,10 +25,10 @@ TRUE = Pose2D(7.4, 4.7, 2.0)
 HERE = Pose2D(0.0, 0.0, 0.0)
 
 
-def search(told: Pose2D = TRUE, metres: float = 2.0, seed: int = 1, grid: GridMap = GRID) -> PoseSearch:
+def search(believed: Pose2D = TRUE, metres: float = 2.0, seed: int = 1, grid: GridMap = GRID) -> PoseSearch:
     layers = LAYERS if grid is GRID else build_layers(grid)
     seen = np.pad(scan_points(World(GRID, TRUE).scan(0.0), HERE), ((0, 0), (0, 2)))
-    return PoseSearch(FreePoses(grid), ScanMatch(layers, AmclParameters()), seen, metres, HERE, told, False, seed)
+    return PoseSearch(FreePoses(grid), ScanMatch(layers, AmclParameters()), seen, metres, HERE, believed, False, seed)
 
 
 def found(**given: object) -> PoseCandidates:
@@ -38,13 +38,13 @@ def found(**given: object) -> PoseCandidates:
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_the_best_place_is_where_the_robot_is(seed: int) -> None:
+def test_best_candidate_is_the_true_pose(seed: int) -> None:
     best = Pose2D(*found(seed=seed).poses[0])
     assert best.distance_to(TRUE) < 0.1
     assert abs(math.remainder(best.theta - TRUE.theta, math.tau)) < math.radians(2.0)
 
 
-def test_weights_are_ordered_and_sum_to_one_and_no_place_is_told_twice() -> None:
+def test_candidate_weights_are_sorted_and_normalised_without_repeats() -> None:
     places = found()
     assert places.weights.sum() == pytest.approx(1.0)
     assert (np.diff(places.weights) <= 0.0).all()
@@ -53,27 +53,27 @@ def test_weights_are_ordered_and_sum_to_one_and_no_place_is_told_twice() -> None
     assert len(np.unique(bins, axis=0)) == len(places.poses)
 
 
-def test_a_robot_that_was_told_where_it_is_is_as_likely_there_as_at_the_best_place() -> None:
+def test_believed_pose_is_likely_only_if_it_is_true() -> None:
     places = found()
     assert places.believed_odds > 0.5 * places.weights[0]
-    assert found(told=Pose2D(1.5, 4.0, 0.0)).believed_odds < 0.1 * places.weights[0]
+    assert found(believed=Pose2D(1.5, 4.0, 0.0)).believed_odds < 0.1 * places.weights[0]
 
 
-def test_the_longer_the_way_the_surer_is_what_was_found() -> None:
+def test_confidence_grows_with_the_driven_distance() -> None:
     assert found(metres=0.0).weights[0] < found(metres=1.0).weights[0] < found(metres=4.0).weights[0]
 
 
-def test_the_same_seed_finds_the_same() -> None:
+def test_same_seed_finds_the_same_poses() -> None:
     np.testing.assert_array_equal(found(seed=5).poses, found(seed=5).poses)
 
 
-@pytest.mark.parametrize("asked", [1, 3])
-def test_a_search_that_is_cancelled_ends_with_nothing(asked: int) -> None:
-    asks = iter(range(100))
-    assert search().run(lambda: next(asks) >= asked) is None
+@pytest.mark.parametrize("checks", [1, 3])
+def test_cancelled_search_returns_none(checks: int) -> None:
+    calls = iter(range(100))
+    assert search().run(lambda: next(calls) >= checks) is None
 
 
-def test_a_map_without_a_free_cell_has_nowhere_to_look() -> None:
+def test_map_without_a_free_cell_is_refused() -> None:
     full = GridMap(np.full((4, 4), 100, np.int8), GridInfo(0.05, 4, 4))
     with pytest.raises(InvalidMap, match="no free cell"):
         search(grid=full).run(bool)
@@ -83,7 +83,7 @@ OFFICE = office(seed=1)
 OFFICE_LAYERS = build_layers(OFFICE)
 
 
-def crowded(seed: int, people: int, told: Pose2D | None = None, *, lost: bool = False) -> PoseCandidates:
+def crowded(seed: int, people: int, believed: Pose2D | None = None, *, lost: bool = False) -> PoseCandidates:
     """Search for a robot that has driven along a circle among people, who change with each scan."""
     random = np.random.default_rng(seed)
     roomy = OFFICE.info.to_world(np.argwhere(OFFICE_LAYERS.distance > 1.2))
@@ -97,9 +97,9 @@ def crowded(seed: int, people: int, told: Pose2D | None = None, *, lost: bool = 
             x, y = world.pose.x + away * math.cos(bearing), world.pose.y + away * math.sin(bearing)
             world.truth |= np.hypot(0.05 * columns - x, 0.05 * rows - y) <= 0.25
         history.note(odom, scan_points(world.scan(0.0), HERE))
-    told = world.pose if told is None else told
+    believed = world.pose if believed is None else believed
     match = ScanMatch(OFFICE_LAYERS, AmclParameters())
-    poses = PoseSearch(FreePoses(OFFICE), match, history.seen(), history.metres, odom, told, lost, seed).run(bool)
+    poses = PoseSearch(FreePoses(OFFICE), match, history.seen(), history.metres, odom, believed, lost, seed).run(bool)
     assert poses is not None
     return poses
 
@@ -110,20 +110,20 @@ def is_lost(found: PoseCandidates) -> bool:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_a_robot_around_which_people_stand_is_not_lost(seed: int) -> None:
+def test_robot_among_people_is_not_lost(seed: int) -> None:
     assert not is_lost(crowded(seed, people=12))
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_among_people_too_a_robot_that_was_carried_off_is_lost(seed: int) -> None:
-    assert is_lost(crowded(seed, people=4, told=Pose2D(1.5, 2.0, 2.0)))
+def test_displaced_robot_among_people_is_lost(seed: int) -> None:
+    assert is_lost(crowded(seed, people=4, believed=Pose2D(1.5, 2.0, 2.0)))
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_where_a_robot_that_is_lost_was_taken_to_be_is_weighed_as_all_other_places_are(seed: int) -> None:
+def test_believed_pose_of_a_lost_robot_is_weighted_like_others(seed: int) -> None:
     best = Pose2D(*crowded(seed, people=12).poses[0])
-    lost = crowded(seed, people=12, told=best, lost=True)
+    lost = crowded(seed, people=12, believed=best, lost=True)
     assert lost.believed_odds > 0.9 * lost.weights[0]
     assert (
-        crowded(seed, people=12, told=best).believed_odds < 0.6 * lost.weights[0]
+        crowded(seed, people=12, believed=best).believed_odds < 0.6 * lost.weights[0]
     )  # people do not account for that place

@@ -15,7 +15,7 @@ numbers = st.floats(-3.0, 3.0)
 poses = st.builds(Pose2D, numbers, numbers, numbers)
 
 
-def test_a_scan_is_kept_only_where_the_robot_has_moved() -> None:
+def test_scan_is_stored_only_after_the_robot_has_moved() -> None:
     history = ScanHistory()
     assert history.note(Pose2D(0.0, 0.0, 0.0), POINT)
     assert not history.note(Pose2D(0.9 * SPACING, 0.0, 0.9 * SPACING_TURN), POINT)
@@ -25,7 +25,7 @@ def test_a_scan_is_kept_only_where_the_robot_has_moved() -> None:
 
 
 @given(st.lists(poses, min_size=1, max_size=6))
-def test_a_wall_is_seen_where_it_is_from_wherever_it_was_seen(odoms: list[Pose2D]) -> None:
+def test_points_of_all_scans_agree_in_the_newest_frame(odoms: list[Pose2D]) -> None:
     wall = Pose2D(5.0, -2.0, 0.0)
     history, last = ScanHistory(), odoms[0]
     for odom in odoms:
@@ -36,12 +36,12 @@ def test_a_wall_is_seen_where_it_is_from_wherever_it_was_seen(odoms: list[Pose2D
     seen = history.seen()
     np.testing.assert_allclose(seen[:, :2], np.tile((x, y), (len(seen), 1)), atol=1e-9)
     # Each ray keeps its length, and those of the newest scan start at the robot.
-    begins = [last.inverse() @ odom for odom in odoms]
-    assert all(min(math.dist(row, begin[:2]) for begin in begins) < 1e-9 for row in seen[:, 2:].tolist())
+    origins = [last.inverse() @ odom for odom in odoms]
+    assert all(min(math.dist(row, origin[:2]) for origin in origins) < 1e-9 for row in seen[:, 2:].tolist())
     np.testing.assert_allclose(seen[-1, 2:], 0.0, atol=1e-12)
 
 
-def test_the_oldest_scan_gives_way() -> None:
+def test_oldest_scan_is_dropped() -> None:
     history = ScanHistory()
     for i in range(SCANS + 3):
         assert history.full == (i >= SCANS)
@@ -50,7 +50,7 @@ def test_the_oldest_scan_gives_way() -> None:
     assert history.metres == SCANS - 1
 
 
-def test_odometry_that_began_anew_changes_nothing() -> None:
+def test_rebase_keeps_the_history_after_an_odometry_reset() -> None:
     history, jump = ScanHistory(), Pose2D(3.0, -1.0, math.pi / 3)
     history.note(Pose2D(0.0, 0.0, 0.0), POINT)
     history.note(Pose2D(1.0, 0.0, 0.0), POINT)

@@ -26,12 +26,12 @@ NOTHING = pytest.mark.parametrize("nothing", [None, math.nan, math.inf, 8.0, 9.5
 
 
 @NOTHING
-def test_where_nothing_is_in_reach_a_laser_need_not_see_anything(nothing):
+def test_empty_scan_is_plausible_without_obstacles_in_range(nothing):
     check_plausible(scan_of(nothing), LAYERS, lambda: MIDDLE)
 
 
 @NOTHING
-def test_where_walls_are_all_around_it_must(nothing):
+def test_empty_scan_is_refused_among_walls(nothing):
     with pytest.raises(InvalidInput, match="no beam of the scan has a reading"):
         check_plausible(scan_of(nothing), LAYERS, lambda: CORNER)
 
@@ -39,13 +39,13 @@ def test_where_walls_are_all_around_it_must(nothing):
 AHEAD = {"first": -0.3, "last": 0.3}
 
 
-def test_what_it_must_see_lies_where_it_looks():
+def test_only_walls_in_the_field_of_view_are_expected():
     check_plausible(scan_of(None, **AHEAD), LAYERS, lambda: Pose2D(CORNER.x, CORNER.y, math.pi / 4))
     with pytest.raises(InvalidInput, match="by the map half of them should"):
         check_plausible(scan_of(None, **AHEAD), LAYERS, lambda: Pose2D(CORNER.x, CORNER.y, 1.25 * math.pi))
 
 
-def test_a_wall_that_is_too_near_to_be_seen_need_not_be_seen():
+def test_wall_within_range_min_is_not_expected():
     before_the_wall = Pose2D(0.5, 12.0, math.pi)
     scan = scan_of(math.nan, **AHEAD)
     with pytest.raises(InvalidInput):
@@ -53,7 +53,7 @@ def test_a_wall_that_is_too_near_to_be_seen_need_not_be_seen():
     check_plausible(replace(scan, range_min=0.45), LAYERS, lambda: before_the_wall)
 
 
-def test_of_a_robot_that_was_not_localized_yet_nothing_is_known():
+def test_unlocalized_robot_is_not_checked():
     check_plausible(scan_of(None), LAYERS, lambda: None)
 
 
@@ -66,9 +66,9 @@ def test_one_reading_is_enough(others):
 
 
 @pytest.mark.parametrize("pose", [Pose2D(-40.0, 2.0, 0.0), Pose2D(0.01, 0.01, 0.0)])
-def test_outside_of_the_map_and_inside_of_a_wall_nothing_is_known_to_be_in_sight(pose):
+def test_pose_outside_the_map_or_in_a_wall_is_not_checked(pose):
     check_plausible(scan_of(None), LAYERS, lambda: pose)
 
 
-def test_a_scan_without_ranges_is_not_for_this_check():
+def test_scan_without_ranges_is_not_checked():
     check_plausible(replace(scan_of(None), ranges=[]), LAYERS, lambda: CORNER)

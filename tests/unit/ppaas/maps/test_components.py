@@ -14,7 +14,7 @@ from tests.support.world.maps import occupied_arrays, real_map
 
 @settings(deadline=None)
 @given(occupied_arrays(), st.data())
-def test_the_same_cells_are_reached_as_by_the_slow_twin(occupied, draw):
+def test_reachable_cells_agree_with_the_twin(occupied, draw):
     free = occupied == 0
     row = draw.draw(st.integers(0, free.shape[0] - 1))
     column = draw.draw(st.integers(0, free.shape[1] - 1))
@@ -25,11 +25,11 @@ def test_a_diagonal_gap_is_not_passable():
     assert reachable(np.array([[True, False], [False, True]]), 0, 0).tolist() == [[True, False], [False, False]]
 
 
-def test_nothing_is_reached_from_an_obstacle():
+def test_no_cell_is_reachable_from_an_obstacle():
     assert not reachable(np.array([[False, True]]), 0, 0).any()
 
 
-def test_a_part_of_a_larger_array_will_do():
+def test_strided_view_of_an_array_is_accepted():
     free = np.ones((6, 6), np.bool_)
     free[:, 3] = False
     assert reachable(free[1:5, ::2], 0, 0).all()
@@ -42,12 +42,12 @@ def test_a_cell_outside_is_refused(row, column):
 
 
 @pytest.mark.parametrize("free", [np.ones((2, 2), np.uint8), np.ones(4, np.bool_)])
-def test_an_array_that_is_not_a_grid_of_bools_is_refused(free):
+def test_array_that_is_not_a_bool_grid_is_refused(free):
     with pytest.raises(InvalidMap, match="bools"):
         reachable(free, 0, 0)
 
 
-def test_the_free_space_of_a_real_map_hangs_together_but_for_crumbs(data):
+def test_free_space_of_a_real_map_is_mostly_connected(data):
     free = real_map(data, "turtlebot3").data == 0
     row, column = np.argwhere(free)[len(np.argwhere(free)) // 2].tolist()
     assert reachable(free, row, column).sum() > 0.5 * free.sum()

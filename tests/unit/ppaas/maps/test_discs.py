@@ -14,7 +14,7 @@ PLACES = st.one_of(st.integers(-6, 16).map(float), st.floats(-6.0, 16.0))
 
 @settings(deadline=None)
 @given(sides(12), PLACES, PLACES, st.floats(0.0, 8.0))
-def test_cells_whose_centre_lies_within_and_the_one_in_the_middle_are_written(shape, x, y, radius):
+def test_stamp_disc_writes_cells_within_the_radius_and_the_middle(shape, x, y, radius):
     cells = np.zeros(shape, np.uint8)
     stamp_disc(cells, x, y, radius, 7)
     for row, column in np.ndindex(*shape):

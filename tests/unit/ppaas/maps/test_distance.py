@@ -14,7 +14,7 @@ from tests.support.world.maps import grid_of, occupied_arrays, real_map
 
 @settings(deadline=None)
 @given(occupied_arrays(20))
-def test_the_distance_is_that_of_the_slow_twin(occupied):
+def test_distance_agrees_with_the_twin(occupied):
     distance = distance_to_occupied(grid_of(occupied, 0.05))
     assert distance.dtype == np.float32
     np.testing.assert_allclose(distance, twin.distance(occupied, 0.05), rtol=1e-6)
@@ -22,20 +22,20 @@ def test_the_distance_is_that_of_the_slow_twin(occupied):
 
 @settings(deadline=None)
 @given(occupied_arrays(20))
-def test_one_thread_and_many_give_the_same(occupied):
+def test_serial_and_parallel_distances_are_equal(occupied):
     assert np.array_equal(kernels.distance_serial(occupied, 0.1), kernels.distance_parallel(occupied, 0.1))
 
 
 @pytest.mark.parametrize("shape", [(300, 170), (1, 400), (400, 1), (64, 128), (65, 129)])
 @pytest.mark.parametrize("share", [0.3, 0.001])
-def test_the_distance_is_that_of_scipy(shape, share):
+def test_distance_agrees_with_scipy(shape, share):
     occupied = np.random.default_rng(1).random(shape) < share
     occupied[shape[0] // 2, shape[1] // 3] = True
     expected = ndimage.distance_transform_edt(~occupied) * 0.05
     np.testing.assert_allclose(distance_to_occupied(grid_of(occupied, 0.05)), expected, rtol=1e-6)
 
 
-def test_a_map_without_obstacles_has_a_distance_above_any_within_it():
+def test_distance_without_obstacles_exceeds_any_in_the_map():
     distance = distance_to_occupied(grid_of(np.zeros((30, 40), np.uint8), 0.5))
     assert (distance == 35.0).all()
 
@@ -45,13 +45,13 @@ def test_65_is_occupied_and_unknown_is_not():
     assert distance_to_occupied(grid).tolist() == [[0.0, 1.0, 2.0]]
 
 
-def test_a_read_only_map_will_do():
+def test_read_only_map_is_accepted():
     grid = grid_of(np.eye(5, dtype=np.uint8))
     grid.data.flags.writeable = False
     assert distance_to_occupied(grid)[0, 4] == pytest.approx(np.hypot(2, 2))
 
 
-def test_the_distances_of_a_real_map_are_those_of_scipy(data):
+def test_distances_of_a_real_map_agree_with_scipy(data):
     grid = real_map(data, "warehouse")
     expected = ndimage.distance_transform_edt(grid.data < 65) * grid.info.resolution
     np.testing.assert_allclose(distance_to_occupied(grid), expected, rtol=1e-6)

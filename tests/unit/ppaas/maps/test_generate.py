@@ -19,14 +19,14 @@ MAPS = [
 
 
 @pytest.mark.parametrize(("make", "seed", "size"), MAPS)
-def test_a_robot_of_30_cm_radius_reaches_all_places_it_fits_into(make, seed, size):
+def test_robot_of_30_cm_radius_reaches_all_free_cells(make, seed, size):
     free = distance_to_occupied(make(seed, **size)) > 0.3
     row, column = np.argwhere(free)[0].tolist()
     assert np.array_equal(reachable(free, row, column), free)
 
 
 @pytest.mark.parametrize(("make", "seed", "size"), MAPS)
-def test_there_are_walls_all_round_and_the_rest_is_known(make, seed, size):
+def test_border_is_occupied_and_no_cell_is_unknown(make, seed, size):
     cells = make(seed, **size).data
     assert (cells[[0, -1]] == 100).all()
     assert (cells[:, [0, -1]] == 100).all()
@@ -34,13 +34,13 @@ def test_there_are_walls_all_round_and_the_rest_is_known(make, seed, size):
 
 
 @pytest.mark.parametrize("make", [office, warehouse])
-def test_a_seed_gives_one_map_and_another_seed_another(make):
+def test_map_depends_on_the_seed(make):
     assert np.array_equal(make(5).data, make(5).data)
     assert not np.array_equal(make(5).data, make(6).data)
 
 
 @pytest.mark.parametrize("make", [office, warehouse])
-def test_size_and_resolution_are_as_asked(make):
+def test_size_and_resolution_are_as_requested(make):
     info = make(width=21.0, height=17.0, resolution=0.1).info
     assert (info.width, info.height, info.resolution) == (210, 170, 0.1)
 

@@ -20,7 +20,7 @@ INFOS = st.builds(
 
 
 @given(INFOS, COORDINATES, COORDINATES)
-def test_the_cell_of_one_point_is_that_of_many(info, x, y):
+def test_cell_of_agrees_with_to_cells(info, x, y):
     row, column = info.to_cells([(x, y)])[0].tolist()
     inside = 0 <= row < info.height and 0 <= column < info.width
     assert info.cell_of(x, y) == ((row, column) if inside else None)

@@ -27,7 +27,7 @@ def same(one: GridMap, other: GridMap) -> bool:
 
 @settings(deadline=None)
 @given(grid_maps([*range(-1, 101)]))
-def test_a_grid_survives_the_message_and_its_json(grid):
+def test_grid_round_trips_as_message_and_json(grid):
     message = GridMapMessage(grid).to_message()
     assert same(from_message(message), grid)
     assert same(from_message(decode(OccupancyGrid, encode(message))), grid)
@@ -35,7 +35,7 @@ def test_a_grid_survives_the_message_and_its_json(grid):
 
 @settings(deadline=None)
 @given(grid_maps([*range(-1, 101)]))
-def test_the_json_is_plain_and_row_major(grid):
+def test_json_data_is_a_row_major_list(grid):
     message = json.loads(encode(to_message(grid)))
     assert message["data"] == grid.data.ravel().tolist()
     assert (message["info"]["height"], message["info"]["width"]) == grid.data.shape
@@ -52,7 +52,7 @@ def test_frame_and_stamp_are_in_the_message():
     assert GridMapMessage(grid).to_message().header == Header(frame_id="map")
 
 
-def test_a_grid_with_cells_out_of_range_is_not_sent():
+def test_cells_out_of_range_are_refused():
     grid = GridMap(np.array([[101]], np.int8), GridInfo(0.05, 1, 1))
     with pytest.raises(InvalidMap, match="101"):
         to_message(grid)
@@ -99,6 +99,6 @@ def test_data_other_than_a_list_of_integers_is_malformed(data):
         decode(OccupancyGrid, text)
 
 
-def test_a_real_map_survives(data):
+def test_real_map_round_trips(data):
     grid = real_map(data, "tb3_sandbox")
     assert same(from_message(decode(OccupancyGrid, encode(to_message(grid)))), grid)

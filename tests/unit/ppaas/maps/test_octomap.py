@@ -39,7 +39,7 @@ def body_of(text):
 
 @given(ARRAYS)
 @settings(deadline=None, max_examples=60)
-def test_a_binary_file_is_read_as_the_twin_reads_it_and_written_as_it_was(data):
+def test_binary_file_is_read_like_by_the_twin_and_round_trips(data):
     data[0, 0, 0] = OCCUPIED
     text = file_of(data, "bt")
     tree = parse_octomap(text)
@@ -62,12 +62,12 @@ def test_a_full_file_has_the_leaves_of_the_binary_one(data, kind):
 @pytest.mark.parametrize(
     ("odds", "occupied"), [(0.0, True), (-0.0, True), (1e-30, True), (-1e-30, False), (-math.inf, False)]
 )
-def test_a_node_is_occupied_whose_log_odds_are_not_below_zero(odds, occupied):
+def test_node_with_non_negative_log_odds_is_occupied(odds, occupied):
     tree = parse_octomap(HEAD % (b"", b"OcTree", 1) + struct.pack("<fB", odds, 0))
     assert leaves_of(tree) == [(0, 0, 0, 0, occupied)]
 
 
-def test_a_tree_that_is_one_leaf_is_too_large_for_a_grid_and_for_a_binary_file():
+def test_tree_of_one_leaf_is_refused_as_grid_and_binary_file():
     tree = parse_octomap(HEAD % (b"", b"OcTree", 1) + bytes(5))
     assert tree.nodes == 1
     with pytest.raises(InvalidMap, match="coarser"):
@@ -88,7 +88,7 @@ FULL = file_of(np.array([[[OCCUPIED, FREE]]], np.uint8), "ot")
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "reason"),
     [
         (b"", "must begin with the line"),
         (b"\x89PNG", "must begin with the line"),
@@ -116,14 +116,14 @@ FULL = file_of(np.array([[[OCCUPIED, FREE]]], np.uint8), "ot")
         (HEAD % (b"", b"OcTree", 1) + struct.pack("<fB", math.nan, 0), "not a number"),
     ],
 )
-def test_an_invalid_file_is_refused_with_the_reason(text, says):
-    with pytest.raises(InvalidMap, match=says):
+def test_an_invalid_file_is_refused_with_the_reason(text, reason):
+    with pytest.raises(InvalidMap, match=reason):
         parse_octomap(text)
 
 
 @given(st.binary(max_size=60), st.booleans(), st.integers(1, 99))
 @settings(deadline=None, max_examples=200)
-def test_no_body_however_broken_is_read_beyond_its_end(body, full, size):
+def test_corrupt_body_is_not_read_beyond_its_end(body, full, size):
     text = HEAD % (b"" if full else b"binary ", b"OcTree", size) + body
     try:
         tree = parse_octomap(text)
@@ -133,7 +133,7 @@ def test_no_body_however_broken_is_read_beyond_its_end(body, full, size):
     assert tree.nodes == size
 
 
-def test_a_building_scanned_by_a_robot_has_the_nodes_its_header_says(data):
+def test_scanned_building_has_the_nodes_of_its_header(data):
     text = (data / "octomap" / "geb079.bt").read_bytes()
     tree = parse_octomap(text)
     assert tree.nodes == 532_566

@@ -24,7 +24,7 @@ def known_part(data):
 
 @given(ARRAYS, ORIGINS)
 @settings(deadline=None, max_examples=150)
-def test_an_octree_of_a_grid_gives_the_grid_back(data, origin):
+def test_grid_round_trips_as_octree(data, origin):
     data[0, 0, 0] = OCCUPIED
     edge = 0.05
     grid = voxels.grid(data, edge, Point3D(*(edge * at for at in origin)))
@@ -36,7 +36,7 @@ def test_an_octree_of_a_grid_gives_the_grid_back(data, origin):
 
 @given(ARRAYS, ORIGINS)
 @settings(deadline=None, max_examples=60)
-def test_no_eight_equal_siblings_are_left_apart(data, origin):
+def test_eight_equal_siblings_are_merged(data, origin):
     tree = octree_of(voxels.grid(data, 1.0, Point3D(*map(float, origin))))
     edges = 1 << (16 - tree.depths.astype(int))
     parents = {}
@@ -48,7 +48,7 @@ def test_no_eight_equal_siblings_are_left_apart(data, origin):
 
 @given(ARRAYS, ORIGINS, st.integers(13, 16))
 @settings(deadline=None, max_examples=150)
-def test_a_coarse_voxel_is_occupied_if_anything_in_it_is_and_free_if_all_of_it_is(data, origin, depth):
+def test_coarse_voxel_is_occupied_if_any_part_is_free_if_all_are(data, origin, depth):
     data[0, 0, 0] = OCCUPIED
     size = 1 << (16 - depth)
     coarse = octree_of(voxels.grid(data, 1.0, Point3D(*map(float, origin)))).voxels(depth)
@@ -62,7 +62,7 @@ def test_a_coarse_voxel_is_occupied_if_anything_in_it_is_and_free_if_all_of_it_i
         assert coarse.data[voxel] == expected
 
 
-def test_voxels_may_be_cut_out_of_a_tree_that_is_far_too_large_for_a_grid():
+def test_voxels_can_be_cropped_from_a_very_large_tree():
     corners = np.array([[0, 0, 0], [32768, 32768, 32768], [32769, 32768, 32768]], np.uint16)
     tree = OcTree(0.1, corners, np.array([4, 16, 16], np.uint8), np.array([False, True, False]))
     with pytest.raises(InvalidMap, match="coarser depth"):

@@ -20,7 +20,7 @@ HAIR = 1e-5
 
 @settings(deadline=None)
 @given(occupied_arrays(), poses(14.0), st.floats(0.0, 20.0))
-def test_the_range_lies_between_those_to_cells_grown_and_shrunk_by_a_hair(occupied, pose, far):
+def test_range_lies_between_those_to_grown_and_shrunk_cells(occupied, pose, far):
     """A ray that only grazes a corner may hit the cell or not; all others have one correct range."""
     (cast,) = kernels.cast_rays(occupied, pose.x, pose.y, np.array([pose.theta]), far)
     least = twin.cast(occupied, pose, far, HAIR)
@@ -33,7 +33,7 @@ def test_the_range_lies_between_those_to_cells_grown_and_shrunk_by_a_hair(occupi
 @pytest.mark.parametrize("heading", [math.pi / 4, 3 * math.pi / 4, -3 * math.pi / 4, -math.pi / 4])
 @pytest.mark.parametrize("start", [10.0, 10.5, 10.1])
 @pytest.mark.parametrize("steps", [0, 1, 3, 8])
-def test_a_ray_through_the_corners_of_cells_does_not_slip_between_them(heading, start, steps):
+def test_ray_does_not_pass_between_diagonal_cells(heading, start, steps):
     occupied = np.zeros((21, 21), np.uint8)
     direction = [1 if math.sin(heading) > 0 else -1, 1 if math.cos(heading) > 0 else -1]
     row, column = (math.floor(start + step * (steps + 0.3)) for step in direction)
@@ -42,7 +42,7 @@ def test_a_ray_through_the_corners_of_cells_does_not_slip_between_them(heading, 
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_the_range_is_that_of_fine_steps(seed):
+def test_range_agrees_with_fine_steps(seed):
     rng = np.random.default_rng(seed)
     occupied = (rng.random((40, 30)) < 0.03).astype(np.uint8)
     x, y = rng.uniform(0, 30), rng.uniform(0, 40)
@@ -58,7 +58,7 @@ def test_the_range_is_that_of_fine_steps(seed):
 
 @settings(deadline=None)
 @given(occupied_arrays(), poses(), poses(), st.floats(0.01, 2.0))
-def test_turning_and_moving_map_and_robot_together_changes_nothing(occupied, pose, origin, resolution):
+def test_ranges_do_not_depend_on_the_pose_of_the_map(occupied, pose, origin, resolution):
     # Positions and angles at which rounding does not decide: not on edges of cells, axes or diagonals.
     pose = Pose2D(pose.x + 0.1234, pose.y + 0.2345, pose.theta + 0.0567)
     height, width = occupied.shape
@@ -89,17 +89,17 @@ INFO = GridInfo(0.5, 4, 1)
         (1.0, 0.0, 0.0, math.inf),
     ],
 )
-def test_ranges_that_can_be_reckoned_by_hand(x, theta, far, expected):
+def test_ranges_match_hand_computed_values(x, theta, far, expected):
     (cast,) = cast_rays(WALL, INFO, Pose2D(x, 0.25, theta), [0.0], far)
     assert cast == pytest.approx(expected)
 
 
-def test_angles_count_from_the_heading_and_none_are_needed():
+def test_angles_are_relative_to_the_heading_and_may_be_empty():
     assert cast_rays(WALL, INFO, Pose2D(0.25, 0.25, -1.0), [1.0], 8.0) == pytest.approx(1.25)
     assert cast_rays(WALL, INFO, Pose2D(0.25, 0.25), [], 8.0).size == 0
 
 
-def test_bools_read_only_arrays_and_parts_of_arrays_will_do():
+def test_bool_read_only_and_strided_arrays_are_accepted():
     occupied = np.zeros((8, 8), np.bool_)
     occupied[::2, 6] = True
     occupied.flags.writeable = False
@@ -127,7 +127,7 @@ def test_invalid_rays_are_refused(pose, angles, far):
         cast_rays(WALL, INFO, pose, angles, far)
 
 
-def test_a_pose_very_far_away_sees_nothing():
+def test_very_distant_pose_has_infinite_range():
     assert math.isinf(cast_rays(WALL, INFO, Pose2D(1e300, -1e300, 0.3), [0.0], 1e300)[0])
 
 

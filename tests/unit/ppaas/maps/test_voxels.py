@@ -32,7 +32,7 @@ def test_an_invalid_grid_is_refused(resolution, size, origin):
         VoxelInfo(resolution, *size, Point3D(*origin))
 
 
-def test_a_grid_that_is_too_large_is_refused_with_what_to_do():
+def test_too_large_grid_is_refused_with_advice():
     VoxelInfo(0.1, MAX_VOXELS, 1, 1)
     with pytest.raises(InvalidMap, match="crop the map, or read it at a coarser depth"):
         VoxelInfo(0.1, MAX_VOXELS // 2, 1, 3)
@@ -46,7 +46,7 @@ def test_voxels_of_another_shape_type_or_value_are_refused(data):
         VoxelGrid(data, VoxelInfo(0.1, 1, 1, 1))
 
 
-def test_a_crop_keeps_every_voxel_that_it_touches_where_it_was():
+def test_crop_keeps_every_touched_voxel_in_place():
     scene = voxels.room()
     voxels.put(scene, (1.0, 1.0, 0.0), (1.2, 1.1, 0.3))
     cut = scene.cropped((0.95, 0.9, -0.5), (1.2, 1.2, 0.4))
@@ -61,6 +61,6 @@ def test_a_crop_keeps_every_voxel_that_it_touches_where_it_was():
 @pytest.mark.parametrize(
     "corners", [((5, 5, 5), (6, 6, 6)), ((1, 1, 1), (0, 0, 0)), ((0, 0, math.nan), (1, 1, 1)), (0, 1)]
 )
-def test_a_crop_to_nothing_is_refused(corners):
+def test_empty_crop_is_refused(corners):
     with pytest.raises(InvalidInput):
         voxels.room().cropped(*corners)

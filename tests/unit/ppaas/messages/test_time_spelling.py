@@ -40,7 +40,7 @@ def pairs(payload: bytes) -> object:
 
 
 @given(VALUES, SEPARATORS)
-def test_respelling_the_text_is_respelling_the_keys(value: object, separators: tuple[str, str]) -> None:
+def test_respelling_the_text_equals_respelling_the_keys(value: object, separators: tuple[str, str]) -> None:
     payload = json.dumps(value, separators=separators).encode()
     assert pairs(to_ros2(payload)) == respelled(value, {"secs": "sec", "nsecs": "nanosec"})
     assert pairs(to_ros1(payload)) == respelled(value, {"sec": "secs", "nanosec": "nsecs"})
@@ -64,12 +64,12 @@ def test_a_message_is_read_in_either_spelling(scan: LaserScan) -> None:
 
 
 @pytest.mark.parametrize("wrap", [bytes, bytes.decode, msgspec.Raw])
-def test_whatever_holds_the_json_is_read_in_either_spelling(wrap) -> None:
+def test_bytes_text_and_raw_are_read_in_either_spelling(wrap) -> None:
     assert decode(Header, wrap(b'{"stamp": {"sec": 1, "nanosec": 5}}')).stamp == Time(1, 5)
     assert decode(Duration, wrap(b'{"sec": 2, "nanosec": 500000000}')).seconds() == 2.5
 
 
-def test_stamps_deep_inside_and_in_mixed_spellings_are_read() -> None:
+def test_nested_stamps_in_mixed_spellings_are_read() -> None:
     one, two = '{"secs": 1, "nsecs": 2}', '{"sec": 3, "nanosec": 4}'
     status = '{"goal_id": {"id": "a", "stamp": %s}, "status": 1}'
     array = decode(GoalStatusArray, f'{{"status_list": [{status % one}, {status % two}]}}')

@@ -19,11 +19,11 @@ TIME = TypeDef("time", ["secs", "nsecs"], ["int32", "int32"], [-1, -1], ["0", "0
 
 
 def fields(definition: TypeDef) -> dict[str, tuple[str, int]]:
-    told = zip(definition.fieldtypes, definition.fieldarraylen, strict=True)
-    return dict(zip(definition.fieldnames, told, strict=True))
+    types = zip(definition.fieldtypes, definition.fieldarraylen, strict=True)
+    return dict(zip(definition.fieldnames, types, strict=True))
 
 
-def test_a_definition_comes_with_those_of_all_messages_within_each_once():
+def test_typedefs_include_each_nested_message_once():
     assert typedefs(Header) == [HEADER, TIME]
     array, header, time, status, goal_id = typedefs(GoalStatusArray)
     assert fields(array) == {"header": ("std_msgs/Header", -1), "status_list": ("actionlib_msgs/GoalStatus", 0)}
@@ -52,7 +52,7 @@ def test_every_message_has_a_complete_definition(name):
     assert text.count("MSG: ") == len([kind for kind in known if "/" in kind])
 
 
-def test_the_text_of_a_definition_is_that_of_ros():
+def test_full_text_is_that_of_ros():
     rule = "=" * 80
     assert full_text(PoseWithCovariance).startswith(
         f"geometry_msgs/Pose pose\nfloat64[36] covariance\n\n{rule}\nMSG: geometry_msgs/Pose\ngeometry_msgs/Point"
@@ -61,7 +61,7 @@ def test_the_text_of_a_definition_is_that_of_ros():
     assert full_text(Time) == "int32 secs\nint32 nsecs\n"
 
 
-def test_both_sides_of_a_service_have_names():
+def test_service_request_types_have_ros_names():
     get_plan = service_type("nav_msgs/GetPlan")
     assert type_name(get_plan.request) == "nav_msgs/GetPlanRequest"
     assert fields(typedefs(get_plan.request)[0])["tolerance"] == ("float32", -1)

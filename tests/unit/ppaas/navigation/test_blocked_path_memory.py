@@ -39,107 +39,107 @@ def leads_by(found: PlanResult, door: tuple[float, float]) -> bool:
     return bool((np.hypot(*(found.poses[:, :2] - door).T) < 0.3).any())
 
 
-def seen_shut(places: BlockedPathMemory, now: float, pose: Pose2D = START) -> None:
+def see_blocked(memory: BlockedPathMemory, now: float, pose: Pose2D = START) -> None:
     """Follow the plan through the near door, and find it blocked until ``now``, for the whole waiting time."""
-    places.take(plan(OPEN), OPEN, START, now - WAIT - 1.0)
-    assert places.take(plan(SHUT), SHUT, pose, now - WAIT) > 0.0
-    assert places.take(plan(SHUT), SHUT, pose, now) == 0.0
+    memory.take(plan(OPEN), OPEN, START, now - WAIT - 1.0)
+    assert memory.take(plan(SHUT), SHUT, pose, now - WAIT) > 0.0
+    assert memory.take(plan(SHUT), SHUT, pose, now) == 0.0
 
 
-def test_a_detour_is_not_taken_while_the_way_before_may_open_again() -> None:
-    places = BlockedPathMemory()
-    assert places.take(plan(OPEN), OPEN, START, 0.0) == 0.0
+def test_detour_is_deferred_while_the_old_path_may_reopen() -> None:
+    memory = BlockedPathMemory()
+    assert memory.take(plan(OPEN), OPEN, START, 0.0) == 0.0
     longer = plan(SHUT).length - plan(OPEN).length
     for now in (1.0, 2.0, 1.0 + WAIT - 0.1):
-        assert places.take(plan(SHUT), SHUT, START, now) == pytest.approx(longer, abs=0.1)
-        assert places.mark(OPEN, now) is OPEN
-    assert places.take(plan(OPEN), OPEN, START, 1.0 + WAIT) == 0.0
-    assert places.take(plan(SHUT), SHUT, START, 2.0 + WAIT) > 0.0, "who has driven on since waits anew"
+        assert memory.take(plan(SHUT), SHUT, START, now) == pytest.approx(longer, abs=0.1)
+        assert memory.mark(OPEN, now) is OPEN
+    assert memory.take(plan(OPEN), OPEN, START, 1.0 + WAIT) == 0.0
+    assert memory.take(plan(SHUT), SHUT, START, 2.0 + WAIT) > 0.0, "after the robot has driven on, waiting starts again"
 
 
-def test_a_way_with_no_other_is_waited_for_from_when_it_was_blocked() -> None:
-    places = BlockedPathMemory()
-    places.take(plan(OPEN), OPEN, START, 0.0)
-    assert places.take(None, SHUT, START, 1.0) == 0.0
-    assert places.take(plan(SHUT), SHUT, START, WAIT) > 0.0
-    assert places.take(plan(SHUT), SHUT, START, 1.0 + WAIT) == 0.0
+def test_waiting_counts_from_when_the_path_was_blocked() -> None:
+    memory = BlockedPathMemory()
+    memory.take(plan(OPEN), OPEN, START, 0.0)
+    assert memory.take(None, SHUT, START, 1.0) == 0.0
+    assert memory.take(plan(SHUT), SHUT, START, WAIT) > 0.0
+    assert memory.take(plan(SHUT), SHUT, START, 1.0 + WAIT) == 0.0
 
 
-def test_a_detour_that_costs_less_than_waiting_is_taken_sooner() -> None:
-    places = BlockedPathMemory()
+def test_short_detour_is_taken_sooner() -> None:
+    memory = BlockedPathMemory()
     halfway = Pose2D(6.5, 1.0)
     through_near, through_far = plan(OPEN, halfway), plan(SHUT, halfway)
     longer = through_far.length - through_near.length
     assert 1.0 < longer < WAIT / 2
-    places.take(through_near, OPEN, halfway, 0.0)
-    assert places.take(through_far, SHUT, halfway, 1.0) > 0.0
-    assert places.take(through_far, SHUT, halfway, 1.1 + longer) == 0.0
+    memory.take(through_near, OPEN, halfway, 0.0)
+    assert memory.take(through_far, SHUT, halfway, 1.0) > 0.0
+    assert memory.take(through_far, SHUT, halfway, 1.1 + longer) == 0.0
 
 
-def test_who_turned_to_another_door_keeps_to_it_though_the_first_seems_open_again() -> None:
-    places = BlockedPathMemory()
-    seen_shut(places, 0.0)
-    marked = places.mark(OPEN, 2.0)
+def test_robot_keeps_its_detour_although_the_first_door_reopened() -> None:
+    memory = BlockedPathMemory()
+    see_blocked(memory, 0.0)
+    marked = memory.mark(OPEN, 2.0)
     assert leads_by(plan(OPEN), NEAR_DOOR)
     assert leads_by(plan(marked), FAR_DOOR)
-    assert (OPEN.data[marked.data == LETHAL_OBSTACLE] < LETHAL_OBSTACLE).any(), "what was given is not written to"
+    assert (OPEN.data[marked.data == LETHAL_OBSTACLE] < LETHAL_OBSTACLE).any(), "the given costmap is not modified"
 
 
-def test_after_a_while_the_first_door_is_tried_again_and_each_time_later() -> None:
-    places = BlockedPathMemory()
+def test_blocked_door_is_retried_after_growing_times() -> None:
+    memory = BlockedPathMemory()
     now, waits = 0.0, []
     for _ in range(5):
-        seen_shut(places, now)
-        shut = [wait for wait in range(1, 400) if places.mark(OPEN, now + wait) is not OPEN]
+        see_blocked(memory, now)
+        shut = [wait for wait in range(1, 400) if memory.mark(OPEN, now + wait) is not OPEN]
         waits.append(len(shut) + 1)
         now += 400.0
     assert waits == [FIRST, 2 * FIRST, 4 * FIRST, LONGEST, LONGEST]
 
 
-def test_a_plan_that_goes_around_something_in_the_same_way_shuts_nothing() -> None:
-    places = BlockedPathMemory()
+def test_small_detour_blocks_no_place() -> None:
+    memory = BlockedPathMemory()
     blocked = OPEN.data.copy()
-    places.take(plan(OPEN), OPEN, START, 0.0)
+    memory.take(plan(OPEN), OPEN, START, 0.0)
     row, column = OPEN.info.to_cells(plan(OPEN).poses[len(plan(OPEN).poses) // 4][:2])
     blocked[row - 2 : row + 3, column - 2 : column + 3] = LETHAL_OBSTACLE
     around = Costmap(blocked, OPEN.info)
-    assert places.take(plan(around), around, START, 1.0) == 0.0
-    assert places.mark(OPEN, 2.0) is OPEN
+    assert memory.take(plan(around), around, START, 1.0) == 0.0
+    assert memory.mark(OPEN, 2.0) is OPEN
 
 
-def test_a_plan_that_is_longer_though_nothing_blocked_the_last_shuts_nothing() -> None:
-    places = BlockedPathMemory()
-    places.take(plan(OPEN), OPEN, START, 0.0)
-    assert places.take(plan(SHUT), OPEN, START, 1.0) == 0.0
-    assert places.mark(OPEN, 2.0) is OPEN
+def test_longer_plan_without_a_blockage_blocks_no_place() -> None:
+    memory = BlockedPathMemory()
+    memory.take(plan(OPEN), OPEN, START, 0.0)
+    assert memory.take(plan(SHUT), OPEN, START, 1.0) == 0.0
+    assert memory.mark(OPEN, 2.0) is OPEN
 
 
 @pytest.mark.parametrize("ends", ["another goal", "no plan"])
-def test_it_forgets(ends: str) -> None:
-    places = BlockedPathMemory()
-    places.head_for(GOAL)
-    seen_shut(places, 0.0)
+def test_another_goal_or_no_plan_clears_the_memory(ends: str) -> None:
+    memory = BlockedPathMemory()
+    memory.head_for(GOAL)
+    see_blocked(memory, 0.0)
     if ends == "no plan":
-        places.take(None, SHUT, START, 2.0)
+        memory.take(None, SHUT, START, 2.0)
     else:
-        places.head_for(Pose2D(GOAL.x, GOAL.y - 2.0))
-    assert places.mark(OPEN, 3.0) is OPEN
+        memory.head_for(Pose2D(GOAL.x, GOAL.y - 2.0))
+    assert memory.mark(OPEN, 3.0) is OPEN
 
 
-def test_a_goal_that_moves_is_the_same_goal() -> None:
-    places = BlockedPathMemory()
-    places.head_for(GOAL)
-    seen_shut(places, 0.0)
+def test_moving_goal_keeps_the_memory() -> None:
+    memory = BlockedPathMemory()
+    memory.head_for(GOAL)
+    see_blocked(memory, 0.0)
     for step in range(1, 5):
-        places.head_for(Pose2D(GOAL.x, GOAL.y - 0.5 * step))
-    assert leads_by(plan(places.mark(OPEN, 3.0)), FAR_DOOR)
+        memory.head_for(Pose2D(GOAL.x, GOAL.y - 0.5 * step))
+    assert leads_by(plan(memory.mark(OPEN, 3.0)), FAR_DOOR)
 
 
-def test_nothing_is_shut_where_the_robot_stands() -> None:
-    places = BlockedPathMemory()
+def test_cells_around_the_robot_are_not_blocked() -> None:
+    memory = BlockedPathMemory()
     here = Pose2D(NEAR_DOOR[0], NEAR_DOOR[1] - CLEAR + 0.1)
-    seen_shut(places, 1.0, here)
-    marked = places.mark(OPEN, 2.0)
+    see_blocked(memory, 1.0, here)
+    marked = memory.mark(OPEN, 2.0)
     rows, columns = np.nonzero((marked.data == LETHAL_OBSTACLE) & (OPEN.data != LETHAL_OBSTACLE))
-    places_shut = OPEN.info.to_world(np.stack((rows, columns), axis=1))
-    assert not (np.hypot(*(places_shut - here[:2]).T) < 0.2).any()
+    blocked_places = OPEN.info.to_world(np.stack((rows, columns), axis=1))
+    assert not (np.hypot(*(blocked_places - here[:2]).T) < 0.2).any()

@@ -38,14 +38,14 @@ from tests.support.world.move_base_driver import BLOCKED, HERE, PLAN, THERE, Dri
 # -- goals -------------------------------------------------------------------------------------------------------------
 
 
-def test_without_a_goal_nothing_is_ordered():
+def test_no_orders_without_a_goal():
     driver = Driver()
     assert driver.tick() == []
     assert driver.feed(CancelReceived(driver.now)) == []
     assert driver.feed(VelocityComputed(driver.now, Velocity(1.0, 0.0))) == []
 
 
-def test_a_goal_is_told_and_planned_for_in_the_next_cycle():
+def test_goal_is_published_and_planned_in_the_next_cycle():
     driver = Driver()
     driver.goal()
     assert driver.one(PublishGoal).goal.id == "a"
@@ -56,7 +56,7 @@ def test_a_goal_is_told_and_planned_for_in_the_next_cycle():
     assert driver.one(PublishFeedback).pose == HERE
 
 
-def test_one_plan_is_asked_for_at_a_time():
+def test_only_one_plan_is_requested_at_once():
     driver = Driver()
     driver.to_planning()
     for _ in range(100):
@@ -74,7 +74,7 @@ def test_a_plan_is_followed():
     assert driver.orders == [SendVelocity(Velocity(0.3, 0.1))]
 
 
-def test_reaching_the_goal_stops_and_succeeds_with_the_text_of_ros():
+def test_reached_goal_stops_and_succeeds_with_the_text_of_ros():
     driver = Driver()
     driver.to_controlling()
     driver.feed(VelocityComputed(driver.now, Velocity(), goal_reached=True))
@@ -85,7 +85,7 @@ def test_reaching_the_goal_stops_and_succeeds_with_the_text_of_ros():
     assert driver.tick() == []
 
 
-def test_a_new_goal_preempts_the_old_one_and_its_plan():
+def test_new_goal_preempts_the_old_one_and_its_plan():
     driver = Driver()
     number = driver.to_planning()
     driver.goal("b", Pose2D(1, 1, 0))
@@ -99,7 +99,7 @@ def test_a_new_goal_preempts_the_old_one_and_its_plan():
     assert driver.one(RequestPlan).goal == Pose2D(1, 1, 0)
 
 
-def test_a_robot_that_drives_when_a_new_goal_comes_stops_until_there_is_a_plan():
+def test_driving_robot_stops_on_a_new_goal_until_it_has_a_plan():
     driver = Driver()
     driver.to_controlling()
     driver.tick()
@@ -116,7 +116,7 @@ def test_the_same_goal_sent_again_is_the_same_goal():
     assert driver.machine.state is State.CONTROLLING
 
 
-def test_a_goal_that_has_just_ended_does_not_begin_again():
+def test_goal_that_has_just_ended_does_not_restart():
     driver = Driver()
     driver.to_controlling()
     driver.feed(VelocityComputed(driver.now, Velocity(), goal_reached=True))
@@ -131,7 +131,7 @@ def test_a_goal_that_has_just_ended_does_not_begin_again():
 @pytest.mark.parametrize(
     ("cancel_id", "stamp"), [("", 0.0), ("a", 0.0), ("", 150.0), ("other", 150.0), ("a", 10.0)]
 )  # fmt: skip
-def test_a_cancel_that_means_the_goal_preempts_it(cancel_id, stamp):
+def test_matching_cancel_preempts_the_goal(cancel_id, stamp):
     driver = Driver()
     driver.to_controlling()
     driver.feed(CancelReceived(driver.now, cancel_id, stamp))
@@ -141,7 +141,7 @@ def test_a_cancel_that_means_the_goal_preempts_it(cancel_id, stamp):
 
 
 @pytest.mark.parametrize(("cancel_id", "stamp"), [("other", 0.0), ("", 50.0), ("other", 50.0)])
-def test_a_cancel_that_means_other_goals_does_nothing(cancel_id, stamp):
+def test_cancel_of_other_goals_does_nothing(cancel_id, stamp):
     driver = Driver()
     driver.to_controlling()
     assert driver.feed(CancelReceived(driver.now, cancel_id, stamp)) == []
@@ -180,24 +180,24 @@ def test_a_final_error_aborts_at_once_with_the_planners_reason():
     assert driver.of(Stop)
 
 
-def test_plans_are_tried_again_at_the_planner_frequency_until_patience_ends():
+def test_planning_is_retried_at_planner_frequency_until_patience_ends():
     driver = Driver(planner_frequency=2.0, planner_patience=5.0)
     driver.to_planning()
-    asked = [driver.now]
+    requested = [driver.now]
     driver.fail_plan()
     for _ in range(200):
         driver.tick()
         if driver.of(RequestPlan):
-            asked.append(driver.now)
+            requested.append(driver.now)
             driver.fail_plan()
         if driver.machine.state is State.CLEARING:
             break
-    assert 5.0 <= driver.now - asked[0] <= 5.8
-    assert min(np.diff(asked)) > 0.49
+    assert 5.0 <= driver.now - requested[0] <= 5.8
+    assert min(np.diff(requested)) > 0.49
     assert "no way" in driver.text
 
 
-def test_without_a_planner_frequency_plans_are_tried_again_in_each_cycle():
+def test_planning_is_retried_each_cycle_without_planner_frequency():
     driver = Driver(planner_frequency=0.0)
     driver.to_planning()
     driver.fail_plan()
@@ -216,7 +216,7 @@ def test_max_planning_retries_ends_patience_early():
     assert driver.machine.state is State.CLEARING
 
 
-def test_when_all_recoveries_have_failed_the_goal_is_aborted_with_the_text_of_ros_and_the_reason():
+def test_goal_is_aborted_after_all_recoveries_failed():
     driver = Driver(planner_patience=0.5)
     driver.to_planning()
     driver.fail_plan()
@@ -237,7 +237,7 @@ def test_when_all_recoveries_have_failed_the_goal_is_aborted_with_the_text_of_ro
     assert recovered == [0, 1, 2, 3]
 
 
-def test_without_recovery_the_goal_is_aborted_when_patience_ends():
+def test_goal_is_aborted_without_recovery_when_patience_ends():
     driver = Driver(recovery_behavior_enabled=False, planner_patience=0.0)
     driver.to_planning()
     driver.tick()
@@ -245,7 +245,7 @@ def test_without_recovery_the_goal_is_aborted_when_patience_ends():
     assert driver.one(PublishResult).status is Status.ABORTED
 
 
-def test_while_driving_plans_are_made_anew_and_followed():
+def test_plan_is_renewed_and_followed_while_driving():
     driver = Driver(planner_frequency=1.0)
     driver.to_controlling()
     for _ in range(20):
@@ -258,7 +258,7 @@ def test_while_driving_plans_are_made_anew_and_followed():
     assert driver.of(FollowPlan)
 
 
-def test_a_failed_replan_leaves_the_plan_that_is_followed():
+def test_failed_replan_keeps_the_current_plan():
     driver = Driver(planner_frequency=1.0)
     driver.to_controlling()
     driver.tick(seconds=1.1)
@@ -267,7 +267,7 @@ def test_a_failed_replan_leaves_the_plan_that_is_followed():
     assert driver.of(ComputeVelocity)
 
 
-def test_without_a_planner_frequency_no_plan_is_made_while_driving():
+def test_no_replanning_without_planner_frequency():
     driver = Driver(planner_frequency=0.0)
     driver.to_controlling()
     for _ in range(100):
@@ -290,7 +290,7 @@ def test_without_a_planner_frequency_no_plan_is_made_while_driving():
         PlanFailed(200.0, 77, BLOCKED, final=True),
     ],
 )
-def test_an_answer_that_nobody_waits_for_changes_nothing(late):
+def test_late_answer_changes_nothing(late):
     driver = Driver()
     driver.to_planning()
     assert driver.feed(late) == []

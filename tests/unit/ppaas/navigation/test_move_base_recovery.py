@@ -26,7 +26,7 @@ from tests.support.world.move_base_driver import PLAN, Driver
 # -- control -----------------------------------------------------------------------------------------------------------
 
 
-def test_when_no_velocity_is_free_it_stops_and_plans_anew():
+def test_failed_control_stops_and_replans():
     driver = Driver()
     driver.to_controlling()
     driver.tick()
@@ -52,7 +52,7 @@ def fail_control(driver: Driver, cycles: int) -> None:
             return
 
 
-def test_when_control_fails_for_longer_than_its_patience_recovery_begins_and_at_last_it_is_aborted():
+def test_control_failing_beyond_patience_recovers_then_aborts():
     driver = Driver(controller_patience=2.0)
     driver.goal()
     fail_control(driver, 1000)
@@ -61,7 +61,7 @@ def test_when_control_fails_for_longer_than_its_patience_recovery_begins_and_at_
     assert result.text == "Failed to find a valid control. Even after executing recovery behaviors."
 
 
-def test_a_velocity_that_is_found_makes_recovery_begin_from_the_first_again():
+def test_valid_velocity_resets_the_recovery_sequence():
     driver = Driver(controller_patience=0.3)
     recovered = []
     driver.goal()
@@ -87,7 +87,7 @@ def test_a_velocity_that_is_found_makes_recovery_begin_from_the_first_again():
     assert recovered == [0] * 6
 
 
-def test_a_robot_that_goes_to_and_fro_oscillates():
+def test_robot_moving_back_and_forth_oscillates():
     driver = Driver(oscillation_timeout=3.0, oscillation_distance=0.5, recovery_behavior_enabled=False)
     driver.to_controlling()
     for cycle in range(100):
@@ -99,7 +99,7 @@ def test_a_robot_that_goes_to_and_fro_oscillates():
     assert result.text == "Robot is oscillating. Even after executing recovery behaviors."
 
 
-def test_a_robot_that_gets_on_does_not_oscillate():
+def test_robot_making_progress_does_not_oscillate():
     driver = Driver(oscillation_timeout=3.0, oscillation_distance=0.5, recovery_behavior_enabled=False)
     driver.to_controlling()
     for cycle in range(100):
@@ -107,7 +107,7 @@ def test_a_robot_that_gets_on_does_not_oscillate():
     assert driver.status() is Status.ACTIVE
 
 
-def test_a_plan_that_cannot_be_renewed_for_longer_than_patience_is_given_up():
+def test_plan_not_renewed_within_patience_is_abandoned():
     driver = Driver(planner_frequency=1.0, planner_patience=3.0)
     driver.to_controlling()
     began = driver.now
@@ -124,7 +124,7 @@ def test_a_plan_that_cannot_be_renewed_for_longer_than_patience_is_given_up():
     assert "no way" in driver.text
 
 
-# -- a way that is waited for ------------------------------------------------------------------------------------------
+# -- deferred plans ----------------------------------------------------------------------------------------------------
 
 
 def defer(driver: Driver, seconds: float) -> None:
@@ -136,7 +136,7 @@ def defer(driver: Driver, seconds: float) -> None:
             driver.feed(PlanDeferred(driver.now, order.number, "the way is blocked"))
 
 
-def test_while_a_plan_is_deferred_it_stands_says_why_and_asks_again():
+def test_deferred_plan_stops_the_robot_and_is_requested_again():
     driver = Driver(planner_frequency=1.0)
     driver.to_controlling()
     driver.tick()
@@ -154,7 +154,7 @@ def test_while_a_plan_is_deferred_it_stands_says_why_and_asks_again():
     assert driver.text == "controlling: the plan was computed"
 
 
-def test_waiting_for_a_way_uses_up_no_patience():
+def test_waiting_for_a_deferred_plan_uses_no_patience():
     driver = Driver(planner_frequency=1.0, planner_patience=2.0, controller_patience=5.0)
     driver.to_controlling()
     defer(driver, 30.0)
@@ -168,7 +168,7 @@ def test_waiting_for_a_way_uses_up_no_patience():
     assert driver.machine.state is State.PLANNING
 
 
-def test_who_waits_for_a_way_does_not_oscillate():
+def test_robot_waiting_for_a_deferred_plan_does_not_oscillate():
     driver = Driver(planner_frequency=1.0, oscillation_timeout=3.0, recovery_behavior_enabled=False)
     driver.to_controlling()
     defer(driver, 10.0)
@@ -178,7 +178,7 @@ def test_who_waits_for_a_way_does_not_oscillate():
     assert driver.of(ComputeVelocity)
 
 
-def test_a_deferred_plan_of_the_goal_before_stops_nobody():
+def test_deferred_plan_of_the_previous_goal_is_ignored():
     driver = Driver()
     number = driver.to_planning()
     driver.goal("b")
@@ -190,7 +190,7 @@ def test_a_deferred_plan_of_the_goal_before_stops_nobody():
 # -- recovery ----------------------------------------------------------------------------------------------------------
 
 
-def test_recoveries_come_in_the_order_of_move_base_each_told_of():
+def test_recoveries_run_in_move_base_order_and_are_published():
     driver = Driver(planner_patience=0.2)
     driver.to_planning()
     driver.fail_plan()
@@ -216,7 +216,7 @@ def recovering(**parameters) -> Driver:
     return driver
 
 
-def test_a_recovery_begins_once_and_is_asked_in_every_cycle_until_it_ends():
+def test_recovery_begins_once_and_runs_each_cycle_until_it_ends():
     driver = recovering()
     assert driver.of(Stop)
     places = [Pose2D(0.1 * cycle, 0, 0) for cycle in range(3)]
@@ -232,7 +232,7 @@ def test_a_recovery_begins_once_and_is_asked_in_every_cycle_until_it_ends():
     assert driver.of(RequestPlan)
 
 
-def test_a_recovery_that_is_given_up_says_why_and_the_next_one_is_tried():
+def test_failed_recovery_states_the_reason_and_the_next_is_tried():
     driver = recovering()
     driver.tick()
     driver.feed(RecoveryEnded(driver.now, "no room behind"))
@@ -244,7 +244,7 @@ def test_a_recovery_that_is_given_up_says_why_and_the_next_one_is_tried():
     assert driver.one(Recover).index == 1
 
 
-def test_a_recovery_that_is_broken_off_by_a_new_goal_begins_anew():
+def test_recovery_interrupted_by_a_new_goal_restarts():
     driver = recovering()
     driver.tick()
     driver.feed(RecoveryStepped(driver.now, Velocity(0.0, 1.0)))
@@ -256,7 +256,7 @@ def test_a_recovery_that_is_broken_off_by_a_new_goal_begins_anew():
     assert driver.one(Recover).begin
 
 
-def test_a_plan_after_recovery_makes_the_next_recovery_begin_from_the_first():
+def test_plan_after_recovery_resets_the_recovery_sequence():
     driver = Driver(planner_frequency=0.0, max_planning_retries=0)
     for _ in range(3):
         if driver.machine.goals.active is None:
@@ -272,7 +272,7 @@ def test_a_plan_after_recovery_makes_the_next_recovery_begin_from_the_first():
         driver.feed(PlanSucceeded(driver.now, driver.one(RequestPlan).number, PLAN))
 
 
-def test_a_recovery_that_moves_the_robot_is_not_taken_for_getting_on():
+def test_motion_of_a_recovery_is_not_progress():
     driver = Driver(oscillation_timeout=3.0, oscillation_distance=0.5)
     driver.to_controlling()
     indices, x = [], 0.0
@@ -292,7 +292,7 @@ def test_a_recovery_that_moves_the_robot_is_not_taken_for_getting_on():
 # -- an unknown pose ---------------------------------------------------------------------------------------------------
 
 
-def test_while_the_pose_is_not_known_it_stands_and_says_why():
+def test_unknown_pose_stops_the_robot_with_the_reason():
     driver = Driver()
     driver.to_controlling()
     driver.tick()
@@ -305,7 +305,7 @@ def test_while_the_pose_is_not_known_it_stands_and_says_why():
     assert driver.orders == []
 
 
-def test_waiting_for_the_pose_uses_up_no_patience():
+def test_waiting_for_the_pose_uses_no_patience():
     driver = Driver(planner_frequency=0.0)
     driver.goal()
     for _ in range(100):
@@ -317,7 +317,7 @@ def test_waiting_for_the_pose_uses_up_no_patience():
     assert driver.of(RequestPlan)
 
 
-def test_when_the_pose_is_known_again_it_drives_on():
+def test_robot_continues_when_the_pose_is_known_again():
     driver = Driver()
     driver.to_controlling()
     driver.tick(None, reason="no odometry for 1.2 s")

@@ -53,7 +53,7 @@ class Rules(RuleBasedStateMachine):
                     assert order.goal.id not in known
                     self.accepted += 1
                 case orders.RequestPlan():
-                    assert not self.plans, "a plan is asked for while another is under way"
+                    assert not self.plans, "a plan is requested while another is being computed"
                     self.plans.append(order.number)
                 case orders.CancelPlan():
                     assert order.number in self.plans
@@ -95,7 +95,7 @@ class Rules(RuleBasedStateMachine):
             self.feed(events.PlanFailed(self.now, number, NoValidPath("none"), final))
 
     @rule(number=st.integers(-3, 0))
-    def answer_a_plan_nobody_asked_for(self, number):
+    def answer_unrequested_plan(self, number):
         self.feed(events.PlanSucceeded(self.now, number, PLAN))
 
     @rule(reached=st.booleans(), speed=st.floats(0, 1))
@@ -107,21 +107,21 @@ class Rules(RuleBasedStateMachine):
         self.feed(events.ControlFailed(self.now))
 
     @rule(speed=st.floats(-1, 1))
-    def recovery_goes_on(self, speed):
+    def continue_recovery(self, speed):
         self.feed(events.RecoveryStepped(self.now, Velocity(speed, 0.0)))
 
     @rule(reason=st.sampled_from(["", "no room"]))
-    def recovery_ends(self, reason):
+    def end_recovery(self, reason):
         self.feed(events.RecoveryEnded(self.now, reason))
 
     @invariant()
-    def each_goal_ends_exactly_once(self):
+    def goals_end_exactly_once(self):
         if hasattr(self, "machine"):
             active = self.machine.goals.active is not None
             assert self.accepted - self.ended == int(active)
 
     @invariant()
-    def without_a_goal_the_robot_stands_and_nothing_is_planned(self):
+    def no_motion_or_plan_without_a_goal(self):
         if hasattr(self, "machine") and self.machine.goals.active is None:
             assert not self.moving
             assert not self.plans

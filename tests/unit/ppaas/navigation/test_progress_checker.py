@@ -22,43 +22,43 @@ class Base:
         self.now = 100.0
         self.watch = ProgressChecker()
         self.found: list[ProgressFailure | None] = []
-        self._under_way = [Velocity()] * delay
+        self._pending = [Velocity()] * delay
 
     def drive(self, seconds: float, linear: float, angular: float = 0.0) -> None:
         for _ in range(round(seconds / DT)):
             sent = Velocity(linear, angular)
             if self.found and self.found[-1] is not None:
                 sent = Velocity()
-            self._under_way.append(sent)
-            done = self._under_way.pop(0)
+            self._pending.append(sent)
+            done = self._pending.pop(0)
             self.odom = self.odom @ Pose2D(self.part * done.linear * DT, 0.0, self.part * done.angular * DT)
             self.now += DT
             self.found.append(self.watch.look(self.now, sent, self.odom))
 
     @property
-    def complaints(self) -> list[ProgressFailure]:
+    def failures(self) -> list[ProgressFailure]:
         return [each for each in self.found if each is not None]
 
 
-def test_who_stands_still_while_told_to_drive_is_found_within_two_windows_and_held():
+def test_base_that_ignores_commands_is_detected_and_held():
     base = Base(part=0.0)
     base.drive(2 * WINDOW, 0.3)
     first = next(number for number, each in enumerate(base.found) if each is not None)
     assert (first + 1) * DT <= WINDOW + 2 * DT
-    assert base.complaints[0].reason == ("the base does not follow cmd_vel: 0.30 m/s commanded, 0.00 m/s driven")
-    assert len(base.complaints) * DT <= HOLD
+    assert base.failures[0].reason == ("the base does not follow cmd_vel: 0.30 m/s commanded, 0.00 m/s driven")
+    assert len(base.failures) * DT <= HOLD
 
 
-def test_it_is_tried_again_and_found_to_have_been_so_since_it_began():
+def test_failing_base_is_retried_and_keeps_its_failure_start():
     base = Base(part=0.0)
     base.drive(10.0, 0.3)
     held = [each is not None for each in base.found]
     assert sum(now and not before for before, now in itertools.pairwise(held)) == 2
-    assert len({each.since for each in base.complaints}) == 1
-    assert base.complaints[0].since < 100.0 + 2 * DT
+    assert len({each.since for each in base.failures}) == 1
+    assert base.failures[0].since < 100.0 + 2 * DT
 
 
-def test_who_obeys_again_is_found_anew_only_for_what_comes_then():
+def test_later_failure_has_its_own_start():
     base = Base(part=0.0)
     base.drive(2 * WINDOW, 0.3)
     base.part = 1.0
@@ -67,45 +67,45 @@ def test_who_obeys_again_is_found_anew_only_for_what_comes_then():
     again = base.now
     base.part = 0.0
     base.drive(2 * WINDOW + HOLD, 0.3)
-    assert base.complaints[-1].since >= again - WINDOW - DT
+    assert base.failures[-1].since >= again - WINDOW - DT
 
 
-def test_what_was_found_is_forgotten_after_a_long_time_without_a_command():
+def test_failure_is_forgotten_after_a_long_time_without_commands():
     base = Base(part=0.0)
     base.drive(2 * WINDOW, 0.3)
     base.drive(FORGOTTEN + 2 * WINDOW, 0.0)
     later = base.now
     base.drive(2 * WINDOW, 0.3)
-    assert base.complaints[-1].since >= later - WINDOW - DT
+    assert base.failures[-1].since >= later - WINDOW - DT
 
 
-def test_a_base_that_does_not_turn_is_told_of_its_turning():
+def test_base_that_does_not_turn_is_reported_with_turn_rates():
     base = Base(part=0.0)
     base.drive(2 * WINDOW, 0.0, 0.5)
-    assert base.complaints[0].reason.endswith("0.50 rad/s commanded, 0.00 rad/s driven")
+    assert base.failures[0].reason.endswith("0.50 rad/s commanded, 0.00 rad/s driven")
 
 
-def test_a_base_that_turns_as_told_is_obedient_across_the_ends_of_the_circle():
+def test_base_that_turns_through_pi_is_not_a_failure():
     base = Base()
     base.drive(30.0, 0.2, 1.5)
-    assert not base.complaints
+    assert not base.failures
 
 
-def test_jumps_of_odometry_and_missing_cycles_are_no_failure():
+def test_odometry_jumps_and_missing_cycles_are_not_failures():
     base = Base()
     base.drive(1.0, 0.3)
     base.odom = Pose2D(-20.0, 3.0, 1.0)
     base.drive(1.0, 0.3)
     base.now += 30.0
     base.drive(10.0, 0.3)
-    assert not base.complaints
+    assert not base.failures
 
 
-def test_to_and_fro_faster_than_a_base_follows_asks_for_nothing():
+def test_rapidly_alternating_commands_are_not_checked():
     base = Base(part=0.0)
     for number in range(200):
         base.drive(DT, 0.0, math.copysign(0.8, number % 2 - 0.5))
-    assert not base.complaints
+    assert not base.failures
 
 
 @given(
@@ -113,15 +113,15 @@ def test_to_and_fro_faster_than_a_base_follows_asks_for_nothing():
     st.integers(0, 6),
     st.lists(st.tuples(st.floats(0.1, 1.0), st.floats(-1.0, 1.0)), max_size=12),
 )
-def test_a_base_that_does_what_it_is_told_up_to_0_3_s_late_is_obedient_whatever_that_is(part, delay, commands):
+def test_base_that_follows_within_0_3_s_is_not_a_failure(part, delay, commands):
     base = Base(part, delay)
     for linear, angular in commands:
         base.drive(WINDOW, linear, angular)
-    assert not base.complaints
+    assert not base.failures
 
 
 @given(st.floats(0.0, LEAST - 0.05), st.floats(0.1, 1.0))
-def test_a_base_that_does_hardly_anything_of_what_it_is_told_is_found(part, linear):
+def test_base_that_follows_too_little_is_detected(part, linear):
     base = Base(part)
     base.drive(WINDOW + 3 * DT, linear)
-    assert base.complaints
+    assert base.failures

@@ -20,7 +20,7 @@ OWN = (RecoveryBehavior("back", "back_up"), RecoveryBehavior("rest", "wait"))
         ({"recovery_behaviors": ()}, []),
     ],
 )
-def test_the_list_is_that_which_was_given_or_that_of_move_base(parameters, names):
+def test_recovery_behaviors_are_the_given_ones_or_move_base_defaults(parameters, names):
     assert [each.name for each in recovery_behaviors(MoveBaseParameters(**parameters))] == names
 
 

@@ -13,14 +13,14 @@ from ppaas.nodes.frames import FrameListener
 from ppaas.transforms.planar import transform_message
 
 
-def test_silence_is_counted_from_when_a_frame_was_heard_and_not_from_its_stamp():
+def test_silence_counts_from_the_arrival_not_from_the_stamp():
     frames = FrameListener()
     assert frames.silence("base_link", 5.0) == math.inf
     frames.hear("tf", TFMessage([transform_message("odom", "base_link", Pose2D(0, 0, 0), Time(10**9))]), 10.0)
     assert frames.silence("base_link", 12.5) == 2.5
 
 
-def test_a_tilted_frame_is_left_out_and_the_others_of_its_message_are_taken():
+def test_tilted_frame_is_skipped_and_others_are_taken():
     frames = FrameListener()
     camera = TransformStamped(
         Header(frame_id="base_link"), "camera", Transform(Vector3(), Quaternion(x=-0.5, y=0.5, z=-0.5, w=0.5))
@@ -29,7 +29,7 @@ def test_a_tilted_frame_is_left_out_and_the_others_of_its_message_are_taken():
     assert frames.tree.frames() == ("base_link", "odom")
 
 
-def test_what_is_no_transform_is_refused():
+def test_invalid_transform_is_refused():
     broken = transform_message("odom", "base_link", Pose2D(math.nan, 0, 0), Time(1))
     with pytest.raises(TransformError):
         FrameListener().hear("tf", TFMessage([broken]), 0.0)

@@ -63,7 +63,7 @@ class Listener(Node):
         self.heard.append((topic, message.data))
 
 
-def test_a_message_runs_from_node_to_node() -> None:
+def test_message_passes_from_node_to_node() -> None:
     graph = Graph()
     graph.add(Doubler)
     listener = graph.add(Listener)
@@ -71,7 +71,7 @@ def test_a_message_runs_from_node_to_node() -> None:
     assert listener.heard == [("out", 4.0), ("last", 4.0)]
 
 
-def test_a_latched_topic_gives_its_last_message_to_who_comes_later() -> None:
+def test_latched_topic_gives_its_last_message_to_late_subscribers() -> None:
     graph = Graph()
     graph.add(Doubler)
     graph.inject("in", std_msgs.Float64(1.0))
@@ -82,7 +82,7 @@ def test_a_latched_topic_gives_its_last_message_to_who_comes_later() -> None:
     assert tapped == [std_msgs.Float64(2.0)]
 
 
-def test_a_tap_ends_when_it_is_told_to() -> None:
+def test_tap_can_be_removed() -> None:
     graph = Graph()
     graph.add(Doubler)
     tapped: list[Payload] = []
@@ -93,7 +93,7 @@ def test_a_tap_ends_when_it_is_told_to() -> None:
     assert len(tapped) == 1
 
 
-def test_a_refusal_reaches_who_sent_the_message() -> None:
+def test_refusal_is_raised_to_the_sender() -> None:
     graph = Graph()
     graph.add(Doubler)
     with pytest.raises(InvalidInput, match="negative"):
@@ -104,14 +104,14 @@ def test_a_refusal_reaches_who_sent_the_message() -> None:
         graph.inject("nothing", std_msgs.Float64(1.0))
 
 
-def test_two_nodes_of_one_name_or_service_conflict() -> None:
+def test_second_node_of_the_same_name_conflicts() -> None:
     graph = Graph()
     graph.add(Doubler)
     with pytest.raises(Conflict, match="doubler"):
         graph.add(Doubler)
 
 
-def test_a_topic_has_one_type() -> None:
+def test_second_type_of_a_topic_conflicts() -> None:
     class Wrong(Node):
         name = "wrong"
         publishes = (Topic("in", std_msgs.String),)
@@ -122,7 +122,7 @@ def test_a_topic_has_one_type() -> None:
         graph.add(Wrong)
 
 
-def test_services_answer_and_unknown_ones_say_so() -> None:
+def test_services_answer_and_unknown_ones_are_not_found() -> None:
     graph = Graph()
     doubler = graph.add(Doubler)
     graph.inject("in", std_msgs.Float64(3.0))
@@ -133,7 +133,7 @@ def test_services_answer_and_unknown_ones_say_so() -> None:
     assert isinstance(answers[0], std_msgs.Empty) and isinstance(answers[1], NotFound)
 
 
-def test_a_node_goes_on_in_another_home_from_its_checkpoint() -> None:
+def test_node_continues_in_another_graph_from_its_checkpoint() -> None:
     first, second = Graph(), Graph()
     first.add(Doubler)
     moved = second.add(Doubler)
@@ -142,14 +142,14 @@ def test_a_node_goes_on_in_another_home_from_its_checkpoint() -> None:
     assert moved.last == 42.0
 
 
-def test_a_checkpoint_that_a_node_cannot_read_is_refused_by_name() -> None:
+def test_unreadable_checkpoint_is_refused_with_its_nodes_name() -> None:
     graph = Graph()
     graph.add(Doubler)
     with pytest.raises(InvalidInput, match=r"checkpoint of node 'doubler' cannot be read"):
         graph.restore([Checkpoint("doubler", b"of another release")])
 
 
-def test_a_timer_fires_once_for_each_period_and_not_to_catch_up() -> None:
+def test_timer_fires_once_per_period_without_catching_up() -> None:
     clock = ManualClock()
     graph = Graph(clock=clock)
     fired: list[float] = []
@@ -166,7 +166,7 @@ def test_a_timer_fires_once_for_each_period_and_not_to_catch_up() -> None:
     assert len(fired) == 2
 
 
-def test_a_job_comes_back_with_its_result_its_error_or_its_cancellation() -> None:
+def test_job_delivers_its_result_error_or_cancellation() -> None:
     waiting: list[Callable[[], None]] = []
 
     def worker(work: Callable[..., Any], cancelled: Callable[[], bool], done: Callable[[Any], None]) -> None:
@@ -188,30 +188,32 @@ def test_a_job_comes_back_with_its_result_its_error_or_its_cancellation() -> Non
     assert isinstance(results[-1], InvalidInput)
 
 
-# -- topics that come and go -------------------------------------------------------------------------------------------
+# -- topics declared at run time ---------------------------------------------------------------------------------------
 
 MORE = Topic("more", std_msgs.Float64, latched=True)
 
 
-def test_a_topic_that_is_declared_at_run_time_is_as_any_other_until_it_is_undeclared():
-    graph, heard = Graph(), []
+def test_topic_declared_at_run_time_works_until_undeclared():
+    graph, received = Graph(), []
     doubler = graph.add(Doubler)
     with pytest.raises(NotFound):
         graph.publish("more", std_msgs.Float64(0.0))
     graph.declare(doubler, MORE)
     assert graph.published_by(doubler) == ("out", "last", "more")
     graph.publish("more", std_msgs.Float64(1.0))
-    graph.tap("more", lambda _, message: heard.append(message.data))
+    graph.tap("more", lambda _, message: received.append(message.data))
     graph.publish("more", std_msgs.Float64(2.0))
     graph.undeclare(doubler, "more")
     assert graph.published_by(doubler) == ("out", "last")
-    assert heard == [1.0, 2.0]
+    assert received == [1.0, 2.0]
     graph.declare(doubler, MORE)
     graph.publish("more", std_msgs.Float64(3.0))
-    assert (heard, graph.latched("more")) == ([1.0, 2.0], std_msgs.Float64(3.0)), "taps and what was latched are gone"
+    assert (received, graph.latched("more")) == ([1.0, 2.0], std_msgs.Float64(3.0)), (
+        "taps and latched messages are gone"
+    )
 
 
-def test_what_is_on_its_way_when_its_topic_ends_is_lost_and_breaks_nothing():
+def test_message_in_flight_is_dropped_when_its_topic_is_undeclared():
     class Fickle(Doubler):
         name = "fickle"
 
@@ -228,7 +230,7 @@ def test_what_is_on_its_way_when_its_topic_ends_is_lost_and_breaks_nothing():
     assert listener.heard == [("out", 2.0)]
 
 
-def test_a_node_ends_only_the_topics_that_it_declared_and_takes_no_name_that_is_taken():
+def test_node_undeclares_only_topics_that_it_declared():
     graph = Graph()
     doubler, listener = graph.add(Doubler), graph.add(Listener)
     graph.declare(doubler, MORE)
@@ -239,7 +241,7 @@ def test_a_node_ends_only_the_topics_that_it_declared_and_takes_no_name_that_is_
             graph.undeclare(node, name)
 
 
-def test_a_topic_is_heard_while_a_node_or_somebody_outside_listens():
+def test_has_subscribers_counts_nodes_and_taps():
     graph = Graph()
     graph.add(Doubler)
     assert [graph.has_subscribers(topic) for topic in ("in", "out", "nothing")] == [True, False, False]
@@ -249,10 +251,10 @@ def test_a_topic_is_heard_while_a_node_or_somebody_outside_listens():
     assert not graph.has_subscribers("out")
 
 
-def test_who_watches_is_told_of_topics_that_come_and_go_and_whose_they_are():
-    graph, told = Graph(), []
+def test_watcher_is_notified_of_declared_and_undeclared_topics():
+    graph, events = Graph(), []
     doubler = graph.add(Doubler)
-    graph.watch(lambda *news: told.append(news))
+    graph.watch(lambda *news: events.append(news))
     graph.declare(doubler, MORE)
     graph.undeclare(doubler, "more")
-    assert told == [(doubler, "more", MORE), (doubler, "more", None)]
+    assert events == [(doubler, "more", MORE), (doubler, "more", None)]

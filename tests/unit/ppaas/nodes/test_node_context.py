@@ -53,7 +53,7 @@ class Counter(Node):
         self.ticks = int(state)
 
 
-class Later:
+class ManualWorker:
     """A worker that runs jobs when the test says so."""
 
     def __init__(self) -> None:
@@ -63,9 +63,9 @@ class Later:
         self.waiting.append(lambda: done(work(cancelled)))
 
 
-def test_a_node_that_was_removed_says_and_hears_nothing_more_and_can_be_put_in_again() -> None:
-    clock, later = ManualClock(), Later()
-    graph = Graph(later, clock=clock)
+def test_removed_node_is_disconnected_and_can_be_added_again() -> None:
+    clock, worker = ManualClock(), ManualWorker()
+    graph = Graph(worker, clock=clock)
     counter = graph.add(Counter)
     heard: list[Payload] = []
     graph.tap("out", lambda _, message: heard.append(message))
@@ -76,34 +76,34 @@ def test_a_node_that_was_removed_says_and_hears_nothing_more_and_can_be_put_in_a
     clock.advance(1.0)
     graph.run_due()
     counter.tick()
-    [job] = later.waiting
+    [job] = worker.waiting
     job()
     graph.inject("in", std_msgs.Float64(1.0))
-    assert (heard, counter.counted, later.waiting) == ([std_msgs.Float64(1.0)], [], [job])
+    assert (heard, counter.counted, worker.waiting) == ([std_msgs.Float64(1.0)], [], [job])
     assert (graph.busy, graph.services, list(graph.nodes)) == (False, {}, [])
     again = graph.add(Counter)
     clock.advance(1.0)
     graph.run_due()
     assert again.ticks == 1
-    assert len(heard) == 2, "who hears the topic hears it on"
+    assert len(heard) == 2, "subscribers of the topic stay subscribed"
 
 
-def test_a_job_of_a_node_that_leaves_is_told_to_stop() -> None:
-    later, seen = Later(), []
+def test_job_of_a_removed_node_is_cancelled() -> None:
+    worker, seen = ManualWorker(), []
 
     class Asking(Counter):
         def on_message(self, topic: str, message: Payload) -> None:
             self.context.start(lambda cancelled: seen.append(cancelled()), self.counted.append)
 
-    graph = Graph(later)
+    graph = Graph(worker)
     graph.add(Asking)
     graph.inject("in", std_msgs.Float64(1.0))
     graph.remove("counter")
-    later.waiting[0]()
+    worker.waiting[0]()
     assert seen == [True]
 
 
-def test_who_waits_for_an_answer_of_a_node_that_leaves_is_told_so_once() -> None:
+def test_pending_calls_of_a_removed_node_are_answered_once() -> None:
     open_replies: list[Reply] = []
     answers: list[Payload | PPaaSError] = []
 
@@ -121,20 +121,20 @@ def test_who_waits_for_an_answer_of_a_node_that_leaves_is_told_so_once() -> None
         graph.call("count", Empty(), answers.append)
     assert answers == []
     graph.remove("counter")
-    [told] = answers
-    assert isinstance(told, Unavailable)
-    assert "node 'counter' moved between cloud and robot" in str(told)
+    [error] = answers
+    assert isinstance(error, Unavailable)
+    assert "node 'counter' moved between cloud and robot" in str(error)
     for reply in open_replies:
         reply(std_srvs.TriggerResponse(True))
-    assert answers == [told]
+    assert answers == [error]
 
 
-def test_a_stranger_cannot_be_removed() -> None:
+def test_unknown_node_cannot_be_removed() -> None:
     with pytest.raises(NotFound, match="counter"):
         Graph().remove("counter")
 
 
-def test_what_nodes_publish_is_overheard_and_what_comes_from_outside_is_not() -> None:
+def test_tap_published_skips_injected_messages() -> None:
     clock = ManualClock()
     graph = Graph(clock=clock)
     graph.add(Counter)
@@ -146,7 +146,7 @@ def test_what_nodes_publish_is_overheard_and_what_comes_from_outside_is_not() ->
     assert heard == [("out", std_msgs.Float64(1.0))]
 
 
-def test_each_node_has_the_time_that_it_took_itself() -> None:
+def test_run_times_exclude_time_in_other_nodes() -> None:
     clock = ManualClock()
 
     class Slow(Counter):
@@ -170,7 +170,7 @@ def test_each_node_has_the_time_that_it_took_itself() -> None:
     assert graph.times.take() == {}
 
 
-def test_a_timer_that_was_stopped_is_not_kept() -> None:
+def test_stopped_timer_is_not_kept() -> None:
     graph = Graph(clock=ManualClock())
     counter = graph.add(Counter)
     for _ in range(3):
@@ -178,7 +178,7 @@ def test_a_timer_that_was_stopped_is_not_kept() -> None:
     assert len(counter.context._timers) == 1  # type: ignore[attr-defined]  # nothing else can tell
 
 
-def test_an_error_of_a_job_reaches_the_node() -> None:
+def test_job_error_reaches_the_node() -> None:
     def work(cancelled: Callable[[], bool]) -> None:
         raise PPaaSError("no")
 

@@ -8,7 +8,7 @@ from ppaas.nodes.topics import CLIENT_TOPIC, TOPICS, policy_of
 from tests.support.world.planar_world import walled_map
 
 
-def test_the_table_has_the_topics_of_a_clone_and_no_others() -> None:
+def test_table_has_exactly_the_topics_of_a_clone() -> None:
     graph = Graph()
     layers = build_layers(walled_map(4, 3, []))
     build_clone(graph, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), parameters={DEPTH_CAMERA: {}})
@@ -23,7 +23,7 @@ def test_goals_poses_and_results_must_arrive_and_sensor_data_may_be_dropped() ->
     assert must_arrive.isdisjoint({"scan", "odom", "tf", "tf_static", "cmd_vel", "move_base/status", "people"})
 
 
-def test_what_is_published_once_is_also_repeated_to_a_client_that_reconnects() -> None:
+def test_topics_published_once_are_lasting() -> None:
     assert {topic.name for topic in TOPICS.values() if topic.lasting} == {
         "move_base/result", "follow_waypoints/result", "map", "tf_static",
     }  # fmt: skip

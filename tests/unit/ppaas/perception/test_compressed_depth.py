@@ -14,7 +14,7 @@ from ppaas.perception.compressed_depth import FORMATS, compress, decompress
 
 @settings(deadline=None)
 @given(arrays.arrays(np.uint16, st.tuples(st.integers(1, 9), st.integers(1, 9))))
-def test_millimetres_come_back_as_they_were(image):
+def test_millimetres_round_trip(image):
     kind, data = compress(image)
     assert kind == FORMATS["uint16"]
     assert np.array_equal(decompress(kind, data), image)
@@ -22,7 +22,7 @@ def test_millimetres_come_back_as_they_were(image):
 
 @settings(deadline=None)
 @given(arrays.arrays(np.float32, (4, 5), elements=st.floats(0.25, 10.0, width=32)))
-def test_metres_come_back_the_more_finely_the_nearer_they_are(image):
+def test_metres_round_trip_more_finely_at_short_range(image):
     kind, data = compress(image)
     back = decompress(kind, data)
     assert back.dtype == np.float32
@@ -30,14 +30,14 @@ def test_metres_come_back_the_more_finely_the_nearer_they_are(image):
     assert (np.abs(back - image) <= image**2 / 10_100 * 0.51 + 1e-5).all()
 
 
-def test_what_is_not_known_stays_so():
+def test_unknown_and_far_depths_become_nan():
     image = np.array([[0.0, np.nan, np.inf, 11.0, 0.1, 1.0]], np.float32)
     back = decompress(*compress(image))
     assert np.isnan(back[0, :5]).all()
     assert back[0, 5] == pytest.approx(1.0, abs=1e-4)
 
 
-def test_a_picture_of_a_room_becomes_a_fifth():
+def test_image_of_a_room_is_compressed_to_a_fifth():
     rows, columns = np.mgrid[:480, :640]
     image = (2000 + 3 * columns + 500 * (rows > 240)).astype(np.uint16)
     assert len(compress(image)[1]) < image.nbytes / 5
@@ -58,13 +58,13 @@ def test_an_invalid_depth_image_is_refused(kind, data, why):
         decompress(kind, data)
 
 
-PICTURE = compress((np.arange(600, dtype=np.uint16) * 77).reshape(20, 30))[1]
+ENCODED = compress((np.arange(600, dtype=np.uint16) * 77).reshape(20, 30))[1]
 
 
 @settings(deadline=None)
-@given(st.integers(0, len(PICTURE) - 1), st.binary(min_size=1, max_size=8))
-def test_a_broken_picture_is_refused_or_is_another_one(where, garbage):
-    broken = PICTURE[:where] + garbage + PICTURE[where + len(garbage) :]
+@given(st.integers(0, len(ENCODED) - 1), st.binary(min_size=1, max_size=8))
+def test_corrupt_image_is_refused_or_decoded(where, garbage):
+    broken = ENCODED[:where] + garbage + ENCODED[where + len(garbage) :]
     try:
         image = decompress(FORMATS["uint16"], broken)
     except InvalidInput:

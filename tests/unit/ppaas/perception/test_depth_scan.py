@@ -36,7 +36,7 @@ depths_m = st.floats(0.0, 12.0, width=32) | st.sampled_from([math.nan, math.inf]
 
 @settings(deadline=None)
 @given(arrays.arrays(np.float32, (9, 16), elements=depths_m), st.integers(1, 8))
-def test_a_scan_of_metres_is_that_of_the_slow_twin(image, rows):
+def test_scan_of_metres_agrees_with_the_twin(image, rows):
     own = DepthScanParameters(scan_height=rows)
     # A depth exactly at a limit may be rounded to either side of it.
     slant = np.hypot(1.0, (np.arange(16) - CAMERA.cx) / CAMERA.fx)
@@ -47,7 +47,7 @@ def test_a_scan_of_metres_is_that_of_the_slow_twin(image, rows):
 
 @settings(deadline=None)
 @given(arrays.arrays(np.uint16, (9, 16), elements=st.integers(0, 65535)), st.integers(1, 8))
-def test_a_scan_of_millimetres_is_that_of_the_slow_twin(image, rows):
+def test_scan_of_millimetres_agrees_with_the_twin(image, rows):
     own = DepthScanParameters(scan_height=rows, range_min=0.3, range_max=70.0)
     image[image == 65535] = 0
     slant = np.hypot(1.0, (np.arange(16) - CAMERA.cx) / CAMERA.fx)
@@ -55,7 +55,7 @@ def test_a_scan_of_millimetres_is_that_of_the_slow_twin(image, rows):
     np.testing.assert_allclose(DepthScanner(CAMERA, own).scan(image), twin(image, CAMERA, own), rtol=1e-5)
 
 
-def test_a_wall_ahead_is_a_straight_line_from_right_to_left():
+def test_wall_ahead_is_a_straight_line():
     scanner = DepthScanner(PinholeCamera(640, 480, 525.0, 319.5, 239.5), DepthScanParameters(scan_height=10))
     ranges = scanner.scan(np.full((480, 640), 2000, np.uint16))
     angles = scanner.angle_min + scanner.angle_increment * np.arange(640)
@@ -66,7 +66,7 @@ def test_a_wall_ahead_is_a_straight_line_from_right_to_left():
     np.testing.assert_allclose((ranges * np.cos(angles))[seen], 2.0, atol=0.01)
 
 
-def test_the_nearest_of_the_rows_counts_and_other_rows_do_not():
+def test_nearest_depth_within_the_scan_rows_is_taken():
     image = np.full((9, 16), 5000, np.uint16)
     image[0], image[3, 7], image[4, 7] = 500, 2000, 3000
     own = DepthScanParameters(scan_height=2)
@@ -105,7 +105,7 @@ def test_an_invalid_camera_is_refused(wrong):
         {"scan_time": -1.0}, {"output_frame_id": ""},
     ],
 )  # fmt: skip
-def test_parameters_out_of_their_ranges_are_named(wrong):
+def test_parameters_out_of_range_are_refused_by_name(wrong):
     with pytest.raises(InvalidParameter, match=next(iter(wrong))):
         DepthScanParameters(**wrong)
 

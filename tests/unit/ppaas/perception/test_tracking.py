@@ -38,20 +38,20 @@ def walked(moving: MovingObjects, start: tuple[float, float], velocity: tuple[fl
         moving.see(reading((x, y), seed=scan), seconds, seconds)
 
 
-def test_a_room_as_in_the_map_has_no_unmapped_objects() -> None:
+def test_mapped_room_has_no_unmapped_objects() -> None:
     assert unmapped_objects_in(reading(), LAYERS) == []
 
 
 @settings(max_examples=30, deadline=None)
 @given(st.floats(-math.pi, math.pi), st.floats(0.6, 2.8), st.floats(-math.pi, math.pi))
-def test_somebody_is_found_where_they_stand_from_any_side(bearing: float, away: float, heading: float) -> None:
+def test_person_is_located_from_any_side(bearing: float, away: float, heading: float) -> None:
     x, y = HERE.x + away * math.cos(bearing), HERE.y + away * math.sin(bearing)
     [thing] = unmapped_objects_in(reading((x, y), pose=Pose2D(HERE.x, HERE.y, heading)), LAYERS)
     assert math.hypot(thing.x - x, thing.y - y) < 0.12
     assert 0.1 < thing.radius < 0.35
 
 
-def test_two_side_by_side_are_two_and_a_long_thing_is_nobody() -> None:
+def test_two_people_are_separated_and_long_objects_are_ignored() -> None:
     assert len(unmapped_objects_in(reading((6.5, 3.6), (6.5, 4.6)), LAYERS)) == 2
     wall = [(6.5, 3.0 + 0.1 * step) for step in range(round((LARGEST + 1.0) / 0.1))]
     assert unmapped_objects_in(reading(*wall), LAYERS) == []
@@ -99,7 +99,7 @@ def test_a_scan_that_is_older_than_the_last_changes_nothing() -> None:
     assert len(before) == 1
 
 
-def test_after_a_long_silence_all_begins_anew() -> None:
+def test_tracks_are_dropped_after_a_long_gap() -> None:
     tracker = Tracker()
     for scan in range(2 * HITS):
         tracker.see([UnmappedObject(0.1 * scan, 0.0, 0.2)], scan * PERIOD)
@@ -107,15 +107,15 @@ def test_after_a_long_silence_all_begins_anew() -> None:
     assert list(tracker.movers()) == []
 
 
-def test_two_who_pass_each_other_keep_their_ways() -> None:
+def test_tracks_of_two_passing_people_are_not_swapped() -> None:
     tracker = Tracker()
     for scan in range(20):
         tracker.see([UnmappedObject(0.1 * scan, 0.0, 0.2), UnmappedObject(2.0 - 0.1 * scan, 0.7, 0.2)], scan * PERIOD)
-    ways = sorted(round(mover.vx, 1) for mover in tracker.movers())
-    assert ways == [-1.0, 1.0]
+    velocities = sorted(round(mover.vx, 1) for mover in tracker.movers())
+    assert velocities == [-1.0, 1.0]
 
 
-def test_where_somebody_walked_is_left_behind_them_each_place_once() -> None:
+def test_left_places_follow_a_walking_person_once_each() -> None:
     tracker, left = Tracker(), []
     for scan in range(30):
         tracker.see([UnmappedObject(0.1 * scan, 0.0, 0.2)], scan * PERIOD)

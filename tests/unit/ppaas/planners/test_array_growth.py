@@ -16,8 +16,8 @@ def test_the_doubled_array_begins_with_the_old_items(shape: tuple[int, ...], mon
     assert (after[: len(before)] == before).all()
 
 
-def test_it_is_asked_for_each_slice_whether_to_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_check_is_called_for_each_slice(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(array_growth, "SLICE_COPIED", 8)
-    asked: list[int] = []
-    array_growth.doubled(np.zeros(6, np.int32), lambda: asked.append(1))
-    assert len(asked) == 3
+    checks: list[int] = []
+    array_growth.doubled(np.zeros(6, np.int32), lambda: checks.append(1))
+    assert len(checks) == 3

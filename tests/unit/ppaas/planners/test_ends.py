@@ -13,11 +13,11 @@ from ppaas.planners.weights import passable
 from tests.support.world import grids
 
 
-def go_on():
+def proceed():
     pass
 
 
-def ends(map_, start, goal, allow_unknown=True, check=go_on, **request):
+def ends(map_, start, goal, allow_unknown=True, check=proceed, **request):
     ask = PlanRequest(grids.centre(map_, *start), grids.centre(map_, *goal, theta=0.5), **request)
     return place_ends(map_, ask, allow_unknown=allow_unknown, check=check)
 
@@ -30,7 +30,7 @@ def test_free_ends_are_unchanged():
 
 def test_the_escape_is_the_shortest_path_around_obstacles():
     map_ = grids.costmap("#ii.\n###i\niii.\n#iii", resolution=0.1)
-    assert escape(map_, (1, 1), passable(True), go_on).tolist() == [[1, 1], [1, 2], [1, 3]]
+    assert escape(map_, (1, 1), passable(True), proceed).tolist() == [[1, 1], [1, 2], [1, 3]]
 
 
 def test_no_escape_cuts_the_corner_of_an_obstacle():
@@ -46,7 +46,7 @@ def test_an_escape_is_at_most_two_metres_long():
         ends(map_, (0, 0), (0, 21))
 
 
-def test_a_robot_in_an_unknown_cell_may_leave_it_even_where_plans_may_not_enter():
+def test_robot_may_leave_an_unknown_cell_even_if_not_allowed():
     map_ = grids.costmap("??..", resolution=0.1)
     assert ends(map_, (0, 0), (0, 3), allow_unknown=False).start == (0, 2)
     assert ends(map_, (0, 0), (0, 3), allow_unknown=True).start == (0, 0)

@@ -38,26 +38,26 @@ def test_a_helper_follows_a_change_of_the_callers_affinity(asleep):
 
     def call():
         for cpus in ({min(CPUS)}, {max(CPUS)}, CPUS):
-            os.sched_setaffinity(0, cpus)  # of this thread alone
+            os.sched_setaffinity(0, cpus)  # of this thread only
             placed.move_off_this_cpu()
             found.append(executor.submit(lambda: os.sched_getaffinity(0)).result())
 
     caller = threading.Thread(target=call)
     caller.start()
     caller.join()
-    assert found[:2] == [{min(CPUS)}, {max(CPUS)}], "there is no other"
+    assert found[:2] == [{min(CPUS)}, {max(CPUS)}], "there is no other CPU"
     assert len(CPUS - found[2]) == 1
 
 
 def test_an_unchanged_affinity_is_not_set_again(asleep, monkeypatch):
     threads, _, helper = asleep
-    asked, here = [], 0
+    calls, here = [], 0
     monkeypatch.setattr(helper_threads, "_sched_getcpu", lambda: lambda: here)
     monkeypatch.setattr(os, "sched_getaffinity", lambda thread: {0, 1, 2})
-    monkeypatch.setattr(os, "sched_setaffinity", lambda thread, cpus: asked.append((thread, cpus)))
+    monkeypatch.setattr(os, "sched_setaffinity", lambda thread, cpus: calls.append((thread, cpus)))
     for here in (0, 0, 2, 2, 0):  # noqa: B007 - looked at by the function above
         threads.move_off_this_cpu()
-    assert asked == [(helper, {1, 2}), (helper, {0, 1}), (helper, {1, 2})]
+    assert calls == [(helper, {1, 2}), (helper, {0, 1}), (helper, {1, 2})]
 
 
 def test_helpers_work_where_the_affinity_cannot_be_set(asleep, monkeypatch):
@@ -104,14 +104,14 @@ def test_the_check_ends_the_work_on_slices():
 
 
 def test_an_error_in_a_helper_is_raised():
-    begun, failed = threading.Event(), threading.Event()
+    started, failed = threading.Event(), threading.Event()
 
     def work(one):
         if threading.current_thread() is threading.main_thread():
-            begun.set()
+            started.set()
             assert failed.wait(30)
         else:
-            assert begun.wait(30)
+            assert started.wait(30)
             failed.set()
             raise OSError("broken")
 
@@ -119,14 +119,14 @@ def test_an_error_in_a_helper_is_raised():
         share(range(2), work, helpers=1, check=proceed)
 
 
-def test_a_helper_that_has_not_begun_is_not_waited_for():
-    gate, others = threading.Event(), ThreadPoolExecutor(1)
+def test_helper_that_has_not_started_is_not_waited_for():
+    release, others = threading.Event(), ThreadPoolExecutor(1)
     busy = others.submit(
-        share, range(os.cpu_count() + 1), lambda one: gate.wait(), helpers=os.cpu_count(), check=proceed
+        share, range(os.cpu_count() + 1), lambda one: release.wait(), helpers=os.cpu_count(), check=proceed
     )
     done = []
     share(range(3), done.append, helpers=2, check=proceed)
-    gate.set()
+    release.set()
     busy.result()
     assert sorted(done) == [0, 1, 2]
 

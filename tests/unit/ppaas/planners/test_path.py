@@ -38,8 +38,8 @@ def _ends(costmap: Costmap, cells: np.ndarray) -> tuple[Pose2D, Pose2D]:
 
 @settings(deadline=None)
 @given(st.integers(0, 1000), st.integers(1, 40), st.floats(-math.pi, math.pi))
-def test_poses_and_cost_are_those_of_the_definition(seed, count, turned):
-    costmap, cells = _costmap(seed, Pose2D(1.0, -2.0, turned)), _walk(seed, count)
+def test_poses_and_cost_agree_with_the_definition(seed, count, yaw):
+    costmap, cells = _costmap(seed, Pose2D(1.0, -2.0, yaw)), _walk(seed, count)
     start, goal = _ends(costmap, cells)
     listed = list(map(tuple, cells.tolist()))
     poses, slow = path_poses(costmap, cells, start, goal), np.array(slow_poses(costmap, listed, start, goal))
@@ -49,7 +49,7 @@ def test_poses_and_cost_are_those_of_the_definition(seed, count, turned):
     assert path_cost(costmap, cells) == pytest.approx(slow_cost(costmap, listed))
 
 
-def test_the_poses_of_a_long_path_are_the_same_on_any_number_of_threads():
+def test_poses_of_a_long_path_do_not_depend_on_threads():
     costmap, cells = _costmap(), _walk(1, FEW + BLOCK + 5)
     alone, together = (path_poses(costmap, cells, *_ends(costmap, cells), threads=threads) for threads in (1, 2))
     assert alone.tobytes() == together.tobytes()
@@ -58,13 +58,13 @@ def test_the_poses_of_a_long_path_are_the_same_on_any_number_of_threads():
     )
 
 
-def test_equal_moves_have_equal_headings_wherever_they_are_made():
+def test_equal_moves_have_equal_headings_everywhere():
     costmap, cells = _costmap(), np.stack((np.arange(SIDE), np.arange(SIDE)), axis=1).astype(np.int32)
     poses = path_poses(costmap, cells, *_ends(costmap, cells))
     assert len(np.unique(poses[1:-2, 5:], axis=0)) == 1
 
 
-def test_with_both_ends_in_one_cell_the_goal_is_the_only_pose():
+def test_path_within_one_cell_is_the_goal_pose():
     costmap, cells = _costmap(), np.array([(3, 4)], np.int32)
     start, goal = _ends(costmap, cells)
     assert path_poses(costmap, cells, start, goal).tolist() == [

@@ -22,7 +22,7 @@ numbers = (
     | st.floats(-MAX_MAGNITUDE, MAX_MAGNITUDE, exclude_min=True, exclude_max=True)
 )
 few = st.sampled_from([0.0, -0.0, 1.0, -12.75])
-"""So few numbers that rows often end like the row before."""
+"""Few numbers, so that rows often end like the previous row."""
 
 numbers = numbers | few
 tables = st.integers(1, 4).flatmap(
@@ -44,14 +44,14 @@ def written(rows: list[list[float]], pieces: list[str]) -> str:
 
 @settings(deadline=None)  # the first call compiles
 @given(tables, st.lists(st.text("[]{},:x", max_size=20), min_size=5, max_size=5))
-def test_the_kernel_writes_what_its_twin_does(rows: list[list[float]], pieces: list[str]) -> None:
+def test_kernel_writes_like_its_twin(rows: list[list[float]], pieces: list[str]) -> None:
     used = pieces[: len(rows[0]) + 1]
     assert written(rows, used) == twin.rows_text(rows, used)
 
 
 @settings(deadline=None)
 @given(st.lists(st.lists(st.floats(-1e6, 1e6), min_size=7, max_size=7)))
-def test_numbers_are_read_back_within_half_a_billionth(rows: list[list[float]]) -> None:
+def test_numbers_round_trip_within_half_a_billionth(rows: list[list[float]]) -> None:
     read = json.loads(rows_text(np.array(rows).reshape(-1, 7)))
     assert len(read) == len(rows)
     np.testing.assert_allclose(np.array(read).reshape(-1, 7), np.array(rows).reshape(-1, 7), rtol=0.0, atol=6e-10)
@@ -65,7 +65,7 @@ def test_trailing_zeros_are_omitted() -> None:
     assert rows_text(POSES[:1]).startswith("[[1.25,-2.5,0.0,0.0,")
 
 
-def test_the_message_has_the_form_of_ros_and_each_pose_the_header_of_the_path() -> None:
+def test_path_message_has_ros_form_and_a_header_per_pose() -> None:
     header = Header(7, Time(3, 4), 'the "map"')
     path = decode(Path, encode(path_message(POSES, header)))
     assert path.header == header

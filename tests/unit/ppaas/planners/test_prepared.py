@@ -60,7 +60,7 @@ def test_a_writable_map_is_prepared_for_each_plan() -> None:
     assert len(planner.prepared_data) == 2
 
 
-def test_another_map_is_prepared_though_it_looks_the_same() -> None:
+def test_equal_but_other_map_is_prepared_again() -> None:
     planner, costmaps = Straight(), [grids.costmap("..."), grids.costmap("...")]
     for costmap in costmaps:
         costmap.data.flags.writeable = False

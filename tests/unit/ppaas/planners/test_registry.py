@@ -7,13 +7,13 @@ from ppaas.planners.grid.dijkstra import Dijkstra
 from ppaas.plugins import parameters_in_use
 
 
-def test_a_planner_is_made_by_its_name_with_its_parameters():
+def test_planner_is_created_by_name_with_parameters():
     planner = create("dijkstra", allow_unknown=False)
     assert isinstance(planner, Dijkstra)
     assert planner.allow_unknown is False
 
 
-def test_the_names_of_ros_are_known():
+def test_ros_names_are_known():
     assert isinstance(create("global_planner/GlobalPlanner"), Dijkstra)
     assert isinstance(create("nav2_smac_planner/SmacPlanner2D"), AStar)
 
@@ -34,7 +34,7 @@ def test_a_parameter_of_another_type_is_refused(value):
         create("dijkstra", allow_unknown=value)
 
 
-def test_every_planner_installed_has_a_twin_of_the_same_parameters():
+def test_installed_planners_have_twins_with_equal_parameters():
     for name in planner_names():
         planner = (
             create(name, allow_unknown=False) if "allow_unknown" in parameters_in_use(create(name)) else create(name)
@@ -45,7 +45,7 @@ def test_every_planner_installed_has_a_twin_of_the_same_parameters():
         assert parameters_in_use(twin) == parameters_in_use(planner)
 
 
-def test_every_planner_installed_names_itself_and_its_purpose():
+def test_installed_planners_state_their_name_and_purpose():
     assert "dijkstra" in planner_names()
     for name in planner_names():
         planner = create(name)

@@ -8,7 +8,7 @@ from ppaas.planners.volume.dijkstra3d import Dijkstra3D
 
 
 @pytest.mark.parametrize("create", [planners.create, volume.create])
-def test_a_planner_in_space_is_made_by_its_name_with_its_parameters(create):
+def test_3d_planner_is_created_by_name_with_parameters(create):
     assert isinstance(create("astar3d"), AStar3D)
     planner = create("dijkstra3d", allow_unknown=False)
     assert isinstance(planner, Dijkstra3D)
@@ -17,7 +17,7 @@ def test_a_planner_in_space_is_made_by_its_name_with_its_parameters(create):
         create("dijkstra3d", colour="red")
 
 
-def test_planners_of_the_plane_are_not_among_those_in_space_nor_the_other_way_round():
+def test_2d_and_3d_planner_names_are_disjoint():
     with pytest.raises(NotFound, match=r"unknown planner in space 'dijkstra'; known: astar3d, dijkstra3d"):
         volume.create("dijkstra")
     assert not set(volume.planner_names()) & set(planners.planner_names())

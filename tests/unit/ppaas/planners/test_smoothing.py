@@ -35,7 +35,7 @@ def assert_free(map_, poses, allow_unknown=True):
 
 @given(st.integers(0, 2**32 - 1), st.integers(2, 12), st.sampled_from([0.0, 0.1, 0.3, 2.0]))
 @settings(deadline=None, max_examples=50)
-def test_points_equal_the_fixed_point_of_the_twin(seed, count, even):
+def test_relaxed_points_agree_with_the_twin(seed, count, even):
     rng = np.random.default_rng(seed)
     points, near = rng.normal(size=(count, 2)), rng.choice([0.1, 0.2, 3.0, np.inf], count)
     near[[0, -1]] = np.inf
@@ -46,7 +46,7 @@ def test_points_equal_the_fixed_point_of_the_twin(seed, count, even):
 
 @given(grids.cost_arrays(10), st.data(), st.booleans(), st.sampled_from([(0.2, 0.3), (0.0, 1.0), (0.01, 5.0)]))
 @settings(deadline=None, max_examples=100)
-def test_it_keeps_its_ends_and_enters_no_cell_that_is_not_free(costs, data, allow_unknown, weights):
+def test_smoothed_path_keeps_its_ends_and_stays_free(costs, data, allow_unknown, weights):
     free = np.argwhere(passable(allow_unknown)[costs]).tolist()
     assume(free)
     map_ = grids.of(costs, 0.1, Pose2D(1.0, -2.0, 0.7))
@@ -62,7 +62,7 @@ def test_it_keeps_its_ends_and_enters_no_cell_that_is_not_free(costs, data, allo
     assert_free(map_, smooth, allow_unknown)
 
 
-def test_a_real_path_turns_less_and_is_no_longer(data):
+def test_smoothed_real_path_turns_less_and_is_shorter(data):
     file = data / "movingai" / "dao" / "arena2.map"
     map_ = grids.of(np.where(parse_map(file.read_bytes()).data == 0, 0, 254).astype(np.uint8), 0.05)
     queries = parse_scenario(file.with_suffix(".map.scen").read_bytes())
@@ -77,7 +77,7 @@ def test_a_real_path_turns_less_and_is_no_longer(data):
         assert_free(map_, smooth.poses)
 
 
-def test_a_bend_in_the_open_is_cut_and_each_pose_heads_for_the_next():
+def test_bend_in_free_space_is_cut_with_headings_along_the_path():
     map_ = grids.of(np.zeros((9, 9), np.uint8))
     corner = [(1.5, 1.5 + i) for i in range(6)] + [(1.5 + i, 6.5) for i in range(1, 6)]
     poses = poses_along(np.array(corner), 2.0)
@@ -97,8 +97,8 @@ def test_only_poses_near_an_obstacle_are_moved_back():
     path = create("dijkstra").plan(map_, PlanRequest(Pose2D(1.5, 0.5), Pose2D(38.5, 0.5))).poses
     smooth = smooth_path(map_, path, w_data=0.2, w_smooth=1.0)
     assert_free(map_, smooth)
-    in_the_open = smooth_path(grids.of(np.zeros_like(costs)), path, w_data=0.2, w_smooth=1.0)
-    apart = np.hypot(*(smooth - in_the_open)[:, :2].T)
+    unobstructed = smooth_path(grids.of(np.zeros_like(costs)), path, w_data=0.2, w_smooth=1.0)
+    apart = np.hypot(*(smooth - unobstructed)[:, :2].T)
     away = np.hypot(path[:, 0] - 8.5, path[:, 1] - 6.5)
     assert apart[away < 2.0].max() > 0.05
     assert apart[away > 9.0].max() < 0.01
@@ -151,7 +151,7 @@ def test_planners_smooth_on_request(name):
     assert np.array_equal(create(name).plan(map_, request).poses, rough.poses)
 
 
-def test_cancelling_ends_it():
+def test_smoothing_can_be_cancelled():
     def cancel():
         raise PlanCancelled("enough")
 

@@ -21,7 +21,7 @@ def test_units_are_in_proportion_to_the_weights(costs, allow_unknown):
         assert np.array_equal(units[0] * DIAGONAL, units[1] * CARDINAL)
 
 
-def test_the_diagonal_is_root_two_within_the_stated_error():
+def test_diagonal_is_the_root_of_two_within_the_stated_error():
     assert abs(DIAGONAL / CARDINAL / math.sqrt(2.0) - 1.0) <= RELATIVE_ERROR < 1e-8
 
 

@@ -12,7 +12,7 @@ def test_weights_are_those_of_navfn(cost, weight):
     assert exact_weights()[cost] == pytest.approx(weight)
 
 
-def test_an_obstacle_weighs_infinitely_much():
+def test_obstacle_has_infinite_weight():
     assert math.isinf(exact_weights()[254])
 
 
@@ -23,7 +23,7 @@ def test_fixed_point_is_exact_for_cardinal_moves_and_within_the_bound_for_diagon
     assert np.all(np.abs(fixed[1] / SCALE / (exact * math.sqrt(2.0)) - 1.0) <= RELATIVE_ERROR)
 
 
-def test_no_move_ends_in_the_bucket_it_began_in_or_beyond_the_ring():
+def test_every_move_ends_in_another_bucket_within_the_ring():
     moves = fixed_weights()[:, np.arange(256) != 254]
     assert moves.min() >= 1 << BUCKET_SHIFT
     assert (moves.max() >> BUCKET_SHIFT) + 2 <= RING

@@ -10,7 +10,7 @@ from ppaas.plans.history import MOST_BUCKETS, bucket_of, bucket_range, compared_
 FAR, NEAR = ("house", "v1", "astar", 14), ("house", "v1", "astar", 4)
 
 
-def test_a_planner_is_told_in_all_and_by_distance() -> None:
+def test_planner_is_evaluated_in_total_and_by_complexity() -> None:
     rows = [
         computed_row(FAR, 0.4), computed_row(FAR, 0.1), computed_row(NEAR, 0.01), failed_row(NEAR),
         found_row(FAR, "reused"), found_row(FAR, "stitched"), compared_row(FAR, 11.0, 10.0),
@@ -30,18 +30,18 @@ def test_a_planner_is_told_in_all_and_by_distance() -> None:
     assert as_json(astar)["complexities"][1]["cells"] == [64.0 * 2.0**0.5, 128.0]
 
 
-def test_planners_come_by_name_and_versions_together() -> None:
+def test_planners_are_sorted_by_name_over_all_versions() -> None:
     rows = [failed_row(("house", version, planner, 1)) for version in ("v2", "v1") for planner in ("jps", "astar")]
     assert [(each.planner, each.performance.queries) for each in evaluate(rows)] == [("astar", 2), ("jps", 2)]
     assert evaluate([]) == []
 
 
-def test_of_what_never_happened_nothing_is_said() -> None:
+def test_missing_data_is_reported_as_none() -> None:
     (astar,) = evaluate([failed_row(NEAR)])
     performance = astar.performance
     assert performance.success == 0.0
-    nothing = (performance.reuse_rate, performance.seconds, performance.typical_seconds, performance.spread)
-    assert nothing == (None, None, None, None)
+    unknown = (performance.reuse_rate, performance.seconds, performance.typical_seconds, performance.spread)
+    assert unknown == (None, None, None, None)
 
 
 @given(st.floats(min_value=0.0, max_value=1e9, allow_nan=False))

@@ -12,14 +12,14 @@ from tests.support.world.recovering import MIDDLE, Run
         ({"affected_maps": "local", "layer_names": ["obstacle_layer"]}, (MIDDLE, 3.0, "local")),
     ],
 )
-def test_what_is_far_is_forgotten_once_and_the_robot_stands(parameters, area):
+def test_distant_obstacles_are_cleared_once_at_rest(parameters, area):
     run = Run(create("clear_costmap_recovery", **parameters))
     assert run.to_the_end() == 0.0
     assert run.cleared == [area]
     assert not run.velocities
 
 
-def test_without_layers_nothing_is_forgotten():
+def test_nothing_is_cleared_without_layers():
     run = Run(create("clear_costmap_recovery", layer_names=[]))
     run.to_the_end()
     assert not run.cleared

@@ -20,29 +20,29 @@ def with_band(cost: int, x_from: float, x_to: float):
 
 
 @pytest.mark.parametrize("cost", [INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION])
-def test_no_cell_on_the_way_may_touch_an_obstacle_or_be_unknown(cost):
+def test_motion_through_inscribed_lethal_or_unknown_cells_is_blocked(cost):
     band = with_band(cost, 1.55, 1.6)
     assert is_free(band, MIDDLE, BACK, 1.9)
     assert not is_free(band, MIDDLE, BACK, 2.1)
-    assert not is_free(band, MIDDLE, BACK, 60.0), "a wall that is passed through is a wall"
+    assert not is_free(band, MIDDLE, BACK, 60.0), "a wall that the motion passes through blocks it"
     assert is_free(band, MIDDLE, Velocity(0.2, 0.0), 5.0)
 
 
-def test_costs_below_that_of_touching_are_free():
+def test_costs_below_inscribed_are_free():
     assert is_free(with_band(INSCRIBED_INFLATED_OBSTACLE - 1, 0.0, 4.0), MIDDLE, BACK, 5.0)
 
 
-def test_beyond_the_edge_nothing_is_free():
+def test_motion_beyond_the_costmap_is_blocked():
     assert is_free(room(), Pose2D(0.5, 2.0), BACK, 2.4)
     assert not is_free(room(), Pose2D(0.5, 2.0), BACK, 2.6)
     assert not is_free(room(), Pose2D(-1.0, 2.0), BACK, 0.1)
 
 
-def test_turning_on_the_spot_touches_nothing_new():
+def test_turning_in_place_is_always_free():
     assert is_free(with_band(INSCRIBED_INFLATED_OBSTACLE, 0.0, 4.0), MIDDLE, Velocity(0.0, 1.0), 6.0)
 
 
-def test_an_arc_is_followed():
+def test_arc_motion_is_checked_along_the_arc():
     turning = Velocity(0.5, 0.5 * math.pi / 2)
     ahead = with_band(LETHAL_OBSTACLE, 3.1, 4.0)
     assert not is_free(ahead, MIDDLE, Velocity(0.5, 0.0), 2.5)
@@ -50,15 +50,15 @@ def test_an_arc_is_followed():
 
 
 @pytest.mark.parametrize(("back_to", "free"), [(1.95, True), (1.9, True), (1.85, False), (1.0, False)])
-def test_who_stands_too_near_to_an_obstacle_may_leave_it_if_that_is_soon_done(back_to, free):
+def test_robot_in_inscribed_cells_may_leave_them_soon(back_to, free):
     assert is_free(with_band(INSCRIBED_INFLATED_OBSTACLE, back_to, 4.0), Pose2D(2.0, 2.0), BACK, 1.0) is free
 
 
-def test_who_is_all_but_there_may_not_end_too_near_to_an_obstacle():
+def test_short_motion_may_not_end_in_inscribed_cells():
     assert not is_free(with_band(INSCRIBED_INFLATED_OBSTACLE, 1.0, 4.0), MIDDLE, BACK, 0.1)
 
 
-def test_nobody_leaves_through_an_obstacle_itself():
+def test_robot_may_not_leave_through_lethal_cells():
     costmap = with_band(INSCRIBED_INFLATED_OBSTACLE, 1.9, 4.0)
     costmap.data[:, 38] = LETHAL_OBSTACLE
     assert not is_free(costmap, MIDDLE, BACK, 1.0)

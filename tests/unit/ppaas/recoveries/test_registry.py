@@ -30,11 +30,11 @@ from tests.support.world.planar_world import walled_map
         ("nav2_behaviors/Wait", WaitRecovery),
     ],
 )
-def test_a_behaviour_is_made_by_its_name_or_that_of_ros(name, cls):
+def test_behaviour_is_created_by_its_own_or_ros_name(name, cls):
     assert type(create(name)) is cls
 
 
-def test_an_unknown_name_is_told_with_the_names_there_are():
+def test_unknown_name_error_lists_the_known_names():
     with pytest.raises(NotFound, match=r"recovery behaviour 'jump'; known: back_up, clear_.*, rotate_recovery, wait"):
         create("jump")
 
@@ -53,12 +53,12 @@ def test_an_unknown_name_is_told_with_the_names_there_are():
         ("wait", {"song": 1}),
     ],
 )
-def test_a_wrong_parameter_is_refused_by_name(name, wrong):
+def test_invalid_parameter_is_refused_by_name(name, wrong):
     with pytest.raises(InvalidParameter, match=next(iter(wrong))):
         create(name, **wrong)
 
 
-def test_every_behaviour_installed_names_itself_and_its_purpose():
+def test_installed_behaviours_state_their_name_and_purpose():
     assert {"back_up", "clear_costmap_recovery", "rotate_recovery", "wait"} <= set(recovery_names())
     for name in recovery_names():
         assert create(name).name == name
@@ -98,7 +98,7 @@ def test_a_behaviour_of_another_distribution_is_found_by_its_entry_point(monkeyp
     assert isinstance(wait, WaitRecovery)
 
 
-def test_a_plug_in_of_others_must_be_a_behaviour():
+def test_plug_in_of_another_type_is_refused():
     registry = PluginRegistry("ppaas.planners", "recovery behaviour", Recovery, aliases={})
     with pytest.raises(InvalidParameter, match="is not a subclass of Recovery"):
         registry.load("dijkstra")

@@ -7,7 +7,7 @@ from ppaas.recoveries import RecoveryFailed, create
 from tests.support.world.recovering import Run
 
 
-def test_the_robot_turns_once_round_on_the_spot_as_often_as_it_is_asked_to():
+def test_robot_turns_in_place_once_per_run():
     rotate = create("rotate_recovery")
     for _ in range(2):
         run = Run(rotate, pose=Pose2D(2.0, 2.0, 3.0))
@@ -17,7 +17,7 @@ def test_the_robot_turns_once_round_on_the_spot_as_often_as_it_is_asked_to():
         assert all(velocity.linear == 0.0 and 0.4 <= velocity.angular <= 1.0 for velocity in run.velocities)
 
 
-def test_a_robot_that_does_not_turn_is_given_up():
+def test_robot_that_does_not_turn_fails_after_the_patience():
     run = Run(create("rotate_recovery", rotation_patience=2.0))
     with pytest.raises(RecoveryFailed, match=r"6\.3 rad of the turn remained after 2 s"):
         run.to_the_end(moves=False)

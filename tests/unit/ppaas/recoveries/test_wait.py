@@ -5,7 +5,7 @@ from ppaas.recoveries import create
 from tests.support.world.recovering import Run
 
 
-def test_the_robot_stands_for_as_long_as_it_is_told():
+def test_robot_waits_for_the_given_duration():
     wait = create("wait", wait_duration=1.5)
     for _ in range(2):
         run = Run(wait)

@@ -21,69 +21,74 @@ def wheel(name: str, y: float, *inside: str, velocity: float = 10.0, parent: str
 
 
 @pytest.mark.parametrize("name", ["turtlebot2", "turtlebot3_burger", "turtlebot3_waffle"])
-def test_the_example_robots_are_much_like_the_models_of_their_names(name):
-    told, model = describe(example(name)), robot_model(name)
-    assert (told.name, told.base_frame, told.warnings) == (name, "base_footprint", ())
-    assert told.circumscribed_radius == pytest.approx(model.robot_radius, abs=0.02)
-    assert told.max_vel_x == pytest.approx(model.limits.max_vel_x, rel=0.01)
-    assert told.max_vel_theta >= 0.99 * model.limits.max_vel_theta
-    laser = next(sensor for sensor in told.sensors if sensor.kind == "laser")
+def test_example_robots_resemble_the_models_of_their_names(name):
+    description, model = describe(example(name)), robot_model(name)
+    assert (description.name, description.base_frame, description.warnings) == (name, "base_footprint", ())
+    assert description.circumscribed_radius == pytest.approx(model.robot_radius, abs=0.02)
+    assert description.max_vel_x == pytest.approx(model.limits.max_vel_x, rel=0.01)
+    assert description.max_vel_theta >= 0.99 * model.limits.max_vel_theta
+    laser = next(sensor for sensor in description.sensors if sensor.kind == "laser")
     assert laser.link == model.laser_frame
     assert laser.pose[:2] == pytest.approx(model.laser[:2])
 
 
 def test_a_box_has_its_own_four_corners_and_two_radii():
-    told = describe(urdf.urdf(link("base_link", part(box(0.6, 0.4, 0.2), origin((0.1, 0, 0.3))))))
-    assert told.footprint == ((-0.2, -0.2), (0.4, -0.2), (0.4, 0.2), (-0.2, 0.2))
-    assert (told.inscribed_radius, told.circumscribed_radius) == (pytest.approx(0.2), 0.448)
-    assert told.height == pytest.approx(0.2)
-    assert (told.max_vel_x, told.max_vel_theta, told.sensors) == (None, None, ())
+    description = describe(urdf.urdf(link("base_link", part(box(0.6, 0.4, 0.2), origin((0.1, 0, 0.3))))))
+    assert description.footprint == ((-0.2, -0.2), (0.4, -0.2), (0.4, 0.2), (-0.2, 0.2))
+    assert (description.inscribed_radius, description.circumscribed_radius) == (pytest.approx(0.2), 0.448)
+    assert description.height == pytest.approx(0.2)
+    assert (description.max_vel_x, description.max_vel_theta, description.sensors) == (None, None, ())
 
 
 def test_the_ground_is_at_the_base_footprint():
-    told = describe(
+    description = describe(
         urdf.urdf(
             link("base_link", part(box(0.2, 0.2, 0.2), origin((0, 0, 0.1)))),
             link("base_footprint"),
             joint("base_link", "base_footprint", "fixed", origin((0, 0, 0.05))),
         )
     )
-    assert (told.base_frame, told.height) == ("base_footprint", pytest.approx(0.25))
+    assert (description.base_frame, description.height) == ("base_footprint", pytest.approx(0.25))
 
 
 def test_a_robot_beside_its_frame_has_no_inscribed_disc():
-    told = describe(urdf.urdf(link("base_link", part(sphere(0.1), origin((1.0, 0, 0))))))
-    assert (told.inscribed_radius, told.circumscribed_radius) == (0.0, pytest.approx(1.1, abs=2e-3))
+    description = describe(urdf.urdf(link("base_link", part(sphere(0.1), origin((1.0, 0, 0))))))
+    assert (description.inscribed_radius, description.circumscribed_radius) == (0.0, pytest.approx(1.1, abs=2e-3))
 
 
 def test_a_mesh_counts_as_its_bounding_box():
     mesh = '<mesh filename="package://r/base.stl" scale="0.001 -0.001 0.001" bounding_box="-100 -50 0 300 150 80"/>'
-    told = describe(urdf.urdf(link("base_link", part(mesh))))
-    assert told.footprint == ((-0.1, -0.15), (0.3, -0.15), (0.3, 0.05), (-0.1, 0.05))
-    assert (told.height, told.warnings) == (pytest.approx(0.08), ())
+    description = describe(urdf.urdf(link("base_link", part(mesh))))
+    assert description.footprint == ((-0.1, -0.15), (0.3, -0.15), (0.3, 0.05), (-0.1, 0.05))
+    assert (description.height, description.warnings) == (pytest.approx(0.08), ())
 
 
 def test_a_robot_with_a_mesh_of_unknown_extent_has_no_footprint():
     mesh = part('<mesh filename="package://r/arm.dae"/>')
-    told = describe(urdf.urdf(link("base_link", part(box(0.2, 0.2, 0.2)), mesh), wheel("w", 0.2)))
-    assert (told.footprint, told.circumscribed_radius, told.inscribed_radius, told.height) == ((), None, None, None)
-    assert len(told.warnings) == 1
-    assert "link 'base_link': the extent of mesh 'package://r/arm.dae' is unknown" in told.warnings[0]
-    assert told.max_vel_x == pytest.approx(0.5)
+    description = describe(urdf.urdf(link("base_link", part(box(0.2, 0.2, 0.2)), mesh), wheel("w", 0.2)))
+    assert (
+        description.footprint,
+        description.circumscribed_radius,
+        description.inscribed_radius,
+        description.height,
+    ) == ((), None, None, None)
+    assert len(description.warnings) == 1
+    assert "link 'base_link': the extent of mesh 'package://r/arm.dae' is unknown" in description.warnings[0]
+    assert description.max_vel_x == pytest.approx(0.5)
 
 
 def test_visual_shapes_are_used_without_collision_shapes():
-    told = describe(urdf.urdf(link("base_link", part(box(0.2, 0.2, 0.2), kind="visual"))))
-    assert told.circumscribed_radius == 0.142
-    assert told.warnings == ("no link has a <collision>: <visual> shapes are used",)
+    description = describe(urdf.urdf(link("base_link", part(box(0.2, 0.2, 0.2), kind="visual"))))
+    assert description.circumscribed_radius == 0.142
+    assert description.warnings == ("no link has a <collision>: <visual> shapes are used",)
     assert describe(urdf.urdf(link("base_link"))).warnings == (
         "no link has a <collision>: footprint and height are unknown",
     )
 
 
 def test_wheels_limit_the_speed_and_the_turning_speed():
-    told = describe(urdf.urdf(link("base_link"), wheel("left", 0.25), wheel("right", -0.25, velocity=8.0)))
-    assert (told.max_vel_x, told.max_vel_theta) == (pytest.approx(0.4), pytest.approx(1.6))
+    description = describe(urdf.urdf(link("base_link"), wheel("left", 0.25), wheel("right", -0.25, velocity=8.0)))
+    assert (description.max_vel_x, description.max_vel_theta) == (pytest.approx(0.4), pytest.approx(1.6))
 
 
 @pytest.mark.parametrize(
@@ -98,9 +103,9 @@ def test_wheels_limit_the_speed_and_the_turning_speed():
     ids=["one side", "driven on one side", "steers", "skids", "six-wheeled"],
 )  # fmt: skip
 def test_limits_that_wheels_do_not_determine_are_unknown(others, speed, turn):
-    told = describe(urdf.urdf(link("base_link"), wheel("left", 0.25), *others))
-    assert told.max_vel_x == pytest.approx(speed)
-    assert told.max_vel_theta == (turn if turn is None else pytest.approx(turn))
+    description = describe(urdf.urdf(link("base_link"), wheel("left", 0.25), *others))
+    assert description.max_vel_x == pytest.approx(speed)
+    assert description.max_vel_theta == (turn if turn is None else pytest.approx(turn))
 
 
 def test_other_turning_parts_do_not_limit_the_speed():
@@ -112,8 +117,8 @@ def test_other_turning_parts_do_not_limit_the_speed():
     assert describe(urdf.urdf(link("base_link"), lidar, arm)).max_vel_x is None
 
 
-def test_sensors_are_found_by_name_and_by_tag_and_the_tag_goes_first():
-    told = describe(
+def test_sensors_are_found_by_name_and_by_tag_which_takes_precedence():
+    description = describe(
         urdf.urdf(
             link("base_link"),
             *(link(name) + joint(name, "base_link", "fixed", origin((0.1, 0, 0.2), (0, 0, 1.5)))
@@ -126,23 +131,23 @@ def test_sensors_are_found_by_name_and_by_tag_and_the_tag_goes_first():
             '<sensor name="g" type="gps"><parent link="gps"/></sensor>',
         )
     )  # fmt: skip
-    assert {sensor.link: sensor.kind for sensor in told.sensors} == {
+    assert {sensor.link: sensor.kind for sensor in description.sensors} == {
         "front_laser": "laser", "rplidar": "depth", "scan_link": "laser", "head_camera": "camera",
         "camera_depth_frame": "depth", "eye": "laser", "imu_link": "other", "gps": "gps",
     }  # fmt: skip
-    assert told.sensors[0].pose == pytest.approx((0.1, 0, 0.2, 0, 0, 1.5))
+    assert description.sensors[0].pose == pytest.approx((0.1, 0, 0.2, 0, 0, 1.5))
 
 
 def test_a_laser_that_is_not_level_causes_a_warning():
     hanging = joint("laser", "base_link", "fixed", origin((0, 0, 0.2), (math.pi, 0, 0)))
-    told = describe(urdf.urdf(link("base_link", part(sphere(0.1))), link("laser"), hanging))
-    assert ["'laser' is tilted or upside down" in warning for warning in told.warnings] == [True]
+    description = describe(urdf.urdf(link("base_link", part(sphere(0.1))), link("laser"), hanging))
+    assert ["'laser' is tilted or upside down" in warning for warning in description.warnings] == [True]
 
 
 def test_a_mimic_joint_is_at_its_offset():
     arm = part(box(1.0, 0.1, 0.1), origin((0.5, 0, 0)))
     follows = '<axis xyz="0 0 1"/><mimic joint="a_joint" multiplier="2" offset="{}"/>'
-    told = describe(
+    description = describe(
         urdf.urdf(
             link("base_link", part(sphere(0.01))),
             link("a"), joint("a", "base_link", "revolute", '<axis xyz="0 0 1"/><mimic joint="c_joint" offset="0.5"/>'),
@@ -150,11 +155,17 @@ def test_a_mimic_joint_is_at_its_offset():
             link("c"), joint("c", "base_link", "prismatic", '<axis xyz="1 0 0"/>'),
         )
     )  # fmt: skip
-    assert max(y for _, y in told.footprint) == pytest.approx(1.0, abs=1e-3)
-    assert max(x for x, _ in told.footprint) == pytest.approx(0.05, abs=1e-3)
+    assert max(y for _, y in description.footprint) == pytest.approx(1.0, abs=1e-3)
+    assert max(x for x, _ in description.footprint) == pytest.approx(0.05, abs=1e-3)
 
 
 def test_numbers_are_plain_floats():
-    told = describe(example("turtlebot2"))
-    numbers = [told.height, told.max_vel_x, told.max_vel_theta, *told.footprint[0], *told.sensors[0].pose]
+    description = describe(example("turtlebot2"))
+    numbers = [
+        description.height,
+        description.max_vel_x,
+        description.max_vel_theta,
+        *description.footprint[0],
+        *description.sensors[0].pose,
+    ]
     assert {type(number) for number in numbers} == {float}

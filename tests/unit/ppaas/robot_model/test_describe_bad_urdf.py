@@ -13,7 +13,7 @@ from ppaas.robot_model.xml_document import MAX_BYTES
 from tests.support.world.urdf import box, cylinder, example, joint, link, origin, part, sphere, urdf
 
 BASE = link("base_link", part(box(1.0, 1.0, 1.0)))
-LAUGHS = "".join(f'<!ENTITY l{n} "{f"&l{n - 1};" * 10}">' for n in range(1, 10))
+ENTITIES = "".join(f'<!ENTITY l{n} "{f"&l{n - 1};" * 10}">' for n in range(1, 10))
 MIMICS = "".join(
     link(f"m{n}")
     + joint(
@@ -27,7 +27,7 @@ MIMICS = "".join(
 
 
 @pytest.mark.parametrize(
-    ("data", "said"),
+    ("data", "reason"),
     [
         (b"", "not XML"),
         (b"robot", "not XML"),
@@ -38,7 +38,7 @@ MIMICS = "".join(
         (b'<?xml version="1.0" encoding="latin-1"?><robot name="\xe4"/>', "UTF-8"),
         ('<?xml version="1.0" encoding="latin-1"?><robot name="ä"/>'.encode(), "UTF-8"),
         (b'<!DOCTYPE robot><robot name="r"><link name="l"/></robot>', "document type"),
-        (f'<!DOCTYPE r [<!ENTITY l0 "ha">{LAUGHS}]><robot name="&l9;"/>'.encode(), "document type"),
+        (f'<!DOCTYPE r [<!ENTITY l0 "ha">{ENTITIES}]><robot name="&l9;"/>'.encode(), "document type"),
         (b'<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/passwd">]><robot name="r">&x;</robot>', "document type"),
         (b'<!DOCTYPE r SYSTEM "http://127.0.0.1:1/x.dtd"><robot name="r"/>', "document type"),
         (b"<sdf/>", "must be <robot>, not <sdf>"),
@@ -80,17 +80,17 @@ MIMICS = "".join(
         (urdf(link("l", part(sphere(0.1)) * (MAX_SHAPES + 1))), "2000 shapes"),
     ],
 )  # fmt: skip
-def test_it_is_refused_by_name(data, said):
-    with pytest.raises(InvalidUrdf, match=said):
+def test_invalid_urdf_is_refused_with_the_reason(data, reason):
+    with pytest.raises(InvalidUrdf, match=reason):
         describe(data)
 
 
-def test_a_file_that_is_too_large_is_not_even_read():
+def test_too_large_file_is_refused_before_parsing():
     with pytest.raises(MessageTooLarge, match=str(MAX_BYTES)):
         describe(b"<" * (MAX_BYTES + 1))
 
 
-def test_the_longest_chain_of_links_and_deep_nesting_do_no_harm():
+def test_longest_chain_and_deep_nesting_are_parsed():
     chain = "".join(
         link(f"l{n}") + joint(f"l{n}", f"l{n - 1}", "fixed", origin((0.01, 0, 0))) for n in range(1, MAX_LINKS)
     )
@@ -99,7 +99,7 @@ def test_the_longest_chain_of_links_and_deep_nesting_do_no_harm():
 
 
 @given(st.data())
-def test_a_file_that_was_damaged_is_refused_by_a_typed_error_or_read(data):
+def test_damaged_file_is_read_or_raises_a_typed_error(data):
     whole = bytearray(example("turtlebot3_burger"))
     for _ in range(data.draw(st.integers(1, 5))):
         at = data.draw(st.integers(0, len(whole) - 1))
@@ -109,7 +109,7 @@ def test_a_file_that_was_damaged_is_refused_by_a_typed_error_or_read(data):
 
 
 @given(st.sampled_from(["0.14 0.14 0.143", "-0.032 0 0.07", "6.67", "0.033"]), st.text(max_size=12))
-def test_no_attribute_breaks_the_reader(number, instead):
+def test_any_attribute_value_is_read_or_raises_a_typed_error(number, instead):
     quoted = instead.replace("&", "").replace("<", "").replace('"', "")
     with suppress(PPaaSError):
         describe(example("turtlebot3_burger").replace(number.encode(), quoted.encode("utf-8", "surrogatepass")))

@@ -33,8 +33,8 @@ def written(links) -> bytes:
     """Return the URDF of a tree of links, each below an earlier one."""
     inside = []
     for number, (parent, xyz, rpy, parts) in enumerate(links):
-        told = [urdf.part(WRITE[kind](*numbers), urdf.origin(at, turn)) for (kind, numbers), at, turn in parts]
-        inside.append(urdf.link("base_link" if number == 0 else f"l{number}", *told))
+        shapes_ = [urdf.part(WRITE[kind](*numbers), urdf.origin(at, turn)) for (kind, numbers), at, turn in parts]
+        inside.append(urdf.link("base_link" if number == 0 else f"l{number}", *shapes_))
         if number:
             above = parent % number
             inside.append(
@@ -55,26 +55,26 @@ def points_of(links):
 
 @settings(deadline=None, max_examples=60)
 @given(robots)
-def test_a_footprint_reaches_as_far_to_every_side_as_the_shapes_do(links):
-    told, points = describe(written(links)), points_of(links)
-    ours = urdf_outline.reach(np.array(told.footprint), DIRECTIONS)
+def test_footprint_reaches_as_far_as_the_shapes_on_every_side(links):
+    description, points = describe(written(links)), points_of(links)
+    ours = urdf_outline.reach(np.array(description.footprint), DIRECTIONS)
     true = urdf_outline.reach(points[:, :2], DIRECTIONS)
     most = 1.0 / np.cos(np.pi / CORNERS) - 1.0 + 1e-3
     assert (ours >= true - 1e-5).all()
     assert (ours <= true + most).all()
-    assert told.height == pytest.approx(np.ptp(points[:, 2]), abs=2e-3)
+    assert description.height == pytest.approx(np.ptp(points[:, 2]), abs=2e-3)
 
 
 @settings(deadline=None, max_examples=60)
 @given(robots)
-def test_a_footprint_is_convex_and_its_two_discs_lie_around_and_within_it(links):
-    told = describe(written(links))
-    corners = np.array(told.footprint)
+def test_footprint_is_convex_between_its_two_discs(links):
+    description = describe(written(links))
+    corners = np.array(description.footprint)
     ahead = np.roll(corners, -1, axis=0) - corners
     turns = ahead[:, 0] * np.roll(ahead, -1, axis=0)[:, 1] - ahead[:, 1] * np.roll(ahead, -1, axis=0)[:, 0]
     assert (turns > 0.0).all()
-    assert np.hypot(*corners.T).max() <= told.circumscribed_radius + 1e-8 <= np.hypot(*corners.T).max() + 1.1e-3
-    inner = told.inscribed_radius
+    assert np.hypot(*corners.T).max() <= description.circumscribed_radius + 1e-8 <= np.hypot(*corners.T).max() + 1.1e-3
+    inner = description.inscribed_radius
     edges = ahead / np.hypot(*ahead.T)[:, None]
     inside = [(edges[:, 0] * -corners[:, 1] + edges[:, 1] * corners[:, 0]).min()]
     assert inner == pytest.approx(max(0.0, inside[0]), abs=1e-9)

@@ -6,12 +6,12 @@ from ppaas.errors import NotFound
 from ppaas.robot_model.known_models import model_names, robot_model
 
 
-def test_the_turtlebot_has_its_makers_values():
+def test_turtlebot2_has_the_manufacturers_values():
     model = robot_model("turtlebot2")
     assert (model.robot_radius, model.limits.max_vel_x) == (0.18, 0.65)
 
 
-def test_every_model_can_be_had_by_its_name():
+def test_every_model_is_found_by_its_name():
     assert [robot_model(name).name for name in model_names()] == list(model_names())
 
 

@@ -29,27 +29,27 @@ def robot_tree() -> TransformTree:
     return tree
 
 
-def test_a_chain_is_composed_from_target_to_source():
+def test_transforms_of_a_chain_are_composed():
     assert close(robot_tree().lookup("map", "laser"), Pose2D(1.0, 5.1, -math.pi / 2))
 
 
-def test_looking_the_other_way_gives_the_inverse():
+def test_reverse_lookup_gives_the_inverse():
     tree = robot_tree()
     assert close(tree.lookup("laser", "map"), tree.lookup("map", "laser").inverse())
 
 
-def test_two_branches_meet_in_their_common_ancestor():
+def test_lookup_between_branches_uses_the_common_ancestor():
     tree = robot_tree()
     tree.set_static("base_link", "camera", Pose2D(0.0, 0.2, 0.0))
     assert close(tree.lookup("camera", "laser"), Pose2D(0.1, -0.2, math.pi))
 
 
-def test_a_frame_in_itself_is_the_identity_even_if_nobody_knows_it():
+def test_lookup_of_a_frame_in_itself_is_the_identity():
     assert TransformTree().lookup("base_link", "base_link") == Pose2D(0.0, 0.0, 0.0)
 
 
 @given(poses, poses, st.floats(0.0, 1.0))
-def test_between_two_stamps_it_is_interpolated(first, last, share):
+def test_transform_between_two_stamps_is_interpolated(first, last, share):
     tree = TransformTree()
     tree.set("odom", "base_link", first, 100.0)
     tree.set("odom", "base_link", last, 101.0)
@@ -60,7 +60,7 @@ def test_between_two_stamps_it_is_interpolated(first, last, share):
     assert abs(wrap_angle(found.theta - first.theta - share * turn)) < 1e-6
 
 
-def test_half_way_between_two_headings_astride_pi_is_pi_and_not_zero():
+def test_headings_are_interpolated_through_pi():
     tree = TransformTree()
     tree.set("odom", "base_link", Pose2D(0, 0, 3.0), 0.0)
     tree.set("odom", "base_link", Pose2D(0, 0, -3.0), 1.0)
@@ -68,14 +68,14 @@ def test_half_way_between_two_headings_astride_pi_is_pi_and_not_zero():
 
 
 @given(poses, poses)
-def test_there_and_back_is_the_identity(a, b):
+def test_forward_and_reverse_lookup_compose_to_the_identity(a, b):
     tree = TransformTree()
     tree.set("map", "odom", a, 1.0)
     tree.set("odom", "base_link", b, 1.0)
     assert close(tree.lookup("map", "base_link") @ tree.lookup("base_link", "map"), Pose2D(0, 0, 0))
 
 
-def test_the_latest_is_the_latest_at_which_all_are_known():
+def test_latest_lookup_uses_the_latest_common_time():
     tree = robot_tree()
     tree.set("odom", "base_link", Pose2D(5.0, 0.0, 0.0), 12.0)
     tree.set("map", "odom", Pose2D(0.0, 0.0, 0.0), 11.0)
@@ -83,24 +83,24 @@ def test_the_latest_is_the_latest_at_which_all_are_known():
 
 
 @pytest.mark.parametrize("stamp", [9.9, 10.1])
-def test_beyond_the_stamps_nothing_is_guessed_and_the_error_names_frames_and_times(stamp):
+def test_extrapolation_is_refused_with_frames_and_times(stamp):
     with pytest.raises(TransformError, match=rf"'(map|odom)' → '(odom|base_link)'.*10\.000.*{stamp:.3f}"):
         robot_tree().lookup("map", "base_link", stamp)
 
 
-def test_an_unknown_frame_is_named_with_those_there_are():
+def test_unknown_frame_error_lists_the_known_frames():
     with pytest.raises(TransformError, match=r"unknown frame 'velodyne'; known: base_link, laser, map, odom"):
         robot_tree().lookup("map", "velodyne")
 
 
-def test_unconnected_frames_are_named():
+def test_unconnected_frames_are_refused_by_name():
     tree = robot_tree()
     tree.set("world", "crane", Pose2D(0, 0, 0), 0.0)
     with pytest.raises(TransformError, match="'crane' and 'map' are not connected"):
         tree.lookup("map", "crane")
 
 
-def test_what_is_older_than_the_cache_is_forgotten():
+def test_transforms_older_than_the_cache_time_are_dropped():
     tree = TransformTree(cache_time=10.0)
     for stamp in (0.0, 5.0, 12.0):
         tree.set("odom", "base_link", Pose2D(stamp, 0, 0), stamp)
@@ -109,7 +109,7 @@ def test_what_is_older_than_the_cache_is_forgotten():
         tree.lookup("odom", "base_link", 1.0)
 
 
-def test_a_late_stamp_is_put_in_its_place():
+def test_late_transform_is_inserted_in_order():
     tree = TransformTree()
     for stamp in (0.0, 2.0, 1.0):
         tree.set("odom", "base_link", Pose2D(10.0 if stamp == 1.0 else 0.0, 0, 0), stamp)
@@ -117,14 +117,14 @@ def test_a_late_stamp_is_put_in_its_place():
     assert tree.newest("base_link") == 2.0
 
 
-def test_the_same_stamp_again_replaces():
+def test_equal_stamp_replaces_the_transform():
     tree = TransformTree()
     tree.set("odom", "base_link", Pose2D(1, 0, 0), 1.0)
     tree.set("odom", "base_link", Pose2D(2, 0, 0), 1.0)
     assert tree.lookup("odom", "base_link", 1.0).x == 2.0
 
 
-def test_a_clock_that_is_set_back_begins_anew():
+def test_history_restarts_when_the_clock_is_set_back():
     tree = TransformTree()
     tree.set("odom", "base_link", Pose2D(1, 0, 0), 1_000_000.0)
     tree.set("odom", "base_link", Pose2D(2, 0, 0), 5.0)
@@ -132,12 +132,12 @@ def test_a_clock_that_is_set_back_begins_anew():
     assert tree.lookup("odom", "base_link").x == 2.0
 
 
-def test_a_loop_of_frames_is_refused():
+def test_frame_loop_is_refused():
     with pytest.raises(TransformError, match="loop"):
         robot_tree().set("laser", "map", Pose2D(0, 0, 0), 0.0)
 
 
-def test_a_frame_may_get_another_parent():
+def test_frame_can_change_its_parent():
     tree = robot_tree()
     tree.set("map", "base_link", Pose2D(7, 0, 0), 20.0)
     assert tree.lookup("map", "base_link") == Pose2D(7, 0, 0)
@@ -154,7 +154,7 @@ def test_a_frame_may_get_another_parent():
         ("a", "a", Pose2D(0, 0, 0), 0.0),
     ],
 )
-def test_nonsense_is_refused_and_leaves_the_tree_as_it_was(parent, child, pose, stamp):
+def test_invalid_transform_is_refused_and_changes_nothing(parent, child, pose, stamp):
     tree = TransformTree()
     with pytest.raises(TransformError):
         tree.set(parent, child, pose, stamp)
@@ -162,20 +162,20 @@ def test_nonsense_is_refused_and_leaves_the_tree_as_it_was(parent, child, pose, 
 
 
 @given(poses, st.floats(0, 1e9))
-def test_a_message_carries_a_transform_there_and_back(pose, stamp):
+def test_transform_round_trips_through_a_message(pose, stamp):
     tree = TransformTree()
     tree.set_message(transform_message("/map", "odom", pose, Time.of(stamp)))
     assert close(tree.lookup("map", "odom"), pose)
 
 
 @given(st.integers(0, 2_000_000_000), st.integers(0, 999_999_999))
-def test_the_same_moment_is_the_same_after_any_way_through_messages(secs, nsecs):
+def test_stamp_is_equal_after_conversion_to_float_and_back(secs, nsecs):
     stamp = Time(secs, nsecs - nsecs % 1000)
     again = Time.of(stamp.seconds())
     assert tf_time(again) == tf_time(stamp)
 
 
-def test_a_static_message_holds_at_all_times():
+def test_static_transform_is_valid_at_all_times():
     tree = TransformTree()
     tree.set_message(transform_message("base_link", "laser", Pose2D(1, 0, 0), Time(5)), static=True)
     assert tree.lookup("base_link", "laser", 1e9) == Pose2D(1, 0, 0)

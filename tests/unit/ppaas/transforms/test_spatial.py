@@ -33,27 +33,27 @@ def matrix(rigid: Rigid) -> NDArray[np.float64]:
 
 
 @given(RIGIDS, RIGIDS)
-def test_composing_is_multiplying_matrices_and_the_inverse_undoes_it(a, b):
+def test_composition_and_inverse_agree_with_matrices(a, b):
     np.testing.assert_allclose(matrix(a @ b), matrix(a) @ matrix(b), atol=1e-9)
     np.testing.assert_allclose(matrix(a.inverse() @ a @ b), matrix(b), atol=1e-9)
 
 
 @given(RIGIDS, RIGIDS)
-def test_how_far_apart_two_are_is_metres_and_the_shorter_angle(a, b):
+def test_distance_and_angle_between_two_transforms(a, b):
     turn = (Rotation.from_quat(a[3:]).inv() * Rotation.from_quat(b[3:])).magnitude()
     assert a.angle_to(b) == pytest.approx(turn, abs=1e-6)
     assert a.distance_to(b) == pytest.approx(np.linalg.norm(np.subtract(a[:3], b[:3])))
 
 
-def heard(*edges: tuple[str, str, Pose2D]) -> LatestFrames:
+def frames_with(*edges: tuple[str, str, Pose2D]) -> LatestFrames:
     frames = LatestFrames()
     frames.hear(transform_message(parent, child, pose, Time(1)) for parent, child, pose in edges)
     return frames
 
 
-def test_frames_are_found_up_and_down_the_tree_with_or_without_slashes():
+def test_lookup_works_up_and_down_the_tree_with_or_without_slashes():
     a, b, c = Pose2D(1.0, 2.0, 0.3), Pose2D(0.5, 0.0, -1.0), Pose2D(-1.0, 0.0, 2.0)
-    frames = heard(("map", "/odom", a), ("odom", "base_link", b), ("/map", "dock", c))
+    frames = frames_with(("map", "/odom", a), ("odom", "base_link", b), ("/map", "dock", c))
     for target, source, pose in (("map", "base_link", a @ b), ("base_link", "dock", (a @ b).inverse() @ c)):
         found = frames.lookup(target, source)
         assert (found.x, found.y) == pytest.approx((pose.x, pose.y))
@@ -61,15 +61,15 @@ def test_frames_are_found_up_and_down_the_tree_with_or_without_slashes():
     assert frames.lookup("map", "map") == Rigid()
 
 
-def test_the_newest_of_a_frame_counts_also_when_it_has_another_parent():
-    frames = heard(("map", "a", Pose2D(1.0, 0.0)), ("other", "a", Pose2D(2.0, 0.0)))
+def test_newest_transform_of_a_frame_replaces_its_parent():
+    frames = frames_with(("map", "a", Pose2D(1.0, 0.0)), ("other", "a", Pose2D(2.0, 0.0)))
     assert frames.lookup("other", "a").x == 2.0
     with pytest.raises(TransformError, match="not connected"):
         frames.lookup("map", "a")
 
 
 def test_loops_and_invalid_transforms_are_refused_without_hanging():
-    frames = heard(("a", "b", Pose2D(1.0, 0.0)), ("b", "a", Pose2D(1.0, 0.0)), ("self", "self", Pose2D(0.0, 0.0)))
+    frames = frames_with(("a", "b", Pose2D(1.0, 0.0)), ("b", "a", Pose2D(1.0, 0.0)), ("self", "self", Pose2D(0.0, 0.0)))
     with pytest.raises(TransformError):
         frames.lookup("map", "a")
     with pytest.raises(TransformError):
@@ -81,8 +81,8 @@ def test_loops_and_invalid_transforms_are_refused_without_hanging():
             frames.lookup("map", "bad")
 
 
-def test_a_robot_has_so_many_frames_and_those_that_are_known_go_on():
-    frames = heard(*[("map", f"f{number}", Pose2D(0.0, 0.0)) for number in range(MAX_FRAMES + 1)])
+def test_number_of_frames_is_limited_and_known_ones_are_updated():
+    frames = frames_with(*[("map", f"f{number}", Pose2D(0.0, 0.0)) for number in range(MAX_FRAMES + 1)])
     with pytest.raises(TransformError):
         frames.lookup("map", f"f{MAX_FRAMES}")
     frames.hear([transform_message("map", "f0", Pose2D(5.0, 0.0), Time(2))])

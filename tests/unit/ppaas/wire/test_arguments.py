@@ -10,16 +10,16 @@ from ppaas.messages.std_msgs import Bool
 from ppaas.wire.arguments import as_object
 
 
-def test_an_object_stays_as_it_was_sent() -> None:
+def test_object_arguments_are_unchanged() -> None:
     assert as_object(b' {"a":  1}', None) == b' {"a":  1}'
 
 
-def test_a_list_is_matched_with_the_fields_in_their_order() -> None:
+def test_list_arguments_are_matched_with_the_fields_in_order() -> None:
     assert json.loads(as_object(b'[{"x":1},{"y":2}]', GetPlanRequest)) == {"start": {"x": 1}, "goal": {"y": 2}}
 
 
 @pytest.mark.parametrize("nothing", [b"[]", b" [ ]", b"null"])
-def test_nothing_is_an_object_without_fields(nothing: bytes) -> None:
+def test_empty_or_null_arguments_are_an_empty_object(nothing: bytes) -> None:
     assert as_object(nothing, None) == b"{}"
 
 

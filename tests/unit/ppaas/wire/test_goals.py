@@ -41,7 +41,7 @@ class Client:
 
     def __init__(self) -> None:
         self.goals = GoalTracker("c")
-        self.told: list[dict[str, Any]] = []
+        self.frames: list[dict[str, Any]] = []
 
     def send(self, now: float = 0.0, **fields: Any) -> dict[str, Any]:
         """Send a goal; return the message for the action."""
@@ -51,40 +51,40 @@ class Client:
         found: dict[str, Any] = json.loads(message)
         return found
 
-    def hear(self, topic: str, now: float = 0.0, **message: Any) -> None:
-        """Hear a message of the action."""
+    def receive(self, topic: str, now: float = 0.0, **message: Any) -> None:
+        """Receive a message of the action."""
         self._note(*self.goals.hear(topic, json.dumps(message).encode(), now))
 
-    def _note(self, *told: GoalFrame) -> None:
-        self.told += [json.loads(one.frame) for one in told]
+    def _note(self, *sent_frames: GoalFrame) -> None:
+        self.frames += [json.loads(one.frame) for one in sent_frames]
 
-    def listed(self, now: float, *statuses: tuple[str, int]) -> None:
-        """Hear the list of statuses."""
+    def receive_statuses(self, now: float, *statuses: tuple[str, int]) -> None:
+        """Receive the list of statuses."""
         listed = [{"goal_id": {"id": goal}, "status": status, "text": "why"} for goal, status in statuses]
-        self.hear("move_base/status", now, header={}, status_list=listed)
+        self.receive("move_base/status", now, header={}, status_list=listed)
 
-    def ended(self, goal: str, status: int) -> None:
-        """Hear a result."""
-        self.hear("move_base/result", status={"goal_id": {"id": goal}, "status": status, "text": "why"}, result={})
+    def receive_result(self, goal: str, status: int) -> None:
+        """Receive a result."""
+        self.receive("move_base/result", status={"goal_id": {"id": goal}, "status": status, "text": "why"}, result={})
 
 
-def test_a_goal_gets_an_id_of_its_own_and_its_result_that_of_the_client() -> None:
+def test_goal_has_its_own_id_and_its_result_that_of_the_client() -> None:
     client = Client()
     first, second = client.send(id="1"), client.send(id="2")
     assert first["goal"] == {"target_pose": pose(4.0)}
     assert first["goal_id"]["id"] != second["goal_id"]["id"]
-    client.ended(second["goal_id"]["id"], 3)
-    assert client.told == [
+    client.receive_result(second["goal_id"]["id"], 3)
+    assert client.frames == [
         {"op": "action_result", "action": "/move_base", "values": {}, "status": 4, "result": True, "id": "2"}
     ]
     assert len(client.goals) == 1
 
 
 @pytest.mark.parametrize(("status", "expected"), [(3, 4), (2, 5), (8, 5), (4, 6), (5, 6)])
-def test_ends_are_counted_as_in_ros_2(status: int, expected: int) -> None:
+def test_result_statuses_are_those_of_ros_2(status: int, expected: int) -> None:
     client = Client()
-    client.ended(client.send()["goal_id"]["id"], status)
-    assert [(told["status"], told["result"]) for told in client.told] == [(expected, True)]
+    client.receive_result(client.send()["goal_id"]["id"], status)
+    assert [(frame["status"], frame["result"]) for frame in client.frames] == [(expected, True)]
 
 
 def test_feedback_is_sent_to_clients_that_requested_it() -> None:
@@ -92,12 +92,12 @@ def test_feedback_is_sent_to_clients_that_requested_it() -> None:
     feedback = {"base_position": pose(1.0)}
     for number, wanted in enumerate((True, False)):
         goal = client.send(id=str(number), feedback=wanted)["goal_id"]["id"]
-        client.hear("move_base/feedback", status={"goal_id": {"id": goal}, "status": 1}, feedback=feedback)
-    assert client.told == [{"op": "action_feedback", "action": "/move_base", "values": feedback, "id": "0"}]
+        client.receive("move_base/feedback", status={"goal_id": {"id": goal}, "status": 1}, feedback=feedback)
+    assert client.frames == [{"op": "action_feedback", "action": "/move_base", "values": feedback, "id": "0"}]
     assert client.goals.topics() == {"move_base/status", "move_base/result", "move_base/feedback"}
 
 
-def test_a_cancel_names_the_goal_by_the_id_that_the_action_knows() -> None:
+def test_cancel_uses_the_goal_id_of_the_action() -> None:
     client = Client()
     goal = client.send(id="mine")["goal_id"]["id"]
     action, message = client.goals.cancel(CancelActionGoal("/move_base", "mine"))
@@ -106,79 +106,79 @@ def test_a_cancel_names_the_goal_by_the_id_that_the_action_knows() -> None:
         client.goals.cancel(CancelActionGoal("/move_base", "other"))
 
 
-def test_navigate_to_pose_has_the_fields_of_nav2_and_the_times_of_ros_2() -> None:
+def test_navigate_to_pose_has_nav2_fields_and_ros_2_times() -> None:
     client = Client()
     args = {"pose": pose(4.0), "behavior_tree": ""}
     message = client.send(10.0, action="navigate_to_pose", action_type=NAV2, args=args, feedback=True)
     goal = message["goal_id"]["id"]
     assert message["goal"]["target_pose"]["pose"]["position"]["x"] == 4.0
     status = {"goal_id": {"id": goal}, "status": 1}
-    client.hear("move_base/feedback", 12.5, status=status, feedback={"base_position": pose(1.0)})
-    client.ended(goal, 4)
-    feedback, result = client.told
+    client.receive("move_base/feedback", 12.5, status=status, feedback={"base_position": pose(1.0)})
+    client.receive_result(goal, 4)
+    feedback, result = client.frames
     assert feedback["values"]["distance_remaining"] == 3.0
     assert feedback["values"]["navigation_time"] == {"sec": 2, "nanosec": 500000000}
     assert feedback["values"]["current_pose"]["header"]["stamp"] == {"sec": 1, "nanosec": 2}
     assert (result["values"], result["status"]) == ({"error_code": 9000, "error_msg": "why"}, 6)
 
 
-def test_where_the_goal_is_in_another_frame_the_distance_is_not_known() -> None:
+def test_distance_remaining_is_null_for_a_goal_in_another_frame() -> None:
     client = Client()
     args = [pose(4.0, frame="odom")]
     goal = client.send(action="navigate_to_pose", action_type=NAV2, args=args, feedback=True)["goal_id"]["id"]
     status = {"goal_id": {"id": goal}, "status": 1}
-    client.hear("move_base/feedback", status=status, feedback={"base_position": pose(1.0)})
-    assert client.told[0]["values"]["distance_remaining"] is None
+    client.receive("move_base/feedback", status=status, feedback={"base_position": pose(1.0)})
+    assert client.frames[0]["values"]["distance_remaining"] is None
 
 
-def test_an_action_with_fields_that_are_not_known_here_is_passed_on() -> None:
+def test_unknown_action_type_is_passed_on() -> None:
     client = Client()
     kinds = {"action": "fetch", "action_type": "toy_interfaces/action/Fetch"}
     message = client.send(args={"what": "ball"}, **kinds)
     assert message["goal"] == {"what": "ball"}
     status = {"goal_id": message["goal_id"], "status": 3}
-    client.hear("fetch/result", status=status, result={"took": {"secs": 3, "nsecs": 0}})
-    assert client.told[0]["values"] == {"took": {"sec": 3, "nanosec": 0}}
+    client.receive("fetch/result", status=status, result={"took": {"secs": 3, "nsecs": 0}})
+    assert client.frames[0]["values"] == {"took": {"sec": 3, "nanosec": 0}}
 
 
-def test_a_goal_whose_result_was_lost_ends_with_its_last_status_after_a_while() -> None:
+def test_goal_with_a_lost_result_ends_with_its_last_status() -> None:
     client = Client()
     goal = client.send()["goal_id"]["id"]
-    client.listed(1.0, (goal, 1))
-    client.listed(2.0, (goal, 3))
-    client.listed(2.0 + GRACE / 2, (goal, 3))
-    assert client.told == []
-    client.listed(2.0 + GRACE, (goal, 3))
-    assert [(told["status"], told["result"]) for told in client.told] == [(4, True)]
+    client.receive_statuses(1.0, (goal, 1))
+    client.receive_statuses(2.0, (goal, 3))
+    client.receive_statuses(2.0 + GRACE / 2, (goal, 3))
+    assert client.frames == []
+    client.receive_statuses(2.0 + GRACE, (goal, 3))
+    assert [(frame["status"], frame["result"]) for frame in client.frames] == [(4, True)]
 
 
-def test_a_goal_that_nobody_knows_any_more_is_lost() -> None:
+def test_goal_missing_from_the_status_list_is_lost() -> None:
     client = Client()
     client.send()
-    client.listed(1.0)
-    client.listed(1.0 + GRACE)
-    assert [(told["status"], told["result"]) for told in client.told] == [(0, False)]
-    assert "lost" in client.told[0]["values"]
+    client.receive_statuses(1.0)
+    client.receive_statuses(1.0 + GRACE)
+    assert [(frame["status"], frame["result"]) for frame in client.frames] == [(0, False)]
+    assert "lost" in client.frames[0]["values"]
 
 
-def test_a_goal_that_comes_back_with_the_next_container_is_not_lost() -> None:
+def test_goal_that_reappears_in_the_status_list_is_not_lost() -> None:
     client = Client()
     goal = client.send()["goal_id"]["id"]
-    client.listed(1.0)
-    client.listed(2.0, (goal, 1))
-    client.listed(2.0 + GRACE)
-    assert client.told == []
+    client.receive_statuses(1.0)
+    client.receive_statuses(2.0, (goal, 1))
+    client.receive_statuses(2.0 + GRACE)
+    assert client.frames == []
 
 
-def test_a_goal_that_was_refused_ends_with_the_reason() -> None:
+def test_refused_goal_ends_with_the_reason() -> None:
     client = Client()
     goal = client.send()["goal_id"]["id"]
     client.goals.posted(goal, 7)
     assert client.goals.refused(0, TransformError("no")) is None
     assert client.goals.refused(6, TransformError("no")) is None
-    told = client.goals.refused(7, TransformError("no frame 'moon'"))
-    assert told is not None and told.final
-    frame = json.loads(told.frame)
+    refused = client.goals.refused(7, TransformError("no frame 'moon'"))
+    assert refused is not None and refused.final
+    frame = json.loads(refused.frame)
     assert (frame["status"], frame["result"], frame["values"]) == (0, False, "no frame 'moon'")
     assert len(client.goals) == 0
 
@@ -206,7 +206,7 @@ def test_an_invalid_goal_is_refused(fields: dict[str, Any], error: type[Exceptio
     assert len(client.goals) == 0
 
 
-def test_goals_of_one_client_have_ids_of_their_own_and_are_bounded() -> None:
+def test_goal_ids_of_a_client_are_unique_and_limited() -> None:
     client = Client()
     client.send(id="a")
     with pytest.raises(Conflict):
@@ -221,11 +221,11 @@ def test_an_unknown_status_is_malformed() -> None:
     client = Client()
     goal = client.send()["goal_id"]["id"]
     with pytest.raises(MalformedMessage):
-        client.ended(goal, 99)
+        client.receive_result(goal, 99)
     assert len(client.goals) == 1
 
 
-def test_the_actions_follow_from_the_topics() -> None:
+def test_actions_are_derived_from_the_topics() -> None:
     assert actions(TOPICS) == ["fetch", "move_base", "navigate_to_pose"]
     assert actions({}) == []
     assert actions({name: kind for name, kind in TOPICS.items() if name != "move_base/cancel"}) == ["fetch"]
@@ -242,14 +242,14 @@ def test_every_goal_ends_exactly_once(events: list[tuple[str, int]]) -> None:
     goal = client.send(feedback=True)["goal_id"]["id"]
     for now, (event, status) in enumerate(events):
         if event == "result":
-            client.ended(goal, status)
+            client.receive_result(goal, status)
         elif event == "feedback":
-            told = {"goal_id": {"id": goal}, "status": 1}
-            client.hear("move_base/feedback", now, status=told, feedback={"base_position": pose(1.0)})
+            active = {"goal_id": {"id": goal}, "status": 1}
+            client.receive("move_base/feedback", now, status=active, feedback={"base_position": pose(1.0)})
         else:
-            client.listed(now, *([(goal, status)] if event == "listed" else []))
+            client.receive_statuses(now, *([(goal, status)] if event == "listed" else []))
     for late in (1e3, 2e3):
-        client.listed(late)
-    results = [told for told in client.told if told["op"] == "action_result"]
+        client.receive_statuses(late)
+    results = [frame for frame in client.frames if frame["op"] == "action_result"]
     assert len(results) == 1
-    assert client.told[-1] is results[0]
+    assert client.frames[-1] is results[0]

@@ -12,7 +12,7 @@ def problem(**members: object) -> bytes:
 @pytest.mark.parametrize(
     "kind", ["urn:ppaas:problem:goal-occupied", "https://host/errors/goal-occupied", "goal-occupied"]
 )
-def test_the_slug_of_a_problem_decides_whatever_the_status(kind: str) -> None:
+def test_problem_slug_takes_precedence_over_the_status(kind: str) -> None:
     error = error_of_status(500, problem(type=kind, detail="a shelf stands there"))
     assert type(error) is errors.GoalOccupied
     assert str(error) == "a shelf stands there"
@@ -34,13 +34,13 @@ def test_the_slug_of_a_problem_decides_whatever_the_status(kind: str) -> None:
     ],
 )
 @pytest.mark.parametrize("body", [b"", b"<html>", b"[1]", b"\xff", problem(type="about:blank", status=1)])
-def test_without_a_known_slug_the_status_decides(status: int, expected: type[errors.PPaaSError], body: bytes) -> None:
+def test_status_decides_without_a_known_slug(status: int, expected: type[errors.PPaaSError], body: bytes) -> None:
     error = error_of_status(status, body)
     assert type(error) is expected
     assert str(error) == f"HTTP status {status}"
 
 
-def test_the_title_of_a_problem_without_detail_is_the_text() -> None:
+def test_problem_title_is_the_text_without_detail() -> None:
     assert str(error_of_status(404, problem(title="No such robot"))) == "No such robot"
 
 
@@ -68,7 +68,7 @@ def test_a_close_frame_is_read_by_its_slug_or_its_code(
     assert str(error) == text
 
 
-def test_every_error_survives_its_own_text() -> None:
+def test_every_error_round_trips_as_text() -> None:
     def all_errors(root: type[errors.PPaaSError]) -> list[type[errors.PPaaSError]]:
         return [root, *(found for child in root.__subclasses__() for found in all_errors(child))]
 
@@ -78,6 +78,6 @@ def test_every_error_survives_its_own_text() -> None:
             assert (type(error), str(error)) == (kind, "what: is\nwrong")
 
 
-def test_a_text_without_a_slug_is_kept_whole() -> None:
+def test_text_without_a_slug_is_kept_whole() -> None:
     error = error_of_text("robot: it fell over", errors.Unavailable)
     assert (type(error), str(error)) == (errors.Unavailable, "robot: it fell over")

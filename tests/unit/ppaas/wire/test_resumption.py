@@ -9,7 +9,7 @@ from ppaas.wire.resumption import ANEW, ResumptionPoint, parse_name, parse_point
 
 
 @given(st.text("0123456789abcdef_-", min_size=1, max_size=64), st.integers(0, 10**15 - 1))
-def test_a_point_is_read_as_it_was_written(session: str, received: int) -> None:
+def test_resumption_point_round_trips(session: str, received: int) -> None:
     assert parse_point(str(ResumptionPoint(session, received))) == ResumptionPoint(session, received)
 
 
@@ -18,7 +18,7 @@ def test_a_new_session_has_no_point() -> None:
 
 
 @given(st.text())
-def test_any_other_text_is_a_point_or_an_invalid_parameter(text: str) -> None:
+def test_any_text_is_parsed_or_an_invalid_parameter(text: str) -> None:
     for parse in (parse_name, parse_point):
         try:
             parse(text)

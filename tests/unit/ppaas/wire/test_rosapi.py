@@ -26,12 +26,12 @@ VIEW = GraphView(
 
 
 def ask(service: str, view: GraphView = VIEW, /, **arguments: str) -> dict[str, object]:
-    told: dict[str, object] = json.loads(answer(f"rosapi/{service}", json.dumps(arguments).encode(), view))
-    return told
+    response: dict[str, object] = json.loads(answer(f"rosapi/{service}", json.dumps(arguments).encode(), view))
+    return response
 
 
 @pytest.mark.parametrize(
-    ("service", "arguments", "told"),
+    ("service", "arguments", "expected"),
     [
         ("topic_type", {"topic": "/scan"}, {"type": "sensor_msgs/LaserScan"}),
         ("topic_type", {"topic": "scan"}, {"type": "sensor_msgs/LaserScan"}),
@@ -61,16 +61,16 @@ def ask(service: str, view: GraphView = VIEW, /, **arguments: str) -> dict[str, 
         ("get_time", {}, {"time": {"secs": 12, "nsecs": 500000000}}),
     ],
 )
-def test_topics_services_and_nodes_are_listed(service, arguments, told):
-    assert ask(service, **arguments) == told
+def test_topics_services_and_nodes_are_listed(service, arguments, expected):
+    assert ask(service, **arguments) == expected
 
 
-def test_topics_come_with_their_types_and_definitions_in_the_same_order():
-    told = ask("topics_and_raw_types")
-    assert told["topics"] == sorted(f"/{topic}" for topic in VIEW.topics)
-    types = dict(zip(told["topics"], told["types"], strict=True))
-    texts = dict(zip(told["topics"], told["typedefs_full_text"], strict=True))
-    assert ask("topics") == {"topics": told["topics"], "types": told["types"]}
+def test_topics_types_and_definitions_have_the_same_order():
+    response = ask("topics_and_raw_types")
+    assert response["topics"] == sorted(f"/{topic}" for topic in VIEW.topics)
+    types = dict(zip(response["topics"], response["types"], strict=True))
+    texts = dict(zip(response["topics"], response["typedefs_full_text"], strict=True))
+    assert ask("topics") == {"topics": response["topics"], "types": response["types"]}
     assert (types["/scan"], types["/mine"]) == ("sensor_msgs/LaserScan", "my_msgs/Thing")
     assert texts["/cmd_vel"].startswith("geometry_msgs/Vector3 linear\n")
     assert texts["/mine"] == "# the definition of my_msgs/Thing is not known here"
@@ -96,7 +96,7 @@ def test_types_are_described_field_by_field(service, kind, first):
 
 @pytest.mark.parametrize("service", ["message_details", "service_request_details", "service_response_details"])
 @pytest.mark.parametrize("kind", ["my_msgs/Thing", "thing", ""])
-def test_a_type_that_is_not_known_is_an_error_that_lists_those_that_are(service, kind):
+def test_unknown_type_error_lists_the_known_types(service, kind):
     with pytest.raises(UnknownType, match=r"known: .*(nav_msgs|std_srvs)"):
         ask(service, type=kind)
 
@@ -104,7 +104,7 @@ def test_a_type_that_is_not_known_is_an_error_that_lists_those_that_are(service,
 @pytest.mark.parametrize(
     "arguments", [b"{}", b"[]", b'{"topic": 1}', b'["scan", "more"]', b'"scan"', b"null", b'{"topic":null}']
 )
-def test_arguments_that_are_not_those_of_the_service_are_refused(arguments):
+def test_invalid_arguments_are_refused(arguments):
     with pytest.raises(MalformedMessage):
         answer("rosapi/topic_type", arguments, VIEW)
 
@@ -115,9 +115,9 @@ def test_arguments_may_be_a_list_and_unknown_ones_are_ignored():
 
 
 @pytest.mark.parametrize("service", SERVICES)
-def test_every_service_has_a_type_that_can_be_looked_up_and_answers_of_nothing_at_all(service):
+def test_every_service_has_a_known_type_and_answers_an_empty_graph(service):
     kind = service_type(SERVICES[service])
     fields = kind.request.__struct_encode_fields__
     arguments = dict.fromkeys(fields, "nav_msgs/GetMap" if "service" in service else "nav_msgs/Path")
-    told = json.loads(answer(service, json.dumps(arguments).encode(), GraphView(0.0)))
-    assert list(told) == list(kind.response.__struct_encode_fields__)
+    response = json.loads(answer(service, json.dumps(arguments).encode(), GraphView(0.0)))
+    assert list(response) == list(kind.response.__struct_encode_fields__)

@@ -18,7 +18,7 @@ JSON = st.recursive(
 OPS = ["publish", "subscribe", "unsubscribe", "call_service", "advertise", "unadvertise", "set_level", "fragment", "x"]
 
 
-def test_a_publish_keeps_the_message_as_it_was_sent() -> None:
+def test_published_message_is_unchanged() -> None:
     operation = RosbridgeSession().receive('{"op":"publish","topic":"/a","msg":{"data":  1.50}}')
     assert isinstance(operation, operations.Publish)
     assert bytes(operation.msg) == b'{"data":  1.50}'
@@ -34,7 +34,7 @@ def test_names_are_echoed_as_the_client_spelled_them() -> None:
     assert all(f["op"] == "publish" and f["msg"] == {"x": 1} for f in frames)
 
 
-def test_a_topic_is_heard_until_its_last_subscription_ends() -> None:
+def test_topic_is_received_until_its_last_subscription_ends() -> None:
     session = RosbridgeSession()
     session.receive('{"op":"subscribe","topic":"/a","id":"1"}')
     session.receive('{"op":"subscribe","topic":"/a","id":"2"}')
@@ -64,7 +64,7 @@ def test_a_response_carries_the_id_and_the_service_as_called() -> None:
     assert "make_plan" in refused["values"]
 
 
-def test_status_goes_only_to_a_client_that_asked() -> None:
+def test_status_is_sent_only_to_a_client_with_a_status_level() -> None:
     session = RosbridgeSession()
     error = MalformedMessage("no")
     assert session.status(error) is None
@@ -93,7 +93,7 @@ def test_an_invalid_operation_is_malformed_and_changes_nothing(frame: str | byte
     assert session.subscribed() == {"kept"}
 
 
-def test_subscriptions_of_one_client_are_bounded() -> None:
+def test_number_of_subscriptions_of_a_client_is_limited() -> None:
     session = RosbridgeSession()
     for number in range(MAX_SUBSCRIPTIONS):
         session.receive(json.dumps({"op": "subscribe", "topic": "a", "id": str(number)}))
@@ -102,7 +102,7 @@ def test_subscriptions_of_one_client_are_bounded() -> None:
 
 
 @given(st.sampled_from(OPS), st.dictionaries(st.sampled_from(["topic", "msg", "id", "args", "service", "level"]), JSON))
-def test_any_object_is_an_operation_or_malformed(op: str, fields: dict[str, object]) -> None:
+def test_any_object_is_a_valid_operation_or_malformed(op: str, fields: dict[str, object]) -> None:
     session = RosbridgeSession()
     try:
         operation = session.receive(json.dumps({"op": op, **fields}))
@@ -112,6 +112,6 @@ def test_any_object_is_an_operation_or_malformed(op: str, fields: dict[str, obje
 
 
 @given(st.binary(max_size=200))
-def test_rubbish_never_breaks_the_session(frame: bytes) -> None:
+def test_arbitrary_bytes_are_malformed(frame: bytes) -> None:
     with pytest.raises(MalformedMessage):
         RosbridgeSession().receive(frame)

@@ -35,9 +35,9 @@ def test_the_client_decodes_all_frames_of_the_server() -> None:
     client, server = RosbridgeClientSession(), rosbridge.RosbridgeSession("error")
     server.receive(client.subscribe("cmd_vel", Twist))
     [frame] = server.publish("cmd_vel", b'{"linear":{"x":0.5},"angular":{}}', 0.0)
-    heard = client.receive(frame)
-    assert isinstance(heard, ReceivedMessage)
-    assert decode(Twist, heard.msg) == Twist(Vector3(x=0.5))
+    message = client.receive(frame)
+    assert isinstance(message, ReceivedMessage)
+    assert decode(Twist, message.msg) == Twist(Vector3(x=0.5))
     _, frame = client.call("stop", Empty())
     call = server.receive(frame)
     assert isinstance(call, operations.CallService)
@@ -62,7 +62,7 @@ def test_a_refused_call_gives_its_reason() -> None:
     assert "unknown service 'stop'" in str(failure)
 
 
-def test_a_service_that_the_client_offers_is_asked_and_answered() -> None:
+def test_service_offered_by_the_client_is_called_and_answered() -> None:
     client, server = RosbridgeClientSession(), rosbridge.RosbridgeSession()
     offer = server.receive(client.advertise_service("/lights", Trigger))
     assert isinstance(offer, operations.AdvertiseService)
@@ -85,7 +85,7 @@ def test_a_failure_without_a_reason_names_the_service() -> None:
     assert "'stop' failed without a reason" in str(failure)
 
 
-def test_answers_to_calls_that_nobody_waits_for_are_left_out() -> None:
+def test_answers_to_abandoned_calls_are_ignored() -> None:
     client = RosbridgeClientSession()
     call_id, _ = client.call("stop", Empty())
     answer = json.dumps({"op": "service_response", "service": "stop", "id": call_id, "values": {}, "result": True})
@@ -111,7 +111,7 @@ def test_a_lost_connection_loses_the_calls_and_keeps_subscriptions_and_offers() 
 
 
 @pytest.mark.parametrize("name", ["", "5", "a b", "a//b", "x" * 256])
-def test_names_that_are_none_are_refused_before_they_are_sent(name: str) -> None:
+def test_invalid_names_are_refused_before_sending(name: str) -> None:
     client = RosbridgeClientSession()
     for act in (
         lambda: client.publish(name, String("x")),
@@ -125,6 +125,6 @@ def test_names_that_are_none_are_refused_before_they_are_sent(name: str) -> None
 
 
 @given(st.one_of(st.binary(), st.text(), st.recursive(st.none() | st.text(), st.lists).map(json.dumps)))
-def test_whatever_comes_is_read_or_refused(frame: str | bytes) -> None:
+def test_arbitrary_frames_are_malformed(frame: str | bytes) -> None:
     with pytest.raises(MalformedMessage):
         RosbridgeClientSession().receive(frame)

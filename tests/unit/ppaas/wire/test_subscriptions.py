@@ -34,7 +34,7 @@ class Listener:
         self.sent += [(round(now, 6), json.loads(frame)["msg"]) for frame in frames]  # type: ignore[attr-defined]
 
 
-def test_a_message_that_came_too_soon_is_sent_at_the_end_of_the_interval() -> None:
+def test_early_message_is_sent_at_the_end_of_the_interval() -> None:
     listener = Listener({"throttle_rate": 100})
     for number, now in enumerate((0.0, 0.02, 0.04)):
         listener.publish(number, now)
@@ -44,7 +44,7 @@ def test_a_message_that_came_too_soon_is_sent_at_the_end_of_the_interval() -> No
     assert listener.sent[-1] == (5.0, 3)
 
 
-def test_with_a_queue_what_came_too_soon_is_sent_one_by_one_in_order() -> None:
+def test_queued_messages_are_sent_one_by_one_in_order() -> None:
     listener = Listener({"throttle_rate": 100, "queue_length": 2})
     for number in range(5):
         listener.publish(number, number * 0.01)
@@ -52,7 +52,7 @@ def test_with_a_queue_what_came_too_soon_is_sent_one_by_one_in_order() -> None:
     assert listener.sent == [(0.0, 0), (0.1, 3), (0.2, 4)]
 
 
-def test_several_subscriptions_are_served_at_the_lowest_rate_with_the_longest_queue() -> None:
+def test_subscriptions_share_the_shortest_interval_and_longest_queue() -> None:
     listener = Listener({"throttle_rate": 1000}, {"throttle_rate": 100, "queue_length": 1}, {"throttle_rate": 500})
     for number in range(30):
         listener.publish(number, number * 0.01)
@@ -65,7 +65,7 @@ def test_several_subscriptions_are_served_at_the_lowest_rate_with_the_longest_qu
     assert listener.sent[-2:] == [(2.0, 30), (2.5, 31)]
 
 
-def test_what_waits_is_forgotten_with_the_last_subscription() -> None:
+def test_pending_messages_are_dropped_with_the_last_subscription() -> None:
     listener = Listener({"throttle_rate": 100})
     listener.publish(0, 0.0)
     listener.publish(1, 0.01)
@@ -74,7 +74,7 @@ def test_what_waits_is_forgotten_with_the_last_subscription() -> None:
     assert list(listener.session.due(9.0)) == []
 
 
-def test_a_subscription_is_changed_by_one_of_the_same_id() -> None:
+def test_subscription_with_the_same_id_replaces_the_first() -> None:
     session = RosbridgeSession()
     session.receive('{"op":"subscribe","topic":"/a","id":"1","throttle_rate":60000}')
     session.receive('{"op":"subscribe","topic":"a","id":"1"}')
@@ -84,7 +84,7 @@ def test_a_subscription_is_changed_by_one_of_the_same_id() -> None:
     assert session.subscribed() == frozenset()
 
 
-def test_times_are_spelled_as_the_type_is() -> None:
+def test_times_are_spelled_like_the_requested_type() -> None:
     session = RosbridgeSession()
     for topic, kind in (("/one", "std_msgs/Header"), ("/two", "std_msgs/msg/Header")):
         session.receive(json.dumps({"op": "subscribe", "topic": topic, "type": kind}))
@@ -99,7 +99,7 @@ def test_an_invalid_rate_is_refused(fields: dict[str, object]) -> None:
         Listener(fields)
 
 
-def test_names_of_types_are_checked() -> None:
+def test_type_names_are_validated() -> None:
     from ppaas.wire.names import is_ros2_type, ros1_type
 
     assert ros1_type("a_msgs/B") == ros1_type("a_msgs/msg/B") == ros1_type("a_msgs/action/B") == "a_msgs/B"
@@ -114,7 +114,7 @@ def test_names_of_types_are_checked() -> None:
     st.sampled_from([10, 100, 250]),
     st.integers(0, 4),
 )
-def test_the_last_message_always_arrives_and_the_rate_is_kept(gaps: list[float], rate: int, queue: int) -> None:
+def test_last_message_always_arrives_within_the_rate(gaps: list[float], rate: int, queue: int) -> None:
     listener = Listener({"throttle_rate": rate, "queue_length": queue})
     for number, now in enumerate(itertools.accumulate(gaps)):
         listener.publish(number, now)

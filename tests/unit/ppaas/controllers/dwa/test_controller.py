@@ -17,14 +17,14 @@ def travel(world: World, start: Pose2D, goal: Pose2D, seconds=60.0, period=0.1, 
     return driving.travel(DynamicWindow(robot_radius=RADIUS, **parameters), world, start, goal, seconds, period)
 
 
-def test_it_drives_at_full_speed_where_nothing_is_near():
+def test_robot_drives_at_full_speed_without_obstacles():
     world = World(np.zeros((80, 240), bool))
     result = travel(world, Pose2D(1.0, 2.0), Pose2D(11.0, 2.0))
     assert result.reached
     assert result.seconds < 10.0 / 0.5 + 3.0
 
 
-def test_facing_away_it_turns_on_the_spot_first():
+def test_robot_facing_away_turns_in_place_first():
     world = worlds.picture(OPEN)
     controller = DynamicWindow()
     controller.set_plan(along_x(0.8, 3.0))
@@ -38,7 +38,7 @@ def test_facing_away_it_turns_on_the_spot_first():
 
 
 @pytest.mark.parametrize("wobble", [0.05, -0.05])
-def test_facing_away_it_keeps_to_the_side_it_began_with(wobble):
+def test_robot_facing_away_keeps_its_turning_direction(wobble):
     world = worlds.picture(OPEN)
     controller = DynamicWindow()
     controller.set_plan(along_x(0.8, 3.0))
@@ -52,7 +52,7 @@ def test_facing_away_it_keeps_to_the_side_it_began_with(wobble):
     assert len(signs) == 1
 
 
-def test_at_the_goal_it_stops_then_turns_to_the_heading_asked_for():
+def test_robot_at_the_goal_turns_to_the_goal_heading():
     world = worlds.picture(OPEN)
     result = travel(world, Pose2D(1.0, 1.2), Pose2D(2.0, 1.2, math.pi / 2))
     assert result.reached
@@ -60,14 +60,14 @@ def test_at_the_goal_it_stops_then_turns_to_the_heading_asked_for():
     assert result.end.distance_to(Pose2D(2.0, 1.2)) <= 0.1
 
 
-def test_a_goal_under_its_wheels_asks_for_a_turn_alone():
+def test_goal_at_the_robots_position_needs_a_turn_only():
     world = worlds.picture(OPEN)
     result = travel(world, Pose2D(1.0, 1.2), Pose2D(1.02, 1.2, 3.0))
     assert result.reached
     assert result.travelled < 1e-9
 
 
-def test_once_there_a_push_within_twice_the_tolerance_does_not_send_it_back():
+def test_arrived_robot_stays_within_twice_the_tolerance():
     world = worlds.picture(OPEN)
     controller = DynamicWindow()
     controller.set_plan(along_x(1.0, 2.0, goal_theta=math.pi / 2))
@@ -83,7 +83,7 @@ def test_once_there_a_push_within_twice_the_tolerance_does_not_send_it_back():
     assert not controller.is_goal_reached(Pose2D(1.85, 1.2, math.pi / 2), Velocity())
 
 
-def test_the_goal_is_not_reached_while_it_moves_or_faces_elsewhere():
+def test_goal_is_not_reached_while_moving_or_misaligned():
     controller = DynamicWindow()
     controller.set_plan(along_x(1.0, 2.0, goal_theta=1.0))
     assert controller.is_goal_reached(Pose2D(1.95, 1.2, 1.1), Velocity(0.05, 0.05))
@@ -93,7 +93,7 @@ def test_the_goal_is_not_reached_while_it_moves_or_faces_elsewhere():
     assert not controller.is_goal_reached(Pose2D(1.85, 1.2, 1.0), Velocity())
 
 
-def test_before_a_wall_that_the_plan_does_not_know_it_stops_and_says_so():
+def test_robot_stops_before_an_unplanned_wall():
     world = worlds.picture("####################\n....................\n####################", 16)
     blocked = world.walls.copy()
     blocked[:, 160:164] = True
@@ -109,7 +109,7 @@ def test_before_a_wall_that_the_plan_does_not_know_it_stops_and_says_so():
         controller.compute_velocity(ControlRequest(result.end, Velocity(), blocked.costmap))
 
 
-def test_standing_in_an_obstacle_no_velocity_is_valid():
+def test_no_velocity_is_valid_inside_an_obstacle():
     controller = DynamicWindow()
     controller.set_plan(along_x(0.5, 2.0))
     walls = grids.of(np.full((60, 60), 254, np.uint8), 0.05)
@@ -117,15 +117,15 @@ def test_standing_in_an_obstacle_no_velocity_is_valid():
         controller.compute_velocity(ControlRequest(Pose2D(0.5, 1.2), Velocity(), walls))
 
 
-def test_odometry_that_no_command_explains_is_believed():
+def test_measured_velocity_is_used_without_previous_commands():
     controller = DynamicWindow()
     controller.set_plan(along_x(0.5, 3.0))
-    open_ground = grids.of(np.zeros((60, 100), np.uint8), 0.05)
-    command = controller.compute_velocity(ControlRequest(Pose2D(0.5, 1.2), Velocity(0.45, 0.0), open_ground))
+    free_space = grids.of(np.zeros((60, 100), np.uint8), 0.05)
+    command = controller.compute_velocity(ControlRequest(Pose2D(0.5, 1.2), Velocity(0.45, 0.0), free_space))
     assert command.linear >= 0.45
 
 
-def test_a_long_robot_passes_a_gap_that_its_disc_would_not():
+def test_footprint_passes_a_gap_too_narrow_for_its_disc():
     walled, shut = gap(), gap().costmap
     shut.data[(shut.data < 253) & _within(walled.walls, 0.45)] = 253
     for footprint, costmap, passes in ((BOX, shut, True), ((), shut, False), ((), walled.costmap, True)):

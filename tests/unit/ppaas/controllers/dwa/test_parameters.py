@@ -26,11 +26,11 @@ from ppaas.parameters import read_parameters
         ("cost_slowdown", 1.0),
     ],
 )
-def test_what_cannot_be_is_refused_by_name(name, value):
+def test_invalid_parameters_are_refused_by_name(name, value):
     with pytest.raises(InvalidParameter, match=name):
         read_parameters(DwaParameters, "dwa", {name: value})
 
 
-def test_whole_numbers_will_do_for_fractions_and_backing_up_may_be_allowed():
+def test_integers_are_accepted_as_floats_and_reversing_is_allowed():
     parameters = read_parameters(DwaParameters, "dwa", {"max_vel_x": 1, "min_vel_x": -1})
     assert (parameters.max_vel_x, type(parameters.max_vel_x), parameters.min_vel_x) == (1.0, float, -1.0)

@@ -24,40 +24,40 @@ def rollouts(data, pose=Pose2D(1.0, 1.0), velocity=STANDING, **parameters):
     return Rollouts(p, body_of(p.footprint, p.robot_radius), path, request, velocity)
 
 
-def open_ground():
+def free_space():
     return np.zeros((40, 80), np.uint8)
 
 
-def test_in_the_open_the_best_is_straight_ahead_at_full_acceleration():
-    assert rollouts(open_ground()).best() == pytest.approx((0.1, 0.0))
-    assert rollouts(open_ground(), velocity=Velocity(0.45, 0.0)).best() == pytest.approx((0.5, 0.0))
+def test_free_space_allows_full_acceleration_straight_ahead():
+    assert rollouts(free_space()).best() == pytest.approx((0.1, 0.0))
+    assert rollouts(free_space(), velocity=Velocity(0.45, 0.0)).best() == pytest.approx((0.5, 0.0))
 
 
-def test_where_the_cost_is_high_it_slows_down():
+def test_high_costs_reduce_the_speed():
     graded = np.full((40, 80), 200, np.uint8)
     assert rollouts(graded, velocity=Velocity(0.5, 0.0)).best().linear == pytest.approx(0.4)
 
 
-def test_near_the_goal_it_slows_down():
-    assert rollouts(open_ground(), Pose2D(3.9, 1.0), Velocity(0.5, 0.0)).best().linear == pytest.approx(0.4)
+def test_speed_is_reduced_near_the_goal():
+    assert rollouts(free_space(), Pose2D(3.9, 1.0), Velocity(0.5, 0.0)).best().linear == pytest.approx(0.4)
 
 
-def test_close_to_a_wall_there_is_nothing_best_and_nowhere_to_turn():
-    wall = open_ground()
+def test_no_velocity_or_turn_is_found_close_to_a_wall():
+    wall = free_space()
     wall[:, 21:] = 254
     facing = rollouts(wall, Pose2D(1.045, 1.0))
     assert facing.best() is None
     assert facing.turn_to_free(0.0) is None
 
 
-def test_before_a_slanting_wall_it_finds_the_heading_that_is_free():
+def test_turn_to_free_finds_the_free_heading_at_a_slanted_wall():
     walls = np.fromfunction(lambda row, column: column > row, (40, 80))
     turn = rollouts(np.where(walls, 254, 0).astype(np.uint8)).turn_to_free(0.0)
     assert 0.6 < turn < 1.1
 
 
-def test_only_headings_that_lead_on_are_tried():
-    wall = open_ground()
+def test_turn_to_free_tries_headings_near_the_path_only():
+    wall = free_space()
     wall[:, 21:] = 254
     near = rollouts(wall, Pose2D(1.03, 1.0))
     assert near.turn_to_free(0.0) is None
@@ -67,19 +67,19 @@ def test_only_headings_that_lead_on_are_tried():
 LONG = ((0.5, 0.12), (-0.5, 0.12), (-0.5, -0.12), (0.5, -0.12))
 
 
-def test_an_outline_goes_on_beside_a_wall_that_its_disc_would_touch_but_does_not_turn_there():
-    corridor = open_ground()
+def test_footprint_drives_along_a_wall_but_cannot_turn_there():
+    corridor = free_space()
     corridor[:16] = corridor[24:] = 254
     corridor[16:24] = 253
     beside = rollouts(corridor, velocity=Velocity(0.3, 0.0), footprint=LONG)
     assert beside.best().linear > 0.2
     assert not beside.can_turn(1.5)
     assert rollouts(corridor, velocity=Velocity(0.3, 0.0)).can_turn(1.5)
-    assert rollouts(open_ground(), footprint=LONG).can_turn(1.5)
+    assert rollouts(free_space(), footprint=LONG).can_turn(1.5)
 
 
 @given(st.builds(Velocity, st.floats(0.0, 0.5), st.floats(-1.5, 1.5)), st.floats(0.0, 0.5), st.floats(0.02, 0.2))
-def test_the_window_holds_what_acceleration_and_limits_allow(velocity, fastest, period):
+def test_window_obeys_acceleration_and_velocity_limits(velocity, fastest, period):
     linear, angular = window(velocity, fastest, LIMITS, period).T
     reach = LIMITS.acc_lim_x * period
     slow = np.abs(linear) == LIMITS.min_vel_trans
@@ -90,15 +90,15 @@ def test_the_window_holds_what_acceleration_and_limits_allow(velocity, fastest, 
     assert linear.max() <= max(fastest, velocity.linear - reach, LIMITS.min_vel_trans) + 1e-9
 
 
-def test_a_base_that_accelerates_slowly_is_given_the_least_speed_it_can_follow():
+def test_window_of_a_slow_base_has_the_minimum_speed_only():
     weak = DwaParameters(acc_lim_x=0.1)
     assert set(window(Velocity(), 0.5, weak, 0.1)[:, 0]) == {weak.min_vel_trans}
 
 
-def test_the_window_holds_driving_straight():
+def test_window_includes_driving_straight():
     assert 0.0 in window(Velocity(0.2, 0.05), 0.5, LIMITS, 0.1)[:, 1]
 
 
-def test_the_window_backs_up_only_if_it_may():
+def test_window_includes_reversing_only_if_allowed():
     assert window(Velocity(), 0.5, LIMITS, 0.1)[:, 0].min() > 0.0
     assert window(Velocity(), 0.5, DwaParameters(min_vel_x=-0.2), 0.1)[:, 0].min() == pytest.approx(-0.1)

@@ -30,12 +30,12 @@ def travel(world: World, start: Pose2D, goal: Pose2D, seconds=60.0, period=0.1, 
     return driving.travel(PathIntegral(robot_radius=RADIUS, **parameters), world, start, goal, seconds, period)
 
 
-def test_facing_away_it_turns_and_drives_on():
+def test_robot_facing_away_turns_and_arrives():
     world = worlds.picture(OPEN)
     assert_arrived(travel(world, Pose2D(0.8, 1.2, math.pi), Pose2D(3.0, 1.2)), Pose2D(3.0, 1.2))
 
 
-def test_so_near_to_the_goal_that_it_would_not_move_it_turns_to_the_heading_asked_for():
+def test_robot_close_to_the_goal_turns_to_the_goal_heading():
     controller = PathIntegral(robot_radius=RADIUS, max_vel_x=0.65)
     controller.set_plan(along_x(1.0, 3.0, y=1.5))
     robot = Unicycle(Pose2D(2.93, 1.52, 0.21))
@@ -52,7 +52,7 @@ def obstructed(rows):
     return World(cells).costmap
 
 
-def test_in_the_mirrored_world_it_sends_the_mirrored_command():
+def test_mirrored_world_gives_the_mirrored_command():
     commands = []
     for rows, side in ((slice(24, 36), 1.0), (slice(25, 37), -1.0)):
         controller = PathIntegral(robot_radius=RADIUS)
@@ -65,7 +65,7 @@ def test_in_the_mirrored_world_it_sends_the_mirrored_command():
     assert abs(commands[0][1]) > 0.05
 
 
-def test_the_same_seed_sends_the_same_commands_on_any_number_of_threads():
+def test_commands_depend_on_the_seed_but_not_on_threads():
     sent = []
     for seed, threads in ((0, 1), (0, 2), (1, 1)):
         controller = PathIntegral(robot_radius=RADIUS, seed=seed)
@@ -75,25 +75,25 @@ def test_the_same_seed_sends_the_same_commands_on_any_number_of_threads():
     assert sent[0] != sent[2]
 
 
-def test_a_long_robot_passes_a_gap_that_its_disc_would_not():
+def test_footprint_passes_a_gap_too_narrow_for_its_disc():
     for footprint, passes in ((BOX, True), ((), False)):
         controller = PathIntegral(robot_radius=0.4, footprint=footprint)
         assert (max(through_gap(controller, gap().costmap, 60)) > 3.6) is passes
 
 
-def test_commands_under_way_are_counted_in():
+def test_commands_not_yet_executed_are_considered():
     """Of two robots at the same pose, one has already commanded a turn: it is commanded to turn less."""
     costmap = World(np.zeros((60, 80), bool)).costmap
-    told = []
+    turns = []
     for before in (Velocity(0.3, 0.0), Velocity(0.3, 0.6)):
         controller = PathIntegral(command_delay=0.3)
         controller.set_plan(along_x(0.5, 3.5, y=1.5))
         controller._sent.extend([before] * 3)
-        told.append(ask(controller, costmap, Pose2D(1.0, 1.5), before).angular - before.angular)
-    assert told[1] < told[0] - 0.1
+        turns.append(ask(controller, costmap, Pose2D(1.0, 1.5), before).angular - before.angular)
+    assert turns[1] < turns[0] - 0.1
 
 
-def test_before_a_wall_that_the_plan_does_not_know_it_stops_and_says_so():
+def test_robot_stops_before_an_unplanned_wall():
     world = worlds.picture("####################\n....................\n####################", 16)
     blocked = world.walls.copy()
     blocked[:, 160:164] = True
@@ -109,7 +109,7 @@ def test_before_a_wall_that_the_plan_does_not_know_it_stops_and_says_so():
 
 
 @pytest.mark.parametrize("cost", [253, 254])
-def test_without_a_free_cell_no_velocity_is_valid(cost):
+def test_no_velocity_is_valid_without_a_free_cell(cost):
     controller = PathIntegral()
     controller.set_plan(along_x(0.5, 2.0))
     with pytest.raises(NoValidControl):
@@ -117,7 +117,7 @@ def test_without_a_free_cell_no_velocity_is_valid(cost):
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 40), (40, 1)])
-def test_a_costmap_of_few_cells_is_no_reason_to_fail_otherwise(shape):
+def test_tiny_costmap_raises_no_other_error(shape):
     controller = PathIntegral()
     controller.set_plan(along_x(0.0, 2.0, y=0.02))
     costmap = grids.of(np.zeros(shape, np.uint8), 0.05)
@@ -127,14 +127,14 @@ def test_a_costmap_of_few_cells_is_no_reason_to_fail_otherwise(shape):
         assert "recover" in str(error)
 
 
-def test_outside_of_its_costmap_it_stops():
+def test_robot_outside_the_costmap_is_an_error():
     controller = PathIntegral()
     controller.set_plan(along_x(0.5, 2.0))
     with pytest.raises(NoValidControl, match="outside"):
         ask(controller, grids.of(np.zeros((60, 60), np.uint8), 0.05), Pose2D(9.0, 1.2))
 
 
-def test_unknown_cells_are_free_only_where_that_is_allowed():
+def test_unknown_cells_are_free_only_if_allowed():
     costmap = grids.of(np.full((60, 60), 255, np.uint8), 0.05)
     for allowed in (True, False):
         controller = PathIntegral(allow_unknown=allowed)
@@ -147,7 +147,7 @@ def test_unknown_cells_are_free_only_where_that_is_allowed():
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.1])
-def test_who_cannot_avoid_to_be_run_into_does_not_drive_towards_it(offset):
+def test_robot_stops_if_it_cannot_avoid_a_moving_obstacle(offset):
     cells = np.ones((60, 160), bool)
     cells[20:40] = False  # a corridor of 1 m, too narrow for both
     world, robot = World(cells), Unicycle(Pose2D(1.0, 1.5))

@@ -9,7 +9,7 @@ from ppaas.parameters import read_parameters
 SQUARE = [[0.2, 0.2], [-0.2, 0.2], [-0.2, -0.2], [0.2, -0.2]]
 
 
-def test_the_defaults_are_valid_and_a_footprint_of_json_is_taken():
+def test_defaults_are_valid_and_a_json_footprint_is_accepted():
     assert MppiParameters().footprint == ()
     assert read_parameters(MppiParameters, "mppi", {"footprint": SQUARE}).footprint[1] == (-0.2, 0.2)
     assert read_parameters(MppiParameters, "mppi", {"footprint": SQUARE[::-1]}).footprint[0] == (0.2, -0.2)
@@ -42,6 +42,6 @@ def test_the_defaults_are_valid_and_a_footprint_of_json_is_taken():
         ({"footprint": [[0.2, True], [-0.2, 0.2], [-0.2, -0.2]]}, "footprint"),
     ],
 )
-def test_what_cannot_be_is_refused_by_name(wrong, named):
+def test_invalid_parameters_are_refused_by_name(wrong, named):
     with pytest.raises(InvalidParameter, match=named):
         read_parameters(MppiParameters, "mppi", wrong)

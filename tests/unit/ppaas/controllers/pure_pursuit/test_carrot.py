@@ -13,7 +13,7 @@ poses = st.builds(Pose2D, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(
 
 
 @given(seed=st.integers(0, 10_000), pose=poses, distance=st.floats(0.1, 2.0))
-def test_it_is_where_the_twin_finds_it_walking_along_the_path(seed, pose, distance):
+def test_carrot_agrees_with_the_twin(seed, pose, distance):
     points = np.random.default_rng(seed).normal(0.15, 0.3, (12, 2)).cumsum(axis=0)
     x, y = twin.carrot(points, (pose.x, pose.y), distance)
     there = pose @ carrot_at(points, pose, distance)
@@ -21,7 +21,7 @@ def test_it_is_where_the_twin_finds_it_walking_along_the_path(seed, pose, distan
 
 
 @given(x=st.floats(-2.0, 2.0), y=st.floats(-2.0, 2.0))
-def test_the_arc_leaves_along_the_heading_and_goes_through_the_point(x, y):
+def test_arc_is_tangent_to_the_heading_and_passes_the_point(x, y):
     curvature = curvature_to(Pose2D(x, y))
     if abs(curvature) < 1e-6:
         assert abs(y) < 1e-5
@@ -30,7 +30,7 @@ def test_the_arc_leaves_along_the_heading_and_goes_through_the_point(x, y):
         assert math.hypot(x, y - radius) == pytest.approx(abs(radius), rel=1e-6)
 
 
-def test_a_plan_is_cut_where_it_turns_back_and_its_last_heading_is_kept():
+def test_plan_is_split_where_it_reverses():
     x = np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.5, 1.5])
     plan = poses_along(np.stack((x, np.zeros(7)), axis=1), 1.0)
     legs = legs_of(plan)
@@ -40,7 +40,7 @@ def test_a_plan_is_cut_where_it_turns_back_and_its_last_heading_is_kept():
 
 
 @pytest.mark.parametrize("points", [[(1.0, 2.0)], [(1.0, 2.0)] * 3, [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)]])
-def test_a_plan_that_does_not_turn_back_is_one_leg(points):
+def test_plan_without_reversals_is_one_leg(points):
     plan = poses_along(np.array(points))
     (leg,) = legs_of(plan)
     assert (leg == plan).all()

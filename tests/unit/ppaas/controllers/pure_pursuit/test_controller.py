@@ -32,13 +32,13 @@ def ask(controller, pose, costmap=FIELD.costmap, velocity=STANDING):
     return controller.compute_velocity(ControlRequest(pose, velocity, costmap, 0.1))
 
 
-def test_it_drives_at_full_speed_where_nothing_is_near():
+def test_robot_drives_at_full_speed_without_obstacles():
     result = travel(FIELD, Pose2D(1.0, 2.0), Pose2D(6.0, 2.0))
     assert result.reached
     assert result.seconds < 5.0 / 0.5 + 3.0
 
 
-def test_facing_away_it_turns_on_the_spot_first_unless_told_not_to():
+def test_robot_facing_away_turns_in_place_first_if_enabled():
     for turns in (True, False):
         controller = PurePursuit(use_rotate_to_heading=turns)
         controller.set_plan(along_x(1.0, 4.0, y=2.0))
@@ -47,7 +47,7 @@ def test_facing_away_it_turns_on_the_spot_first_unless_told_not_to():
         assert command.angular < 0.0
 
 
-def test_it_turns_no_faster_than_the_lesser_of_both_limits():
+def test_turning_speed_obeys_the_lower_of_both_limits():
     for limit, most in ((0.5, 0.5), (9.0, 1.5)):
         controller = PurePursuit(rotate_to_heading_angular_vel=limit)
         controller.set_plan(along_x(1.0, 4.0, y=2.0))
@@ -57,7 +57,7 @@ def test_it_turns_no_faster_than_the_lesser_of_both_limits():
         assert abs(turning) == pytest.approx(most)
 
 
-def test_it_steers_along_the_arc_to_the_point_that_is_as_far_as_it_looks():
+def test_robot_steers_along_the_arc_to_the_lookahead_point():
     controller = PurePursuit(lookahead_dist=1.0)
     controller.set_plan(along_x(1.0, 6.0, y=2.0))
     pose, velocity = Pose2D(2.0, 2.3), Velocity(0.5, 0.0)
@@ -67,7 +67,7 @@ def test_it_steers_along_the_arc_to_the_point_that_is_as_far_as_it_looks():
     assert velocity.angular / velocity.linear == pytest.approx(-0.6, abs=0.01)
 
 
-def test_what_its_speed_follows_may_be_the_path_farther_ahead():
+def test_fixed_curvature_lookahead_slows_down_earlier():
     corner = poses_along(np.array([(1.0, 2.0), (1.2, 2.0), (1.4, 2.0), (1.6, 2.0), (1.6, 2.4), (1.6, 3.0)]))
     speeds = []
     for fixed in (False, True):
@@ -83,7 +83,7 @@ def test_what_its_speed_follows_may_be_the_path_farther_ahead():
     assert speeds[1] < speeds[0] - 0.05
 
 
-def test_it_backs_up_along_a_plan_that_turns_back_on_itself_where_it_may():
+def test_robot_reverses_along_a_reversing_plan_if_allowed():
     there = np.stack((np.linspace(1.0, 3.0, 41), np.full(41, 2.0)), axis=1)
     back = np.stack((np.linspace(3.0, 1.5, 31), np.full(31, 2.0)), axis=1)[1:]
     controller = PurePursuit(allow_reversing=True, min_vel_x=-0.3)
@@ -98,19 +98,19 @@ def test_it_backs_up_along_a_plan_that_turns_back_on_itself_where_it_may():
     assert np.abs(np.diff(commands[:, 0])).max() <= 0.1 + 1e-9
 
 
-def test_where_it_may_not_back_up_it_turns_to_what_is_behind():
+def test_robot_turns_around_if_it_may_not_reverse():
     controller = PurePursuit(min_vel_x=-0.3)
     controller.set_plan(along_x(3.0, 1.0, y=2.0))
     assert ask(controller, Pose2D(3.0, 2.0)).linear == 0.0
 
 
-def test_a_long_robot_passes_a_gap_that_its_disc_would_not():
+def test_footprint_passes_a_gap_too_narrow_for_its_disc():
     for footprint, passes in ((BOX, True), ((), False)):
         controller = PurePursuit(robot_radius=0.4, footprint=footprint)
         assert (through_gap(controller, gap().costmap, 200)[-1] > 3.6) is passes
 
 
-def test_before_a_wall_across_its_plan_it_stops_and_says_so_unless_it_need_not_look():
+def test_robot_stops_before_a_wall_if_collision_detection_is_on():
     walls = np.zeros((80, 240), bool)
     walls[:, 100] = True
     walled = World(walls)
@@ -122,7 +122,7 @@ def test_before_a_wall_across_its_plan_it_stops_and_says_so_unless_it_need_not_l
         assert (result.clearance > 0.0) is looks
 
 
-def test_a_robot_that_touches_something_may_get_away_from_it_and_not_into_it():
+def test_robot_touching_an_obstacle_may_only_drive_away_from_it():
     data = np.zeros((80, 80), np.uint8)
     data[40, 36] = 254
     costmap = grids.of(data, 0.05)
@@ -137,7 +137,7 @@ def test_a_robot_that_touches_something_may_get_away_from_it_and_not_into_it():
                 ask(controller, pose, costmap)
 
 
-def test_unknown_cells_are_as_free_as_it_is_told():
+def test_unknown_cells_are_free_only_if_allowed():
     data = np.zeros((80, 80), np.uint8)
     data[:, 24:] = 255
     costmap = grids.of(data, 0.05)

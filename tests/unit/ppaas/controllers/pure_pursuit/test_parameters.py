@@ -22,10 +22,10 @@ from ppaas.parameters import read_parameters
         ({"max_allowed_time_to_collision_up_to_carrot": -1.0}, "max_allowed_time_to_collision_up_to_carrot"),
     ],
 )
-def test_what_cannot_be_is_refused_by_name(wrong, named):
+def test_invalid_parameters_are_refused_by_name(wrong, named):
     with pytest.raises(InvalidParameter, match=named):
         read_parameters(PurePursuitParameters, "pure_pursuit", wrong)
 
 
-def test_it_may_back_up_where_it_is_told_how_fast():
+def test_reversing_is_valid_with_a_negative_min_vel_x():
     assert PurePursuitParameters(allow_reversing=True, min_vel_x=-0.2).allow_reversing

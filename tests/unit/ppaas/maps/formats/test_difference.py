@@ -31,7 +31,7 @@ def grids(draw):
 
 @given(grids(), grids(), st.integers(1, 40))
 @settings(deadline=None, max_examples=150)
-def test_it_equals_a_comparison_cell_by_cell(old, new, block):
+def test_difference_equals_a_comparison_cell_by_cell(old, new, block):
     before, after = ({(c + column, r + row): data[r][c] for r in range(len(data)) for c in range(len(data[0]))}
                      for data, column, row in (old, new))  # fmt: skip
     changed = {at for at in before.keys() | after.keys() if before.get(at, UNKNOWN) != after.get(at, UNKNOWN)}
@@ -60,7 +60,7 @@ def test_a_turned_map_is_compared_in_its_own_frame():
     ("origin", "resolution"),
     [((0.0, 0.0, 0.0), 0.25), ((0.2, 0.0, 0.0), 0.5), ((0.0, 0.0, 0.1), 0.5), ((1e300, 0.0, 0.0), 0.5)],
 )
-def test_maps_whose_cells_do_not_meet_have_changed_all_over(origin, resolution):
+def test_unaligned_maps_differ_in_all_cells(origin, resolution):
     old, new = opened([[0, 0]]), opened([[0, 0, 0], [0, 0, 0]], origin, resolution)
     found = difference(old, new)
     assert (found.changed, found.rectangle, found.aligned) == (6, (0, 0, 3, 2), False)
@@ -68,7 +68,7 @@ def test_maps_whose_cells_do_not_meet_have_changed_all_over(origin, resolution):
         old_rows(old, new.info, 0, 1)
 
 
-def test_maps_that_lie_far_apart_take_no_more_memory_than_they_have_cells():
+def test_distant_maps_are_compared_in_bounded_memory():
     found = difference(opened([[0, 100]]), opened([[100]], (1e9, -1e9, 0.0)))
     assert found.changed == 3
     assert found.rectangle == (-2_000_000_000, 0, 2_000_000_001, 2_000_000_001)

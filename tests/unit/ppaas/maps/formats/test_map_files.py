@@ -31,19 +31,19 @@ def test_a_saved_map_loads_cell_for_cell(grid):
 
 @settings(deadline=None)
 @given(grid_maps([-1, 0, 1, 42, 99, 100]))
-def test_graded_cells_survive_too(grid):
+def test_graded_cells_round_trip(grid):
     record, image = save_map(grid, "map.pgm")
     assert np.array_equal(load_map(record, image).data, grid.data)
 
 
 @settings(deadline=None)
 @given(st.text(min_size=1))
-def test_any_image_name_survives(name):
+def test_any_image_name_round_trips(name):
     grid = load_map(YAML, IMAGE)
     assert parse_yaml(save_map(grid, name)[0]).image == name
 
 
-def test_the_pixels_of_map_saver_are_written():
+def test_save_map_writes_the_pixels_of_map_saver():
     grid = load_map(YAML, write_pgm(np.array([[254, 0, 205]], np.uint8)))
     assert grid.data.tolist() == [[0, 100, -1]]
     assert save_map(grid, "a.pgm")[1] == b"P5\n3 1\n255\n\xfe\x00\xcd"
@@ -54,7 +54,7 @@ def test_the_top_row_of_the_image_is_the_last_of_the_grid():
     assert grid.data.tolist() == [[0], [100]]
 
 
-def test_trinary_compares_as_map_server_does():
+def test_trinary_thresholds_compare_like_in_map_server():
     # (255 − 89) / 255 = 0.651 > 0.65; (255 − 205) / 255 = 0.19608 > 0.196
     assert load_map(YAML, IMAGE).data.tolist() == [[100, 100, 100, -1, -1, -1, 0, 0, 0]]
 
@@ -64,7 +64,7 @@ def test_a_cell_exactly_at_a_threshold_is_neither_free_nor_occupied():
     assert set(load_map(record, IMAGE).data.ravel().tolist()) == {-1}
 
 
-def test_negate_turns_the_greys_round():
+def test_negate_inverts_the_greys():
     negated = load_map(YAML.replace(b"negate: 0", b"negate: 1"), write_pgm(255 - PIXELS))
     assert np.array_equal(negated.data, load_map(YAML, IMAGE).data)
 
@@ -76,7 +76,7 @@ def test_scale_grades_between_the_thresholds():
     assert load_map(record, write_pgm(pixels)).data.tolist() == [expected]
 
 
-def test_raw_takes_the_pixel_as_it_is_and_the_rest_as_unknown():
+def test_raw_keeps_values_up_to_100_and_maps_others_to_unknown():
     pixels = np.array([[0, 1, 100, 101, 205, 255]], np.uint8)
     assert load_map(YAML + b"mode: raw\n", write_pgm(pixels)).data.tolist() == [[0, 1, 100, -1, -1, -1]]
 
@@ -131,7 +131,7 @@ def test_an_invalid_record_is_refused_with_the_name_of_the_key(record, named):
 
 @settings(deadline=None)
 @given(st.one_of(st.binary(max_size=80), st.text(max_size=80).map(str.encode)))
-def test_rubbish_raises_nothing_but_invalid_map(rubbish):
+def test_arbitrary_bytes_raise_invalid_map_only(rubbish):
     for record in (rubbish, YAML + rubbish, b"image: " + rubbish):
         try:
             assert math.isfinite(parse_yaml(record).resolution)
@@ -152,7 +152,7 @@ def test_rubbish_raises_nothing_but_invalid_map(rubbish):
         ("warehouse_speed", (1674, 1006), 0.03, {1, 20, 99}),
     ],
 )
-def test_real_maps_load_and_survive_saving(data, name, shape, resolution, values):
+def test_real_maps_round_trip(data, name, shape, resolution, values):
     grid = real_map(data, name)
     assert grid.data.shape == shape
     assert grid.info.resolution == resolution
@@ -163,7 +163,7 @@ def test_real_maps_load_and_survive_saving(data, name, shape, resolution, values
 
 
 @pytest.mark.parametrize("name", ["turtlebot3", "depot_speed"])
-def test_a_real_map_is_the_same_as_png_and_as_text(data, name):
+def test_real_map_is_equal_as_png_and_as_text(data, name):
     folder = data / "ros"
     record, image = (folder / f"{name}.yaml").read_bytes(), (folder / f"{name}.pgm").read_bytes()
     pixels, cells = parse_pgm(image), load_map(record, image).data
@@ -173,7 +173,7 @@ def test_a_real_map_is_the_same_as_png_and_as_text(data, name):
     assert np.array_equal(load_map(record, as_text).data, cells)
 
 
-def test_a_real_map_of_nav2_is_read_by_nav2s_rules(data):
+def test_real_speed_mask_is_read_by_nav2_rules(data):
     folder = data / "ros"
     record, image = (folder / "depot_speed.yaml").read_bytes(), (folder / "depot_speed.pgm").read_bytes()
     by_map_server, by_nav2 = load_map(record, image), load_map(record, image, Rules.NAV2)

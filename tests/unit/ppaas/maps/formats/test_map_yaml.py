@@ -7,7 +7,7 @@ from ppaas.maps.formats.map_yaml import Rules, parse_yaml, with_rules
 from tests.support.world.maps import YAML
 
 
-def test_the_rules_are_those_of_map_server_unless_the_record_or_the_caller_says_otherwise():
+def test_rules_default_to_map_server_unless_record_or_caller_set_them():
     assert parse_yaml(YAML).rules is Rules.MAP_SERVER
     assert parse_yaml(YAML + b"rules: nav2\n").rules is Rules.NAV2
     assert parse_yaml(YAML, Rules.NAV2).rules is Rules.NAV2
@@ -15,7 +15,7 @@ def test_the_rules_are_those_of_map_server_unless_the_record_or_the_caller_says_
 
 
 @pytest.mark.parametrize("missing", ["occupied_thresh", "free_thresh"])
-def test_nav2_demands_both_thresholds_and_map_server_neither(missing):
+def test_only_nav2_rules_require_both_thresholds(missing):
     record = b"\n".join(line for line in YAML.splitlines() if not line.startswith(missing.encode()))
     assert parse_yaml(record).rules is Rules.MAP_SERVER
     for ask in (lambda: parse_yaml(record, Rules.NAV2), lambda: parse_yaml(record + b"\nrules: nav2")):
@@ -23,23 +23,23 @@ def test_nav2_demands_both_thresholds_and_map_server_neither(missing):
             ask()
 
 
-def test_rules_that_are_none_are_refused():
+def test_unknown_rules_are_refused():
     with pytest.raises(InvalidMap, match="rules"):
         parse_yaml(YAML + b"rules: gmapping\n")
 
 
 @pytest.mark.parametrize("record", [YAML, YAML + b"rules: map_server\n", b"{" + YAML.replace(b"\n", b",") + b"}"])
-def test_a_record_is_given_rules_and_keeps_the_rest(record):
+def test_with_rules_sets_the_rules_and_keeps_the_rest(record):
     given = with_rules(record, Rules.NAV2)
     assert parse_yaml(given) == parse_yaml(record, Rules.NAV2)
     assert with_rules(given, Rules.NAV2) == given
 
 
-def test_a_record_that_names_them_already_keeps_its_bytes():
+def test_with_rules_keeps_the_bytes_if_the_rules_are_set():
     assert with_rules(YAML, Rules.MAP_SERVER) == YAML
 
 
-def test_a_record_that_cannot_have_them_is_refused():
+def test_with_rules_refuses_records_without_thresholds():
     with pytest.raises(InvalidMap, match="free_thresh"):
         with_rules(YAML.replace(b"free_thresh: 0.196", b""), Rules.NAV2)
     with pytest.raises(InvalidMap, match="map_server record"):

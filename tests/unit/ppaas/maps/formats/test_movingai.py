@@ -13,18 +13,18 @@ MAP = b"type octile\nheight 2\nwidth 5\nmap\n.G@S.\nTWO..\n"
 SCENARIO = b"version 1\n0\tm.map\t5\t2\t0\t0\t4\t1\t4.41421356\n1\tm.map\t5\t2\t3\t1\t4\t0\t1.5\n"
 
 
-def test_ground_and_swamp_are_free_and_all_else_blocks() -> None:
+def test_ground_and_swamp_are_free_and_all_others_occupied() -> None:
     grid = parse_map(MAP)
     free = [[True, True, False, True, True], [False, False, False, True, True]]
     assert grid.data.tolist() == np.where(free, FREE, OCCUPIED).tolist()
     assert (grid.info.resolution, grid.info.width, grid.info.height) == (1.0, 5, 2)
 
 
-def test_lines_may_end_as_in_windows() -> None:
+def test_windows_line_ends_are_accepted() -> None:
     assert parse_map(MAP.replace(b"\n", b"\r\n")).data.tolist() == parse_map(MAP).data.tolist()
 
 
-def test_a_query_is_turned_from_x_and_y_to_row_and_column() -> None:
+def test_queries_are_converted_from_x_y_to_row_column() -> None:
     scenario = parse_scenario(SCENARIO)
     assert scenario.starts.tolist() == [[0, 0], [1, 3]]
     assert scenario.goals.tolist() == [[1, 4], [0, 4]]
@@ -33,7 +33,7 @@ def test_a_query_is_turned_from_x_and_y_to_row_and_column() -> None:
     assert len(scenario.first(None)) == len(scenario) == 2
 
 
-def test_some_queries_are_from_all_over_the_scenario() -> None:
+def test_spread_takes_queries_evenly_from_the_scenario() -> None:
     long = parse_scenario(b"version 1\n" + b"".join(b"0 m 5 2 0 0 4 1 %d\n" % number for number in range(10)))
     assert long.spread(4).optima.tolist() == [0.0, 3.0, 6.0, 9.0]
     assert long.spread(1).optima.tolist() == [0.0]
@@ -42,7 +42,7 @@ def test_some_queries_are_from_all_over_the_scenario() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "reason"),
     [
         (b"", "must begin with"),
         (MAP.replace(b"octile", b"tile"), "must begin with"),
@@ -52,13 +52,13 @@ def test_some_queries_are_from_all_over_the_scenario() -> None:
         (MAP.replace(b".G@S.", b".G@S"), "row 0"),
     ],
 )
-def test_an_invalid_map_is_refused(text: bytes, said: str) -> None:
-    with pytest.raises(InvalidMap, match=said):
+def test_an_invalid_map_is_refused(text: bytes, reason: str) -> None:
+    with pytest.raises(InvalidMap, match=reason):
         parse_map(text)
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "reason"),
     [
         (b"", "version"),
         (b"0\tm.map\t5\t2\t0\t0\t4\t1\t4.4\n", "version"),
@@ -67,8 +67,8 @@ def test_an_invalid_map_is_refused(text: bytes, said: str) -> None:
         (SCENARIO.replace(b"3\t1", b"3.5\t1"), "line 3"),
     ],
 )
-def test_an_invalid_scenario_is_refused(text: bytes, said: str) -> None:
-    with pytest.raises(InvalidMap, match=said):
+def test_an_invalid_scenario_is_refused(text: bytes, reason: str) -> None:
+    with pytest.raises(InvalidMap, match=reason):
         parse_scenario(text)
 
 

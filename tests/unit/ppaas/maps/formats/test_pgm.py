@@ -14,7 +14,7 @@ from tests.support.world.maps import sides
 
 @settings(deadline=None)
 @given(hnp.arrays(np.uint8, sides(20)))
-def test_what_is_written_is_read_again(pixels):
+def test_pixels_round_trip(pixels):
     assert np.array_equal(parse_pgm(write_pgm(pixels)), pixels)
 
 
@@ -28,11 +28,11 @@ def test_what_is_written_is_read_again(pixels):
         b"P5# a\n#b # c\n 2# width\n# \xff\n2\n#d\n255\n",
     ],
 )
-def test_white_space_and_comments_may_stand_anywhere_between(header):
+def test_white_space_and_comments_are_accepted_between_header_fields(header):
     assert parse_pgm(header + b"\x00\x0a\x23\xff").tolist() == [[0, 10], [35, 255]]
 
 
-def test_row_0_is_the_first_in_the_file():
+def test_first_row_of_the_file_is_row_0():
     assert parse_pgm(b"P5 1 2 255 \x01\x02").tolist() == [[1], [2]]
 
 
@@ -55,13 +55,13 @@ def test_sixteen_bits_are_read_high_byte_first_and_scaled_down():
         b"P2 2 2 65535\n0 2570 8995 65535",
     ],
 )
-def test_text_is_read_as_binary_is(image):
+def test_text_format_is_read_like_binary(image):
     assert parse_pgm(image).tolist() == [[0, 10], [35, 255]]
 
 
 @settings(deadline=None)
 @given(hnp.arrays(np.uint8, sides(20)))
-def test_an_image_is_the_same_in_text(pixels):
+def test_text_and_binary_images_are_equal(pixels):
     text = " ".join(map(str, pixels.ravel().tolist())).encode()
     assert np.array_equal(parse_pgm(b"P2 %d %d 255\n" % pixels.shape[::-1] + text), pixels)
 
@@ -111,7 +111,7 @@ def test_an_invalid_image_is_refused_with_the_reason(image, reason):
 
 @settings(deadline=None)
 @given(st.binary(max_size=60))
-def test_rubbish_is_refused_or_read_but_nothing_else_happens(rubbish):
+def test_arbitrary_bytes_are_read_or_raise_invalid_map(rubbish):
     for image in (rubbish, b"P5 " + rubbish, b"P5 2 2 255 " + rubbish, b"P2 2 2 65535\n" + rubbish):
         try:
             assert parse_pgm(image).dtype == np.uint8
@@ -136,7 +136,7 @@ gaps = st.sampled_from([b" ", b"\n", b"\r\n", b"\t ", b" # 7 8\n", b"#9\r", b"\n
 
 @settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 65535), gaps), min_size=1, max_size=30), st.integers(1, 40))
-def test_text_is_read_the_same_wherever_it_is_cut(numbers, block):
+def test_text_is_parsed_alike_for_any_block_size(numbers, block):
     text = b"".join(b"%d%b" % pair for pair in numbers)
     image = b"P2 %d 1 65535\n" % len(numbers) + text
     with pytest.MonkeyPatch.context() as patch:

@@ -56,7 +56,7 @@ def grey(*values: int) -> list[list[int]]:
         ),
     ],
 )
-def test_every_kind_is_read_at_eight_bits(image, pixels):
+def test_every_colour_type_and_depth_is_read_at_eight_bits(image, pixels):
     assert parse_png(image).tolist() == pixels
 
 
@@ -68,7 +68,7 @@ def test_every_kind_is_read_at_eight_bits(image, pixels):
         png([b"\x01\x00", b"\x00\x00"], 2, 8, PALETTE, chunk(b"PLTE", bytes(range(6))) + chunk(b"tRNS", b"\x09")),
     ],
 )
-def test_rows_alone_are_those_of_the_whole(image):
+def test_single_rows_equal_rows_of_the_whole_image(image):
     opened = open_png(image)
     assert opened.shape[0] == 2
     assert np.array_equal(np.concatenate([opened.rows(0, 1), opened.rows(1, 2)]), parse_png(image))
@@ -76,7 +76,7 @@ def test_rows_alone_are_those_of_the_whole(image):
 
 @settings(deadline=None, max_examples=40)
 @given(hnp.arrays(np.uint8, sides(20)), st.booleans())
-def test_what_another_writes_is_read(pixels, grey_alpha):
+def test_images_written_by_pillow_are_read(pixels, grey_alpha):
     written = io.BytesIO()
     Image.fromarray(pixels).convert("LA" if grey_alpha else "L").save(written, "PNG", optimize=True)
     assert np.array_equal(parse_png(written.getvalue())[..., 0], pixels)
@@ -99,12 +99,12 @@ def test_what_another_writes_is_read(pixels, grey_alpha):
         png([b"\x05"], 1, colour=PALETTE),
     ],
 )
-def test_a_broken_image_is_refused(image):
+def test_corrupt_image_is_refused(image):
     with pytest.raises(InvalidMap, match=r"cannot be read.*save the map's image again"):
         parse_png(image)
 
 
-@pytest.mark.parametrize("place", [20, 30, 45, 53])  # in the header, its checksum, the pixels, theirs
+@pytest.mark.parametrize("place", [20, 30, 45, 53])  # in the header, its checksum, the pixels, their checksum
 def test_a_wrong_checksum_is_refused(place):
     wrong = bytearray(GOOD)
     wrong[place] ^= 0x10
@@ -113,7 +113,7 @@ def test_a_wrong_checksum_is_refused(place):
 
 
 @pytest.mark.parametrize("size", [(0, 5), (5, 0), (1 << 14, 1 << 13), ((1 << 31) - 1, (1 << 31) - 1)])
-def test_an_image_without_pixels_or_with_too_many_is_refused_before_it_is_decoded(size):
+def test_invalid_image_sizes_are_refused_before_decoding(size):
     with pytest.raises(InvalidMap, match=r"×.*pixels|cannot be read"):
         parse_png(header(*size) + chunk(b"IDAT", b"") + chunk(b"IEND"))
     assert MAX_PIXELS < (1 << 14) * (1 << 13)
@@ -121,7 +121,7 @@ def test_an_image_without_pixels_or_with_too_many_is_refused_before_it_is_decode
 
 @settings(deadline=None, max_examples=300)
 @given(st.binary(max_size=60), st.integers(0, len(GOOD)))
-def test_rubbish_is_refused_or_read_but_nothing_else_happens(rubbish, place):
+def test_arbitrary_bytes_are_read_or_raise_invalid_map(rubbish, place):
     for image in (SIGNATURE + rubbish, GOOD[:place] + rubbish, GOOD[:place] + rubbish + GOOD[place + len(rubbish) :]):
         try:
             assert parse_png(image).dtype == np.uint8

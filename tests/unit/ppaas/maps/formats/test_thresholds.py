@@ -28,7 +28,7 @@ def record(**keys) -> MapYaml:
 
 @settings(deadline=None, max_examples=200)
 @given(PIXELS, st.sampled_from(Mode), st.booleans(), THRESHOLDS, THRESHOLDS, st.sampled_from(Rules))
-def test_every_pixel_is_read_as_the_twin_reads_it(channels, mode, negate, low, high, rules):
+def test_occupancy_agrees_with_the_twin(channels, mode, negate, low, high, rules):
     assume(np.float32(low) < np.float32(high))
     keys = record(mode=mode, negate=negate, free_thresh=low, occupied_thresh=high, rules=rules)
     expected = getattr(twin, rules.value)(channels, mode.value, negate, high, low)
@@ -51,7 +51,7 @@ def test_every_pixel_is_read_as_the_twin_reads_it(channels, mode, negate, low, h
         ({"mode": Mode.RAW, "negate": True}, [255, 213, 0], [0, 42, -1], [-1, -1, 0]),
     ],
 )
-def test_known_values(keys, grey, by_map_server, by_nav2):
+def test_known_values_are_read_right(keys, grey, by_map_server, by_nav2):
     image = MapImage(np.array([grey], np.uint8)[..., np.newaxis])
     assert occupancy(image, record(**keys)).tolist() == [by_map_server]
     assert occupancy(image, record(**keys, rules=Rules.NAV2)).tolist() == [by_nav2]
@@ -66,14 +66,14 @@ def test_known_values(keys, grey, by_map_server, by_nav2):
         (Mode.RAW, [-1, -1, 0, -1, -1, 0], [-1, -1, 0, -1, -1, 0]),
     ],
 )
-def test_alpha_is_averaged_in_by_map_server_and_makes_unknown_by_nav2(mode, by_map_server, by_nav2):
+def test_alpha_is_averaged_by_map_server_and_unknown_in_nav2(mode, by_map_server, by_nav2):
     greys = np.array([255, 127, 0] * 2, np.uint8)
     channels = np.stack((greys, greys, greys, np.array([255] * 3 + [0] * 3, np.uint8)), axis=-1)[np.newaxis]
     assert occupancy(MapImage(channels), record(mode=mode)).tolist() == [by_map_server]
     assert occupancy(MapImage(channels), record(mode=mode, rules=Rules.NAV2)).tolist() == [by_nav2]
 
 
-def test_a_grey_image_and_the_same_in_colours_are_one_map():
+def test_grey_and_equal_rgb_images_give_the_same_map():
     for rules in Rules:
         for mode in Mode:
             keys = record(mode=mode, rules=rules)
@@ -81,7 +81,7 @@ def test_a_grey_image_and_the_same_in_colours_are_one_map():
             assert np.array_equal(occupancy(MapImage(np.repeat(GREYS, 3, axis=2)), keys), grey)
 
 
-def test_scaled_values_only_grow_with_the_grey():
+def test_scaled_values_never_rise_with_the_grey_value():
     for rules in Rules:
         cells = occupancy(MapImage(GREYS), record(mode=Mode.SCALE, rules=rules))[0].astype(int)
         assert (np.diff(cells) <= 0).all()

@@ -44,13 +44,13 @@ def graph() -> Graph:
 
 @pytest.fixture
 def scans(graph: Graph) -> list[LaserScan]:
-    heard: list[Any] = []
-    graph.tap("scan", lambda _, message: heard.append(message))
-    return heard
+    received: list[Any] = []
+    graph.tap("scan", lambda _, message: received.append(message))
+    return received
 
 
 @pytest.mark.parametrize("kind", ["<u2", ">u2", "<f4", ">f4"])
-def test_an_image_becomes_a_scan_with_its_stamp_in_the_frame_of_the_camera(graph, scans, kind):
+def test_image_is_converted_to_a_scan_in_the_camera_frame(graph, scans, kind):
     graph.inject(DEPTH_CAMERA_INFO.name, INFO)
     graph.inject(DEPTH_IMAGE.name, decode(Image, encode(image(wall(kind)))))
     [scan] = scans
@@ -60,19 +60,19 @@ def test_an_image_becomes_a_scan_with_its_stamp_in_the_frame_of_the_camera(graph
     assert np.nanmin(np.array(scan.ranges, float)) == pytest.approx(2.0, rel=1e-3)
 
 
-def test_a_compressed_image_says_the_same(graph, scans):
+def test_compressed_image_gives_the_same_scan(graph, scans):
     graph.inject(DEPTH_CAMERA_INFO.name, INFO)
     graph.inject(DEPTH_IMAGE.name, image(wall()))
     graph.inject(COMPRESSED_DEPTH_IMAGE.name, CompressedImage(HEADER, *compress(wall())))
     np.testing.assert_array_equal(scans[0].ranges, scans[1].ranges)
 
 
-def test_without_camera_info_there_is_no_scan_yet(graph, scans):
+def test_no_scan_is_published_without_camera_info(graph, scans):
     graph.inject(DEPTH_IMAGE.name, image(wall()))
     assert scans == []
 
 
-def test_one_that_goes_on_elsewhere_knows_the_camera_of_which_it_was_told_once(graph, scans):
+def test_restored_node_knows_the_camera_info(graph, scans):
     assert graph.checkpoints() == []
     graph.inject(DEPTH_CAMERA_INFO.name, INFO)
     [known] = graph.checkpoints()
@@ -83,7 +83,7 @@ def test_one_that_goes_on_elsewhere_knows_the_camera_of_which_it_was_told_once(g
     assert len(scans) == 1
 
 
-def test_rows_may_be_padded():
+def test_padded_rows_are_accepted():
     padded = np.zeros((HEIGHT, WIDTH + 5), np.uint16)
     padded[:, :WIDTH] = np.arange(WIDTH)
     seen = depths_of(Image(HEADER, HEIGHT, WIDTH, "16UC1", 0, 2 * (WIDTH + 5), padded.tobytes()))
@@ -100,13 +100,13 @@ def test_rows_may_be_padded():
         (Image(HEADER, 0, 0, "16UC1", 0, 0, b""), "0×0"),
     ],
 )
-def test_a_broken_image_is_refused(graph, wrong, why):
+def test_invalid_image_is_refused(graph, wrong, why):
     graph.inject(DEPTH_CAMERA_INFO.name, INFO)
     with pytest.raises(InvalidInput, match=why):
         graph.inject(DEPTH_IMAGE.name, wrong)
 
 
-def test_a_camera_that_is_none_is_refused(graph):
+def test_invalid_camera_info_is_refused(graph):
     with pytest.raises(InvalidInput, match="9 numbers"):
         graph.inject(DEPTH_CAMERA_INFO.name, CameraInfo(HEADER, HEIGHT, WIDTH, []))
     with pytest.raises(InvalidInput, match="focal length"):
@@ -114,7 +114,7 @@ def test_a_camera_that_is_none_is_refused(graph):
 
 
 @pytest.mark.parametrize("parameters", [{}, {"depthimage_to_laserscan": {"scan_height": 5}}])
-def test_a_clone_has_it_where_its_robot_has_a_depth_camera(parameters):
+def test_clone_has_the_node_if_its_robot_has_a_depth_camera(parameters):
     graph = Graph(stamp_clock=lambda: 9.0)
     layers = build_layers(walled_map(4, 3, []))
     build_clone(graph, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), parameters=parameters)

@@ -8,7 +8,7 @@ from ppaas.errors import InvalidParameter
 from ppaas.nodes.map_server.costmap_filters import filter_masks
 
 
-def test_the_masks_of_filters_are_told_that_are_enabled():
+def test_filter_masks_lists_the_masks_of_enabled_filters():
     keepout, speed = {"filter_mask": "kept"}, {"filter_mask": "slow", "base": 100, "multiplier": -1}
     assert filter_masks({"keepout_filter": keepout, "speed_filter": speed, "dwa": {}}) == {
         "keepout_filter": "kept",
@@ -28,6 +28,6 @@ def test_the_masks_of_filters_are_told_that_are_enabled():
         ("speed_filter", [], "speed_filter"),
     ],
 )
-def test_what_is_no_parameter_is_named(name, parameters, why):
+def test_invalid_parameters_are_refused_by_name(name, parameters, why):
     with pytest.raises(InvalidParameter, match=why):
         filter_masks({name: parameters})

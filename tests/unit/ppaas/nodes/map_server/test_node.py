@@ -17,7 +17,7 @@ GRID = walled_map(3, 2, [(1, 1, 1.5, 1.2)])
 LAYERS = build_layers(GRID)
 
 
-def asked(layers: MapLayers, service: str):
+def call(layers: MapLayers, service: str):
     """Return the reply of a map server to a service call."""
     graph, answers = Graph(), []
     graph.add(lambda context: MapServerNode(context, layers))
@@ -25,12 +25,12 @@ def asked(layers: MapLayers, service: str):
     return answers[0]
 
 
-def test_who_subscribes_gets_the_map_by_reference_and_makes_it_a_message_where_it_leaves():
+def test_subscriber_gets_the_map_by_reference():
     graph = Graph(stamp_clock=lambda: 12.5)
     graph.add(lambda context: MapServerNode(context, LAYERS))
-    heard = []
-    graph.tap("map", lambda _, payload: heard.append(payload))
-    (lazy,) = heard
+    messages = []
+    graph.tap("map", lambda _, payload: messages.append(payload))
+    (lazy,) = messages
     assert lazy.grid is GRID
     message = decode(OccupancyGrid, encode(lazy.to_message()))
     assert message.header.frame_id == "map"
@@ -40,23 +40,23 @@ def test_who_subscribes_gets_the_map_by_reference_and_makes_it_a_message_where_i
     assert (found.data == GRID.data).all()
 
 
-def test_the_service_gives_the_map():
-    answer = asked(LAYERS, "static_map")
+def test_static_map_service_returns_the_map():
+    answer = call(LAYERS, "static_map")
     assert isinstance(answer, GetMapResponse)
     assert (from_message(answer.map).data == GRID.data).all()
 
 
-def test_masks_are_given_by_the_cells_of_the_map():
+def test_mask_services_return_masks_on_the_maps_cells():
     mask = GridMap(np.array([[0, 100], [40, -1]], np.int8), GridInfo(1.0, 2, 2))
     layers = build_layers(GRID, keepout=mask, speed=mask)
     for service, expected in (("keepout_filter_mask", layers.keepout), ("speed_filter_mask", layers.speed)):
-        found = from_message(asked(layers, service).map)
+        found = from_message(call(layers, service).map)
         assert found.info == GRID.info
         assert (found.data == expected.data).all()
     assert set(np.unique(layers.keepout.data)) == {0, 40, 100}
     assert set(np.unique(layers.speed.data)) == {-1, 0, 40, 100}
 
 
-def test_a_mask_that_there_is_not_has_no_cells():
-    answer = decode(GetMapResponse, encode(asked(LAYERS, "speed_filter_mask")))
+def test_missing_mask_is_returned_empty():
+    answer = decode(GetMapResponse, encode(call(LAYERS, "speed_filter_mask")))
     assert (answer.map.info.width, answer.map.info.height, answer.map.data) == (0, 0, [])

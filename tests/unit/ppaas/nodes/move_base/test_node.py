@@ -33,9 +33,9 @@ def stamped(pose: Pose2D, frame: str = "map") -> PoseStamped:
 
 
 def listen(driving: ClosedLoop, topic: str) -> list:
-    heard: list = []
-    driving.graph.tap(topic, lambda _, message: heard.append(message))
-    return heard
+    messages: list = []
+    driving.graph.tap(topic, lambda _, message: messages.append(message))
+    return messages
 
 
 def call(driving: ClosedLoop, service: str, request):
@@ -45,30 +45,30 @@ def call(driving: ClosedLoop, service: str, request):
     return answer
 
 
-def test_a_goal_of_an_action_client_is_told_of_by_its_own_id(driving):
+def test_goal_of_an_action_client_keeps_its_id(driving):
     status, feedback = listen(driving, "move_base/status"), listen(driving, "move_base/feedback")
     goal_id = GoalID(Time(50, 0), "rviz-7")
     driving.graph.inject("move_base/goal", MoveBaseActionGoal(MoveBaseGoal(stamped(GOAL)), goal_id))
     driving.run(1.0)
-    told = decode(GoalStatusArray, encode(status[-1])).status_list
-    assert [(each.goal_id.id, each.status) for each in told] == [("rviz-7", Status.ACTIVE)]
-    assert told[0].goal_id.stamp == Time(50, 0)
-    where = decode(MoveBaseActionFeedback, encode(feedback[-1]))
-    assert where.status.goal_id.id == "rviz-7"
-    assert where.feedback.base_position.header.frame_id == "map"
+    statuses = decode(GoalStatusArray, encode(status[-1])).status_list
+    assert [(each.goal_id.id, each.status) for each in statuses] == [("rviz-7", Status.ACTIVE)]
+    assert statuses[0].goal_id.stamp == Time(50, 0)
+    parsed = decode(MoveBaseActionFeedback, encode(feedback[-1]))
+    assert parsed.status.goal_id.id == "rviz-7"
+    assert parsed.feedback.base_position.header.frame_id == "map"
     driving.run(30.0)
     result = decode(MoveBaseActionResult, encode(driving.results[0]))
     assert (result.status.goal_id.id, result.status.status) == ("rviz-7", Status.SUCCEEDED)
 
 
-def test_status_is_told_once_a_second_also_without_a_goal(driving):
+def test_status_is_published_once_a_second_without_a_goal(driving):
     status = listen(driving, "move_base/status")
     driving.run(3.05)
     assert len(status) == 3
     assert not status[-1].status_list
 
 
-def test_the_goal_that_is_headed_for_and_the_plan_are_published(driving):
+def test_current_goal_and_plan_are_published(driving):
     current, plans = listen(driving, "move_base/current_goal"), listen(driving, "plan")
     driving.send_goal(GOAL)
     assert current[0].pose.planar() == pytest.approx(GOAL)
@@ -77,7 +77,7 @@ def test_the_goal_that_is_headed_for_and_the_plan_are_published(driving):
     assert path.poses[-1].pose.planar() == pytest.approx(GOAL)
 
 
-def test_ids_that_are_made_are_unique(driving):
+def test_generated_goal_ids_are_unique(driving):
     for _ in range(3):
         driving.send_goal(GOAL)
     driving.graph.inject("move_base/cancel", GoalID())
@@ -86,7 +86,7 @@ def test_ids_that_are_made_are_unique(driving):
     assert all(each.startswith("move_base-") for each in ids)
 
 
-def test_a_goal_may_be_cancelled_by_its_id_alone(driving):
+def test_goal_is_cancelled_by_its_id(driving):
     goal_id = GoalID(Time(50, 0), "mine")
     driving.graph.inject("move_base/goal", MoveBaseActionGoal(MoveBaseGoal(stamped(GOAL)), goal_id))
     driving.graph.inject("move_base/cancel", GoalID(id="other"))
@@ -95,7 +95,7 @@ def test_a_goal_may_be_cancelled_by_its_id_alone(driving):
     assert driving.last_status() is Status.PREEMPTED
 
 
-def test_clearing_forgets_what_was_seen(driving):
+def test_clear_costmaps_removes_seen_obstacles(driving):
     cells = driving.world.grid.data.copy()
     fill(cells, driving.world.grid.info, (2.0, 0.5, 2.2, 1.5))
     driving.world.truth[:] = cells >= 50
@@ -112,9 +112,7 @@ def test_clearing_forgets_what_was_seen(driving):
 @pytest.mark.parametrize(("maps", "beyond", "left"), [
     ("both", 0.0, False), ("local", 0.0, True), ("global", 0.0, True), ("both", 0.5, False), ("both", 2.0, True),
 ])  # fmt: skip
-def test_what_is_remembered_and_what_is_in_the_window_are_cleared_by_themselves_and_by_distance(
-    driving, maps, beyond, left
-):
+def test_local_and_global_obstacles_are_cleared_separately(driving, maps, beyond, left):
     cells = driving.world.grid.data.copy()
     fill(cells, driving.world.grid.info, (2.0, 0.5, 2.2, 1.5))
     driving.world.truth[:] = cells >= 50
@@ -131,7 +129,7 @@ def test_robots_in_another_frame_are_refused(driving):
         driving.graph.inject("robots", RobotStates(Header(frame_id="odom"), []))
 
 
-def test_a_speed_limit_goes_along_to_another_home(driving):
+def test_speed_limit_is_part_of_the_checkpoint(driving):
     driving.graph.inject("speed_limit", SpeedLimit(20.0, percentage=True))
     again = ClosedLoop(driving.world)
     again.graph.nodes["move_base"].restore(driving.graph.nodes["move_base"].checkpoint())
@@ -140,14 +138,14 @@ def test_a_speed_limit_goes_along_to_another_home(driving):
     assert 0.05 < max(command.linear.x for command in again.commands) <= 0.2 * 0.65 + 1e-9
 
 
-def test_what_older_homes_kept_has_no_limit(driving):
+def test_checkpoint_without_a_speed_limit_restores_none(driving):
     driving.graph.nodes["move_base"].restore(b'{"goal":null,"counter":3}')
     driving.send_goal(GOAL)
     driving.run(3.0)
     assert max(command.linear.x for command in driving.commands) > 0.4
 
 
-def test_a_restored_goal_is_driven_to_once_and_ids_go_on(driving):
+def test_restored_goal_is_reached_once_and_ids_stay_unique(driving):
     driving.send_goal(GOAL)
     state = driving.graph.nodes["move_base"].checkpoint()
     driving.graph.nodes["move_base"].restore(state)
@@ -162,7 +160,7 @@ def test_a_restored_goal_is_driven_to_once_and_ids_go_on(driving):
     assert again.results[0].status.goal_id.id.startswith("move_base-2-")
 
 
-def test_a_robot_that_waits_runs_no_control_cycle(driving):
+def test_idle_robot_runs_no_control_cycle(driving):
     """Without a goal, only the timer of the status runs."""
     ticks = []
     node = driving.graph.nodes["move_base"]

@@ -17,17 +17,17 @@ def driving(speed):
     return Twist(linear=Vector3(x=speed))
 
 
-def test_a_robot_drives_along_its_heading_and_is_as_large_as_it_says():
+def test_other_robot_has_its_heading_velocity_and_radius():
     (other,) = others_of(RobotStates(MAP, [POSE], [driving(-0.5)], [0.3]), 0.18)
     assert other == pytest.approx((1.0, 2.0, 0.0, -0.5, 0.3 + OTHERS_MARGIN), abs=1e-9)
 
 
-def test_one_that_says_nothing_stands_and_is_as_large_as_this_one():
+def test_other_robot_defaults_to_rest_and_own_radius():
     for message in (RobotStates(MAP, [POSE]), RobotStates(MAP, [POSE], [Twist()], [0.0])):
         assert others_of(message, 0.18)[0] == pytest.approx((1.0, 2.0, 0.0, 0.0, 0.18 + OTHERS_MARGIN), abs=1e-9)
 
 
-def test_more_than_any_robot_is_not_believed():
+def test_velocity_and_radius_are_limited():
     (other,) = others_of(RobotStates(MAP, [POSE], [driving(1e6)], [1e6]), 0.18)
     assert (math.hypot(other.vx, other.vy), other.radius) == pytest.approx((FASTEST, LARGEST + OTHERS_MARGIN))
 
@@ -43,7 +43,7 @@ def test_more_than_any_robot_is_not_believed():
         RobotStates(MAP, [Pose.of(Pose2D(math.nan, 0.0))]),
     ],
 )
-def test_what_is_not_finite_or_not_of_as_many_is_refused(wrong):
+def test_non_finite_or_mismatched_lists_are_refused(wrong):
     with pytest.raises(InvalidInput):
         others_of(wrong, 0.18)
 

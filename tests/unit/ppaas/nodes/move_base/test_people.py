@@ -19,7 +19,7 @@ def seen(*people, frame="map", tree=None, **parameters):
     return layer
 
 
-def test_people_stay_for_as_long_as_they_are_believed():
+def test_people_are_kept_for_the_keep_time():
     layer = seen(ANN, keep_time=0.5)
     assert layer.now(100.5) == ((1.0, 0.0, 0.5, 0.0),)
     assert layer.now(100.6) == ()
@@ -27,11 +27,11 @@ def test_people_stay_for_as_long_as_they_are_believed():
     assert layer.now(100.3) == ()
 
 
-def test_without_the_layer_nobody_is_there():
+def test_disabled_layer_has_no_people():
     assert seen(ANN, enabled=False).now(100.0) == ()
 
 
-def test_they_are_where_their_frame_is():
+def test_people_are_transformed_into_the_map_frame():
     tree = TransformTree()
     tree.set("map", "base_link", Pose2D(2.0, 3.0, math.pi / 2), stamp=99.0)
     (person,) = seen(ANN, frame="/base_link", tree=tree).now(100.0)
@@ -40,13 +40,13 @@ def test_they_are_where_their_frame_is():
         seen(ANN, frame="camera", tree=tree)
 
 
-def test_nobody_runs_faster_than_people_do():
+def test_velocity_of_people_is_limited():
     (person,) = seen(Person("bob", Point(0.0, 0.0), Point(-30.0, 40.0))).now(100.0)
     assert (person.vx, person.vy) == pytest.approx((-0.6 * FASTEST, 0.8 * FASTEST))
 
 
 @pytest.mark.parametrize("wrong", [Point(math.nan, 0.0), Point(0.0, math.inf)])
-def test_what_is_not_finite_is_refused_and_who_was_seen_stays(wrong):
+def test_non_finite_people_are_refused_and_earlier_ones_stay(wrong):
     layer = seen(ANN)
     for person in (Person("bob", wrong), Person("bob", Point(0.0, 0.0), wrong)):
         with pytest.raises(InvalidInput, match="bob"):
@@ -54,7 +54,7 @@ def test_what_is_not_finite_is_refused_and_who_was_seen_stays(wrong):
     assert len(layer.now(100.1)) == 1
 
 
-def test_more_people_than_there_can_be_are_refused():
+def test_too_many_people_are_refused():
     with pytest.raises(InvalidInput, match=str(MOST_PEOPLE)):
         seen(*[ANN] * (MOST_PEOPLE + 1))
 

@@ -14,7 +14,7 @@ from ppaas.plans.reuse.setup import ReuseSetup
 from tests.support.world.planar_world import walled_map
 
 STATIC = build_layers(walled_map(4, 3, [(1.9, 0.0, 2.1, 1.0)])).costmap
-SHUT_IN = build_layers(walled_map(4, 3, [(1.9, 0.0, 2.1, 3.0)])).costmap
+ENCLOSED = build_layers(walled_map(4, 3, [(1.9, 0.0, 2.1, 3.0)])).costmap
 LEFT, RIGHT, IN_WALL = Pose2D(1.0, 1.5, 0.0), Pose2D(3.0, 1.5, 0.0), Pose2D(2.0, 0.5, 0.0)
 
 
@@ -29,27 +29,27 @@ def covered(x0: float, x1: float) -> Costmap:
     return Costmap(data, STATIC.info)
 
 
-def test_a_free_way_is_planned():
+def test_free_path_is_planned():
     assert isinstance(plan(LEFT, RIGHT), PlanResult)
 
 
-def test_a_way_that_is_blocked_by_what_was_seen_may_become_free():
+def test_path_blocked_by_a_seen_obstacle_is_not_final():
     found = plan(LEFT, RIGHT, current=covered(1.9, 2.1))
     assert isinstance(found, NoPlan)
     assert isinstance(found.error, NoValidPath)
     assert not found.final
 
 
-def test_a_goal_on_which_something_stands_may_become_free():
+def test_goal_occupied_by_a_seen_obstacle_is_not_final():
     found = plan(LEFT, RIGHT, current=covered(2.7, 3.3))
     assert isinstance(found, NoPlan)
     assert isinstance(found.error, GoalOccupied)
     assert not found.final
 
 
-@pytest.mark.parametrize("current", [SHUT_IN, Costmap(np.maximum(SHUT_IN.data, 1), SHUT_IN.info)])
-def test_a_way_that_the_map_itself_blocks_never_will(current):
-    found = plan(LEFT, RIGHT, current=current, static=SHUT_IN)
+@pytest.mark.parametrize("current", [ENCLOSED, Costmap(np.maximum(ENCLOSED.data, 1), ENCLOSED.info)])
+def test_path_blocked_by_the_map_is_final(current):
+    found = plan(LEFT, RIGHT, current=current, static=ENCLOSED)
     assert isinstance(found, NoPlan)
     assert isinstance(found.error, NoValidPath)
     assert found.final
@@ -63,7 +63,7 @@ def test_a_way_that_the_map_itself_blocks_never_will(current):
         (Pose2D(-9, 0, 0), RIGHT, StartOutsideMap),
     ],
 )
-def test_what_no_recovery_can_change_is_final(start, goal, error):
+def test_goal_and_start_errors_of_the_map_are_final(start, goal, error):
     found = plan(start, goal)
     assert isinstance(found, NoPlan)
     assert isinstance(found.error, error)
@@ -73,7 +73,7 @@ def test_what_no_recovery_can_change_is_final(start, goal, error):
 @pytest.mark.parametrize(
     ("start", "fields", "error"), [(IN_WALL, {}, StartOccupied), (LEFT, {"timeout": 0.0}, PlanTimeout)]
 )
-def test_what_may_pass_is_not_final(start, fields, error):
+def test_occupied_start_and_timeout_are_not_final(start, fields, error):
     found = plan(start, RIGHT, **fields)
     assert isinstance(found, NoPlan)
     assert isinstance(found.error, error)

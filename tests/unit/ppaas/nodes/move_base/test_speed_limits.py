@@ -28,7 +28,7 @@ MAX_VEL_X = 0.5
         (nav2_msgs.SpeedLimit(1.0, percentage=True), 0.05),
     ],
 )
-def test_it_is_a_speed_or_a_part_of_the_fastest_and_no_less_than_moves_the_robot(message, fastest):
+def test_limit_is_absolute_or_a_percentage_with_a_minimum(message, fastest):
     assert limit_of(message).of(MAX_VEL_X, 0.05) == pytest.approx(fastest)
 
 
@@ -41,7 +41,7 @@ def test_it_is_a_speed_or_a_part_of_the_fastest_and_no_less_than_moves_the_robot
         nav2_msgs.SpeedLimit(101.0, percentage=True),
     ],
 )
-def test_what_is_no_limit_is_refused(message):
+def test_invalid_limit_is_refused(message):
     with pytest.raises(InvalidInput, match="speed_limit"):
         limit_of(message)
 
@@ -55,7 +55,7 @@ def slow(values, **parameters) -> SpeedFilter:
     return SpeedFilter(mask, SpeedFilterParameters(filter_mask="slow", **parameters))
 
 
-def test_limits_are_made_of_cells_as_nav2_does_it():
+def test_mask_cells_are_converted_like_in_nav2():
     found = slow([0, 30, 100, -1], type=1, base=100.0, multiplier=-0.5)
     fastest = [found.at(Pose2D(x, 0.5, 1.0)).of(MAX_VEL_X, 0.05) for x in (0.5, 1.5, 2.5, 3.5, 4.5, -0.5)]
     assert fastest == pytest.approx([0.5, 0.5 * 0.85, 0.5 * 0.5, 0.5, 0.5, 0.5])
@@ -64,21 +64,21 @@ def test_limits_are_made_of_cells_as_nav2_does_it():
 
 
 @given(st.integers(1, 100), st.sampled_from([1, 2]), st.floats(-50.0, 150.0), st.floats(-2.0, 2.0))
-def test_a_cell_is_a_limit_or_refused(value, kind, base, multiplier):
+def test_mask_cell_is_a_valid_limit_or_refused(value, kind, base, multiplier):
     limit = base + multiplier * value
     if limit > 0.0 and (kind == 2 or limit <= 100.0):
-        told = slow([value], type=kind, base=base, multiplier=multiplier).at(Pose2D(0.5, 0.5))
-        assert told == pytest.approx(SpeedLimit(limit) if kind == 2 else SpeedLimit(part=limit / 100.0))
+        found = slow([value], type=kind, base=base, multiplier=multiplier).at(Pose2D(0.5, 0.5))
+        assert found == pytest.approx(SpeedLimit(limit) if kind == 2 else SpeedLimit(part=limit / 100.0))
     else:
         with pytest.raises(InvalidParameter, match=f"cells with value {value} in mask 'slow'"):
             slow([value], type=kind, base=base, multiplier=multiplier)
 
 
-def test_cells_that_are_not_in_the_mask_need_not_be_limits():
+def test_values_not_in_the_mask_are_not_validated():
     assert slow([0, -1, 40], type=1, base=50.0, multiplier=-1.0).at(Pose2D(2.5, 0.5)).part == 0.1
 
 
-def test_of_two_limits_both_are_kept():
+def test_lower_of_combines_absolute_and_relative_limits():
     both = lower_of(SpeedLimit(speed=0.3), SpeedLimit(part=0.5))
     assert both == SpeedLimit(0.3, 0.5)
     assert lower_of(both, NO_LIMIT) == lower_of(NO_LIMIT, both) == both

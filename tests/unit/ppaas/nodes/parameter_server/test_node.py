@@ -28,9 +28,9 @@ def with_server() -> Graph:
     return made
 
 
-def ask(graph: Graph, asked: str, /, **fields: str) -> Message:
+def ask(graph: Graph, name_: str, /, **fields: str) -> Message:
     """Call a service as a client does, with JSON."""
-    service, answers = f"rosapi/{asked}", []
+    service, answers = f"rosapi/{name_}", []
     request = decode(graph.service(service).type.request, json.dumps(fields))
     graph.call(service, request, answers.append)
     [answer] = answers
@@ -40,7 +40,7 @@ def ask(graph: Graph, asked: str, /, **fields: str) -> Message:
     return answer
 
 
-def test_values_travel_as_json(graph):
+def test_parameter_values_are_json(graph):
     assert ask(graph, "get_param", name="/move_base/controller_frequency").value == "10.0"
     assert ask(graph, "set_param", name="/mine", value='{"a": [1, 2.5]}').successful
     assert ask(graph, "get_param", name="/mine/a").value == "[1,2.5]"
@@ -51,7 +51,7 @@ def test_values_travel_as_json(graph):
     assert not ask(graph, "has_param", name="/mine").exists
 
 
-def test_a_default_stands_in_for_a_parameter_that_is_not_there(graph):
+def test_missing_parameter_returns_the_default(graph):
     assert ask(graph, "get_param", name="/none", default="7").value == "7"
     assert ask(graph, "get_param", name="/move_base/controller_frequency", default="7").value == "10.0"
     with pytest.raises(NotFound, match="/none"):
@@ -60,12 +60,12 @@ def test_a_default_stands_in_for_a_parameter_that_is_not_there(graph):
         ask(graph, "get_param", name="/none", default="seven")
 
 
-def test_a_nodes_parameter_is_not_set_and_the_answer_says_what_to_do(graph):
+def test_setting_a_nodes_parameter_is_refused_with_advice(graph):
     with pytest.raises(InvalidParameter, match="robot's file"):
         ask(graph, "set_param", name="/move_base/controller_frequency", value="20.0")
 
 
-def test_what_was_set_goes_on_elsewhere(graph):
+def test_set_parameters_are_part_of_the_checkpoint(graph):
     assert graph.checkpoints() == [], "nothing to keep so far"
     ask(graph, "set_param", name="/mine", value="1")
     elsewhere = with_server()
@@ -102,7 +102,7 @@ class Holder:
 
 
 @pytest.mark.parametrize(
-    ("of", "told"),
+    ("of", "expected"),
     [
         (Some(3.0), {"rate": 3.0}),
         (More(), {"radius": 0.2}),
@@ -110,5 +110,5 @@ class Holder:
         (Holder(radius=0.1), {"radius": 0.1}),
     ],
 )
-def test_parameters_are_told_with_their_defaults_whatever_holds_them(of, told):
-    assert parameters_in_use(of) == told
+def test_parameters_in_use_include_defaults(of, expected):
+    assert parameters_in_use(of) == expected

@@ -23,20 +23,20 @@ def tree() -> ParameterTree:
     return ParameterTree(OWN)
 
 
-def test_what_nodes_were_made_with_is_read_by_name_and_by_namespace(tree):
+def test_node_parameters_are_read_by_name_and_namespace(tree):
     assert tree.names() == [
         "/dwa/vx_samples", "/move_base/controller_frequency", "/move_base/on", "/move_base/recovery_behaviors",
     ]  # fmt: skip
     assert tree.get("/move_base/controller_frequency") == 10.0
     assert tree.get("move_base") == tree.get("/move_base/") == OWN["move_base"]
-    assert tree.get("/move_base:on") is True, "as rosapi of ROS 2 spells it"
+    assert tree.get("/move_base:on") is True, "spelled as by rosapi of ROS 2"
     assert tree.get("/") == OWN
     assert (tree.has("/dwa"), tree.has("/dwa/vx_samples"), tree.has("/dwa/vx")) == (True, True, False)
     assert (tree.search("dwa/vx_samples"), tree.search("nothing")) == ("/dwa/vx_samples", "")
 
 
 @given(st.dictionaries(NAMES, VALUES, max_size=4))
-def test_free_parameters_are_read_as_they_were_set_and_outlive_the_home(given_values):
+def test_free_parameters_round_trip_and_can_be_restored(given_values):
     tree = ParameterTree(OWN)
     for name, value in given_values.items():
         tree.set(f"/free/{name}", read_value(json.dumps(value)))
@@ -48,7 +48,7 @@ def test_free_parameters_are_read_as_they_were_set_and_outlive_the_home(given_va
             assert json.dumps(kept.get(f"free/{name}"), sort_keys=True) == json.dumps(value, sort_keys=True)
 
 
-def test_setting_a_name_takes_the_place_of_all_within_it_and_above_it(tree):
+def test_setting_a_name_replaces_its_namespace_or_parent_value(tree):
     tree.set("/a", {"b": {"c": 1}, "d": 2})
     assert tree.get("/a/b/c") == 1
     tree.set("/a/b", 3)
@@ -60,7 +60,7 @@ def test_setting_a_name_takes_the_place_of_all_within_it_and_above_it(tree):
     assert "/a" in tree.names()
 
 
-def test_what_was_deleted_is_gone_and_only_that(tree):
+def test_delete_removes_the_parameter_only(tree):
     tree.set("/a", {"b": 1, "c": {"d": 2}})
     tree.delete("/a/c")
     assert tree.get("/a") == {"b": 1}
@@ -89,7 +89,7 @@ def test_what_was_deleted_is_gone_and_only_that(tree):
         ("/a" * (MAX_DEPTH + 1), 1, "at most"),
     ],
 )
-def test_what_cannot_be_set_is_refused_and_changes_nothing(tree, name, value, text):
+def test_invalid_set_is_refused_and_changes_nothing(tree, name, value, text):
     tree.set("/a", 1)
     before = tree.free()
     with pytest.raises(InvalidParameter, match=text):
@@ -98,19 +98,19 @@ def test_what_cannot_be_set_is_refused_and_changes_nothing(tree, name, value, te
     assert tree.get("/move_base") == OWN["move_base"]
 
 
-def test_setting_a_nodes_parameter_to_what_it_is_anyway_is_no_error(tree):
+def test_setting_a_nodes_parameter_to_its_value_is_allowed(tree):
     tree.set("/move_base", {"controller_frequency": 10, "on": True})
     tree.set("/", {**OWN, "mine": 1})
     assert (tree.get("/move_base"), tree.get("/mine")) == (OWN["move_base"], 1)
 
 
 @pytest.mark.parametrize("name", ["/move_base", "/move_base/on", "/"])
-def test_what_a_node_needs_cannot_be_deleted(tree, name):
+def test_node_parameters_cannot_be_deleted(tree, name):
     with pytest.raises(InvalidParameter, match="is read only when"):
         tree.delete(name)
 
 
-def test_a_robot_has_so_many_parameters_and_no_more(tree):
+def test_number_and_size_of_free_parameters_are_limited(tree):
     for number in range(MAX_FREE):
         tree.set(f"/free/p{number}", 0)
     with pytest.raises(QuotaExceeded, match=f"at most {MAX_FREE}"):
@@ -128,7 +128,7 @@ def test_a_robot_has_so_many_parameters_and_no_more(tree):
         "[" * 20 + "]" * 20, "[" * 10000 + "]" * 10000, '{"a":' * 50 + "1" + "}" * 50, '"' + "x" * MAX_FREE_BYTES + '"',
     ],
 )  # fmt: skip
-def test_what_is_no_value_is_refused(text):
+def test_invalid_value_is_refused(text):
     with pytest.raises(InvalidParameter):
         read_value(text)
 
@@ -142,7 +142,7 @@ def test_values_keep_their_types(text, value):
 
 
 @given(st.text(max_size=20))
-def test_any_text_is_a_name_or_refused(text):
+def test_any_text_is_a_valid_name_or_refused(text):
     try:
         path = path_of(text)
     except InvalidParameter:

@@ -33,7 +33,7 @@ def costs_of(starts=STARTS, goals=GOALS, **fields):
     return ask("compute_costs", ComputeCostsRequest([*map(Pose.of, starts)], [*map(Pose.of, goals)], **fields))
 
 
-def test_a_cost_is_that_of_the_path():
+def test_costs_equal_those_of_paths():
     answer = decode(ComputeCostsResponse, encode(costs_of()))
     costs = json.loads(answer.costs)
     assert np.shape(costs) == (2, 3)
@@ -45,7 +45,7 @@ def test_a_cost_is_that_of_the_path():
     assert answer.seconds >= 0.0
 
 
-def test_where_no_way_leads_there_is_no_number():
+def test_unreachable_goal_has_a_null_cost():
     layers = build_layers(walled_map(6, 4, [(2.9, 0.0, 3.1, 4.0)]))
     graph, answers = Graph(), []
     build_planning(graph, layers)
@@ -64,19 +64,19 @@ def test_where_no_way_leads_there_is_no_number():
         ({"timeout": 1e9}, "timeout must be above 0 and at most"),
     ],
 )
-def test_a_question_that_cannot_be_is_refused(fields, error):
+def test_invalid_request_is_refused(fields, error):
     answer = costs_of(**fields)
     assert isinstance(answer, InvalidInput)
     assert error in str(answer)
 
 
-def test_a_goal_that_is_not_on_the_map_is_told():
+def test_goal_outside_the_map_is_refused():
     assert isinstance(costs_of(goals=[Pose2D(50.0, 1.0)]), GoalOutsideMap)
 
 
-def test_the_time_is_kept():
+def test_timeout_is_obeyed():
     assert isinstance(costs_of(timeout=1e-6), PlanTimeout)
 
 
-def test_no_start_has_no_costs():
+def test_no_starts_give_no_costs():
     assert json.loads(costs_of(starts=[]).costs) == []

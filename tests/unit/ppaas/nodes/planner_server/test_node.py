@@ -51,7 +51,7 @@ def stamped(pose: Pose2D, frame: str = "map") -> PoseStamped:
     return PoseStamped(Header(frame_id=frame), Pose.of(pose))
 
 
-def test_a_path_leads_from_the_start_to_the_goal_and_tells_what_it_took():
+def test_path_connects_start_and_goal_with_length_and_cost():
     answer = decode(ComputePathResponse, encode(path()))
     rows = rows_of(answer)
     assert rows[0, :2] == pytest.approx(START[:2])
@@ -75,7 +75,7 @@ def test_ros_get_plan_is_answered():
     assert answer.plan.poses[-1].pose.planar() == pytest.approx(GOAL)
 
 
-def test_a_blocked_goal_gives_way_within_the_tolerance():
+def test_blocked_goal_is_replaced_within_the_tolerance():
     in_box = Pose2D(4.5, 3.05, 0.0)
     assert isinstance(path(goal=in_box), GoalOccupied)
     answer = path(goal=in_box, tolerance=0.5)
@@ -91,13 +91,13 @@ def test_a_blocked_goal_gives_way_within_the_tolerance():
         ({"timeout": 1e-9}, PlanTimeout, 207),
     ],
 )
-def test_why_there_is_no_path_is_told_with_its_code(fields, error, code):
+def test_planning_error_has_its_code(fields, error, code):
     answer = path(**fields)
     assert isinstance(answer, error)
     assert answer.code == code
 
 
-def test_an_unknown_planner_is_told_with_those_there_are():
+def test_unknown_planner_error_lists_the_known_ones():
     assert "dijkstra" in str(path(planner="teleport"))
 
 
@@ -112,17 +112,17 @@ def test_an_unknown_planner_is_told_with_those_there_are():
         {"timeout": 1e9},
     ],
 )
-def test_what_cannot_be_planned_for_is_refused(fields):
+def test_invalid_request_is_refused(fields):
     assert isinstance(path(**fields), InvalidInput)
 
 
-def test_poses_in_another_frame_than_the_maps_are_refused():
+def test_poses_outside_the_map_frame_are_refused():
     answer = ask("make_plan", GetPlanRequest(stamped(START, "odom"), stamped(GOAL)))
     assert isinstance(answer, InvalidInput)
     assert "odom" in str(answer)
 
 
-def test_what_is_not_connected_is_told():
+def test_unreachable_goal_has_no_valid_path():
     graph = Graph()
     build_planning(graph, build_layers(walled_map(6, 4, [(2.9, 0.0, 3.1, 4.0)])))
     answers: list = []

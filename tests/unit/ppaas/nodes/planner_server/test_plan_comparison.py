@@ -12,7 +12,7 @@ MAP = costmap("\n".join(["." * 40] * 30))
 REQUEST = PlanRequest(centre(MAP, 1, 1), centre(MAP, 20, 38))
 
 
-class Home:
+class ComparisonHarness:
     """A plan comparison on a graph that runs jobs at once."""
 
     def __init__(self) -> None:
@@ -25,17 +25,17 @@ class Home:
             self.comparison.see(chosen, MAP, REQUEST, chosen.plan(MAP, REQUEST))
 
 
-def test_the_first_and_then_one_of_so_many_are_compared() -> None:
-    home = Home()
-    home.see("theta_star")
-    (row,) = home.noted
+def test_first_plan_and_every_nth_are_compared() -> None:
+    harness = ComparisonHarness()
+    harness.see("theta_star")
+    (row,) = harness.noted
     assert (row.planner, row.compared, row.queries) == ("theta_star", 1, 0)
     assert 0 < row.millimetres < row.cheapest_millimetres, "a straight line is shorter than one from cell to cell"
-    home.see("theta_star", ONE_OF)
-    assert len(home.noted) == 2
+    harness.see("theta_star", ONE_OF)
+    assert len(harness.noted) == 2
 
 
-def test_what_is_the_cheapest_by_its_nature_is_not_compared() -> None:
-    home = Home()
-    home.see("dijkstra", 2)
-    assert home.noted == []
+def test_optimal_planner_is_not_compared() -> None:
+    harness = ComparisonHarness()
+    harness.see("dijkstra", 2)
+    assert harness.noted == []

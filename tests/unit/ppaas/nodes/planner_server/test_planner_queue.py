@@ -31,7 +31,7 @@ def queue() -> tuple[PlannerQueue, LateWorker, list]:
     return PlannerQueue(Graph(worker)), worker, []
 
 
-def test_a_job_runs_when_the_one_before_is_done():
+def test_job_runs_after_the_previous_one_is_done():
     plans, worker, done = queue()
     for name in "abc":
         plans.submit(lambda cancelled, name=name: name, done.append)
@@ -54,7 +54,7 @@ def test_a_job_may_submit_the_next():
     assert done == ["b"]
 
 
-def test_an_error_reaches_who_asked_and_the_next_job_runs():
+def test_job_error_is_delivered_and_the_next_job_runs():
     def fail(cancelled):
         raise NoValidPath("no way")
 
@@ -67,7 +67,7 @@ def test_an_error_reaches_who_asked_and_the_next_job_runs():
     assert done[1] == "b"
 
 
-def test_a_job_that_runs_is_told_of_its_cancelling():
+def test_running_job_sees_its_cancellation():
     plans, worker, done = queue()
     job = plans.submit(lambda cancelled: cancelled(), done.append)
     job.cancel()
@@ -75,7 +75,7 @@ def test_a_job_that_runs_is_told_of_its_cancelling():
     assert done == [True]
 
 
-def test_a_job_that_waits_is_never_run_once_cancelled_but_is_answered():
+def test_cancelled_waiting_job_is_answered_without_running():
     plans, worker, done = queue()
     plans.submit(lambda cancelled: "a", done.append)
     plans.submit(lambda cancelled: pytest.fail("it was cancelled"), done.append).cancel()
@@ -87,7 +87,7 @@ def test_a_job_that_waits_is_never_run_once_cancelled_but_is_answered():
     assert done[2] == "c"
 
 
-def test_too_many_waiting_are_refused():
+def test_too_many_waiting_jobs_are_refused():
     plans, _, done = queue()
     for _ in range(MAX_WAITING + 1):
         plans.submit(lambda cancelled: None, done.append)
@@ -95,7 +95,7 @@ def test_too_many_waiting_are_refused():
         plans.submit(lambda cancelled: None, done.append)
 
 
-def test_nothing_of_a_job_that_is_done_is_kept_with_its_ticket():
+def test_ticket_does_not_keep_a_done_job_alive():
     class Large:
         """Stands for a large object such as a costmap."""
 

@@ -20,7 +20,7 @@ def odometry(pose: Pose2D, stamp: float, parent: str = "odom", child: str = "bas
     return Odometry(header, child, PoseWithCovariance(Pose.of(pose)), TwistWithCovariance(Twist()))
 
 
-def home(model: str = "turtlebot3_burger", laser_frame: str = "") -> tuple[Graph, FrameListener]:
+def publisher(model: str = "turtlebot3_burger", laser_frame: str = "") -> tuple[Graph, FrameListener]:
     graph, frames = Graph(stamp_clock=lambda: 77.0), FrameListener()
     body, parameters = robot_model(model), StatePublisherParameters(laser_frame)
     graph.add(lambda context: StatePublisherNode(context, body, parameters))
@@ -29,24 +29,24 @@ def home(model: str = "turtlebot3_burger", laser_frame: str = "") -> tuple[Graph
     return graph, frames
 
 
-def test_the_place_of_the_laser_is_known_from_the_start():
-    _, frames = home()
+def test_laser_transform_is_known_from_the_start():
+    _, frames = publisher()
     assert frames.tree.lookup("base_link", "base_scan") == pytest.approx(robot_model("turtlebot3_burger").laser)
 
 
-def test_a_robot_may_call_its_laser_as_it_likes():
-    _, frames = home(laser_frame="hokuyo")
+def test_laser_frame_can_be_named_by_a_parameter():
+    _, frames = publisher(laser_frame="hokuyo")
     assert "hokuyo" in frames.tree.frames()
 
 
-def test_odometry_becomes_a_transform():
-    graph, frames = home()
+def test_odometry_is_published_as_a_transform():
+    graph, frames = publisher()
     graph.inject("odom", odometry(Pose2D(1.0, 2.0, 0.3), 5.0))
     assert frames.tree.lookup("odom", "base_link", 5.0) == pytest.approx((1.0, 2.0, 0.3))
 
 
 def test_a_stamp_of_zero_means_now():
-    graph, frames = home()
+    graph, frames = publisher()
     graph.inject("odom", odometry(Pose2D(1.0, 2.0, 0.3), 0.0))
     assert frames.tree.newest("base_link") == 77.0
 
@@ -59,8 +59,8 @@ def test_a_stamp_of_zero_means_now():
         odometry(Pose2D(0, 0, 0), 1.0, child=""),
     ],
 )
-def test_odometry_that_means_nothing_is_refused(wrong):
-    graph, frames = home()
+def test_invalid_odometry_is_refused(wrong):
+    graph, frames = publisher()
     with pytest.raises(InvalidInput):
         graph.inject("odom", wrong)
     assert frames.tree.newest("base_link") is None

@@ -36,7 +36,7 @@ def error(name: str) -> int:
 # -- along the list ----------------------------------------------------------------------------------------------------
 
 
-def test_waypoints_are_driven_to_one_after_the_other_and_told_of():
+def test_waypoints_are_reached_in_order():
     touring = tour()
     touring.send([A, B, C])
     touring.run(60.0)
@@ -44,12 +44,12 @@ def test_waypoints_are_driven_to_one_after_the_other_and_told_of():
     assert touring.visited == [0, 1, 2]
     assert touring.goals == ["tour/0/0", "tour/0/1", "tour/0/2"]
     assert touring.driving.world.pose.distance_to(C) < 0.2
-    told = decode(FollowWaypointsActionResult, encode(touring.results[0]))
-    assert (told.status.goal_id.id, told.result.missed_waypoints, told.result.error_msg) == ("tour", [], "")
+    parsed = decode(FollowWaypointsActionResult, encode(touring.results[0]))
+    assert (parsed.status.goal_id.id, parsed.result.missed_waypoints, parsed.result.error_msg) == ("tour", [], "")
     assert [result.status.status for result in touring.driving.results] == [Status.SUCCEEDED] * 3
 
 
-def test_a_list_begins_with_goal_index_and_again_as_often_as_number_of_loops():
+def test_list_starts_at_goal_index_and_repeats_number_of_loops():
     touring = tour()
     touring.send([A, B], number_of_loops=1, goal_index=1)
     touring.run(90.0)
@@ -57,7 +57,7 @@ def test_a_list_begins_with_goal_index_and_again_as_often_as_number_of_loops():
     assert touring.goals == ["tour/0/1", "tour/1/0", "tour/1/1"]
 
 
-def test_the_robot_stands_at_each_waypoint_that_it_reached():
+def test_robot_pauses_at_each_reached_waypoint():
     touring = tour(waypoint_pause_duration=1500)
     touring.send([A, B])
     touring.until("pausing at waypoint 0")
@@ -69,11 +69,11 @@ def test_the_robot_stands_at_each_waypoint_that_it_reached():
     assert touring.texts[-3:] == ["driving to waypoint 1", "pausing at waypoint 1", "The list is done."]
 
 
-def test_feedback_comes_at_the_loop_rate_and_status_once_a_second_also_without_a_list():
+def test_feedback_has_the_loop_rate_and_status_one_hertz():
     touring = tour(loop_rate=4.0)
     status, feedback = [], []
-    touring.driving.graph.tap("follow_waypoints/status", lambda *heard: status.append(heard))
-    touring.driving.graph.tap("follow_waypoints/feedback", lambda *heard: feedback.append(heard))
+    touring.driving.graph.tap("follow_waypoints/status", lambda *arguments: status.append(arguments))
+    touring.driving.graph.tap("follow_waypoints/feedback", lambda *arguments: feedback.append(arguments))
     touring.run(3.02)
     assert (len(status), len(feedback)) == (3, 0)
     touring.send([A])
@@ -87,7 +87,7 @@ def test_feedback_comes_at_the_loop_rate_and_status_once_a_second_also_without_a
 # -- waypoints that cannot be reached ----------------------------------------------------------------------------------
 
 
-def test_a_waypoint_that_cannot_be_reached_ends_the_list_with_its_index_and_reason():
+def test_unreachable_waypoint_aborts_the_list_with_the_reason():
     touring = tour()
     touring.send([A, OUTSIDE, B])
     touring.run(60.0)
@@ -100,7 +100,7 @@ def test_a_waypoint_that_cannot_be_reached_ends_the_list_with_its_index_and_reas
     assert touring.results[0].result.error_msg == text
 
 
-def test_without_stop_on_failure_the_next_is_tried_and_what_was_missed_is_told_once_each():
+def test_missed_waypoint_is_skipped_without_stop_on_failure():
     touring = tour(stop_on_failure=False)
     touring.send([OUTSIDE, A], number_of_loops=1)
     touring.run(90.0)
@@ -109,7 +109,7 @@ def test_without_stop_on_failure_the_next_is_tried_and_what_was_missed_is_told_o
     assert touring.goals == ["tour/0/0", "tour/0/1", "tour/1/0", "tour/1/1"]
 
 
-def test_a_loop_in_which_no_waypoint_was_reached_is_the_last():
+def test_loop_without_a_reached_waypoint_is_the_last():
     touring = tour(stop_on_failure=False)
     touring.send([OUTSIDE, OUTSIDE], number_of_loops=2**32 - 1)
     touring.run(1.0)
@@ -119,11 +119,11 @@ def test_a_loop_in_which_no_waypoint_was_reached_is_the_last():
     assert len(touring.goals) == 2
 
 
-# -- cancelling, and others who want the robot -------------------------------------------------------------------------
+# -- cancelling, and goals of other clients ----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("cancel", [GoalID(), GoalID(id="tour")])
-def test_a_list_that_is_cancelled_stops_the_robot(cancel):
+def test_cancelled_list_stops_the_robot(cancel):
     touring = tour()
     touring.send([A, B])
     touring.run(1.0)
@@ -137,7 +137,7 @@ def test_a_list_that_is_cancelled_stops_the_robot(cancel):
     assert (len(touring.results), len(touring.goals)) == (1, 1)
 
 
-def test_a_new_list_takes_the_place_of_the_old_one():
+def test_new_list_replaces_the_old_one():
     touring = tour()
     touring.send([A, B], "old")
     touring.run(1.0)
@@ -159,7 +159,7 @@ def test_the_same_list_sent_again_is_the_same_list():
     assert (len(touring.results), len(touring.goals)) == (1, 1)
 
 
-def test_ids_that_are_made_are_unique():
+def test_generated_goal_ids_are_unique():
     touring = tour()
     for _ in range(3):
         touring.send([A], "")
@@ -180,7 +180,7 @@ def goal_of_an_action_client(touring: Tour) -> None:
 
 @pytest.mark.parametrize("at", ["driving to waypoint 0", "pausing at waypoint 0"])
 @pytest.mark.parametrize("send", [other_goal, goal_of_an_action_client])
-def test_a_goal_that_somebody_else_gives_move_base_ends_the_list_and_is_driven_to(at, send):
+def test_other_goal_of_move_base_ends_the_list(at, send):
     touring = tour(waypoint_pause_duration=3000)
     touring.send([A, B])
     touring.until(at)
@@ -200,7 +200,7 @@ def test_a_goal_that_somebody_else_gives_move_base_ends_the_list_and_is_driven_t
 
 
 @pytest.mark.parametrize("at", ["driving to waypoint 0", "pausing at waypoint 0"])
-def test_who_cancels_all_goals_of_move_base_ends_the_list_too(at):
+def test_cancelling_all_move_base_goals_ends_the_list(at):
     touring = tour(waypoint_pause_duration=3000)
     touring.send([A, B])
     touring.until(at)
@@ -212,7 +212,7 @@ def test_who_cancels_all_goals_of_move_base_ends_the_list_too(at):
     assert touring.goals == ["tour/0/0"]
 
 
-def test_a_goal_that_move_base_refuses_does_not_end_a_list_that_pauses():
+def test_goal_refused_by_move_base_does_not_end_a_pausing_list():
     touring = tour(waypoint_pause_duration=1000)
     touring.send([A, B])
     touring.until("pausing at waypoint 0")
@@ -240,7 +240,7 @@ NAN = PoseStamped(Header(frame_id="map"), Pose(Point(math.nan, 1.0), Quaternion(
         ([A], {"number_of_loops": 2**40}, InvalidInput, "number_of_loops"),
     ],
 )
-def test_a_list_that_cannot_be_taken_is_refused_to_its_sender_and_disturbs_nothing(poses, numbers, kind, text):
+def test_invalid_list_is_refused_and_the_active_one_continues(poses, numbers, kind, text):
     touring = tour()
     touring.send([A], "good")
     with pytest.raises(PPaaSError, match=text) as refused:
@@ -259,7 +259,7 @@ def test_a_waypoint_may_be_given_in_the_frame_of_the_robot():
     assert touring.driving.world.pose.distance_to(Pose2D(1.6, 1.0)) < 0.2
 
 
-# -- going on elsewhere ------------------------------------------------------------------------------------------------
+# -- checkpoints -------------------------------------------------------------------------------------------------------
 
 
 def elsewhere(first: Tour, seconds: float = 0.5) -> Tour:
@@ -273,7 +273,7 @@ def elsewhere(first: Tour, seconds: float = 0.5) -> Tour:
 PAUSING: dict = {"parameters": {"waypoint_follower": {"waypoint_pause_duration": 1000}}}
 
 
-def test_a_list_goes_on_in_another_home_with_its_waypoint_and_loop():
+def test_list_continues_in_another_executor_with_waypoint_and_loop():
     first = tour(waypoint_pause_duration=1000)
     first.send([A, B], number_of_loops=1)
     first.until("driving to waypoint 1")
@@ -286,7 +286,7 @@ def test_a_list_goes_on_in_another_home_with_its_waypoint_and_loop():
     assert [result.status.status for result in second.driving.results] == [Status.SUCCEEDED] * 3
 
 
-def test_a_pause_goes_on_in_another_home():
+def test_pause_continues_in_another_executor():
     first = tour(waypoint_pause_duration=1000)
     first.send([A, B])
     first.until("pausing at waypoint 0")
@@ -297,7 +297,7 @@ def test_a_pause_goes_on_in_another_home():
     assert second.goals == ["tour/0/1"]
 
 
-def test_a_home_without_a_list_gives_none_to_the_next_but_its_count():
+def test_checkpoint_without_a_list_keeps_the_goal_counter():
     first = tour()
     first.send([A], "")
     first.driving.graph.inject("follow_waypoints/cancel", GoalID())

@@ -37,7 +37,7 @@ def by_the_twin(costs, starts, goals, allow_unknown):
 
 @given(scenes(), st.sampled_from([0, 1, 1000]), st.integers(1, 3))
 @settings(deadline=None, max_examples=120)
-def test_the_matrix_equals_the_twins_with_fields_of_starts_or_goals_on_any_threads(scene, start_field_takes, threads):
+def test_matrix_agrees_with_the_twin_for_any_field_and_threads(scene, start_field_takes, threads):
     costs, starts, goals, allow_unknown = scene
     map_ = grids.of(costs)
     with pytest.MonkeyPatch.context() as patch:
@@ -50,21 +50,21 @@ def test_the_matrix_equals_the_twins_with_fields_of_starts_or_goals_on_any_threa
 
 @given(scenes())
 @settings(deadline=None, max_examples=80)
-def test_the_field_of_a_start_equals_the_twins(scene):
+def test_start_field_agrees_with_the_twin(scene):
     costs, starts, goals, allow_unknown = scene
     values = StartField(grids.of(costs), starts[0], allow_unknown=allow_unknown).grow(np.array(goals))
     np.testing.assert_allclose(values, by_the_twin(costs, starts[:1], goals, allow_unknown)[0], rtol=1e-12)
 
 
-def test_the_field_of_a_start_on_a_large_map_grows_its_list_and_pauses():
+def test_start_field_on_a_large_map_grows_its_list_and_pauses():
     costs = np.random.default_rng(4).integers(0, 253, (700, 900)).astype(np.uint8)
-    asked = itertools.count()
-    field = StartField(grids.of(costs), (0, 0), check=lambda: next(asked))
+    calls = itertools.count()
+    field = StartField(grids.of(costs), (0, 0), check=lambda: next(calls))
     far = field.grow(np.array([(699, 899)]))
     assert far[0] == pytest.approx(
         create("dijkstra").plan(grids.of(costs), request((0, 0), (699, 899))).cost, rel=2 * RELATIVE_ERROR
     )
-    assert next(asked) > 10
+    assert next(calls) > 10
 
 
 def request(start, goal):
@@ -86,12 +86,12 @@ def test_the_matrix_equals_the_costs_of_plans_also_from_inflated_cells(starts, g
     assert np.isfinite(matrix).any()
 
 
-def test_on_a_uniform_map_fields_are_grown_from_starts_or_goals_whichever_are_fewer():
-    map_, told = grids.of(np.zeros((30, 30), np.uint8)), []
+def test_fields_are_grown_from_the_fewer_of_starts_and_goals():
+    map_, reported = grids.of(np.zeros((30, 30), np.uint8)), []
     many, few = centres(map_, np.argwhere(map_.data == 0)[::40]), [(0.5, 0.5), (7.2, 3.1)]
-    there = cost_matrix(map_, few, many, progress=lambda done, total: told.append((done, total)))
-    back = cost_matrix(map_, many, few, progress=lambda done, total: told.append((done, total)))
-    assert told == [(1, 2), (2, 2)] * 2
+    there = cost_matrix(map_, few, many, progress=lambda done, total: reported.append((done, total)))
+    back = cost_matrix(map_, many, few, progress=lambda done, total: reported.append((done, total)))
+    assert reported == [(1, 2), (2, 2)] * 2
     np.testing.assert_allclose(there, back.T, rtol=2 * RELATIVE_ERROR)
 
 
@@ -126,10 +126,10 @@ def test_zero_threads_are_refused():
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_an_error_of_the_check_ends_the_work(threads):
-    asked = itertools.count()
+    calls = itertools.count()
 
     def check():
-        if next(asked) > 30:
+        if next(calls) > 30:
             raise PlanCancelled("enough")
 
     map_ = grids.of(np.random.default_rng(6).integers(0, 200, (300, 300)).astype(np.uint8))

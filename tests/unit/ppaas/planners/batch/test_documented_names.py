@@ -6,6 +6,6 @@ from ppaas.planners.batch.cost_matrix import cost_matrix
 from ppaas.planners.batch.plan_many import plan_many
 
 
-def test_batches_are_found_by_their_documented_names() -> None:
+def test_batch_functions_have_their_documented_import_paths() -> None:
     assert many.plan_many is plan_many
     assert documented_cost_matrix.cost_matrix is cost_matrix

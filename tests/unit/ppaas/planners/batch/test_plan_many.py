@@ -97,7 +97,7 @@ class Counting(PreparedPlanner):
         return self.Straight()
 
 
-def test_a_planner_that_prepares_maps_does_so_once_even_if_the_map_could_be_written_to():
+def test_prepared_planner_prepares_a_writable_map_once():
     map_ = grids.costmap("..........")
     requests = [PlanRequest(Pose2D(0.5, 0.5), Pose2D(n + 0.5, 0.5)) for n in range(1, 10)]
     answers = plan_many(Counting(), map_, requests, threads=3)
@@ -116,16 +116,18 @@ def test_the_preparation_of_a_writable_map_is_not_kept():
 
 def test_progress_counts_the_answers(scene):
     map_, requests = scene
-    told = []
-    plan_many(create("astar"), map_, requests[:5], threads=2, progress=lambda done, total: told.append((done, total)))
-    assert told == [(n, 5) for n in range(1, 6)]
-    told.clear()
-    plan_many(create("dijkstra"), map_, requests, progress=lambda done, total: told.append((done, total)))
-    assert len(told) == 7
-    assert told[-1] == (40, 40)
+    reports = []
+    plan_many(
+        create("astar"), map_, requests[:5], threads=2, progress=lambda done, total: reports.append((done, total))
+    )
+    assert reports == [(n, 5) for n in range(1, 6)]
+    reports.clear()
+    plan_many(create("dijkstra"), map_, requests, progress=lambda done, total: reports.append((done, total)))
+    assert len(reports) == 7
+    assert reports[-1] == (40, 40)
 
 
-def test_each_has_its_own_timeout_and_cancel_checker(scene):
+def test_each_request_has_its_own_timeout_and_cancel_checker(scene):
     map_, requests = scene
     ticks = itertools.count()
     hurried = PlanRequest(requests[1].start, requests[1].goal, timeout=0.5, clock=lambda: float(next(ticks)))
@@ -136,12 +138,12 @@ def test_each_has_its_own_timeout_and_cancel_checker(scene):
     assert same(answers[0], answers[3])
 
 
-def test_a_plan_that_was_interrupted_does_not_spoil_the_next_to_its_goal(monkeypatch):
+def test_interrupted_plan_does_not_affect_the_next_to_its_goal(monkeypatch):
     monkeypatch.setattr("ppaas.planners.field.tile_field.SLICE_LINES", 1)
     map_ = grids.of(np.zeros((600, 600), np.uint8))
     start, goal = Pose2D(0.5, 0.5), Pose2D(599.5, 599.5)
-    asked = itertools.count()
-    interrupted = PlanRequest(start, goal, cancelled=lambda: next(asked) > 4)
+    calls = itertools.count()
+    interrupted = PlanRequest(start, goal, cancelled=lambda: next(calls) > 4)
     answers = plan_many(create("dijkstra"), map_, [interrupted, PlanRequest(start, goal)])
     assert isinstance(answers[0], PlanCancelled)
     assert answers[1].cost == pytest.approx(599 * 50.0 * np.sqrt(2.0))
@@ -149,11 +151,11 @@ def test_a_plan_that_was_interrupted_does_not_spoil_the_next_to_its_goal(monkeyp
 
 @pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("error", [PlanCancelled("enough"), InvalidInput("enough")])
-def test_the_check_ends_them_all(scene, threads, error):
-    asked = itertools.count()
+def test_error_of_the_check_ends_all_plans(scene, threads, error):
+    calls = itertools.count()
 
     def check():
-        if next(asked) > 20:
+        if next(calls) > 20:
             raise error
 
     map_, requests = scene

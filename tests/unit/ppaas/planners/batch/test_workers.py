@@ -13,10 +13,10 @@ def ignore(job):
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_results_are_in_the_order_of_the_jobs(threads):
-    told = []
+    done_jobs = []
     workers = [lambda job, check: job * job] * threads
-    assert run_jobs(workers, range(40), check=proceed, done=told.append) == [n * n for n in range(40)]
-    assert sorted(told) == list(range(40))
+    assert run_jobs(workers, range(40), check=proceed, done=done_jobs.append) == [n * n for n in range(40)]
+    assert sorted(done_jobs) == list(range(40))
 
 
 def test_two_workers_run_at_once_and_neither_runs_two_jobs_at_once():
@@ -36,17 +36,19 @@ def test_two_workers_run_at_once_and_neither_runs_two_jobs_at_once():
 
 
 def test_done_is_called_in_the_callers_thread():
-    told = []
-    run_jobs([lambda job, check: None] * 3, "abc", check=proceed, done=lambda job: told.append(threading.get_ident()))
-    assert set(told) == {threading.get_ident()}
+    done_jobs = []
+    run_jobs(
+        [lambda job, check: None] * 3, "abc", check=proceed, done=lambda job: done_jobs.append(threading.get_ident())
+    )
+    assert set(done_jobs) == {threading.get_ident()}
 
 
 @pytest.mark.parametrize("threads", [1, 3])
-def test_the_first_error_ends_all(threads):
-    begun = []
+def test_first_error_ends_all_jobs(threads):
+    started = []
 
     def work(job, check):
-        begun.append(job)
+        started.append(job)
         if job == 2:
             raise InvalidInput("no")
         while threads > 1:
@@ -54,7 +56,7 @@ def test_the_first_error_ends_all(threads):
 
     with pytest.raises(InvalidInput, match="no"):
         run_jobs([work] * threads, range(100), check=proceed, done=ignore)
-    assert len(begun) < 100
+    assert len(started) < 100
 
 
 def test_an_error_of_the_check_ends_all_jobs():

@@ -15,7 +15,7 @@ from tests.support.world import grids
 
 @given(grids.scenes())
 @settings(deadline=None, max_examples=150)
-def test_the_field_is_that_of_the_naive_twin_unit_for_unit(scene):
+def test_field_equals_the_fixed_point_twin(scene):
     costs, goals, allow_unknown = scene
     values = cost_field(grids.of(costs), cells=goals, allow_unknown=allow_unknown)
     units = np.where(np.isinf(values), -1, np.rint(values * SCALE)).astype(int)
@@ -24,7 +24,7 @@ def test_the_field_is_that_of_the_naive_twin_unit_for_unit(scene):
 
 @given(grids.scenes())
 @settings(deadline=None, max_examples=150)
-def test_the_field_is_within_its_error_bound_of_the_float_twin(scene):
+def test_field_is_within_its_error_bound_of_the_float_twin(scene):
     costs, goals, allow_unknown = scene
     values = cost_field(grids.of(costs), cells=goals, allow_unknown=allow_unknown)
     exact = twin.cost_field(costs, goals, allow_unknown)
@@ -69,7 +69,7 @@ def test_early_stop_leaves_the_rest_unsettled_and_the_path_exact():
 
 @given(grids.scenes())
 @settings(deadline=None, max_examples=30)
-def test_values_of_single_cells_are_those_of_the_whole(scene):
+def test_values_of_single_cells_equal_those_of_the_whole_field(scene):
     costs, goals, allow_unknown = scene
     field = CostField(grids.of(costs), np.array(goals), allow_unknown=allow_unknown)
     field.grow()
@@ -106,7 +106,7 @@ def test_invalid_goals_are_refused(arguments, error):
         cost_field(grids.costmap(".#?"), **arguments)
 
 
-def test_the_field_reads_the_same_by_cells_as_whole():
+def test_values_at_cells_equal_values_of_the_whole_field():
     rng = np.random.default_rng(9)
     map_ = grids.of(rng.integers(0, 256, (70, 130)).astype(np.uint8))
     field = CostField(map_, np.array([grids.free_cells(map_.data, True)[0]]))

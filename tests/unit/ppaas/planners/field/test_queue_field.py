@@ -11,7 +11,7 @@ from tests.support.world import grids
 
 @given(grids.scenes())
 @settings(deadline=None, max_examples=60)
-def test_the_field_is_that_of_the_naive_twin_unit_for_unit(scene):
+def test_field_equals_the_fixed_point_twin(scene):
     costs, goals, allow_unknown = scene
     field = QueueField(grids.of(costs), np.array(goals), allow_unknown=allow_unknown)
     field.grow()
@@ -75,12 +75,12 @@ def maze(seed, size=61):
     cells[1, 1] = 0
     while stack:
         row, column = stack[-1]
-        ways = [(row + 2 * r, column + 2 * c) for r, c in ((0, 1), (1, 0), (0, -1), (-1, 0))]
-        ways = [(r, c) for r, c in ways if 0 < r < size and 0 < c < size and cells[r, c] == 254]
-        if not ways:
+        neighbours = [(row + 2 * r, column + 2 * c) for r, c in ((0, 1), (1, 0), (0, -1), (-1, 0))]
+        neighbours = [(r, c) for r, c in neighbours if 0 < r < size and 0 < c < size and cells[r, c] == 254]
+        if not neighbours:
             stack.pop()
             continue
-        r, c = ways[rng.integers(len(ways))]
+        r, c = neighbours[rng.integers(len(neighbours))]
         cells[(row + r) // 2, (column + c) // 2] = cells[r, c] = 0
         stack.append((r, c))
     cells[rng.random(cells.shape) < 0.03] = 0
@@ -89,7 +89,7 @@ def maze(seed, size=61):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_corridors_are_followed_to_the_same_values_that_tiles_give(seed):
+def test_corridors_have_the_same_values_as_with_tiles(seed):
     cells = maze(seed)
     goals = np.array(grids.free_cells(cells, True)[:: 400 * (seed + 1)])
     queued, tiled = QueueField(grids.of(cells), goals), TileField(grids.of(cells), goals)
@@ -113,7 +113,7 @@ def test_a_target_in_a_maze_is_final_when_growth_stops_at_it(seed):
 
 
 @pytest.mark.parametrize("target", [(1, 1), (70, 60)])
-def test_a_path_to_a_cell_costs_what_its_value_says(target):
+def test_path_cost_equals_the_value_of_its_cell(target):
     map_ = grids.of(np.full((80, 70), 100, np.uint8))
     field = QueueField(map_, np.array([(5, 40)]))
     assert field.grow(target)

@@ -30,7 +30,7 @@ def test_tiles_and_queue_give_the_same_field(scene):
 
 @given(grids.scenes(most=12))
 @settings(deadline=None, max_examples=60)
-def test_tiles_give_the_field_of_the_naive_twin_unit_for_unit(scene):
+def test_tile_field_equals_the_fixed_point_twin(scene):
     costs, goals, allow_unknown = scene
     field, _ = fields(costs, goals, allow_unknown)
     field.grow()
@@ -40,7 +40,7 @@ def test_tiles_give_the_field_of_the_naive_twin_unit_for_unit(scene):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_an_early_stop_leaves_the_value_and_the_path_of_the_queue(kind):
+def test_early_stop_gives_the_value_and_path_of_the_queue(kind):
     costs = drawn(kind, (300, 270), 2)
     free = grids.free_cells(costs, True)
     goal, rng = free[len(free) // 3], np.random.default_rng(1)
@@ -61,7 +61,7 @@ def test_an_early_stop_leaves_the_value_and_the_path_of_the_queue(kind):
         assert len(counts) == 1
 
 
-def test_a_field_that_stopped_early_grows_on_to_the_whole():
+def test_field_stopped_early_can_be_grown_to_the_whole():
     costs = drawn("patches", (200, 300), 5)
     free = grids.free_cells(costs, True)
     tiled, queued = fields(costs, free[:1])
@@ -168,7 +168,7 @@ def test_corridors_that_rarely_fork_are_distinguished_from_mazes(every, winding)
 def test_an_undecided_first_sample_is_followed_by_a_larger_one(every, winding):
     cells = np.full((1_280, 640), 254, np.uint8)
     cells[::2] = 0
-    cells.reshape(40, 32, 20, 32)[:, 1::2, ::every, ::4] = 0  # half of the tiles that one look tells of have forks
+    cells.reshape(40, 32, 20, 32)[:, 1::2, ::every, ::4] = 0  # half of the sampled tiles have forks
     assert TileField(grids.of(cells), np.array([(0, 0)])).is_winding == winding
 
 
@@ -206,7 +206,7 @@ def printed(**environment):
     return done.stdout.split()
 
 
-def test_kernels_in_the_cache_are_loaded_without_the_compiler_and_any_cpu_gives_the_same_field():
+def test_cached_kernels_load_without_compiler_and_any_cpu_agrees():
     for module in (tile_setup, tile_growth, tile_walk):
         module.warm()
     here, compiler_loaded = printed()

@@ -34,7 +34,7 @@ def halls():
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", range(6))
-def test_any_number_of_threads_gives_the_field_of_the_queue_bit_for_bit(kind, seed, monkeypatch):
+def test_field_is_bitwise_equal_to_the_queue_on_any_threads(kind, seed, monkeypatch):
     monkeypatch.setattr(tile_field, "SLICE_ALONE_OF_FEW", 1)
     shape = [(400, 333), (64, 512), (257, 300), (480, 200), (97, 1_000), (320, 320)][seed]
     costs = drawn(kind, shape, seed)
@@ -57,7 +57,7 @@ def test_streamed_open_tiles_of_a_large_map_have_the_values_of_the_queue(threads
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_an_early_stop_in_an_open_tile_does_not_read_values_of_the_last_field(threads, halls):
+def test_early_stop_in_an_open_tile_ignores_values_of_the_last_field(threads, halls):
     costs, free = halls
     queued = fields(costs, [free[0]])[1]
     queued.grow()
@@ -76,7 +76,7 @@ def test_an_early_stop_in_an_open_tile_does_not_read_values_of_the_last_field(th
 
 
 @pytest.mark.parametrize("budget", [1, 50, 3_000])
-def test_threads_of_a_large_map_that_are_stopped_anywhere_leave_all_values_in_the_field(budget, halls):
+def test_stopped_threads_leave_valid_values_on_a_large_map(budget, halls):
     costs, free = halls
     tiled, queued = fields(costs, free[:1], threads=MANY)
     work = worker(tiled)
@@ -94,25 +94,25 @@ def test_threads_of_a_large_map_that_are_stopped_anywhere_leave_all_values_in_th
 
 @given(grids.scenes(most=100), st.integers(1, 60))
 @settings(deadline=None, max_examples=40)
-def test_many_threads_that_join_and_leave_on_a_tiny_map_give_the_same_field(scene, budget):
+def test_threads_may_join_and_leave_on_a_tiny_map(scene, budget):
     costs, goals, allow_unknown = scene
     tiled, queued = fields(costs, goals, allow_unknown, threads=MANY)
     work = worker(tiled)
 
-    def help_along(number):
+    def help_until_exhausted(number):
         while (outcome := work(number, budget)) in (PAUSED, OUT_OF_WORK):
             pass
         return outcome
 
     with ThreadPoolExecutor(MANY) as threads:
-        outcomes = set(threads.map(help_along, range(MANY)))
+        outcomes = set(threads.map(help_until_exhausted, range(MANY)))
     queued.grow()
     assert outcomes == {EXHAUSTED}
     assert np.array_equal(tiled.values(), queued.values())
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_threads_that_are_stopped_anywhere_leave_a_field_that_grows_on(seed):
+def test_field_can_be_grown_after_threads_were_stopped(seed):
     costs = drawn(KINDS[seed % len(KINDS)], (200, 200), seed)
     goals = grids.free_cells(costs, True)[:1]
     tiled, queued = fields(costs, goals, threads=MANY)
@@ -200,28 +200,28 @@ def test_a_helper_that_finds_no_work_leaves():
     assert work(1, 1_000_000) == EXHAUSTED
 
 
-@pytest.mark.parametrize(("size", "asked"), [(500, False), (600, True)])
-def test_on_a_small_map_one_thread_works_longer_before_it_calls_helpers(size, asked):
+@pytest.mark.parametrize(("size", "called_helpers"), [(500, False), (600, True)])
+def test_helpers_are_called_later_on_a_small_map(size, called_helpers):
     tiled = TileField(grids.of(np.zeros((size, size), np.uint8)), np.array([(250, 250)]), threads=2)
     boxes_for(2)[0, FIELD_RECORD] = 0  # the record of a deleted field may have had the same address
     assert tiled.grow((250, 480))
-    assert helps(1, tiled) == asked
+    assert helps(1, tiled) == called_helpers
 
 
 @pytest.mark.parametrize(
     ("size", "target", "at_once"), [(300, None, False), (420, None, True), (600, None, True), (600, (250, 480), False)]
 )
-def test_helpers_are_called_at_once_if_the_whole_map_is_to_be_reached(size, target, at_once, monkeypatch):
-    asked = []
+def test_helpers_are_called_at_once_for_the_whole_of_a_large_map(size, target, at_once, monkeypatch):
+    called_helpers = []
 
     def boxes(threads):
-        asked.extend([tiled._memory.state[THREADS + LINES]] * (threads - 1))
+        called_helpers.extend([tiled._memory.state[THREADS + LINES]] * (threads - 1))
         return boxes_for(threads)
 
     monkeypatch.setattr(tile_field, "boxes_for", boxes)
     tiled = TileField(grids.of(np.zeros((size, size), np.uint8)), np.array([(250, 250)]), threads=2)
     assert tiled.grow(target)
-    assert (asked[:1] == [0]) == at_once
+    assert (called_helpers[:1] == [0]) == at_once
 
 
 FIELDS_AT_THE_END = """

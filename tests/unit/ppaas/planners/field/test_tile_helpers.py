@@ -33,7 +33,7 @@ def alive():
     return [thread for thread in threading.enumerate() if thread.name == "field"]
 
 
-def test_threads_are_started_as_they_are_needed_and_no_more_than_there_are_cpus(helpers):
+def test_threads_are_started_on_demand_up_to_the_number_of_cpus(helpers):
     before = len(alive())
     assert helpers.boxes(0).shape == helpers.boxes(-1).shape == (0, BOX)
     assert len(alive()) == before
@@ -76,7 +76,7 @@ def test_helpers_are_moved_off_the_callers_cpu(helpers):
 
 def test_a_stray_byte_leaves_an_uncalled_helper_asleep(helpers):
     (box,) = helpers.boxes(1)
-    for _ in range(100_000):  # more than a pipe has room for
+    for _ in range(100_000):  # more than a pipe can hold
         try:
             os.write(int(box[RINGS]), b"!")
         except BlockingIOError:

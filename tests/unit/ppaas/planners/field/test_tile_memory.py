@@ -11,7 +11,7 @@ from tests.support.world import grids
 from tests.support.world.tile_fields import drawn, fields
 
 
-def test_the_memory_of_a_deleted_field_is_reused_without_traces():
+def test_memory_of_a_deleted_field_is_reused_without_old_values():
     costs = drawn("cluttered", (300, 300), 3)
     costs.flags.writeable = False
     first, _ = fields(costs, grids.free_cells(costs, True)[:1])
@@ -35,17 +35,17 @@ def test_the_memory_of_a_field_on_a_writable_map_is_freed():
     assert used() is None
 
 
-def test_the_next_field_waits_for_a_helper_who_has_not_left():
+def test_next_field_waits_for_a_helper_that_has_not_left():
     field, _ = fields(np.zeros((64, 64), np.uint8), [(0, 0)], threads=2)
     memory, called = field._memory, THREADS + APART + CALLED
     memory.close_for_help(boxes_for(2))
     memory.state[called] = 1
     with ThreadPoolExecutor(1) as threads:
-        begun = threads.submit(memory.open_for_help, -1)
+        opening = threads.submit(memory.open_for_help, -1)
         with pytest.raises(TimeoutError):
-            begun.result(0.05)
+            opening.result(0.05)
         memory.state[called] = 0
-        begun.result(30)
+        opening.result(30)
 
 
 @pytest.mark.parametrize("writeable", [False, True])

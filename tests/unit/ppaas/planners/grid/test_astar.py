@@ -28,7 +28,7 @@ def assert_as_cheap(astar, dijkstra):
 
 @given(grids.cost_arrays(), st.data(), st.booleans())
 @settings(deadline=None, max_examples=150)
-def test_it_finds_as_cheap_a_path_and_settles_no_more_cells(costs, data, allow_unknown):
+def test_astar_path_is_as_cheap_with_no_more_settled_cells(costs, data, allow_unknown):
     free = [cell for cell in np.ndindex(costs.shape) if math.isfinite(twin.weight(int(costs[cell]), allow_unknown))]
     assume(free)
     start, goal = data.draw(st.sampled_from(free)), data.draw(st.sampled_from(free))
@@ -42,7 +42,7 @@ def test_it_finds_as_cheap_a_path_and_settles_no_more_cells(costs, data, allow_u
 
 @pytest.mark.parametrize("blocked", [0.0, 0.1, 0.3])
 @pytest.mark.parametrize("graded", [False, True])
-def test_on_large_maps_it_finds_as_cheap_a_path_and_settles_no_more_cells(blocked, graded):
+def test_astar_path_is_as_cheap_on_large_maps(blocked, graded):
     rng = np.random.default_rng(11)
     costs = rng.integers(0, 200, (500, 700)).astype(np.uint8) if graded else np.zeros((500, 700), np.uint8)
     costs[rng.random(costs.shape) < blocked] = 254
@@ -52,6 +52,6 @@ def test_on_large_maps_it_finds_as_cheap_a_path_and_settles_no_more_cells(blocke
     assert astar.expanded <= dijkstra.expanded
 
 
-def test_in_the_open_it_goes_straight():
+def test_astar_expands_only_its_path_in_free_space():
     _, astar = both(np.zeros((200, 200), np.uint8), (10, 10), (150, 60))
     assert astar.expanded == len(astar.cells) - 1

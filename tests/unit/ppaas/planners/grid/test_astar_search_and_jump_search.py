@@ -60,7 +60,7 @@ def assert_cheapest(costs, path, start, goal, allow_unknown=True):
 @KINDS
 @given(scenes(), st.booleans())
 @settings(deadline=None, max_examples=200)
-def test_one_search_after_another_finds_what_the_twin_finds(kind, scene, allow_unknown):
+def test_successive_searches_agree_with_the_twin(kind, scene, allow_unknown):
     costs, queries = scene
     prepared = kind(allow_unknown=allow_unknown).prepare(grids.of(costs))
     for start, goal in queries:
@@ -109,10 +109,10 @@ def test_an_interrupted_search_does_not_affect_the_next(kind, monkeypatch):
     costs = rng.choice(np.array([0, 0, 0, 9, 254], np.uint8), (300, 300))
     costs[:2, :2] = costs[-2:, -2:] = 0
     prepared, fresh = (kind().prepare(grids.of(costs)) for _ in range(2))
-    asked = iter([False, True])
+    cancels = iter([False, True])
 
     def check():
-        if next(asked):
+        if next(cancels):
             raise TimeoutError
 
     with pytest.raises(TimeoutError):
@@ -121,7 +121,7 @@ def test_an_interrupted_search_does_not_affect_the_next(kind, monkeypatch):
 
 
 @KINDS
-def test_a_twin_shares_the_map_and_neither_disturbs_the_other(kind):
+def test_twin_shares_the_map_and_searches_independently(kind):
     rng = np.random.default_rng(4)
     costs = rng.choice(np.array([0, 0, 0, 254], np.uint8), (60, 80))
     costs[0, 0] = costs[59, 79] = 0
@@ -135,7 +135,7 @@ def test_a_twin_shares_the_map_and_neither_disturbs_the_other(kind):
 
 
 @KINDS
-def test_a_diagonal_longer_than_the_longest_jump_is_walked_to_its_end(kind):
+def test_diagonal_longer_than_the_longest_jump_is_complete(kind):
     prepared = kind().prepare(grids.of(np.zeros((2_500, 2_600), np.uint8)))
     path = prepared.path(0, 0, 2_499, 2_599)
     diagonal = np.abs(np.diff(path, axis=0)).sum(axis=1) == 2
@@ -144,7 +144,7 @@ def test_a_diagonal_longer_than_the_longest_jump_is_walked_to_its_end(kind):
 
 @KINDS
 @pytest.mark.parametrize("shape", [(1, 32_768), (32_768, 1), (3, 32_768)])
-def test_a_side_may_have_32768_cells(kind, shape):
+def test_map_side_may_have_32768_cells(kind, shape):
     costs = np.zeros(shape, np.uint8)
     costs[1:2, 1::3] = 254 if shape[0] == 3 else 0
     end = shape[0] - 1, shape[1] - 1
@@ -154,7 +154,7 @@ def test_a_side_may_have_32768_cells(kind, shape):
 
 
 @KINDS
-def test_lengths_on_maps_of_movingai_are_those_of_the_scenarios(kind, data):
+def test_lengths_on_movingai_maps_equal_those_of_the_scenarios(kind, data):
     for file in sorted((data / "movingai").glob("*/*.map")):
         map_ = parse_map(file.read_bytes())
         scenario = parse_scenario(file.with_suffix(".map.scen").read_bytes())

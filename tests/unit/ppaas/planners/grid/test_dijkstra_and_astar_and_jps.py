@@ -27,9 +27,9 @@ from ppaas.planners.weights import RELATIVE_ERROR
 from tests.reference.planners import dijkstra as twin
 from tests.support.world import grids
 
-WALLED_IN = np.zeros((1_500, 1_500), np.uint8)
-WALLED_IN[:2, :2] = 254
-WALLED_IN[0, 0] = 0
+ENCLOSED = np.zeros((1_500, 1_500), np.uint8)
+ENCLOSED[:2, :2] = 254
+ENCLOSED[0, 0] = 0
 """A map without a path to (0, 0), on which all other cells are expanded."""
 
 
@@ -66,7 +66,7 @@ def assert_walkable(costmap, cells, allow_unknown=True):
 
 @given(grids.cost_arrays(), st.data(), st.booleans())
 @settings(deadline=None, max_examples=150)
-def test_the_path_is_walkable_and_as_cheap_as_the_twin_says(plan, costs, data, allow_unknown):
+def test_path_is_walkable_and_as_cheap_as_the_twins(plan, costs, data, allow_unknown):
     free = [cell for cell in np.ndindex(costs.shape) if math.isfinite(twin.weight(int(costs[cell]), allow_unknown))]
     assume(free)
     start, goal = data.draw(st.sampled_from(free)), data.draw(st.sampled_from(free))
@@ -82,7 +82,7 @@ def test_the_path_is_walkable_and_as_cheap_as_the_twin_says(plan, costs, data, a
     assert least - 1e-9 <= result.cost <= least * (1 + 2 * RELATIVE_ERROR) + 1e-9
 
 
-def test_the_poses_run_from_the_start_asked_for_to_the_goal_asked_for(plan, kind):
+def test_poses_begin_and_end_at_the_requested_poses(plan, kind):
     map_ = grids.costmap("....\n....\n....", resolution=0.5)
     start, goal = Pose2D(0.1, 0.2, 2.0), Pose2D(1.9, 0.4, -1.0)
     result = kind().plan(map_, PlanRequest(start, goal))
@@ -98,7 +98,7 @@ def test_the_poses_run_from_the_start_asked_for_to_the_goal_asked_for(plan, kind
     assert result.planner == kind.name
 
 
-def test_a_map_that_lies_turned_and_shifted_gives_the_same_cells(plan):
+def test_turned_and_shifted_map_gives_the_same_cells(plan):
     rng = np.random.default_rng(3)
     costs = rng.integers(0, 253, (40, 30)).astype(np.uint8)
     straight, turned = grids.of(costs, 0.05), grids.of(costs, 0.05, Pose2D(-3.0, 7.0, 2.1))
@@ -108,41 +108,41 @@ def test_a_map_that_lies_turned_and_shifted_gives_the_same_cells(plan):
     assert paths[0].length == pytest.approx(paths[1].length)
 
 
-def test_a_start_that_is_the_goal_is_a_path_of_one_cell_that_costs_nothing(plan):
+def test_start_equal_to_the_goal_gives_one_cell_at_no_cost(plan):
     result = plan(grids.costmap("."), (0, 0), (0, 0))
     assert result.cells.tolist() == [[0, 0]]
     assert (result.cost, result.length, len(result.poses)) == (0.0, 0.0, 1)
 
 
-def test_a_start_and_a_goal_in_one_cell_end_at_the_goal(plan, kind):
+def test_start_and_goal_in_one_cell_give_the_goal_pose(plan, kind):
     result = kind().plan(grids.costmap(".."), PlanRequest(Pose2D(0.2, 0.2), Pose2D(0.7, 0.6, 1.0)))
     assert result.poses[:, :2].tolist() == [[0.7, 0.6]]
     assert yaw_of(*result.poses[0, 3:]) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("shape", [(1, 9), (9, 1)])
-def test_a_corridor_one_cell_wide_is_walked_straight(plan, shape):
+def test_corridor_one_cell_wide_is_traversed_straight(plan, shape):
     result = plan(grids.of(np.full(shape, 100, np.uint8)), (0, 0), (shape[0] - 1, shape[1] - 1))
     assert len(result.cells) == 9
     assert result.cost == 8 * 130.0
 
 
-def test_a_row_of_32768_cells_at_the_highest_cost_is_walked_to_its_end(plan):
+def test_row_of_32768_cells_at_the_highest_cost_is_traversed(plan):
     result = plan(grids.of(np.full((1, 32_768), 252, np.uint8)), (0, 32_767), (0, 0))
     assert result.cells[:, 1].tolist() == list(range(32_767, -1, -1))
     assert result.cost == pytest.approx(32_767 * 251.6)
 
 
-def test_no_path_leads_between_two_diagonal_walls(plan):
+def test_no_path_passes_between_diagonal_obstacles(plan):
     with pytest.raises(NoValidPath):
         plan(grids.costmap(".#\n#."), (0, 1), (1, 0))
 
 
-def test_a_high_cost_is_worth_a_detour(plan):
+def test_path_detours_around_high_costs(plan):
     assert [1, 1] not in plan(grids.costmap("...\n.h.\n.h."), (0, 0), (0, 2)).cells.tolist()
 
 
-def test_of_equally_cheap_paths_one_with_few_turns_is_taken(plan):
+def test_path_with_few_turns_is_preferred_among_equal_costs(plan):
     moves = np.diff(plan(grids.of(np.zeros((9, 30), np.uint8)), (1, 1), (6, 25)).cells, axis=0)
     assert np.any(np.diff(moves, axis=0) != 0, axis=1).sum() == 1
 
@@ -154,7 +154,7 @@ def test_unknown_cells_are_entered_only_if_allowed(plan):
         plan(map_, (0, 0), (0, 2), allow_unknown=False)
 
 
-def test_a_robot_too_close_to_a_wall_is_led_out_first(plan):
+def test_path_first_leaves_inscribed_cells(plan):
     map_ = grids.costmap("#iii....\n" * 3, resolution=0.1)
     result = plan(map_, (1, 1), (1, 7))
     assert result.cells.tolist() == [[1, c] for c in range(1, 8)]
@@ -182,7 +182,7 @@ def test_a_goal_in_a_wall_is_replaced_by_the_nearest_free_cell_within_the_tolera
         (Pose2D(0.5, 0.5), Pose2D(0.5, math.inf), InvalidInput, "goal"),
     ],
 )
-def test_each_failure_has_its_type_and_says_where(plan, kind, start, goal, error, text):
+def test_each_failure_has_its_error_type_and_position(plan, kind, start, goal, error, text):
     with pytest.raises(error, match=text):
         kind().plan(grids.costmap(".#."), PlanRequest(start, goal))
 
@@ -195,22 +195,22 @@ def test_an_invalid_request_is_refused(plan, wrong):
         plan(grids.costmap(".."), (0, 0), (0, 1), **wrong)
 
 
-@pytest.mark.parametrize("asked", [0, 1, 5, 20])
-def test_cancelling_ends_the_work_at_the_next_check(plan, asked, monkeypatch):
+@pytest.mark.parametrize("checks", [0, 1, 5, 20])
+def test_cancelled_plan_ends_at_the_next_check(plan, checks, monkeypatch):
     monkeypatch.setattr(tile_field, "SLICE_LINES", 1)
     count = 0
 
     def cancelled():
         nonlocal count
         count += 1
-        return count > asked
+        return count > checks
 
     with pytest.raises(PlanCancelled):
-        plan(grids.of(WALLED_IN), (0, 0), (1_499, 1_499), cancelled=cancelled)
-    assert count == asked + 1
+        plan(grids.of(ENCLOSED), (0, 0), (1_499, 1_499), cancelled=cancelled)
+    assert count == checks + 1
 
 
-def test_the_deadline_ends_the_work_and_the_text_says_what_was_allowed(plan, monkeypatch):
+def test_deadline_ends_the_plan_and_is_stated_in_the_error(plan, monkeypatch):
     monkeypatch.setattr(tile_field, "SLICE_LINES", 1)
     clock = ManualClock(100.0)
 
@@ -219,11 +219,11 @@ def test_the_deadline_ends_the_work_and_the_text_says_what_was_allowed(plan, mon
         return clock()
 
     with pytest.raises(PlanTimeout, match=r"2\.0 s"):
-        plan(grids.of(WALLED_IN), (0, 0), (1_499, 1_499), clock=tick, timeout=2.0)
+        plan(grids.of(ENCLOSED), (0, 0), (1_499, 1_499), clock=tick, timeout=2.0)
     assert clock() == 102.25
 
 
-def test_time_is_taken_from_the_clock_of_the_request(plan):
+def test_planning_time_is_measured_by_the_requests_clock(plan):
     clock = ManualClock()
 
     def tick():
@@ -234,12 +234,12 @@ def test_time_is_taken_from_the_clock_of_the_request(plan):
     assert result.seconds == clock() - 0.5
 
 
-def test_no_more_work_is_done_than_the_goal_needs(plan, kind):
+def test_search_stops_at_the_goal(plan, kind):
     result = plan(grids.of(np.zeros((600, 600), np.uint8)), (300, 300), (300, 330))
     assert (1 if kind is JumpPointSearch else 30) <= result.expanded < 4_500
 
 
-def test_the_costmap_is_only_read(plan):
+def test_costmap_is_not_modified(plan):
     data = np.random.default_rng(1).integers(0, 253, (50, 50)).astype(np.uint8)
     before = data.copy()
     data.flags.writeable = False

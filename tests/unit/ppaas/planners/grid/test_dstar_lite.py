@@ -1,4 +1,4 @@
-"""After any map changes and robot moves, paths are as cheap as those of a new search, and little work is done."""
+"""After any map changes and robot moves, paths are as cheap as those of a new search, with few expansions."""
 
 import itertools
 
@@ -56,7 +56,7 @@ def histories(draw):
 
 @given(histories())
 @settings(deadline=None, max_examples=150)
-def test_after_any_changes_and_moves_a_path_weighs_what_the_twin_says_to_the_last_unit(history):
+def test_path_weight_agrees_with_the_twin_after_changes_and_moves(history):
     goal, allow_unknown, steps = history
     planner = DStarLite(allow_unknown=allow_unknown)
     for costs, start in steps:
@@ -73,7 +73,7 @@ def test_after_any_changes_and_moves_a_path_weighs_what_the_twin_says_to_the_las
 
 
 @pytest.mark.parametrize("graded", [False, True])
-def test_on_a_larger_map_paths_along_a_whole_drive_weigh_what_the_twin_says(graded):
+def test_path_weights_along_a_drive_agree_with_a_new_field(graded):
     rng = np.random.default_rng(8)
     costs = rng.integers(0, 200 if graded else 1, (150, 170)).astype(np.uint8)
     costs[rng.random(costs.shape) < 0.2] = 254
@@ -88,26 +88,26 @@ def test_on_a_larger_map_paths_along_a_whole_drive_weigh_what_the_twin_says(grad
         costs[:4, :4] = costs[-4:, -4:] = costs[start] = 0
         map_ = grids.of(costs)
         field.amend(map_, field.differing(map_))
-        anew = CostField(map_, np.array([goal]))
-        assert field.reach(start) == anew.grow(start)
+        fresh_field = CostField(map_, np.array([goal]))
+        assert field.reach(start) == fresh_field.grow(start)
         if field.value < 10**15:
             cells = field.path()
-            assert field.value == in_fixed_point(costs, cells) == round(anew.values()[start] * 85)
+            assert field.value == in_fixed_point(costs, cells) == round(fresh_field.values()[start] * 85)
             start = tuple(cells[min(3, len(cells) - 1)].tolist())
-        fresh += anew.settled
+        fresh += fresh_field.settled
         assert not len(field.differing(map_)), step
     assert field.settled < fresh / 2
 
 
-def test_real_maps_are_replanned_on_as_cheaply_as_planned_afresh(data):
+def test_replanned_paths_on_real_maps_are_as_cheap_as_new_ones(data):
     file = data / "movingai" / "dao" / "arena2.map"
     costs = np.where(parse_map(file.read_bytes()).data == 0, 0, 254).astype(np.uint8)
     queries = parse_scenario(file.with_suffix(".map.scen").read_bytes())
     start, goal = (tuple(cells[-1].tolist()) for cells in (queries.starts, queries.goals))
     planner, other = DStarLite(), create("dijkstra")
-    way = plan(planner, costs, start, goal).cells
+    old_path = plan(planner, costs, start, goal).cells
     for at in (10, 40, 80):
-        row, column = way[at] - 3
+        row, column = old_path[at] - 3
         costs[row : row + 7, column : column + 7] = 254
         result = plan(planner, costs, start, goal)
         assert result.cost == pytest.approx(plan(other, costs, start, goal).cost, rel=2 * RELATIVE_ERROR)
@@ -116,29 +116,29 @@ def test_real_maps_are_replanned_on_as_cheaply_as_planned_afresh(data):
 
 # -- expansions -------------------------------------------------------------------------------------------------------
 
-SPECKLED = np.where(np.random.default_rng(3).random((300, 300)) < 0.2, 254, 0).astype(np.uint8)
-SPECKLED[:9, :9] = SPECKLED[-9:, -9:] = 0
+CLUTTERED = np.where(np.random.default_rng(3).random((300, 300)) < 0.2, 254, 0).astype(np.uint8)
+CLUTTERED[:9, :9] = CLUTTERED[-9:, -9:] = 0
 
 
 def test_without_changes_no_cell_is_expanded_again():
     planner = DStarLite()
-    first = plan(planner, SPECKLED, (4, 4), (295, 295))
-    again = plan(planner, SPECKLED.copy(), (4, 4), (295, 295))
+    first = plan(planner, CLUTTERED, (4, 4), (295, 295))
+    again = plan(planner, CLUTTERED.copy(), (4, 4), (295, 295))
     assert first.expanded > 1_000
     assert again.expanded == 0
     assert np.array_equal(again.cells, first.cells)
 
 
-def test_a_robot_that_follows_its_path_costs_next_to_nothing():
+def test_following_the_path_expands_few_cells():
     planner = DStarLite()
-    cells = plan(planner, SPECKLED, (4, 4), (295, 295)).cells
-    moved = [plan(planner, SPECKLED, tuple(cells[at].tolist()), (295, 295)) for at in (1, 5, 50, 200)]
+    cells = plan(planner, CLUTTERED, (4, 4), (295, 295)).cells
+    moved = [plan(planner, CLUTTERED, tuple(cells[at].tolist()), (295, 295)) for at in (1, 5, 50, 200)]
     assert sum(result.expanded for result in moved) < 10
     assert all(len(result.cells) < len(cells) for result in moved)
 
 
-def test_an_obstacle_that_appears_before_the_robot_touches_few_cells():
-    planner, costs = DStarLite(), SPECKLED.copy()
+def test_new_obstacle_ahead_expands_few_cells():
+    planner, costs = DStarLite(), CLUTTERED.copy()
     first = plan(planner, costs, (4, 4), (295, 295))
     row, column = first.cells[20]
     costs[row - 2 : row + 3, column - 2 : column + 3] = 254
@@ -148,7 +148,7 @@ def test_an_obstacle_that_appears_before_the_robot_touches_few_cells():
 
 
 def test_changes_behind_the_robot_cause_few_expansions():
-    planner, costs = DStarLite(), SPECKLED.copy()
+    planner, costs = DStarLite(), CLUTTERED.copy()
     cells = plan(planner, costs, (4, 4), (295, 295)).cells
     start = tuple(cells[150].tolist())
     costs[10:30, 10:30] = 254
@@ -156,11 +156,11 @@ def test_changes_behind_the_robot_cause_few_expansions():
 
 
 @pytest.mark.parametrize("share", [0.01, 0.5])
-def test_a_map_that_changed_all_over_is_planned_on_as_well(share):
+def test_path_is_right_on_a_completely_changed_map(share):
     rng = np.random.default_rng(6)
     planner = DStarLite()
     for _ in range(3):
-        costs = SPECKLED.copy()
+        costs = CLUTTERED.copy()
         changed = rng.random(costs.shape) < share
         costs[changed] = rng.integers(0, 250, changed.sum())
         costs[:9, :9] = costs[-9:, -9:] = 0
@@ -171,7 +171,7 @@ def test_a_map_that_changed_all_over_is_planned_on_as_well(share):
 def test_another_goal_or_map_size_starts_a_new_field():
     planner = DStarLite()
     for shape, goal in (((300, 300), (295, 295)), ((300, 300), (295, 200)), ((200, 250), (199, 200)), ((9, 9), (8, 8))):
-        costs = SPECKLED[: shape[0], : shape[1]].copy()
+        costs = CLUTTERED[: shape[0], : shape[1]].copy()
         costs[goal[0] - 4 : goal[0] + 1, goal[1] - 4 : goal[1] + 1] = 0
         expected = plan(create("dijkstra"), costs, (4, 4), goal)
         result = plan(planner, costs, (4, 4), goal)
@@ -182,7 +182,7 @@ def test_another_goal_or_map_size_starts_a_new_field():
 # -- ends and cancellation --------------------------------------------------------------------------------------------
 
 
-def test_a_path_that_is_closed_and_opened_again():
+def test_closed_path_is_found_again_when_reopened():
     planner, costs = DStarLite(), np.zeros((9, 9), np.uint8)
     before = plan(planner, costs, (4, 0), (4, 8))
     costs[:, 4] = 254
@@ -192,7 +192,7 @@ def test_a_path_that_is_closed_and_opened_again():
     assert plan(planner, costs, (4, 0), (4, 8)).cost == before.cost
 
 
-def test_a_goal_that_is_blocked_and_free_again():
+def test_blocked_goal_is_reached_again_when_free():
     planner, costs = DStarLite(), np.zeros((9, 9), np.uint8)
     plan(planner, costs, (4, 0), (4, 8))
     costs[4, 8] = 254
@@ -203,13 +203,13 @@ def test_a_goal_that_is_blocked_and_free_again():
     assert plan(planner, costs, (4, 0), (4, 8)).cost == 400.0
 
 
-def test_a_start_that_is_the_goal_is_a_path_of_one_cell():
+def test_start_equal_to_the_goal_gives_one_cell():
     result = plan(DStarLite(), np.zeros((1, 1), np.uint8), (0, 0), (0, 0))
     assert result.cells.tolist() == [[0, 0]]
     assert result.cost == 0.0
 
 
-def test_a_row_of_32768_cells_at_the_highest_cost_is_walked_to_its_end():
+def test_row_of_32768_cells_at_the_highest_cost_is_traversed():
     planner, costs = DStarLite(), np.full((1, 32_768), 252, np.uint8)
     assert plan(planner, costs, (0, 32_767), (0, 0)).cost == pytest.approx(32_767 * 251.6)
     costs[0, 9] = 0
@@ -221,25 +221,25 @@ def test_a_row_of_32768_cells_at_the_highest_cost_is_walked_to_its_end():
 def test_a_new_field_is_grown_after_the_robot_has_moved_too_far(monkeypatch):
     monkeypatch.setattr("ppaas.planners.grid.dstar_lite_field.MAX_MOVED", 2.5 * 4250)
     planner = DStarLite()
-    expanded = [plan(planner, SPECKLED[:9, :9], (0, column), (0, 8)).expanded for column in range(5)]
+    expanded = [plan(planner, CLUTTERED[:9, :9], (0, column), (0, 8)).expanded for column in range(5)]
     assert expanded == [9, 0, 0, 0, 5]
 
 
 def test_a_cancelled_plan_is_resumed_by_the_next():
     planner = DStarLite()
     for most in range(3, 40, 4):
-        asked = itertools.count()
-        costs = SPECKLED.copy()
+        calls = itertools.count()
+        costs = CLUTTERED.copy()
         costs[100:130, 100 + most : 130 + most] = 254 if most % 8 else 0
         try:
-            plan(planner, costs, (4, 4), (295, 295), cancelled=lambda asked=asked, most=most: next(asked) >= most)
+            plan(planner, costs, (4, 4), (295, 295), cancelled=lambda calls=calls, most=most: next(calls) >= most)
         except PlanCancelled:
-            assert next(asked) == most + 1
-    expected = plan(create("dijkstra"), SPECKLED, (4, 4), (295, 295)).cost
-    assert plan(planner, SPECKLED, (4, 4), (295, 295)).cost == pytest.approx(expected, rel=2 * RELATIVE_ERROR)
+            assert next(calls) == most + 1
+    expected = plan(create("dijkstra"), CLUTTERED, (4, 4), (295, 295)).cost
+    assert plan(planner, CLUTTERED, (4, 4), (295, 295)).cost == pytest.approx(expected, rel=2 * RELATIVE_ERROR)
 
 
-def test_the_deadline_ends_the_work():
+def test_deadline_ends_the_plan():
     clock = ManualClock()
 
     def tick():
@@ -247,23 +247,23 @@ def test_the_deadline_ends_the_work():
         return clock()
 
     with pytest.raises(PlanTimeout):
-        plan(DStarLite(), SPECKLED, (4, 4), (295, 295), clock=tick, timeout=1.0)
+        plan(DStarLite(), CLUTTERED, (4, 4), (295, 295), clock=tick, timeout=1.0)
 
 
 def test_two_planners_do_not_share_fields_and_only_read_the_map():
-    costs = SPECKLED.copy()
+    costs = CLUTTERED.copy()
     costs.flags.writeable = False
     one, two = DStarLite(), DStarLite()
     plan(one, costs, (4, 4), (295, 295))
     assert plan(two, costs, (4, 4), (295, 295)).expanded > 1_000
-    assert np.array_equal(costs, SPECKLED)
+    assert np.array_equal(costs, CLUTTERED)
     assert plan(one.twin(), costs, (4, 4), (295, 295)).expanded > 1_000
 
 
-def test_a_map_that_shifts_under_the_robot_is_a_changed_map():
+def test_shifted_map_is_treated_as_changed():
     planner = DStarLite()
     for shift in (0, 1, 2):
-        part = np.ascontiguousarray(SPECKLED[:60, shift : 60 + shift])
+        part = np.ascontiguousarray(CLUTTERED[:60, shift : 60 + shift])
         map_ = Costmap(part, GridInfo(0.1, 60, 60, Pose2D(0.1 * shift, 0.0)))
         request = PlanRequest(Pose2D(0.55, 0.55), Pose2D(0.85, 0.15))
         assert planner.plan(map_, request).cost == create("dijkstra").plan(map_, request).cost

@@ -45,7 +45,7 @@ def steps_inside(cells, points):
 
 @given(scenes(), st.sampled_from(["all", "start", "astar"]))
 @settings(deadline=None, max_examples=150)
-def test_potentials_are_those_of_the_twin(scene, until):
+def test_potentials_agree_with_the_twin(scene, until):
     costs, start, goal, allow_unknown = scene
     target = None if until == "all" else start
     function = NavigationFunction(grids.of(costs), goal, allow_unknown=allow_unknown)
@@ -58,7 +58,7 @@ def test_potentials_are_those_of_the_twin(scene, until):
 
 @given(scenes(), st.booleans(), st.sampled_from([1, 3, 20_000]))
 @settings(deadline=None, max_examples=100)
-def test_the_walk_is_that_of_the_twin_in_slices_of_any_length(scene, early, slice_steps):
+def test_path_walk_agrees_with_the_twin_in_slices_of_any_length(scene, early, slice_steps):
     costs, start, goal, allow_unknown = scene
     function = NavigationFunction(grids.of(costs), goal, allow_unknown=allow_unknown)
     assume(function.grow(start if early else None) and np.isfinite(function.potentials()[start]))
@@ -73,7 +73,7 @@ def test_the_walk_is_that_of_the_twin_in_slices_of_any_length(scene, early, slic
 
 @given(scenes(), st.booleans())
 @settings(deadline=None, max_examples=150)
-def test_the_path_runs_from_end_to_end_through_free_cells_and_cuts_no_corner(scene, use_astar):
+def test_path_connects_its_ends_through_free_cells(scene, use_astar):
     costs, start, goal, allow_unknown = scene
     map_ = grids.of(costs)
     best = exact.cost_field(costs, [goal], allow_unknown)[start]
@@ -94,7 +94,7 @@ def test_the_path_runs_from_end_to_end_through_free_cells_and_cuts_no_corner(sce
     assert result.cost >= best - 1e-9
 
 
-def test_in_the_open_potentials_are_nearly_the_straight_distance():
+def test_potentials_in_free_space_approximate_euclidean_distance():
     function = NavigationFunction(grids.of(np.zeros((121, 121), np.uint8)), (60, 60))
     function.grow()
     straight = np.hypot(*(np.indices((121, 121)) - 60))
@@ -104,7 +104,7 @@ def test_in_the_open_potentials_are_nearly_the_straight_distance():
 
 
 @pytest.mark.parametrize("use_astar", [False, True])
-def test_the_straight_way_in_the_open_is_walked_straight(use_astar):
+def test_path_in_free_space_is_straight(use_astar):
     result = plan(grids.of(np.zeros((60, 90), np.uint8)), (5, 5), (50, 80), use_astar=use_astar)
     assert result.length == pytest.approx(math.hypot(45, 75), rel=0.01)
     steps = np.hypot(*np.diff(result.poses[:, :2], axis=0).T)
@@ -113,7 +113,7 @@ def test_the_straight_way_in_the_open_is_walked_straight(use_astar):
 
 
 @pytest.mark.parametrize("name", ["dao/arena2", "mazes/maze512-1-3", "random/random512-35-2", "rooms/32room_003"])
-def test_on_real_maps_paths_are_about_as_short_as_the_shortest_over_cells(data, name):
+def test_paths_on_real_maps_are_nearly_shortest(data, name):
     file = data / "movingai" / f"{name}.map"
     grid = parse_map(file.read_bytes())
     map_ = Costmap(np.where(grid.data > 0, 254, 0).astype(np.uint8), grid.info)
@@ -132,7 +132,7 @@ def test_astar_reaches_fewer_cells():
     assert narrow.expanded < 0.6 * wide.expanded
 
 
-def test_the_poses_end_where_they_were_asked_to_on_a_map_that_lies_turned():
+def test_poses_end_at_the_requested_poses_on_a_turned_map():
     map_ = grids.of(np.zeros((20, 30), np.uint8), 0.1, Pose2D(3.0, -2.0, 0.7))
     start, goal = Pose2D(*map_.info.to_world((2.3, 3.2)), 1.0), Pose2D(*map_.info.to_world((15.6, 20.1)), -2.0)
     result = NavFn().plan(map_, PlanRequest(start, goal))
@@ -142,20 +142,20 @@ def test_the_poses_end_where_they_were_asked_to_on_a_map_that_lies_turned():
     assert result.planner == "navfn"
 
 
-def test_a_start_that_is_the_goal_is_one_cell():
+def test_start_equal_to_the_goal_gives_one_cell():
     result = plan(grids.costmap("."), (0, 0), (0, 0))
     assert result.cells.tolist() == [[0, 0]]
     assert (result.cost, len(result.poses)) == (0.0, 1)
 
 
 @pytest.mark.parametrize("shape", [(1, 40), (40, 1)])
-def test_a_corridor_along_the_edge_of_the_map_is_walked(shape):
+def test_corridor_along_the_map_edge_is_traversed(shape):
     result = plan(grids.of(np.full(shape, 10, np.uint8)), (0, 0), (shape[0] - 1, shape[1] - 1))
     assert len(result.cells) == 40
     assert result.cost == pytest.approx(39 * 58.0)
 
 
-def test_a_maze_of_many_turns_is_walked_to_its_end():
+def test_maze_with_many_turns_is_traversed():
     costs = np.zeros((201, 201), np.uint8)
     costs[1::2] = 254
     costs[1::4, -1] = 0
@@ -164,20 +164,20 @@ def test_a_maze_of_many_turns_is_walked_to_its_end():
     assert len(result.cells) == 101 * 201 + 100
 
 
-def test_a_front_of_more_cells_than_navfn_has_room_for_loses_none():
+def test_wavefront_larger_than_navfns_buffers_loses_no_cell():
     function = NavigationFunction(grids.of(np.zeros((3_000, 3_000), np.uint8)), (1_500, 1_500))
     function.grow()
     assert function.reached == 9_000_000
     assert function._buffers.shape[1] > 10_000
 
 
-def test_a_start_in_an_inscribed_cell_is_led_out_of_it():
+def test_path_first_leaves_inscribed_cells():
     result = plan(grids.costmap("ii....."), (0, 0), (0, 6))
     assert result.cells[:, 1].tolist() == list(range(7))
     assert result.poses[:3, 0].tolist() == [0.5, 1.5, 2.5]
 
 
-def test_a_goal_that_is_not_free_is_refused_or_moved_within_the_tolerance():
+def test_blocked_goal_is_refused_or_moved_within_the_tolerance():
     map_ = grids.costmap("....#")
     with pytest.raises(GoalOccupied):
         plan(map_, (0, 0), (0, 4))
@@ -191,18 +191,18 @@ def test_a_path_too_long_for_single_precision_is_refused(monkeypatch):
         function.grow()
 
 
-def test_it_can_be_cancelled_and_timed_out():
+def test_plan_can_be_cancelled_and_timed_out():
     map_ = grids.of(np.zeros((1_500, 1_500), np.uint8))
-    asked = itertools.count()
+    calls = itertools.count()
     with pytest.raises(PlanCancelled):
-        plan(map_, (0, 0), (1_499, 1_499), cancelled=lambda: next(asked) > 5)
+        plan(map_, (0, 0), (1_499, 1_499), cancelled=lambda: next(calls) > 5)
     ticks = itertools.count()
     with pytest.raises(PlanTimeout):
         plan(map_, (0, 0), (1_499, 1_499), timeout=9.0, clock=lambda: float(next(ticks)))
 
 
 @pytest.mark.parametrize("alias", ["navfn/NavfnROS", "nav2_navfn_planner/NavfnPlanner"])
-def test_it_is_found_by_its_ros_names(alias):
+def test_navfn_is_created_by_its_ros_names(alias):
     planner = create(alias, use_astar=True)
     assert isinstance(planner, NavFn)
     assert planner.use_astar

@@ -13,7 +13,7 @@ def test_the_values_of_a_search_are_below_those_of_earlier_searches():
         least = base
 
 
-def test_when_the_range_is_used_up_the_array_is_replaced(monkeypatch):
+def test_array_is_replaced_when_the_range_is_used_up(monkeypatch):
     monkeypatch.setattr(module, "LOWEST", -30)
     fresh = ReusableValues((3,), 10)
     bases = []

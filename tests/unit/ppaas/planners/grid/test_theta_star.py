@@ -43,7 +43,7 @@ def assert_free_chain(costs, cells, allow_unknown=True):
 
 @given(grids.cost_arrays(6), st.data(), st.booleans())
 @settings(deadline=None, max_examples=80)
-def test_a_path_is_free_and_never_cheaper_than_the_best_of_all_lines(costs, data, allow_unknown):
+def test_path_is_free_and_never_cheaper_than_the_best_lines(costs, data, allow_unknown):
     start, goal = free_ends(costs, data, allow_unknown)
     least = twin.cheapest(costs, start, goal, allow_unknown)
     map_ = grids.of(costs)
@@ -60,7 +60,7 @@ def test_a_path_is_free_and_never_cheaper_than_the_best_of_all_lines(costs, data
 
 @given(grids.cost_arrays(), st.data())
 @settings(deadline=None, max_examples=100)
-def test_it_costs_what_the_twin_finds_along_its_lines(costs, data):
+def test_path_cost_agrees_with_the_twin_along_its_lines(costs, data):
     start, goal = free_ends(costs, data)
     field = cost_field(grids.of(costs), cells=goal)
     assume(math.isfinite(field[start]))
@@ -80,7 +80,7 @@ def test_it_costs_what_the_twin_finds_along_its_lines(costs, data):
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.1, 0.2, 0.35]), st.integers(0, 252))
 @settings(deadline=None, max_examples=100)
-def test_where_all_cells_weigh_the_same_it_is_never_longer_than_the_shortest_path_in_moves(seed, blocked, cost):
+def test_path_on_uniform_costs_is_at_most_as_long_as_dijkstras(seed, blocked, cost):
     rng = np.random.default_rng(seed)
     costs = np.where(rng.random(rng.integers(1, 60, 2)) < blocked, 254, cost).astype(np.uint8)
     free = np.argwhere(costs < 253)
@@ -98,7 +98,7 @@ def test_where_all_cells_weigh_the_same_it_is_never_longer_than_the_shortest_pat
 
 
 @pytest.mark.parametrize(("graded", "most"), [(False, 1.008), (True, 1.01)])
-def test_on_small_maps_it_is_near_the_best_of_all_lines(graded, most):
+def test_path_on_small_maps_is_close_to_the_best_lines(graded, most):
     rng = np.random.default_rng(2)
     ratios = []
     while len(ratios) < 40:
@@ -112,7 +112,7 @@ def test_on_small_maps_it_is_near_the_best_of_all_lines(graded, most):
 
 
 @pytest.mark.parametrize("name", ["dao/arena2", "mazes/maze512-8-0", "random/random512-35-2"])
-def test_on_real_maps_paths_are_shorter_than_paths_of_moves(data, name):
+def test_paths_on_real_maps_are_shorter_than_grid_paths(data, name):
     file = data / "movingai" / f"{name}.map"
     grid, queries = parse_map(file.read_bytes()), parse_scenario(file.with_suffix(".map.scen").read_bytes())
     map_ = grids.of(np.where(grid.data == 0, 0, 254).astype(np.uint8))
@@ -126,7 +126,7 @@ def test_on_real_maps_paths_are_shorter_than_paths_of_moves(data, name):
     assert np.mean(ratios) < 0.98
 
 
-def test_in_the_open_a_path_is_one_line_with_a_pose_in_each_cell():
+def test_path_in_free_space_is_one_line_with_a_pose_per_cell():
     map_ = grids.of(np.zeros((40, 90), np.uint8), 0.1)
     result = plan(map_, (3, 4), (34, 81))
     assert result.cost == pytest.approx(50 * math.hypot(31, 77))
@@ -136,12 +136,12 @@ def test_in_the_open_a_path_is_one_line_with_a_pose_in_each_cell():
     assert yaws[1:-2] == pytest.approx([math.atan2(31, 77)] * (len(yaws) - 3))
 
 
-def test_a_high_cost_is_worth_a_detour():
+def test_path_detours_around_high_costs():
     map_ = grids.costmap(".......\n..hhh..\n..hhh..\n.......\n.......")
     assert not map_.data[tuple(plan(map_, (2, 0), (2, 6)).cells.T)].any()
 
 
-def test_no_line_squeezes_between_two_walls():
+def test_no_line_passes_between_diagonal_obstacles():
     with pytest.raises(NoValidPath):
         plan(grids.costmap("..#..\n..#..\n.#...\n.#..."), (0, 0), (0, 4))
 
@@ -153,7 +153,7 @@ def test_unknown_cells_are_crossed_only_if_allowed():
         plan(map_, (0, 0), (0, 2), allow_unknown=False)
 
 
-def test_a_start_that_is_the_goal_is_a_path_of_one_cell_that_costs_nothing():
+def test_start_equal_to_the_goal_gives_one_cell_at_no_cost():
     result = plan(grids.costmap("."), (0, 0), (0, 0))
     assert result.cells.tolist() == [[0, 0]]
     assert (result.cost, result.length, len(result.poses)) == (0.0, 0.0, 1)
@@ -165,7 +165,7 @@ def test_a_row_of_8192_cells_is_one_line():
     assert result.cost == pytest.approx(8_191 * 251.6)
 
 
-def test_the_poses_run_from_the_start_asked_for_to_the_goal_asked_for():
+def test_poses_begin_and_end_at_the_requested_poses():
     map_ = grids.costmap("....\n....\n....", resolution=0.5)
     result = ThetaStar().plan(map_, PlanRequest(Pose2D(0.1, 0.2, 2.0), Pose2D(1.9, 1.4, -1.0)))
     assert result.poses[0, :2].tolist() == [0.1, 0.2]
@@ -175,7 +175,7 @@ def test_the_poses_run_from_the_start_asked_for_to_the_goal_asked_for():
     assert result.planner == "theta_star"
 
 
-def test_a_robot_too_close_to_a_wall_is_led_out_first():
+def test_path_first_leaves_inscribed_cells():
     map_ = grids.costmap("#iii....\n" * 3, resolution=0.1)
     result = plan(map_, (1, 1), (2, 7))
     assert result.cells[:3].tolist() == [[1, 1], [1, 2], [1, 3]]
@@ -198,32 +198,32 @@ def test_all_thread_counts_give_the_same_path():
     assert np.array_equal(one.poses, two.poses)
 
 
-def _asked_for_a_whole_plan(map_):
-    asked = 0
+def _checks_of_a_whole_plan(map_):
+    checks = 0
 
     def cancelled():
-        nonlocal asked
-        asked += 1
+        nonlocal checks
+        checks += 1
         return False
 
     plan(map_, (1, 1), (298, 298), cancelled=cancelled)
-    return asked
+    return checks
 
 
-def test_cancelling_ends_the_work_at_the_next_check_wherever_that_is():
+def test_cancelled_plan_ends_at_the_next_check():
     rng = np.random.default_rng(4)
     costs = np.where(rng.random((300, 300)) < 0.3, 254, 0).astype(np.uint8)
     costs[:3, :3] = costs[-3:, -3:] = 0
     map_ = grids.of(costs)
-    whole = _asked_for_a_whole_plan(map_)
+    whole = _checks_of_a_whole_plan(map_)
     for most in range(0, whole, max(1, whole // 20)):
-        asked = itertools.count()
+        checks = itertools.count()
         with pytest.raises(PlanCancelled):
-            plan(map_, (1, 1), (298, 298), cancelled=lambda asked=asked, most=most: next(asked) >= most)
-        assert next(asked) == most + 1
+            plan(map_, (1, 1), (298, 298), cancelled=lambda checks=checks, most=most: next(checks) >= most)
+        assert next(checks) == most + 1
 
 
-def test_the_deadline_ends_the_work():
+def test_deadline_ends_the_plan():
     clock = ManualClock()
 
     def tick():
@@ -234,7 +234,7 @@ def test_the_deadline_ends_the_work():
         plan(grids.of(np.zeros((99, 99), np.uint8)), (0, 0), (98, 98), clock=tick, timeout=1.0)
 
 
-def test_the_costmap_is_only_read():
+def test_costmap_is_not_modified():
     data = np.random.default_rng(1).integers(0, 253, (50, 50)).astype(np.uint8)
     before = data.copy()
     data.flags.writeable = False

@@ -35,13 +35,13 @@ def assert_all_paths_are_shortest(free, index, starts):
 
 @given(maps(9))
 @settings(deadline=None, max_examples=40)
-def test_each_path_between_any_two_cells_is_shortest(free):
+def test_paths_between_any_cells_are_shortest(free):
     cells = [(int(r), int(c)) for r, c in zip(*np.nonzero(free), strict=True)]
     assert_all_paths_are_shortest(free, HubLabels().prepare(costmap(free)), cells[::3])
 
 
 @pytest.mark.parametrize("blocked", [0.05, 0.2, 0.4])
-def test_so_it_is_on_larger_maps_with_a_core_and_on_two_threads(blocked):
+def test_paths_on_larger_maps_with_a_core_are_shortest(blocked):
     rng = np.random.default_rng(5)
     free = rng.random((60, 50)) >= blocked
     free[20:40, 20:35] = True
@@ -53,7 +53,7 @@ def test_so_it_is_on_larger_maps_with_a_core_and_on_two_threads(blocked):
 @pytest.mark.parametrize(
     "name", ["dao/arena2", "cities/Boston_0_256", "rooms/32room_003", "mazes/maze512-8-0", "random/random512-35-2"]
 )
-def test_lengths_are_those_of_the_scenario(data, name):
+def test_lengths_equal_those_of_the_scenario(data, name):
     folder = data / "movingai"
     grid = parse_map((folder / f"{name}.map").read_bytes())
     scenario = parse_scenario((folder / f"{name}.map.scen").read_bytes())
@@ -67,7 +67,7 @@ def test_lengths_are_those_of_the_scenario(data, name):
         assert (cells[0].tolist(), cells[-1].tolist()) == (start.tolist(), goal.tolist())
 
 
-def test_it_is_installed_and_says_that_it_ignores_graded_costs():
+def test_hub_labels_are_installed_and_ignore_graded_costs():
     assert "hub_labels" in planner_names()
     assert "graded costs are ignored" in HubLabels.purpose
     map_ = grids.costmap("""
@@ -78,7 +78,7 @@ def test_it_is_installed_and_says_that_it_ignores_graded_costs():
     assert create("hub_labels").plan(map_, request).cells.tolist() == [[1, column] for column in range(5)]
 
 
-def test_ends_that_are_blocked_or_off_the_map_have_no_path():
+def test_blocked_or_outside_ends_have_no_path():
     free = np.ones((4, 5), np.bool_)
     free[1, 1] = False
     index = HubLabels().prepare(costmap(free))
@@ -104,12 +104,12 @@ def test_maps_without_a_corner_need_no_label(shape):
     assert index.expanded == 0
 
 
-def test_nothing_is_found_where_all_is_blocked():
+def test_fully_blocked_map_has_no_path():
     assert HubLabels().prepare(costmap(np.zeros((5, 5), np.bool_))).path(1, 1, 2, 2).shape == (0, 2)
 
 
 @pytest.mark.parametrize("transposed", [False, True])
-def test_a_map_may_be_wider_than_an_int16_can_tell(transposed):
+def test_map_may_be_wider_than_the_int16_range(transposed):
     free = np.ones((4, 40_000), np.bool_)
     free[1:3, 100:39_900] = False
     free[1, 20_000:39_000] = True
@@ -132,14 +132,14 @@ def test_twins_answer_alike_and_share_the_index():
     assert index.expanded == twin_.expanded > 0
 
 
-def test_the_same_map_gives_the_same_index_on_any_number_of_threads():
+def test_index_does_not_depend_on_threads():
     free = np.random.default_rng(7).random((80, 80)) > 0.1
     one, two = (HubLabels().prepare(costmap(free), threads=threads).words for threads in (1, 2))
     np.testing.assert_array_equal(one, two)
 
 
 @pytest.mark.parametrize("after", [1, 5, 20])
-def test_building_ends_when_it_is_told_to(after):
+def test_building_can_be_cancelled(after):
     calls = 0
 
     def check():
@@ -153,7 +153,7 @@ def test_building_ends_when_it_is_told_to(after):
     assert calls == after + 1
 
 
-def test_what_cannot_be_reached_is_no_valid_path():
+def test_unreachable_goal_has_no_valid_path():
     map_ = grids.costmap("""
         ..#..
         ..#..
@@ -170,7 +170,7 @@ def test_unknown_cells_are_free_only_if_allowed():
         HubLabels(allow_unknown=False).plan(map_, request)
 
 
-def test_ways_too_long_for_labels_are_refused(monkeypatch):
+def test_paths_too_long_for_labels_are_refused(monkeypatch):
     monkeypatch.setattr(assembly, "FAR", 500_000)
     free = np.ones((30, 41), np.bool_)
     for column in range(1, 40, 2):

@@ -49,7 +49,7 @@ def test_whole_and_decimal_numbers_give_the_same_plan_conditions():
     assert b'"tolerance":1.0' in encoded
 
 
-def test_an_unlimited_number_of_nodes_is_spelled_as_in_nav2():
+def test_max_iterations_of_minus_one_is_valid():
     assert LatticeParameters(max_iterations=-1).max_iterations == -1
 
 
@@ -59,7 +59,7 @@ def test_the_outline_of_a_hollow_footprint_is_the_smallest_convex_one():
 
 
 @given(st.integers(0, 2**32 - 1))
-def test_an_outline_is_convex_and_holds_all_points(seed):
+def test_outline_is_convex_and_contains_all_points(seed):
     points = np.random.default_rng(seed).normal(size=(9, 2))
     outline = convex_outline(points)
     edges = np.roll(outline, -1, axis=0) - outline

@@ -55,12 +55,12 @@ BAY = walled(80, 120, (50, 70, 5, 115), (20, 50, 80, 92))
 IN_CORRIDOR, IN_BAY = (1.0, 3.0), (4.3, 1.5)
 
 
-def test_it_drives_forward_into_a_dead_end():
+def test_robot_drives_forward_into_a_dead_end():
     _, changes = planned(BAY, Pose2D(*IN_CORRIDOR, EAST), Pose2D(*IN_BAY, SOUTH), footprint=FOOTPRINT)
     assert changes == 0
 
 
-def test_it_backs_into_a_dead_end_and_out_of_it_only_if_it_may_back_up():
+def test_robot_reverses_into_and_out_of_a_dead_end_if_allowed():
     for start, goal in (
         (Pose2D(*IN_CORRIDOR, EAST), Pose2D(*IN_BAY, NORTH)),
         (Pose2D(*IN_BAY, SOUTH), Pose2D(*IN_CORRIDOR, WEST)),
@@ -71,7 +71,7 @@ def test_it_backs_into_a_dead_end_and_out_of_it_only_if_it_may_back_up():
         assert changes == 1
 
 
-def test_where_a_corridor_is_too_narrow_for_a_loop_it_turns_round_by_backing_up():
+def test_robot_turns_around_in_a_narrow_corridor_by_reversing():
     corridor = walled(32, 120, (10, 22, 4, 116))
     start, goal = Pose2D(2.0, 0.8, EAST), Pose2D(2.0, 0.8, WEST)
     with pytest.raises(NoValidPath):
@@ -82,7 +82,7 @@ def test_where_a_corridor_is_too_narrow_for_a_loop_it_turns_round_by_backing_up(
     assert planned(wider, Pose2D(2.0, 1.5, EAST), Pose2D(2.0, 1.5, WEST))[1] == 0
 
 
-def test_a_robot_that_is_longer_than_the_corridor_is_wide_cannot_turn_round():
+def test_robot_longer_than_the_corridor_width_cannot_turn_around():
     corridor = walled(32, 60, (10, 22, 4, 56))
     long_robot = [(0.5, 0.2), (0.5, -0.2), (-0.5, -0.2), (-0.5, 0.2)]
     with pytest.raises(NoValidPath):
@@ -90,7 +90,7 @@ def test_a_robot_that_is_longer_than_the_corridor_is_wide_cannot_turn_round():
     planned(corridor, Pose2D(1.0, 0.8, EAST), Pose2D(2.0, 0.8, EAST), footprint=long_robot, **BOTH)
 
 
-def test_in_the_open_it_takes_the_shortest_curve():
+def test_path_in_free_space_is_the_shortest_curve():
     open_ = grids.of(np.zeros((100, 100), np.uint8), 0.1)
     result, _ = planned(open_, Pose2D(2.0, 2.0, EAST), Pose2D(8.0, 2.0, EAST))
     assert result.length == pytest.approx(6.0)
@@ -101,14 +101,14 @@ def test_in_the_open_it_takes_the_shortest_curve():
     assert result.length == pytest.approx(math.pi, abs=0.01)
 
 
-def test_reversing_far_costs_more_than_turning_round():
+def test_long_reversing_costs_more_than_turning_around():
     open_ = grids.of(np.zeros((100, 200), np.uint8), 0.1)
     start, goal = Pose2D(18.0, 5.0, EAST), Pose2D(2.0, 5.0, EAST)
     cheap, _ = planned(open_, start, goal, reverse_penalty=1.0, **BOTH)
     assert cheap.length == pytest.approx(16.0)
-    dear, _ = planned(open_, start, goal, reverse_penalty=4.0, **BOTH)
-    steps = np.diff(dear.poses[:, :2], axis=0)
-    yaws = np.array([yaw_of(*row[3:]) for row in dear.poses[:-1].tolist()])
+    costly, _ = planned(open_, start, goal, reverse_penalty=4.0, **BOTH)
+    steps = np.diff(costly.poses[:, :2], axis=0)
+    yaws = np.array([yaw_of(*row[3:]) for row in costly.poses[:-1].tolist()])
     forward = (steps[:, 0] * np.cos(yaws) + steps[:, 1] * np.sin(yaws)) > 0.0
     assert np.hypot(*steps[forward].T).sum() > 14.0
 
@@ -119,14 +119,14 @@ def test_a_higher_cost_penalty_keeps_the_path_out_of_high_costs():
     map_ = grids.of(costs, 0.1)
     ends = Pose2D(1.0, 3.0, EAST), Pose2D(9.0, 3.0, EAST)
     assert planned(map_, *ends, cost_penalty=0.0)[0].length == pytest.approx(8.0)
-    kept_out = planned(map_, *ends, cost_penalty=4.0)[0]
-    assert kept_out.length > 8.05
-    assert np.count_nonzero(costs[kept_out.cells[:, 0], kept_out.cells[:, 1]]) < 8
+    around = planned(map_, *ends, cost_penalty=4.0)[0]
+    assert around.length > 8.05
+    assert np.count_nonzero(costs[around.cells[:, 0], around.cells[:, 1]]) < 8
 
 
 @given(st.integers(0, 10_000), st.booleans(), st.booleans())
 @settings(deadline=None, max_examples=40)
-def test_every_path_can_be_driven(seed, backing, outlined):
+def test_every_path_is_drivable(seed, backing, outlined):
     rng = np.random.default_rng(seed)
     costs = rng.choice([0, 60, 252], (50, 60)).astype(np.uint8)
     costs[rng.random(costs.shape) < 0.01] = 254
@@ -149,7 +149,7 @@ def depot(data):
 
 @pytest.mark.parametrize("model", ["DUBIN", "REEDS_SHEPP"])
 @pytest.mark.parametrize("seed", [0, 1, 2])
-def test_it_drives_across_a_depot(depot, model, seed):
+def test_paths_across_a_depot_are_drivable_and_short(depot, model, seed):
     rng = np.random.default_rng(seed)
     free = np.argwhere(depot.data == 0)
     left, right = free[free[:, 1] < 150], free[free[:, 1] > 450]
@@ -165,7 +165,7 @@ def test_it_drives_across_a_depot(depot, model, seed):
     assert result.length <= smoothed.plan(depot, PlanRequest(start, goal)).length + 1e-6
 
 
-def test_a_start_that_is_the_goal_is_a_path_of_one_cell():
+def test_start_equal_to_the_goal_gives_one_cell():
     map_ = grids.of(np.zeros((5, 5), np.uint8))
     result = Lattice().plan(map_, PlanRequest(Pose2D(2.3, 2.4, 1.0), Pose2D(2.3, 2.4, 1.0)))
     assert result.cells.tolist() == [[2, 2]]
@@ -181,7 +181,7 @@ def test_unknown_cells_are_entered_only_if_allowed():
         planned(map_, *ends, allow_unknown=False)
 
 
-def test_a_robot_too_close_to_a_wall_drives_out_and_stays_out():
+def test_path_leaves_inscribed_cells_and_stays_out():
     costs = np.zeros((40, 60), np.uint8)
     costs[:, :4] = 254
     costs[:, 4:8] = 253
@@ -216,7 +216,7 @@ def test_a_blocked_goal_is_replaced_within_the_tolerance():
         (Pose2D(0.5, 0.5), Pose2D(0.5, math.inf), InvalidInput, "goal"),
     ],
 )
-def test_each_failure_has_its_type_and_says_where(start, goal, error, text):
+def test_each_failure_has_its_error_type_and_position(start, goal, error, text):
     with pytest.raises(error, match=text):
         Lattice().plan(grids.costmap(".#."), PlanRequest(start, goal))
 
@@ -236,22 +236,22 @@ HARD = walled(400, 400, (10, 390, 10, 200), (10, 390, 220, 390), (200, 206, 200,
 HARD_ENDS = Pose2D(2.0, 2.0, EAST), Pose2D(10.5, 10.15, NORTH)
 
 
-@pytest.mark.parametrize("asked", [0, 1, 5, 40])
-def test_cancelling_ends_the_work_at_the_next_check(asked):
+@pytest.mark.parametrize("checks", [0, 1, 5, 40])
+def test_cancelled_plan_ends_at_the_next_check(checks):
     count = 0
 
     def cancelled():
         nonlocal count
         count += 1
-        return count > asked
+        return count > checks
 
     with pytest.raises(PlanCancelled):
         Lattice().plan(HARD, PlanRequest(*HARD_ENDS, cancelled=cancelled))
-    assert count == asked + 1
+    assert count == checks + 1
 
 
-@pytest.mark.parametrize(("asked", "allowed"), [(2.0, 2.0), (math.inf, 5.0)])
-def test_the_deadline_is_that_of_the_request_or_of_the_planner(asked, allowed):
+@pytest.mark.parametrize(("timeout", "allowed"), [(2.0, 2.0), (math.inf, 5.0)])
+def test_deadline_of_the_request_or_the_planner_applies(timeout, allowed):
     clock = ManualClock(100.0)
 
     def tick():
@@ -259,7 +259,7 @@ def test_the_deadline_is_that_of_the_request_or_of_the_planner(asked, allowed):
         return clock()
 
     with pytest.raises(PlanTimeout, match=f"{allowed} s"):
-        Lattice().plan(HARD, PlanRequest(*HARD_ENDS, clock=tick, timeout=asked))
+        Lattice().plan(HARD, PlanRequest(*HARD_ENDS, clock=tick, timeout=timeout))
     assert clock() == 100.25 + allowed
 
 
@@ -273,35 +273,35 @@ YARD = walled(600, 600, (50, 599, 1, 599), (20, 50, 80, 92))
 
 
 def test_an_unreachable_heading_is_refused_without_searching_the_whole_map():
-    asked = 0
+    checks = 0
 
     def cancelled():
-        nonlocal asked
-        asked += 1
+        nonlocal checks
+        checks += 1
         return False
 
     request = PlanRequest(Pose2D(20.0, 20.0, EAST), Pose2D(*IN_BAY, NORTH), cancelled=cancelled)
     with pytest.raises(NoValidPath, match="another goal or heading"):
         Lattice(tolerance=0.0, max_planning_time=1e9).plan(YARD, request)
-    assert asked < 2 * DOUBTFUL / search.SLICE_NODES + 100
+    assert checks < 2 * DOUBTFUL / search.SLICE_NODES + 100
     planned(YARD, Pose2D(20.0, 20.0, EAST), Pose2D(*IN_BAY, SOUTH))
     planned(YARD, Pose2D(20.0, 20.0, EAST), Pose2D(*IN_BAY, NORTH), **BOTH)
 
 
 def test_an_unreachable_heading_only_costs_a_search_of_the_smaller_part_of_the_map():
     dead_end = walled(300, 300, (130, 150, 1, 260), (100, 210, 250, 299), (210, 299, 1, 299))
-    asked = 0
+    checks = 0
 
     def cancelled():
-        nonlocal asked
-        asked += 1
+        nonlocal checks
+        checks += 1
         return False
 
     request = PlanRequest(Pose2D(7.0, 12.0, EAST), Pose2D(9.0, 7.0, EAST), cancelled=cancelled)
     forward = Lattice(tolerance=0.0, max_planning_time=1e9, minimum_turning_radius=2.0)
     with pytest.raises(NoValidPath, match="another goal or heading"):
         forward.plan(dead_end, request)
-    assert asked < 5_000  # from the start alone it would be three times as many
+    assert checks < 5_000  # searching from the start only would take three times as many
     planned(dead_end, Pose2D(7.0, 12.0, EAST), Pose2D(9.0, 7.0, WEST), radius=2.0)
 
 
@@ -322,7 +322,7 @@ def test_uninitialized_memory_does_not_affect_the_path(monkeypatch):
         assert result.expanded == expected.expanded
 
 
-def test_the_costmap_is_only_read():
+def test_costmap_is_not_modified():
     data = np.random.default_rng(1).integers(0, 253, (50, 50)).astype(np.uint8)
     before = data.copy()
     data.flags.writeable = False
@@ -330,7 +330,7 @@ def test_the_costmap_is_only_read():
     assert np.array_equal(data, before)
 
 
-def test_maps_of_one_cell_and_of_one_row_work():
+def test_maps_of_one_cell_or_one_row_are_planned():
     assert Lattice().plan(grids.costmap("."), PlanRequest(Pose2D(0.5, 0.5), Pose2D(0.5, 0.5))).length == 0.0
     row = Costmap(np.zeros((1, 300), np.uint8), grids.of(np.zeros((1, 300), np.uint8), 0.05).info)
     result, _ = planned(row, Pose2D(0.2, 0.025, EAST), Pose2D(14.0, 0.025, EAST))

@@ -31,9 +31,9 @@ from tests.reference.maps import voxel_costs
 from tests.reference.planners import voxel_field
 from tests.support.world import grids, voxels
 
-WALLED_IN = np.zeros((60, 60, 60), np.uint8)
-WALLED_IN[:2, :2, :2] = 254
-WALLED_IN[0, 0, 0] = 0
+ENCLOSED = np.zeros((60, 60, 60), np.uint8)
+ENCLOSED[:2, :2, :2] = 254
+ENCLOSED[0, 0, 0] = 0
 """A map without a path to (0, 0, 0), on which all other voxels are expanded."""
 
 
@@ -63,7 +63,7 @@ def walkable(costs, cells, allow_unknown=True):
 @pytest.mark.parametrize("name", ["dijkstra3d", "astar3d"])
 @given(costs=voxels.cost_arrays(), data=st.data(), allow_unknown=st.booleans())
 @settings(deadline=None, max_examples=60)
-def test_the_path_is_walkable_and_as_cheap_as_the_twin_says(name, costs, data, allow_unknown):
+def test_path_is_walkable_and_as_cheap_as_the_twins(name, costs, data, allow_unknown):
     free = voxels.free_voxels(costs, allow_unknown)
     assume(free)
     start, goal = data.draw(st.sampled_from(free)), data.draw(st.sampled_from(free))
@@ -81,7 +81,7 @@ def test_the_path_is_walkable_and_as_cheap_as_the_twin_says(name, costs, data, a
     assert least - 1e-9 <= result.cost <= least * (1 + 2 * RELATIVE_ERROR) + 1e-9
 
 
-def test_the_poses_run_from_the_start_asked_for_to_the_goal_asked_for(name):
+def test_poses_begin_and_end_at_the_requested_poses(name):
     map_ = voxels.costmap(np.zeros((4, 3, 5), np.uint8), 0.5, Point3D(1.0, 2.0, 3.0))
     start, goal = Pose3D(1.1, 2.2, 3.1, 2.0), Pose3D(3.4, 2.3, 4.6, -1.0)
     result = create(name).plan(map_, PlanRequest3D(start, goal))
@@ -96,7 +96,7 @@ def test_the_poses_run_from_the_start_asked_for_to_the_goal_asked_for(name):
     assert (result.planner, result.to_message().poses is not None) == (name, True)
 
 
-def test_a_robot_that_rises_keeps_its_heading(plan):
+def test_heading_is_kept_while_rising(plan):
     shaft = np.full((6, 3, 3), 254, np.uint8)
     shaft[0, 1, :2] = shaft[:, 1, 1] = shaft[5, 2, 1] = 0
     result = plan(voxels.costmap(shaft), (0, 1, 0), (5, 2, 1))
@@ -106,27 +106,27 @@ def test_a_robot_that_rises_keeps_its_heading(plan):
     assert yaws[6] == pytest.approx(math.pi / 2)
 
 
-def test_a_start_that_is_the_goal_is_a_path_of_one_voxel_that_costs_nothing(plan):
+def test_start_equal_to_the_goal_gives_one_voxel_at_no_cost(plan):
     result = plan(voxels.costmap(np.zeros((1, 1, 1), np.uint8)), (0, 0, 0), (0, 0, 0))
     assert result.cells.tolist() == [[0, 0, 0]]
     assert (result.cost, result.length, len(result.poses)) == (0.0, 0.0, 1)
 
 
 @pytest.mark.parametrize("shape", [(1, 1, 40_000), (1, 40_000, 1), (40_000, 1, 1)])
-def test_a_shaft_one_voxel_wide_is_followed_to_its_end(plan, shape):
+def test_shaft_one_voxel_wide_is_traversed(plan, shape):
     result = plan(voxels.costmap(np.full(shape, 252, np.uint8)), (0, 0, 0), tuple(size - 1 for size in shape))
     assert len(result.cells) == 40_000
     assert result.cost == pytest.approx(39_999 * 251.6)
 
 
-def test_no_corner_is_cut_through_an_edge_of_a_cube(plan):
+def test_diagonal_move_past_an_obstacle_is_not_taken(plan):
     corner = np.zeros((2, 2, 2), np.uint8)
     corner[0, 1, 1] = 254
     assert len(plan(voxels.costmap(corner), (0, 0, 0), (1, 1, 1)).cells) > 2
     assert len(plan(voxels.costmap(np.zeros((2, 2, 2), np.uint8)), (0, 0, 0), (1, 1, 1)).cells) == 2
 
 
-def test_of_equally_cheap_paths_one_with_few_turns_is_taken(plan):
+def test_path_with_few_turns_is_preferred_among_equal_costs(plan):
     moves = np.diff(plan(voxels.costmap(np.zeros((9, 12, 30), np.uint8)), (1, 1, 1), (4, 9, 27)).cells, axis=0)
     assert np.any(np.diff(moves, axis=0) != 0, axis=1).sum() == 2
 
@@ -158,7 +158,7 @@ def test_a_blocked_end_is_replaced_by_the_nearest_free_place_within_the_toleranc
         (Pose3D(0.5, 0.5, 0.1), Pose3D(0.5, 0.5, math.nan), InvalidInput, "goal"),
     ],
 )
-def test_each_failure_has_its_type_and_says_where(name, start, goal, error, text):
+def test_each_failure_has_its_error_type_and_position(name, start, goal, error, text):
     with pytest.raises(error, match=text):
         create(name).plan(voxels.costmap(np.array([[[0, 254, 0]]], np.uint8)), PlanRequest3D(start, goal))
 
@@ -169,7 +169,7 @@ def test_an_invalid_request_is_refused(plan, wrong):
         plan(voxels.costmap(np.zeros((1, 1, 2), np.uint8)), (0, 0, 0), (0, 0, 1), **wrong)
 
 
-def test_a_map_or_a_request_of_the_plane_is_refused_with_a_hint(name):
+def test_2d_map_or_request_is_refused_with_advice(name):
     flat, ends = grids.costmap(".."), (Pose3D(0.5, 0.5, 0.0), Pose3D(1.5, 0.5, 0.0))
     with pytest.raises(InvalidPlanner, match="inflate_voxels"):
         create(name).plan(flat, PlanRequest3D(*ends))
@@ -178,21 +178,21 @@ def test_a_map_or_a_request_of_the_plane_is_refused_with_a_hint(name):
         create(name).plan(voxels.costmap(np.zeros((1, 1, 2), np.uint8)), in_plane)
 
 
-@pytest.mark.parametrize("asked", [0, 1, 5, 15])
-def test_cancelling_ends_the_work_at_the_next_check(plan, asked):
+@pytest.mark.parametrize("checks", [0, 1, 5, 15])
+def test_cancelled_plan_ends_at_the_next_check(plan, checks):
     count = 0
 
     def cancelled():
         nonlocal count
         count += 1
-        return count > asked
+        return count > checks
 
     with pytest.raises(PlanCancelled):
-        plan(voxels.costmap(WALLED_IN), (0, 0, 0), (59, 59, 59), cancelled=cancelled)
-    assert count == asked + 1
+        plan(voxels.costmap(ENCLOSED), (0, 0, 0), (59, 59, 59), cancelled=cancelled)
+    assert count == checks + 1
 
 
-def test_the_deadline_ends_the_work(plan):
+def test_deadline_ends_the_plan(plan):
     clock = ManualClock()
 
     def tick():
@@ -200,10 +200,10 @@ def test_the_deadline_ends_the_work(plan):
         return False
 
     with pytest.raises(PlanTimeout, match=r"0\.05 s"):
-        plan(voxels.costmap(WALLED_IN), (0, 0, 0), (59, 59, 59), timeout=0.05, clock=clock, cancelled=tick)
+        plan(voxels.costmap(ENCLOSED), (0, 0, 0), (59, 59, 59), timeout=0.05, clock=clock, cancelled=tick)
 
 
-def test_a_robot_climbs_stairs_whose_steps_it_can_take_and_no_others(name):
+def test_ground_robot_climbs_stairs_up_to_its_step_height(name):
     stairs = voxels.room(6.0, 2.0, 3.0)
     for step in range(1, 6):
         voxels.put(stairs, (1.5 + 0.5 * step, 0.0, 0.0), (6.0, 2.0, 0.2 * step))
@@ -223,7 +223,7 @@ def test_a_robot_climbs_stairs_whose_steps_it_can_take_and_no_others(name):
     assert flight.cost == pytest.approx(up.cost)
 
 
-def test_a_low_robot_drives_under_a_table_and_a_tall_one_around_it(name):
+def test_low_robot_passes_under_a_table_and_a_tall_one_around_it(name):
     scene = voxels.room()
     voxels.put(scene, (1.5, 0.7, 0.7), (2.5, 2.3, 0.8))
     ends = PlanRequest3D(Pose3D(0.55, 1.55, 0.0), Pose3D(3.45, 1.55, 0.0))
@@ -237,7 +237,7 @@ def test_a_low_robot_drives_under_a_table_and_a_tall_one_around_it(name):
     assert collides_along(scene, Cylinder(0.18, 1.2), tall.poses) is None
 
 
-def test_a_robot_keeps_clear_of_walls_where_it_can(plan):
+def test_path_keeps_clear_of_walls_if_possible(plan):
     scene = voxels.room()
     graded = inflate_voxels(scene, Cylinder(0.1, 0.5), inflation_radius=1.0, cost_scaling_factor=1.0)
     result = plan(graded, graded.nearest((0.35, 0.25, 0.1)), graded.nearest((3.65, 0.25, 0.1)))
@@ -261,7 +261,7 @@ def touched(scene, pose, radius, height):
 
 
 @pytest.mark.parametrize("ground", [True, False])
-def test_a_path_between_two_rooms_of_a_scanned_building_touches_nothing(name, building, ground):
+def test_path_through_a_scanned_building_has_no_collision(name, building, ground):
     robot = Cylinder(0.18, 0.42)
     costs = inflate_voxels(building, robot, ground=ground, max_step=0.16)
     start, goal = (Pose3D(-5.96, -1.08, 0.08), Pose3D(27.64, -1.08, 0.08))
@@ -273,7 +273,7 @@ def test_a_path_between_two_rooms_of_a_scanned_building_touches_nothing(name, bu
     assert touched(building, points[9] + (0.0, 0.0, -0.3 if ground else 2.0), 0.18, 0.42)
 
 
-def test_every_planner_in_space_names_itself_and_its_purpose():
+def test_3d_planners_state_their_name_and_purpose():
     assert planner_names() == ("astar3d", "dijkstra3d")
     for name in planner_names():
         assert create(name).name == name

@@ -42,14 +42,14 @@ def noise(seed, shape, blocked=0.2):
 
 @given(scenes())
 @settings(deadline=None, max_examples=80)
-def test_the_field_is_that_of_the_naive_twin_unit_for_unit(scene):
+def test_field_equals_the_fixed_point_twin(scene):
     values = grown(*scene).values() * SCALE
     assert np.array_equal(np.rint(values), twin.cost_field(*scene, units=SCALE))
 
 
 @given(scenes())
 @settings(deadline=None, max_examples=80)
-def test_the_field_is_within_its_error_bound_of_the_float_twin(scene):
+def test_field_is_within_its_error_bound_of_the_float_twin(scene):
     values, exact = grown(*scene).values(), twin.cost_field(*scene)
     assert np.array_equal(np.isinf(values), np.isinf(exact))
     reached = ~np.isinf(exact)
@@ -68,7 +68,7 @@ def test_the_field_agrees_with_scipy_on_larger_grids(seed):
 
 @given(scenes(), st.data())
 @settings(deadline=None, max_examples=80)
-def test_towards_a_target_its_value_is_that_of_the_whole_field(scene, data):
+def test_value_of_a_target_equals_that_of_the_whole_field(scene, data):
     costs, goals, allow_unknown = scene
     target = data.draw(st.sampled_from(voxels.free_voxels(costs, allow_unknown)))
     whole = grown(costs, goals[:1], allow_unknown).values()[target]
@@ -78,7 +78,7 @@ def test_towards_a_target_its_value_is_that_of_the_whole_field(scene, data):
         assert field.values()[target] == whole
 
 
-def test_towards_a_target_all_values_below_its_own_are_final():
+def test_values_nearer_than_the_target_are_final():
     costs = noise(3, (30, 30, 30), blocked=0.3)
     few = voxels.free_voxels(costs, True)[::1_500]
     for start, goal in itertools.pairwise(few):
@@ -86,8 +86,8 @@ def test_towards_a_target_all_values_below_its_own_are_final():
         field = VoxelField(voxels.costmap(costs), np.array([goal]), target=start)
         assert field.grow() == math.isfinite(whole[start])
         away = np.sort(np.abs(np.indices(costs.shape).reshape(3, -1).T - start), axis=1)
-        left = (np.diff(away, axis=1, prepend=0) * (7361, 6010, 4250)).sum(axis=1).reshape(costs.shape) / SCALE
-        nearer = whole + left < whole[start]
+        remaining = (np.diff(away, axis=1, prepend=0) * (7361, 6010, 4250)).sum(axis=1).reshape(costs.shape) / SCALE
+        nearer = whole + remaining < whole[start]
         assert np.array_equal(field.values()[nearer], whole[nearer])
 
 
@@ -110,7 +110,7 @@ def test_each_reached_voxel_is_expanded_once():
     assert field.settled == np.isfinite(field.values()).sum()
 
 
-def test_a_pool_that_runs_out_grows_and_loses_nothing():
+def test_full_pool_grows_without_losing_entries():
     costs = noise(8, (60, 60, 60), blocked=0.0)
     free = voxels.free_voxels(costs, True)
     one, many = grown(costs, free[:1]), grown(costs, free)
@@ -122,7 +122,7 @@ def test_a_pool_that_runs_out_grows_and_loses_nothing():
     assert np.array_equal(sliced.values(), one.values())
 
 
-def test_the_field_and_its_queue_take_no_more_than_eight_bytes_a_voxel():
+def test_field_and_queue_use_at_most_eight_bytes_a_voxel():
     for costs in (np.zeros((90, 90, 90), np.uint8), noise(9, (90, 90, 90), blocked=0.0)):
         field = grown(costs, [(0, 0, 0)])
         taken = field._field.nbytes + field._costs.nbytes + field._queue.pool.nbytes + field._queue.links.nbytes

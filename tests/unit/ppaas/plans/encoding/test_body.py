@@ -37,15 +37,15 @@ names = st.sampled_from(["p1", "0" * 32, "0123456789abcdef" * 2, "A" * 32, "0 " 
 
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.tuples(names, numbers, st.lists(poses, min_size=1, max_size=6)), min_size=1, max_size=4))
-def test_bodies_come_back(plans) -> None:
+def test_bodies_round_trip(plans) -> None:
     words = words_of(np.array([pose for *_, path in plans for pose in path]))
     stops = np.cumsum([len(path) for *_, path in plans])
     bodies, ends = write_bodies(
         [name for name, *_ in plans], [each for _, each, _ in plans], words, stops, [None] * len(plans)
     )
-    for own, (name, told, path), (x, y, to_x, to_y) in zip(read_bodies(bodies), plans, ends.tolist(), strict=True):
+    for own, (name, expected, path), (x, y, to_x, to_y) in zip(read_bodies(bodies), plans, ends.tolist(), strict=True):
         assert (own.plan_id, own.count, own.shared) == (name, len(path), len(path) > 3)
-        assert bits(own.numbers()) == bits(told)
+        assert bits(own.numbers()) == bits(expected)
         assert bits(own.ends()) == bits((path[0][:2], path[-1][:2])) == bits(((x, y), (to_x, to_y)))
         middle = [np.array(path[1:-2])] if len(path) > 3 else []
         assert own.poses(middle).tobytes() == bits(path)
@@ -53,7 +53,7 @@ def test_bodies_come_back(plans) -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(*[st.integers(-4, 4)] * 4), min_size=1), st.tuples(*[st.integers(-4, 4)] * 4))
-def test_bodies_whose_ends_are_near_are_told(plans, sought) -> None:
+def test_bodies_near_finds_the_plans_with_near_ends(plans, sought) -> None:
     start, goal = sought[:2], sought[2:]
     paths = [[(x, y, 0, 0, 0, 0, 1.0), (to_x, to_y, 0, 0, 0, 0, 1.0)] for x, y, to_x, to_y in plans]
     bodies = [body_of(str(at), (0.5,) * 10, path) for at, path in enumerate(paths)]
@@ -65,32 +65,32 @@ def test_bodies_whose_ends_are_near_are_told(plans, sought) -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(numbers, st.sampled_from([0.0, 1.0, math.nextafter(1.0, 2.0), 1.0 + 1e-12]))
-def test_numbers_are_told_as_plainly(numbers, near) -> None:
+def test_numbers_are_written_like_by_the_twin(numbers, near) -> None:
     created, length, _, *rest = numbers
     cost = length * 1000.0 * near
     numbers = (created, length, cost, *rest)
-    told = plan_bytes.tagged(body_of("0" * 32, numbers, np.ones((1, 7)))[18:], 22)
+    fields = plan_bytes.tagged(body_of("0" * 32, numbers, np.ones((1, 7)))[18:], 22)
     expected = [0.0, 0.0, length * 1000.0] + [0.0] * 7
-    again = [plan_bytes.number(told[at], expected[at]) if at in told else expected[at] for at in range(10)]
+    again = [plan_bytes.number(fields[at], expected[at]) if at in fields else expected[at] for at in range(10)]
     assert bits(again) == bits(numbers)
 
 
-def test_numbers_of_few_places_are_short() -> None:
+def test_numbers_with_few_decimals_are_short() -> None:
     numbers = (1.8e9, 12.375, 12375.0, 0.001234, 1.025, 2.0, 1.5708, 3.0, 4.0, -1.5708)
     yaws = [quaternion_near(yaw) for yaw in (1.5708, -1.5708)]
     poses = [(1.025, 2.0, 0, 0, 0, *yaws[0]), (3.0, 4.0, 0, 0, 0, *yaws[1])]
-    told = plan_bytes.tagged(body_of("0" * 32, numbers, poses)[18:], 22)
-    sizes = {NAMES[at]: len(data) - 1 for at, data in told.items() if at < len(NAMES)}
+    fields = plan_bytes.tagged(body_of("0" * 32, numbers, poses)[18:], 22)
+    sizes = {NAMES[at]: len(data) - 1 for at, data in fields.items() if at < len(NAMES)}
     assert sizes == {
         "created": 6, "length": 2, "seconds": 3, "start_x": 2, "start_y": 2, "start_yaw": 4, "goal_x": 2, "goal_y": 2,
         "goal_yaw": 4,
     }  # fmt: skip
-    assert not {10, 11, 12, 13, 14, 15, 16, 17} & told.keys()
+    assert not {10, 11, 12, 13, 14, 15, 16, 17} & fields.keys()
 
 
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.lists(st.integers(0, 1 << 40)), min_size=1))
-def test_recipes_come_back(lists: list[list[int]]) -> None:
+def test_recipes_round_trip(lists: list[list[int]]) -> None:
     stops = np.cumsum([len(each) for each in lists])
     recipes = recipes_of([number for each in lists for number in each], stops)
     assert recipes == [plan_bytes.recipe(each) for each in lists]
@@ -100,21 +100,21 @@ def test_recipes_come_back(lists: list[list[int]]) -> None:
     assert [read_recipe(recipe) for recipe in recipes] == lists
 
 
-def test_recipes_of_neighbours_are_short() -> None:
+def test_recipes_of_consecutive_numbers_are_short() -> None:
     [recipe] = recipes_of(range(100_000, 100_050), np.array([50]))
     assert len(recipe) == 52
 
 
 @settings(max_examples=60, deadline=None)
 @given(st.floats(-math.pi, math.pi) | st.sampled_from([0.0, -0.0, 1.5708, 3.1416, math.pi]))
-def test_quaternions_are_foreseen_to_the_last_place(yaw: float) -> None:
+def test_quaternion_near_is_exact_to_the_last_place(yaw: float) -> None:
     found, true = quaternion_near(yaw), plan_bytes.headings(yaw)
     assert max(abs(plan_bytes.bits(abs(a)) - plan_bytes.bits(abs(b))) for a, b in zip(found, true, strict=True)) <= 1
 
 
 @settings(max_examples=40, deadline=None)
 @given(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3))
-def test_headings_are_foreseen(x: float, y: float) -> None:
+def test_quaternion_towards_agrees_with_the_twin(x: float, y: float) -> None:
     if x * x + y * y > 1e-200:
         qz, qw = quaternion_towards(x, y)
         true = plan_bytes.headings(math.atan2(y, x))
@@ -122,7 +122,7 @@ def test_headings_are_foreseen(x: float, y: float) -> None:
 
 
 @pytest.mark.parametrize("cut", [0, 1, 2, 5, 20, 40])
-def test_damaged_bodies_are_told(cut: int) -> None:
+def test_damaged_bodies_are_refused(cut: int) -> None:
     pose = (0.1234567891, 0.2, 0.0, 0.0, 0.0, 0.0, 1.0)
     whole = body_of("0" * 32, (0.1,) * 10, [pose] * 9)
     with pytest.raises(Unavailable):

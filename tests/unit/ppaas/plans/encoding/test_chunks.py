@@ -29,7 +29,7 @@ def bounds_of(poses: np.ndarray, stops: np.ndarray, granularity: int) -> list[li
 
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.lists(st.integers(0, 20), min_size=1, max_size=80), min_size=1, max_size=5), st.integers(1, 9))
-def test_plans_are_cut_as_one_by_one_and_plainly(plans: list[list[int]], granularity: int) -> None:
+def test_cuts_agree_with_the_twin_for_each_plan(plans: list[list[int]], granularity: int) -> None:
     poses = np.concatenate([poses_of(plan) for plan in plans])
     stops = np.cumsum([len(plan) for plan in plans])
     for plan, stop, bounds in zip(plans, stops.tolist(), bounds_of(poses, stops, granularity), strict=True):
@@ -38,7 +38,7 @@ def test_plans_are_cut_as_one_by_one_and_plainly(plans: list[list[int]], granula
         assert [at - stop + len(plan) for at in bounds] == plan_chunks.cuts(hashes, granularity)
 
 
-def test_no_chunk_is_shorter_than_the_granularity_and_most_are_not_much_longer() -> None:
+def test_chunks_are_slightly_longer_than_the_granularity() -> None:
     numbers = np.random.default_rng(1).integers(0, 10**6, 5000).tolist()
     [bounds] = bounds_of(poses_of(numbers), np.array([5000]), 8)
     assert np.diff(bounds).min() >= 8
@@ -46,7 +46,7 @@ def test_no_chunk_is_shorter_than_the_granularity_and_most_are_not_much_longer()
     assert 12 < np.diff(bounds).mean() < 22
 
 
-def test_a_stretch_that_two_plans_share_is_cut_equally_inside() -> None:
+def test_shared_segment_is_cut_equally_in_each_plan() -> None:
     random = np.random.default_rng(2)
     one, other, shared = (random.integers(0, 10**6, count).tolist() for count in (100, 57, 300))
     plans = [[*one, *shared, *other], [*other, *shared], shared]
@@ -58,19 +58,19 @@ def test_a_stretch_that_two_plans_share_is_cut_equally_inside() -> None:
     assert len(inside[0]) > 10
 
 
-def test_each_of_the_seven_numbers_of_a_pose_counts() -> None:
+def test_hash_depends_on_all_seven_numbers_of_a_pose() -> None:
     poses = np.ones((8, 7))
     poses[np.arange(7), np.arange(7)] = 2.0
     assert len(set(waypoint_hashes(words_of(poses)).tolist())) == 8
 
 
 @pytest.mark.parametrize("granularity", [-1, 0, 1, 65537])
-def test_a_granularity_that_cannot_be_is_refused(granularity: int) -> None:
+def test_invalid_granularity_is_refused(granularity: int) -> None:
     with pytest.raises(InvalidInput, match="granularity"):
         inner_granularity(granularity)
 
 
-def test_a_pose_that_is_not_finite_is_refused() -> None:
+def test_non_finite_pose_is_refused() -> None:
     poses = np.zeros((9, 7))
     poses[4, 6] = np.nan
     with pytest.raises(InvalidInput, match="pose 4"):

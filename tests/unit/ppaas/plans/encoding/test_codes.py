@@ -28,7 +28,7 @@ def code_of(poses: np.ndarray) -> bytes:
     return code
 
 
-def assert_comes_back(poses: np.ndarray) -> bytes:
+def assert_round_trips(poses: np.ndarray) -> bytes:
     code = code_of(poses)
     chain = plan_bytes.chain(poses.tolist())
     assert code == chain if chain is not None else code[:1] != b"\x01"
@@ -45,22 +45,22 @@ def assert_comes_back(poses: np.ndarray) -> bytes:
     st.tuples(floats, floats).map(lambda origin: tuple(round(value % 1000.0, 6) for value in origin)),
     st.tuples(st.integers(-3000, 3000), st.integers(-3000, 3000)),
 )
-def test_paths_from_cell_to_cell_come_back(directions, resolution, origin, cell) -> None:
-    assert_comes_back(on_grid(directions, resolution, origin, cell))
+def test_grid_paths_round_trip(directions, resolution, origin, cell) -> None:
+    assert_round_trips(on_grid(directions, resolution, origin, cell))
 
 
-def test_a_path_from_cell_to_cell_takes_three_bits_a_waypoint() -> None:
+def test_grid_path_takes_about_three_bits_a_waypoint() -> None:
     random = np.random.default_rng(1)
-    code = assert_comes_back(on_grid(random.integers(0, 8, 800).tolist(), 0.5, (0.0, 0.0), (10, 20)))
+    code = assert_round_trips(on_grid(random.integers(0, 8, 800).tolist(), 0.5, (0.0, 0.0), (10, 20)))
     assert len(pack(code)) < 800 * 3 / 8 + 30
-    code = assert_comes_back(on_grid(random.integers(0, 8, 800).tolist(), 0.05, (-51.224998, 3.3), (10, 20)))
+    code = assert_round_trips(on_grid(random.integers(0, 8, 800).tolist(), 0.05, (-51.224998, 3.3), (10, 20)))
     assert len(pack(code)) < 800 * 7 / 8 + 30
 
 
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.tuples(*[floats] * 7), min_size=1, max_size=30))
-def test_any_poses_come_back(rows) -> None:
-    assert_comes_back(np.array(rows))
+def test_any_poses_round_trip(rows) -> None:
+    assert_round_trips(np.array(rows))
 
 
 @settings(max_examples=40, deadline=None)
@@ -70,20 +70,20 @@ def test_any_poses_come_back(rows) -> None:
     st.integers(0, 6),
     st.sampled_from([-1, 1, 5, 1 << 40]),
 )
-def test_a_path_that_is_beside_the_grid_anywhere_comes_back(directions, row, column, places) -> None:
+def test_path_off_the_grid_round_trips(directions, row, column, places) -> None:
     poses = on_grid(directions, 0.05, (0.0, 0.0), (100, 100))
     words = poses.view(np.int64)
     words[row % len(poses), column] += places
-    assert_comes_back(poses)
+    assert_round_trips(poses)
 
 
-def test_a_path_whose_steps_differ_in_length_comes_back() -> None:
+def test_path_with_steps_of_different_lengths_round_trips() -> None:
     poses = on_grid([0] * 20, 0.05, (0.0, 0.0), (0, 0))
     poses[10:, 0] += 0.05
-    assert_comes_back(poses)
+    assert_round_trips(poses)
 
 
-def test_stretches_of_all_kinds_are_read_together() -> None:
+def test_segments_of_all_kinds_are_decoded_together() -> None:
     random = np.random.default_rng(3)
     flat = on_grid([1, 2, 3], 0.05, (0.0, 0.0), (1, 1)) * 1.1
     beside = on_grid(random.integers(0, 8, 30).tolist(), 0.05, (-51.224998, 3.3), (10, 20))
@@ -97,7 +97,7 @@ def parts_of_one() -> np.ndarray:
     return on_grid([4], 0.05, (0.0, 0.0), (7, 7))
 
 
-def test_equal_stretches_have_equal_codes_wherever_they_lie() -> None:
+def test_equal_segments_have_equal_codes_in_any_plan() -> None:
     segment = on_grid([0, 1, 2, 2, 3, 4, 0, 0, 7] * 3, 0.05, (-1.0, -2.0), (40, 30))
     other = np.random.default_rng(1).random((5, 7))
     poses = np.concatenate((other, segment, other, segment))
@@ -108,16 +108,16 @@ def test_equal_stretches_have_equal_codes_wherever_they_lie() -> None:
     assert entry_id(bytes(16), codes[0]) != entry_id(b"other scope.....", codes[0])
 
 
-def test_smooth_paths_take_less_than_they_would_raw() -> None:
+def test_smooth_path_is_smaller_than_raw() -> None:
     angle = np.linspace(0, 3, 200)
     poses = np.zeros((200, 7))
     poses[:, 0], poses[:, 1] = np.round(10 * np.cos(angle) * 1024) / 1024, np.round(10 * np.sin(angle) * 1024) / 1024
     poses[:, 6] = 1.0
-    code = assert_comes_back(poses)
+    code = assert_round_trips(poses)
     assert len(pack(code)) < poses.nbytes / 8
 
 
 @pytest.mark.parametrize("data", [b"", b"\x00", b"\x01", b"\x01\x00abc", b"\x02abc", b"\x03" + bytes(9), b"\xff"])
-def test_damaged_bytes_are_told(data: bytes) -> None:
+def test_damaged_bytes_are_refused(data: bytes) -> None:
     with pytest.raises(Unavailable, match="backup"):
         poses_of(unpack(data))

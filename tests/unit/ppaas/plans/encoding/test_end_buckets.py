@@ -31,7 +31,7 @@ def key_of(scope: bytes, first, last, length: float) -> int:
 
 @settings(max_examples=40, deadline=None)
 @given(places, places, offsets, tolerances, st.floats(0.0, 1e7))
-def test_what_is_near_is_found(start, goal, offset, tolerance, length) -> None:
+def test_near_plans_are_in_the_near_buckets(start, goal, offset, tolerance, length) -> None:
     first, last = (start[0] + offset[0], start[1] + offset[1]), (goal[0] + offset[2], goal[1] + offset[3])
     key = key_of(SCOPE, first, last, length)
     assert key == plan_bytes.index_key(SCOPE, (*first, *last), length)
@@ -46,7 +46,7 @@ def test_what_is_near_is_found(start, goal, offset, tolerance, length) -> None:
         assert bucket_of_key(key) in {bucket_of_key(bucket[0]) for bucket in buckets}
 
 
-def test_most_of_what_is_too_far_off_is_passed_over() -> None:
+def test_most_distant_plans_are_not_in_the_near_buckets() -> None:
     near = buckets_near(SCOPE, (0.25, 0.25), (3.25, 0.25), 0.1).tolist()
     keys = [key_of(SCOPE, (0.25 + dx / 40, 0.25), (3.25, 0.25 + dy / 40), 3.0) for dx in range(10) for dy in range(10)]
     passed = sum(any(each[0] <= key <= each[1] and holds(each, key) for each in near) for key in keys)
@@ -55,14 +55,14 @@ def test_most_of_what_is_too_far_off_is_passed_over() -> None:
 
 @settings(max_examples=40, deadline=None)
 @given(st.tuples(*[st.floats(-0.1, 0.1)] * 4), st.tuples(*[st.floats(-20, 20)] * 4))
-def test_what_may_join_is_hardly_further_off_than_the_tolerance(offset, places) -> None:
+def test_may_join_agrees_with_the_twin(offset, places) -> None:
     ends = [value + shift for value, shift in zip(places, offset, strict=True)]
     key = key_of(SCOPE, ends[:2], ends[2:], 5.0)
     [joins] = may_join(np.array([key]), tuple(places[:2]), tuple(places[2:]), 0.05).tolist()
     assert joins == plan_bytes.may_join(ends, places, 0.05)
 
 
-def test_versions_of_maps_share_nothing() -> None:
+def test_map_versions_have_different_buckets() -> None:
     others = [scope_of("house", "v2"), scope_of("housev", "1"), scope_of("depot", "v1")]
     keys = {bucket_of_key(key_of(scope, (0, 0), (1, 1), 2.0)) for scope in (SCOPE, *others)}
     assert len(keys) == 4
@@ -70,5 +70,5 @@ def test_versions_of_maps_share_nothing() -> None:
 
 @settings(max_examples=40, deadline=None)
 @given(st.tuples(*[st.integers(-(2**40), 2**40)] * 2))
-def test_the_number_of_a_cell_is_part_of_its_hash(cell) -> None:
+def test_cell_number_is_part_of_the_cells_hash(cell) -> None:
     assert cell_number(SCOPE, cell) == plan_bytes.mixed(SCOPE, cell) >> 33

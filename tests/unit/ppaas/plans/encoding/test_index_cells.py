@@ -13,13 +13,13 @@ places = st.tuples(*[st.floats(-1e6, 1e6) | st.integers(-40, 40).map(lambda eigh
 
 @settings(max_examples=40, deadline=None)
 @given(places, st.floats(0, 2 * math.pi), st.floats(0, 0.5))
-def test_squares_near_a_place_are_those_that_points_there_touch(place, angle, reach) -> None:
+def test_cells_near_a_place_include_those_of_points_in_reach(place, angle, reach) -> None:
     point = place[0] + reach * math.cos(angle), place[1] + reach * math.sin(angle)
-    [square] = cells_touched(np.array([point]))
+    [cell] = cells_touched(np.array([point]))
     near = cells_near(place, 0.5 + 1e-9)
-    assert square in near
+    assert cell in near
     assert len(near) <= math.ceil(1 / CELL_EDGE + 1) ** 2
 
 
-def test_a_version_of_a_map_is_told_from_all_others() -> None:
+def test_scopes_of_map_versions_differ() -> None:
     assert len({scope_of("house", "v1"), scope_of("house", "v2"), scope_of("housev", "1")}) == 3

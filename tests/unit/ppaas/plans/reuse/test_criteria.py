@@ -20,7 +20,7 @@ def estimate(seconds: float, spread: float = 1.0) -> Estimate:
     return Estimate(seconds, seconds / spread, seconds * spread, 10.0)
 
 
-def test_a_plan_that_comes_no_sooner_than_it_is_computed_is_refused() -> None:
+def test_plan_that_arrives_no_sooner_than_computed_is_refused() -> None:
     assert by_time(estimate(0.01), estimate(0.2)).taken
     assert not by_time(estimate(0.01), estimate(0.05)).taken
     assert not by_time(estimate(0.01, spread=3.0), estimate(0.2)).taken, "the answer may take longer"
@@ -28,16 +28,16 @@ def test_a_plan_that_comes_no_sooner_than_it_is_computed_is_refused() -> None:
     assert by_time(estimate(0.01), estimate(0.02), margin=1.0).taken, "as the paper has it"
 
 
-def test_who_never_measured_the_planner_computes() -> None:
+def test_stored_plan_is_refused_without_planner_measurements() -> None:
     assert not by_time(estimate(1e-9), None).taken
 
 
-def test_only_the_same_version_of_the_map_will_do() -> None:
+def test_plan_of_another_map_version_is_refused() -> None:
     assert by_version(HEAD, QUERY).taken
     assert not by_version(replace(HEAD, version="v2"), QUERY).taken
 
 
-def test_another_planner_will_do_only_where_the_one_asked_has_done_worse_between_the_same_ends() -> None:
+def test_plan_of_another_planner_must_beat_the_requested_one() -> None:
     own = replace(HEAD, id="own", length=13.0)
     other = replace(HEAD, id="other", planner="theta_star", length=11.0)
     elsewhere = replace(own, start=(0.1, 0.0, 0.0))
@@ -48,20 +48,20 @@ def test_another_planner_will_do_only_where_the_one_asked_has_done_worse_between
     assert not by_algorithm(other, replace(QUERY, kinematic=True), [own, other]).taken
 
 
-def test_what_a_program_gave_is_nobodys_and_proves_nothing_of_the_planner_asked() -> None:
+def test_given_plan_counts_for_no_planner() -> None:
     given = replace(HEAD, given=True)
     assert not by_algorithm(given, QUERY, [given]).taken
     detour = replace(given, length=99.0)
     other = replace(HEAD, id="other", planner="theta_star", length=11.0)
     assert not by_algorithm(other, QUERY, [detour, other]).taken
-    assert by_algorithm(given, QUERY, [given, replace(HEAD, length=13.0)]).taken, "it is proved better by its length"
+    assert by_algorithm(given, QUERY, [given, replace(HEAD, length=13.0)]).taken, "it is shorter than the planner's own"
 
 
-def test_a_planner_with_other_parameters_is_another() -> None:
+def test_plan_with_other_parameters_is_refused() -> None:
     assert not by_algorithm(HEAD, replace(QUERY, parameters={"smooth": True}), [HEAD]).taken
 
 
-def test_the_shortest_way_for_who_asks_is_looked_at_first() -> None:
+def test_shortest_candidate_for_the_query_is_first() -> None:
     near = replace(HEAD, id="near")
     off = replace(HEAD, id="off", start=(0.2, 0, 0), length=11.9)
     short = replace(HEAD, id="short", length=11.0)
@@ -69,7 +69,7 @@ def test_the_shortest_way_for_who_asks_is_looked_at_first() -> None:
     assert [each.id for each in best_candidates(QUERY, [off, near, short, old])] == ["short", "near"]
 
 
-def test_a_verdict_says_what_decided_and_by_which_numbers() -> None:
+def test_verdict_states_criterion_and_numbers() -> None:
     text = str(by_time(estimate(0.01), estimate(0.05)))
     assert text.startswith("refused by transmission")
     assert "transmission 0.01" in text

@@ -18,7 +18,7 @@ coordinates = st.floats(min_value=0.0, max_value=20.0, allow_nan=False)
 
 
 @given(st.lists(st.tuples(coordinates, coordinates), min_size=1, max_size=4))
-def test_nothing_that_a_path_crosses_is_left_out(places: list[tuple[float, float]]) -> None:
+def test_all_crossed_cells_are_found(places: list[tuple[float, float]]) -> None:
     points = INFO.to_world(np.array(places) - 0.5)
     crossed = crossed_by(INFO, points)
     found = {(row, column) for row, column in np.concatenate((crossed.cells, crossed.corners)).tolist()}
@@ -26,7 +26,7 @@ def test_nothing_that_a_path_crosses_is_left_out(places: list[tuple[float, float
 
 
 @given(st.lists(st.tuples(coordinates, coordinates), min_size=1, max_size=4))
-def test_each_cell_touches_the_one_before(places: list[tuple[float, float]]) -> None:
+def test_each_crossed_cell_neighbours_the_previous_one(places: list[tuple[float, float]]) -> None:
     points = INFO.to_world(np.array(places) - 0.5)
     cells = crossed_by(INFO, points).cells
     assert cells[0].tolist() == INFO.to_cells(points[0]).tolist()
@@ -34,7 +34,7 @@ def test_each_cell_touches_the_one_before(places: list[tuple[float, float]]) -> 
     assert set(np.abs(np.diff(cells, axis=0)).max(axis=1, initial=1).tolist()) <= {1}
 
 
-def test_a_path_along_centres_crosses_its_own_cells_and_the_corners_of_its_diagonals() -> None:
+def test_path_along_centres_crosses_its_cells_and_corners() -> None:
     info = GridInfo(1.0, 5, 5)
     crossed = crossed_by(info, info.to_world([[0, 0], [0, 1], [1, 2]]))
     assert crossed.cells.tolist() == [[0, 0], [0, 1], [1, 2]]
@@ -45,7 +45,7 @@ def test_a_path_along_centres_crosses_its_own_cells_and_the_corners_of_its_diago
     ("picture", "blocked"),
     [("...\n...\n...", None), ("...\n.#.\n...", (1, 1)), ("..?\n...\n...", (2, 2)), ("...\ni..\n...", (1, 0))],
 )
-def test_a_path_is_blocked_by_what_lies_on_it_or_at_a_corner(picture: str, blocked: tuple[int, int] | None) -> None:
+def test_path_is_blocked_by_obstacles_on_it_or_at_a_corner(picture: str, blocked: tuple[int, int] | None) -> None:
     live = costmap(picture)
     path = crossed_by(live.info, live.info.to_world([[0, 0], [1, 1], [2, 2]]))
     assert first_blocked(live, path, passable(False)) == blocked

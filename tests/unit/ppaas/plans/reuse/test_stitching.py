@@ -82,7 +82,7 @@ def _assert_drivable(live: Costmap, made: Offer, start: Pose2D, goal: Pose2D) ->
 
 
 @given(kept_plans())
-def test_what_is_offered_crosses_nothing_that_blocks_and_what_is_proved_of_it_holds(
+def test_offer_is_free_and_its_bounds_hold(
     case: tuple[Costmap, Costmap, PlanResult, Pose2D, Pose2D],
 ) -> None:
     bare, live, result, start, goal = case
@@ -100,7 +100,7 @@ def test_what_is_offered_crosses_nothing_that_blocks_and_what_is_proved_of_it_ho
 
 
 @given(kept_plans(), st.data())
-def test_a_stretch_that_is_stitched_is_within_the_bound_of_the_cheapest(
+def test_stitched_segment_is_within_the_bound(
     case: tuple[Costmap, Costmap, PlanResult, Pose2D, Pose2D], data: st.DataObject
 ) -> None:
     bare, live, result, start, goal = case
@@ -119,7 +119,7 @@ def _corridor(length: int = 60) -> tuple[Costmap, PlanResult]:
     return bare, DIJKSTRA.plan(bare, PlanRequest(centre(bare, 2, 0), centre(bare, 2, length - 1)))
 
 
-def test_a_plan_between_the_very_ends_comes_back_as_it_was_kept() -> None:
+def test_plan_between_the_exact_ends_is_offered_unchanged() -> None:
     bare, result = _corridor()
     ends = centre(bare, 2, 0), centre(bare, 2, 59)
     made, verdict = offer(stored(bare, result), query(*ends), LiveAndBareCostmaps(bare, bare, False), CHEAPEST)
@@ -130,7 +130,7 @@ def test_a_plan_between_the_very_ends_comes_back_as_it_was_kept() -> None:
     assert (made.origin, made.cost, made.over_cheapest) == ("reused", result.cost, pytest.approx(0.0, abs=1e-6))
 
 
-def test_another_heading_at_an_end_turns_only_that() -> None:
+def test_other_heading_at_an_end_changes_only_that_pose() -> None:
     bare, result = _corridor()
     made, _ = offer(
         stored(bare, result),
@@ -144,7 +144,7 @@ def test_another_heading_at_an_end_turns_only_that() -> None:
     assert made.poses[1:-1].tobytes() == result.poses[1:-1].tobytes()
 
 
-def test_a_robot_that_stands_along_the_way_is_given_the_rest_of_it() -> None:
+def test_robot_beside_a_plan_is_offered_its_remaining_segment() -> None:
     bare, result = _corridor()
     part = stored(bare, result, 20, 50)
     made, _ = offer(
@@ -155,7 +155,7 @@ def test_a_robot_that_stands_along_the_way_is_given_the_rest_of_it() -> None:
     assert made.over_cheapest <= 0.1
 
 
-def test_what_was_seen_on_the_way_since_refuses_it() -> None:
+def test_plan_with_a_new_obstacle_is_refused() -> None:
     bare, result = _corridor()
     data = bare.data.copy()
     data[2, 30] = 254
@@ -170,7 +170,7 @@ def test_what_was_seen_on_the_way_since_refuses_it() -> None:
     assert verdict.numbers == {"row": 2, "column": 30}
 
 
-def test_a_way_that_has_become_dear_is_refused() -> None:
+def test_plan_that_has_become_expensive_is_refused() -> None:
     bare, result = _corridor()
     data = bare.data.copy()
     data[2, 10:50] = 252
@@ -181,7 +181,7 @@ def test_a_way_that_has_become_dear_is_refused() -> None:
         assert verdict.criterion == "bound"
 
 
-def test_a_plan_around_what_another_robot_saw_is_no_plan_for_who_does_not_see_it() -> None:
+def test_detour_around_an_obstacle_unknown_here_is_refused() -> None:
     bare = costmap("\n".join(["." * 30] * 20))
     walled = bare.data.copy()
     walled[:18, 15] = 254
@@ -192,7 +192,7 @@ def test_a_plan_around_what_another_robot_saw_is_no_plan_for_who_does_not_see_it
         assert offer(seen, ends, LiveAndBareCostmaps(bare, bare, False), traits)[0] is None
 
 
-def test_a_detour_that_a_program_says_is_the_planners_own_is_not_believed() -> None:
+def test_given_detour_is_not_taken_as_the_planners_own() -> None:
     bare = costmap("\n".join(["." * 30] * 20))
     walled = bare.data.copy()
     walled[:18, 15] = 254
@@ -201,14 +201,16 @@ def test_a_detour_that_a_program_says_is_the_planners_own_is_not_believed() -> N
     forged, straight = stored(bare, detour), stored(bare, DIJKSTRA.plan(bare, PlanRequest(*ends)))
     costmaps = LiveAndBareCostmaps(bare, bare, False)
     for traits in (CHEAPEST, SOME):
-        assert offer(forged, query(*ends), costmaps, traits)[0] is not None, "who says so of the own plans is believed"
+        assert offer(forged, query(*ends), costmaps, traits)[0] is not None, (
+            "a plan marked as the planner's own is accepted"
+        )
         assert offer(replace(forged, given=True), query(*ends), costmaps, traits)[0] is None
         made, _ = offer(replace(straight, given=True), query(*ends), costmaps, traits)
         assert made is not None
         assert made.lower_bound.by == "distance"
 
 
-def test_what_another_radius_makes_cheapest_proves_nothing() -> None:
+def test_plan_of_another_robot_radius_is_refused() -> None:
     bare = costmap("\n".join(["o" * 30] * 3))
     result = DIJKSTRA.plan(bare, PlanRequest(centre(bare, 1, 0), centre(bare, 1, 29)))
     ends = query(centre(bare, 1, 0), centre(bare, 1, 29))
@@ -217,16 +219,16 @@ def test_what_another_radius_makes_cheapest_proves_nothing() -> None:
     assert offer(kept, replace(ends, robot_radius=0.3), LiveAndBareCostmaps(bare, bare, False), CHEAPEST)[0] is None
 
 
-def test_a_robot_that_cannot_turn_on_the_spot_is_given_only_what_fits_to_the_heading() -> None:
+def test_kinematic_query_needs_matching_headings() -> None:
     bare, result = _corridor()
     start, goal = centre(bare, 2, 0), centre(bare, 2, 59)
     turns = Traits(kinematic=True)
-    for asked, taken in ((query(start, goal), True), (query(start, centre(bare, 2, 59, 1.0)), False)):
-        kinematic = replace(asked, kinematic=True)
+    for request, taken in ((query(start, goal), True), (query(start, centre(bare, 2, 59, 1.0)), False)):
+        kinematic = replace(request, kinematic=True)
         assert (
             offer(stored(bare, result), kinematic, LiveAndBareCostmaps(bare, bare, False), turns)[0] is not None
         ) is taken
-    aside = replace(query(centre(bare, 1, 0), goal), kinematic=True)
-    made, verdict = offer(stored(bare, result), aside, LiveAndBareCostmaps(bare, bare, False), turns)
+    beside = replace(query(centre(bare, 1, 0), goal), kinematic=True)
+    made, verdict = offer(stored(bare, result), beside, LiveAndBareCostmaps(bare, bare, False), turns)
     assert made is None
     assert verdict.criterion == "ends"

@@ -13,14 +13,14 @@ from ppaas.plans.reuse.time_estimates import ComputationTimes, LinkTimes
 KEY = ("house", "v1", "dijkstra")
 
 
-def test_nothing_is_expected_of_a_planner_that_was_not_measured() -> None:
+def test_unmeasured_planner_has_no_estimate() -> None:
     times = ComputationTimes()
     times.note("astar", 100.0, 0.1)
     assert times.expect("dijkstra", 100.0) is None
 
 
 @given(st.floats(min_value=1e-5, max_value=10.0), st.integers(min_value=1, max_value=200))
-def test_what_always_takes_as_long_is_expected_to_take_that_and_ever_surer(seconds: float, count: int) -> None:
+def test_constant_times_give_their_value_with_growing_certainty(seconds: float, count: int) -> None:
     times, widths = ComputationTimes(), []
     for _ in range(count):
         times.note("dijkstra", 500.0, seconds)
@@ -32,7 +32,7 @@ def test_what_always_takes_as_long_is_expected_to_take_that_and_ever_surer(secon
     assert widths[-1] <= widths[0] * (1 + 1e-9)
 
 
-def test_a_complexity_that_was_never_seen_is_told_from_others_less_surely() -> None:
+def test_unseen_complexity_is_extrapolated_with_less_certainty() -> None:
     times = ComputationTimes()
     for cells, _ in itertools.product((64.0, 128.0, 256.0), range(20)):
         times.note("dijkstra", cells, cells * 1e-5)
@@ -44,7 +44,7 @@ def test_a_complexity_that_was_never_seen_is_told_from_others_less_surely() -> N
     assert far.upper / far.lower > near.upper / near.lower
 
 
-def test_times_that_changed_are_believed_before_long() -> None:
+def test_estimate_follows_changed_times() -> None:
     times = ComputationTimes()
     for seconds in (*itertools.repeat(1.0, 500), *itertools.repeat(0.01, 300)):
         times.note("dijkstra", 500.0, seconds)
@@ -53,7 +53,7 @@ def test_times_that_changed_are_believed_before_long() -> None:
     assert expected.mean < 0.015
 
 
-def test_what_was_kept_counts_like_what_was_measured_here() -> None:
+def test_stored_history_counts_like_local_measurements() -> None:
     measured, kept = ComputationTimes(), ComputationTimes()
     for seconds in (0.1, 0.2, 0.15):
         measured.note("dijkstra", 500.0, seconds)
@@ -65,7 +65,7 @@ def test_what_was_kept_counts_like_what_was_measured_here() -> None:
 
 
 @given(st.floats(min_value=1e-4, max_value=0.5), st.floats(min_value=1e6, max_value=1e10))
-def test_a_link_is_a_round_trip_and_so_much_a_byte(round_trip: float, bandwidth: float) -> None:
+def test_link_estimate_is_round_trip_plus_size_over_bandwidth(round_trip: float, bandwidth: float) -> None:
     clock = ManualClock()
     link = LinkTimes(clock)
     for size in (100.0, 300_000.0, 1000.0, 50_000.0) * 20:
@@ -77,7 +77,7 @@ def test_a_link_is_a_round_trip_and_so_much_a_byte(round_trip: float, bandwidth:
         assert expected.mean == pytest.approx(round_trip + size / bandwidth, rel=0.3, abs=3e-3)
 
 
-def test_a_link_that_nobody_used_for_long_is_taken_for_one_that_was_not_measured() -> None:
+def test_unused_link_returns_to_the_prior_estimate() -> None:
     clock = ManualClock()
     link = LinkTimes(clock)
     before = link.expect(1e5)
@@ -89,7 +89,7 @@ def test_a_link_that_nobody_used_for_long_is_taken_for_one_that_was_not_measured
     assert link.expect(1e5).mean == pytest.approx(before.mean, rel=0.01)
 
 
-def test_what_was_kept_of_a_link_is_believed_until_more_is_known() -> None:
+def test_stored_link_history_is_used_until_measured() -> None:
     link = LinkTimes(ManualClock())
     link.start_from(LinkHistory("m1", 0.1, 1e6, 100, 0.0))
     assert link.expect(0.0).mean > 0.05

@@ -15,14 +15,14 @@ from tests.unit.ppaas.planners.hub_labels.test_planner import assert_all_paths_a
 
 
 @pytest.fixture
-def room(monkeypatch):
+def limit_entries(monkeypatch):
     """Return a function that limits the label entries, however few that leaves per corner."""
 
-    def allow(entries: int) -> None:
+    def limit(entries: int) -> None:
         monkeypatch.setattr(assembly, "most_label_entries", lambda *_: entries)
         monkeypatch.setattr(assembly, "LEAST_ENTRIES", 0)
 
-    return allow
+    return limit
 
 
 def index_of(free) -> HubIndex:
@@ -36,7 +36,7 @@ def some(free, count: int) -> list[tuple[int, int]]:
 
 @given(free=maps(12), entries=st.sampled_from([0, 10, 40]), gates=st.sampled_from([0, 6]))
 @settings(deadline=None, max_examples=30)
-def test_paths_are_shortest_however_few_labels_there_are_with_landmarks_and_without(free, entries, gates):
+def test_paths_are_shortest_for_any_number_of_labels(free, entries, gates):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(assembly, "most_label_entries", lambda *_: entries)
         patch.setattr(assembly, "LEAST_ENTRIES", 0)
@@ -46,16 +46,16 @@ def test_paths_are_shortest_however_few_labels_there_are_with_landmarks_and_with
 
 
 @pytest.mark.parametrize(("entries", "labelled"), [(0, 0), (4000, 0.25), (14_000, 0.75), (10**6, 1)])
-def test_as_many_corners_have_labels_as_there_is_room_for(room, entries, labelled):
-    room(entries)
+def test_labelled_share_of_corners_follows_the_entry_limit(limit_entries, entries, labelled):
+    limit_entries(entries)
     free = np.random.default_rng(6).random((60, 60)) > 0.3
     index = index_of(free)
     assert index.words[LABELLED] / index.words[CORNERS] == pytest.approx(labelled, abs=0.2)
     assert_all_paths_are_shortest(free, index, some(free, 4))
 
 
-def test_an_index_that_was_repaired_has_no_more_labels_than_a_fresh_one(room):
-    room(3000)
+def test_repaired_index_obeys_the_entry_limit(limit_entries):
+    limit_entries(3000)
     free = np.random.default_rng(6).random((60, 60)) > 0.3
     index = index_of(free)
     free[20:30, 20:30] = True
@@ -65,9 +65,9 @@ def test_an_index_that_was_repaired_has_no_more_labels_than_a_fresh_one(room):
 
 
 @pytest.mark.parametrize("entries", [0, 9000])
-def test_the_core_is_made_smaller_until_there_is_room_for_its_labels(room, entries):
+def test_core_is_contracted_further_until_its_labels_fit(limit_entries, entries):
     free = np.random.default_rng(5).random((100, 100)) > 0.1
-    room(entries)
+    limit_entries(entries)
     index = index_of(free)
     assert index.words[LABELLED] < index.words[CORNERS] // 2
     assert_all_paths_are_shortest(free, index, some(free, 1))

@@ -37,7 +37,7 @@ def changes(draw):
 
 @given(changes())
 @settings(deadline=None, max_examples=60)
-def test_mended_ground_is_the_ground_of_the_map_now(change):
+def test_repaired_corner_map_equals_a_new_one(change):
     before, after, rectangle = change
     mended = repair_corner_map(
         build_corner_map(before, threads=1, check=proceed).terrain, after, rectangle, check=proceed
@@ -49,7 +49,7 @@ def test_mended_ground_is_the_ground_of_the_map_now(change):
 
 @given(changes())
 @settings(deadline=None, max_examples=40)
-def test_a_repaired_index_answers_every_query_as_a_fresh_one(change):
+def test_repaired_index_answers_like_a_new_one(change):
     before, after, rectangle = change
     repaired, fresh = index_of(before).repaired(after, rectangle), index_of(after)
     cells = [(int(r), int(c)) for r, c in zip(*np.nonzero(after), strict=True)]
@@ -60,7 +60,7 @@ def test_a_repaired_index_answers_every_query_as_a_fresh_one(change):
             assert twin.length_of(after, one) == pytest.approx(twin.length_of(after, other))
 
 
-def test_so_it_does_on_a_larger_map_again_and_again():
+def test_repeatedly_repaired_index_answers_like_a_new_one():
     rng = np.random.default_rng(8)
     free = rng.random((120, 140)) > 0.15
     free[40:80, 50:100] = True
@@ -78,7 +78,7 @@ def test_so_it_does_on_a_larger_map_again_and_again():
             assert twin.length_of(free, one) == pytest.approx(twin.length_of(free, other))
 
 
-def test_the_least_rectangle_of_all_changes_is_found():
+def test_differing_returns_the_bounding_rectangle_of_changes():
     before = np.zeros((9, 8), np.bool_)
     now = before.copy()
     assert differing(before, now) == (slice(0, 0), slice(0, 0))
@@ -86,7 +86,7 @@ def test_the_least_rectangle_of_all_changes_is_found():
     assert differing(before, now) == (slice(2, 6), slice(3, 7))
 
 
-def test_a_path_is_free_if_its_cells_and_the_corners_it_passes_are():
+def test_path_is_free_if_its_cells_and_passed_corners_are():
     free = np.ones((3, 3), np.bool_)
     cells = np.array([[0, 0], [1, 1], [1, 2]], np.int32)
     assert are_free(free, cells)
@@ -98,22 +98,22 @@ def test_a_path_is_free_if_its_cells_and_the_corners_it_passes_are():
 
 
 @pytest.fixture
-def made(monkeypatch):
+def events(monkeypatch):
     """Return a list of what was built and repaired, in order."""
-    made = []
+    events = []
     build, repair = HubLabels.__module__ + ".build_index", HubIndex.repaired
 
     def built(free, **others):
-        made.append("built")
+        events.append("built")
         return build_index(free, **others)
 
     def repaired(self, *arguments, **others):
-        made.append("repaired")
+        events.append("repaired")
         return repair(self, *arguments, **others)
 
     monkeypatch.setattr(build, built)
     monkeypatch.setattr(HubIndex, "repaired", repaired)
-    return made
+    return events
 
 
 def plan(planner, free, **others):
@@ -121,38 +121,38 @@ def plan(planner, free, **others):
     return planner.plan(costmap(free, **others), request)
 
 
-def test_what_a_robot_sees_is_repaired_only_where_it_stands_in_the_way(made):
+def test_index_is_repaired_only_for_changes_that_affect_the_path(events):
     planner, free = HubLabels(), np.ones((11, 20), np.bool_)
     free[3, 4] = False
     assert len(plan(planner, free).cells) == 20
-    aside = free.copy()
-    aside[9, 9] = False
-    assert len(plan(planner, aside).cells) == 20
-    assert made == ["built"]
-    barred = free.copy()
-    barred[1:10, 9] = False
+    beside = free.copy()
+    beside[9, 9] = False
+    assert len(plan(planner, beside).cells) == 20
+    assert events == ["built"]
+    blocked_free = free.copy()
+    blocked_free[1:10, 9] = False
     for _ in range(2):
-        result = plan(planner, barred)
-        assert result.cost / 50 == pytest.approx(twin.lengths_from(barred, (5, 0))[5, 19])
-    assert made == ["built", "repaired"]
+        result = plan(planner, blocked_free)
+        assert result.cost / 50 == pytest.approx(twin.lengths_from(blocked_free, (5, 0))[5, 19])
+    assert events == ["built", "repaired"]
     opened = free.copy()
     opened[3, 4] = True
     assert len(plan(planner, opened).cells) == 20
-    assert made == ["built", "repaired", "repaired"]
+    assert events == ["built", "repaired", "repaired"]
 
 
-def test_the_bare_map_is_taken_from_others_if_they_have_it(made):
+def test_shared_index_of_the_bare_map_is_used(events):
     free = np.ones((11, 20), np.bool_)
     free[3, 4] = False
     content = memoryview(build_index(free, threads=1, check=proceed)).cast("B")
-    barred = free.copy()
-    barred[1:10, 9] = False
-    plan(HubLabels(), barred, indexes=lambda planner, check: content)
-    assert made == ["repaired"]
+    blocked_free = free.copy()
+    blocked_free[1:10, 9] = False
+    plan(HubLabels(), blocked_free, indexes=lambda planner, check: content)
+    assert events == ["repaired"]
 
 
-def test_a_twin_shares_the_bare_map(made):
+def test_twin_shares_the_index_of_the_bare_map(events):
     planner, free = HubLabels(), np.ones((11, 20), np.bool_)
     plan(planner, free)
     plan(planner.twin(), free)
-    assert made == ["built"]
+    assert events == ["built"]

@@ -59,7 +59,7 @@ def assert_lengths_are_kept(free, graph, cells):
 
 @given(free=maps(14), core=st.integers(0, 8), settle=st.sampled_from([1, 300]), neighbours=st.sampled_from([2, 16]))
 @settings(deadline=None, max_examples=60)
-def test_no_way_gets_longer_however_few_nodes_are_left_and_however_short_searches_are(free, core, settle, neighbours):
+def test_contraction_keeps_all_distances(free, core, settle, neighbours):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(contractions, "SETTLED", settle)
         patch.setattr(contractions, "SETTLED_FOR_A_COST", settle)
@@ -85,7 +85,7 @@ def test_nodes_are_contracted_by_given_costs(free, seed):
     assert_lengths_are_kept(free, graph, cells)
 
 
-def test_a_shortcut_is_as_long_as_what_it_stands_for_and_so_it_is_back():
+def test_shortcut_is_as_long_as_its_parts_in_both_directions():
     graph, _ = contracted(np.random.default_rng(3).random((60, 60)) > 0.15, 20)
     forth, back = graph.edges[::2], graph.edges[1::2]
     short = forth[:, LEFT] >= 0
@@ -99,7 +99,7 @@ def test_a_shortcut_is_as_long_as_what_it_stands_for_and_so_it_is_back():
 
 
 @pytest.mark.parametrize("neighbours", [4, 16])
-def test_two_threads_and_little_memory_contract_the_same_nodes(neighbours, monkeypatch):
+def test_contraction_does_not_depend_on_threads_or_memory(neighbours, monkeypatch):
     free = np.random.default_rng(4).random((70, 70)) > 0.12
     monkeypatch.setattr(contractions, "MOST_NEIGHBOURS", neighbours)
     usual, _ = contracted(free, 10)

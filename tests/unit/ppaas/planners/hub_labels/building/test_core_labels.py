@@ -33,10 +33,10 @@ def edges_in(nodes: int, lengths: Lengths) -> RankedEdges:
     return RankedEdges(starts, to, far, ids)
 
 
-def labels_of(nodes: int, lengths: Lengths, *, batches: tuple[int, int, int], threads: int, room: int = 1):
-    """Return the label of each node as (hub, length, edge towards it), from a pool of capacity ``room`` at first."""
+def labels_of(nodes: int, lengths: Lengths, *, batches: tuple[int, int, int], threads: int, capacity: int = 1):
+    """Return the label of each node as (hub, length, edge towards it), from a pool of an initial ``capacity``."""
     pool = LabelPool(np.arange(nodes, dtype=np.int32))
-    pool.hubs, pool.lengths, pool.towards = np.empty((3, room), np.int32)
+    pool.hubs, pool.lengths, pool.towards = np.empty((3, capacity), np.int32)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(core_labels, "FEW", 0)
         for name, value in zip(("LEAST_BATCH", "MOST_BATCH", "NODES_A_SEARCH"), batches, strict=True):
@@ -49,7 +49,7 @@ def labels_of(nodes: int, lengths: Lengths, *, batches: tuple[int, int, int], th
 
 @given(graph=graphs(), batches=st.sampled_from([(1, 1, 1), (2, 8, 1), (4, 64, 16), (30, 30, 1)]))
 @settings(deadline=None)
-def test_a_node_has_a_hub_where_no_node_on_a_shortest_way_is_more_important(graph, batches):
+def test_label_hubs_agree_with_the_twin(graph, batches):
     nodes, lengths = graph
     labels = labels_of(nodes, lengths, batches=batches, threads=1)
     assert [{hub: length for hub, length, _ in label} for label in labels] == hubs_of(nodes, lengths)
@@ -58,7 +58,7 @@ def test_a_node_has_a_hub_where_no_node_on_a_shortest_way_is_more_important(grap
 
 @given(graph=graphs(), batches=st.sampled_from([(1, 1, 1), (2, 8, 1), (4, 64, 16), (30, 30, 1)]))
 @settings(deadline=None)
-def test_the_edge_towards_a_hub_leads_to_a_node_that_has_it_too(graph, batches):
+def test_edge_towards_a_hub_leads_to_a_node_with_that_hub(graph, batches):
     nodes, lengths = graph
     pairs = list(lengths.items())
     labels = labels_of(nodes, lengths, batches=batches, threads=1)
@@ -73,20 +73,20 @@ def test_the_edge_towards_a_hub_leads_to_a_node_that_has_it_too(graph, batches):
             assert beyond[hub] == length - step
 
 
-def test_two_threads_find_what_one_finds():
+def test_labels_do_not_depend_on_threads():
     drawn = np.random.default_rng(2).integers(0, 400, (1500, 2)).tolist()
     lengths = {(a, b): 1 + (7 * a + b) % 50 for a, b in drawn if a < b}
     one, two, three = (labels_of(400, lengths, batches=(4, 64, 16), threads=threads) for threads in (1, 2, 3))
     assert one == two == three
 
 
-def test_where_there_is_no_room_it_ends():
+def test_labelling_stops_at_the_entry_limit():
     lengths = {(node, node + 1): 1 for node in range(99)}
     pool = LabelPool(np.arange(100, dtype=np.int32))
     assert not CoreLabels(pool, edges_in(100, lengths), 100, longest=1000, threads=1).label(150, proceed)
 
 
-def test_a_way_that_is_too_long_is_told():
+def test_too_long_distance_is_refused():
     pool = LabelPool(np.arange(3, dtype=np.int32))
     labelling = CoreLabels(pool, edges_in(3, {(0, 1): 60_000, (1, 2): 60_000}), 3, longest=100_000, threads=1)
     with pytest.raises(InvalidPlanner, match="too long"):

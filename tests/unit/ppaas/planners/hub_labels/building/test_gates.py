@@ -19,12 +19,12 @@ from tests.reference.planners import hub_labels as twin
 from tests.unit.ppaas.planners.hub_labels.kernels.test_scan import in_whole_numbers, maps
 
 
-def fringe_of(free, room: int, threads: int = 1):
+def fringe_of(free, entries: int, threads: int = 1):
     """Return the labels of a map, its fringe, the cells of its corners by rank, and its edges."""
     corner_map = build_corner_map(free, threads=1, check=proceed)
     contraction = Contraction(build_corner_graph(corner_map, threads=1, check=proceed))
     contracted = contraction.run(check=proceed)
-    while (pool := label(contracted, None, most_entries=room, longest=2**29, threads=1, check=proceed)) is None:
+    while (pool := label(contracted, None, most_entries=entries, longest=2**29, threads=1, check=proceed)) is None:
         contracted = contraction.run(contraction.core * 3 // 4, check=proceed)
     nodes = np.argsort(pool.ranks).astype(np.int32)
     edges, positions = edges_of(contracted, nodes, pool.ranks), corner_map.positions[nodes]
@@ -39,10 +39,10 @@ def gates_of(fringe, rank: int) -> dict[int, float]:
     return dict(zip(hubs.tolist(), (fringe.lengths[own] / STRAIGHT).tolist(), strict=True))
 
 
-@given(free=maps(14), room=st.sampled_from([5, 20, 60]))
+@given(free=maps(14), entries=st.sampled_from([5, 20, 60]))
 @settings(deadline=None, max_examples=15)
-def test_each_gate_is_on_a_shortest_way_and_none_is_missing(free, room):
-    pool, fringe, cells, _ = fringe_of(free, room)
+def test_gates_are_on_shortest_paths_and_complete(free, entries):
+    pool, fringe, cells, _ = fringe_of(free, entries)
     far = [twin.lengths_from(free, cell) for cell in cells]
     for rank in range(pool.labelled, len(cells)):
         gates = gates_of(fringe, rank)
@@ -68,10 +68,10 @@ def climbed_from(rank: int, fringe, edges) -> dict[int, float]:
     return reached
 
 
-@given(free=maps(14), room=st.sampled_from([5, 20, 60]))
+@given(free=maps(14), entries=st.sampled_from([5, 20, 60]))
 @settings(deadline=None, max_examples=15)
-def test_what_is_reached_below_labels_sooner_than_over_them_lies_in_the_rectangle_of_a_corner(free, room):
-    pool, fringe, cells, edges = fringe_of(free, room)
+def test_box_of_a_corner_holds_all_nearer_unlabelled_corners(free, entries):
+    pool, fringe, cells, edges = fringe_of(free, entries)
     far = [twin.lengths_from(free, cell) for cell in cells]
     for rank in range(pool.labelled, len(cells)):
         box = fringe.boxes[rank] - 1  # without the margin
@@ -88,7 +88,7 @@ def test_what_is_reached_below_labels_sooner_than_over_them_lies_in_the_rectangl
         assert min(columns) <= box[LEFTMOST] <= box[RIGHTMOST] <= max(columns)
 
 
-def test_two_threads_find_the_gates_that_one_finds():
+def test_gates_do_not_depend_on_threads():
     free = np.random.default_rng(7).random((120, 120)) > 0.25
     (pool, one, *_), (_, two, *_) = (fringe_of(free, 20_000, threads) for threads in (1, 2))
     assert 0 < pool.labelled < len(pool.ranks)
@@ -98,5 +98,5 @@ def test_two_threads_find_the_gates_that_one_finds():
 
 
 @given(st.integers(0, STRAIGHT - 1), st.integers(0, 2000))
-def test_a_length_tells_of_how_many_moves_it_is(diagonal, straight):
+def test_moves_in_recovers_the_number_of_moves(diagonal, straight):
     assert moves_in(in_whole_numbers((0, 0), (diagonal, diagonal + straight))) == diagonal + straight

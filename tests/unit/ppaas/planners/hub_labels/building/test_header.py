@@ -26,7 +26,7 @@ def changed(index, place: int, value: int) -> bytes:
     return words.tobytes()
 
 
-def test_what_was_written_is_read_without_a_copy(index):
+def test_index_is_read_without_a_copy(index):
     content = index.tobytes()
     found = unseal(content)
     np.testing.assert_array_equal(found, index)
@@ -37,12 +37,12 @@ def test_what_was_written_is_read_without_a_copy(index):
 
 
 @pytest.mark.parametrize("keep", [0, 1, 8, 255, 256, 4000, 4001, -8])
-def test_a_file_that_was_cut_off_is_refused(index, keep):
+def test_truncated_index_is_refused(index, keep):
     with pytest.raises(InvalidInput, match="build"):
         unseal(index.tobytes()[:keep])
 
 
-def test_what_is_no_index_is_refused(index):
+def test_invalid_index_is_refused(index):
     with pytest.raises(InvalidInput, match="not an index"):
         unseal(bytes(index.nbytes))
     with pytest.raises(InvalidInput, match="other byte order"):
@@ -54,18 +54,18 @@ def test_what_is_no_index_is_refused(index):
             unseal(changed(index, place, 12345))
 
 
-def test_the_index_tells_of_which_map_it_is(index):
+def test_index_states_its_map(index):
     assert HubIndex(index).is_of(fingerprint(FREE))
     np.testing.assert_array_equal(HubIndex(index).free(), FREE)
     for other in (~FREE, FREE.T, FREE.reshape(50, 40), FREE[:, :-1]):
         assert not HubIndex(index).is_of(fingerprint(other))
 
 
-def test_a_planner_takes_a_shared_index_if_it_is_of_its_map_and_else_builds(index):
-    asked = []
+def test_planner_uses_a_shared_index_of_its_map_only(index):
+    requested = []
 
     def indexes(planner, check):
-        asked.append(planner)
+        requested.append(planner)
         return memoryview(index.tobytes())
 
     costmap = grids.of(np.where(FREE, 0, 254).astype(np.uint8), indexes=indexes)
@@ -75,4 +75,4 @@ def test_a_planner_takes_a_shared_index_if_it_is_of_its_map_and_else_builds(inde
     np.testing.assert_array_equal(HubLabels(allow_unknown=False).prepare(unknown).words, index)
     built = HubLabels().prepare(unknown)  # with free unknown cells it is another map
     assert len(built.words) != len(index)
-    assert asked == ["hub_labels"] * 3
+    assert requested == ["hub_labels"] * 3

@@ -27,7 +27,7 @@ def edges_in(free) -> RankedEdges:
 @given(maps(6), st.integers(1, 40))
 @example(PILLARS, 1)
 @settings(deadline=None, max_examples=20)
-def test_those_are_chosen_that_cover_most_ways_not_counted_yet(free, budget):
+def test_order_covers_the_most_uncounted_paths_first(free, budget):
     edges = edges_in(free)
     nodes = len(edges.starts) - 1
     if nodes == 0:
@@ -43,14 +43,14 @@ def test_those_are_chosen_that_cover_most_ways_not_counted_yet(free, budget):
 
 
 @pytest.mark.parametrize("blocked", [0.005, 0.05])
-def test_all_are_in_the_order_once_on_any_number_of_threads(blocked):
+def test_order_is_a_permutation_independent_of_threads(blocked):
     edges = edges_in(np.random.default_rng(3).random((200, 200)) >= blocked)
     one, two = (order_core(edges, threads=threads, check=proceed) for threads in (1, 2))
     np.testing.assert_array_equal(one, two)
     np.testing.assert_array_equal(np.sort(one), np.arange(len(edges.starts) - 1))
 
 
-def test_of_ways_as_short_as_each_other_a_tree_has_the_one_whose_last_edge_is_shortest():
+def test_tree_prefers_the_shortest_last_edge_among_equal_paths():
     pairs = [(0, 1, 1), (0, 2, 3), (1, 3, 4), (2, 3, 2), (0, 3, 5)]
     both = sorted(pairs + [(b, a, length) for a, b, length in pairs])
     starts = np.searchsorted([a for a, _, _ in both], np.arange(5))

@@ -23,12 +23,12 @@ def corner_map_of(free):
 
 
 def refuse(*_, **__):
-    raise AssertionError("so much should not have been done")
+    raise AssertionError("this step should not have been reached")
 
 
 @pytest.mark.parametrize("blocked", [0.05, 0.2, 0.35])
 @pytest.mark.parametrize("most", [0.3e6, 0.5e6, 0.7e6, 1.0e6, 2.0e6, 4.0e6])
-def test_an_index_is_no_larger_than_it_may_be_or_there_is_none(monkeypatch, blocked, most):
+def test_index_obeys_the_size_limit_or_is_refused(monkeypatch, blocked, most):
     monkeypatch.setattr(size_limits, "MOST_BYTES", most)
     free = scattered(blocked)
     try:
@@ -41,7 +41,7 @@ def test_an_index_is_no_larger_than_it_may_be_or_there_is_none(monkeypatch, bloc
 
 
 @pytest.mark.parametrize(("blocked", "most"), [(0.005, 30), (0.005, 120), (0.2, 200)])
-def test_no_more_corners_have_labels_than_there_are_numbers_of_hubs(monkeypatch, blocked, most):
+def test_labelled_corners_do_not_exceed_the_number_of_hubs(monkeypatch, blocked, most):
     free = scattered(blocked)
     assert build_index(free, threads=1, check=proceed)[layout.LABELLED] > most
     monkeypatch.setattr(layout, "MOST_HUBS", most)
@@ -50,25 +50,25 @@ def test_no_more_corners_have_labels_than_there_are_numbers_of_hubs(monkeypatch,
     assert_all_paths_are_shortest(free, HubIndex(words), [tuple(np.argwhere(free)[0].tolist())])
 
 
-def test_an_index_that_got_too_large_is_made_again_with_fewer_labels(monkeypatch):
+def test_too_large_index_is_rebuilt_with_fewer_labels(monkeypatch):
     monkeypatch.setattr(size_limits, "MOST_BYTES", 1.0e6)
     monkeypatch.setattr(size_limits, "BYTES_AN_EDGE", 12)
     monkeypatch.setattr(size_limits, "BYTES_A_CORNER", 0)
-    rooms = []
+    limits = []
     usual = assembly.label
-    monkeypatch.setattr(assembly, "label", lambda *a, **k: (rooms.append(k["most_entries"]), usual(*a, **k))[1])
+    monkeypatch.setattr(assembly, "label", lambda *a, **k: (limits.append(k["most_entries"]), usual(*a, **k))[1])
     assert build_index(scattered(0.2), threads=1, check=proceed).nbytes <= 1.0e6
-    assert rooms == sorted(rooms, reverse=True)
-    assert len(rooms) > 1
+    assert limits == sorted(limits, reverse=True)
+    assert len(limits) > 1
 
 
-def test_a_map_with_far_too_many_corners_is_refused_before_it_is_contracted(monkeypatch):
+def test_map_with_too_many_corners_is_refused_before_contraction(monkeypatch):
     monkeypatch.setattr(assembly, "Contraction", refuse)
     with pytest.raises(InvalidPlanner, match=r"342763 corners.* 40 MB; .* jps or dijkstra"):
         build_index(np.random.default_rng(0).random((1024, 1024), np.float32) >= 0.2, threads=2, check=proceed)
 
 
-def test_one_that_gets_too_many_edges_is_refused_before_it_is_contracted_to_the_end(monkeypatch):
+def test_map_with_too_many_edges_is_refused_during_contraction(monkeypatch):
     free = scattered(0.1)
     graph = build_corner_graph(corner_map_of(free), threads=1, check=proceed)
     monkeypatch.setattr(assembly, "most_edges", lambda *_: len(graph.to) * 3 // 4)
@@ -82,14 +82,14 @@ def test_one_that_gets_too_many_edges_is_refused_before_it_is_contracted_to_the_
     assert contractions[0].core > len(graph.positions) // 4
 
 
-def test_one_that_would_take_minutes_to_contract_is_refused(monkeypatch):
+def test_map_with_a_too_long_contraction_is_refused(monkeypatch):
     monkeypatch.setattr(size_limits, "MOST_EDGE_VISITS", 1000)
     monkeypatch.setattr(assembly, "label", refuse)
     with pytest.raises(InvalidPlanner, match="too many"):
         build_index(scattered(0.1), threads=2, check=proceed)
 
 
-def test_one_whose_shortcuts_will_leave_no_room_for_any_core_is_refused_before_they_are_made(monkeypatch):
+def test_map_without_space_for_a_core_is_refused_before_shortcuts(monkeypatch):
     monkeypatch.setattr(assembly, "DENSE_CORE_CORNERS", (0, 100))
     monkeypatch.setattr(assembly, "most_label_entries", lambda *_: 0)
     cores = []
@@ -100,7 +100,7 @@ def test_one_whose_shortcuts_will_leave_no_room_for_any_core_is_refused_before_t
     assert cores == [()]
 
 
-def test_one_without_room_for_labels_is_refused_before_it_is_labelled(monkeypatch):
+def test_map_without_space_for_labels_is_refused_before_labelling(monkeypatch):
     free = scattered(0.2)
     monkeypatch.setattr(assembly, "most_label_entries", lambda corner_map, _: len(corner_map.positions) // 3)
     monkeypatch.setattr(assembly, "label", refuse)
@@ -108,7 +108,7 @@ def test_one_without_room_for_labels_is_refused_before_it_is_labelled(monkeypatc
         build_index(free, threads=1, check=proceed)
 
 
-def test_a_map_is_crowded_where_corners_see_few_others_or_are_many(monkeypatch):
+def test_map_is_dense_if_corners_see_few_others_or_are_many(monkeypatch):
     corner_map, maze = corner_map_of(scattered(0.02)), corner_map_of(scattered(0.35))
     graph = build_corner_graph(corner_map, threads=1, check=proceed)
     assert not size_limits.is_dense(corner_map, graph)
@@ -121,7 +121,7 @@ def test_a_map_is_crowded_where_corners_see_few_others_or_are_many(monkeypatch):
     assert size_limits.is_dense(corner_map, graph)
 
 
-def test_a_larger_map_may_have_a_larger_index_and_take_longer():
+def test_limits_grow_with_the_map():
     small, large = (corner_map_of(np.ones((size, size), np.bool_)) for size in (500, 2046))
     assert (size_limits.most_bytes(small), size_limits.most_bytes(large)) == (39.5e6, 4 * 39.5e6)
     assert (
