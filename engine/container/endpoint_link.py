@@ -44,7 +44,6 @@ class EndpointLink:
     def __init__(self, path: str, stream: Stream) -> None:
         self._path = path
         self.stream = stream
-        self._stopped = False
         self._came = asyncio.Event()
         self.is_up = True
 
@@ -81,18 +80,13 @@ class EndpointLink:
         loop, tries = asyncio.get_running_loop(), 0
         while True:
             began = loop.time()
-            await self.stream.each(lambda frame: self._take(frame, take))
-            if self._stopped:
+            if await self.stream.each(take):
                 return
             self.is_up = False
             lost()
             tries = 0 if loop.time() - began > STEADY else tries
             tries = await self._dial_again(tries)
             self.stream.write(hello())
-
-    def _take(self, frame: robot_link.ToContainer, take: Callable[[robot_link.ToContainer], bool]) -> bool:
-        self._stopped = not take(frame)
-        return not self._stopped
 
     async def _dial_again(self, tries: int) -> int:
         await self.stream.close()

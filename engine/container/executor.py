@@ -94,16 +94,14 @@ class NodeExecutor:
             return
         if self._alarm is not None:
             self._alarm.cancel()
-        self._alarm = self._loop.call_later(min(self._run_due(), 3600.0), self._attend)
-
-    def _run_due(self) -> float:
         try:
-            return self.graph.run_due()
+            next_due = self.graph.run_due()
         except Exception as error:
             if repr(error) != self._failure:
                 logger.exception("a timer failed")
             self._failure = repr(error)
-            return 0.0  # other timers may be due still
+            next_due = 0.0  # other timers may be due still
+        self._alarm = self._loop.call_later(min(next_due, 3600.0), self._attend)
 
     def close(self) -> None:
         """Stop the timers; running jobs end by themselves, and their results are dropped."""

@@ -23,7 +23,7 @@ MAX_HELD = 1 << 17
 
 class _DirectHandler(NamedTuple):
     take: Callable[[bytes], bool]
-    over: asyncio.Future[None]
+    over: asyncio.Future[bool]
 
 
 class FrameReceiver(asyncio.Protocol):
@@ -73,15 +73,20 @@ class FrameReceiver(asyncio.Protocol):
                 self._waiter = None
         return self._pop()
 
-    async def each(self, take: Callable[[bytes], bool]) -> None:
+    async def each(self, take: Callable[[bytes], bool]) -> bool:
         """Call ``take`` with each frame as it arrives, until it returns false or the connection ends.
 
         No task is woken for a frame, which saves a turn of the loop. Raises the exceptions of ``take`` and of ``next``.
+
+        Returns
+        -------
+        bool
+            Whether ``take`` returned false.
         """
         taking = self._taking = _DirectHandler(take, asyncio.get_running_loop().create_future())
         self._hand_over(taking)
         try:
-            await taking.over
+            return await taking.over
         finally:
             self._taking = None
 
@@ -98,7 +103,7 @@ class FrameReceiver(asyncio.Protocol):
                 over.set_exception(error)
             return
         if not over.done() and (not more or self._ended or self._transport.is_closing()):
-            over.set_result(None)
+            over.set_result(not more)
 
     def _pop(self) -> bytes:
         frame = self._frames.popleft()

@@ -59,12 +59,17 @@ class FrameStream(Generic[In]):
         body = await self._receiver.next()
         return None if body is None else self._decode(body)
 
-    async def each(self, take: Callable[[In], bool]) -> None:
+    async def each(self, take: Callable[[In], bool]) -> bool:
         """Call ``take`` with each message as it arrives, until it returns false or the stream ends.
 
         Raises the exceptions of ``receive`` and of ``take``.
+
+        Returns
+        -------
+        bool
+            Whether ``take`` returned false.
         """
-        await self._receiver.each(lambda body: take(self._decode(body)))
+        return await self._receiver.each(lambda body: take(self._decode(body)))
 
     def _decode(self, body: bytes) -> In:
         try:

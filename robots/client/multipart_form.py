@@ -29,15 +29,13 @@ class Form:
         boundary = secrets.token_hex(16)
         self.content_type = f"multipart/form-data; boundary={boundary}"
         self._pieces: list[Content] = []
-        for name, value in fields:
-            self._add(boundary, f'form-data; name="{name}"', value.encode())
-        for name, file_name, content in files:
-            self._add(boundary, f'form-data; name="{name}"; filename="{file_name}"', content)
+        parts: list[tuple[str, Content]] = [(f'name="{name}"', value.encode()) for name, value in fields]
+        parts += [(f'name="{name}"; filename="{file_name}"', content) for name, file_name, content in files]
+        for parameters, content in parts:
+            head = f"--{boundary}\r\nContent-Disposition: form-data; {parameters}\r\n\r\n"
+            self._pieces += [head.encode(), content, b"\r\n"]
         self._pieces.append(f"--{boundary}--\r\n".encode())
         self.length = sum(len(piece) if isinstance(piece, bytes) else piece.stat().st_size for piece in self._pieces)
-
-    def _add(self, boundary: str, disposition: str, content: Content) -> None:
-        self._pieces += [f"--{boundary}\r\nContent-Disposition: {disposition}\r\n\r\n".encode(), content, b"\r\n"]
 
     def __iter__(self) -> Iterator[bytes]:
         """Yield the encoded form, block by block."""

@@ -343,7 +343,7 @@ class RobotClient:
             operation = self._session.receive(frame)
             if isinstance(operation, ReceivedMessage):
                 if self._nearby is None or not self._nearby.owns(normalise(operation.topic)):
-                    self.deliver(operation.topic, operation.msg)
+                    self._subscriptions.deliver(operation.topic, operation.msg)
             elif isinstance(operation, ServiceResult):
                 self._calls.handle_response(operation)
             elif isinstance(operation, CallService):

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
+from functools import partial
 from types import TracebackType
 from typing import Protocol
 
@@ -55,8 +56,18 @@ class FormReader:
         self._file: Writer | None = None
         self._open = ExitStack()
         self._whole = False
-        names = ("header_field", "header_value", "header_end", "headers_finished", "part_data", "part_end", "end")
-        self._parser = _parser(boundary, {f"on_{name}": getattr(self, f"_{name}") for name in names})
+        self._parser = _parser(
+            boundary,
+            {
+                "on_header_field": partial(self._header_data, 0),
+                "on_header_value": partial(self._header_data, 1),
+                "on_header_end": self._header_end,
+                "on_headers_finished": self._headers_finished,
+                "on_part_data": self._part_data,
+                "on_part_end": self._part_end,
+                "on_end": self._end,
+            },
+        )
 
     def __enter__(self) -> "FormReader":
         """Return the parser itself."""
@@ -90,11 +101,8 @@ class FormReader:
 
     # -- called by the parser ------------------------------------------------------------------------------------------
 
-    def _header_field(self, data: bytes, start: int, end: int) -> None:
-        self._header[0].extend(data[start:end])
-
-    def _header_value(self, data: bytes, start: int, end: int) -> None:
-        self._header[1].extend(data[start:end])
+    def _header_data(self, part: int, data: bytes, start: int, end: int) -> None:
+        self._header[part].extend(data[start:end])
 
     def _header_end(self) -> None:
         name, value = (bytes(part) for part in self._header)

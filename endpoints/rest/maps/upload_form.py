@@ -3,8 +3,8 @@
 The form is read only after the caller was authenticated, so that nobody fills the disk without a token.
 """
 
-from collections.abc import AsyncIterator, Iterator
-from contextlib import AbstractContextManager, ExitStack, asynccontextmanager, contextmanager
+from collections.abc import AsyncIterator
+from contextlib import AbstractContextManager, ExitStack, asynccontextmanager, nullcontext
 from typing import Any
 
 import msgspec
@@ -120,17 +120,13 @@ class _Files:
     def open(self, name: str) -> AbstractContextManager[Writer]:
         """Return a context manager of the writer of a file."""
         if name == YAML and self._yaml is None:
-            return self._take_yaml()
+            self._yaml = _YamlBuffer()
+            return nullcontext(self._yaml)
         if name in (IMAGE, OCTOMAP):
             return self._upload.writing(name)
         raise InvalidParameter(
             f"unexpected or repeated file {name[:64]!r} in the form: send yaml, image and octomap once each"
         )
-
-    @contextmanager
-    def _take_yaml(self) -> Iterator[Writer]:
-        self._yaml = _YamlBuffer()
-        yield self._yaml
 
     def complete(self, rules: Rules | None) -> None:
         """Write the YAML; raise ``InvalidParameter`` if a file is missing."""

@@ -46,7 +46,7 @@ class PlanFastPath:
         token = path = None
         if scope["type"] == "http" and scope["method"] == "POST":
             path = self._path.fullmatch(scope["path"])
-            token = _token(scope["headers"])
+            token = _token(scope["headers"]) if path is not None else None
         if path is None or token is None or not is_name(path[1]):
             await self._app(scope, receive, send)
             return

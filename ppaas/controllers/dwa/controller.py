@@ -54,7 +54,8 @@ class DynamicWindow(PathFollower):
         """
         path = self._plan()
         request.check()
-        velocity = self._velocity_now(request)
+        # The odometry is one cycle late: the last command counts as the velocity if it explains the odometry.
+        velocity = in_force(self._commanded, request.velocity, self.parameters, 2.0 * request.period)
         try:
             self._commanded = self._choose(path, request, velocity)
         except NoValidControl:
@@ -64,10 +65,6 @@ class DynamicWindow(PathFollower):
 
     def _on_new_goal(self) -> None:
         self._turning = False
-
-    def _velocity_now(self, request: ControlRequest) -> Velocity:
-        """Return the last command if it explains the odometry, which is one cycle late; otherwise the odometry."""
-        return in_force(self._commanded, request.velocity, self.parameters, 2.0 * request.period)
 
     def _choose(self, path: FollowedPath, request: ControlRequest, velocity: Velocity) -> Velocity:
         p, pose = self.parameters, request.pose

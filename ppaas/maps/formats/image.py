@@ -38,20 +38,24 @@ class ImageRows:
     ----------
     source : PgmRows or PngRows
         The opened file.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        Height and width [pixels].
+    check : callable
+        Raises ``InvalidMap`` if any pixel is invalid.
     """
 
     def __init__(self, source: PgmRows | PngRows) -> None:
         self._source = source
         self.shape = source.shape
+        self.check = source.check
 
     def rows(self, first: int, last: int) -> MapImage:
         """Return the rows ``first`` to ``last`` (excluded) from the top; ``InvalidMap`` for invalid pixels."""
         pixels = self._source.rows(first, last)
         return MapImage(pixels if pixels.ndim == 3 else pixels[..., np.newaxis])
-
-    def check(self) -> None:
-        """Raise ``InvalidMap`` if any pixel is invalid."""
-        self._source.check()
 
 
 def open_image(image: Buffer) -> ImageRows:
