@@ -1,4 +1,4 @@
-"""Benches are registered by a distribution of their own, which holds no module; the wheel of ppaas has none."""
+"""Benches are registered by their own distribution, which contains no module; the wheel of ppaas has none."""
 
 import tomllib
 from importlib.metadata import EntryPoint, distribution
@@ -14,7 +14,7 @@ BENCHES: dict[str, str] = PROJECT["entry-points"][GROUP]
 
 
 @pytest.mark.parametrize(("name", "value"), BENCHES.items())
-def test_every_bench_is_the_module_of_its_name(name: str, value: str) -> None:
+def test_every_bench_is_a_module_of_its_name(name: str, value: str) -> None:
     assert value == f"benchmarks.commands.{name}"
     bench = EntryPoint(name, value, GROUP).load()
     assert bench.HELP
@@ -22,18 +22,18 @@ def test_every_bench_is_the_module_of_its_name(name: str, value: str) -> None:
     assert callable(bench.measure)
 
 
-def test_every_module_of_the_folder_is_registered() -> None:
+def test_every_module_of_commands_is_registered() -> None:
     folder = ROOT / "benchmarks" / "commands"
     assert {file.stem for file in folder.glob("*.py")} - {"__init__"} == set(BENCHES)
 
 
-def test_those_installed_are_those_of_the_project() -> None:
+def test_the_installed_benches_are_those_of_the_project() -> None:
     installed = distribution(PROJECT["name"])
     assert {entry.name: entry.value for entry in installed.entry_points} == BENCHES, "run make setup"
     assert installed.version == ppaas.__version__
     assert not [file for file in installed.files or () if file.suffix == ".py"]
 
 
-def test_ppaas_itself_registers_none() -> None:
+def test_ppaas_itself_registers_no_bench() -> None:
     assert GROUP not in pyproject()["project"]["entry-points"]
     assert GROUP not in {entry.group for entry in distribution("ppaas").entry_points}

@@ -11,7 +11,7 @@ def first(count: int, seed: int, machines: int) -> list[FaultKind]:
     return list(itertools.islice(deck(Random(seed), machines), count))
 
 
-def test_the_same_seed_does_the_same() -> None:
+def test_the_order_of_faults_depends_only_on_the_seed() -> None:
     assert first(40, 1, 3) == first(40, 1, 3) != first(40, 2, 3)
 
 
@@ -24,5 +24,5 @@ def test_a_cloud_of_one_machine_has_no_faults_of_machines() -> None:
     assert set(first(100, 1, 1)) == set(OF_ONE_MACHINE)
 
 
-def test_a_kind_is_told_in_words() -> None:
+def test_a_kind_is_described_in_words() -> None:
     assert str(FaultKind("fork server", "stop")) == "fork server, stopped"

@@ -23,15 +23,15 @@ def start(folder: Path, code: str = WAIT, *arguments: str) -> subprocess.Popen[b
 
 
 @pytest.fixture
-def told() -> list[str]:
-    """Return what is told."""
+def reported() -> list[str]:
+    """Return the reported leftovers."""
     return []
 
 
 @pytest.fixture
-def traces(tmp_path: Path, told: list[str]) -> Leftovers:
-    """Return what looks at processes in a folder."""
-    return Leftovers(tmp_path, told.append)
+def traces(tmp_path: Path, reported: list[str]) -> Leftovers:
+    """Return the check of the processes of a folder."""
+    return Leftovers(tmp_path, reported.append)
 
 
 @pytest.fixture
@@ -42,7 +42,7 @@ def running(tmp_path: Path) -> Iterator[subprocess.Popen[bytes]]:
         process.communicate()
 
 
-def test_processes_are_told_from_others_by_their_folder(tmp_path: Path, running: subprocess.Popen[bytes]) -> None:
+def test_processes_are_identified_by_their_folder(tmp_path: Path, running: subprocess.Popen[bytes]) -> None:
     home = tmp_path / MACHINES / "m2" / "t"
     home.mkdir(parents=True)
     with start(home, WAIT, "engine.fabric.router") as router, start(tmp_path.parent) as other:
@@ -53,24 +53,24 @@ def test_processes_are_told_from_others_by_their_folder(tmp_path: Path, running:
 
 
 def test_without_leftovers_nothing_is_reported(
-    traces: Leftovers, running: subprocess.Popen[bytes], told: list[str]
+    traces: Leftovers, running: subprocess.Popen[bytes], reported: list[str]
 ) -> None:
     assert len(traces.look()) == 1
     running.communicate()
     traces.at_end()
-    assert told == []
+    assert reported == []
 
 
 def test_a_leftover_process_and_file_are_reported(
-    traces: Leftovers, tmp_path: Path, running: subprocess.Popen[bytes], told: list[str]
+    traces: Leftovers, tmp_path: Path, running: subprocess.Popen[bytes], reported: list[str]
 ) -> None:
     (tmp_path / "pymp-1").mkdir()
-    (tmp_path / "log").write_text("meant to stay")
+    (tmp_path / "log").write_text("not a leftover")
     traces.at_end()
-    assert told == [f"process {running.pid} (other of {OWN}) is left", f"{tmp_path / 'pymp-1'} is left"]
+    assert reported == [f"process {running.pid} (other of {OWN}) is left", f"{tmp_path / 'pymp-1'} is left"]
 
 
-def test_leftover_shared_memory_is_reported(traces: Leftovers, tmp_path: Path, told: list[str]) -> None:
+def test_leftover_shared_memory_is_reported(traces: Leftovers, tmp_path: Path, reported: list[str]) -> None:
     shared = Path("/dev/shm") / f"chaos-test-{os.getpid()}"
     code = "import mmap, sys; f = open(sys.argv[1], 'w+b'); f.truncate(99); m = mmap.mmap(f.fileno(), 99)\n"
     code += "print(1, flush=True); sys.stdin.read()"
@@ -83,12 +83,12 @@ def test_leftover_shared_memory_is_reported(traces: Leftovers, tmp_path: Path, t
         traces.at_end()
     finally:
         shared.unlink()
-    assert told == [f"{shared} is left"]
+    assert reported == [f"{shared} is left"]
 
 
-def test_a_zombie_that_is_not_reaped_is_reported(tmp_path: Path, told: list[str]) -> None:
+def test_a_zombie_that_is_not_reaped_is_reported(tmp_path: Path, reported: list[str]) -> None:
     clock = ManualClock()
-    traces = Leftovers(tmp_path, told.append, clock)
+    traces = Leftovers(tmp_path, reported.append, clock)
     code = "import subprocess, sys; c = subprocess.Popen([sys.executable, '-c', 'input()'], stdin=subprocess.PIPE)\n"
     code += "print(c.pid, flush=True); sys.stdin.readline(); c.stdin.close(); import os; "
     code += "os.waitid(os.P_PID, c.pid, os.WEXITED | os.WNOWAIT); print(1, flush=True); sys.stdin.read()"
@@ -100,8 +100,8 @@ def test_a_zombie_that_is_not_reaped_is_reported(tmp_path: Path, told: list[str]
         parent.stdin.flush()
         parent.stdout.readline()
         traces.look()
-        assert told == []
+        assert reported == []
         clock.advance(ZOMBIE_GRACE + 1.0)
         traces.look()
         parent.communicate()
-    assert told == [f"process {child} (other) has been a zombie for {ZOMBIE_GRACE + 1.0:.0f} s"]
+    assert reported == [f"process {child} (other) has been a zombie for {ZOMBIE_GRACE + 1.0:.0f} s"]

@@ -26,19 +26,19 @@ def report(*wrong: str) -> ChaosReport:
     )  # fmt: skip
 
 
-def test_a_gap_counts_for_the_one_fault_that_can_have_caused_it() -> None:
+def test_a_gap_is_attributed_to_the_only_fault_that_can_have_caused_it() -> None:
     faults = [InjectedFault("a", 10.0), InjectedFault("b", 14.0), InjectedFault("a", 30.0)]
     gaps = [Gap(10.5, 15.0), Gap(14.5, 15.0), Gap(31.2, 32.0), Gap(29.0, 30.5), Gap(10.5, 11.5)]
     assert longest_by_fault(faults, gaps) == {SEVERAL: 4.5, "b": 0.5, NO_FAULT: 0.8, "a": 1.5}
 
 
-def test_what_was_stopped_can_cause_a_gap_until_it_goes_on_or_has_ended() -> None:
+def test_a_stopped_process_can_cause_gaps_until_it_continues_or_exits() -> None:
     faults = [InjectedFault("fork server, stopped", 10.0, until=20.0), InjectedFault("container, killed", 18.0)]
     gaps = [Gap(15.0, 16.0), Gap(18.5, 22.0), Gap(21.5, 22.0)]
     assert longest_by_fault(faults, gaps) == {"fork server, stopped": 1.0, SEVERAL: 3.5, NO_FAULT: 0.5}
 
 
-def test_the_longest_silences_are_told_with_their_causes_and_all_by_seconds_of_the_run() -> None:
+def test_the_longest_silences_are_listed_with_their_causes() -> None:
     faults = [InjectedFault("web, killed", 105.0), InjectedFault("web, stopped", 110.04, until=113.04)]
     gaps = {"a": [Gap(105.5, 108.0)] * LONGEST, "b": [Gap(120.0, 125.0)]}
     first, second, *others = longest_silences(faults, gaps, 100.0)
@@ -48,7 +48,7 @@ def test_the_longest_silences_are_told_with_their_causes_and_all_by_seconds_of_t
     assert log_of(faults, 100.0) == [InjectedFault("web, killed", 5.0), InjectedFault("web, stopped", 10.0, until=13.0)]
 
 
-def test_what_is_wrong_fails_a_run() -> None:
+def test_an_error_fails_a_run() -> None:
     assert report().passed
     failed = report("3.0 s: r received the feedback of a control cycle again")
     assert not failed.passed

@@ -5,7 +5,7 @@ import pytest
 from benchmarks.chaos.silences import Gap, Silences
 
 
-def test_silence_is_noted_from_the_goal_to_the_first_cycle_between_cycles_and_to_the_end() -> None:
+def test_silences_before_between_and_after_control_cycles_are_measured() -> None:
     silences = Silences()
     silences.heard(1.0)
     silences.goal_sent(3.0)

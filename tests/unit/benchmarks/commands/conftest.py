@@ -9,7 +9,7 @@ import pytest
 
 from robots.cli.main import main
 
-Told = Callable[..., dict[str, Any]]
+RunBench = Callable[..., dict[str, Any]]
 
 MAP = "type octile\nheight 2\nwidth 3\nmap\n...\n.@.\n"
 SCENARIO = "version 1\n0\ta.map\t3\t2\t0\t0\t2\t0\t2\n"
@@ -24,7 +24,7 @@ def map_(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def told(capsys: pytest.CaptureFixture[str]) -> Told:
+def run_bench(capsys: pytest.CaptureFixture[str]) -> RunBench:
     """Return a call that runs a bench and returns its JSON."""
 
     def run(*arguments: str) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from robots.cli.main import main
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[chaos.ChaosOptions]:
+def runs(monkeypatch: pytest.MonkeyPatch) -> list[chaos.ChaosOptions]:
     """Return the options of runs; a run has an error only if its seed is 13."""
     seen: list[chaos.ChaosOptions] = []
 
@@ -29,19 +29,19 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[chaos.ChaosOptions]:
     return seen
 
 
-def test_it_is_ten_minutes_with_ten_robots_on_three_machines_unless_something_else_is_asked_for(
-    asked: list[chaos.ChaosOptions], capsys: pytest.CaptureFixture[str]
+def test_defaults_are_ten_minutes_ten_robots_and_three_machines(
+    runs: list[chaos.ChaosOptions], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["bench", "chaos"]) == 0
     assert main(["bench", "chaos", "--minutes", "0.5", "--robots", "2", "--machines", "1", "--every", "2"]) == 0
-    assert asked == [chaos.ChaosOptions(600.0, 10, 3, 5.0, 1), chaos.ChaosOptions(30.0, 2, 1, 2.0, 1)]
+    assert runs == [chaos.ChaosOptions(600.0, 10, 3, 5.0, 1), chaos.ChaosOptions(30.0, 2, 1, 2.0, 1)]
     heading, row, *_ = (line.split() for line in capsys.readouterr().out.splitlines())
     assert heading == ["fault", "times", "longest", "gap", "s", "served", "by", "nobody", "s"]
     assert row == ["web,", "killed", "2", "4.5", "3.5"]
 
 
-def test_what_is_wrong_is_the_exit_status_for_people_and_programs(
-    asked: list[chaos.ChaosOptions], capsys: pytest.CaptureFixture[str]
+def test_an_error_of_a_run_sets_the_exit_status(
+    runs: list[chaos.ChaosOptions], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["bench", "chaos", "--seed", "13"]) == 1
     assert "WRONG: 3.0 s: a zombie" in capsys.readouterr().out
@@ -56,8 +56,8 @@ def test_what_is_wrong_is_the_exit_status_for_people_and_programs(
         ["--machines", "1.5"], ["--machines", "-1"], ["--every", "inf"], ["--seed", "x"],
     ],
 )  # fmt: skip
-def test_what_cannot_be_run_is_refused(arguments: list[str], asked: list[chaos.ChaosOptions]) -> None:
+def test_invalid_options_are_refused(arguments: list[str], runs: list[chaos.ChaosOptions]) -> None:
     with pytest.raises(SystemExit) as refused:
         main(["bench", "chaos", *arguments])
     assert refused.value.code == 2
-    assert asked == []
+    assert runs == []

@@ -6,7 +6,7 @@ from benchmarks.planners import compare, peers
 from robots.cli.main import main
 
 
-def test_a_comparison_names_who_is_missing_and_who_cannot(
+def test_missing_and_unsuitable_peers_are_reported(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     field, path = peers.FIELDS[2], peers.PATHS[0]
@@ -27,8 +27,6 @@ def test_a_comparison_names_who_is_missing_and_who_cannot(
         (["compare", "--empty", "3", "--only", "ours"], "not-found"),
     ],
 )
-def test_what_cannot_be_measured_is_refused(
-    capsys: pytest.CaptureFixture[str], arguments: list[str], slug: str
-) -> None:
+def test_an_unknown_peer_is_refused(capsys: pytest.CaptureFixture[str], arguments: list[str], slug: str) -> None:
     assert main(["bench", *arguments]) == 1
     assert capsys.readouterr().err.strip().startswith(f"ppaas: {slug}: ")

@@ -11,8 +11,6 @@ from robots.cli.main import main
         (["fig3", "--map", "none.yaml"], "invalid-map"),
     ],
 )
-def test_what_cannot_be_measured_is_refused(
-    capsys: pytest.CaptureFixture[str], arguments: list[str], slug: str
-) -> None:
+def test_a_missing_map_is_refused(capsys: pytest.CaptureFixture[str], arguments: list[str], slug: str) -> None:
     assert main(["bench", *arguments]) == 1
     assert capsys.readouterr().err.strip().startswith(f"ppaas: {slug}: ")

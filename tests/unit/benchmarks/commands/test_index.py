@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 
 from robots.cli.main import main
-from tests.unit.benchmarks.commands.conftest import Told
+from tests.unit.benchmarks.commands.conftest import RunBench
 
 
-def test_the_json_of_an_index_has_seconds_by_threads(map_: Path, told: Told) -> None:
-    answer = told("index", "--map", str(map_), "--tiles", "3", "--threads", "1,2")
+def test_the_json_contains_the_times_per_number_of_threads(map_: Path, run_bench: RunBench) -> None:
+    answer = run_bench("index", "--map", str(map_), "--tiles", "3", "--threads", "1,2")
     assert set(answer) == {
         "grid", "planner", "seconds", "bytes", "queries", "wrong", "mean_us", "p50_us", "p99_us", "cpus",
     }  # fmt: skip
@@ -23,7 +23,7 @@ def test_the_json_of_an_index_has_seconds_by_threads(map_: Path, told: Told) -> 
         (["index", "--empty", "9", "--planner", "dijkstra"], "invalid-parameter"),
     ],
 )
-def test_what_cannot_be_measured_is_refused(
+def test_a_planner_without_an_index_is_refused(
     capsys: pytest.CaptureFixture[str], arguments: list[str], slug: str
 ) -> None:
     assert main(["bench", *arguments]) == 1

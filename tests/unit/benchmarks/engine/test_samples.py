@@ -3,7 +3,7 @@
 from benchmarks.engine.samples import median_and_p99, median_and_worst, served_after
 
 
-def test_the_median_and_the_worst_hundredth_have_the_same_limit() -> None:
+def test_the_limit_applies_to_median_and_p99() -> None:
     middle, tail = median_and_p99("part", "ready", [0.001 * n for n in range(1, 201)], limit=150.0)
     assert (middle.value, tail.value) == (100.5, 199.0)
     assert (middle.kept, tail.kept) == (True, False)
@@ -15,10 +15,10 @@ def test_the_p99_of_few_samples_is_their_maximum() -> None:
     assert [figure.value for figure in median_and_worst("part", "x", [0.1, 0.3, 0.2], limit=500.0)] == [200.0, 300.0]
 
 
-def test_a_command_that_was_on_its_way_does_not_count_as_service() -> None:
+def test_commands_in_transit_at_the_fault_do_not_count_as_service() -> None:
     commands = [0.0, 0.05, 0.101, 0.102, 0.35, 0.4]  # killed at 0.1; two came from what was killed
     assert abs(served_after(commands, 0.1) - 0.25) < 1e-9
 
 
-def test_a_silence_before_the_fault_is_not_its_own() -> None:
+def test_a_silence_before_the_fault_is_not_counted() -> None:
     assert abs(served_after([0.0, 5.0, 5.05, 5.3], 5.06) - 0.24) < 1e-9

@@ -6,7 +6,7 @@ from benchmarks.harness import free_ports as module
 from benchmarks.harness.free_ports import END, LOWEST, free_ports
 
 
-def test_ports_follow_each_other_and_are_free_again() -> None:
+def test_consecutive_free_ports_are_returned() -> None:
     ports = free_ports(3)
     assert ports == list(range(ports[0], ports[0] + 3))
     assert ports[0] >= LOWEST and ports[-1] < END
@@ -15,7 +15,7 @@ def test_ports_follow_each_other_and_are_free_again() -> None:
             pass
 
 
-def test_a_run_with_a_port_that_is_taken_is_not_given(monkeypatch) -> None:
+def test_a_range_with_a_port_in_use_is_skipped(monkeypatch) -> None:
     first = free_ports(4)[0]
     places = iter([first - LOWEST, first - LOWEST + 2])
     monkeypatch.setattr(module.secrets, "randbelow", lambda _: next(places))

@@ -47,7 +47,7 @@ async def starts(folder: Path, count: int) -> list[str]:
     return lines
 
 
-async def test_a_machine_that_exits_is_restarted_without_a_ticket_until_it_is_ended(tmp_path: Path) -> None:
+async def test_an_exited_machine_is_restarted_without_a_ticket_until_ended(tmp_path: Path) -> None:
     data = tmp_path / "data"
     expected = [f"join TICKET --name m2 --data {data}", f"join --name m2 --data {data}"]
     async with running(tmp_path, restarts=True) as machine:
@@ -65,13 +65,13 @@ async def test_a_machine_without_restarts_stays_killed(tmp_path: Path) -> None:
             await machine.is_in(cast(RestClient, OtherMachines()))
 
 
-async def test_a_frozen_machine_ends(tmp_path: Path) -> None:
+async def test_a_frozen_machine_can_be_ended(tmp_path: Path) -> None:
     async with running(tmp_path) as machine:
         machine.freeze()
         await machine.end()
 
 
-async def test_a_machine_that_ignores_sigterm_is_killed_and_named(
+async def test_a_machine_that_ignores_sigterm_is_killed_and_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(joining, "END_TIMEOUT", 0.1)

@@ -17,7 +17,7 @@ def test_a_map_is_drawn_cell_by_cell() -> None:
     assert np.asarray(image.get_array()).tolist() == [[list(FLOOR), list(WALL), list(UNKNOWN)]]
 
 
-def test_a_turned_grid_is_drawn_turned_in_its_frame() -> None:
+def test_a_rotated_grid_is_drawn_rotated_in_its_frame() -> None:
     _, axes = map_figure(GridMap(np.zeros((10, 10), np.int8), GridInfo(1.0, 10, 10)))
     info = GridInfo(0.1, 20, 10, Pose2D(1.0, 0.0, math.pi / 2))
     show_cells(axes, np.zeros((10, 20, 4), np.uint8), info, Pose2D(2.0, 3.0, 0.0))

@@ -14,7 +14,7 @@ def test_generated_maps_need_no_file() -> None:
     assert read_map("office").data.shape != read_map("warehouse").data.shape
 
 
-def test_only_lethal_cells_beside_others_become_walls(tmp_path: Path) -> None:
+def test_only_lethal_cells_next_to_others_become_walls(tmp_path: Path) -> None:
     pixels = np.full((4, 6), 254, np.uint8)
     pixels[0, 0], pixels[0, 1] = 50, 253
     path = tmp_path / "costmap.pgm"
@@ -27,6 +27,6 @@ def test_only_lethal_cells_beside_others_become_walls(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["nowhere.yaml", "nowhere.pgm"])
-def test_a_map_that_is_not_there_is_refused(name: str) -> None:
+def test_a_missing_map_is_refused(name: str) -> None:
     with pytest.raises(InvalidMap, match="cannot read the map"):
         read_map(name)

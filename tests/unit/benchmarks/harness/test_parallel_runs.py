@@ -9,21 +9,21 @@ from benchmarks.harness.parallel_runs import run_all
 
 
 def job(number: float) -> float:
-    """Wait, or fail where there is nothing to wait for."""
+    """Wait, or fail if the number is negative."""
     if number < 0.0:
         raise ValueError(number)
     time.sleep(number)
     return number
 
 
-def test_results_come_in_the_order_of_the_jobs() -> None:
+def test_results_have_the_order_of_the_jobs() -> None:
     done: list[None] = []
     for processes in (1, 2):
         assert run_all(job, [0.2, 0.0, 0.1], processes, lambda: done.append(None)) == [0.2, 0.0, 0.1]
     assert len(done) == 6
 
 
-def test_a_job_that_fails_ends_all_others() -> None:
+def test_a_failing_job_ends_all_others() -> None:
     before = multiprocessing.active_children()
     began = time.monotonic()
     with pytest.raises(ValueError, match="-1"):

@@ -32,7 +32,7 @@ def test_the_memory_of_an_exited_process_is_an_error() -> None:
         memory_of(process.pid)
 
 
-def test_processor_time_is_told_by_kind_of_process() -> None:
+def test_cpu_time_is_measured_by_kind_of_process() -> None:
     busy = "import time\nwhile time.process_time() < 0.1: pass\nprint(1, flush=True); input()"
     code = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {busy!r}])"
     with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as web:

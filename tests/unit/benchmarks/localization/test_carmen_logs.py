@@ -31,7 +31,7 @@ def test_a_graph_has_true_poses_odometry_and_scans(tmp_path: Path) -> None:
     assert len(recording.looks[0].scan.ranges) == 180
 
 
-def test_a_scan_of_carmen_is_half_a_circle_and_tells_where_the_laser_is(tmp_path: Path) -> None:
+def test_a_carmen_scan_covers_180_degrees_and_locates_the_laser(tmp_path: Path) -> None:
     recording = read_log(log(tmp_path, "NEFF 3\n" + FLASER))
     (look,) = recording.looks
     assert look.true == look.odom == Pose2D(1.0, 2.0, 0.5)
@@ -41,13 +41,13 @@ def test_a_scan_of_carmen_is_half_a_circle_and_tells_where_the_laser_is(tmp_path
     assert look.scan.range_max == NO_READING
 
 
-def test_stamps_told_in_too_few_digits_are_numbered(tmp_path: Path) -> None:
+def test_stamps_with_too_few_digits_are_replaced_by_numbers(tmp_path: Path) -> None:
     recording = read_log(log(tmp_path, FLASER * 3))
     assert [look.stamp for look in recording.looks] == [1.0, 2.0, 3.0]
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "error"),
     [
         ("", "no scan"),
         ("ODOM 0 0 0\n", "no scan"),
@@ -60,12 +60,12 @@ def test_stamps_told_in_too_few_digits_are_numbered(tmp_path: Path) -> None:
         ("EDGE2 1 2 0 0 0\n" + FLASER * 3, "no EDGE2 from 0 to 1"),
     ],
 )
-def test_a_log_that_is_malformed_is_refused_by_its_line(tmp_path: Path, text: str, told: str) -> None:
-    with pytest.raises(InvalidInput, match=told):
+def test_a_malformed_log_is_refused_with_its_line(tmp_path: Path, text: str, error: str) -> None:
+    with pytest.raises(InvalidInput, match=error):
         read_log(log(tmp_path, text))
 
 
-def test_a_file_that_is_no_text_or_not_there_is_refused(tmp_path: Path) -> None:
+def test_a_binary_or_missing_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "drive.log").write_bytes(b"\xff\xfe\x00")
     for path in (tmp_path / "drive.log", tmp_path / "nowhere.log"):
         with pytest.raises(InvalidInput, match="cannot read the log"):

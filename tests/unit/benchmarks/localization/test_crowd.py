@@ -18,18 +18,18 @@ def crowded(people: int, seed: int = 1) -> tuple[CrowdedWorld, SimulatedRobot, C
     return world, robot, world.crowd
 
 
-def test_people_stay_close_around_a_robot_and_mill_about() -> None:
+def test_people_stay_close_to_the_robot_and_move_about() -> None:
     world, robot, crowd = crowded(people=10)
     before = crowd.places
     for _ in range(500):
         world.step()
-        away = np.hypot(*(crowd.places - robot.base.pose[:2]).T)
-        assert (away > NEAREST - 1e-6).all()
-        assert (away < FARTHEST + 1e-6).all()
+        distance = np.hypot(*(crowd.places - robot.base.pose[:2]).T)
+        assert (distance > NEAREST - 1e-6).all()
+        assert (distance < FARTHEST + 1e-6).all()
     assert (np.hypot(*(crowd.places - before).T) > 0.3).mean() > 0.5
 
 
-def test_a_laser_sees_people_for_as_long_as_they_are_there() -> None:
+def test_the_laser_detects_people_while_they_are_there() -> None:
     world, robot, _ = crowded(people=10)
     near = [sum(seen is not None and seen < FARTHEST for seen in robot.scan().ranges)]
     world.crowd = None
@@ -37,7 +37,7 @@ def test_a_laser_sees_people_for_as_long_as_they_are_there() -> None:
     assert near[0] > near[1] + 120
 
 
-def test_among_people_a_robot_creeps_or_turns_in_place() -> None:
+def test_a_robot_among_people_creeps_or_turns_in_place() -> None:
     world, rng = CrowdedWorld(GRID, 1), np.random.default_rng(1)
     route = Route(GRID, rng)
     start = route.anywhere()

@@ -30,29 +30,29 @@ def played(recording: Recording, *, anywhere: bool = False) -> Replay:
 
 
 @pytest.mark.parametrize("anywhere", [False, True])
-def test_a_robot_is_held_and_found_on_its_own_recording(recording: Recording, anywhere: bool) -> None:
-    told = summary(played(recording, anywhere=anywhere), anywhere=anywhere)
-    assert told["scans"] == 40
-    assert told["lost"] is False
-    assert told["error_cm"] <= told["p95_cm"] <= told["worst_cm"] <= 100.0 * LOST
-    assert told["error_cm"] < 8.0
-    assert told["lost_scans"] < 20
-    assert told["error_deg"] < 2.0
+def test_a_robot_is_localized_on_its_own_recording(recording: Recording, anywhere: bool) -> None:
+    result = summary(played(recording, anywhere=anywhere), anywhere=anywhere)
+    assert result["scans"] == 40
+    assert result["lost"] is False
+    assert result["error_cm"] <= result["p95_cm"] <= result["worst_cm"] <= 100.0 * LOST
+    assert result["error_cm"] < 8.0
+    assert result["lost_scans"] < 20
+    assert result["error_deg"] < 2.0
 
 
-def test_a_recording_without_truth_is_played_and_nothing_is_told_of_errors(recording: Recording) -> None:
+def test_a_recording_without_true_poses_is_replayed_without_errors(recording: Recording) -> None:
     blind = replace(recording, looks=tuple(replace(look, true=None) for look in recording.looks))
     assert not all(look.true is not None for look in blind.looks)
-    told = summary(played(blind, anywhere=True), anywhere=True)
-    assert told["scans"] == 40
-    assert told["lost"] is told["error_cm"] is None
+    result = summary(played(blind, anywhere=True), anywhere=True)
+    assert result["scans"] == 40
+    assert result["lost"] is result["error_cm"] is None
     with pytest.raises(InvalidInput, match="--global"):
         played(blind)
     with pytest.raises(InvalidInput, match="--map"):
         map_of(blind.looks, blind.laser)
 
 
-def test_a_map_of_scans_is_the_room_that_was_seen(recording: Recording) -> None:
+def test_a_map_of_scans_equals_the_recorded_room(recording: Recording) -> None:
     made = map_of(recording.looks, recording.laser)
     rows, columns = np.nonzero(made.data == OCCUPIED)
     world = made.info.to_world(np.column_stack((rows, columns)))
@@ -65,7 +65,7 @@ def test_a_map_of_scans_is_the_room_that_was_seen(recording: Recording) -> None:
     assert made.data[0, 0] == UNKNOWN
 
 
-def test_worse_odometry_drifts_and_the_same_seed_alike(recording: Recording) -> None:
+def test_added_drift_worsens_odometry_reproducibly_by_seed(recording: Recording) -> None:
     once, again, other = (drifting(recording, 0.05, seed) for seed in (1, 1, 2))
     assert once == again != other
     assert once.looks[0].odom == recording.looks[0].odom
@@ -85,10 +85,10 @@ def test_a_picture_shows_large_errors(recording: Recording) -> None:
         assert (ERROR in {line.get_color() for line in axes.lines}) == has_errors
 
 
-def test_a_robot_that_stands_until_it_is_found_is_held_from_there(recording: Recording) -> None:
+def test_errors_count_from_where_the_robot_was_found(recording: Recording) -> None:
     begin = [replace(recording.looks[0], stamp=stamp) for stamp in (1.0, 2.0)]
     looks = (*begin, *recording.looks[1:])
-    told = (Pose2D(5.0, 4.0), *(look.true for look in looks[1:]))
-    summed = summary(Replay(looks, told, 0.001), anywhere=True)
+    estimates = (Pose2D(5.0, 4.0), *(look.true for look in looks[1:]))
+    summed = summary(Replay(looks, estimates, 0.001), anywhere=True)
     assert (summed["lost"], summed["lost_scans"], summed["found_m"], summed["worst_cm"]) == (False, 1, 0.0, 0.0)
-    assert summary(Replay(looks, told, 0.001), anywhere=False)["lost"] is True
+    assert summary(Replay(looks, estimates, 0.001), anywhere=False)["lost"] is True

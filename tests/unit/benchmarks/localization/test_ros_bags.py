@@ -43,7 +43,7 @@ def scan(seconds: float, count: int = 5) -> tuple[str, Any]:
     return SCAN, Of(header=header(seconds, "/laser"), ranges=np.full(count, 2.0, np.float32), **fields)
 
 
-def test_odometry_of_a_topic_is_taken_at_the_time_of_a_scan() -> None:
+def test_odometry_is_interpolated_at_the_time_of_a_scan() -> None:
     recording = recording_of([odometry(1.0, 0.0), scan(0.5), scan(1.5), odometry(2.0, 1.0), scan(3.0)], BAG)
     (look,) = recording.looks
     assert (look.stamp, look.true) == (1.5, None)
@@ -51,7 +51,7 @@ def test_odometry_of_a_topic_is_taken_at_the_time_of_a_scan() -> None:
     assert look.scan.ranges == [2.0] * 5
 
 
-def test_transforms_tell_of_odometry_the_laser_and_where_the_robot_was() -> None:
+def test_transforms_provide_odometry_laser_pose_and_true_pose() -> None:
     sideways = Of(x=math.sqrt(0.5), y=0.0, z=0.0, w=math.sqrt(0.5))
     joints = [
         message
@@ -72,19 +72,19 @@ def test_transforms_tell_of_odometry_the_laser_and_where_the_robot_was() -> None
     assert recording.laser == Pose2D(0.2, 0.1)
 
 
-def test_a_bag_of_which_no_scan_has_odometry_is_refused_by_its_frames() -> None:
+def test_a_bag_without_odometry_for_any_scan_is_refused() -> None:
     with pytest.raises(
         InvalidInput, match=r"1 scans, but no odometry .* at the time of any of them.*base_footprint, odom"
     ):
         recording_of([odometry(1.0, 0.0), scan(30.0)], BAG)
 
 
-def test_a_scan_of_a_wrong_size_is_refused() -> None:
+def test_a_scan_of_wrong_size_is_refused() -> None:
     with pytest.raises(InvalidInput, match="ranges, not 9"):
         recording_of([odometry(1.0, 0.0), odometry(2.0, 0.0), scan(1.5, count=9)], BAG)
 
 
-def test_the_extra_that_reads_bags_is_told_of_where_it_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_bag_reader_is_reported_with_the_extra_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
     monkeypatch.setitem(sys.modules, "rosbags", None)
     with pytest.raises(InvalidInput, match=r"pip install '\.\[bags\]'"):
@@ -116,7 +116,7 @@ def keep(writer: Any, store: Any, serialize: Any) -> None:
 
 
 @pytest.mark.parametrize("name", ["drive.bag", "mcap", "sqlite3"])
-def test_a_bag_of_either_ros_is_read(tmp_path: Path, name: str) -> None:
+def test_bags_of_both_ros_versions_are_read(tmp_path: Path, name: str) -> None:
     bag = tmp_path / name
     if bag.suffix:
         store = get_typestore(Stores.ROS1_NOETIC)
@@ -132,7 +132,7 @@ def test_a_bag_of_either_ros_is_read(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"rubbish", b"#ROSBAG V2.0\n", b"#ROSBAG V2.0\n" + bytes(4096)])
-def test_a_bag_that_cannot_be_read_is_refused(tmp_path: Path, content: bytes) -> None:
+def test_an_unreadable_bag_is_refused(tmp_path: Path, content: bytes) -> None:
     bag = tmp_path / "drive.bag"
     bag.write_bytes(content)
     with pytest.raises(InvalidInput, match=r"cannot read the bag .*drive.bag: ."):

@@ -8,18 +8,18 @@ from benchmarks.localization.run import found_after
 from ppaas.maps.generate import office
 from robots.sim.world import World
 
-WAY = np.arange(0.0, 10.0, 0.5)
+DISTANCES = np.arange(0.0, 10.0, 0.5)
 
 
 @pytest.mark.parametrize(
     ("wrong", "found"),
     [([], 0.0), ([0.0], 0.5), ([0.0, 4.0], 4.5), ([7.0], 7.5), ([8.0], None), ([9.5], None)],
 )
-def test_a_robot_is_found_when_it_is_lost_no_more(wrong: list[float], found: float | None) -> None:
-    assert found_after(WAY, ~np.isin(WAY, wrong)) == found
+def test_a_robot_is_found_once_it_is_never_lost_again(wrong: list[float], found: float | None) -> None:
+    assert found_after(DISTANCES, ~np.isin(DISTANCES, wrong)) == found
 
 
-def test_a_robot_follows_its_way_through_the_map_from_goal_to_goal() -> None:
+def test_a_robot_follows_its_route_from_goal_to_goal() -> None:
     grid = office(seed=1, width=12.0, height=10.0)
     route = Route(grid, np.random.default_rng(3))
     start = route.anywhere()

@@ -19,7 +19,7 @@ def grid() -> GridMap:
     return office(seed=1, width=12.0, height=10.0)
 
 
-def test_all_local_planners_are_measured_and_dwa_as_ros_is_as_well() -> None:
+def test_all_local_planners_and_dwa_with_ros_settings_are_measured() -> None:
     assert [setup.name for setup in setups()][:-1] == list(controller_names())
     assert setups()[-1].parameters["vx_samples"] == 20
     assert [setup.planner for setup in setups(("nav2_mppi_controller/MPPIController",))] == ["mppi"]
@@ -27,18 +27,18 @@ def test_all_local_planners_are_measured_and_dwa_as_ros_is_as_well() -> None:
         setups(("hands",))
 
 
-def test_each_drives_to_all_goals_and_each_cycle_is_timed(grid: GridMap) -> None:
+def test_every_planner_drives_to_all_goals_and_each_cycle_is_timed(grid: GridMap) -> None:
     readings, drives = count(), []
-    told = measure(
+    measured = measure(
         grid, setups(("pure_pursuit",)), 2, seed=3, clock=lambda: 0.001 * next(readings), done=lambda: drives.append(1)
     )
-    [row] = summary(told)
+    [row] = summary(measured)
     assert (row["arrived"], row["goals"], len(drives)) == (2, 2, 2)
-    assert (row["median_ms"], row["longest_ms"]) == (1.0, 1.0), "two readings a cycle"
+    assert (row["median_ms"], row["longest_ms"]) == (1.0, 1.0), "the clock is read twice per cycle"
     assert row["cycles"] > 100
 
 
-def test_the_window_is_what_lies_around_the_robot_and_unknown_beyond_the_map(grid: GridMap) -> None:
+def test_the_window_is_centred_at_the_robot_and_unknown_off_the_map(grid: GridMap) -> None:
     costmap = build_layers(grid, robot_radius=0.18).costmap
     inside, corner = Pose2D(6.0, 5.0, 1.0), Pose2D(0.5, 9.5, 0.0)
     for pose in (inside, corner):

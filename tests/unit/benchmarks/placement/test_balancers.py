@@ -19,35 +19,35 @@ ARGUMENTS = ["bench", "placement", "--robots", "400", "--machines", "30", "--cor
 
 def test_both_balancers_place_the_same_robots(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(ARGUMENTS) == 0
-    told = json.loads(capsys.readouterr().out)
-    first_fit, ppaas = told["balancers"]["first_fit"], told["balancers"]["ppaas"]
-    assert first_fit["placed"] + first_fit["rejected"] == ppaas["placed"] + ppaas["rejected"] == told["robots"] == 400
+    result = json.loads(capsys.readouterr().out)
+    first_fit, ppaas = result["balancers"]["first_fit"], result["balancers"]["ppaas"]
+    assert first_fit["placed"] + first_fit["rejected"] == ppaas["placed"] + ppaas["rejected"] == result["robots"] == 400
     assert ppaas["cross_machine_mb_per_second"] < first_fit["cross_machine_mb_per_second"]
     assert ppaas["layers_gb"] < first_fit["layers_gb"]
     assert main(ARGUMENTS) == 0
     again = json.loads(capsys.readouterr().out)
-    for name in told["balancers"]:
-        for figures in (told["balancers"][name], again["balancers"][name]):
+    for name in result["balancers"]:
+        for figures in (result["balancers"][name], again["balancers"][name]):
             assert figures.pop("placements_per_second") > 0
-    assert told == again
+    assert result == again
 
 
 def test_rejected_robots_are_counted(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*ARGUMENTS[:5], "1", *ARGUMENTS[6:], "--balancer", "first_fit"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert list(told["balancers"]) == ["first_fit"]
-    assert told["balancers"]["first_fit"]["rejected"] > 300
+    result = json.loads(capsys.readouterr().out)
+    assert list(result["balancers"]) == ["first_fit"]
+    assert result["balancers"]["first_fit"]["rejected"] > 300
 
 
-def test_recorded_robots_are_placed_as_they_came(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_recorded_robots_are_placed_in_their_order(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "arrivals.jsonl"
     file.write_text(
         "".join(json.dumps({"at": n, "robot": f"r{n}", "map": "office", "stays": 1.5}) + "\n" for n in range(50))
     )
     assert main(["bench", "placement", "--machines", "1", "--cores", "1", "--arrivals", str(file), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["robots"] == 50
-    assert told["balancers"]["ppaas"]["placed"] == 50
+    result = json.loads(capsys.readouterr().out)
+    assert result["robots"] == 50
+    assert result["balancers"]["ppaas"]["placed"] == 50
 
 
 @pytest.mark.parametrize(
@@ -59,14 +59,14 @@ def test_recorded_robots_are_placed_as_they_came(tmp_path: Path, capsys: pytest.
         '{"at": -1, "robot": "r", "map": "m"}',
     ],
 )
-def test_a_line_that_is_no_arrival_is_told_by_its_number(tmp_path: Path, line: str) -> None:
+def test_an_invalid_line_is_reported_by_its_number(tmp_path: Path, line: str) -> None:
     file = tmp_path / "arrivals.jsonl"
     file.write_text('{"at": 0, "robot": "r0", "map": "m"}\n' + line + "\n")
     with pytest.raises(InvalidInput, match="line 2"):
         list(recorded(file))
 
 
-def test_a_balancer_that_is_not_installed_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_balancer_is_refused_with_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*ARGUMENTS, "--balancer", "best"]) != 0
     assert "first_fit, ppaas" in capsys.readouterr().err
 
@@ -83,7 +83,7 @@ def test_events_are_in_order_and_departures_follow_arrivals() -> None:
     assert len(here) < 300
 
 
-def test_robots_that_stay_do_not_leave() -> None:
+def test_robots_without_a_departure_do_not_leave() -> None:
     assert [
         event.comes for event in events(iter([RobotArrival(0.0, "a", "m"), RobotArrival(1.0, "b", "m", stays=1.0)]))
     ] == [True] * 2

@@ -16,8 +16,8 @@ COUNT, ROBOTS = 4, 12
 
 
 @asynccontextmanager
-async def carried(places: Placement, machines: Machines) -> AsyncIterator[None]:
-    """Have machines, and a container ordered for each robot."""
+async def running(places: Placement, machines: Machines) -> AsyncIterator[None]:
+    """Start the machines, and order a container for each robot."""
     await places.start()
     carrying = [asyncio.create_task(machines.be(f"m{number}")) for number in range(COUNT)]
     try:
@@ -35,24 +35,24 @@ async def carried(places: Placement, machines: Machines) -> AsyncIterator[None]:
         await asyncio.gather(*carrying, return_exceptions=True)
 
 
-async def test_each_robot_has_a_container_and_what_is_said_of_machines_is_kept_for_the_next(short_path: Path) -> None:
+async def test_robots_have_containers_and_machine_settings_survive(short_path: Path) -> None:
     places, machines = MasterPlacement(short_path, "ppaas"), Machines(short_path, keep_every=3)
-    async with carried(places, machines):
+    async with running(places, machines):
         assert len(machines.ordered) == machines.orders == ROBOTS
         assert sum(ordered.kept for ordered in machines.ordered.values()) == ROBOTS // 3
         places.configure(2)
-        said = places.state()
-    assert (list(said["settings"]), said["removed"]) == (["m0"], ["m1"])
-    assert MasterPlacement(short_path, "ppaas").state() == said
+        state = places.state()
+    assert (list(state["settings"]), state["removed"]) == (["m0"], ["m1"])
+    assert MasterPlacement(short_path, "ppaas").state() == state
 
 
-async def test_without_a_master_each_machine_is_ordered_in_its_turn(short_path: Path) -> None:
+async def test_containers_are_ordered_in_turn_without_a_master(short_path: Path) -> None:
     machines = Machines(short_path, keep_every=0)
-    async with carried(RoundRobinPlacement(short_path), machines):
+    async with running(RoundRobinPlacement(short_path), machines):
         on = [ordered.machine for ordered in machines.ordered.values()]
     assert sorted(on) == sorted([f"m{number}" for number in range(COUNT)] * (ROBOTS // COUNT))
 
 
-def test_a_balancer_that_there_is_not_is_refused(short_path: Path) -> None:
+def test_an_unknown_balancer_is_refused(short_path: Path) -> None:
     with pytest.raises(NotFound, match="first_fit"):
         MasterPlacement(short_path, "fairest")

@@ -31,75 +31,75 @@ def doubled(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return values * 2.0
 
 
-def test_the_exact_field_of_scipy_is_ours(monkeypatch: pytest.MonkeyPatch) -> None:
-    told = measure(monkeypatch, (SCIPY,))
-    ours, scipy = told["fields"]
+def test_the_exact_field_of_scipy_equals_ours(monkeypatch: pytest.MonkeyPatch) -> None:
+    result = measure(monkeypatch, (SCIPY,))
+    ours, scipy = result["fields"]
     assert ours["who"] == "ppaas dijkstra, 1 thread"
     assert scipy["off"] < 1e-4 and scipy["other_cells"] == 0
     assert scipy["ratio"] == scipy["seconds"] / ours["seconds"]
-    assert (ours["ratio"], told["left_out"]) == (1.0, {})
+    assert (ours["ratio"], result["left_out"]) == (1.0, {})
 
 
 def test_a_wrong_field_has_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    def told_twice(values: NDArray[np.float64], problem: PeerProblem) -> NDArray[np.float64]:
+    def double_values(values: NDArray[np.float64], problem: PeerProblem) -> NDArray[np.float64]:
         field = doubled(SCIPY.told(values, problem))
         field[problem.goal] = np.inf
         return field
 
-    spoiled = Peer("f", "scipy", SCIPY.module, "twice", SCIPY.prepare, told_twice)
+    spoiled = Peer("f", "scipy", SCIPY.module, "twice", SCIPY.prepare, double_values)
     row = measure(monkeypatch, (spoiled,))["fields"][1]
     assert row["off"] == pytest.approx(1.0, rel=1e-3)
     assert row["other_cells"] == 1
 
 
 def test_an_undrivable_path_is_marked(monkeypatch: pytest.MonkeyPatch) -> None:
-    ends = Peer("f", "scipy", "scipy", "a leap", lambda _, asked: lambda: [asked.start, asked.goal],
+    ends = Peer("f", "scipy", "scipy", "a leap", lambda _, task: lambda: [task.start, task.goal],
                 lambda cells, _: np.array(cells))  # fmt: skip
-    told = measure(monkeypatch, (), (ends,))
-    ours = {row["who"]: row for row in told["paths"] if row["ours"]}
+    result = measure(monkeypatch, (), (ends,))
+    ours = {row["who"]: row for row in result["paths"] if row["ours"]}
     assert ours["ppaas dijkstra"]["walkable"] and ours["ppaas dijkstra"]["off"] == pytest.approx(0.0, abs=1e-9)
-    assert not told["paths"][-1]["walkable"] and told["paths"][-1]["off"] < 0.0
+    assert not result["paths"][-1]["walkable"] and result["paths"][-1]["off"] < 0.0
 
 
-def test_the_field_of_navfn_is_nearly_ours_and_reaches_the_same_cells(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_field_of_navfn_is_close_to_ours_for_the_same_cells(monkeypatch: pytest.MonkeyPatch) -> None:
     ours, navfn = measure(monkeypatch, (NAVFN,))["fields"]
     assert navfn["who"] == "ppaas navfn, 1 thread" and not navfn["ours"]
     assert 0.0 < navfn["off"] < 0.1 and navfn["other_cells"] == 0
     assert ours["ratio"] == 1.0
 
 
-def test_an_index_that_takes_too_long_is_left_out_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_planner_whose_index_takes_too_long_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compare, "PATIENCE", -1.0)
     monkeypatch.setattr(compare, "OURS", ("dijkstra", "jps"))
-    told = measure(monkeypatch, ())
-    assert [row["who"] for row in told["paths"]] == ["ppaas dijkstra"]
-    assert told["left_out"] == {"ppaas jps": "its index takes longer than -1 s"}
+    result = measure(monkeypatch, ())
+    assert [row["who"] for row in result["paths"]] == ["ppaas dijkstra"]
+    assert result["left_out"] == {"ppaas jps": "its index takes longer than -1 s"}
 
 
-def test_our_own_planners_are_all_asked_for_the_path(monkeypatch: pytest.MonkeyPatch) -> None:
-    told = measure(monkeypatch, ())
-    assert {row["who"] for row in told["paths"]} >= {"ppaas dijkstra", "ppaas astar"}
+def test_all_own_planners_are_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    result = measure(monkeypatch, ())
+    assert {row["who"] for row in result["paths"]} >= {"ppaas dijkstra", "ppaas astar"}
 
 
-def test_a_peer_that_there_is_not_is_refused_with_those_there_are() -> None:
+def test_an_unknown_peer_is_refused_with_the_known_ones() -> None:
     with Progress(disable=True) as progress, pytest.raises(NotFound, match="tcod"):
         compare.measure(GRID, None, [1], ("tcodd",), progress)
 
 
 @pytest.mark.parametrize("peer", INSTALLED, ids=lambda peer: f"{peer.package} {peer.name}")
-def test_every_peer_that_is_installed_answers(peer: Peer) -> None:
-    asked = problem()
-    found = peer.told(peer.call(asked)[1](), asked)
+def test_every_installed_peer_answers(peer: Peer) -> None:
+    task = problem()
+    found = peer.told(peer.call(task)[1](), task)
     if peer in FIELDS:
-        exact = field.grow(asked.costmap, asked.goal, 1).values()
+        exact = field.grow(task.costmap, task.goal, 1).values()
         both = np.isfinite(exact) & (exact > 0.0)
         assert np.isfinite(found[both]).all()
         assert np.abs(found[both] / exact[both] - 1.0).mean() < 0.35
     else:
-        assert found[0].tolist() == list(asked.start) and found[-1].tolist() == list(asked.goal)
+        assert found[0].tolist() == list(task.start) and found[-1].tolist() == list(task.goal)
 
 
-def test_a_move_costs_what_the_cell_it_leads_to_weighs_and_cuts_no_corner() -> None:
+def test_a_move_costs_the_weight_of_its_target_and_cuts_no_corner() -> None:
     weights = np.array([[1.0, 2.0], [3.0, np.inf]])
     moves = {(int(a), int(b)): cost for a, b, cost in zip(*edges_of(weights), strict=True)}
     assert moves == {(0, 1): 2.0, (1, 0): 1.0, (0, 2): 3.0, (2, 0): 1.0}

@@ -16,12 +16,12 @@ def measure(grid: grids.Grid, planner: str = "hub_labels", threads: tuple[int, .
 
 
 @pytest.mark.parametrize("planner", ["hub_labels", "jps"])
-def test_each_number_of_threads_has_its_seconds_and_no_query_is_wrong(planner):
-    told = measure(grids.random(64, 10.0), planner, (1, 2))
-    assert set(told["seconds"]) == {"1", "2"}
-    assert (told["grid"], told["planner"]) == ("random 10 % 64²", planner)
-    assert (told["queries"], told["wrong"]) == (20, 0)
-    assert told["bytes"] > 0
+def test_every_number_of_threads_is_timed_and_no_query_is_wrong(planner):
+    result = measure(grids.random(64, 10.0), planner, (1, 2))
+    assert set(result["seconds"]) == {"1", "2"}
+    assert (result["grid"], result["planner"]) == ("random 10 % 64²", planner)
+    assert (result["queries"], result["wrong"]) == (20, 0)
+    assert result["bytes"] > 0
 
 
 def test_a_longer_path_counts_as_wrong(monkeypatch):
@@ -36,7 +36,7 @@ def test_a_longer_path_counts_as_wrong(monkeypatch):
     assert 0 < measure(grids.empty(16))["wrong"] < 20
 
 
-def test_queries_are_drawn_where_there_is_a_way():
+def test_queries_connect_cells_of_one_region():
     costs = grids.empty(20).costmap.data.copy()
     costs[10] = 254
     scene = index.random_queries(grids._grid("two rooms", costs), 30)
@@ -44,17 +44,17 @@ def test_queries_are_drawn_where_there_is_a_way():
     assert ((scene.queries.starts[:, 0] < 10) == (scene.queries.goals[:, 0] < 10)).all()
 
 
-def test_a_map_of_walls_alone_is_refused():
+def test_a_fully_occupied_map_is_refused():
     with pytest.raises(InvalidMap, match="no two connected free cells"):
         index.random_queries(grids._grid("walls", np.full((3, 3), 254, np.uint8)), 5)
 
 
-def test_who_prepares_no_map_has_no_index():
+def test_a_planner_without_an_index_is_refused():
     with pytest.raises(InvalidParameter, match="'dijkstra' builds no index"):
         measure(grids.empty(9), "dijkstra")
 
 
-def test_a_map_that_is_refused_is_told_of(monkeypatch):
+def test_a_map_that_the_planner_refuses_is_reported(monkeypatch):
     from ppaas.planners.hub_labels.building import size_limits
 
     monkeypatch.setattr(size_limits, "MOST_BYTES", 1.0)

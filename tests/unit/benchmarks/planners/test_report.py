@@ -15,7 +15,7 @@ SCENARIO = {
 LENGTHS = {"cells": 9, "length_m": [1.0, 2.0], "seconds": {"dijkstra, 1 thread": [0.001, 0.002]}, "cpus": 2}
 
 
-def test_the_report_is_between_the_marks(tmp_path: Path) -> None:
+def test_the_report_replaces_the_text_between_the_marks(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text(PAGE)
     (tmp_path / "images").mkdir()
@@ -31,7 +31,7 @@ def test_the_report_is_between_the_marks(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["", report.BEGIN, f"{report.END} {report.BEGIN}"])
-def test_a_page_without_marks_is_left_alone(tmp_path: Path, text: str) -> None:
+def test_a_page_without_marks_is_unchanged(tmp_path: Path, text: str) -> None:
     (tmp_path / "page.md").write_text(text)
     with pytest.raises(InvalidInput, match="no place"):
         report.write(tmp_path / "page.md", {})

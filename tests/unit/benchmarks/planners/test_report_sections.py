@@ -5,13 +5,13 @@ import pytest
 from benchmarks.planners import machine, report
 
 
-def test_speed_ups_are_shown_with_their_aims() -> None:
-    told = {
+def test_speed_ups_are_shown_with_their_targets() -> None:
+    measurement = {
         "grid": "random 20 % 4096²", "reached": 1000, "seconds": {"1": 2e-6, "2": 1e-6},
         "ns_per_cell": {"1": 2.0, "2": 1.0}, "again_seconds": {"1": 2e-6, "2": 1e-6},
         "beside": {"navfn": 2e-5}, "left_out": {"tcod": "not installed"},
     }  # fmt: skip
-    text = report.render({"fields": [told]})
+    text = report.render({"fields": [measurement]})
     assert "| random 20 % 4096² | 1 | 10 |  | 7.2 × navfn, 33 × tcod | 20 |  |" in text
     assert "| random 20 % 4096² | 2 | 20 |  | 13 × navfn, 60 × tcod | 20 |  |" in text
     assert "- tcod on random 20 % 4096²: not installed" in text

@@ -23,7 +23,7 @@ FREE = np.array([[cell == "." for cell in row] for row in ROWS])
 
 @pytest.fixture
 def files(tmp_path: Path) -> Path:
-    """Return a scenario, its map beside it; its rows are start x, y, goal x, y, optimum."""
+    """Return a scenario with its map beside it; its rows are start x, y, goal x, y, optimum."""
     (tmp_path / "a.map").write_text(MAP)
     lines = ["\t".join(map(str, (0, "a.map", 4, 4, *query))) for query in QUERIES]
     (tmp_path / "a.map.scen").write_text("\n".join(["version 1", *lines, ""]))
@@ -36,7 +36,7 @@ def measure(file: Path, planner: str = "dijkstra", limit: int | None = None, map
 
 
 class Shifted(Prepared):
-    """Answers as it is told to, a few bytes large."""
+    """A prepared map that spoils its answers; a few bytes large."""
 
     nbytes = 17
 
@@ -56,8 +56,8 @@ class Shifted(Prepared):
         return self
 
 
-def lies(monkeypatch: pytest.MonkeyPatch, spoil: Callable[[NDArray[np.int32]], NDArray[np.int32]]) -> None:
-    """Let the planner be one that prepares maps and spoils its answers."""
+def spoil_answers(monkeypatch: pytest.MonkeyPatch, spoil: Callable[[NDArray[np.int32]], NDArray[np.int32]]) -> None:
+    """Replace the planner by one that prepares maps and spoils its answers."""
 
     class Liar(PreparedPlanner):
         name, purpose = "liar", "to be found out"
@@ -68,30 +68,39 @@ def lies(monkeypatch: pytest.MonkeyPatch, spoil: Callable[[NDArray[np.int32]], N
     monkeypatch.setattr(scenario, "create", lambda name: Liar())
 
 
-def test_a_right_planner_has_no_wrong_length(files: Path) -> None:
-    told = measure(files)
-    assert list(told) == ["planner", "queries", "wrong", "mean_us", "p50_us", "p99_us", "index_seconds", "index_bytes"]
-    assert (told["planner"], told["queries"], told["wrong"]) == ("dijkstra", 4, 0)
-    assert (told["index_seconds"], told["index_bytes"]) == (0.0, 0)
-    assert 0.0 < told["p50_us"] <= told["p99_us"] and told["mean_us"] > 0.0
+def test_a_correct_planner_has_no_wrong_length(files: Path) -> None:
+    result = measure(files)
+    assert list(result) == [
+        "planner",
+        "queries",
+        "wrong",
+        "mean_us",
+        "p50_us",
+        "p99_us",
+        "index_seconds",
+        "index_bytes",
+    ]
+    assert (result["planner"], result["queries"], result["wrong"]) == ("dijkstra", 4, 0)
+    assert (result["index_seconds"], result["index_bytes"]) == (0.0, 0)
+    assert 0.0 < result["p50_us"] <= result["p99_us"] and result["mean_us"] > 0.0
 
 
-def test_only_the_first_queries_are_asked_under_a_limit(files: Path) -> None:
+def test_only_the_first_queries_run_under_a_limit(files: Path) -> None:
     assert measure(files, limit=3)["queries"] == 3
 
 
-def test_what_a_planner_prepares_is_told(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    lies(monkeypatch, lambda cells: cells)
-    told = measure(files, "liar")
-    assert (told["wrong"], told["index_bytes"]) == (0, 17)
-    assert told["index_seconds"] >= 0.0
+def test_time_and_size_of_a_prepared_map_are_measured(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    spoil_answers(monkeypatch, lambda cells: cells)
+    result = measure(files, "liar")
+    assert (result["wrong"], result["index_bytes"]) == (0, 17)
+    assert result["index_seconds"] >= 0.0
 
 
 def detour(cells: NDArray[np.int32]) -> NDArray[np.int32]:
     return cells if len(cells) < 2 else np.concatenate((cells[:1], cells[1:2], cells))
 
 
-LIES = {
+SPOILERS = {
     "nothing": (lambda cells: cells[:0], 4),
     "not to the goal": (lambda cells: cells[:-1] if len(cells) > 1 else cells + 1, 4),
     "turned round": (lambda cells: cells[::-1], 3),
@@ -101,35 +110,35 @@ LIES = {
 }
 
 
-@pytest.mark.parametrize("lie", LIES)
-def test_a_planner_that_lies_is_found_out(files: Path, monkeypatch: pytest.MonkeyPatch, lie: str) -> None:
-    spoil, wrong = LIES[lie]
-    lies(monkeypatch, spoil)
+@pytest.mark.parametrize("spoiler", SPOILERS)
+def test_wrong_answers_of_a_planner_are_counted(files: Path, monkeypatch: pytest.MonkeyPatch, spoiler: str) -> None:
+    spoil, wrong = SPOILERS[spoiler]
+    spoil_answers(monkeypatch, spoil)
     assert measure(files, "liar")["wrong"] == wrong
 
 
 @pytest.mark.parametrize(("block", "longest"), [(1, 1.0), (3, 1.0), (2048, 1e-9)])
-@pytest.mark.parametrize("lie", LIES)
-def test_answers_are_looked_at_wherever_it_is_broken_off(
-    files: Path, monkeypatch: pytest.MonkeyPatch, lie: str, block: int, longest: float
+@pytest.mark.parametrize("spoiler", SPOILERS)
+def test_answers_are_checked_for_any_block_size_and_time_limit(
+    files: Path, monkeypatch: pytest.MonkeyPatch, spoiler: str, block: int, longest: float
 ) -> None:
     monkeypatch.setattr(scenario, "BLOCK", block)
     monkeypatch.setattr(scenario, "LONGEST", longest)
-    spoil, wrong = LIES[lie]
-    lies(monkeypatch, spoil)
-    told = measure(files, "liar")
-    assert (told["queries"], told["wrong"]) == (4, wrong)
+    spoil, wrong = SPOILERS[spoiler]
+    spoil_answers(monkeypatch, spoil)
+    result = measure(files, "liar")
+    assert (result["queries"], result["wrong"]) == (4, wrong)
 
 
-def test_a_planner_that_finds_no_way_is_wrong(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_planner_without_a_path_is_wrong(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(cells: NDArray[np.int32]) -> NDArray[np.int32]:
         raise NoValidPath("no way")
 
-    lies(monkeypatch, refuse)
+    spoil_answers(monkeypatch, refuse)
     assert measure(files, "liar")["wrong"] == 4
 
 
-def test_an_optimum_that_is_off_by_more_than_a_hundredth_is_wrong(files: Path) -> None:
+def test_an_optimum_off_by_more_than_a_hundredth_is_wrong(files: Path) -> None:
     files.write_text(files.read_text().replace("\t3.0\n", "\t3.009\n", 1).replace("\t4.0\n", "\t4.011\n"))
     assert measure(files)["wrong"] == 1
 
@@ -147,12 +156,12 @@ def test_an_optimum_that_is_off_by_more_than_a_hundredth_is_wrong(files: Path) -
         ([[2, 2]], 0.0),
     ],
 )
-def test_a_path_is_as_long_as_its_moves_and_must_be_walkable(cells: list[list[int]], length: float) -> None:
+def test_the_length_of_a_path_is_that_of_valid_moves_only(cells: list[list[int]], length: float) -> None:
     path = np.array(cells, np.int32)
     np.testing.assert_equal(scenario.walked(FREE, path, [*cells[0], *cells[-1]]), length)
 
 
-def test_files_that_cannot_be_are_refused(files: Path, tmp_path: Path) -> None:
+def test_invalid_files_and_options_are_refused(files: Path, tmp_path: Path) -> None:
     with pytest.raises(InvalidMap, match="cannot read the scenario"):
         measure(tmp_path / "none.scen")
     with pytest.raises(InvalidMap, match="cannot read the map"):

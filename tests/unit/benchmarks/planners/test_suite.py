@@ -1,4 +1,4 @@
-"""A suite measures every part that is asked for, and reports what it left out."""
+"""A suite measures every requested part, and reports omitted measurements."""
 
 from pathlib import Path
 
@@ -15,11 +15,11 @@ SCENARIO = {
 }  # fmt: skip
 
 
-def test_every_part_that_can_be_named_is_measured() -> None:
+def test_every_known_part_is_measured() -> None:
     assert set(bench_suite.PARTS) == set(suite.PARTS)
 
 
-def test_a_suite_measures_real_maps_and_every_part_can_be_rendered(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_real_maps_are_measured_and_every_part_can_be_rendered(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(suite, "ROS_MAPS", ("tb3_sandbox.yaml",))
     monkeypatch.setattr(suite, "PREPARED", ("jps",))
     monkeypatch.setattr(suite, "SAMPLED", ("dijkstra",))
@@ -29,8 +29,8 @@ def test_a_suite_measures_real_maps_and_every_part_can_be_rendered(data: Path, m
         measured = dict(suite.measure(options, progress))
     assert list(measured) == ["machine", "fields", "scaling", "scenarios"]
     scenes = list((data / "movingai").glob("*/*.scen"))
-    assert {told["map"] for told in measured["scenarios"]} == {file.name.removesuffix(".map.scen") for file in scenes}
-    assert {(told["planner"], told["queries"], told["wrong"]) for told in measured["scenarios"]} == {
+    assert {row["map"] for row in measured["scenarios"]} == {file.name.removesuffix(".map.scen") for file in scenes}
+    assert {(row["planner"], row["queries"], row["wrong"]) for row in measured["scenarios"]} == {
         ("jps", 2, 0), ("dijkstra", 2, 0),
     }  # fmt: skip
     text = report.render(measured)
@@ -38,7 +38,7 @@ def test_a_suite_measures_real_maps_and_every_part_can_be_rendered(data: Path, m
     assert "A quick run" in text and "| 2 of 950 |" in text
 
 
-def test_a_map_whose_index_takes_too_long_is_left_out_of_the_scenarios(
+def test_a_map_whose_index_takes_too_long_is_left_out(
     data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "movingai" / "dao").mkdir(parents=True)
@@ -51,11 +51,11 @@ def test_a_map_whose_index_takes_too_long_is_left_out_of_the_scenarios(
         scenarios = dict(suite.measure(suite.PlannerSuiteOptions(tmp_path, ("scenarios",), quick=True), progress))[
             "scenarios"
         ]
-    assert {tuple(told["left_out"]) for told in scenarios} == {("jps",)}
+    assert {tuple(row["left_out"]) for row in scenarios} == {("jps",)}
     assert "arena2" in report.render({"scenarios": scenarios})
     assert "arena2" in report.render({"scenarios": [{**SCENARIO, "of": 130}, *scenarios]})
 
 
-def test_a_folder_that_is_not_there_is_refused(tmp_path: Path) -> None:
+def test_a_missing_folder_is_refused(tmp_path: Path) -> None:
     with Progress(disable=True) as progress, pytest.raises(InvalidInput, match="--data"):
         list(suite.measure(suite.PlannerSuiteOptions(tmp_path / "none"), progress))

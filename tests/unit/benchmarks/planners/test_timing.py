@@ -10,7 +10,7 @@ from benchmarks.planners import timing
 from ppaas.errors import PlanTimeout
 
 
-def test_what_is_compiled_is_told_and_not_counted() -> None:
+def test_compile_time_is_measured_apart() -> None:
     @numba.njit
     def kernel(x: float) -> float:
         return x + 1.0
@@ -38,7 +38,7 @@ def test_a_run_that_compiled_does_not_count() -> None:
     assert timing.timed(work)[1] == 3
 
 
-def test_the_least_of_several_runs_counts_and_slow_work_is_not_repeated() -> None:
+def test_the_fastest_of_several_runs_counts_and_slow_work_runs_once() -> None:
     runs: list[int] = []
     seconds, result = timing.least(lambda: runs.append(1) or len(runs), budget=60.0)
     assert (len(runs), result) == (timing.RUNS, timing.RUNS)
@@ -47,18 +47,18 @@ def test_the_least_of_several_runs_counts_and_slow_work_is_not_repeated() -> Non
     assert len(runs) == timing.RUNS + 1
 
 
-def in_turn(ways: dict, runs: int) -> dict[str, float]:
+def in_turn(functions: dict, runs: int) -> dict[str, float]:
     with Progress(disable=True) as progress:
-        return timing.in_turn(ways, progress, "two ways", runs)
+        return timing.in_turn(functions, progress, "two ways", runs)
 
 
-def test_all_ways_take_turns_and_quick_ones_run_often() -> None:
+def test_functions_alternate_and_quick_ones_run_often() -> None:
     order: list[str] = []
     best = in_turn({"a": lambda: order.append("a"), "b": lambda: order.append("b")}, 2)
     assert order == ["a", "b", "b", "a"] * (timing.MOST_RUNS // 2) and set(best) == {"a", "b"}
 
 
-def test_a_slow_way_runs_once_beside_a_quick_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_slow_function_runs_once_beside_a_quick_one(monkeypatch: pytest.MonkeyPatch) -> None:
     order: list[str] = []
     seconds = {"slow": timing.BUDGET * 0.75, "quick": 0.1}
 
@@ -71,7 +71,7 @@ def test_a_slow_way_runs_once_beside_a_quick_one(monkeypatch: pytest.MonkeyPatch
     assert order == ["slow", "quick", "quick", "quick", "quick"]
 
 
-def test_work_is_ended_when_its_time_is_over(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_work_is_cancelled_after_its_time_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(timing, "monotonic", itertools.count().__next__)
     check = timing.within(1.5)
     check()
@@ -79,7 +79,7 @@ def test_work_is_ended_when_its_time_is_over(monkeypatch: pytest.MonkeyPatch) ->
         check()
 
 
-def test_what_runs_next_is_said_where_no_bar_can_be_shown(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_next_step_is_printed_without_a_progress_bar(capsys: pytest.CaptureFixture[str]) -> None:
     with Progress(disable=True) as progress:
         timing.announce(progress, "[next]")
     assert capsys.readouterr().out == "[next]\n"

@@ -3,19 +3,19 @@
 from benchmarks.service.plan_reuse import TIMES, _figures, _sample, _Taken
 
 
-async def test_computing_and_reusing_are_sampled_apart() -> None:
-    asked: list[bool] = []
+async def test_computed_and_reused_paths_are_sampled_separately() -> None:
+    requests: list[bool] = []
 
     async def ask(reuse: bool) -> str:
-        asked.append(reuse)
+        requests.append(reuse)
         return "reused" if reuse else "computed"
 
     taken = await _sample(ask, 3)
-    assert asked == [False] * 4 + [True] * 3
+    assert requests == [False] * 4 + [True] * 3
     assert (len(taken.computed), len(taken.asked), dict(taken.origins)) == (3, 3, {"reused": 3})
 
 
-def test_how_much_sooner_is_told_only_of_paths_that_were_kept() -> None:
+def test_the_speed_up_is_reported_only_for_reused_paths() -> None:
     taken = _Taken([1.0, 2.0, 3.0], [0.1, 0.1, 0.4])
     taken.origins["reused"] = 3
     *_, sooner = _figures("navfn", taken)

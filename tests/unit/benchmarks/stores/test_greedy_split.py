@@ -3,7 +3,7 @@
 from benchmarks.stores.greedy_split import GreedySplit
 
 
-def test_a_plan_that_is_kept_already_costs_nothing() -> None:
+def test_a_stored_plan_adds_no_waypoints() -> None:
     split = GreedySplit(4)
     for _ in range(3):
         split.add(range(100))
@@ -11,7 +11,7 @@ def test_a_plan_that_is_kept_already_costs_nothing() -> None:
     assert split.ids_per_plan() == 1.0
 
 
-def test_a_shared_stretch_splits_the_plan_that_had_it() -> None:
+def test_a_shared_segment_splits_the_plan_that_contained_it() -> None:
     split = GreedySplit(4)
     split.add(range(100))
     split.add([*range(500, 510), *range(20, 60), *range(600, 605)])
@@ -19,7 +19,7 @@ def test_a_shared_stretch_splits_the_plan_that_had_it() -> None:
     assert split.ids_per_plan() == (3 + 3) / 2
 
 
-def test_a_stretch_shorter_than_the_granularity_is_kept_again() -> None:
+def test_a_segment_shorter_than_the_granularity_is_stored_again() -> None:
     split = GreedySplit(8)
     split.add(range(100))
     split.add([*range(500, 510), *range(20, 27), *range(600, 605)])

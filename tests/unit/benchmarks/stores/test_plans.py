@@ -18,29 +18,29 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("bench")
 
 
-def test_what_was_measured_is_told_as_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_measurements_are_returned_as_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "plans", "--plans", "200", "--cache", str(folder), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    [size] = told["sizes"]
+    result = json.loads(capsys.readouterr().out)
+    [size] = result["sizes"]
     assert size["plans"] == 200
     assert size["kept_once"] > 1.0
     assert 100 < size["waypoints_a_plan"] < 1000
     assert size["file_bytes_a_plan"] > size["data_bytes_a_plan"] > 0
     assert min(size[f"{how}_per_second"] for how in ("bulk", "single", "several", "pages_synced")) > 0
-    assert told["yardsticks"]["raw_bytes_a_plan"] == pytest.approx(56 * size["waypoints_a_plan"])
-    rows = rows_of(told)
+    assert result["yardsticks"]["raw_bytes_a_plan"] == pytest.approx(56 * size["waypoints_a_plan"])
+    rows = rows_of(result)
     assert [row["plans"] for row in rows] == ["200", "raw, 200", "greedy split, 200"]
 
 
-def test_smooth_plans_share_stretches_too_in_a_store_of_ones_own(folder: Path) -> None:
+def test_smooth_plans_share_segments_in_a_given_store(folder: Path) -> None:
     url = f"sqlite://{folder}/own.db"
     options = plans.PlanStoreOptions(200, folder, url, smooth=True, rest=0.01, warm=3)
     with Progress(disable=True) as progress:
-        told = plans.measure(options, progress)
-        [size] = told["sizes"]
+        result = plans.measure(options, progress)
+        [size] = result["sizes"]
         assert size["kept_once"] > 1.2
         assert size["rested_lookup_ms"]["p99"] > 0
-        assert "/" in rows_of(told)[0]["after a rest p50 / p99"]
+        assert "/" in rows_of(result)[0]["after a rest p50 / p99"]
         with pytest.raises(Conflict, match="has plans"):
             plans.measure(options, progress)
     store = open_store(url)

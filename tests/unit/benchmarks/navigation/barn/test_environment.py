@@ -23,11 +23,11 @@ def go(where: Environment, seconds: float, twist: Twist = AHEAD) -> None:
         where.step()
 
 
-def test_without_noise_odometry_and_laser_are_exact() -> None:
+def test_odometry_and_laser_are_exact_without_noise() -> None:
     where = course()
     go(where, 0.5)
-    told = START @ where.odometry().pose.pose.planar()
-    assert told.distance_to(where.pose) <= 2.0 * 0.01 + 1e-9, "no more than the way of a step"
+    measured = START @ where.odometry().pose.pose.planar()
+    assert measured.distance_to(where.pose) <= 2.0 * 0.01 + 1e-9, "at most the distance of one step"
     scan = where.scan()
     assert len(scan.ranges) == 720
     assert scan.ranges[360] == pytest.approx(6.0 - 0.075 - where.pose.y, abs=0.01)
@@ -35,7 +35,7 @@ def test_without_noise_odometry_and_laser_are_exact() -> None:
 
 
 @pytest.mark.parametrize("noise", ["nominal", "hard"])
-def test_with_noise_a_command_takes_its_time_and_odometry_drifts(noise: str) -> None:
+def test_noise_delays_commands_and_makes_odometry_drift(noise: str) -> None:
     where = course(noise)
     go(where, NOISE[noise].drive.delay)
     assert where.pose.distance_to(START) == 0.0
@@ -44,14 +44,14 @@ def test_with_noise_a_command_takes_its_time_and_odometry_drifts(noise: str) -> 
     assert 0.0 < (START @ where.odometry().pose.pose.planar()).distance_to(where.pose) < 0.3
 
 
-def test_the_noise_of_the_laser_is_as_large_as_it_says() -> None:
+def test_the_laser_noise_has_the_stated_deviation() -> None:
     exact = np.array(course("none").scan().ranges, np.float64)
     for noise, sigma in (("nominal", 0.01), ("hard", 0.02)):
         errors = np.array(course(noise).scan().ranges, np.float64) - exact
         assert np.nanstd(errors) == pytest.approx(sigma, rel=0.15)
 
 
-def test_the_same_seed_gives_the_same_run_and_another_seed_another() -> None:
+def test_runs_differ_only_by_the_seed() -> None:
     runs = []
     for seed in (1, 1, 2):
         where = course("hard", seed)
@@ -60,7 +60,7 @@ def test_the_same_seed_gives_the_same_run_and_another_seed_another() -> None:
     assert runs[0] == runs[1] != runs[2]
 
 
-def test_clearance_is_from_the_outline_and_what_is_touched_stops_the_robot() -> None:
+def test_clearance_is_measured_from_the_outline_and_contact_stops() -> None:
     beside = course(start=Pose2D(-4.425 + 0.075 + 0.215 + 0.1, 3.0, math.pi / 2))
     assert beside.clearance() == pytest.approx(0.1, abs=0.01)
     where = course()

@@ -46,25 +46,25 @@ def moved(world: BarnWorld, by: Pose2D) -> BarnWorld:
 
 def commands(world: BarnWorld, start: Pose2D) -> list[tuple[float, float]]:
     course, driver = Environment(world, JACKAL, np.random.default_rng(5), start), pilot()
-    told = []
+    sent = []
     for _ in range(12):
         twist = driver.drive(course.odometry(), course.scan())
-        told.append((twist.linear.x, twist.angular.z))
+        sent.append((twist.linear.x, twist.angular.z))
         course.command(twist)
         for _ in range(round(PERIOD / 0.01)):
             course.step()
-    return told
+    return sent
 
 
-def test_in_a_world_that_lies_elsewhere_it_sends_the_same_commands() -> None:
-    """Were anything of the true pose told, it would show: the same world, 40 m away and turned by half a turn."""
+def test_commands_do_not_depend_on_the_pose_of_the_world() -> None:
+    """A world that is moved by 40 m and rotated by 180° would reveal any use of the true pose."""
     there = Pose2D(40.0, -25.0, math.pi)
     here, elsewhere = commands(barn.world(), START), commands(moved(barn.world(), there), there @ START)
     assert np.allclose(here, elsewhere, atol=1e-6)
     assert max(linear for linear, _ in here) > 1.0
 
 
-def test_the_navigator_gets_two_messages_and_returns_one() -> None:
+def test_the_navigator_holds_no_environment_or_world() -> None:
     driver = pilot()
     twist = driver.drive(standing(), scan([None] * 91))
     assert twist.linear.x > 0.0
@@ -72,23 +72,23 @@ def test_the_navigator_gets_two_messages_and_returns_one() -> None:
     assert held == []
 
 
-def test_it_stops_inside_a_closed_wall() -> None:
+def test_the_navigator_stops_inside_a_closed_wall() -> None:
     driver = pilot()
     twists = [driver.drive(standing(), scan([0.4] * 91)) for _ in range(4)]
     assert max(abs(twist.linear.x) for twist in twists) < 0.5
 
 
-def test_without_scans_it_drives_by_its_obstacle_memory() -> None:
+def test_the_navigator_drives_without_scans_by_its_obstacle_memory() -> None:
     driver = pilot()
     driver.drive(standing(), scan([None] * 91))
     assert driver.drive(standing(), scan([math.nan] * 91)).linear.x > 0.0
 
 
-def test_noise_of_the_laser_does_not_shrink_gaps() -> None:
+def test_laser_noise_does_not_shrink_gaps() -> None:
     driver = pilot()
     driver.drive(standing(), scan((0.8 + np.random.default_rng(3).normal(0.0, 0.02, 720)).tolist()))
     assert driver.costs is not None
     cells = np.argwhere(driver.costs.data == LETHAL_OBSTACLE)
-    away = np.hypot(*driver.costs.info.to_world(cells).T)
-    assert len(away) > 20
-    assert 0.75 < away.min() < away.max() < 0.85
+    distances = np.hypot(*driver.costs.info.to_world(cells).T)
+    assert len(distances) > 20
+    assert 0.75 < distances.min() < distances.max() < 0.85

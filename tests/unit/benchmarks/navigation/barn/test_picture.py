@@ -14,7 +14,7 @@ from tests.support.world import barn, grids
 RESULT = BarnResult(7, 0, "success", 5.0, 5.1, 0.2)
 
 
-def test_it_shows_cylinders_the_path_and_obstacle_cells() -> None:
+def test_the_picture_shows_cylinders_path_and_obstacle_cells() -> None:
     world, costs = barn.world(), np.zeros((40, 40), np.uint8)
     costs[30, 20] = 254
     poses = [START @ Pose2D(0.1 * step, 0.0) for step in range(40)]
@@ -29,7 +29,7 @@ def test_it_shows_cylinders_the_path_and_obstacle_cells() -> None:
     assert "success after" in axes.get_title()
 
 
-def test_a_picture_that_cannot_be_written_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_an_unwritable_picture_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(picture, "drive", lambda job, watch: RESULT)
     job = type("BarnJob", (), {"world": barn.world()})()
     with pytest.raises(InvalidInput, match="cannot write"):

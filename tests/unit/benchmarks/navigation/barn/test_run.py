@@ -6,7 +6,7 @@ from ppaas.messages.geometry_msgs import Twist, Vector3
 from tests.support.world import barn
 
 
-def test_a_run_reaches_the_goal_and_the_same_job_gives_the_same_run() -> None:
+def test_a_run_reaches_the_goal_and_is_reproducible() -> None:
     job = BarnJob(barn.world(), "mppi", "nominal", 3, 0)
     result = drive(job)
     assert result.outcome == "success"
@@ -16,20 +16,20 @@ def test_a_run_reaches_the_goal_and_the_same_job_gives_the_same_run() -> None:
 
 
 class Straight:
-    """Drives straight on at one speed, whatever it is told."""
+    """Drives straight ahead at one speed, whatever its input."""
 
     def __init__(self, speed: float) -> None:
         self._twist = Twist(Vector3(x=speed))
 
-    def drive(self, *told: object) -> Twist:
+    def drive(self, *inputs: object) -> Twist:
         return self._twist
 
 
 @pytest.mark.parametrize(("speed", "outcome"), [(2.0, "collision"), (0.0, "timeout")])
-def test_driving_straight_collides_and_standing_times_out(
+def test_driving_straight_collides_and_standing_still_times_out(
     monkeypatch: pytest.MonkeyPatch, speed: float, outcome: str
 ) -> None:
-    monkeypatch.setattr(run, "make_navigator", lambda *told: Straight(speed))
+    monkeypatch.setattr(run, "make_navigator", lambda *inputs: Straight(speed))
     monkeypatch.setattr(run, "TIME_LIMIT", 3.0)
     result = drive(BarnJob(barn.world(), "mppi", "nominal", 3, 0))
     assert result.outcome == outcome
@@ -40,5 +40,5 @@ def test_driving_straight_collides_and_standing_times_out(
     ("outcome", "seconds", "score"),
     [("success", 4.0, 0.5), ("success", 15.0, 1.0 / 3.0), ("success", 90.0, 0.125), ("collision", 4.0, 0.0)],
 )
-def test_a_success_scores_by_its_time_and_a_failure_nothing(outcome: str, seconds: float, score: float) -> None:
+def test_a_success_scores_by_its_time_and_a_failure_scores_zero(outcome: str, seconds: float, score: float) -> None:
     assert BarnResult(1, 0, outcome, seconds, 5.0, 0.1).score == pytest.approx(score)

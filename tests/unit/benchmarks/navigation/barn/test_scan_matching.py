@@ -39,10 +39,10 @@ def off(predicted: Pose2D, true: Pose2D) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_among_pillars_it_knows_where_it_is_though_its_odometry_does_not(seed: int) -> None:
+def test_scan_matching_corrects_drift_among_pillars(seed: int) -> None:
     rng = np.random.default_rng(seed)
     pillars = rng.uniform((-6.0, -4.0), (6.0, 8.0), (60, 2))
-    # None on the way, a circle of 4 m across.
+    # No pillar on the route, a circle of 4 m diameter.
     pillars = pillars[np.abs(np.hypot(pillars[:, 0], pillars[:, 1] - 2.0) - 2.0) > 0.3]
     true, odom, predicted = drive(pillars, 25.0, 0.5, seed)
     assert off(odom, true)[0] > 0.4 or off(odom, true)[1] > 0.3
@@ -51,7 +51,7 @@ def test_among_pillars_it_knows_where_it_is_though_its_odometry_does_not(seed: i
     assert turn < 0.02
 
 
-def test_between_two_walls_it_keeps_its_heading_and_its_place_across_and_believes_odometry_along() -> None:
+def test_between_two_walls_only_heading_and_lateral_position_are_matched() -> None:
     along = np.arange(-3.0, 16.0, 0.02)
     walls = np.concatenate([np.column_stack((along, np.full(len(along), y))) for y in (-1.0, 1.0)])
     true, odom, predicted = drive(walls, 8.0, 0.0, 1)
@@ -60,7 +60,7 @@ def test_between_two_walls_it_keeps_its_heading_and_its_place_across_and_believe
     assert predicted.x == pytest.approx(odom.x, abs=0.3)
 
 
-def test_where_nothing_is_seen_it_is_where_odometry_tells() -> None:
+def test_odometry_is_used_without_visible_obstacles() -> None:
     matching, odom = ScanMatching(), HERE
     for _ in range(20):
         odom = odom @ Pose2D(0.1, 0.0, 0.1)

@@ -18,7 +18,7 @@ def reading(ranges):
 
 
 def naive(ranges):
-    """Return what is asked for, beam by beam."""
+    """Return the smoothed ranges, beam by beam."""
     found = list(ranges)
     for i, middle in enumerate(ranges):
         if not (math.isfinite(middle) and middle > 0.0):
@@ -30,11 +30,11 @@ def naive(ranges):
 
 
 @given(st.lists(SOME, min_size=0, max_size=40))
-def test_it_is_the_mean_of_what_is_beside_on_the_same_surface(ranges):
+def test_each_range_is_the_mean_of_its_neighbours_on_the_same_surface(ranges):
     assert smoothed(reading(ranges)).ranges == pytest.approx(naive(ranges), nan_ok=True, rel=1e-9)
 
 
-def test_of_a_noisy_surface_near_by_no_beam_seems_much_nearer():
+def test_smoothing_removes_noise_of_a_near_surface():
     noisy = 0.5 + np.random.default_rng(1).normal(0.0, 0.02, 200)
     assert noisy.min() < 0.46
     assert np.abs(smoothed(reading(noisy)).ranges - 0.5).max() < 0.02
@@ -45,6 +45,6 @@ def test_ranges_are_not_averaged_across_an_edge():
     assert smoothed(reading(ranges)).ranges == pytest.approx(ranges)
 
 
-def test_far_away_where_a_beam_is_wider_than_the_arc_nothing_is_changed():
+def test_ranges_are_unchanged_where_a_beam_is_wider_than_the_arc():
     ranges = [9.0, 9.05, 8.97, 9.02]
     assert smoothed(reading(ranges)).ranges.tolist() == ranges

@@ -5,7 +5,7 @@ from benchmarks.navigation.barn.suite import BarnOptions, jobs_of, measure, summ
 from tests.support.world import barn
 
 
-def test_runs_are_the_same_in_one_process_and_in_two_and_come_in_order() -> None:
+def test_results_do_not_depend_on_the_number_of_processes() -> None:
     worlds = [barn.world(9), barn.world(3, (-1.0, 7.0))]
     done: list[int] = []
     one, two = (measure(worlds, BarnOptions(1, "mppi", "nominal", 1, jobs), lambda: done.append(1)) for jobs in (1, 2))
@@ -14,12 +14,12 @@ def test_runs_are_the_same_in_one_process_and_in_two_and_come_in_order() -> None
     assert len(done) == 4
 
 
-def test_every_world_is_run_as_often_as_asked() -> None:
+def test_every_world_is_run_the_requested_number_of_times() -> None:
     jobs = jobs_of([barn.world(9), barn.world(3)], BarnOptions(2, "dwa", "hard", 5, 1))
     assert [(job.world.world, job.run, job.seed) for job in jobs] == [(9, 0, 5), (9, 1, 5), (3, 0, 5), (3, 1, 5)]
 
 
-def test_what_runs_come_to() -> None:
+def test_the_summary_aggregates_all_runs() -> None:
     results = [
         BarnResult(1, 0, "success", 5.0, 5.0, 0.2),
         BarnResult(1, 1, "success", 20.0, 5.0, 0.1),

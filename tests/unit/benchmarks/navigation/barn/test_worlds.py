@@ -7,7 +7,7 @@ from ppaas.errors import InvalidInput, NotFound
 from tests.support.world import barn
 
 
-def test_worlds_are_read_as_they_are_or_with_another_radius(tmp_path: Path) -> None:
+def test_worlds_are_read_with_their_own_or_another_radius(tmp_path: Path) -> None:
     path = barn.write(tmp_path / "worlds.json", barn.world(3), barn.world(9))
     assert [each.world for each in read_worlds(path)] == [3, 9]
     [one] = read_worlds(path, (9,), 0.115)
@@ -16,7 +16,7 @@ def test_worlds_are_read_as_they_are_or_with_another_radius(tmp_path: Path) -> N
     assert one.best_time == pytest.approx(5.1)
 
 
-def test_a_world_that_there_is_not_is_named(tmp_path: Path) -> None:
+def test_an_unknown_world_is_named(tmp_path: Path) -> None:
     with pytest.raises(NotFound, match="world '4'; known: 3"):
         read_worlds(barn.write(tmp_path / "worlds.json", barn.world(3)), (4,))
 
@@ -33,13 +33,13 @@ def test_a_world_that_there_is_not_is_named(tmp_path: Path) -> None:
         '[{"world": 1, "radius": 0.1, "cylinders": [], "path_length": -1.0}]',
     ],
 )
-def test_what_is_no_file_of_worlds_is_refused(tmp_path: Path, text: str) -> None:
+def test_an_invalid_file_of_worlds_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "worlds.json"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InvalidInput):
         read_worlds(path)
 
 
-def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match=r"worlds\.json"):
         read_worlds(tmp_path / "worlds.json")

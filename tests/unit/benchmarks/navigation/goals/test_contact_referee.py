@@ -29,21 +29,21 @@ def touches(robot_x: float, speed: float, push: float, seconds: float = 1.5) -> 
 @pytest.mark.parametrize(
     ("robot_x", "speed", "push", "caused", "suffered"),
     [
-        (4.3, 0.5, 0.0, 1, 0),  # into somebody who stands
-        (4.3, 0.0, -0.8, 0, 1),  # somebody walks into a robot that stands
+        (4.3, 0.5, 0.0, 1, 0),  # into a standing person
+        (4.3, 0.0, -0.8, 0, 1),  # a person walks into a standing robot
         (4.3, 0.5, -0.8, 1, 0),  # both
-        (4.3, -0.3, -0.9, 0, 1),  # it gets away, and is caught up with
+        (4.3, -0.3, -0.9, 0, 1),  # the robot retreats, and the person catches up
         (5.7, -0.5, 0.0, 1, 0),  # backwards
-        (3.0, 0.3, 0.0, 0, 0),  # not so far
+        (3.0, 0.3, 0.0, 0, 0),  # no contact
     ],
 )
-def test_whoever_approaches_has_caused_a_contact(
+def test_a_contact_is_caused_by_whoever_approached(
     robot_x: float, speed: float, push: float, caused: int, suffered: int
 ) -> None:
     counted = touches(robot_x, speed, push)
     assert (counted.caused, counted.suffered, counted.walls) == (caused, suffered, 0)
 
 
-def test_a_wall_is_touched_by_the_robot_alone_and_the_nearest_is_told() -> None:
+def test_wall_contacts_and_the_nearest_distance_are_counted() -> None:
     assert touches(9.6, 0.5, 0.0).walls == 1
     assert touches(3.0, 0.5, 0.0, 2.0).nearest == pytest.approx(2.0 - 0.43 - 0.875, abs=0.05)

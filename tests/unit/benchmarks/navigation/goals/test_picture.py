@@ -14,7 +14,7 @@ from ppaas.maps.generate import office
 JOB = GoalsJob("office", office(seed=1, width=12.0, height=10.0), 1, 1, "dwa", {}, seed=3, drive=0)
 
 
-def test_it_shows_the_path_the_costs_the_particles_and_people(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_picture_shows_path_costs_particles_and_people(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run, "PATIENCE", 3.0)
     monkeypatch.setattr(run, "SLOWEST", 10.0)
     encounter = picture.ClosestEncounter()
@@ -30,7 +30,7 @@ def test_it_shows_the_path_the_costs_the_particles_and_people(monkeypatch: pytes
     assert list(picture.NEAR) in cells and list(picture.LETHAL) in cells
 
 
-def test_a_picture_that_cannot_be_written_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_an_unwritable_picture_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(picture, "drive", lambda job, watch: [])
     with pytest.raises(InvalidInput, match="picture"):
         picture.write_picture(tmp_path / "nowhere" / "out.png", JOB)

@@ -17,21 +17,21 @@ JOB = GoalsJob("small office", GRID, people=2, goals=1, controller="dwa", parame
 
 
 @pytest.fixture
-def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give each goal up after some seconds."""
+def short_goal_timeouts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shorten the time limit of each goal to some seconds."""
     monkeypatch.setattr(run, "PATIENCE", 3.0)
     monkeypatch.setattr(run, "SLOWEST", 10.0)
 
 
-def test_a_robot_comes_to_its_goal() -> None:
+def test_a_robot_reaches_its_goal() -> None:
     [result] = drive(JOB)
     assert result.reached
     assert result.metres > 3.0
     assert result.seconds < 60.0
 
 
-@pytest.mark.usefixtures("hasty")
-def test_the_same_seed_makes_the_same_drive_and_what_is_given_up_is_no_longer_driven_to() -> None:
+@pytest.mark.usefixtures("short_goal_timeouts")
+def test_drives_are_reproducible_by_seed_and_goals_time_out() -> None:
     job = dataclasses.replace(JOB, goals=2, told=True)
     one, other = (measure([job], 1, lambda: None) for _ in range(2))
     assert one == other
@@ -39,8 +39,8 @@ def test_the_same_seed_makes_the_same_drive_and_what_is_given_up_is_no_longer_dr
     assert all(result.metres > 0.1 for result in one)
 
 
-@pytest.mark.usefixtures("hasty")
-def test_what_is_kept_is_not_driven_again_and_counts_for_the_same_drive_alone(tmp_path: Path) -> None:
+@pytest.mark.usefixtures("short_goal_timeouts")
+def test_stored_results_are_reused_for_the_same_drive_only(tmp_path: Path) -> None:
     path, driven = tmp_path / "kept.jsonl", []
     first, second = JOB, dataclasses.replace(JOB, drive=1)
     one = measure([first], 1, lambda: driven.append(1), path)
@@ -66,7 +66,7 @@ def test_a_file_of_something_else_is_refused(tmp_path: Path, wrong: str) -> None
         measure([JOB], 1, lambda: None, tmp_path / "kept.jsonl")
 
 
-def test_nobody_stands_near_the_robot_at_first_and_plug_ins_are_checked() -> None:
+def test_people_start_away_from_the_robot_and_plug_ins_are_checked() -> None:
     trip = Trip(dataclasses.replace(JOB, people=3))
     here = trip.robot.base.pose
     assert all(here.distance_to(here._replace(x=x, y=y)) >= 3.0 for x, y in trip.world.people().tolist())
@@ -74,12 +74,12 @@ def test_nobody_stands_near_the_robot_at_first_and_plug_ins_are_checked() -> Non
         Trip(dataclasses.replace(JOB, controller="hands"))
 
 
-def test_what_goals_come_to() -> None:
+def test_the_summary_aggregates_all_goals() -> None:
     reached = GoalsResult("office", 0, 0, "reached", 30.0, 12.0, 1, walls=0, caused=0, suffered=2, nearest=-0.001)
     late = dataclasses.replace(reached, goal=1, outcome="timeout", walls=1, caused=2, suffered=0, nearest=0.3)
-    told = summary([reached, late])
-    assert (told["goals"], told["reached"], told["mean_seconds"], told["metres"]) == (2, 1, 30.0, 24.0)
-    assert (told["collisions"], told["caused"], told["walls"], told["touched_by_people"]) == (5, 3, 1, 2)
-    assert (told["recoveries"], told["nearest_m"], told["failures"]) == (2, -0.001, {"timeout": 1})
+    totals = summary([reached, late])
+    assert (totals["goals"], totals["reached"], totals["mean_seconds"], totals["metres"]) == (2, 1, 30.0, 24.0)
+    assert (totals["collisions"], totals["caused"], totals["walls"], totals["touched_by_people"]) == (5, 3, 1, 2)
+    assert (totals["recoveries"], totals["nearest_m"], totals["failures"]) == (2, -0.001, {"timeout": 1})
     alone = dataclasses.replace(late, nearest=float("inf"))
     assert (summary([alone])["nearest_m"], summary([alone])["mean_seconds"]) == (None, None)
