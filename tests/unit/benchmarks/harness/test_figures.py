@@ -13,20 +13,20 @@ FIGURES = [
 ]
 
 
-def test_the_median_of_seconds_is_told_in_milliseconds_with_its_spread() -> None:
+def test_a_median_of_seconds_is_shown_in_milliseconds_with_its_range() -> None:
     assert (FIGURES[0].value, FIGURES[0].least, FIGURES[0].most) == (2.0, 1.0, 3.0)
 
 
-def test_a_limit_is_kept_from_its_own_side() -> None:
+def test_a_limit_is_an_upper_or_lower_bound() -> None:
     assert [figure.kept for figure in FIGURES] == [False, None, True]
 
 
-def test_the_json_has_every_figure() -> None:
+def test_the_json_contains_every_figure() -> None:
     told = json.loads(json.dumps(measured(FIGURES).told))["figures"]
     assert [(figure["name"], figure["value"]) for figure in told] == [("REST", 2.0), ("echo", 0.5), ("robots", 12.0)]
 
 
-def test_the_table_shows_values_limits_and_what_they_are_made_of(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_table_shows_values_limits_and_notes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "200")
     text = measured(FIGURES).text
     assert all(part in text for part in ("2 ms", "1–3", "≤ 1", "≥ 10", "in time"))
