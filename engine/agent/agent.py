@@ -43,10 +43,10 @@ HEARTBEAT_PERIOD = 1.0
 class Agent:
     """Agent of one machine: its sessions with one master after another."""
 
-    def __init__(self, parts: AgentComponents) -> None:
-        self._parts = parts
-        self._hosting = parts.hosting
-        self._standing = parts.standing
+    def __init__(self, components: AgentComponents) -> None:
+        self._components = components
+        self._hosting = components.hosting
+        self._session = components.session
         self._dismissed = False
         self._redial: MasterRedial | None = None
 
@@ -58,7 +58,7 @@ class Agent:
             if self._dismissed:
                 return
             if self._redial is None:
-                within = self._parts.config.adopt_within
+                within = self._components.config.adopt_within
                 logger.warning(
                     "the master is unreachable: containers keep running for %g s, and the agent dials again",
                     within,
@@ -68,29 +68,29 @@ class Agent:
 
     async def serve(self, stream: Master) -> None:
         """Register, then execute orders until the master dismisses this agent or the connection ends."""
-        self._standing.begin(stream)
+        self._session.begin(stream)
         stream.write(self._register())
-        telling = [asyncio.create_task(work(stream)) for work in (self._send_beats, self._send_heartbeats)]
+        reports = [asyncio.create_task(work(stream)) for work in (self._send_beats, self._send_heartbeats)]
         try:
             while not self._dismissed and (order := await stream.receive()) is not None:
                 self._carry_out(order)
         finally:
-            self._standing.lost()
-            for task in telling:
+            self._session.lost()
+            for task in reports:
                 task.cancel()
-            await asyncio.gather(*telling, return_exceptions=True)
+            await asyncio.gather(*reports, return_exceptions=True)
             await stream.close()
 
     def _register(self) -> control_link.Register:
-        own, memory = self._parts.config, psutil.virtual_memory().total
+        own, memory = self._components.config, psutil.virtual_memory().total
         return control_link.Register(
             own.machine,
             own.secret,
             os.getpid(),
-            cores=len(self._parts.cpus),
+            cores=len(self._components.cpus),
             memory=memory,
             labels=own.labels,
-            network=self._parts.host.network,
+            network=self._components.host.network,
             carries=self._hosting.carried(),
             release=__version__,
         )
@@ -98,29 +98,29 @@ class Agent:
     def _carry_out(self, order: control_link.ToAgent) -> None:
         match order:
             case control_link.Welcome():
-                self._go_on(order)
+                self._on_welcome(order)
             case control_link.StartContainer():
                 self._hosting.start(order)
             case control_link.StopContainer():
                 self._hosting.stop(order)
             case control_link.ResizeContainer():
                 self._hosting.resize(order)
-            case control_link.BeatAcknowledged() if self._standing.lease is not None:
-                self._standing.lease.answered()
+            case control_link.BeatAcknowledged() if self._session.lease is not None:
+                self._session.lease.answered()
             case control_link.Dismissed():
                 self._dismissed = True
 
-    def _go_on(self, welcome: control_link.Welcome) -> None:
+    def _on_welcome(self, welcome: control_link.Welcome) -> None:
         self._hosting.keep_only(welcome.adopted)
         self._hosting.endpoint_came()
-        self._parts.gate.cloud = welcome.cloud
-        self._standing.welcome()
+        self._components.gateway.cloud = welcome.cloud
+        self._session.welcome()
         self._redial = None
         if welcome.adopted:
             logger.info("the agent is connected to a master again, which adopted %d containers", len(welcome.adopted))
 
     async def _send_beats(self, stream: Master) -> None:
-        lease = self._standing.lease
+        lease = self._session.lease
         while True:
             if lease is not None and not lease.beat():
                 logger.error("the master did not answer %d heartbeats: it or the network is down", MISSED)
@@ -131,17 +131,17 @@ class Agent:
     async def _send_heartbeats(self, stream: Master) -> None:
         while True:
             await asyncio.sleep(HEARTBEAT_PERIOD)
-            stream.write(await self._parts.host.measure())
+            stream.write(await self._components.host.measure())
 
 
-async def run(config: AgentConfig, told: asyncio.Event, dial: Dial | None = None) -> bool:
+async def run(config: AgentConfig, terminated: asyncio.Event, dial: Dial | None = None) -> bool:
     """Run the agent of a machine until no master needs it, or until SIGTERM.
 
     Parameters
     ----------
     config : AgentConfig
         Settings of the machine.
-    told : asyncio.Event
+    terminated : asyncio.Event
         Set by SIGTERM.
     dial : callable, optional
         Connects to the master; `dial_master` by default.
@@ -153,7 +153,7 @@ async def run(config: AgentConfig, told: asyncio.Event, dial: Dial | None = None
     """
     hung_up = False
     async with contextlib.AsyncExitStack() as stack:
-        with until_told(told):
+        with until_terminated(terminated):
             agent = Agent(await open_components(config, stack))
             try:
                 await agent.stay(dial or partial(dial_master, config))
@@ -166,12 +166,12 @@ async def run(config: AgentConfig, told: asyncio.Event, dial: Dial | None = None
 
 
 @contextlib.contextmanager
-def until_told(told: asyncio.Event) -> Iterator[None]:
+def until_terminated(terminated: asyncio.Event) -> Iterator[None]:
     """Cancel the body of the ``with`` statement on SIGTERM; code after it, such as clean-up, is not cancelled.
 
     Parameters
     ----------
-    told : asyncio.Event
+    terminated : asyncio.Event
         Set by the signal, even if it arrives after the body has ended.
 
     Raises
@@ -181,30 +181,30 @@ def until_told(told: asyncio.Event) -> Iterator[None]:
     """
     loop, task = asyncio.get_running_loop(), asyncio.current_task()
     if task is None:
-        raise RuntimeError("until_told needs a running asyncio task")
+        raise RuntimeError("until_terminated needs a running asyncio task")
     inside = True
 
-    def tell() -> None:
-        if inside and not told.is_set():
+    def terminate() -> None:
+        if inside and not terminated.is_set():
             task.cancel()
-        told.set()
+        terminated.set()
 
-    loop.add_signal_handler(signal.SIGTERM, tell)
+    loop.add_signal_handler(signal.SIGTERM, terminate)
     try:
         yield
     except asyncio.CancelledError:
-        if not told.is_set():
+        if not terminated.is_set():
             raise
         task.uncancel()
     finally:
         inside = False
 
 
-def be_told(told: bytes) -> None:
+def run_agent(config_json: bytes) -> None:
     """Run the agent that an ``AgentConfig`` as JSON describes; SIGINT is ignored, since the master handles Ctrl-C."""
     logging.basicConfig(level=logging.INFO, format="%(levelname)s agent %(name)s: %(message)s")
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    config = msgspec.json.decode(told, type=AgentConfig)
+    config = msgspec.json.decode(config_json, type=AgentConfig)
     try:
         uvloop.run(run(config, asyncio.Event()))
     except PPaaSError as error:

@@ -41,8 +41,8 @@ class AgentComponents:
     config: AgentConfig
     cpus: tuple[int, ...]
     hosting: ContainerSupervisor
-    gate: ContainerGateway
-    standing: MasterSession
+    gateway: ContainerGateway
+    session: MasterSession
     host: HostLoad
 
 
@@ -72,20 +72,20 @@ async def open_components(config: AgentConfig, stack: contextlib.AsyncExitStack)
     listening = _router(config, stack)
     runtime = await _runtime(config, stack)
     fabric = await _fabric(await listening, stack)
-    standing = MasterSession(leased=config.identity is not None)
+    session = MasterSession(leased=config.identity is not None)
     store = open_store(config.store, outbox=Path(config.outbox) if config.outbox else None)
     stack.callback(store.close)
     cache = MapCache.of_instance(instance_name(), LayerBuilder(open_map_store(config.map_store)))
     stack.callback(cache.remove_all)
-    gate = ContainerGateway(run_dir / "gate.sock", store, fabric, link=config.machine, acts=standing.acts)
-    stack.push_async_callback(gate.close)
-    await gate.start()
+    gateway = ContainerGateway(run_dir / "gate.sock", store, fabric, link=config.machine, acts=session.acts)
+    stack.push_async_callback(gateway.close)
+    await gateway.start()
     hosting = ContainerSupervisor(
         runtime=runtime,
-        gate=gate,
+        gateway=gateway,
         cache=cache,
         cpus=cpus,
-        tell=standing.tell,
+        tell=session.tell,
         allowed=config.allowed,
         link=await _relay(config, stack) if config.identity is not None else None,
     )
@@ -94,7 +94,7 @@ async def open_components(config: AgentConfig, stack: contextlib.AsyncExitStack)
     stack.push_async_callback(neighbours.close)
     await neighbours.start()
     await stack.enter_async_context(compiling_the_rest())
-    return AgentComponents(config, cpus, hosting, gate, standing, HostLoad(hosting.loads, NetworkLoad(), neighbours))
+    return AgentComponents(config, cpus, hosting, gateway, session, HostLoad(hosting.loads, NetworkLoad(), neighbours))
 
 
 async def _runtime(config: AgentConfig, stack: contextlib.AsyncExitStack) -> Runtime:

@@ -106,7 +106,7 @@ class ContainerGateway:
         self._attach_timeout = attach_timeout
         self._awaited: PendingHandshakes[_Expected] = PendingHandshakes()
         self._streams: set[Stream] = set()
-        self._guests: dict[str, _AttachedContainer] = {}
+        self._attached: dict[str, _AttachedContainer] = {}
         self._background = Background()
         self._server: asyncio.Server | None = None
 
@@ -126,21 +126,21 @@ class ContainerGateway:
     def shut_out(self, container: str) -> None:
         """Execute no more checkpoints and publications of a container that is being stopped."""
         self.forget(container)
-        guest = self._guests.get(container)
-        if guest is not None:
-            guest.is_shut = True
+        attached = self._attached.get(container)
+        if attached is not None:
+            attached.is_shut = True
 
     def resized(self, container: str, threads: int) -> None:
         """Send a container the new number of threads of its kernels; do nothing if it has disconnected."""
-        guest = self._guests.get(container)
-        if guest is not None:
-            guest.stream.write(machine_link.Resized(threads))
+        attached = self._attached.get(container)
+        if attached is not None:
+            attached.stream.write(machine_link.Resized(threads))
 
     def endpoint_came(self) -> None:
         """Notify all containers, except those being stopped, that an endpoint accepts connections again."""
-        for guest in self._guests.values():
-            if not guest.is_shut:
-                guest.stream.write(machine_link.EndpointCame())
+        for attached in self._attached.values():
+            if not attached.is_shut:
+                attached.stream.write(machine_link.EndpointCame())
 
     @property
     def awaited(self) -> int:
@@ -177,50 +177,52 @@ class ContainerGateway:
             raise NotPermitted("the first message of a container must be its attach request")
         return _AttachedContainer(self._awaited.admit(attach.container, attach.secret), stream)
 
-    async def _serve(self, guest: _AttachedContainer) -> None:
-        subscriptions = self._topics.hear_others(guest.scope, guest.stream)
-        self._guests[guest.spec.id] = guest
+    async def _serve(self, attached: _AttachedContainer) -> None:
+        subscriptions = self._topics.hear_others(attached.scope, attached.stream)
+        self._attached[attached.spec.id] = attached
         try:
-            while (frame := await guest.stream.receive()) is not None:
-                self._take(frame, guest)
+            while (frame := await attached.stream.receive()) is not None:
+                self._take(frame, attached)
         finally:
-            del self._guests[guest.spec.id]
+            del self._attached[attached.spec.id]
             for subscription in subscriptions:
                 subscription.close()
 
-    def _take(self, frame: machine_link.FromContainer, guest: _AttachedContainer) -> None:
+    def _take(self, frame: machine_link.FromContainer, attached: _AttachedContainer) -> None:
         match frame:
             case machine_link.SaveClone():
-                self._ask(frame.request, guest, _in_turn(guest, lambda: self._save_clone(guest, frame.nodes)))
+                self._ask(frame.request, attached, _in_turn(attached, lambda: self._save_clone(attached, frame.nodes)))
             case machine_link.KeepPlan():
-                self._ask(frame.request, guest, _in_turn(guest, lambda: self._plans.keep(guest.spec, frame.plan)))
+                self._ask(
+                    frame.request, attached, _in_turn(attached, lambda: self._plans.keep(attached.spec, frame.plan))
+                )
             case machine_link.FindPlans():
-                self._ask(frame.request, guest, lambda: asyncio.to_thread(self._find_plans, guest.spec, frame))
+                self._ask(frame.request, attached, lambda: asyncio.to_thread(self._find_plans, attached.spec, frame))
             case machine_link.AskHistory():
-                self._ask(frame.request, guest, lambda: asyncio.to_thread(self._plans.history, guest.spec))
+                self._ask(frame.request, attached, lambda: asyncio.to_thread(self._plans.history, attached.spec))
             case machine_link.NoteHistory():
-                self._note_history(frame, guest)
+                self._note_history(frame, attached)
             case machine_link.PrepareIndex():
-                self._ask(frame.request, guest, lambda: guest.prepare(frame.planner))
+                self._ask(frame.request, attached, lambda: attached.prepare(frame.planner))
             case machine_link.Share():
-                self._share(frame, guest)
+                self._share(frame, attached)
             case machine_link.Attach():
-                raise NotPermitted(f"container {guest.spec.id} is attached already, and sent another attach request")
+                raise NotPermitted(f"container {attached.spec.id} is attached already, and sent another attach request")
 
     # -- the stores ----------------------------------------------------------------------------------------------------
 
     def _ask(
-        self, request: int, guest: _AttachedContainer, work: Callable[[], Awaitable[machine_link.Answer | None]]
+        self, request: int, attached: _AttachedContainer, work: Callable[[], Awaitable[machine_link.Answer | None]]
     ) -> None:
-        if guest.requests >= MAX_REQUESTS:
+        if attached.requests >= MAX_REQUESTS:
             error = QuotaExceeded(f"{MAX_REQUESTS} requests of this container are in progress: wait for their answers")
-            guest.stream.write(machine_link.Done(request, Refusal(error.slug, str(error))))
+            attached.stream.write(machine_link.Done(request, Refusal(error.slug, str(error))))
             return
-        guest.requests += 1
-        self._background.run(self._answer(request, guest, work))
+        attached.requests += 1
+        self._background.run(self._answer(request, attached, work))
 
     async def _answer(
-        self, request: int, guest: _AttachedContainer, work: Callable[[], Awaitable[machine_link.Answer | None]]
+        self, request: int, attached: _AttachedContainer, work: Callable[[], Awaitable[machine_link.Answer | None]]
     ) -> None:
         refusal = answer = None
         try:
@@ -228,19 +230,19 @@ class ContainerGateway:
         except PPaaSError as error:
             refusal = Refusal(error.slug, str(error))
         except Exception as error:
-            logger.exception("a request of container %s failed", guest.spec.id)
+            logger.exception("a request of container %s failed", attached.spec.id)
             refusal = Refusal(PPaaSError.slug, f"internal error: {type(error).__name__}")
         finally:
-            guest.requests -= 1
-        guest.stream.write(
+            attached.requests -= 1
+        attached.stream.write(
             machine_link.Done(request, refusal) if answer is None else msgspec.structs.replace(answer, request=request)
         )
 
-    def _save_clone(self, guest: _AttachedContainer, nodes: dict[str, bytes]) -> None:
-        spec = guest.spec
+    def _save_clone(self, attached: _AttachedContainer, nodes: dict[str, bytes]) -> None:
+        spec = attached.spec
         if spec.robot is None:
             raise NotPermitted("a planning container has no clone, so no checkpoint to save")
-        if guest.is_shut or not self._acts():
+        if attached.is_shut or not self._acts():
             raise Unavailable("this machine has lost contact with its cloud: another machine may serve the robot now")
         marked = nodes | marks(spec, self.cloud)
         self._store.save_clone(CloneCheckpoint(spec.user, spec.robot.id, marked, epoch()))
@@ -248,36 +250,38 @@ class ContainerGateway:
     def _find_plans(self, spec: ContainerSpec, asked: machine_link.FindPlans) -> machine_link.PlansFound:
         return machine_link.PlansFound(asked.request, self._plans.find(spec, asked))
 
-    def _note_history(self, frame: machine_link.NoteHistory, guest: _AttachedContainer) -> None:
-        self._background.run(self._noted(frame, guest))
+    def _note_history(self, frame: machine_link.NoteHistory, attached: _AttachedContainer) -> None:
+        self._background.run(self._noted(frame, attached))
 
-    async def _noted(self, frame: machine_link.NoteHistory, guest: _AttachedContainer) -> None:
+    async def _noted(self, frame: machine_link.NoteHistory, attached: _AttachedContainer) -> None:
         """Store a note; no client waits for an answer, so a failure is only logged."""
         try:
-            async with guest.turn:
-                await asyncio.to_thread(self._plans.note, guest.spec, frame.rows, frame.link)
+            async with attached.turn:
+                await asyncio.to_thread(self._plans.note, attached.spec, frame.rows, frame.link)
         except PPaaSError as error:
-            logger.warning("container %s: its planning times were not added to the history: %s", guest.spec.id, error)
+            logger.warning(
+                "container %s: its planning times were not added to the history: %s", attached.spec.id, error
+            )
 
     # -- the fabric ----------------------------------------------------------------------------------------------------
 
-    def _share(self, frame: machine_link.Share, guest: _AttachedContainer) -> None:
-        if guest.is_shut or not self._acts():
+    def _share(self, frame: machine_link.Share, attached: _AttachedContainer) -> None:
+        if attached.is_shut or not self._acts():
             return
         try:
-            self._topics.share(guest.scope, frame)
+            self._topics.share(attached.scope, frame)
         except PPaaSError as error:
             # A share has no answer, and the container has other work: keep the connection.
-            level = logging.DEBUG if guest.was_refused else logging.WARNING
-            logger.log(level, "container %s cannot share a message: %s", guest.spec.id, error)
-            guest.was_refused = True
+            level = logging.DEBUG if attached.was_refused else logging.WARNING
+            logger.log(level, "container %s cannot share a message: %s", attached.spec.id, error)
+            attached.was_refused = True
 
 
-def _in_turn(guest: _AttachedContainer, work: Callable[[], None]) -> Callable[[], Awaitable[None]]:
+def _in_turn(attached: _AttachedContainer, work: Callable[[], None]) -> Callable[[], Awaitable[None]]:
     """Run the work after earlier work of its container, so that an older checkpoint cannot replace a newer one."""
 
     async def run() -> None:
-        async with guest.turn:
+        async with attached.turn:
             await asyncio.to_thread(work)
 
     return run

@@ -40,7 +40,7 @@ class ContainerSupervisor:
     ----------
     runtime : Runtime
         Starts the containers' processes.
-    gate : ContainerGateway
+    gateway : ContainerGateway
         Container gateway, to which they connect.
     cache : MapCache
         Makes the layers of their maps, and shares them.
@@ -58,7 +58,7 @@ class ContainerSupervisor:
         self,
         *,
         runtime: Runtime,
-        gate: ContainerGateway,
+        gateway: ContainerGateway,
         cache: MapCache,
         cpus: tuple[int, ...],
         tell: Callable[[msgspec.Struct], None],
@@ -66,7 +66,7 @@ class ContainerSupervisor:
         link: str | None = None,
     ) -> None:
         self._runtime = runtime
-        self._gate = gate
+        self._gateway = gateway
         self._cache = cache
         self._cpus = cpus
         self._tell = tell
@@ -107,7 +107,7 @@ class ContainerSupervisor:
         if hosted.stopped.is_set():
             raise Unavailable(f"container {container} was stopped before it was started")
         hosted.launch = self._launch_of(order, layers)
-        self._gate.expect(order.spec, order.secret, lambda planner: self._prepare(hosted, layers, planner))
+        self._gateway.expect(order.spec, order.secret, lambda planner: self._prepare(hosted, layers, planner))
         try:
             process = hosted.process = await self._runtime.launch(hosted.launch)
             self._tell(control_link.Launched(container, process.pid))
@@ -115,7 +115,7 @@ class ContainerSupervisor:
                 process.kill()
             return await process.wait()
         finally:
-            self._gate.forget(container)
+            self._gateway.forget(container)
 
     async def _prepare(self, hosted: _Supervised, layers: Path, planner: str) -> None:
         await self._cache.prepare(layers, planner)
@@ -127,7 +127,7 @@ class ContainerSupervisor:
             spec=order.spec,
             layers=str(layers),
             link=self._link or order.link,
-            machine=str(self._gate.path),
+            machine=str(self._gateway.path),
             secret=order.secret,
             cpus=self._cpus_for(order.spec),
             threads=cores.threads(order.spec.cores),
@@ -170,7 +170,7 @@ class ContainerSupervisor:
     def keep_only(self, containers: Collection[str]) -> None:
         """Kill all other containers at once, and execute no more requests of theirs."""
         for container in self._hosted.keys() - set(containers):
-            self._gate.shut_out(container)
+            self._gateway.shut_out(container)
             self.stop(control_link.StopContainer(container, grace=0.0))
 
     def endpoint_came(self) -> None:
@@ -178,7 +178,7 @@ class ContainerSupervisor:
         for hosted in self._hosted.values():
             if hosted.process is not None:
                 hosted.process.endpoint_came()
-        self._gate.endpoint_came()
+        self._gateway.endpoint_came()
 
     def resize(self, order: control_link.ResizeContainer) -> None:
         """Resize a container and notify it; do nothing if it has exited."""
@@ -190,7 +190,7 @@ class ContainerSupervisor:
             hosted.launch, spec=spec, cpus=self._cpus_for(spec), threads=cores.threads(spec.cores)
         )
         hosted.process.resize(hosted.launch)
-        self._gate.resized(spec.id, hosted.launch.threads)
+        self._gateway.resized(spec.id, hosted.launch.threads)
         logger.info("container %s was resized to %g cores, on CPUs %s", spec.id, spec.cores, hosted.launch.cpus)
 
     def loads(self) -> list[control_link.ContainerLoad]:

@@ -15,15 +15,15 @@ from engine.runtimes.fork_server import early_start
 
 def main() -> None:
     """Run the agent."""
-    told = sys.stdin.buffer.read()
-    config = json.loads(told)
+    config_json = sys.stdin.buffer.read()
+    config = json.loads(config_json)
     keep_temporary_files_in(Path(config["run_dir"]))  # the cloud removes it, if this process is killed
     add_owner(Path(config["run_dir"]))
     if config["runtime"] == early_start.RUNTIME:
         early_start.begin(ENTRIES.container.of_fork_server)
-    from engine.agent.agent import be_told  # noqa: PLC0415 - a slow import, after the fork server has started
+    from engine.agent.agent import run_agent  # noqa: PLC0415 - a slow import, after the fork server has started
 
-    be_told(told)
+    run_agent(config_json)
 
 
 if __name__ == "__main__":

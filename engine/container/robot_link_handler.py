@@ -25,7 +25,7 @@ logger = logging.getLogger(__name__)
 CHECKPOINT_PERIOD = 0.25
 """Largest time between checkpoints [s]; localization tolerates the motion of a robot in this time."""
 
-MAX_UNTOLD = 100
+MAX_UNSENT = 100
 """Number of messages on ``published_once`` topics that are kept without an endpoint, for the next subscriber."""
 
 MAX_WAITING = 1 << 20
@@ -89,7 +89,7 @@ class Container:
         self._applied = int(launch.spec.checkpoint.get(LINK_STATE, b"0"))
         self._dirty = asyncio.Event()
         self._held: list[robot_link.Published] = []
-        self._untold: deque[robot_link.Published] = deque(maxlen=MAX_UNTOLD)
+        self._unsent: deque[robot_link.Published] = deque(maxlen=MAX_UNSENT)
         self._graph.watch(self._topic_changed)
         if monitoring is not None:
             monitoring.changed = lambda: endpoint.write(self._offers())
@@ -170,8 +170,8 @@ class Container:
         if topic not in self._taps:
             self._taps[topic] = self._graph.tap(topic, self._forward)
         elif self._graph.topics[topic].published_once:
-            told, self._untold = [*self._untold], deque(maxlen=MAX_UNTOLD)
-            self._tell(told)
+            unsent, self._unsent = [*self._unsent], deque(maxlen=MAX_UNSENT)
+            self._send_or_keep(unsent)
         elif (last := self._graph.latched(topic)) is not None:
             self._endpoint.write(robot_link.Published(topic, payload_bytes(last), client))
 
@@ -199,13 +199,13 @@ class Container:
         elif kind.latched or self._endpoint.waiting <= MAX_WAITING:
             self._endpoint.write(robot_link.Published(topic, payload_bytes(payload)))
 
-    def _tell(self, said: Iterable[robot_link.Published]) -> None:
+    def _send_or_keep(self, messages: Iterable[robot_link.Published]) -> None:
         """Send messages on ``published_once`` topics if the endpoint is subscribed; else keep them for it."""
-        for published in said:
+        for published in messages:
             if published.topic in self._wanted:
                 self._endpoint.write(published)
             else:
-                self._untold.append(published)
+                self._unsent.append(published)
 
     def _call(self, frame: robot_link.ServiceCall) -> None:
         stream = self._endpoint.stream  # the answer is for this endpoint only
@@ -251,7 +251,7 @@ class Container:
         self._dirty.clear()
         if self._launch.spec.robot is None or not self._endpoint.is_up:
             return
-        applied, told, self._held = self._applied, self._held, []
+        applied, held, self._held = self._applied, self._held, []
         nodes = {checkpoint.node: checkpoint.state for checkpoint in self._graph.checkpoints()}
         nodes[LINK_STATE] = str(applied).encode()
         try:
@@ -260,4 +260,4 @@ class Container:
             logger.warning("the checkpoint was not saved; it will be tried again: %s", error)
         else:
             self._endpoint.write(robot_link.Ack(applied))
-        self._tell(told)  # sent even if the save failed: better twice than never
+        self._send_or_keep(held)  # sent even if the save failed: better twice than never

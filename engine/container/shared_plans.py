@@ -93,7 +93,7 @@ class PlanningNotes:
         self._times = times
         self._rows: deque[PlannerHistory] = deque()
         self._link = ""
-        self._told = 0
+        self._reported = 0
 
     def __call__(self, row: PlannerHistory) -> None:
         """Record the outcome of a request; cheap, since a client waits: rows are summed up in ``tell``."""
@@ -110,7 +110,7 @@ class PlanningNotes:
         self._times.computation.add(known.rows)
         if known.measured is not None:
             self._times.link.start_from(known.measured)
-        self._told = self._times.link.answers
+        self._reported = self._times.link.answers
 
     def tell(self, machine: MachineClient) -> None:
         """Report the outcomes recorded since the last call to the machine."""
@@ -120,7 +120,7 @@ class PlanningNotes:
             known = rows.get(row.key)
             rows[row.key] = row if known is None else known.plus(row)
         link = self._times.link
-        news = self._link and link.answers > self._told
-        self._told = link.answers
+        news = self._link and link.answers > self._reported
+        self._reported = link.answers
         if rows or news:
             machine.note_history(list(rows.values()), link.history(self._link, epoch()) if news else None)

@@ -15,7 +15,7 @@ from pathlib import Path
 import msgspec
 import uvloop
 
-from engine.agent.agent import run, until_told
+from engine.agent.agent import run, until_terminated
 from engine.agent.components import dial_master
 from engine.agent.config import AgentConfig
 from engine.agent.master_redial import Master
@@ -89,7 +89,7 @@ async def _stay(membership: Membership, options: MachineOptions, run_dir: Path) 
         if monotonic() - last_contact > options.patience:
             raise Unavailable(f"the cloud of machine {membership.machine} was unreachable for {options.patience:g} s")
         tries = 0 if monotonic() - began > STEADY else tries + 1
-        with until_told(terminated):
+        with until_terminated(terminated):
             await asyncio.sleep(RETRIES[min(tries, len(RETRIES)) - 1])
         if terminated.is_set():
             return
@@ -99,7 +99,7 @@ async def _run_once(membership: Membership, options: MachineOptions, run_dir: Pa
     """Run the agent once; return whether the cloud was reached."""
     config: AgentConfig | None = None
     try:
-        with until_told(terminated):
+        with until_terminated(terminated):
             config = config_of(membership, options, await membership.settings(), run_dir)
         return config is not None and await run(config, terminated, lambda: dial_again(membership, options, config))
     except Unavailable as error:

@@ -17,7 +17,7 @@ class Measured:
 
     Parameters
     ----------
-    told : dict
+    result : dict
         Complete result for programs; printed as JSON with ``--json``.
     rows : list of dict, optional
         Table for people; all rows have the same keys, which are the headings.
@@ -27,7 +27,7 @@ class Measured:
         Exit status of the command.
     """
 
-    told: dict[str, Any]
+    result: dict[str, Any]
     rows: list[dict[str, str]] = field(default_factory=list)
     text: str = ""
     status: int = 0

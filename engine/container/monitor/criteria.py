@@ -47,8 +47,8 @@ def node_properties(case: CriterionInput) -> Vote:
         return demand
     cloud, robot = node.cloud_seconds + case.link.rtt, node.robot_seconds
     times = (robot - cloud) / max(robot, cloud)
-    told = f"it takes {robot * 1e3:.0f} ms on the robot, and {cloud * 1e3:.0f} ms in the cloud with the round trip"
-    return Vote((times + demand.value) / 2.0, f"{told}; {demand.reason}")
+    measured = f"it takes {robot * 1e3:.0f} ms on the robot, and {cloud * 1e3:.0f} ms in the cloud with the round trip"
+    return Vote((times + demand.value) / 2.0, f"{measured}; {demand.reason}")
 
 
 def network_bandwidth(case: CriterionInput) -> Vote:
@@ -58,8 +58,8 @@ def network_bandwidth(case: CriterionInput) -> Vote:
         return Vote(0.0, "the link was not measured")
     pulled = sum(case.node.rates.values())
     share = pulled / link.bandwidth
-    told = f"its topics would use {pulled / 1e3:.0f} KB/s of a link with {link.bandwidth / 1e3:.0f} KB/s"
-    crowded = Vote(1.0 - 2.0 * min(share / parameters.usable_bandwidth, 1.0), told)
+    load = f"its topics would use {pulled / 1e3:.0f} KB/s of a link with {link.bandwidth / 1e3:.0f} KB/s"
+    crowded = Vote(1.0 - 2.0 * min(share / parameters.usable_bandwidth, 1.0), load)
     slow = Vote(
         1.0 - 2.0 * min(link.rtt / parameters.slow_rtt, 1.0),
         f"a round trip over the link takes {link.rtt * 1e3:.0f} ms",

@@ -70,7 +70,7 @@ class NodeMonitorNode(Node):
     ----------
     context : Context
         Node context.
-    hands : NodeSwitch
+    switch : NodeSwitch
         Removes nodes from the graph and adds them again.
     rates : TopicRates
         Data rates of the topics that the clone receives over the link.
@@ -90,17 +90,17 @@ class NodeMonitorNode(Node):
     )
 
     def __init__(
-        self, context: Context, hands: NodeSwitch, rates: TopicRates, parameters: NodeMonitorParameters
+        self, context: Context, switch: NodeSwitch, rates: TopicRates, parameters: NodeMonitorParameters
     ) -> None:
         super().__init__(context)
-        self._hands = hands
+        self._switch = switch
         self._rates = rates
         self._parameters = parameters
         self._robot: Robot | None = None
         self._link: Link | None = None
         self._round_trips = History()
         self._leases = 0
-        self._records = {node: HomeRecord() for node in hands.nodes()}
+        self._records = {node: HomeRecord() for node in switch.nodes()}
         self._takers: dict[str, Callable[[Message], Message]] = {
             "list_nodes": lambda _: self._homes(),
             "tell_robot": self._tell_robot,
@@ -112,8 +112,8 @@ class NodeMonitorNode(Node):
 
     def start(self) -> None:
         """Start to check the leases of the robot."""
-        self.context.every(LOOK_PERIOD, self._look)
-        self._tell()
+        self.context.every(LOOK_PERIOD, self._check_leases)
+        self._publish_homes()
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
         """Answer a service call.
@@ -132,11 +132,11 @@ class NodeMonitorNode(Node):
     # -- service calls -------------------------------------------------------------------------------------------------
 
     def _tell_robot(self, message: Message) -> Message:
-        told = expect(message, TellRobotRequest)
-        self._robot = Robot(told.cores, told.clock, told.benchmark, tuple(told.nodes))
-        self._link = Link(told.rtt, told.bandwidth)
-        self._round_trips = History([told.rtt])
-        return TellRobotResponse(self._hands.config, self._robot.power)
+        robot = expect(message, TellRobotRequest)
+        self._robot = Robot(robot.cores, robot.clock, robot.benchmark, tuple(robot.nodes))
+        self._link = Link(robot.rtt, robot.bandwidth)
+        self._round_trips = History([robot.rtt])
+        return TellRobotResponse(self._switch.config, self._robot.power)
 
     def _run_node(self, message: Message) -> Message:
         wanted = expect(message, RunNodeRequest)
@@ -149,25 +149,25 @@ class NodeMonitorNode(Node):
         elif wanted.home == "robot" and self._may_be_taken(wanted.node):
             verdict = asked("robot")
         record.wanted, record.score, record.reasons = verdict
-        self._tell()
+        self._publish_homes()
         return self._home_of(wanted.node)
 
     def _may_be_taken(self, node: str) -> bool:
-        return self._robot is not None and node in self._robot.nodes and self._hands.nodes()[node] is not None
+        return self._robot is not None and node in self._robot.nodes and self._switch.nodes()[node] is not None
 
     def _hold_node(self, message: Message) -> Message:
-        told = expect(message, HoldNodeRequest)
-        record = self._record(told.node)
-        if told.lease == 0:
-            return self._hand_over(told.node, record)
-        if record.lease is None or record.lease.number != told.lease:
+        report = expect(message, HoldNodeRequest)
+        record = self._record(report.node)
+        if report.lease == 0:
+            return self._hand_over(report.node, record)
+        if record.lease is None or record.lease.number != report.lease:
             return HoldNodeResponse(0)
         record.lease.heard = self.context.now()
-        record.lease.state = _checked(told.state) or record.lease.state
-        record.lease.unheard.heard(told.heard)
-        record.robot_seconds.note(told.seconds)
-        self._round_trips.note(told.rtt)
-        return HoldNodeResponse(told.lease, unheard=record.lease.unheard.all())
+        record.lease.state = _checked(report.state) or record.lease.state
+        record.lease.unheard.heard(report.heard)
+        record.robot_seconds.note(report.seconds)
+        self._round_trips.note(report.rtt)
+        return HoldNodeResponse(report.lease, unheard=record.lease.unheard.all())
 
     def _hand_over(self, node: str, record: HomeRecord) -> Message:
         if record.wanted != "robot":
@@ -176,25 +176,25 @@ class NodeMonitorNode(Node):
             )
         if record.lease is None:
             unheard = UnacknowledgedMessages()
-            state = self._hands.take_out(node, unheard.note)
+            state = self._switch.take_out(node, unheard.note)
         else:  # a robot that requests a node it holds has lost its state: it gets the last checkpoint
             state, unheard = record.lease.state, record.lease.unheard
         self._leases += 1
         record.lease = NodeLease(self._leases, state, self.context.now(), unheard)
         logger.info("%s continues on the robot", node)
-        self._tell()
+        self._publish_homes()
         return HoldNodeResponse(record.lease.number, state)
 
     def _give_node(self, message: Message) -> Message:
-        told = expect(message, GiveNodeRequest)
-        record = self._record(told.node)
-        if record.lease is None or record.lease.number == told.lease:
-            state = _checked(told.state)
+        report = expect(message, GiveNodeRequest)
+        record = self._record(report.node)
+        if record.lease is None or record.lease.number == report.lease:
+            state = _checked(report.state)
             if record.lease is not None and state:
                 record.lease.state = state
-                record.lease.unheard.heard(told.heard)
-            self._take_back(told.node, told.failure[:200])
-        return self._home_of(told.node)
+                record.lease.unheard.heard(report.heard)
+            self._take_back(report.node, report.failure[:200])
+        return self._home_of(report.node)
 
     @staticmethod
     def _probe_link(message: Message) -> Message:
@@ -215,7 +215,7 @@ class NodeMonitorNode(Node):
         return self._link if self._link is None or rtt is None else Link(rtt, self._link.bandwidth)
 
     def _facts(self, node: str) -> NodeFacts:
-        demands, record = self._hands.nodes(), self._records[node]
+        demands, record = self._switch.nodes(), self._records[node]
         own = demands[node]
         others = [d.compute for n, d in demands.items() if d and n != node and self._records[n].lease is not None]
         recent = self.context.now() - record.failed < self._parameters.retry_after
@@ -236,15 +236,15 @@ class NodeMonitorNode(Node):
     def _homes(self) -> NodeHomes:
         return NodeHomes([self._home_of(node) for node in self._records])
 
-    def _tell(self) -> None:
+    def _publish_homes(self) -> None:
         self.context.publish(NODE_HOMES.name, self._homes())
 
     # -- expired leases ------------------------------------------------------------------------------------------------
 
-    def _look(self) -> None:
+    def _check_leases(self) -> None:
         now = self.context.now()
         self._rates.look(now)
-        for node, seconds in self._hands.run_times().items():
+        for node, seconds in self._switch.run_times().items():
             if node in self._records:
                 self._records[node].cloud_seconds.note(seconds)
         for node, record in self._records.items():
@@ -263,16 +263,16 @@ class NodeMonitorNode(Node):
             logger.warning("%s continues in the cloud: %s", node, failure)
         if lease is not None:
             self._put_in(node, lease)
-        self._tell()
+        self._publish_homes()
 
     def _put_in(self, node: str, lease: NodeLease) -> None:
         try:
-            self._hands.put_in(node, lease.state)
+            self._switch.put_in(node, lease.state)
         except PPaaSError as error:
             logger.warning("%s starts anew in the cloud, since its state cannot be restored: %s", node, error)
         for message in lease.unheard.all():
             try:
-                self._hands.tell(node, message)
+                self._switch.tell(node, message)
             except PPaaSError as error:
                 logger.warning("%s rejects a message on %s that arrived while it moved: %s", node, message.topic, error)
 
@@ -292,8 +292,8 @@ class NodeMonitorNode(Node):
             record = self._records[node] = restored.records[node]
             if record.lease is not None:
                 record.lease.heard = self.context.now()
-                self._hands.take_out(node, record.lease.unheard.note)
-        self._tell()
+                self._switch.take_out(node, record.lease.unheard.note)
+        self._publish_homes()
 
 
 def _checked(state: str) -> str:

@@ -39,8 +39,8 @@ class ContainerMonitor:
         self.changed: Callable[[], None] = lambda: None
         self.rates = TopicRates()
         parameters = monitor_parameters(robot.parameters.get(NAME, {}))
-        hands = GraphNodeSwitch(graph, of_clone(robot), lambda node: build((node,)), self._nodes_changed)
-        graph.add(lambda context: NodeMonitorNode(context, hands, self.rates, parameters))
+        switch = GraphNodeSwitch(graph, of_clone(robot), lambda node: build((node,)), self._nodes_changed)
+        graph.add(lambda context: NodeMonitorNode(context, switch, self.rates, parameters))
 
     def _nodes_changed(self) -> None:
         self.changed()

@@ -75,5 +75,5 @@ def _weighed(case: CriterionInput) -> HomeVerdict:
     votes = [VOTES[criterion](case) for criterion in priorities]
     weights = [2.0**-rank for rank in range(len(votes))]
     score = sum(weight * vote.value for weight, vote in zip(weights, votes, strict=True)) / sum(weights)
-    told = (f"{name}: {vote.reason} ({vote.value:+.2f})" for name, vote in zip(priorities, votes, strict=True))
-    return HomeVerdict("cloud" if score >= 0.0 else "robot", score, tuple(told))
+    reasons = (f"{name}: {vote.reason} ({vote.value:+.2f})" for name, vote in zip(priorities, votes, strict=True))
+    return HomeVerdict("cloud" if score >= 0.0 else "robot", score, tuple(reasons))

@@ -38,22 +38,22 @@ def round_room() -> GridMap:
 
 
 class SensingRobot:
-    """Robot in the round room that drives with the velocity ``told``."""
+    """Robot in the round room that drives with the velocity ``command``."""
 
     def __init__(self) -> None:
-        self.told = Twist()
+        self.command = Twist()
         self._pose = Pose2D(0.0, 0.0)
         self._angles = np.linspace(-math.pi / 2, math.pi / 2, 181)
 
     def move(self, seconds: float) -> None:
         """Drive for some time [s]."""
-        self._pose = self._pose @ Pose2D(self.told.linear.x * seconds, 0.0, self.told.angular.z * seconds)
+        self._pose = self._pose @ Pose2D(self.command.linear.x * seconds, 0.0, self.command.angular.z * seconds)
 
     def sense(self) -> Iterator[tuple[str, Message]]:
         """Yield the current sensor messages with their topics."""
         stamp = Time.of(epoch())
-        pose = PoseWithCovariance(Pose.of(self._pose))
-        yield "odom", Odometry(Header(stamp=stamp, frame_id="odom"), "base_link", pose, TwistWithCovariance(self.told))
+        pose, twist = PoseWithCovariance(Pose.of(self._pose)), TwistWithCovariance(self.command)
+        yield "odom", Odometry(Header(stamp=stamp, frame_id="odom"), "base_link", pose, twist)
         header, angles = Header(stamp=stamp, frame_id="base_link"), self._angles
         first, second, last = map(float, angles[[0, 1, -1]])
         yield "scan", LaserScan(header, first, last, second - first, 0.1, 2.0 * RADIUS, self._ranges())

@@ -179,7 +179,7 @@ async def _listen(stream: Stream, robot: SensingRobot, heard: set[str]) -> None:
                 goal = PoseStamped(Header(frame_id="map"), Pose.of(GOAL))
                 stream.write(robot_link.Deliver("move_base_simple/goal", encode(goal), _CLIENT, sequence=1))
             elif frame.topic == "cmd_vel":
-                robot.told = decode(Twist, frame.payload)
+                robot.command = decode(Twist, frame.payload)
             heard.add(frame.topic)
 
 

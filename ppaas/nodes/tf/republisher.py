@@ -138,7 +138,7 @@ class TfRepublisherNode(Node):
         self.context.declare(self, Topic(topic, TFArray))
         stream = TfStream(
             self.context, self._frames, request, topic=topic, patience=patience,
-            tell=lambda moved: self.context.publish(topic, TFArray(moved)), unheard=lambda: self._close(topic),
+            publish=lambda moved: self.context.publish(topic, TFArray(moved)), abandoned=lambda: self._close(topic),
         )  # fmt: skip
         self._topics[topic] = request, stream
         self._note()
@@ -168,8 +168,8 @@ class TfRepublisherNode(Node):
         status = GoalStatus(message.goal_id, Status.ACTIVE)
         stream = TfStream(
             self.context, self._frames, message.goal, topic=topics.TF_REPUBLISHER_FEEDBACK.name, patience=MAX_PATIENCE,
-            tell=lambda moved: self._feedback(status, moved),
-            unheard=lambda: self._end(message.goal_id.id, Status.ABORTED, "no client subscribes to the feedback"),
+            publish=lambda moved: self._feedback(status, moved),
+            abandoned=lambda: self._end(message.goal_id.id, Status.ABORTED, "no client subscribes to the feedback"),
         )  # fmt: skip
         self._goals[message.goal_id.id] = _Goal(message, stream)
         self._note()

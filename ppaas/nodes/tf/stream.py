@@ -59,9 +59,9 @@ class TfStream:
         Topic of the stream.
     patience : float
         Time for which the topic may have no subscribers [s].
-    tell : callable
+    publish : callable
         Publishes transforms.
-    unheard : callable
+    abandoned : callable
         Called when that time has passed.
 
     Raises
@@ -72,7 +72,8 @@ class TfStream:
 
     def __init__(
         self, context: Context, frames: LatestFrames, wanted: TFSubscriptionGoal,
-        *, topic: str, patience: float, tell: Callable[[list[TransformStamped]], None], unheard: Callable[[], None],
+        *, topic: str, patience: float,
+        publish: Callable[[list[TransformStamped]], None], abandoned: Callable[[], None],
     ) -> None:  # fmt: skip
         check_wanted(wanted)
         self._context = context
@@ -82,8 +83,8 @@ class TfStream:
         self._turn, self._move = wanted.angular_thres, wanted.trans_thres
         self._topic = topic
         self._patience = patience
-        self._tell = tell
-        self._unheard = unheard
+        self._publish = publish
+        self._abandoned = abandoned
         self._last: dict[str, Rigid] = {}
         self._silence = 0.0
         self._period = 1.0 / min(wanted.rate, MAX_RATE)
@@ -98,12 +99,12 @@ class TfStream:
             self._last.clear()  # the next subscriber receives all frames
             self._silence += self._period
             if self._silence >= self._patience:
-                self._unheard()
+                self._abandoned()
             return
         self._silence = 0.0
         moved = [transform for source in self._sources if (transform := self._moved(source)) is not None]
         if moved:
-            self._tell(moved)
+            self._publish(moved)
 
     def _moved(self, source: str) -> TransformStamped | None:
         try:

@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
         measured = _measure(arguments)
     # Only after the progress display has closed, since it redirects the output.
     if arguments.json:
-        show(measured.told, (), as_json=True)
+        show(measured.result, (), as_json=True)
     elif measured.text:
         print_line(measured.text)
     elif measured.rows:

@@ -22,7 +22,7 @@ def test_a_limit_is_an_upper_or_lower_bound() -> None:
 
 
 def test_the_json_contains_every_figure() -> None:
-    told = json.loads(json.dumps(measured(FIGURES).told))["figures"]
+    told = json.loads(json.dumps(measured(FIGURES).result))["figures"]
     assert [(figure["name"], figure["value"]) for figure in told] == [("REST", 2.0), ("echo", 0.5), ("robots", 12.0)]
 
 

@@ -99,7 +99,7 @@ async def test_container_is_notified_of_its_new_size(gateway: ContainerGateway, 
     gateway.resized("c1", 2)
     assert await receive(stream) == machine_link.Resized(2)
     await stream.close()
-    await until(lambda: gateway._guests == {})
+    await until(lambda: gateway._attached == {})
     gateway.resized("c1", 1)
 
 

@@ -57,12 +57,12 @@ class Host:
     def __init__(self, folder: Path) -> None:
         self.runtime = FakeRuntime()
         self.building = FakeBuilder()
-        self.gate = ContainerGateway(folder / "gate.sock", MemoryStore(), FakeFabric())
+        self.gateway = ContainerGateway(folder / "gate.sock", MemoryStore(), FakeFabric())
         self.cache = MapCache(folder / "maps", build=self.building, spare=0)
         self.news: list[msgspec.Struct] = []
         self.hosting = ContainerSupervisor(
             runtime=self.runtime,
-            gate=self.gate,
+            gateway=self.gateway,
             cache=self.cache,
             cpus=(0, 1, 2, 3),
             tell=self.news.append,
@@ -77,7 +77,7 @@ class Host:
     def assert_forgotten(self) -> None:
         """Assert that no container and no used layers are left."""
         assert self.hosting._hosted == {}
-        assert self.gate.awaited == 0
+        assert self.gateway.awaited == 0
         assert dict(self.cache._users) == {}
 
 
@@ -106,9 +106,9 @@ async def test_container_is_launched_and_its_exit_reported(host: Host) -> None:
     await host.told(launched("c1"))
     (launch,) = host.runtime.launches
     assert (launch.spec, launch.link, launch.secret) == (spec(), "link.sock", "secret")
-    assert launch.machine == str(host.gate.path)
+    assert launch.machine == str(host.gateway.path)
     assert (Path(launch.layers) / "layers").read_text() == HOUSE.version
-    assert host.gate.awaited == 1
+    assert host.gateway.awaited == 1
     host.runtime.processes["c1"].end(3)
     await host.told(control_link.Exited("c1", 3))
     host.assert_forgotten()
@@ -356,15 +356,15 @@ async def test_running_containers_are_listed_and_those_not_kept_end(host: Host) 
     for ended in ("c2", "c3", "p1"):
         await host.told(control_link.Exited(ended, -9))
     assert [carried.spec.id for carried in host.hosting.carried()] == ["c1"]
-    await host.gate.start()
-    attached = await dial_gateway(host.gate.path)
+    await host.gateway.start()
+    attached = await dial_gateway(host.gateway.path)
     attached.write(machine_link.Attach("c1", "secret"))
-    await until(lambda: host.gate.awaited == 0)
+    await until(lambda: host.gateway.awaited == 0)
     host.hosting.endpoint_came()
     assert host.runtime.processes["c1"].told_of_endpoints == 1
     assert await receive(attached) == machine_link.EndpointCame()
     await attached.close()
-    await host.gate.close()
+    await host.gateway.close()
     host.runtime.processes["c1"].end(0)
     await host.told(control_link.Exited("c1", 0))
     host.assert_forgotten()
