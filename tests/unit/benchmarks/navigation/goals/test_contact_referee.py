@@ -37,7 +37,7 @@ def touches(robot_x: float, speed: float, push: float, seconds: float = 1.5) -> 
         (3.0, 0.3, 0.0, 0, 0),  # no contact
     ],
 )
-def test_a_contact_is_caused_by_whoever_approached(
+def test_the_approaching_side_causes_a_contact(
     robot_x: float, speed: float, push: float, caused: int, suffered: int
 ) -> None:
     counted = touches(robot_x, speed, push)
