@@ -91,11 +91,11 @@ def unseen_module_names(source: Source, modules: frozenset[str]) -> list[str]:
     """
     groups = pyproject()["project"]["entry-points"].keys()
     imported = set(imported_names(source.tree))
-    told = docstrings(source.tree)
+    docs = docstrings(source.tree)
     strings = (
         (node, match["module"])
         for node in ast.walk(source.tree)
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node not in told
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node not in docs
         for match in [MODULE_NAME.fullmatch(node.value)]
         if match
     )

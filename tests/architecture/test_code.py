@@ -1,4 +1,4 @@
-"""The code keeps the rules of the house."""
+"""The code follows the project's rules."""
 
 import pytest
 
@@ -12,5 +12,5 @@ def test_the_domain_does_no_io(rule):
 
 
 @pytest.mark.parametrize("rule", [rules.long_file, rules.long_functions, rules.swallowed_errors])
-def test_all_code_keeps_the_rule(rule):
+def test_all_code_follows_the_rule(rule):
     assert [fault for source in sources(*ALL_PACKAGES) for fault in rule(source)] == []

@@ -1,4 +1,4 @@
-"""The files around the code: where they lie and what they must not say."""
+"""Files around the code: their folders, and content that they must not have."""
 
 import re
 
@@ -8,21 +8,21 @@ from tests.support.sources import ALL_PACKAGES, ROOT, tracked_files
 
 MACHINE_PATH = re.compile(rb"(?<![\w.])/(?:home|root|Users|work)/\w")
 LINK = re.compile(r"(?<!!)\[[^\]]*\]\((?!\w+:|#)([^)#\s]+)")
-ROOM = re.compile(r"^\| `([\w/]+)/` \|", re.MULTILINE)
+FOLDER = re.compile(r"^\| `([\w/]+)/` \|", re.MULTILINE)
 DOCUMENTS = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
 
 
 @pytest.fixture
 def tracked():
-    """Return the files that git keeps."""
+    """Return the files tracked by git."""
     return tracked_files() or pytest.skip("no git checkout")
 
 
-def test_docker_is_no_package():
+def test_docker_folder_is_not_a_package():
     assert not (ROOT / "docker" / "__init__.py").exists(), "the name docker belongs to the Docker SDK"
 
 
-def test_tests_are_no_packages():
+def test_test_folders_are_not_packages():
     assert not list((ROOT / "tests").rglob("__init__.py"))
 
 
@@ -36,25 +36,25 @@ def test_no_file_names_a_path_of_one_machine(tracked):
     assert [f"{file.relative_to(ROOT)}: {match.group()!r}" for file, match in found if match] == []
 
 
-def test_the_search_for_paths_finds_them():
+def test_machine_path_pattern_finds_home_folders():
     assert MACHINE_PATH.search(b"cd /home/" + b"someone")
     assert not MACHINE_PATH.search(b"https://example.org/home/page")
 
 
-def test_the_rooms_of_the_architecture_are_those_of_the_code():
-    described = ROOM.findall((ROOT / "docs" / "architecture.md").read_text(encoding="utf-8"))
+def test_architecture_lists_exactly_the_folders_of_the_code():
+    described = FOLDER.findall((ROOT / "docs" / "architecture.md").read_text(encoding="utf-8"))
     inits = (init for package in ALL_PACKAGES for init in (ROOT / package).rglob("__init__.py"))
-    rooms = {init.parent.relative_to(ROOT).as_posix() for init in inits if init.parent.name != "kernels"}
+    folders = {init.parent.relative_to(ROOT).as_posix() for init in inits if init.parent.name != "kernels"}
     assert len(described) == len(set(described))
-    assert {room for room in described if room.partition("/")[0] in ALL_PACKAGES} == rooms
+    assert {folder for folder in described if folder.partition("/")[0] in ALL_PACKAGES} == folders
 
 
-def test_the_folders_of_the_architecture_beside_the_code_exist():
-    described = ROOM.findall((ROOT / "docs" / "architecture.md").read_text(encoding="utf-8"))
-    assert [room for room in described if not (ROOT / room).is_dir()] == []
+def test_every_folder_named_in_the_architecture_exists():
+    described = FOLDER.findall((ROOT / "docs" / "architecture.md").read_text(encoding="utf-8"))
+    assert [folder for folder in described if not (ROOT / folder).is_dir()] == []
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda file: file.relative_to(ROOT).as_posix())
-def test_every_link_leads_somewhere(document):
+def test_every_link_has_a_target(document):
     links = LINK.findall(document.read_text(encoding="utf-8"))
     assert [link for link in links if not (document.parent / link).exists()] == []

@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.sources import ROOT
 
-# Runs in a fresh interpreter that finds the packages of the base install alone; those of the cloud are hidden too.
+# Runs in a fresh interpreter that finds the packages of the base install only; those of the cloud are hidden too.
 BASE_INSTALL = """
 import importlib, sys
 from importlib.abc import MetaPathFinder
@@ -54,7 +54,7 @@ def base_install(code: str, *arguments: str) -> subprocess.CompletedProcess[str]
     )
 
 
-def test_the_contracts_between_packages_are_kept():
+def test_import_contracts_between_packages_hold():
     command = Path(sys.executable).with_name("lint-imports")
     result = subprocess.run([command], cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
     assert result.returncode == 0, result.stdout + result.stderr
@@ -62,31 +62,31 @@ def test_the_contracts_between_packages_are_kept():
 
 
 @pytest.mark.parametrize("module", ROBOT_MODULES)
-def test_a_robot_imports_it_with_the_base_install(module):
+def test_robot_module_is_imported_with_the_base_install(module):
     result = base_install("importlib.import_module(sys.argv[1])", module)
     assert result.returncode == 0, result.stderr
 
 
-def test_the_base_install_of_these_tests_lacks_the_rest():
+def test_base_install_of_these_tests_has_no_other_packages():
     result = base_install("importlib.import_module('numba')")
     assert "No module named 'numba'" in result.stderr
 
 
-def test_the_command_line_helps_with_the_base_install():
+def test_command_line_shows_help_with_the_base_install():
     result = base_install("from robots.cli.main import main; sys.argv = ['ppaas', '--help']; sys.exit(main())")
     assert result.returncode == 0, result.stderr
     assert "usage: ppaas" in result.stdout
 
 
 @pytest.mark.parametrize("command", ["robot", "plan", "map", "machine", "simulate"])
-def test_a_command_helps_with_the_base_install(command):
+def test_command_shows_help_with_the_base_install(command):
     code = "from robots.cli.main import main; sys.argv = ['ppaas', *sys.argv[1:]]; sys.exit(main())"
     result = base_install(code, command, "--help")
     assert result.returncode == 0, result.stderr
     assert f"usage: ppaas {command}" in result.stdout
 
 
-def test_a_command_of_the_cloud_names_its_extra_with_the_base_install():
+def test_cloud_command_names_its_missing_extra():
     result = base_install("from robots.cli.main import main; sys.argv = ['ppaas', 'up']; sys.exit(main())")
     assert result.returncode == 1
     assert "pip install '.[cloud]'" in result.stderr

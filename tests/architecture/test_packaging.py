@@ -1,4 +1,4 @@
-"""What is installed is what pyproject.toml says, and what the lock pins."""
+"""Installed packages match pyproject.toml and the locks."""
 
 import importlib
 import importlib.metadata
@@ -25,11 +25,11 @@ ENTRY_POINTS = [
 ]
 
 
-def test_the_version_is_told_once():
+def test_version_is_equal_everywhere():
     assert PROJECT["version"] == ppaas.__version__ == importlib.metadata.version("ppaas")
 
 
-def test_the_base_install_is_small():
+def test_base_install_has_three_dependencies():
     assert {Requirement(text).name for text in PROJECT["dependencies"]} == {"msgspec", "numpy", "websockets"}
 
 
@@ -50,7 +50,7 @@ def test_every_entry_point_loads(group, name, value):
         assert callable(loaded)
 
 
-def test_the_entry_points_installed_are_those_of_the_project():
+def test_installed_entry_points_are_those_of_the_project():
     installed = importlib.metadata.distribution("ppaas").entry_points
     assert {(e.group, e.name, e.value) for e in installed} == set(ENTRY_POINTS), "run make setup"
 
@@ -69,7 +69,7 @@ def wheel(tmp_path_factory) -> list[str]:
     return zipfile.ZipFile(built).namelist()
 
 
-def test_the_wheel_contains_the_packages_and_nothing_else(wheel):
+def test_wheel_contains_only_the_packages(wheel):
     top = {name.partition("/")[0] for name in wheel}
     assert top == {*PACKAGES, f"ppaas-{ppaas.__version__}.dist-info"}
 
@@ -89,7 +89,7 @@ def test_the_wheel_contains_every_file_of_the_dashboard(wheel):
 
 
 def requirements(extra: str) -> list[Requirement]:
-    """Return what an extra asks for, the extras within it included."""
+    """Return the requirements of an extra, with those of the extras in it."""
     found = [Requirement(text) for text in PROJECT["optional-dependencies"][extra]]
     inner = [inner for requirement in found if requirement.name == "ppaas" for inner in sorted(requirement.extras)]
     return [r for r in found if r.name != "ppaas"] + [r for name in inner for r in requirements(name)]
@@ -103,7 +103,7 @@ def pins(path: str) -> list[Requirement]:
 
 
 @pytest.mark.parametrize("path", LOCKS)
-def test_a_lock_pins_every_line_and_names_no_registry(path):
+def test_lock_pins_every_line_and_names_no_registry(path):
     text = (ROOT / path).read_text(encoding="utf-8")
     assert not re.search(r"://|--(extra-)?index|--find-links", text)
     assert pins(path)
@@ -112,7 +112,7 @@ def test_a_lock_pins_every_line_and_names_no_registry(path):
 
 
 @pytest.mark.parametrize("requirement", [*map(Requirement, PROJECT["dependencies"]), *requirements("dev")], ids=str)
-def test_the_lock_pins_what_the_project_asks_for(requirement):
+def test_lock_pins_the_projects_requirements(requirement):
     here = {
         canonicalize_name(pin.name): str(pin.specifier).removeprefix("==")
         for pin in pins("deploy/requirements.lock")
@@ -123,12 +123,12 @@ def test_the_lock_pins_what_the_project_asks_for(requirement):
         assert requirement.specifier.contains(here[canonicalize_name(requirement.name)]), "run make lock"
 
 
-def test_the_makefile_installs_from_the_locks():
+def test_makefile_installs_from_the_locks():
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     assert all(f"--require-hashes -r {path}" in makefile for path in LOCKS)
 
 
-def test_every_target_of_the_makefile_has_a_rule_and_a_line_of_help():
+def test_every_makefile_target_has_a_rule_and_help():
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     (phony,) = re.findall(r"^\.PHONY: (.*)$", makefile, re.MULTILINE)
     assert sorted(phony.split()) == sorted(re.findall(r"^([\w-]+):.*## \S", makefile, re.MULTILINE))

@@ -1,4 +1,4 @@
-"""Docstrings and documents are written in plain English, as far as a rule can see."""
+"""Docstrings and documents are written in plain English, as far as rules can check."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from tests.support.sources import ALL_PACKAGES, ROOT, Source, sources
 DOCUMENTS = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
 
 
-def test_no_module_docstring_opens_with_a_question():
+def test_module_docstrings_do_not_open_with_a_question_word():
     assert [fault for source in sources(*ALL_PACKAGES) for fault in prose.question_for_a_docstring(source)] == []
 
 
@@ -21,7 +21,7 @@ def test_documents_name_the_actor(document):
     assert prose.dialect(document.name, document.read_text(encoding="utf-8")) == []
 
 
-def test_the_rules_find_what_breaks_them():
+def test_rules_find_violations():
     assert prose.question_for_a_docstring(Source.of("a.py", '"""What an agent is told at its start."""'))
     assert prose.question_for_a_docstring(Source.of("a.py", '"""Settings of an agent."""')) == []
     assert prose.dialect("a.md", "one\nWhoever asks, waits.") == ["a.md:2: Whoever"]

@@ -1,11 +1,11 @@
-"""Every rule finds what breaks it; a rule that finds nothing in anything guards nothing."""
+"""Every rule finds violations and accepts allowed code."""
 
 import pytest
 
 from tests.support import rules
 from tests.support.sources import Source
 
-BROKEN = [
+VIOLATIONS = [
     (rules.io_imports, "import asyncio"),
     (rules.io_imports, "import urllib.request"),
     (rules.io_imports, "def f():\n    from concurrent.futures import ThreadPoolExecutor"),
@@ -23,7 +23,7 @@ BROKEN = [
     (rules.swallowed_errors, "with contextlib.suppress(Exception):\n    f()"),
 ]
 
-KEPT = [
+ALLOWED = [
     (rules.io_imports, "from ppaas.clock import monotonic\nimport numpy\nfrom . import time"),
     (rules.io_calls, "grid.load(); plan.save(); logger.info('x')"),
     (rules.long_file, "x = 0\n" * 400),
@@ -34,13 +34,13 @@ KEPT = [
 ]
 
 
-@pytest.mark.parametrize(("rule", "text"), BROKEN)
-def test_a_rule_finds_what_breaks_it(rule, text):
+@pytest.mark.parametrize(("rule", "text"), VIOLATIONS)
+def test_rule_finds_violations(rule, text):
     assert rule(Source.of("ppaas/maps/grid.py", text))
 
 
-@pytest.mark.parametrize(("rule", "text"), KEPT)
-def test_a_rule_leaves_what_keeps_it(rule, text):
+@pytest.mark.parametrize(("rule", "text"), ALLOWED)
+def test_rule_accepts_allowed_code(rule, text):
     assert rule(Source.of("ppaas/maps/grid.py", text)) == []
 
 
@@ -48,13 +48,13 @@ def test_only_the_clock_imports_time():
     assert rules.io_imports(Source.of("ppaas/clock.py", "import time")) == []
 
 
-def test_only_those_who_plan_many_paths_at_a_time_begin_threads():
+def test_only_batch_planning_may_start_threads():
     text = "from concurrent.futures import ThreadPoolExecutor"
     assert rules.io_imports(Source.of("ppaas/planners/batch/workers.py", text)) == []
     assert rules.io_imports(Source.of("ppaas/planners/batch/workers.py", "import threading"))
 
 
-def test_a_kernel_may_be_twice_as_long():
+def test_kernel_functions_may_be_twice_as_long():
     text = "def f():\n" + "    x = 0\n" * 70
     assert rules.long_functions(Source.of("ppaas/planners/kernels/grid.py", text)) == []
     assert rules.long_functions(Source.of("ppaas/planners/kernels/grid.py", text + "    x = 0\n" * 10))

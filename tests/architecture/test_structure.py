@@ -1,27 +1,27 @@
-"""The folders of the code form layers, none is crowded, and no import hides in a string."""
+"""The folders of the code form layers, none has too many modules, and no import is hidden in a string."""
 
 from tests.architecture import structure
 from tests.support.sources import ALL_PACKAGES, Source, sources
 
 
-def test_no_folders_import_each_other_in_a_circle():
+def test_folders_have_no_import_cycle():
     assert structure.folder_cycle(structure.arrows_between(structure.all_imports())) == []
 
 
-def test_no_folder_is_crowded():
+def test_no_folder_has_too_many_modules():
     assert structure.crowded_folders() == []
 
 
-def test_no_module_is_reached_by_its_name_in_a_string():
+def test_no_module_is_imported_by_a_string_only():
     modules = frozenset(structure.import_graph().modules)
     faults = [fault for source in sources(*ALL_PACKAGES) for fault in structure.unseen_module_names(source, modules)]
     assert faults == []
 
 
-# -- the rules find what breaks them -----------------------------------------------------------------------------------
+# -- the rules find violations -----------------------------------------------------------------------------------------
 
 
-def test_a_cycle_of_folders_is_told_by_the_imports_that_make_it():
+def test_folder_cycle_is_reported_with_its_imports():
     imports = [
         ("ppaas.maps.grid", "ppaas.errors"),
         ("ppaas.costmap.costmap", "ppaas.maps.grid"),
@@ -34,16 +34,16 @@ def test_a_cycle_of_folders_is_told_by_the_imports_that_make_it():
     ]
 
 
-def test_a_folder_and_the_one_above_it_may_make_a_cycle():
+def test_folder_and_its_parent_can_form_a_cycle():
     imports = [("ppaas.maps.grid", "ppaas.errors"), ("ppaas.errors", "ppaas.maps.grid")]
     assert len(structure.folder_cycle(structure.arrows_between(iter(imports)))) == 2
 
 
-def test_imports_within_a_folder_make_no_arrow():
+def test_imports_within_a_folder_are_no_dependency():
     assert structure.arrows_between(iter([("ppaas.maps.grid", "ppaas.maps.raycast")])) == {}
 
 
-def test_a_module_named_in_a_string_and_not_imported_is_found():
+def test_module_named_only_in_a_string_is_found():
     modules = frozenset({"engine.fabric.router", "ppaas.planners"})
     command = 'COMMAND = ("python", "-m", "engine.fabric.router")\n'
     assert structure.unseen_module_names(Source.of("engine/agent/agent.py", command), modules)
@@ -51,7 +51,7 @@ def test_a_module_named_in_a_string_and_not_imported_is_found():
     assert structure.unseen_module_names(Source.of("engine/agent/agent.py", seen), modules) == []
 
 
-def test_the_name_of_an_entry_point_group_or_a_word_in_a_docstring_is_no_hidden_import():
+def test_entry_point_groups_and_docstrings_are_not_hidden_imports():
     modules = frozenset({"engine.fabric.router", "ppaas.planners"})
     text = '"""engine.fabric.router"""\nGROUP = "ppaas.planners"\nFOLDER = "engine/fabric"\n'
     assert structure.unseen_module_names(Source.of("engine/agent/agent.py", text), modules) == []

@@ -47,36 +47,36 @@ def unit_cost(costs: NDArray[np.uint8], cells: NDArray[np.int32], allow_unknown:
     return total
 
 
-def kept_neighbours(free: set[Cell], came: Cell | None) -> set[Cell]:
-    """Return the neighbours of (0, 0) to which a path from a neighbour ``came`` must continue.
+def kept_neighbours(free: set[Cell], parent: Cell | None) -> set[Cell]:
+    """Return the neighbours of (0, 0) to which a path from a neighbour ``parent`` must continue.
 
     The definition of Harabor and Grastien: a neighbour is pruned if a path within the nine cells that avoids (0, 0) is
     no longer than the one through it, after a straight move, or shorter, after a diagonal move. At the start (None) all
     moves that cut no corner are kept.
     """
     allowed = {(down, right) for down, right in MOVES if {(down, right), (down, 0), (0, right)} <= free | {(0, 0)}}
-    if came is None:
+    if parent is None:
         return allowed
-    around = _ways(free, came)
-    first = math.hypot(*came)
+    around = _path_costs(free, parent)
+    first = math.hypot(*parent)
     kept = set()
-    for to in allowed - {came}:
+    for to in allowed - {parent}:
         through = first + math.hypot(*to)
         beside = around.get(to, math.inf)
-        dropped = beside < through - 1e-9 if all(came) else beside < through + 1e-9
+        dropped = beside < through - 1e-9 if all(parent) else beside < through + 1e-9
         if not dropped:
             kept.add(to)
     return kept
 
 
-def kept_by_weights(weights: dict[Cell, float], came: Cell) -> set[Cell]:
+def kept_by_weights(weights: dict[Cell, float], parent: Cell) -> set[Cell]:
     """Return the neighbours of (0, 0) to which no path within nine free cells is cheaper than that through (0, 0)."""
-    around = _ways(set(weights), came, weights)
-    first = math.hypot(*came) * weights[0, 0]
-    return {to for to in MOVES if to != came and first + math.hypot(*to) * weights[to] < around[to] + 1e-9}
+    around = _path_costs(set(weights), parent, weights)
+    first = math.hypot(*parent) * weights[0, 0]
+    return {to for to in MOVES if to != parent and first + math.hypot(*to) * weights[to] < around[to] + 1e-9}
 
 
-def _ways(free: set[Cell], start: Cell, weights: dict[Cell, float] | None = None) -> dict[Cell, float]:
+def _path_costs(free: set[Cell], start: Cell, weights: dict[Cell, float] | None = None) -> dict[Cell, float]:
     """Return the costs of the cheapest paths from a cell within the nine around (0, 0) that avoid (0, 0)."""
     lengths = {start: 0.0}
     queue = [(0.0, start)]
