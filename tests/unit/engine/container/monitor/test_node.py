@@ -35,7 +35,7 @@ STRONG = TellRobotRequest(8, 3.0, 5.0, 0.3, 100e3, ["driver", "locator"])
 WEAK = TellRobotRequest(4, 1.5, 1.0, 0.3, 100e3, ["driver", "locator"])
 
 
-class FakeHands:
+class FakeSwitch:
     """Switch of three nodes, one of which stays in the cloud; records its calls."""
 
     config = '{"model": "turtlebot2"}'
@@ -74,7 +74,7 @@ class Cloud:
 
     def __init__(self, parameters: NodeMonitorParameters | None = None, state: bytes | None = None) -> None:
         self.clock = ManualClock()
-        self.hands = FakeHands()
+        self.hands = FakeSwitch()
         self.rates = TopicRates()
         self.graph = Graph(clock=self.clock, stamp_clock=lambda: 1000.0 + self.clock())
         self.node = self.graph.add(
@@ -96,16 +96,16 @@ class Cloud:
         assert isinstance(answer, NodeHome)
         return answer
 
-    def hold(self, node: str, lease: int = 0, **told: object) -> HoldNodeResponse:
-        answer = self.ask("hold_node", HoldNodeRequest(node, lease, **told))  # type: ignore[arg-type]
+    def hold(self, node: str, lease: int = 0, **report: object) -> HoldNodeResponse:
+        answer = self.ask("hold_node", HoldNodeRequest(node, lease, **report))  # type: ignore[arg-type]
         assert isinstance(answer, HoldNodeResponse)
         return answer
 
     def homes(self) -> dict[str, str]:
-        told = self.graph.latched("node_monitor/homes")
-        assert isinstance(told, NodeHomes)
-        assert told == self.ask("list_nodes", Empty())
-        return {node.node: node.home for node in told.nodes}
+        homes = self.graph.latched("node_monitor/homes")
+        assert isinstance(homes, NodeHomes)
+        assert homes == self.ask("list_nodes", Empty())
+        return {node.node: node.home for node in homes.nodes}
 
     def wait(self, seconds: float) -> None:
         for _ in range(round(seconds / 0.5)):
@@ -118,7 +118,7 @@ def cloud() -> Cloud:
     return Cloud()
 
 
-def test_all_nodes_run_in_the_cloud_until_a_robot_asks(cloud: Cloud) -> None:
+def test_nodes_run_in_the_cloud_until_a_robot_reports_itself(cloud: Cloud) -> None:
     assert cloud.homes() == {"driver": "cloud", "locator": "cloud", "map_server": "cloud"}
     answer = cloud.run_node("driver")
     assert (answer.home, answer.wanted, answer.reasons) == (
@@ -126,7 +126,7 @@ def test_all_nodes_run_in_the_cloud_until_a_robot_asks(cloud: Cloud) -> None:
     )  # fmt: skip
 
 
-def test_a_weak_robot_is_told_that_the_cloud_runs_it(cloud: Cloud) -> None:
+def test_weak_robot_gets_no_node(cloud: Cloud) -> None:
     assert cloud.ask("tell_robot", WEAK) == TellRobotResponse('{"model": "turtlebot2"}', 4.0)
     answer = cloud.run_node("driver")
     assert answer.wanted == "cloud"
@@ -136,7 +136,7 @@ def test_a_weak_robot_is_told_that_the_cloud_runs_it(cloud: Cloud) -> None:
     assert cloud.hands.done == []
 
 
-def test_a_strong_one_gets_the_node_with_its_state(cloud: Cloud) -> None:
+def test_strong_robot_gets_the_node_with_its_state(cloud: Cloud) -> None:
     cloud.ask("tell_robot", STRONG)
     answer = cloud.run_node("locator")
     assert (answer.home, answer.wanted) == ("cloud", "robot")
@@ -147,7 +147,7 @@ def test_a_strong_one_gets_the_node_with_its_state(cloud: Cloud) -> None:
     assert "locator" not in cloud.hands.here
 
 
-def test_while_the_robot_speaks_of_a_node_it_has_it_and_when_it_falls_silent_the_cloud_goes_on(cloud: Cloud) -> None:
+def test_silent_robot_loses_its_node_to_the_cloud(cloud: Cloud) -> None:
     cloud.ask("tell_robot", STRONG)
     cloud.run_node("driver")
     lease = cloud.hold("driver").lease
@@ -158,11 +158,11 @@ def test_while_the_robot_speaks_of_a_node_it_has_it_and_when_it_falls_silent_the
     cloud.wait(2.0)
     assert cloud.homes()["driver"] == "cloud"
     assert cloud.hands.here["driver"] == '{"n":9}'
-    assert cloud.hold("driver", lease, state="{}").lease == 0, "who comes back late has it no more"
+    assert cloud.hold("driver", lease, state="{}").lease == 0, "a robot that returns late no longer holds it"
     assert cloud.hands.here["driver"] == '{"n":9}'
 
 
-def test_a_node_that_failed_there_stays_in_the_cloud_for_a_while_unless_it_is_asked_for(cloud: Cloud) -> None:
+def test_node_that_failed_on_the_robot_stays_in_the_cloud_for_a_while(cloud: Cloud) -> None:
     cloud.ask("tell_robot", STRONG)
     cloud.run_node("driver")
     lease = cloud.hold("driver").lease
@@ -179,7 +179,7 @@ def test_a_node_that_failed_there_stays_in_the_cloud_for_a_while_unless_it_is_as
 @pytest.mark.parametrize(
     ("asked_back", "reason"), [(False, "the robot gave it back"), (True, "a client requested this home")]
 )
-def test_a_node_that_comes_back_says_why(cloud: Cloud, asked_back: bool, reason: str) -> None:
+def test_returned_node_states_the_reason(cloud: Cloud, asked_back: bool, reason: str) -> None:
     cloud.ask("tell_robot", STRONG)
     cloud.run_node("driver", "robot")
     lease = cloud.hold("driver").lease
@@ -190,7 +190,7 @@ def test_a_node_that_comes_back_says_why(cloud: Cloud, asked_back: bool, reason:
     assert cloud.run_node("driver").wanted == "robot", "it did not fail there"
 
 
-def test_a_robot_that_cannot_take_over_says_so_and_nothing_moves(cloud: Cloud) -> None:
+def test_robot_that_reports_a_failure_gets_no_node(cloud: Cloud) -> None:
     cloud.ask("tell_robot", STRONG)
     cloud.run_node("driver")
     cloud.ask("give_node", GiveNodeRequest("driver", 0, failure="no numba"))
@@ -198,17 +198,17 @@ def test_a_robot_that_cannot_take_over_says_so_and_nothing_moves(cloud: Cloud) -
     assert cloud.run_node("driver").reasons == ["it could not be run on the robot: no numba"]
 
 
-def test_an_old_lease_gives_nothing_back(cloud: Cloud) -> None:
+def test_expired_lease_cannot_give_a_node_back(cloud: Cloud) -> None:
     cloud.ask("tell_robot", STRONG)
     cloud.run_node("driver")
     old = cloud.hold("driver").lease
     new = cloud.hold("driver").lease
-    assert new != old, "a robot that begins anew takes over from itself"
+    assert new != old, "a restarted robot gets a new lease"
     cloud.ask("give_node", GiveNodeRequest("driver", old, "{}"))
     assert cloud.homes()["driver"] == "robot"
 
 
-def test_what_others_take_of_the_robot_counts(cloud: Cloud) -> None:
+def test_other_nodes_on_the_robot_count_against_its_power(cloud: Cloud) -> None:
     cloud.ask("tell_robot", TellRobotRequest(1, 1.5, 1.0, 0.3, 100e3, ["driver", "locator"]))
     cloud.run_node("locator", "robot")
     cloud.hold("locator")
@@ -220,7 +220,7 @@ def test_what_others_take_of_the_robot_counts(cloud: Cloud) -> None:
     assert "and the robot has 0.59 left" in cloud.run_node("driver").reasons[0]
 
 
-def test_a_container_that_takes_the_place_of_another_leaves_the_robot_what_it_has(cloud: Cloud) -> None:
+def test_leases_survive_a_replacement_of_the_container(cloud: Cloud) -> None:
     cloud.ask("tell_robot", STRONG)
     cloud.run_node("driver")
     lease = cloud.hold("driver").lease
@@ -232,7 +232,7 @@ def test_a_container_that_takes_the_place_of_another_leaves_the_robot_what_it_ha
     assert after.hands.here["driver"] == '{"n":5}'
 
 
-def test_a_state_that_cannot_be_taken_begins_anew(cloud: Cloud) -> None:
+def test_node_with_an_unreadable_state_restarts_in_the_cloud(cloud: Cloud) -> None:
     cloud.ask("tell_robot", STRONG)
     cloud.run_node("driver")
     cloud.hands.broken = True
@@ -240,7 +240,7 @@ def test_a_state_that_cannot_be_taken_begins_anew(cloud: Cloud) -> None:
     assert cloud.homes()["driver"] == "cloud"
 
 
-def test_what_was_measured_is_told_in_the_next_verdict(cloud: Cloud) -> None:
+def test_measured_times_appear_in_the_next_verdict(cloud: Cloud) -> None:
     by = NodeMonitorParameters(priorities=("node_properties",))
     cloud = Cloud(by)
     cloud.ask("tell_robot", STRONG)
@@ -253,7 +253,7 @@ def test_what_was_measured_is_told_in_the_next_verdict(cloud: Cloud) -> None:
     assert "it takes 10 ms on the robot, and 104 ms in the cloud" in cloud.run_node("driver").reasons[0]
 
 
-def test_bytes_that_came_over_the_link_are_told_in_the_next_verdict() -> None:
+def test_measured_data_rates_appear_in_the_next_verdict() -> None:
     cloud = Cloud(NodeMonitorParameters(priorities=("network_bandwidth",)))
     cloud.ask("tell_robot", TellRobotRequest(4, 3.0, 2.0, 0.001, 1e6, ["driver"]))
     assert "its topics would use 80 KB/s of a link with 1000 KB/s" in cloud.run_node("driver").reasons[0]
@@ -277,14 +277,14 @@ def test_bytes_that_came_over_the_link_are_told_in_the_next_verdict() -> None:
         ("probe_link", ProbeLinkRequest(MAX_PROBE + 1), InvalidInput, "a probe has up to 1048576 bytes"),
     ],
 )
-def test_what_cannot_be_is_refused(
+def test_invalid_requests_are_refused(
     cloud: Cloud, service: str, request_: Message, error: type[PPaaSError], match: str
 ) -> None:
     with pytest.raises(error, match=match):
         cloud.ask(service, request_)
 
 
-def test_a_state_without_end_is_refused(cloud: Cloud) -> None:
+def test_oversized_state_is_refused(cloud: Cloud) -> None:
     cloud.ask("tell_robot", STRONG)
     cloud.run_node("driver")
     lease = cloud.hold("driver").lease
@@ -292,11 +292,11 @@ def test_a_state_without_end_is_refused(cloud: Cloud) -> None:
         cloud.hold("driver", lease, state="x" * (MAX_STATE + 1))
 
 
-def test_a_probe_has_as_many_bytes_as_were_asked_for(cloud: Cloud) -> None:
+def test_probe_has_the_requested_size(cloud: Cloud) -> None:
     assert cloud.ask("probe_link", ProbeLinkRequest(1000)) == ProbeLinkResponse("0" * 1000)
 
 
-def test_what_stays_in_the_cloud_stays_there_whoever_asks(cloud: Cloud) -> None:
+def test_cloud_only_node_stays_in_the_cloud_on_request(cloud: Cloud) -> None:
     cloud.ask("tell_robot", STRONG)
     answer = cloud.run_node("map_server", "robot")
     assert (answer.wanted, answer.reasons) == ("cloud", ["map_server stays in the cloud"])
@@ -320,7 +320,7 @@ def names(messages: list[TopicMessage]) -> list[str]:
     return [decode(GoalID, message.message.encode()).id for message in messages]
 
 
-def test_what_came_while_a_node_moved_is_told_to_the_robot_until_its_state_has_it(cloud: Cloud) -> None:
+def test_unheard_messages_are_resent_until_the_state_includes_them(cloud: Cloud) -> None:
     lease = lent(cloud)
     a, _ = came(cloud, "a", "b")
     assert names(cloud.hold("driver", lease, state="{}").unheard) == ["a", "b"]
@@ -328,7 +328,7 @@ def test_what_came_while_a_node_moved_is_told_to_the_robot_until_its_state_has_i
     assert names(cloud.hold("driver", lease, state="{}", heard=["another"]).unheard) == ["b"]
 
 
-def test_what_no_known_state_has_is_told_to_the_node_when_it_goes_on_in_the_cloud(cloud: Cloud) -> None:
+def test_unheard_messages_are_delivered_when_the_node_returns(cloud: Cloud) -> None:
     lease = lent(cloud)
     a, b, _ = came(cloud, "a", "b", "c")
     cloud.hold("driver", lease, state='{"with":"a"}', heard=[a])
@@ -337,14 +337,14 @@ def test_what_no_known_state_has_is_told_to_the_node_when_it_goes_on_in_the_clou
     assert cloud.hands.told == [("driver", "c")]
 
 
-def test_what_came_for_a_robot_that_was_lost_is_told_to_its_node(cloud: Cloud) -> None:
+def test_messages_for_a_lost_robot_are_delivered_to_its_node(cloud: Cloud) -> None:
     lent(cloud)
     came(cloud, "a")
     cloud.wait(4.0)
     assert cloud.hands.told == [("driver", "a")]
 
 
-def test_what_came_outlives_the_container(cloud: Cloud) -> None:
+def test_unheard_messages_survive_a_replacement_of_the_container(cloud: Cloud) -> None:
     lease = lent(cloud)
     came(cloud, "a")
     after = Cloud(state=cloud.node.checkpoint())
@@ -352,7 +352,7 @@ def test_what_came_outlives_the_container(cloud: Cloud) -> None:
     assert names(after.hold("driver", lease, state="{}").unheard) == ["a", "b"]
 
 
-def test_of_more_than_can_be_kept_the_oldest_goes(cloud: Cloud) -> None:
+def test_oldest_unheard_message_is_dropped_beyond_the_limit(cloud: Cloud) -> None:
     lease = lent(cloud)
     came(cloud, *map(str, range(MOST + 1)), "50")
     unheard = names(cloud.hold("driver", lease, state="{}").unheard)

@@ -52,7 +52,7 @@ POSE = b'{"header":{"frame_id":"map"},"pose":{"pose":{"position":{"x":2,"y":2},"
 
 
 @pytest.mark.parametrize("node", ["amcl", "move_base", "waypoint_follower"])
-def test_a_node_comes_back_as_it_went(node: str, layers: MapLayers) -> None:
+def test_node_returns_with_unchanged_state_and_connections(node: str, layers: MapLayers) -> None:
     graph = Graph()
     clone(graph, layers)
     services, topics = dict(graph.services), dict(graph.topics)
@@ -64,14 +64,14 @@ def test_a_node_comes_back_as_it_went(node: str, layers: MapLayers) -> None:
     state = hands.take_out(node, lambda topic, _: came.append(topic))
     assert state.startswith("{")
     assert node not in graph.nodes
-    assert graph.topics == topics, "whoever hears what it says hears it on"
+    assert graph.topics == topics, "subscribers of its topics stay subscribed"
     for topic in ("move_base/cancel", "initialpose", "follow_waypoints/cancel", "scan"):
         graph.inject(topic, said(graph.topic(topic).type))
     assert came and "scan" not in came
     hands.put_in(node, state)
     there = list(came)
     graph.inject("move_base/cancel", GoalID(id="of nobody"))
-    assert came == there, "it hears by itself again"
+    assert came == there, "the node receives its topics itself again"
     assert graph.services == services
     assert (graph.nodes[node].checkpoint() or b"").decode() == state
     assert [node in there for there in changes] == [False, True]
@@ -106,7 +106,7 @@ def test_node_returned_with_an_unreadable_state_starts_in_its_initial_state(
     assert "the checkpoint of node 'amcl' cannot be read" in caplog.text
 
 
-def test_the_other_nodes_know_nothing_of_what_the_robots_file_says_of_the_node_monitor(layers: MapLayers) -> None:
+def test_node_monitor_parameters_do_not_reach_other_nodes(layers: MapLayers) -> None:
     said = {"node_monitor": {"priorities": ["network_bandwidth"]}, "amcl": {"seed": 3}}
     robot = RobotConfig("tb1", "turtlebot2", (2.0, 2.0, 0.0), "dijkstra", "dwa", said)
     assert of_clone(robot).parameters == {"amcl": {"seed": 3}}
@@ -116,13 +116,13 @@ def test_the_other_nodes_know_nothing_of_what_the_robots_file_says_of_the_node_m
 
 
 @pytest.mark.parametrize("said", [{"priorities": ["luck"]}, {"patience": 0.1}, {"no": 1}, {"priorities": []}])
-def test_a_parameter_that_cannot_be_is_refused(said: dict[str, object]) -> None:
+def test_invalid_parameter_is_refused(said: dict[str, object]) -> None:
     robot = RobotConfig("tb1", "turtlebot2", (2.0, 2.0, 0.0), "dijkstra", "dwa", {"node_monitor": said})
     with pytest.raises(InvalidParameter, match="node_monitor"):
         ContainerMonitor(Graph(), robot, lambda _: None)
 
 
-def test_the_priorities_of_the_cloud_hold_where_the_robots_file_names_none() -> None:
+def test_cloud_priorities_apply_if_the_robot_sets_none() -> None:
     cloud = ("network_bandwidth",)
     assert with_priorities({"amcl": {}}, cloud) == {"amcl": {}, "node_monitor": {"priorities": ["network_bandwidth"]}}
     own = {"node_monitor": {"priorities": ["node_properties"], "patience": 9.0}}
