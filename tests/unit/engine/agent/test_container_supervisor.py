@@ -71,7 +71,7 @@ class Host:
     def start(self, spec: ContainerSpec) -> None:
         self.hosting.start(control_link.StartContainer(spec, "secret", "link.sock"))
 
-    async def told(self, event: msgspec.Struct) -> None:
+    async def reported(self, event: msgspec.Struct) -> None:
         await until(lambda: event in self.news)
 
     def assert_forgotten(self) -> None:
@@ -103,36 +103,36 @@ def small_spec(container: str) -> ContainerSpec:
 
 async def test_container_is_launched_and_its_exit_reported(host: Host) -> None:
     host.start(spec())
-    await host.told(launched("c1"))
+    await host.reported(launched("c1"))
     (launch,) = host.runtime.launches
     assert (launch.spec, launch.link, launch.secret) == (spec(), "link.sock", "secret")
     assert launch.machine == str(host.gateway.path)
     assert (Path(launch.layers) / "layers").read_text() == HOUSE.version
     assert host.gateway.awaited == 1
     host.runtime.processes["c1"].end(3)
-    await host.told(control_link.Exited("c1", 3))
+    await host.reported(control_link.Exited("c1", 3))
     host.assert_forgotten()
 
 
 async def test_resized_container_moves_to_the_least_used_cpus(host: Host) -> None:
     host.start(spec("c1"))
-    await host.told(launched("c1"))
+    await host.reported(launched("c1"))
     host.start(spec("c2"))
-    await host.told(launched("c2"))
+    await host.reported(launched("c2"))
     host.hosting.resize(control_link.ResizeContainer("c1", 2.5))
     resized = host.runtime.processes["c1"].launch
     assert (resized.spec.cores, resized.cpus, resized.threads) == (2.5, (0, 2, 3), 2)
     host.start(spec("c3"))
-    await host.told(launched("c3"))
+    await host.reported(launched("c3"))
     assert host.runtime.processes["c3"].launch.cpus == (0,), "the CPU of which least is given away now"
     host.hosting.resize(control_link.ResizeContainer("c9", 1.0))
 
 
 async def test_layers_are_inflated_for_the_robot_or_a_turtlebot2(host: Host) -> None:
     host.start(small_spec("c1"))
-    await host.told(launched("c1"))
+    await host.reported(launched("c1"))
     host.start(planning_spec("p1", version=HOUSE))
-    await host.told(launched("p1"))
+    await host.reported(launched("p1"))
     assert host.building.radii == [robot_model(model).robot_radius for model in ("turtlebot3_burger", "turtlebot2")]
 
 
@@ -142,7 +142,7 @@ async def test_layers_are_inflated_for_the_radius_of_urdf_or_parameters(host: Ho
     own = robot_config(urdf=urdf, parameters={"global_costmap": {"robot_radius": 0.3}})
     for number, config in enumerate((described, own)):
         host.start(ContainerSpec(f"c{number}", "ann", HOUSE, 1.0, config))
-        await host.told(launched(f"c{number}"))
+        await host.reported(launched(f"c{number}"))
     assert host.building.radii == [0.238, 0.3]
 
 
@@ -151,7 +151,7 @@ async def test_masks_are_applied_to_the_layers_of_their_robot_only(host: Host) -
     newer = {"keepout_filter": MapVersion("kept", "v2")}
     for number, own in enumerate((masks, {}, newer, masks)):
         host.start(ContainerSpec(f"c{number}", "ann", HOUSE, 1.0, robot_config(masks=own)))
-        await host.told(launched(f"c{number}"))
+        await host.reported(launched(f"c{number}"))
     assert [spec.masks for spec in host.building.specs] == [masks, {}, newer]
     folders = [launch.layers for launch in host.runtime.launches]
     assert len(set(folders)) == 3
@@ -168,7 +168,7 @@ async def test_layers_of_an_octomap_use_the_robots_height(host: Host) -> None:
     ]
     for number, fields in enumerate(given):
         host.start(ContainerSpec(f"c{number}", "ann", HOUSE, 1.0, robot_config(**fields)))
-        await host.told(launched(f"c{number}"))
+        await host.reported(launched(f"c{number}"))
     heights = [spec.heights for spec in host.building.specs]
     assert heights == [(None, 0.42), None, (None, pytest.approx(0.4602)), (0.1, 1.2)]
     folders = [launch.layers for launch in host.runtime.launches]
@@ -180,21 +180,21 @@ async def test_container_with_an_invalid_footprint_is_refused(host: Host) -> Non
     bad = robot_config(parameters={"global_costmap": {"footprint": [[0, 0]]}})
     host.start(ContainerSpec("c1", "ann", HOUSE, 1.0, bad))
     refusal = Refusal("invalid-parameter", "footprint must be a list of at least three corners x, y [m]")
-    await host.told(control_link.LaunchFailed("c1", refusal))
+    await host.reported(control_link.LaunchFailed("c1", refusal))
 
 
 async def test_containers_are_spread_over_the_cpus_and_exits_free_them(host: Host) -> None:
     for number in range(4):
         host.start(spec(f"c{number}"))
-        await host.told(launched(f"c{number}"))
+        await host.reported(launched(f"c{number}"))
     assert [launch.cpus for launch in host.runtime.launches] == [(n,) for n in range(4)]
     host.runtime.processes["c2"].end(0)
-    await host.told(control_link.Exited("c2", 0))
+    await host.reported(control_link.Exited("c2", 0))
     host.start(spec("c4"))
-    await host.told(launched("c4"))
+    await host.reported(launched("c4"))
     assert host.runtime.launches[-1].cpus == (2,)
     host.start(spec("c5", cores=2.5))
-    await host.told(launched("c5"))
+    await host.reported(launched("c5"))
     last = host.runtime.launches[-1]
     assert last.cpus == (0, 1, 2)
     assert last.threads == 2
@@ -227,14 +227,14 @@ async def test_failed_launch_is_reported_and_cleaned_up(host: Host, error: Excep
 async def test_invalid_map_is_reported(host: Host) -> None:
     host.building.error = InvalidMap("not square")
     host.start(spec())
-    await host.told(control_link.LaunchFailed("c1", Refusal("invalid-map", "not square")))
+    await host.reported(control_link.LaunchFailed("c1", Refusal("invalid-map", "not square")))
     host.assert_forgotten()
 
 
 async def test_missing_map_is_reported(host: Host) -> None:
     host.building.error = NotFound("map", "house")
     host.start(spec())
-    await host.told(control_link.LaunchFailed("c1", Refusal("not-found", "unknown map 'house'")))
+    await host.reported(control_link.LaunchFailed("c1", Refusal("not-found", "unknown map 'house'")))
     host.assert_forgotten()
     assert host.runtime.launches == []
 
@@ -266,24 +266,24 @@ async def test_container_stopped_during_launch_is_killed_once_it_runs(host: Host
     await until(lambda: host.runtime.launches)
     host.hosting.stop(control_link.StopContainer("c1"))
     host.runtime.go.set()
-    await host.told(control_link.Exited("c1", -9))
+    await host.reported(control_link.Exited("c1", -9))
     host.assert_forgotten()
 
 
 async def test_container_is_killed_after_its_grace_period(host: Host) -> None:
     host.start(spec())
-    await host.told(launched())
+    await host.reported(launched())
     host.hosting.stop(control_link.StopContainer("c1", grace=0.05))
     assert not host.runtime.processes["c1"].killed
-    await host.told(control_link.Exited("c1", -9))
+    await host.reported(control_link.Exited("c1", -9))
 
 
 async def test_exit_during_the_grace_period_reports_its_own_code(host: Host) -> None:
     host.start(spec())
-    await host.told(launched())
+    await host.reported(launched())
     host.hosting.stop(control_link.StopContainer("c1", grace=0.05))
     host.runtime.processes["c1"].end(0)
-    await host.told(control_link.Exited("c1", 0))
+    await host.reported(control_link.Exited("c1", 0))
     await until(lambda: host.runtime.processes["c1"].killed)  # which does nothing to an exited process
     assert [event for event in host.news if isinstance(event, control_link.Exited)] == [control_link.Exited("c1", 0)]
 
@@ -296,20 +296,20 @@ async def test_stopping_an_unknown_container_changes_nothing(host: Host) -> None
 async def test_layers_are_kept_while_any_of_their_containers_runs(host: Host) -> None:
     for name in ("c1", "c2"):
         host.start(spec(name))
-        await host.told(launched(name))
+        await host.reported(launched(name))
     layers = Path(host.runtime.launches[0].layers)
     host.runtime.processes["c1"].end(0)
-    await host.told(control_link.Exited("c1", 0))
+    await host.reported(control_link.Exited("c1", 0))
     assert (layers / "layers").exists()
     host.runtime.processes["c2"].end(0)
-    await host.told(control_link.Exited("c2", 0))
+    await host.reported(control_link.Exited("c2", 0))
     await until(lambda: not layers.exists())
 
 
 async def test_loads_cover_running_containers_only(host: Host) -> None:
     assert host.hosting.loads() == []
     host.start(spec())
-    await host.told(launched())
+    await host.reported(launched())
     host.runtime.go.clear()
     host.start(spec("c2"))
     (load,) = host.hosting.loads()
@@ -323,7 +323,7 @@ async def test_loads_cover_running_containers_only(host: Host) -> None:
 async def test_closing_kills_containers_and_cancels_starts(tmp_path: Path) -> None:
     host = Host(tmp_path)
     host.start(spec())
-    await host.told(launched())
+    await host.reported(launched())
     host.building.go.clear()
     host.start(small_spec("c2"))
     host.start(planning_spec("p1", version=HOUSE))
@@ -354,7 +354,7 @@ async def test_running_containers_are_listed_and_those_not_kept_end(host: Host) 
     host.hosting.keep_only({"c1"})
     host.runtime.go.set()
     for ended in ("c2", "c3", "p1"):
-        await host.told(control_link.Exited(ended, -9))
+        await host.reported(control_link.Exited(ended, -9))
     assert [carried.spec.id for carried in host.hosting.carried()] == ["c1"]
     await host.gateway.start()
     attached = await dial_gateway(host.gateway.path)
@@ -366,5 +366,5 @@ async def test_running_containers_are_listed_and_those_not_kept_end(host: Host) 
     await attached.close()
     await host.gateway.close()
     host.runtime.processes["c1"].end(0)
-    await host.told(control_link.Exited("c1", 0))
+    await host.reported(control_link.Exited("c1", 0))
     host.assert_forgotten()

@@ -23,11 +23,11 @@ class Results:
     """Records results of jobs, and the threads on which they were reported."""
 
     def __init__(self) -> None:
-        self.told: list[Any] = []
+        self.values: list[Any] = []
         self.threads: set[int] = set()
 
     def __call__(self, result: Any) -> None:
-        self.told.append(result)
+        self.values.append(result)
         self.threads.add(threading.get_ident())
 
 
@@ -45,8 +45,8 @@ async def test_job_runs_in_a_prepared_thread_and_reports_on_the_loop() -> None:
     for _ in range(2 * JOB_THREADS):
         home.graph.start(lambda cancelled: go.wait(10) and threading.get_ident(), results)
     go.set()
-    await until(lambda: len(results.told) == 2 * JOB_THREADS)
-    assert set(results.told) <= set(prepared)
+    await until(lambda: len(results.values) == 2 * JOB_THREADS)
+    assert set(results.values) <= set(prepared)
     assert threading.get_ident() not in prepared
     assert results.threads == {threading.get_ident()}
     home.close()
@@ -55,8 +55,8 @@ async def test_job_runs_in_a_prepared_thread_and_reports_on_the_loop() -> None:
 async def test_job_error_is_its_result(home: NodeExecutor, caplog: pytest.LogCaptureFixture) -> None:
     results = Results()
     home.graph.start(raising(NoValidPath("no way")), results)
-    await until(lambda: results.told)
-    assert isinstance(results.told[0], NoValidPath)
+    await until(lambda: results.values)
+    assert isinstance(results.values[0], NoValidPath)
     assert caplog.records == []
 
 
@@ -65,8 +65,8 @@ async def test_unexpected_job_error_is_logged_and_reported_without_details(
 ) -> None:
     results = Results()
     home.graph.start(raising(KeyError("secret")), results)
-    await until(lambda: results.told)
-    (error,) = results.told
+    await until(lambda: results.values)
+    (error,) = results.values
     assert type(error) is PPaaSError
     assert str(error) == "internal error: KeyError"
     own = [record for record in caplog.records if record.name == "engine.container.executor"]
@@ -82,7 +82,7 @@ async def test_job_sees_its_cancellation(home: NodeExecutor) -> None:
         return "cancelled"
 
     home.graph.start(work, results).cancel()
-    await until(lambda: results.told == ["cancelled"])
+    await until(lambda: results.values == ["cancelled"])
 
 
 async def test_timers_fire_repeatedly(home: NodeExecutor) -> None:
@@ -105,8 +105,8 @@ async def test_timer_set_at_the_end_of_a_job_fires(home: NodeExecutor) -> None:
 
 async def test_timer_set_before_a_job_callback_fails_still_fires(home: NodeExecutor) -> None:
     fired = asyncio.Event()
-    told: list[dict[str, Any]] = []
-    asyncio.get_running_loop().set_exception_handler(lambda _loop, context: told.append(context))
+    contexts: list[dict[str, Any]] = []
+    asyncio.get_running_loop().set_exception_handler(lambda _loop, context: contexts.append(context))
 
     def done(_: Any) -> None:
         home.graph.every(0.001, fired.set)
@@ -115,7 +115,7 @@ async def test_timer_set_before_a_job_callback_fails_still_fires(home: NodeExecu
     home.graph.start(lambda cancelled: None, done)
     async with asyncio.timeout(10):
         await fired.wait()
-    assert isinstance(told[0]["exception"], KeyError)
+    assert isinstance(contexts[0]["exception"], KeyError)
 
 
 async def test_failing_timer_is_logged_once_and_all_timers_go_on(
@@ -152,7 +152,7 @@ async def test_closed_executor_fires_no_timer_and_reports_no_job(
     home._executor.shutdown(wait=True)
     await asyncio.sleep(0.02)
     assert len(fired) == count
-    assert results.told == []
+    assert results.values == []
     assert caplog.records == []
 
 
@@ -168,5 +168,5 @@ def test_job_may_outlive_the_loop(caplog: pytest.LogCaptureFixture) -> None:
     asyncio.run(live())
     go.set()
     homes[0]._executor.shutdown(wait=True)
-    assert results.told == []
+    assert results.values == []
     assert caplog.records == []

@@ -19,10 +19,10 @@ class Machine:
         self.failure = failure
         self.go = asyncio.Event()
         self.go.set()
-        self.asked: list[str] = []
+        self.requested: list[str] = []
 
     async def prepare_index(self, planner: str) -> None:
-        self.asked.append(planner)
+        self.requested.append(planner)
         await self.go.wait()
         if self.failure is not None:
             raise self.failure
@@ -39,7 +39,7 @@ async def test_existing_index_is_opened_without_a_request(tmp_path):
     machine = Machine(tmp_path)
     write_index(tmp_path, "p", memoryview(b"there"))
     assert bytes(await call(machine)) == b"there"
-    assert machine.asked == []
+    assert machine.requested == []
 
 
 async def test_missing_index_is_requested_and_awaited(tmp_path):
@@ -47,7 +47,7 @@ async def test_missing_index_is_requested_and_awaited(tmp_path):
     machine.go.clear()
     asyncio.get_running_loop().call_later(0.02, machine.go.set)
     assert bytes(await call(machine)) == b"made"
-    assert machine.asked == ["p"]
+    assert machine.requested == ["p"]
 
 
 async def test_unavailable_index_is_none(tmp_path):

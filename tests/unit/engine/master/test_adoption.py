@@ -30,8 +30,8 @@ from tests.support.engine.specs import planning_spec, robot_config, robot_reques
 NOW = 100.0
 
 
-def carried(container: str = "old", robot: str = "tb1", cores: float | None = None) -> RunningContainer:
-    spec = of_request(container, robot)
+def carried(name: str = "old", robot: str = "tb1", cores: float | None = None) -> RunningContainer:
+    spec = of_request(name, robot)
     return RunningContainer(spec, spec.cores if cores is None else cores, "secret", 42)
 
 
@@ -53,7 +53,7 @@ def master() -> Master:
     return Master(FirstFit(), Quotas(Quota(containers=2)))
 
 
-def test_what_a_machine_carries_is_counted_and_is_ready_when_it_has_said_hello(master: Master) -> None:
+def test_adopted_containers_are_counted_and_ready_after_hello(master: Master) -> None:
     orders = master.handle(joined("m1", 4, carries=(carried(), carried("old2", "tb2"))))
     assert adopted(orders) == ["old", "old2"] and not started(orders)
     place = master.places[robot_request().key]
@@ -62,27 +62,27 @@ def test_what_a_machine_carries_is_counted_and_is_ready_when_it_has_said_hello(m
     assert master.quotas.used("ann").containers == 2
     assert master.handle(ContainerReady("old", 7)) == []
     assert (place.state, place.pid) == ("ready", 42)
-    assert master.handle(PlaceRequested(robot_request())) == [], "the robot finds it when it comes"
+    assert master.handle(PlaceRequested(robot_request())) == [], "the robot gets the adopted container"
     assert master.handle(PlaceReleased(robot_request().key)) == [End("m1", "old")]
     assert master.quotas.used("ann").containers == 1
 
 
-def test_one_that_dies_is_replaced_in_its_session(master: Master) -> None:
+def test_adopted_container_that_exits_is_replaced_in_its_session(master: Master) -> None:
     master.handle(joined("m1", 4, carries=(carried(),)))
     (start,) = master.handle(ContainerLost("old", Unavailable("it ended"), NOW))
     assert isinstance(start, Start) and start.spec.session == "s" != start.spec.id
 
 
-def test_a_robot_that_waits_for_its_machine_gets_the_clone_that_it_had(master: Master) -> None:
+def test_robot_gets_its_clone_back_with_the_returning_machine(master: Master) -> None:
     master.handle(MachinesExpected(("m2",)))
     master.handle(joined("m1", 4))
-    assert master.handle(PlaceRequested(robot_request())) == [], "its clone may run on the other"
+    assert master.handle(PlaceRequested(robot_request())) == [], "its clone may run on the other machine"
     orders = master.handle(joined("m2", 4, carries=(carried(),)))
     assert adopted(orders) == ["old"] and not started(orders)
     assert master.places[robot_request().key].machine == "m2"
 
 
-def test_a_robot_whose_clone_does_not_come_back_gets_another(master: Master) -> None:
+def test_robot_gets_a_new_clone_if_its_machine_does_not_return(master: Master) -> None:
     master.handle(MachinesExpected(("m2",)))
     master.handle(joined("m1", 4))
     assert master.handle(PlaceRequested(robot_request())) == []
@@ -90,7 +90,7 @@ def test_a_robot_whose_clone_does_not_come_back_gets_another(master: Master) -> 
     assert adopted(master.handle(joined("m2", 4, carries=(carried(),)))) == [], "a robot has one clone"
 
 
-def test_the_last_machine_that_returns_ends_the_waiting_and_planning_waits_for_none(master: Master) -> None:
+def test_requests_wait_until_the_last_expected_machine_returns(master: Master) -> None:
     master.handle(MachinesExpected(("m2",)))
     master.handle(joined("m1", 4))
     assert master.handle(PlaceRequested(robot_request())) == []
@@ -102,26 +102,28 @@ def planning_request() -> PlaceRequest:
     return other(robot_request(), robot=None)
 
 
-def test_of_two_that_say_they_serve_a_robot_one_is_adopted(master: Master) -> None:
+def test_only_one_container_of_a_robot_is_adopted(master: Master) -> None:
     assert adopted(master.handle(joined("m1", 4, carries=(carried(), carried("old2"), carried())))) == ["old"]
     assert adopted(master.handle(joined("m2", 4, carries=(carried("old3"), carried())))) == []
 
 
 Change = Callable[[RunningContainer], RunningContainer]
 
-NOT_BELIEVED: dict[str, Change] = {
-    "it only plans": lambda told: replace(told, spec=planning_spec("old")),
-    "no size": lambda told: replace(told, cores=0.0),
-    "odd size": lambda told: replace(told, cores=float("nan")),
-    "more than the machine has": lambda told: replace(told, cores=5.0),
-    "another map": lambda told: replace(told, spec=replace(told.spec, map=MapVersion("house", "v2"))),
-    "another robot file": lambda told: replace(told, spec=replace(told.spec, robot=robot_config("tb1", model="other"))),
-    "another size": lambda told: replace(told, spec=replace(told.spec, cores=2.0)),
+NOT_ADOPTABLE: dict[str, Change] = {
+    "it only plans": lambda container: replace(container, spec=planning_spec("old")),
+    "no size": lambda container: replace(container, cores=0.0),
+    "odd size": lambda container: replace(container, cores=float("nan")),
+    "more than the machine has": lambda container: replace(container, cores=5.0),
+    "another map": lambda container: replace(container, spec=replace(container.spec, map=MapVersion("house", "v2"))),
+    "another robot file": lambda container: replace(
+        container, spec=replace(container.spec, robot=robot_config("tb1", model="other"))
+    ),
+    "another size": lambda container: replace(container, spec=replace(container.spec, cores=2.0)),
 }
 
 
-@pytest.mark.parametrize("change", NOT_BELIEVED.values(), ids=NOT_BELIEVED)
-def test_what_is_not_what_the_robot_asks_for_is_not_adopted(master: Master, change: Change) -> None:
+@pytest.mark.parametrize("change", NOT_ADOPTABLE.values(), ids=NOT_ADOPTABLE)
+def test_container_that_differs_from_the_request_is_not_adopted(master: Master, change: Change) -> None:
     master.handle(MachinesExpected(("m2",)))
     master.handle(joined("m1", 4))
     assert master.handle(PlaceRequested(robot_request())) == []
@@ -129,17 +131,17 @@ def test_what_is_not_what_the_robot_asks_for_is_not_adopted(master: Master, chan
     assert adopted(orders) == [] and started(orders) == ["m1"]
 
 
-def test_a_container_that_was_resized_keeps_its_size_and_its_place_that_which_was_asked_for(master: Master) -> None:
-    told = carried(cores=2.0)
-    assert told.spec.cores != 2.0
-    assert adopted(master.handle(joined("m1", 4, carries=(told,)))) == ["old"]
+def test_adopted_container_keeps_its_resized_cores(master: Master) -> None:
+    container = carried(cores=2.0)
+    assert container.spec.cores != 2.0
+    assert adopted(master.handle(joined("m1", 4, carries=(container,)))) == ["old"]
     assert master.machines["m1"].given == master.quotas.used("ann").cores == 2.0
     assert master.handle(PlaceRequested(robot_request())) == []
     master.handle(PlaceReleased(robot_request().key))
     assert master.quotas.used("ann").cores == 0.0
 
 
-def test_from_a_machine_that_is_drained_what_was_adopted_leaves_when_it_is_ready(master: Master) -> None:
+def test_adopted_container_leaves_a_drained_machine_when_ready(master: Master) -> None:
     master.handle(SettingsLoaded({"m2": MachineSettings(draining=True)}, ()))
     master.handle(joined("m1", 4))
     orders = master.handle(joined("m2", 4, carries=(carried(),)))

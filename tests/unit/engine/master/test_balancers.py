@@ -62,7 +62,7 @@ def same_map() -> Placing:
     return Placing(SameMap(), *(machine(f"m{number}", 1) for number in range(3)))
 
 
-def test_first_fit_fills_one_machine_after_the_other() -> None:
+def test_first_fit_fills_machines_one_after_the_other() -> None:
     placing = Placing(FirstFit(), machine("m1", 1), machine("m2", 1))
     assert [placing.place(spec(f"c{number}", 0.5)) for number in range(17)] == ["m1"] * 8 + ["m2"] * 8 + [None]
     placing.remove("m1", "c3")
@@ -70,7 +70,7 @@ def test_first_fit_fills_one_machine_after_the_other() -> None:
 
 
 @pytest.mark.parametrize("name", BALANCERS.names())
-def test_what_is_drained_or_full_or_too_small_is_given_nothing(name: str) -> None:
+def test_drained_full_or_small_machines_get_no_container(name: str) -> None:
     placing = Placing(
         BALANCERS.create(name, {}),
         machine("drained"),
@@ -83,28 +83,28 @@ def test_what_is_drained_or_full_or_too_small_is_given_nothing(name: str) -> Non
     assert placing.place(spec("three", 1.0)) == "small"
 
 
-def test_robots_of_one_map_go_together_and_maps_apart(same_map: Placing) -> None:
+def test_robots_of_a_map_share_a_machine_and_maps_are_spread(same_map: Placing) -> None:
     offices = {same_map.place(spec(f"a{number}", 0.5, "office")) for number in range(4)}
     wards = {same_map.place(spec(f"b{number}", 0.5, "ward")) for number in range(4)}
     assert len(offices) == len(wards) == 1
     assert offices != wards
 
 
-def test_where_its_machine_is_full_a_map_goes_on_where_least_is_used(same_map: Placing) -> None:
+def test_map_continues_on_the_least_used_machine_when_full(same_map: Placing) -> None:
     same_map.measure("m1", cpu=0.9)
     places = [same_map.place(spec(f"c{number}", 1.0)) for number in range(6)]
     assert places == ["m0"] * 4 + ["m2"] * 2
     same_map.remove("m0", "c1")
-    assert same_map.place(spec("again", 1.0)) == "m0", "most of its map are there"
+    assert same_map.place(spec("again", 1.0)) == "m0", "most containers of its map are there"
 
 
-def test_a_container_group_goes_together_whatever_the_maps(same_map: Placing) -> None:
+def test_container_group_shares_a_machine_for_any_maps(same_map: Placing) -> None:
     first = same_map.place(spec("a", 0.25, "office", container_group="fleet"))
     assert same_map.place(spec("b", 0.25, "ward", container_group="fleet")) == first
     assert same_map.place(spec("c", 0.25, "office")) != first
 
 
-def test_a_machine_that_is_gone_has_nobody_of_a_map(same_map: Placing) -> None:
+def test_machine_that_left_counts_for_no_map(same_map: Placing) -> None:
     assert same_map.place(spec("a")) == "m0"
     same_map.leave("m0")
     assert same_map.place(spec("b")) == "m1"
@@ -113,7 +113,7 @@ def test_a_machine_that_is_gone_has_nobody_of_a_map(same_map: Placing) -> None:
     assert same_map.place(spec("c")) == "m2"
 
 
-def test_what_was_measured_between_a_robot_and_a_machine_counts_for_that_robot(same_map: Placing) -> None:
+def test_round_trip_of_a_robot_and_machine_counts_for_that_robot(same_map: Placing) -> None:
     balancer = same_map.balancer
     assert isinstance(balancer, SameMap)
     for number in range(3):
@@ -126,9 +126,7 @@ def test_what_was_measured_between_a_robot_and_a_machine_counts_for_that_robot(s
     assert same_map.place(spec("c", 1.0, "three", robot="far")) == "m0"
 
 
-def test_of_too_many_robots_that_were_timed_the_first_are_forgotten(
-    same_map: Placing, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_oldest_round_trips_of_robots_are_dropped(same_map: Placing, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("engine.master.balancers.ppaas.MOST_TIMED", 2)
     for number in range(3):
         same_map.measure(f"m{number}", round_trip=0.05)
@@ -137,7 +135,7 @@ def test_of_too_many_robots_that_were_timed_the_first_are_forgotten(
     assert same_map.place(spec("b", 1.0, "two", robot="r1")) == "m2"
 
 
-def test_the_score_weighs_what_it_is_told_to_weigh() -> None:
+def test_score_uses_the_given_weights() -> None:
     busy = machine("m", 2, cpu=1.0, memory_used=1 << 28, network=100.0, network_used=75.0)
     assert utilization(busy, LATE / 10, Weights(1, 0, 0, 0)) == pytest.approx(0.1)
     assert utilization(busy, 0.0, Weights(0, 1, 0, 0)) == pytest.approx(0.75)
@@ -146,10 +144,10 @@ def test_the_score_weighs_what_it_is_told_to_weigh() -> None:
     assert utilization(busy, LATE / 10, Weights()) == pytest.approx((0.1 + 0.75 + 0.5 + 0.25) / 4)
     assert utilization(busy, 100.0, Weights(0, 0, 0, 0)) == 0.0
     busy.given = busy.capacity
-    assert utilization(busy, 0.0, Weights(0, 0, 1, 0)) == 1.0, "what was placed a moment ago counts too"
+    assert utilization(busy, 0.0, Weights(0, 0, 1, 0)) == 1.0, "containers placed just now count too"
 
 
-def test_a_balancer_that_is_not_installed_is_told_with_those_that_are() -> None:
+def test_unknown_balancer_error_lists_the_installed_ones() -> None:
     with pytest.raises(NotFound, match="first_fit, ppaas"):
         BALANCERS.load("best_fit")
 
@@ -176,8 +174,8 @@ class PlacingInAnyOrder(RuleBasedStateMachine):
     def place(self, map_id: str, cores: float) -> None:
         self.count += 1
         for placing in self.each():
-            room = any(each.has_room(spec("x", cores)) for each in placing.machines.values())
-            assert (placing.place(spec(f"c{self.count}", cores, map_id)) is not None) == room
+            fits = any(each.has_room(spec("x", cores)) for each in placing.machines.values())
+            assert (placing.place(spec(f"c{self.count}", cores, map_id)) is not None) == fits
 
     @precondition(lambda self: self.count)
     @rule(data=st.data())
@@ -194,7 +192,7 @@ class PlacingInAnyOrder(RuleBasedStateMachine):
                 placing.leave(name)
 
     @invariant()
-    def a_map_that_has_a_machine_with_room_is_not_spread(self) -> None:
+    def map_is_not_spread_while_its_machine_has_capacity(self) -> None:
         placing = self.placings[1]
         for map_id in ("one", "two", "three"):
             members = {

@@ -46,39 +46,39 @@ def started(orders: Sequence[object]) -> list[Start]:
     return [order for order in orders if isinstance(order, Start)]
 
 
-def test_a_container_goes_to_the_first_machine_with_room(master: Master) -> None:
+def test_container_goes_to_the_first_machine_with_capacity(master: Master) -> None:
     master.handle(joined("m1", 1))
     master.handle(joined("m2", 2))
     places = [started(master.handle(PlaceRequested(robot(f"r{n}"))))[0].machine for n in range(6)]
     assert places == ["m1"] * 4 + ["m2"] * 2
 
 
-def test_opening_an_open_place_orders_nothing(master: Master) -> None:
+def test_opening_an_open_place_gives_no_orders(master: Master) -> None:
     master.handle(joined("m1"))
     assert len(master.handle(PlaceRequested(robot("r1")))) == 1
     assert master.handle(PlaceRequested(robot("r1"))) == []
 
 
-def test_robots_of_two_users_may_have_one_name(master: Master) -> None:
+def test_robots_of_two_users_may_have_the_same_name(master: Master) -> None:
     master.handle(joined("m1"))
     for user in ("alice", "bob"):
         assert started(master.handle(PlaceRequested(robot("r1", user))))
 
 
 @pytest.mark.parametrize("cores", [0.0, -1.0, float("nan"), float("inf")])
-def test_a_size_is_positive_and_finite(master: Master, cores: float) -> None:
+def test_size_must_be_positive_and_finite(master: Master, cores: float) -> None:
     master.handle(joined("m1"))
     with pytest.raises(InvalidParameter):
         master.handle(PlaceRequested(robot("r1", cores=cores)))
 
 
-def test_a_size_over_the_largest_machine_is_refused(master: Master) -> None:
+def test_size_above_the_largest_machine_is_refused(master: Master) -> None:
     master.handle(joined("m1", 2))
     with pytest.raises(QuotaExceeded, match="2"):
         master.handle(PlaceRequested(robot("r1", cores=3.0)))
 
 
-def test_a_quota_is_named_when_it_is_reached() -> None:
+def test_exceeded_quota_is_refused_by_name() -> None:
     master = Master(FirstFit(), Quotas(Quota(containers=2, cores=1.5)))
     master.handle(joined("m1"))
     master.handle(PlaceRequested(robot("r1")))
@@ -90,7 +90,7 @@ def test_a_quota_is_named_when_it_is_reached() -> None:
     assert started(master.handle(PlaceRequested(robot("r1", "bob"))))
 
 
-def test_no_room_is_told_and_leaves_no_trace(master: Master) -> None:
+def test_full_cloud_refuses_a_place_and_keeps_no_state(master: Master) -> None:
     master.handle(joined("m1", 1))
     for n in range(4):
         master.handle(PlaceRequested(robot(f"r{n}")))
@@ -104,7 +104,7 @@ def test_places_wait_for_the_first_machine(master: Master) -> None:
     assert [order.place for order in started(master.handle(joined("m1")))] == ["robot:alice/r1"]
 
 
-def test_a_lost_container_is_replaced_by_one_of_another_id(master: Master) -> None:
+def test_lost_container_is_replaced_with_a_new_id(master: Master) -> None:
     master.handle(joined("m1"))
     first = started(master.handle(PlaceRequested(robot("r1"))))[0].spec.id
     master.handle(ContainerReady(first, 77))
@@ -116,7 +116,7 @@ def test_a_lost_container_is_replaced_by_one_of_another_id(master: Master) -> No
     assert master.places["robot:alice/r1"].state == "starting"
 
 
-def test_the_process_that_its_machine_tells_is_the_one_that_is_shown(master: Master) -> None:
+def test_process_id_reported_by_the_machine_takes_precedence(master: Master) -> None:
     master.handle(joined("m1"))
     first, second = (started(master.handle(PlaceRequested(robot(name))))[0].spec.id for name in ("r1", "r2"))
     master.handle(ContainerLaunched("m1", first, 4711))
@@ -126,7 +126,7 @@ def test_the_process_that_its_machine_tells_is_the_one_that_is_shown(master: Mas
     assert {place.pid for place in master.places.values()} == {4711, 4712}
 
 
-def test_a_crash_loop_closes_the_place_and_says_why(master: Master, clock: ManualClock) -> None:
+def test_crash_loop_closes_the_place_with_the_reason(master: Master, clock: ManualClock) -> None:
     master.handle(joined("m1"))
     orders = master.handle(PlaceRequested(robot("r1")))
     for _ in range(CRASH_LIMIT):
@@ -138,7 +138,7 @@ def test_a_crash_loop_closes_the_place_and_says_why(master: Master, clock: Manua
     assert not master.places and not master.machines["m1"].containers
 
 
-def test_rare_crashes_are_no_loop(master: Master, clock: ManualClock) -> None:
+def test_rare_crashes_are_not_a_crash_loop(master: Master, clock: ManualClock) -> None:
     master.handle(joined("m1"))
     orders = master.handle(PlaceRequested(robot("r1")))
     for _ in range(3 * CRASH_LIMIT):
@@ -147,14 +147,14 @@ def test_rare_crashes_are_no_loop(master: Master, clock: ManualClock) -> None:
     assert len(started(orders)) == 1
 
 
-def test_what_can_never_start_is_not_tried_again(master: Master) -> None:
+def test_container_that_can_never_start_is_not_retried(master: Master) -> None:
     master.handle(joined("m1"))
     first = started(master.handle(PlaceRequested(robot("r1"))))[0].spec.id
     (close,) = master.handle(ContainerLost(first, InvalidMap("no map at all"), NOW))
     assert isinstance(close, Close) and isinstance(close.reason, InvalidMap)
 
 
-def test_what_was_changed_meanwhile_is_told_and_not_tried_again(master: Master) -> None:
+def test_conflict_closes_the_place_without_a_retry(master: Master) -> None:
     master.handle(joined("m1"))
     (start,) = started(master.handle(PlaceRequested(robot("r1"))))
     (close,) = master.handle(ContainerLost(start.spec.id, Conflict("the map has a newer version"), NOW))
@@ -162,7 +162,7 @@ def test_what_was_changed_meanwhile_is_told_and_not_tried_again(master: Master) 
     assert master.places == {}
 
 
-def test_a_container_that_crashes_again_is_replaced_later_and_later(master: Master, clock: ManualClock) -> None:
+def test_repeated_crashes_delay_the_replacement(master: Master, clock: ManualClock) -> None:
     master.handle(joined("m1"))
     (start,) = started(master.handle(PlaceRequested(robot("r1"))))
     assert start.delay == 0.0
@@ -176,18 +176,18 @@ def test_a_container_that_crashes_again_is_replaced_later_and_later(master: Mast
     assert start.delay == 0.0
 
 
-def test_all_containers_of_a_place_are_of_one_session_and_those_of_the_next_place_are_not(master: Master) -> None:
+def test_containers_of_a_place_share_its_session(master: Master) -> None:
     master.handle(joined("m1"))
     (first,) = started(master.handle(PlaceRequested(robot("r1"))))
     (second,) = started(master.handle(ContainerLost(first.spec.id, Unavailable("it crashed"), NOW)))
     third = started([*master.handle(MachineLeft("m1")), *master.handle(joined("m1"))])[0]
     assert {start.spec.session for start in (first, second, third)} == {first.spec.id}
     master.handle(PlaceReleased(robot("r1").key))
-    (anew,) = started(master.handle(PlaceRequested(robot("r1"))))
-    assert anew.spec.session == anew.spec.id
+    (third_place,) = started(master.handle(PlaceRequested(robot("r1"))))
+    assert third_place.spec.session == third_place.spec.id
 
 
-def test_a_place_that_found_no_room_is_filled_when_another_gives_its_room_up(master: Master) -> None:
+def test_waiting_place_is_filled_when_capacity_is_freed(master: Master) -> None:
     master.handle(joined("m1", 1))
     master.handle(joined("m2", 1))
     for number in range(8):
@@ -203,7 +203,7 @@ def test_a_place_that_found_no_room_is_filled_when_another_gives_its_room_up(mas
     assert isinstance(start, Start) and start.place == waiting[1]
 
 
-def test_a_vanished_machine_has_its_places_filled_elsewhere(master: Master) -> None:
+def test_places_of_a_lost_machine_are_filled_elsewhere(master: Master) -> None:
     master.handle(joined("m1"))
     master.handle(joined("m2"))
     master.handle(PlaceRequested(robot("r1")))
@@ -213,7 +213,7 @@ def test_a_vanished_machine_has_its_places_filled_elsewhere(master: Master) -> N
     assert {order.machine for order in again} == {"m2"}
 
 
-def test_a_machine_that_comes_again_has_nothing_of_what_it_had(master: Master) -> None:
+def test_machine_that_rejoins_has_no_old_containers(master: Master) -> None:
     master.handle(joined("m1"))
     old = started(master.handle(PlaceRequested(robot("r1"))))[0].spec.id
     again = started(master.handle(joined("m1")))
@@ -221,7 +221,7 @@ def test_a_machine_that_comes_again_has_nothing_of_what_it_had(master: Master) -
     assert list(master.machines["m1"].containers) == [again[0].spec.id]
 
 
-def test_closing_a_place_ends_its_container(master: Master) -> None:
+def test_released_place_ends_its_container(master: Master) -> None:
     master.handle(joined("m1"))
     container = started(master.handle(PlaceRequested(robot("r1"))))[0].spec.id
     assert master.handle(PlaceReleased("robot:alice/r1")) == [End("m1", container)]

@@ -66,21 +66,21 @@ def on(master: Master, machine_id: str) -> set[str]:
 # -- draining ----------------------------------------------------------------------------------------------------------
 
 
-def test_a_container_of_a_drained_machine_leaves_and_goes_on_elsewhere_when_it_is_gone(master: Master) -> None:
+def test_container_of_a_drained_machine_moves_to_another(master: Master) -> None:
     first = run(master, "r1")
     master.handle(joined("m2"))
     assert master.handle(SettingsChanged("m1", DRAINING)) == [Leave("robot:ann/r1", "m1", first)]
-    assert on(master, "m1") == {first} and len(on(master, "m2")) == 1, "room is kept for it"
+    assert on(master, "m1") == {first} and len(on(master, "m2")) == 1, "capacity is reserved for it"
     assert master.is_leaving(first)
     start = started(master.handle(ContainerLost(first, GONE, NOW)))
     assert (start.machine, start.delay, start.spec.session) == ("m2", 0.0, first)
     assert on(master, "m1") == set() and on(master, "m2") == {start.spec.id}
-    assert master.places["robot:ann/r1"].crashes == [], "to leave is no crash"
+    assert master.places["robot:ann/r1"].crashes == [], "leaving is not a crash"
     master.handle(ContainerReady(start.spec.id, 43))
     assert master.places["robot:ann/r1"].state == "ready"
 
 
-def test_a_drained_machine_is_given_nothing_until_it_is_drained_no_more(master: Master) -> None:
+def test_drained_machine_gets_no_container_until_draining_ends(master: Master) -> None:
     master.handle(SettingsChanged("m1", DRAINING))
     with pytest.raises(Unavailable, match="no machine has room"):
         master.handle(PlaceRequested(robot_request("r1")))
@@ -88,7 +88,7 @@ def test_a_drained_machine_is_given_nothing_until_it_is_drained_no_more(master: 
     assert started(master.handle(PlaceRequested(robot_request("r1")))).machine == "m1"
 
 
-def test_so_many_move_at_a_time_and_each_that_is_ready_lets_the_next_go(master: Master) -> None:
+def test_number_of_concurrent_moves_is_limited(master: Master) -> None:
     ran = [run(master, f"r{number}") for number in range(MOVES + 2)]
     master.handle(joined("m2", 4))
     left = leaves(master.handle(SettingsChanged("m1", DRAINING)))
@@ -98,21 +98,21 @@ def test_so_many_move_at_a_time_and_each_that_is_ready_lets_the_next_go(master: 
         assert leaves(master.handle(ContainerReady(successor.spec.id, 43))) == [ran[MOVES + number]]
 
 
-def test_what_fits_nowhere_stays_where_it_runs_until_there_is_room(master: Master) -> None:
+def test_container_that_fits_nowhere_stays_until_there_is_capacity(master: Master) -> None:
     first = run(master, "r1", cores=2.0)
     assert master.handle(SettingsChanged("m1", DRAINING)) == []
     assert master.handle(joined("small", 1)) == []
     assert leaves(master.handle(joined("m2", 2))) == [first]
 
 
-def test_what_starts_moves_when_it_is_ready(master: Master) -> None:
+def test_starting_container_moves_when_it_is_ready(master: Master) -> None:
     first = started(master.handle(PlaceRequested(robot_request("r1")))).spec.id
     master.handle(joined("m2"))
     assert master.handle(SettingsChanged("m1", DRAINING)) == []
     assert leaves(master.handle(ContainerReady(first, 42))) == [first]
 
 
-def test_one_that_dies_on_its_way_out_has_left_too(master: Master) -> None:
+def test_container_lost_while_leaving_is_replaced_elsewhere(master: Master) -> None:
     first = run(master, "r1")
     master.handle(joined("m2"))
     master.handle(SettingsChanged("m1", DRAINING))
@@ -120,16 +120,16 @@ def test_one_that_dies_on_its_way_out_has_left_too(master: Master) -> None:
     assert not master.is_leaving(first)
 
 
-def test_where_it_was_to_go_may_be_gone_when_it_has_left(master: Master) -> None:
+def test_move_target_may_be_lost_before_the_container_exits(master: Master) -> None:
     first = run(master, "r1")
     master.handle(joined("m2"))
     master.handle(SettingsChanged("m1", DRAINING))
     assert master.handle(MachineLeft("m2")) == []
-    assert master.handle(ContainerLost(first, GONE, NOW)) == [], "it waits"
+    assert master.handle(ContainerLost(first, GONE, NOW)) == [], "the place waits"
     assert started(master.handle(joined("m3"))).machine == "m3"
 
 
-def test_a_place_that_is_closed_on_its_way_gives_back_the_room_that_was_kept(master: Master) -> None:
+def test_place_released_during_a_move_frees_the_reservation(master: Master) -> None:
     first = run(master, "r1")
     master.handle(joined("m2"))
     master.handle(SettingsChanged("m1", DRAINING))
@@ -138,7 +138,7 @@ def test_a_place_that_is_closed_on_its_way_gives_back_the_room_that_was_kept(mas
     assert master._state.place_of == {} and master._state.moving == set()
 
 
-def test_a_machine_that_is_drained_no_more_keeps_what_has_not_left(master: Master) -> None:
+def test_machine_keeps_remaining_containers_when_draining_ends(master: Master) -> None:
     ran = [run(master, f"r{number}") for number in range(MOVES + 1)]
     master.handle(joined("m2", 4))
     left = leaves(master.handle(SettingsChanged("m1", DRAINING)))
@@ -149,7 +149,7 @@ def test_a_machine_that_is_drained_no_more_keeps_what_has_not_left(master: Maste
     assert on(master, "m1") == {ran[-1]}
 
 
-def test_what_leaves_but_cannot_be_what_it_should_is_closed_by_the_next(master: Master) -> None:
+def test_moved_container_that_can_never_start_closes_its_place(master: Master) -> None:
     first = run(master, "r1")
     master.handle(joined("m2"))
     master.handle(SettingsChanged("m1", DRAINING))
@@ -161,7 +161,7 @@ def test_what_leaves_but_cannot_be_what_it_should_is_closed_by_the_next(master: 
 # -- settings ----------------------------------------------------------------------------------------------------------
 
 
-def test_a_machine_that_comes_again_has_the_settings_that_it_had(master: Master) -> None:
+def test_machine_that_rejoins_keeps_its_settings(master: Master) -> None:
     limits = MachineSettings({"zone": "a"}, max_containers=1)
     master.handle(SettingsChanged("m1", limits))
     master.handle(MachineLeft("m1"))
@@ -169,7 +169,7 @@ def test_a_machine_that_comes_again_has_the_settings_that_it_had(master: Master)
     assert master.machines["m1"].settings == limits
 
 
-def test_what_is_over_a_new_limit_stays_and_nothing_is_added(master: Master) -> None:
+def test_containers_over_a_lowered_limit_stay(master: Master) -> None:
     ran = {run(master, f"r{number}") for number in range(3)}
     assert master.handle(SettingsChanged("m1", MachineSettings(max_containers=1, oversubscription=0.25))) == []
     assert on(master, "m1") == ran
@@ -177,7 +177,7 @@ def test_what_is_over_a_new_limit_stays_and_nothing_is_added(master: Master) -> 
         master.handle(PlaceRequested(robot_request("r9", cores=0.25)))
 
 
-def test_a_limit_that_is_raised_is_room_for_who_waits(master: Master) -> None:
+def test_raised_limit_admits_a_waiting_place(master: Master) -> None:
     master.handle(joined("m2", 1))
     master.handle(SettingsChanged("m2", MachineSettings(max_containers=0)))
     run(master, "r1")
@@ -185,7 +185,7 @@ def test_a_limit_that_is_raised_is_room_for_who_waits(master: Master) -> None:
     assert started(master.handle(SettingsChanged("m2", MachineSettings()))).machine == "m2"
 
 
-def test_settings_that_cannot_be_meant_change_nothing(master: Master) -> None:
+def test_invalid_settings_change_nothing(master: Master) -> None:
     with pytest.raises(InvalidParameter):
         master.handle(SettingsChanged("m1", MachineSettings(max_containers=-1)))
     assert master.machines["m1"].settings == MachineSettings()
@@ -197,7 +197,7 @@ def test_settings_that_cannot_be_meant_change_nothing(master: Master) -> None:
 
 
 @pytest.mark.parametrize("balancer", [FirstFit, SameMap])
-def test_who_asks_for_labels_gets_a_machine_that_has_them(balancer: Any) -> None:
+def test_request_with_labels_gets_a_machine_with_them(balancer: Any) -> None:
     master = Master(balancer())
     master.handle(joined("m1"))
     master.handle(joined("m2", labels={"gpu": "yes"}))
@@ -207,7 +207,7 @@ def test_who_asks_for_labels_gets_a_machine_that_has_them(balancer: Any) -> None
     assert started(master.handle(PlaceRequested(robot_request("r2", labels={"zone": "a"})))).machine == "m1"
 
 
-def test_labels_that_no_machine_has_are_told_with_the_machine_that_fits_best(master: Master) -> None:
+def test_missing_labels_error_names_the_closest_machine(master: Master) -> None:
     master.handle(SettingsChanged("m1", MachineSettings({"zone": "a"})))
     master.handle(joined("m2"))
     with pytest.raises(Unavailable, match="'m1' is closest, but lacks gpu=yes"):
@@ -215,14 +215,14 @@ def test_labels_that_no_machine_has_are_told_with_the_machine_that_fits_best(mas
     assert master.places == {}
 
 
-def test_a_full_machine_with_the_labels_is_told_to_be_full(master: Master) -> None:
+def test_full_machine_with_the_labels_is_reported_as_full(master: Master) -> None:
     master.handle(SettingsChanged("m1", MachineSettings({"zone": "a"}, max_containers=0)))
     master.handle(joined("m2"))
     with pytest.raises(Unavailable, match="no machine with labels zone=a has room"):
         master.handle(PlaceRequested(robot_request("r1", labels={"zone": "a"})))
 
 
-def test_what_asks_for_labels_leaves_only_for_a_machine_that_has_them(master: Master) -> None:
+def test_container_with_labels_moves_only_to_a_machine_with_them(master: Master) -> None:
     master.handle(SettingsChanged("m1", MachineSettings({"zone": "a"})))
     first = run(master, "r1", labels={"zone": "a"})
     master.handle(joined("m2"))
@@ -230,7 +230,7 @@ def test_what_asks_for_labels_leaves_only_for_a_machine_that_has_them(master: Ma
     assert leaves(master.handle(SettingsChanged("m2", MachineSettings({"zone": "a"})))) == [first]
 
 
-def test_planning_with_labels_is_a_place_of_its_own(master: Master) -> None:
+def test_planning_with_labels_has_its_own_place(master: Master) -> None:
     master.handle(SettingsChanged("m1", MachineSettings({"zone": "a"})))
     anywhere = PlaceRequest("ann", MapVersion("house", "v1"), 1.0)
     there = PlaceRequest("ann", MapVersion("house", "v1"), 1.0, labels={"zone": "a"})
@@ -240,7 +240,7 @@ def test_planning_with_labels_is_a_place_of_its_own(master: Master) -> None:
 # -- removal -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_machine_is_removed_when_it_is_empty_and_let_in_when_it_is_admitted(master: Master) -> None:
+def test_empty_machine_is_removed_and_rejoins_when_admitted(master: Master) -> None:
     master.handle(SettingsChanged("m1", MachineSettings({"zone": "a"})))
     master.handle(RemovalRequested("m1"))
     assert master.machines == {}
@@ -251,7 +251,7 @@ def test_a_machine_is_removed_when_it_is_empty_and_let_in_when_it_is_admitted(ma
     assert master.machines["m1"].settings == MachineSettings()
 
 
-def test_one_that_carries_something_is_removed_by_force_only(master: Master) -> None:
+def test_machine_with_containers_is_removed_by_force_only(master: Master) -> None:
     run(master, "r1")
     master.handle(joined("m2"))
     with pytest.raises(Conflict, match="runs 1 container"):
@@ -264,7 +264,7 @@ def test_one_that_carries_something_is_removed_by_force_only(master: Master) -> 
 # -- round trips -------------------------------------------------------------------------------------------------------
 
 
-def test_a_robot_goes_where_it_was_near_and_its_machine_forgets_it_with_its_container() -> None:
+def test_robot_is_placed_on_the_machine_with_its_short_round_trip() -> None:
     master = Master(SameMap())
     far = Heartbeat(0.0, 0, [], round_trips={"other": 0.09})
     for name in ("m1", "m2"):
@@ -282,14 +282,14 @@ def test_a_robot_goes_where_it_was_near_and_its_machine_forgets_it_with_its_cont
         cpu = 1.0 if name == near else 0.5
         master.handle(MachineMeasured(name, Heartbeat(cpu, 0, [], round_trips={"other": 0.09})))
     start = started(master.handle(PlaceRequested(robot_request("r1"))))
-    assert start.machine == near, "its own round trip counts for more"
+    assert start.machine == near, "its own round trip has more weight"
     assert master.handle(RobotTimed("robot:ann/nobody", 0.001)) == []
 
 
 # -- reports -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_load_that_is_not_possible_is_refused_and_one_of_a_machine_that_left_is_dropped(master: Master) -> None:
+def test_impossible_load_is_refused_and_that_of_a_lost_machine_dropped(master: Master) -> None:
     with pytest.raises(InvalidParameter, match="'m1' reports"):
         master.handle(MachineMeasured("m1", Heartbeat(-1.0, 0, [])))
     master.handle(MachineMeasured("m1", Heartbeat(1.5, 1 << 20, [ContainerLoad("c1", 1.0, 1 << 19)])))
@@ -298,7 +298,7 @@ def test_a_load_that_is_not_possible_is_refused_and_one_of_a_machine_that_left_i
     assert master.handle(MachineMeasured("m9", Heartbeat(-1.0, 0, []))) == []
 
 
-def test_a_machine_reports_on_its_own_containers_only(master: Master) -> None:
+def test_machine_may_report_only_on_its_own_containers(master: Master) -> None:
     first = run(master, "r1")
     for report in (ContainerLaunched("m2", first, 7), ContainerLost(first, GONE, NOW, "m2")):
         with pytest.raises(NotPermitted, match="another machine"):

@@ -149,7 +149,7 @@ class MasterMachine(RuleBasedStateMachine):
         assert state_of(again) == state_of(self.master)
 
     @invariant()
-    def every_container_fills_one_place_and_every_place_at_most_one_container(self) -> None:
+    def containers_and_places_correspond(self) -> None:
         placed = {m.id: set(m.containers) for m in self.master.machines.values()}
         filled: dict[str, set[str]] = {name: set() for name in placed}
         for place in self.master.places.values():
@@ -161,7 +161,7 @@ class MasterMachine(RuleBasedStateMachine):
         assert placed == filled
 
     @invariant()
-    def at_most_as_many_places_move_as_may(self) -> None:
+    def number_of_moving_places_is_limited(self) -> None:
         assert sum(place.leaving for place in self.master.places.values()) <= MOVES
         assert self.master._state.moving <= self.master.places.keys()
 
@@ -187,7 +187,7 @@ TestFirstFitMaster = MasterMachine.TestCase
 TestSameMapMaster = SameMapMachine.TestCase
 
 
-def test_the_log_keeps_the_last_events_with_the_refused_ones() -> None:
+def test_log_keeps_the_last_events_including_refused_ones() -> None:
     master = new_master(FirstFit(), log_size=3)
     refused = PlaceRequested(robot_request(cores=9.0))
     events = [joined("m1"), MachineLeft("m1"), joined("m2"), refused]

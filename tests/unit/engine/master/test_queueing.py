@@ -63,7 +63,7 @@ def test_a_large_request_keeps_its_position_and_does_not_block_a_small_one(full:
     assert started(full.handle(PlaceReleased("robot:zoe/full1"))) == ["robot:ann/large"]
 
 
-def test_a_user_who_waits_for_the_quota_blocks_no_other_user(master: Master) -> None:
+def test_user_waiting_for_the_quota_does_not_block_other_users(master: Master) -> None:
     master.handle(LimitsChanged("ann", Limits(containers=1)))
     master.handle(queued("r1"))
     assert master.handle(queued("r2")) == []
@@ -71,14 +71,14 @@ def test_a_user_who_waits_for_the_quota_blocks_no_other_user(master: Master) -> 
     assert started(master.handle(LimitsChanged("ann", Limits(containers=2)))) == ["robot:ann/r2"]
 
 
-def test_a_request_for_labels_that_no_machine_has_blocks_no_other(full: Master) -> None:
-    full.handle(queued("picky", gpu="yes"))
+def test_request_for_missing_labels_does_not_block_others(full: Master) -> None:
+    full.handle(queued("demanding", gpu="yes"))
     full.handle(queued("r1"))
     assert started(full.handle(PlaceReleased("robot:zoe/full0"))) == ["robot:ann/r1"]
-    assert full.position("robot:ann/picky") == 1
+    assert full.position("robot:ann/demanding") == 1
 
 
-def test_a_request_over_the_whole_quota_or_without_a_size_is_refused(full: Master) -> None:
+def test_request_above_the_quota_or_of_invalid_size_is_refused(full: Master) -> None:
     full.handle(LimitsChanged("ann", Limits(cores=0.5)))
     with pytest.raises(QuotaExceeded, match=r"0\.5 cores"):
         full.handle(queued("r1"))

@@ -9,13 +9,13 @@ from ppaas.errors import QuotaExceeded
 from storage.records import Limits
 
 
-def test_who_has_no_limits_of_the_own_may_have_what_all_may() -> None:
+def test_user_without_own_limits_has_the_default_quota() -> None:
     quotas = Quotas(Quota(containers=3))
     quotas.set_limits("ann", Limits())
     assert quotas.of("ann") == quotas.of("bob") == Quota(containers=3)
 
 
-def test_a_limit_of_ones_own_takes_the_place_of_that_one_alone() -> None:
+def test_own_limit_replaces_only_that_quota() -> None:
     quotas = Quotas(Quota(containers=3, cores=2.0))
     quotas.set_limits("ann", Limits(containers=0))
     assert quotas.of("ann") == Quota(containers=0, cores=2.0)
@@ -25,11 +25,11 @@ def test_a_limit_of_ones_own_takes_the_place_of_that_one_alone() -> None:
     assert quotas.limits("ann") == Limits()
 
 
-def test_there_is_a_limit_of_ones_own_for_every_quota() -> None:
+def test_every_quota_has_an_own_limit() -> None:
     assert set(Limits.__struct_fields__) == set(QUOTAS)
 
 
-def test_a_container_too_many_names_the_quota_its_limit_and_what_is_used() -> None:
+def test_exceeded_quota_error_names_quota_limit_and_usage() -> None:
     quotas = Quotas(Quota(containers=2, cores=1.5))
     quotas.add("ann", 1, 1.0)
     with pytest.raises(QuotaExceeded, match=r"'ann' may have 1.5 cores and has 1; 0.75 more .* quota 'cores'"):
@@ -41,7 +41,7 @@ def test_a_container_too_many_names_the_quota_its_limit_and_what_is_used() -> No
     quotas.check_container("bob", 1.5)
 
 
-def test_what_is_given_back_may_be_had_again() -> None:
+def test_released_usage_is_available_again() -> None:
     quotas = Quotas(Quota(containers=1))
     quotas.add("ann", 1, 0.3)
     quotas.add("ann", -1, -0.3)
@@ -50,7 +50,7 @@ def test_what_is_given_back_may_be_had_again() -> None:
 
 
 @given(st.lists(st.integers(1, 400).map(lambda hundredths: hundredths / 100), max_size=50))
-def test_sums_of_sizes_leave_no_traces_of_floats(sizes: list[float]) -> None:
+def test_sums_of_sizes_have_no_rounding_errors(sizes: list[float]) -> None:
     quotas = Quotas(Quota(containers=100, cores=round(sum(sizes), 2) or 1.0))
     for size in sizes:
         quotas.check_container("ann", size)
@@ -58,6 +58,6 @@ def test_sums_of_sizes_leave_no_traces_of_floats(sizes: list[float]) -> None:
     assert quotas.used("ann") == Used(len(sizes), round(sum(sizes), 2))
 
 
-def test_a_quota_of_which_more_is_used_than_may_be_gives_nothing() -> None:
+def test_overused_quota_refuses_more() -> None:
     with pytest.raises(QuotaExceeded, match="3 maps and has 5"):
         check_quota("ann", "maps", 3, 5)

@@ -13,18 +13,18 @@ from tests.support.engine.engine_links import register
 from tests.support.engine.placing import machine
 
 
-def said(**fields: Any) -> Register:
+def registration(**fields: Any) -> Register:
     return msgspec.structs.replace(register(), **fields)
 
 
-def test_a_possible_machine_is_accepted() -> None:
-    check_registration(said(cores=MOST_CORES, memory=LEAST_MEMORY, labels={"zone": "a"}, network=1e8))
+def test_valid_registration_is_accepted() -> None:
+    check_registration(registration(cores=MOST_CORES, memory=LEAST_MEMORY, labels={"zone": "a"}, network=1e8))
 
 
 @pytest.mark.parametrize("release", ["", "0.0.9", "x" * 1000])
-def test_one_of_another_release_is_not_let_in(release: str) -> None:
+def test_machine_of_another_release_is_refused(release: str) -> None:
     with pytest.raises(NotPermitted, match="release") as refused:
-        check_registration(said(release=release))
+        check_registration(registration(release=release))
     assert len(str(refused.value)) < 300
 
 
@@ -45,12 +45,12 @@ def test_one_of_another_release_is_not_let_in(release: str) -> None:
     ],
     ids=str,
 )
-def test_what_no_machine_is_is_refused(fields: dict[str, Any]) -> None:
+def test_invalid_registration_is_refused(fields: dict[str, Any]) -> None:
     with pytest.raises(InvalidInput):
-        check_registration(said(**fields))
+        check_registration(registration(**fields))
 
 
-def test_a_machine_may_use_all_it_has() -> None:
+def test_full_usage_is_a_valid_heartbeat() -> None:
     check_heartbeat(machine("m1"), Heartbeat(2.0, 1 << 30, [ContainerLoad("c1", 1.0, 1 << 20)], 1e6, {"m2": 0.001}))
 
 
@@ -69,6 +69,6 @@ def test_a_machine_may_use_all_it_has() -> None:
     ],
     ids=str,
 )
-def test_a_machine_that_uses_what_it_has_not_is_told_so(heartbeat: Heartbeat) -> None:
+def test_impossible_heartbeat_is_refused(heartbeat: Heartbeat) -> None:
     with pytest.raises(InvalidParameter, match="'m1' reports"):
         check_heartbeat(machine("m1"), heartbeat)

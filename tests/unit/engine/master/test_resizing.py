@@ -38,7 +38,7 @@ def ready(master: Master, name: str = "tb1", cores: float = 1.0) -> str:
 
 
 @pytest.mark.parametrize("cores", [2.0, 0.25])
-def test_what_is_counted_is_the_new_size(master: Master, quotas: Quotas, cores: float) -> None:
+def test_resized_container_counts_with_its_new_size(master: Master, quotas: Quotas, cores: float) -> None:
     container = ready(master)
     assert master.handle(ResizeRequested(container, cores)) == [Resize("m1", container, cores)]
     assert (master.machines["m1"].given, quotas.used("ann")) == (cores, Used(1, cores))
@@ -46,21 +46,21 @@ def test_what_is_counted_is_the_new_size(master: Master, quotas: Quotas, cores: 
     assert (master.machines["m1"].given, quotas.used("ann")) == (0.0, Used())
 
 
-def test_what_takes_its_place_has_the_new_size(master: Master) -> None:
+def test_replacement_has_the_new_size(master: Master) -> None:
     container = ready(master)
     master.handle(ResizeRequested(container, 1.5))
     [start] = master.handle(ContainerLost(container, Unavailable("boom"), 100.0))
     assert isinstance(start, Start) and start.spec.cores == 1.5
 
 
-def test_a_place_that_is_opened_again_has_the_size_of_the_robot(master: Master) -> None:
+def test_reopened_place_has_the_requested_size(master: Master) -> None:
     master.handle(ResizeRequested(ready(master), 1.5))
     master.handle(PlaceReleased("robot:ann/tb1"))
     [start] = master.handle(PlaceRequested(request()))
     assert isinstance(start, Start) and start.spec.cores == 1.0
 
 
-def test_more_than_the_user_may_have_is_refused_and_less_is_not(master: Master) -> None:
+def test_resize_above_the_quota_is_refused(master: Master) -> None:
     first, second, _ = ready(master, "tb1", 2.0), ready(master, "tb2", 1.5), ready(master, "tb3", 0.25)
     with pytest.raises(QuotaExceeded, match=r"4 cores and has 3\.75; 0\.5 more"):
         master.handle(ResizeRequested(second, 2.0))
@@ -71,7 +71,7 @@ def test_more_than_the_user_may_have_is_refused_and_less_is_not(master: Master) 
 @pytest.mark.parametrize(
     ("cores", "error"), [(0.0, InvalidParameter), (float("nan"), InvalidParameter), (3.0, QuotaExceeded)]
 )
-def test_a_size_that_cannot_be_is_refused_and_changes_nothing(
+def test_invalid_size_is_refused_and_changes_nothing(
     master: Master, quotas: Quotas, cores: float, error: type[Exception]
 ) -> None:
     container = ready(master)
@@ -80,7 +80,7 @@ def test_a_size_that_cannot_be_is_refused_and_changes_nothing(
     assert (master.machines["m1"].given, quotas.used("ann").cores) == (1.0, 1.0)
 
 
-def test_more_than_the_machine_has_left_is_refused_with_what_is_left() -> None:
+def test_resize_above_the_free_cores_is_refused_with_their_number() -> None:
     master = Master(SameMap(), Quotas())
     master.handle(joined("m1", 2, memory=8 << 30))
     first, *_ = [ready(master, f"tb{number}", cores) for number, cores in enumerate([1.0, 2.0, 2.0, 2.0, 0.5])]
@@ -89,7 +89,7 @@ def test_more_than_the_machine_has_left_is_refused_with_what_is_left() -> None:
     assert master.handle(ResizeRequested(first, 1.5))
 
 
-def test_who_is_not_ready_or_not_there_has_no_other_size(master: Master) -> None:
+def test_unready_or_unknown_container_cannot_be_resized(master: Master) -> None:
     [start] = master.handle(PlaceRequested(request()))
     assert isinstance(start, Start)
     with pytest.raises(Unavailable, match="when it is ready"):

@@ -67,8 +67,8 @@ async def test_machine_joins_with_a_ticket_and_registers_by_certificate(cloud: C
     membership = await join(tmp_path / "m2", cloud.ticket(), "m2")
     stream = await connected(membership)
     stream.write(register("m2", secret=""))
-    await until(lambda: cloud.events.told)
-    assert cloud.events.told == [("registered", "m2")]
+    await until(lambda: cloud.events.calls)
+    assert cloud.events.calls == [("registered", "m2")]
     await stream.close()
 
 

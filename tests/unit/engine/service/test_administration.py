@@ -12,7 +12,7 @@ from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import InvalidInput, NotPermitted, Unavailable
 from tests.support.engine.placing import joined
 
-SAID = MachineSettings({"zone": "a"}, max_containers=3, max_memory=1 << 30, draining=True)
+SETTINGS = MachineSettings({"zone": "a"}, max_containers=3, max_memory=1 << 30, draining=True)
 
 
 def started(file: Path) -> tuple[Master, Administration]:
@@ -26,19 +26,19 @@ def started(file: Path) -> tuple[Master, Administration]:
     return master, administration
 
 
-def test_what_was_said_holds_for_the_next_cloud(tmp_path: Path) -> None:
+def test_settings_hold_for_the_next_cloud_process(tmp_path: Path) -> None:
     file = tmp_path / "data" / "settings.json"
     master, administration = started(file)
     for name in ("m1", "m2", "m3"):
         master.handle(joined(name))
-    administration.configure("m1", SAID)
+    administration.configure("m1", SETTINGS)
     administration.remove("m2")
     administration.remove("m3")
     administration.admit("m3")
     again, _ = started(file)
     for name in ("m1", "m3"):
         again.handle(joined(name))
-    assert again.machines["m1"].settings == SAID and again.machines["m3"].settings == MachineSettings()
+    assert again.machines["m1"].settings == SETTINGS and again.machines["m3"].settings == MachineSettings()
     with pytest.raises(NotPermitted):
         again.handle(joined("m2"))
 
@@ -46,17 +46,17 @@ def test_what_was_said_holds_for_the_next_cloud(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "kept", [b"", b"[]", b"\xff", b'{"settings": {"m1": {"max_containers": -1}}, "removed": []}'], ids=str
 )
-def test_a_file_that_is_not_what_was_kept_is_named(tmp_path: Path, kept: bytes) -> None:
+def test_invalid_settings_file_is_refused_by_name(tmp_path: Path, kept: bytes) -> None:
     file = tmp_path / "settings.json"
     file.write_bytes(kept)
     with pytest.raises(InvalidInput, match=r"settings\.json is not a valid file"):
         started(file)
 
 
-def test_what_cannot_be_kept_is_done_and_said_so(tmp_path: Path) -> None:
+def test_settings_that_cannot_be_saved_take_effect_with_an_error(tmp_path: Path) -> None:
     (tmp_path / "data").write_bytes(b"no folder")
     master, administration = started(tmp_path / "data" / "settings.json")
     master.handle(joined("m1"))
     with pytest.raises(Unavailable, match="in effect, but it was not saved"):
-        administration.configure("m1", SAID)
-    assert master.machines["m1"].settings == SAID
+        administration.configure("m1", SETTINGS)
+    assert master.machines["m1"].settings == SETTINGS

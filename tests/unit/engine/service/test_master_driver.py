@@ -73,7 +73,7 @@ async def machine(service: MasterDriver, tmp_path: Path) -> AsyncIterator[FakeMa
 
 
 def assert_forgotten(service: MasterDriver) -> None:
-    """Check that no place or container is known any more."""
+    """Check that no place or container is left."""
     assert len(service._times) == 0
     assert service._links.awaited == 0
     assert service._places == {}
@@ -88,19 +88,19 @@ def checkpoint(session: str, **nodes: bytes) -> CloneCheckpoint:
 # -- machines ----------------------------------------------------------------------------------------------------------
 
 
-async def test_a_cloud_without_machines_says_so(service: MasterDriver) -> None:
+async def test_cloud_without_machines_raises_unavailable(service: MasterDriver) -> None:
     with pytest.raises(Unavailable, match="no machine"):
         await service.wait_for_machine(0.01)
 
 
-async def test_machines_are_seen_with_their_load(service: MasterDriver, machine: FakeMachine) -> None:
+async def test_machines_are_listed_with_their_load(service: MasterDriver, machine: FakeMachine) -> None:
     machine.tell(control_link.Heartbeat(0.5, 1 << 20, [control_link.ContainerLoad("c1", 0.25, 1 << 10)]))
     await until(lambda: service.machines()[0].load)
     (view,) = service.machines()
     assert (view.id, view.cores, view.load, view.memory_used) == ("m1", 2, 0.5, 1 << 20)
 
 
-async def test_a_machine_that_vanishes_has_its_places_filled_by_the_next(
+async def test_places_of_a_lost_machine_are_filled_by_the_next(
     service: MasterDriver, machine: FakeMachine, tmp_path: Path
 ) -> None:
     place, client = service.open_place(robot_request()), Listening()
@@ -128,7 +128,7 @@ async def test_a_machine_that_vanishes_has_its_places_filled_by_the_next(
 # -- a place from its opening to its close -----------------------------------------------------------------------------
 
 
-async def test_a_place_is_filled_looked_at_and_closed(service: MasterDriver, machine: FakeMachine) -> None:
+async def test_place_is_filled_listed_and_closed(service: MasterDriver, machine: FakeMachine) -> None:
     place, client = service.open_place(robot_request(cores=0.5)), Listening()
     place.join(client)
     assert service.open_place(robot_request(cores=0.5)) is place is service.place(place.key)
@@ -153,19 +153,19 @@ async def test_a_place_is_filled_looked_at_and_closed(service: MasterDriver, mac
     assert_forgotten(service)
 
 
-async def test_what_was_changed_is_not_run_beside_what_it_was(service: MasterDriver, machine: FakeMachine) -> None:
+async def test_changed_request_for_an_open_place_conflicts(service: MasterDriver, machine: FakeMachine) -> None:
     service.open_place(robot_request())
     with pytest.raises(Conflict):
         service.open_place(robot_request(cores=2.0))
 
 
-async def test_what_the_master_refuses_leaves_no_trace(service: MasterDriver, machine: FakeMachine) -> None:
+async def test_refused_place_leaves_no_state(service: MasterDriver, machine: FakeMachine) -> None:
     with pytest.raises(QuotaExceeded):
         service.open_place(robot_request(cores=3.0))
     assert_forgotten(service)
 
 
-async def test_a_lost_container_is_replaced_and_the_link_goes_on(
+async def test_lost_container_is_replaced_and_the_link_continues(
     service: MasterDriver, machine: FakeMachine, store: SlowStore
 ) -> None:
     place, client = service.open_place(robot_request()), Listening()
@@ -195,7 +195,7 @@ async def test_a_lost_container_is_replaced_and_the_link_goes_on(
     await machine.kill(second)
 
 
-async def test_a_new_session_begins_anew_and_not_where_another_ended(
+async def test_new_session_does_not_use_an_older_checkpoint(
     service: MasterDriver, machine: FakeMachine, store: SlowStore
 ) -> None:
     place = service.open_place(robot_request())
@@ -215,7 +215,7 @@ async def test_a_new_session_begins_anew_and_not_where_another_ended(
     assert third.spec.checkpoint == {}
 
 
-async def test_a_container_that_does_not_start_is_ended_and_replaced(
+async def test_container_that_does_not_start_is_stopped_and_replaced(
     tmp_path: Path, store: SlowStore, caplog: pytest.LogCaptureFixture
 ) -> None:
     service = MasterDriver(Master(FirstFit()), CheckpointSelection(store), tmp_path, "secret", start_timeout=0.05)
@@ -235,9 +235,7 @@ async def test_a_container_that_does_not_start_is_ended_and_replaced(
     await machine.leave()
 
 
-async def test_a_container_that_is_ready_is_not_ended_when_its_time_to_start_is_up(
-    tmp_path: Path, store: SlowStore
-) -> None:
+async def test_ready_container_is_not_stopped_by_the_start_timeout(tmp_path: Path, store: SlowStore) -> None:
     service = MasterDriver(Master(FirstFit()), CheckpointSelection(store), tmp_path, "secret", start_timeout=0.2)
     await service.start()
     machine = await FakeMachine.join(tmp_path)
@@ -253,16 +251,16 @@ async def test_a_container_that_is_ready_is_not_ended_when_its_time_to_start_is_
     await machine.leave()
 
 
-@pytest.mark.parametrize("told_by", ["machine", "container"])
-async def test_what_can_never_start_closes_the_place_with_its_reason(
-    service: MasterDriver, machine: FakeMachine, told_by: str
+@pytest.mark.parametrize("reported_by", ["machine", "container"])
+async def test_container_that_can_never_start_closes_its_place(
+    service: MasterDriver, machine: FakeMachine, reported_by: str
 ) -> None:
     place, client = service.open_place(robot_request()), Listening()
     place.join(client)
     order = await machine.started()
     error = NotFound("model", "toaster", ["turtlebot2"])
     refusal = robot_link.Refusal(error.slug, str(error))
-    if told_by == "machine":
+    if reported_by == "machine":
         machine.tell(control_link.LaunchFailed(order.spec.id, refusal))
     else:
         (await dial_link(order.link)).write(robot_link.ContainerFailed(order.spec.id, order.secret, refusal))
@@ -273,7 +271,7 @@ async def test_what_can_never_start_closes_the_place_with_its_reason(
     assert not machine.has_orders()
 
 
-async def test_a_crash_loop_closes_the_place_and_says_why(
+async def test_crash_loop_closes_the_place_with_the_reason(
     service: MasterDriver, machine: FakeMachine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("engine.master.crashes.RESTART_DELAYS", (0.0,) * CRASH_LIMIT)
@@ -289,7 +287,7 @@ async def test_a_crash_loop_closes_the_place_and_says_why(
 
 
 @pytest.mark.parametrize("error", [Unavailable("the disk is away"), OSError(5)], ids=["known", "unknown"])
-async def test_a_store_that_is_away_for_a_moment_costs_a_moment(
+async def test_brief_store_outage_delays_the_start(
     service: MasterDriver, machine: FakeMachine, store: SlowStore, error: Exception
 ) -> None:
     store.errors.append(error)
@@ -304,7 +302,7 @@ async def test_a_store_that_is_away_for_a_moment_costs_a_moment(
 # -- a place that is closed while it starts ----------------------------------------------------------------------------
 
 
-async def test_a_place_closed_before_its_order_was_sent_starts_nothing(
+async def test_place_closed_before_its_order_starts_nothing(
     service: MasterDriver, machine: FakeMachine, store: SlowStore
 ) -> None:
     place = service.open_place(robot_request())
@@ -315,7 +313,7 @@ async def test_a_place_closed_before_its_order_was_sent_starts_nothing(
     assert_forgotten(service)
 
 
-async def test_a_place_closed_while_its_checkpoint_is_read_starts_nothing(
+async def test_place_closed_during_checkpoint_read_starts_nothing(
     service: MasterDriver, machine: FakeMachine, store: SlowStore
 ) -> None:
     store.go.clear()
@@ -329,7 +327,7 @@ async def test_a_place_closed_while_its_checkpoint_is_read_starts_nothing(
     assert_forgotten(service)
 
 
-async def test_a_machine_that_vanishes_while_a_checkpoint_is_read_is_sent_nothing(
+async def test_machine_lost_during_checkpoint_read_is_sent_nothing(
     service: MasterDriver, machine: FakeMachine, store: SlowStore
 ) -> None:
     store.go.clear()
@@ -345,9 +343,7 @@ async def test_a_machine_that_vanishes_while_a_checkpoint_is_read_is_sent_nothin
     assert_forgotten(service)
 
 
-async def test_a_place_closed_while_its_container_boots_sends_it_home(
-    service: MasterDriver, machine: FakeMachine
-) -> None:
+async def test_place_closed_while_its_container_boots_stops_it(service: MasterDriver, machine: FakeMachine) -> None:
     place = service.open_place(robot_request())
     order = await machine.started()
     await service.close_place(place.key, Unavailable("over"))
@@ -359,7 +355,7 @@ async def test_a_place_closed_while_its_container_boots_sends_it_home(
     assert not machine.has_orders()
 
 
-async def test_a_container_that_is_given_up_is_replaced_by_another(service: MasterDriver, machine: FakeMachine) -> None:
+async def test_given_up_container_is_replaced(service: MasterDriver, machine: FakeMachine) -> None:
     place, client = service.open_place(robot_request()), Listening()
     place.join(client)
     first = await machine.boot(await machine.started())
@@ -374,7 +370,7 @@ async def test_a_container_that_is_given_up_is_replaced_by_another(service: Mast
         service.give_up_container(first.spec.id)
 
 
-async def test_news_of_containers_that_nobody_knows_change_nothing(service: MasterDriver, machine: FakeMachine) -> None:
+async def test_reports_about_unknown_containers_change_nothing(service: MasterDriver, machine: FakeMachine) -> None:
     service.open_place(robot_request())
     order = await machine.started()
     for event in (
@@ -388,7 +384,7 @@ async def test_news_of_containers_that_nobody_knows_change_nothing(service: Mast
     assert not machine.has_orders()
 
 
-async def test_closing_closes_all_places_and_lets_all_machines_go(
+async def test_closing_closes_all_places_and_dismisses_all_machines(
     service: MasterDriver, machine: FakeMachine, tmp_path: Path
 ) -> None:
     places, clients = [service.open_place(robot_request(f"tb{n}")) for n in range(2)], [Listening(), Listening()]

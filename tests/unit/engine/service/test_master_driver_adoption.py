@@ -30,13 +30,13 @@ def store() -> MemoryStore:
 
 
 @pytest.fixture
-def told() -> RememberingListener:
+def listener() -> RememberingListener:
     return RememberingListener()
 
 
 @pytest.fixture
-async def service(tmp_path: Path, store: MemoryStore, told: RememberingListener) -> AsyncIterator[MasterDriver]:
-    opened = MasterDriver(Master(FirstFit()), CheckpointSelection(store, "this"), tmp_path, "secret", told)
+async def service(tmp_path: Path, store: MemoryStore, listener: RememberingListener) -> AsyncIterator[MasterDriver]:
+    opened = MasterDriver(Master(FirstFit()), CheckpointSelection(store, "this"), tmp_path, "secret", listener)
     await opened.start()
     yield opened
     await opened.close()
@@ -55,13 +55,13 @@ def keep(store: MemoryStore, carried: control_link.RunningContainer, instance: s
     store.save_clone(CloneCheckpoint(spec.user, spec.robot.id, marks(spec, instance), 1.0))
 
 
-async def test_a_robot_finds_the_container_that_it_had(
-    service: MasterDriver, store: MemoryStore, tmp_path: Path, told: RememberingListener
+async def test_robot_reconnects_to_its_adopted_container(
+    service: MasterDriver, store: MemoryStore, tmp_path: Path, listener: RememberingListener
 ) -> None:
     keep(store, running())
     machine = await FakeMachine.join(tmp_path, carries=(running(), running("older"), running("unkept", "tb2")))
     assert await machine.welcome == control_link.Welcome("this", ("old",))
-    assert told.adopted == [robot_request().key]
+    assert listener.adopted == [robot_request().key]
     stream = await dial_link(service.servers[1].path)
     stream.write(hello("old", "its secret", 42, applied=57))
     client, place = Listening(), service.open_place(robot_request())
@@ -77,7 +77,7 @@ async def test_a_robot_finds_the_container_that_it_had(
     await machine.leave()
 
 
-async def test_one_that_does_not_say_hello_is_replaced_from_its_checkpoint(store: MemoryStore, tmp_path: Path) -> None:
+async def test_adopted_container_without_hello_is_replaced(store: MemoryStore, tmp_path: Path) -> None:
     service = MasterDriver(
         Master(FirstFit()), CheckpointSelection(store, "this"), tmp_path, "secret", start_timeout=0.05
     )
@@ -91,7 +91,7 @@ async def test_one_that_does_not_say_hello_is_replaced_from_its_checkpoint(store
     await service.close()
 
 
-async def test_robots_wait_for_machines_that_may_return_but_not_for_long(
+async def test_robots_wait_briefly_for_machines_that_may_return(
     service: MasterDriver, store: MemoryStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("engine.service.machine_events.RETURN_TIMEOUT", 0.1)
@@ -105,12 +105,12 @@ async def test_robots_wait_for_machines_that_may_return_but_not_for_long(
     assert not first.has_orders()
     assert (await first.started()).spec.robot == robot_request().robot
     second = await FakeMachine.join(tmp_path, "m2", carries=(running(),))
-    assert await second.welcome == control_link.Welcome("this"), "it is served elsewhere by now"
+    assert await second.welcome == control_link.Welcome("this"), "its robot is served elsewhere now"
     await first.leave()
     await second.leave()
 
 
-async def test_a_machine_that_the_cloud_lost_itself_brings_nothing_back(
+async def test_containers_of_a_machine_lost_by_this_cloud_are_not_adopted(
     service: MasterDriver, store: MemoryStore, tmp_path: Path
 ) -> None:
     keep(store, running(), "this")
@@ -120,7 +120,7 @@ async def test_a_machine_that_the_cloud_lost_itself_brings_nothing_back(
     await machine.leave()
 
 
-async def test_a_machine_of_another_release_is_sent_away_and_its_robots_go_on_from_their_checkpoints(
+async def test_machine_of_another_release_is_dismissed_and_robots_continue(
     store: MemoryStore, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     service = MasterDriver(Master(FirstFit()), CheckpointSelection(store, "this", math.inf), tmp_path, "secret")
@@ -128,7 +128,7 @@ async def test_a_machine_of_another_release_is_sent_away_and_its_robots_go_on_fr
     service.of_machines.expect_back(["m1"])
     keep(store, running())
     old = await FakeMachine.join(tmp_path, carries=(running(),), release="0.0.9")
-    assert await old.order() is None and old.dismissed, "so that it ends all that it carries"
+    assert await old.order() is None and old.dismissed, "so that it ends all its containers"
     assert "'m1' runs release 0.0.9, but this cloud" in caplog.text
     service.open_place(robot_request())
     new = await FakeMachine.join(tmp_path)
@@ -138,7 +138,7 @@ async def test_a_machine_of_another_release_is_sent_away_and_its_robots_go_on_fr
     await service.close()
 
 
-async def test_a_container_that_hangs_up_and_lives_is_replaced(service: MasterDriver, tmp_path: Path) -> None:
+async def test_container_that_disconnects_but_runs_is_replaced(service: MasterDriver, tmp_path: Path) -> None:
     machine = await FakeMachine.join(tmp_path)
     service.open_place(robot_request())
     container = await machine.boot(await machine.started())
@@ -148,7 +148,7 @@ async def test_a_container_that_hangs_up_and_lives_is_replaced(service: MasterDr
     await machine.leave()
 
 
-async def test_what_a_machine_tells_is_refused_while_the_store_is_away(
+async def test_registration_is_refused_while_the_store_is_unavailable(
     service: MasterDriver, store: MemoryStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def away(*_: object) -> None:
@@ -157,7 +157,9 @@ async def test_what_a_machine_tells_is_refused_while_the_store_is_away(
     with monkeypatch.context() as patched:
         patched.setattr(store, "clone", away)
         machine = await FakeMachine.join(tmp_path, carries=(running(),))
-        assert await machine.order() is None and not machine.dismissed, "so it keeps what it carries, and tries again"
+        assert await machine.order() is None and not machine.dismissed, (
+            "so that it keeps its containers and tries again"
+        )
     keep(store, running())
     again = await FakeMachine.join(tmp_path, carries=(running(),))
     assert (await again.welcome).adopted == ("old",)
@@ -165,16 +167,16 @@ async def test_what_a_machine_tells_is_refused_while_the_store_is_away(
     await machine.leave()
 
 
-async def test_the_names_of_machines_are_told_as_they_come_and_go(
-    service: MasterDriver, tmp_path: Path, told: RememberingListener
+async def test_listener_is_notified_of_joining_and_leaving_machines(
+    service: MasterDriver, tmp_path: Path, listener: RememberingListener
 ) -> None:
     machine = await FakeMachine.join(tmp_path)
-    await until(lambda: told.machines == [["m1"]])
+    await until(lambda: listener.machines == [["m1"]])
     await machine.leave()
-    await until(lambda: told.machines == [["m1"], []])
+    await until(lambda: listener.machines == [["m1"], []])
 
 
-def test_specs_come_back_as_they_went() -> None:
+def test_container_specs_round_trip() -> None:
     """Otherwise a repeated request would look like one for another robot."""
-    told = running()
-    assert msgspec.msgpack.decode(msgspec.msgpack.encode(told), type=control_link.RunningContainer) == told
+    container = running()
+    assert msgspec.msgpack.decode(msgspec.msgpack.encode(container), type=control_link.RunningContainer) == container

@@ -48,7 +48,7 @@ async def machines(service: MasterDriver, tmp_path: Path) -> AsyncIterator[list[
         await machine.leave()
 
 
-async def test_a_robot_keeps_its_session_when_its_machine_is_drained(
+async def test_robot_keeps_its_session_when_its_machine_is_drained(
     service: MasterDriver, machines: list[FakeMachine], store: MemoryStore
 ) -> None:
     place, client = service.open_place(robot_request()), Listening()
@@ -60,7 +60,7 @@ async def test_a_robot_keeps_its_session_when_its_machine_is_drained(
     service.administration.configure("m1", DRAINING)
     assert await first.next() == robot_link.Shutdown()
     assert await machines[0].stopped() == first.spec.id
-    assert not machines[1].has_orders(), "nothing starts before the state is kept"
+    assert not machines[1].has_orders(), "nothing starts before the checkpoint is stored"
     store.save_clone(CloneCheckpoint("ann", "tb1", {SESSION_STATE: first.spec.id.encode(), "amcl": b"{}"}, 1.0))
     place.deliver("goal", b"1", number, must_arrive=True)
     await machines[0].kill(first, 0)
@@ -76,7 +76,7 @@ async def test_a_robot_keeps_its_session_when_its_machine_is_drained(
     assert client.reasons == []
 
 
-async def test_the_next_leaves_when_the_one_before_is_ready(
+async def test_next_container_leaves_when_the_previous_is_ready(
     service: MasterDriver, machines: list[FakeMachine], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("engine.master.draining.MOVES", 1)
@@ -95,7 +95,7 @@ async def test_the_next_leaves_when_the_one_before_is_ready(
     await until(lambda: all(view.state == "ready" for view in service.containers("ann")))
 
 
-async def test_a_machine_that_is_removed_is_cut_off_and_not_let_in_until_it_is_admitted(
+async def test_removed_machine_is_disconnected_until_it_is_admitted(
     service: MasterDriver, machines: list[FakeMachine], tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     service.open_place(robot_request())
@@ -119,14 +119,14 @@ async def test_a_machine_that_is_removed_is_cut_off_and_not_let_in_until_it_is_a
     await again.leave()
 
 
-async def test_who_would_start_the_agent_again_is_told_of_a_machine_that_is_removed(tmp_path: Path) -> None:
-    told = RememberingListener()
-    service = MasterDriver(Master(FirstFit()), CheckpointSelection(MemoryStore()), tmp_path, "secret", told)
+async def test_listener_is_notified_of_a_removed_machine(tmp_path: Path) -> None:
+    listener = RememberingListener()
+    service = MasterDriver(Master(FirstFit()), CheckpointSelection(MemoryStore()), tmp_path, "secret", listener)
     await service.start()
     machine = await FakeMachine.join(tmp_path)
     await service.wait_for_machine(10)
     service.administration.remove("m1")
-    assert told.removed == ["m1"]
+    assert listener.removed == ["m1"]
     await service.close()
     await machine.leave()
 
@@ -134,7 +134,7 @@ async def test_who_would_start_the_agent_again_is_told_of_a_machine_that_is_remo
 # -- round trips and load ---------------------------------------------------------------------------------------------
 
 
-async def test_what_a_machine_and_a_robot_measure_is_seen_and_counts_where_the_next_is_placed(
+async def test_measured_round_trips_and_network_load_are_listed(
     service: MasterDriver, machines: list[FakeMachine], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("engine.service.liveness.BEAT_PERIOD", 0.01)
@@ -156,7 +156,7 @@ async def test_what_a_machine_and_a_robot_measure_is_seen_and_counts_where_the_n
 
 
 @pytest.mark.parametrize(("cores", "name"), [(0, "m3"), (-1, "m3"), (1 << 20, "m3"), (2, "../m3"), (2, "")], ids=str)
-async def test_a_machine_that_is_none_is_hung_up_on(
+async def test_invalid_registration_is_disconnected(
     service: MasterDriver, machines: list[FakeMachine], tmp_path: Path, cores: int, name: str
 ) -> None:
     liar = await FakeMachine.join(tmp_path, name, cores=cores)
@@ -165,7 +165,7 @@ async def test_a_machine_that_is_none_is_hung_up_on(
     await liar.leave()
 
 
-async def test_a_second_machine_of_a_name_changes_nothing_of_the_first(
+async def test_second_machine_of_the_same_name_does_not_affect_the_first(
     service: MasterDriver, machines: list[FakeMachine], tmp_path: Path
 ) -> None:
     place = service.open_place(robot_request())
@@ -178,7 +178,7 @@ async def test_a_second_machine_of_a_name_changes_nothing_of_the_first(
     await double.leave()
 
 
-async def test_a_machine_that_speaks_of_the_container_of_another_is_cut_off(
+async def test_machine_that_reports_a_foreign_container_is_disconnected(
     service: MasterDriver, machines: list[FakeMachine], caplog: pytest.LogCaptureFixture
 ) -> None:
     place = service.open_place(robot_request())
@@ -191,7 +191,7 @@ async def test_a_machine_that_speaks_of_the_container_of_another_is_cut_off(
     await until(lambda: [view.id for view in service.machines()] == ["m1"])
 
 
-async def test_a_machine_whose_load_cannot_be_is_cut_off_and_its_places_filled_elsewhere(
+async def test_machine_with_an_impossible_load_is_disconnected(
     service: MasterDriver, machines: list[FakeMachine]
 ) -> None:
     service.open_place(robot_request())

@@ -26,9 +26,7 @@ def rate(quotas: Quotas, clock: ManualClock) -> PlanRate:
     return PlanRate(quotas, clock)
 
 
-def test_a_minutes_paths_may_come_at_once_and_the_next_when_time_gives_it_back(
-    rate: PlanRate, clock: ManualClock
-) -> None:
+def test_burst_of_a_minutes_paths_is_allowed_and_refills_over_time(rate: PlanRate, clock: ManualClock) -> None:
     for _ in range(6):
         rate.take("ann")
     with pytest.raises(QuotaExceeded, match="'ann' may request 6 paths a minute and has used 6;") as refused:
@@ -42,7 +40,7 @@ def test_a_minutes_paths_may_come_at_once_and_the_next_when_time_gives_it_back(
         rate.take("ann")
 
 
-def test_what_is_refused_counts_for_nothing(rate: PlanRate, clock: ManualClock) -> None:
+def test_refused_requests_use_no_quota(rate: PlanRate, clock: ManualClock) -> None:
     rate.take("ann", 5)
     for _ in range(10):
         with pytest.raises(QuotaExceeded):
@@ -50,20 +48,20 @@ def test_what_is_refused_counts_for_nothing(rate: PlanRate, clock: ManualClock) 
     rate.take("ann")
 
 
-def test_what_can_never_be_given_says_no_time(rate: PlanRate) -> None:
+def test_request_above_the_quota_has_no_retry_time(rate: PlanRate) -> None:
     with pytest.raises(QuotaExceeded, match="fewer at once") as refused:
         rate.take("ann", 7)
     assert refused.value.retry_after is None
 
 
-def test_who_may_ask_for_none_is_told_so(rate: PlanRate, quotas: Quotas) -> None:
+def test_user_with_a_zero_quota_is_refused(rate: PlanRate, quotas: Quotas) -> None:
     quotas.set_limits("ann", Limits(plans_per_minute=0))
     with pytest.raises(QuotaExceeded, match="0 paths a minute"):
         rate.take("ann")
     assert rate.used("ann") == 0
 
 
-def test_a_limit_that_is_changed_holds_at_once(rate: PlanRate, quotas: Quotas) -> None:
+def test_changed_limit_applies_at_once(rate: PlanRate, quotas: Quotas) -> None:
     rate.take("ann", 6)
     quotas.set_limits("ann", Limits(plans_per_minute=600))
     with pytest.raises(QuotaExceeded) as refused:
@@ -71,7 +69,7 @@ def test_a_limit_that_is_changed_holds_at_once(rate: PlanRate, quotas: Quotas) -
     assert refused.value.retry_after == pytest.approx(0.1)
 
 
-def test_users_of_long_ago_are_forgotten(rate: PlanRate, clock: ManualClock) -> None:
+def test_inactive_users_are_dropped(rate: PlanRate, clock: ManualClock) -> None:
     for number in range(MAX_KNOWN):
         rate.take(f"u{number}")
     clock.advance(60.0)
@@ -80,13 +78,13 @@ def test_users_of_long_ago_are_forgotten(rate: PlanRate, clock: ManualClock) -> 
 
 
 @given(st.lists(st.tuples(st.floats(0.0, 30.0), st.integers(1, 4)), max_size=60))
-def test_no_minute_has_more_than_twice_the_quota_and_no_hour_more_than_its_share_and_one(
-    asked: list[tuple[float, int]],
+def test_granted_paths_never_exceed_burst_plus_refill(
+    requests: list[tuple[float, int]],
 ) -> None:
     clock = ManualClock(0.0)
     rate = PlanRate(Quotas(Quota(plans_per_minute=6)), clock)
     given_out = 0
-    for pause, plans in asked:
+    for pause, plans in requests:
         clock.advance(pause)
         try:
             rate.take("ann", plans)

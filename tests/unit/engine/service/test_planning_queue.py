@@ -39,21 +39,21 @@ async def service(tmp_path: Path) -> AsyncIterator[MasterDriver]:
     await made.close()
 
 
-async def test_who_asks_for_it_is_told_the_position_and_leaves_when_asking_no_more(
+async def test_queued_request_gets_its_position_and_expires(
     service: MasterDriver, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(planning, "PATIENCE", 0.05)
     paths = Planning(service)
     for _ in range(2):
-        with pytest.raises(Queued) as waits:
+        with pytest.raises(Queued) as raised:
             await paths.compute_path("ann", MAP, path(queue=True))
-        assert waits.value.position == service.position(KEY) == 1
+        assert raised.value.position == service.position(KEY) == 1
     await until(lambda: service.position(KEY) is None)
     assert service.place(KEY) is None
     paths.close()
 
 
-async def test_who_does_not_is_refused_whether_somebody_waits_or_not(service: MasterDriver) -> None:
+async def test_request_without_queueing_is_refused(service: MasterDriver) -> None:
     paths = Planning(service)
     with pytest.raises(QuotaExceeded):
         await paths.compute_path("ann", MAP, path(queue=False))
@@ -64,7 +64,7 @@ async def test_who_does_not_is_refused_whether_somebody_waits_or_not(service: Ma
     paths.close()
 
 
-async def test_a_place_that_closes_is_room_for_who_waits(service: MasterDriver) -> None:
+async def test_closed_place_admits_a_waiting_request(service: MasterDriver) -> None:
     paths = Planning(service)
     with pytest.raises(Queued):
         await paths.compute_path("ann", MAP, path(queue=True))

@@ -32,7 +32,7 @@ class FakeService:
         return self.known if key == robot_key("ann", "tb1") else None
 
 
-async def test_the_node_monitor_of_the_robot_is_asked() -> None:
+async def test_requests_are_sent_to_the_robots_node_monitor() -> None:
     service = FakeService()
     nodes = RobotNodes(service)  # type: ignore[arg-type]
     assert await nodes.homes("ann", "tb1") == [AMCL]
@@ -42,6 +42,6 @@ async def test_the_node_monitor_of_the_robot_is_asked() -> None:
     ]  # fmt: skip
 
 
-async def test_a_robot_that_is_away_has_none() -> None:
+async def test_robot_without_a_container_raises_unavailable() -> None:
     with pytest.raises(Unavailable, match="robot 'tb2' has no container now"):
         await RobotNodes(FakeService()).homes("ann", "tb2")  # type: ignore[arg-type]

@@ -66,7 +66,7 @@ def is_open(service: MasterDriver, place: PlaceLink) -> bool:
     return service.place(place.key) is place
 
 
-async def test_a_robot_and_its_operators_share_a_place(service: MasterDriver, sessions: RobotSessions) -> None:
+async def test_robot_and_its_operators_share_a_place(service: MasterDriver, sessions: RobotSessions) -> None:
     robot = await sessions.join("ann", "tb1", as_robot=True)
     operators = [await sessions.join("ann", "tb1", as_robot=False) for _ in range(2)]
     other = await sessions.join("ann", "tb2", as_robot=True)
@@ -74,7 +74,7 @@ async def test_a_robot_and_its_operators_share_a_place(service: MasterDriver, se
     assert other is not robot
 
 
-async def test_a_place_knows_robot_and_map_as_they_were_kept(service: MasterDriver, sessions: RobotSessions) -> None:
+async def test_place_has_the_stored_robot_and_map(service: MasterDriver, sessions: RobotSessions) -> None:
     place = await sessions.join("ann", "tb1", as_robot=True)
     request = service._master.places[place.key].request
     assert request.robot is not None
@@ -90,14 +90,14 @@ async def test_a_second_robot_is_refused_until_the_first_has_left(sessions: Robo
     assert await sessions.join("ann", "tb1", as_robot=True) is first
 
 
-async def test_two_robots_that_come_at_once_do_not_both_get_in(sessions: RobotSessions) -> None:
+async def test_only_one_of_several_concurrent_robots_joins(sessions: RobotSessions) -> None:
     joins = [sessions.join("ann", "tb1", as_robot=True) for _ in range(5)]
     results = await asyncio.gather(*joins, return_exceptions=True)
     assert sorted(type(result).__name__ for result in results) == ["Conflict"] * 4 + ["PlaceLink"]
 
 
 @pytest.mark.parametrize("robot_leaves_first", [True, False])
-async def test_a_place_is_given_up_when_the_last_has_left_whoever_that_is(
+async def test_place_closes_after_its_last_client_left(
     service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore, robot_leaves_first: bool
 ) -> None:
     sessions = RobotSessions(service, store, map_store, SHORT)
@@ -112,7 +112,7 @@ async def test_a_place_is_given_up_when_the_last_has_left_whoever_that_is(
         await place.ready(1)
 
 
-async def test_whoever_comes_back_in_time_finds_the_place_as_it_was(
+async def test_client_that_returns_in_time_keeps_the_place(
     service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     sessions = RobotSessions(service, store, map_store, SHORT)
@@ -123,36 +123,36 @@ async def test_whoever_comes_back_in_time_finds_the_place_as_it_was(
     assert is_open(service, place)
 
 
-async def test_whoever_comes_too_late_gets_a_new_place(
+async def test_client_that_returns_too_late_gets_a_new_place(
     service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     sessions = RobotSessions(service, store, map_store, 0.0)
     place = await sessions.join("ann", "tb1", as_robot=True)
     sessions.leave(place, as_robot=True)
     await until(lambda: not is_open(service, place))
-    anew = await sessions.join("ann", "tb1", as_robot=True)
-    assert anew is not place
-    assert is_open(service, anew)
+    new_place = await sessions.join("ann", "tb1", as_robot=True)
+    assert new_place is not place
+    assert is_open(service, new_place)
 
 
-async def test_a_robot_whose_map_was_changed_while_it_was_away_gets_a_new_place(
+async def test_robot_gets_a_new_place_after_its_map_changed(
     service: MasterDriver, sessions: RobotSessions, map_store: MemoryMapStore
 ) -> None:
     place = await sessions.join("ann", "tb1", as_robot=True)
     records.put_map(map_store, records.house(image=records.pgm(value=205)))
-    with pytest.raises(Conflict, match="disconnect"):  # the robot drives on the map that it began with
+    with pytest.raises(Conflict, match="disconnect"):  # the robot drives on the map that it started with
         await sessions.join("ann", "tb1", as_robot=False)
     sessions.leave(place, as_robot=True)
-    anew = await sessions.join("ann", "tb1", as_robot=True)
-    assert anew is not place
-    assert is_open(service, anew)
-    sessions.leave(anew, as_robot=True)
+    new_place = await sessions.join("ann", "tb1", as_robot=True)
+    assert new_place is not place
+    assert is_open(service, new_place)
+    sessions.leave(new_place, as_robot=True)
 
 
 MASKED = {"keepout_filter": {"filter_mask": "kept"}, "speed_filter": {"filter_mask": "slow", "enabled": False}}
 
 
-async def test_a_place_knows_the_versions_of_its_masks_and_a_new_one_counts_when_the_robot_is_back(
+async def test_place_has_the_mask_versions_of_its_opening(
     service: MasterDriver, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     store.put_robot(records.robot("tb1", user="ann", map="house", parameters=MASKED))
@@ -166,7 +166,7 @@ async def test_a_place_knows_the_versions_of_its_masks_and_a_new_one_counts_when
         sessions.leave(place, as_robot=True)
 
 
-async def test_a_place_knows_whether_its_map_has_an_octomap(
+async def test_place_states_whether_its_map_has_an_octomap(
     service: MasterDriver, sessions: RobotSessions, map_store: MemoryMapStore
 ) -> None:
     for octomap in (None, b"..."):
@@ -179,7 +179,7 @@ async def test_a_place_knows_whether_its_map_has_an_octomap(
 
 
 @pytest.mark.parametrize("owner", ["ann", "bob"])
-async def test_a_mask_that_is_none_refuses_the_robot_says_what_to_do_and_loses_nothing(
+async def test_invalid_mask_refuses_the_robot_and_keeps_its_checkpoint(
     service: MasterDriver, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore, owner: str
 ) -> None:
     store.put_robot(records.robot("tb1", user="ann", map="house", parameters=MASKED))
@@ -197,7 +197,7 @@ async def test_a_mask_that_is_none_refuses_the_robot_says_what_to_do_and_loses_n
     assert is_open(service, await sessions.join("ann", "tb1", as_robot=True))
 
 
-async def test_what_is_refused_leaves_no_trace(
+async def test_refused_join_leaves_no_state(
     service: MasterDriver, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     records.put_map(map_store, records.house("vault", "bob", readers=("eve",)))
@@ -227,9 +227,7 @@ async def test_a_refused_robot_does_not_keep_a_lingering_place_alive(
     await until(lambda: not is_open(service, place))
 
 
-async def test_leaving_a_place_that_the_cloud_has_closed_does_not_harm_the_next(
-    service: MasterDriver, sessions: RobotSessions
-) -> None:
+async def test_leaving_a_closed_place_does_not_affect_the_next(service: MasterDriver, sessions: RobotSessions) -> None:
     old = await sessions.join("ann", "tb1", as_robot=True)
     await sessions.join("ann", "tb1", as_robot=False)
     await service.close_place(old.key, Unavailable("it crashed"))
@@ -241,9 +239,7 @@ async def test_leaving_a_place_that_the_cloud_has_closed_does_not_harm_the_next(
     assert sessions._closing == {}
 
 
-async def test_closing_forgets_what_lingers(
-    service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore
-) -> None:
+async def test_closing_cancels_lingering(service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore) -> None:
     sessions = RobotSessions(service, store, map_store, SHORT)
     place = await sessions.join("ann", "tb1", as_robot=True)
     sessions.leave(place, as_robot=True)
@@ -252,7 +248,7 @@ async def test_closing_forgets_what_lingers(
     assert is_open(service, place)
 
 
-async def test_who_does_not_hold_a_place_gets_one_that_is_open_and_does_not_keep_it(
+async def test_join_without_hold_needs_an_open_place_and_does_not_keep_it(
     service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     sessions = RobotSessions(service, store, map_store, SHORT)
@@ -261,36 +257,36 @@ async def test_who_does_not_hold_a_place_gets_one_that_is_open_and_does_not_keep
     place = await sessions.join("ann", "tb1", as_robot=True)
     assert await sessions.join("ann", "tb1", as_robot=False, hold=False) is place
     sessions.leave(place, as_robot=True)
-    assert await sessions.join("ann", "tb1", as_robot=False, hold=False) is place, "while it is kept, it is there"
+    assert await sessions.join("ann", "tb1", as_robot=False, hold=False) is place, "the lingering place is open"
     await until(lambda: not is_open(service, place))
 
 
-async def test_a_place_that_is_let_go_is_closed_though_clients_are_there(
+async def test_let_go_closes_the_place_although_clients_are_connected(
     service: MasterDriver, sessions: RobotSessions
 ) -> None:
     place = await sessions.join("ann", "tb1", as_robot=True)
     await sessions.let_go(place, Idle("nothing was said"))
     assert not is_open(service, place)
     sessions.leave(place, as_robot=True)
-    anew = await sessions.join("ann", "tb1", as_robot=True)
+    new_place = await sessions.join("ann", "tb1", as_robot=True)
     await sessions.let_go(place, Idle("nothing was said"))
-    assert is_open(service, anew), "what was let go is another place by now"
-    sessions.leave(anew, as_robot=True)
+    assert is_open(service, new_place), "the place that was let go has been replaced"
+    sessions.leave(new_place, as_robot=True)
 
 
-async def test_a_place_knows_what_the_robots_urdf_tells(
+async def test_place_has_the_description_of_the_robots_urdf(
     service: MasterDriver, sessions: RobotSessions, store: MemoryStore
 ) -> None:
     store.put_urdf("ann", "tb1", example("turtlebot3_waffle"))
-    for robot, told in (("tb1", describe(example("turtlebot3_waffle"))), ("tb2", None)):
+    for robot, description in (("tb1", describe(example("turtlebot3_waffle"))), ("tb2", None)):
         place = await sessions.join("ann", robot, as_robot=True)
         request = service._master.places[place.key].request
         assert request.robot is not None
-        assert request.robot.urdf == told
+        assert request.robot.urdf == description
         assert msgspec.msgpack.decode(msgspec.msgpack.encode(request.robot), type=RobotConfig) == request.robot
 
 
-async def test_the_machine_of_a_robot_must_have_the_labels_that_its_file_asks_for(
+async def test_place_requires_the_labels_of_the_robots_file(
     sessions: RobotSessions, service: MasterDriver, store: MemoryStore
 ) -> None:
     store.put_robot(records.robot("tb1", user="ann", map="house", labels={"zone": "a"}))
@@ -298,7 +294,7 @@ async def test_the_machine_of_a_robot_must_have_the_labels_that_its_file_asks_fo
     assert service._master.places[place.key].request.labels == {"zone": "a"}
 
 
-async def test_a_place_knows_what_the_cloud_says_of_node_monitors(
+async def test_place_has_the_clouds_node_monitor_priorities(
     service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     sessions = RobotSessions(service, store, map_store, LONG, node_priorities=("network_bandwidth",))
@@ -309,14 +305,14 @@ async def test_a_place_knows_what_the_cloud_says_of_node_monitors(
     await sessions.close()
 
 
-async def test_a_place_that_was_adopted_waits_for_its_robot_as_if_that_had_left_now(
+async def test_adopted_place_lingers_until_its_robot_joins(
     service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     sessions = RobotSessions(service, store, map_store, SHORT)
     place = await sessions.join("ann", "tb1", as_robot=True)
     sessions.await_back(place.key)
     await asyncio.sleep(2 * SHORT)
-    assert is_open(service, place), "its robot is here"
+    assert is_open(service, place), "its robot is connected"
     adopted = service.open_place(robot_request("tb2"))
     sessions.await_back(adopted.key)
     await until(lambda: not is_open(service, adopted))

@@ -4,7 +4,7 @@ from engine.service.start_times import StartTimes
 from ppaas.clock import ManualClock
 
 
-def test_the_time_counts_from_when_the_machine_was_told_and_the_age_from_the_order() -> None:
+def test_start_time_counts_from_sending_and_age_from_the_order() -> None:
     clock = ManualClock(100.0)
     times = StartTimes(clock)
     times.order("c1")
@@ -16,7 +16,7 @@ def test_the_time_counts_from_when_the_machine_was_told_and_the_age_from_the_ord
     assert (times.is_awaited("c1"), times.took("c1"), times.age("c1")) == (False, 0.5, 2.5)
 
 
-def test_who_was_not_awaited_or_is_forgotten_leaves_nothing() -> None:
+def test_unknown_and_forgotten_containers_have_no_times() -> None:
     times = StartTimes(ManualClock(1.0))
     times.answer("stranger")
     assert (times.took("stranger"), times.age("stranger")) == (None, 0.0)

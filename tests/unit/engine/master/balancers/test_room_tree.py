@@ -1,4 +1,4 @@
-"""Tests of the room tree: it finds a machine with room without examining each."""
+"""Tests of the room tree: it finds a machine with free capacity without examining each."""
 
 from dataclasses import dataclass, field
 
@@ -37,7 +37,7 @@ steps = st.lists(
 
 @settings(max_examples=200)
 @given(steps, st.sampled_from([0.25, 1.0, 2.0, 3.0]), st.sets(names, max_size=3))
-def test_it_finds_what_a_look_at_all_finds(
+def test_tree_finds_the_same_machines_as_a_full_scan(
     done: list[tuple[str, str, float, float]], size: float, without: set[str]
 ) -> None:
     tree, twin = RoomTree(), Twin()
@@ -58,18 +58,18 @@ def test_it_finds_what_a_look_at_all_finds(
     assert found is None or (found.id not in without and twin.known[found.id] == (found, least))
 
 
-def test_ten_thousand_are_searched_by_a_few_looks(monkeypatch: pytest.MonkeyPatch) -> None:
-    tree, looks = RoomTree(), 0
+def test_search_among_ten_thousand_machines_examines_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    tree, examined = RoomTree(), 0
     machines = [machine(f"m{number}", 2) for number in range(10_000)]
     for number, each in enumerate(machines):
         each.given = 0.0 if number == 7_000 else each.capacity
         tree.put(each, number / 10_000)
 
     def has_room(self: Machine, wanted: object) -> bool:
-        nonlocal looks
-        looks += 1
+        nonlocal examined
+        examined += 1
         return self is machines[7_000]
 
     monkeypatch.setattr(Machine, "has_room", has_room)
     assert tree.first(spec("c")) is tree.least(spec("c"))[1] is machines[7_000]
-    assert looks == 2
+    assert examined == 2

@@ -12,16 +12,16 @@ KIND = "std_srvs/Trigger"
 
 
 class Provider:
-    """Records the calls that it gets."""
+    """Records the calls that it receives."""
 
     def __init__(self, *, slow: bool = False) -> None:
-        self.asked: asyncio.Queue[int] = asyncio.Queue()
+        self.calls: asyncio.Queue[int] = asyncio.Queue()
         self._slow = slow
 
     def requested(self, call: int, service: str, payload: bytes) -> None:
         if self._slow:
             raise Unavailable("too slow")
-        self.asked.put_nowait(call)
+        self.calls.put_nowait(call)
 
 
 class Caller:
@@ -39,10 +39,10 @@ class Caller:
         return outcome
 
 
-async def under_way(services: ClientServices, provider: Provider) -> tuple[Caller, int]:
-    """Begin a call; return it and its number once the provider has got it."""
+async def begin_call(services: ClientServices, provider: Provider) -> tuple[Caller, int]:
+    """Begin a call; return it and its number after the provider has received it."""
     caller = Caller(services)
-    return caller, provider.asked.get_nowait()
+    return caller, provider.calls.get_nowait()
 
 
 @pytest.fixture
@@ -57,8 +57,8 @@ def services(provider: Provider) -> ClientServices:
     return made
 
 
-async def test_a_call_is_answered_once_by_who_was_asked(services: ClientServices, provider: Provider) -> None:
-    caller, call = await under_way(services, provider)
+async def test_call_is_answered_once_by_its_provider(services: ClientServices, provider: Provider) -> None:
+    caller, call = await begin_call(services, provider)
     with pytest.raises(NotPermitted):
         services.answer(call, 2, b"{}")
     services.answer(call, 1, b'{"success":true}')
@@ -67,15 +67,15 @@ async def test_a_call_is_answered_once_by_who_was_asked(services: ClientServices
     assert await caller.outcome() == b'{"success":true}'
 
 
-async def test_a_refusal_is_told_to_the_caller(services: ClientServices, provider: Provider) -> None:
-    caller, call = await under_way(services, provider)
+async def test_refusal_reaches_the_caller(services: ClientServices, provider: Provider) -> None:
+    caller, call = await begin_call(services, provider)
     refusal = PPaaSError("no bulb")
     services.answer(call, 1, refusal)
     assert await caller.outcome() is refusal
 
 
-async def test_a_provider_that_goes_in_the_middle_fails_its_calls(services: ClientServices, provider: Provider) -> None:
-    caller, _ = await under_way(services, provider)
+async def test_disconnected_provider_fails_its_pending_calls(services: ClientServices, provider: Provider) -> None:
+    caller, _ = await begin_call(services, provider)
     services.leave(2)
     assert caller.outcomes.empty()
     services.leave(1)
@@ -84,15 +84,15 @@ async def test_a_provider_that_goes_in_the_middle_fails_its_calls(services: Clie
     assert services.types() == {}
 
 
-async def test_a_call_that_takes_too_long_fails_and_its_late_answer_is_told_of(services: ClientServices) -> None:
+async def test_call_times_out_and_its_late_answer_is_refused(services: ClientServices) -> None:
     outcome = await Caller(services, 0.01).outcome()
     assert isinstance(outcome, Unavailable) and "within 0.01 s" in str(outcome)
     with pytest.raises(NotFound):
         services.answer(1, 1, b"{}")
 
 
-async def test_of_a_call_that_was_given_up_nobody_hears(services: ClientServices, provider: Provider) -> None:
-    caller, call = await under_way(services, provider)
+async def test_abandoned_call_has_no_outcome(services: ClientServices, provider: Provider) -> None:
+    caller, call = await begin_call(services, provider)
     caller.give_up()
     with pytest.raises(NotFound):
         services.answer(call, 1, b"{}")
@@ -100,8 +100,10 @@ async def test_of_a_call_that_was_given_up_nobody_hears(services: ClientServices
     assert caller.outcomes.empty()
 
 
-async def test_who_stops_offering_may_still_answer(services: ClientServices, provider: Provider) -> None:
-    caller, call = await under_way(services, provider)
+async def test_unadvertised_service_may_still_answer_pending_calls(
+    services: ClientServices, provider: Provider
+) -> None:
+    caller, call = await begin_call(services, provider)
     with pytest.raises(NotFound):
         services.unadvertise("lights", 2)
     services.unadvertise("lights", 1)
@@ -110,19 +112,19 @@ async def test_who_stops_offering_may_still_answer(services: ClientServices, pro
     assert await caller.outcome() == b"{}"
 
 
-async def test_the_newest_provider_takes_a_service_over(services: ClientServices, provider: Provider) -> None:
-    older, _ = await under_way(services, provider)
+async def test_newest_provider_takes_over_the_service(services: ClientServices, provider: Provider) -> None:
+    older, _ = await begin_call(services, provider)
     newer = Provider()
     services.advertise("lights", KIND, 2, newer)
     services.leave(1)
     assert isinstance(await older.outcome(), Unavailable)
     assert services.types() == {"lights": KIND}
-    caller, call = await under_way(services, newer)
+    caller, call = await begin_call(services, newer)
     services.answer(call, 2, b"{}")
     assert await caller.outcome() == b"{}"
 
 
-async def test_a_provider_that_cannot_be_asked_fails_the_call_and_not_itself() -> None:
+async def test_unreachable_provider_fails_the_call_only() -> None:
     services = ClientServices()
     services.advertise("lights", KIND, 1, Provider(slow=True))
     with pytest.raises(Unavailable, match="too slow"):
@@ -130,7 +132,7 @@ async def test_a_provider_that_cannot_be_asked_fails_the_call_and_not_itself() -
     services.leave(1)
 
 
-def test_services_are_bounded(services: ClientServices, provider: Provider) -> None:
+def test_number_of_services_is_limited(services: ClientServices, provider: Provider) -> None:
     for number in range(MAX_SERVICES - 1):
         services.advertise(f"s{number}", KIND, 1, provider)
     with pytest.raises(QuotaExceeded):

@@ -8,7 +8,7 @@ from ppaas.errors import Conflict, MalformedMessage, NotFound, QuotaExceeded
 STRING = "std_msgs/String"
 
 
-def test_a_topic_lives_as_long_as_somebody_advertises_it() -> None:
+def test_topic_exists_while_a_client_advertises_it() -> None:
     topics = ClientTopics()
     for advertiser in ((1, "a"), (1, "b"), (2, None)):
         topics.advertise("chatter", STRING, advertiser, latch=False)
@@ -31,7 +31,7 @@ def test_a_topic_keeps_its_type() -> None:
 
 
 @pytest.mark.parametrize(("by_topic", "by_message", "kept"), [(0, 0, None), (1, 0, b"{}"), (0, 1, b"{}")])
-def test_the_last_message_is_kept_where_it_was_asked_for(by_topic: int, by_message: int, kept: bytes | None) -> None:
+def test_last_message_is_kept_if_latched(by_topic: int, by_message: int, kept: bytes | None) -> None:
     topics = ClientTopics()
     topics.advertise("chatter", STRING, (1, None), latch=bool(by_topic))
     topics.take("chatter", b"{}", latch=bool(by_message))
@@ -40,7 +40,7 @@ def test_the_last_message_is_kept_where_it_was_asked_for(by_topic: int, by_messa
     assert topics.latched("chatter") is None
 
 
-def test_what_is_kept_is_bounded_and_given_back() -> None:
+def test_latched_bytes_are_limited_and_freed() -> None:
     topics = ClientTopics()
     half = b"{" + bytes(MAX_LATCHED_BYTES // 2 - 1)
     for number in range(3):
@@ -58,7 +58,7 @@ def test_what_is_kept_is_bounded_and_given_back() -> None:
     topics.take("t0", half, latch=True)
 
 
-def test_topics_are_bounded() -> None:
+def test_number_of_topics_is_limited() -> None:
     topics = ClientTopics()
     for number in range(MAX_TOPICS):
         topics.advertise(f"t{number}", STRING, (1, None), latch=False)
@@ -68,7 +68,7 @@ def test_topics_are_bounded() -> None:
 
 
 @pytest.mark.parametrize("message", [b"1", b"[]", b"null", b'"x"'])
-def test_a_message_is_an_object(message: bytes) -> None:
+def test_message_must_be_an_object(message: bytes) -> None:
     topics = ClientTopics()
     topics.advertise("chatter", STRING, (1, None), latch=True)
     with pytest.raises(MalformedMessage):

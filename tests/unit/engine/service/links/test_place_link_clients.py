@@ -22,17 +22,17 @@ async def links() -> AsyncIterator[None]:
 async def test_subscription_before_the_advertisement_gets_the_messages() -> None:
     place = PlaceLink("robot:a/r")
     listener = RecordingClient()
-    hearer, speaker = place.join(listener), place.join(RecordingClient())
+    subscriber, publisher = place.join(listener), place.join(RecordingClient())
     container = await FakeContainer.dial(place, "c1")
     await place.ready(5)
-    place.subscribe("chatter", hearer, "std_msgs/String")
+    place.subscribe("chatter", subscriber, "std_msgs/String")
     assert place.topic_type("chatter") is None
     with pytest.raises(NotFound, match="known: goal, map"):
-        place.publish("chatter", b"{}", speaker, must_arrive=True)
-    place.advertise("chatter", "std_msgs/String", speaker, "1", latch=False)
-    place.publish("chatter", b'{"data":"hi"}', speaker, must_arrive=True)
+        place.publish("chatter", b"{}", publisher, must_arrive=True)
+    place.advertise("chatter", "std_msgs/String", publisher, "1", latch=False)
+    place.publish("chatter", b'{"data":"hi"}', publisher, must_arrive=True)
     assert listener.heard == [("chatter", b'{"data":"hi"}')]
-    place.leave(speaker)
+    place.leave(publisher)
     assert place.topic_type("chatter") is None
     await container.die()
 

@@ -43,11 +43,11 @@ async def server(tmp_path: Path, welcomes: Welcomes) -> AsyncIterator[LinkServer
     await opened.close()
 
 
-async def test_only_this_user_may_dial(server: LinkServer) -> None:
+async def test_socket_is_accessible_to_its_user_only(server: LinkServer) -> None:
     assert stat.S_IMODE(server.path.stat().st_mode) == 0o600
 
 
-async def test_an_awaited_container_is_welcomed_and_served(server: LinkServer, welcomes: Welcomes) -> None:
+async def test_expected_container_is_welcomed_and_served(server: LinkServer, welcomes: Welcomes) -> None:
     server.expect("c1", "s1")
     stream = await dial_link(server.path)
     stream.write(hello("c1", "s1"))
@@ -71,7 +71,7 @@ async def test_an_awaited_container_is_welcomed_and_served(server: LinkServer, w
     ],
     ids=["wrong secret", "no secret", "odd secret", "unknown container", "failed with wrong secret", "no hello"],
 )
-async def test_a_stranger_is_hung_up_on_and_the_awaited_container_still_comes(
+async def test_unknown_client_is_disconnected_and_the_expected_one_connects(
     server: LinkServer, welcomes: Welcomes, first: robot_link.FromContainer, caplog: pytest.LogCaptureFixture
 ) -> None:
     server.expect("c1", "s1")
@@ -86,7 +86,7 @@ async def test_a_stranger_is_hung_up_on_and_the_awaited_container_still_comes(
     await stream.close()
 
 
-async def test_a_hello_opens_the_link_once(server: LinkServer, welcomes: Welcomes) -> None:
+async def test_link_is_opened_only_once(server: LinkServer, welcomes: Welcomes) -> None:
     server.expect("c1", "s1")
     first = await dial_link(server.path)
     first.write(hello("c1", "s1"))
@@ -98,7 +98,7 @@ async def test_a_hello_opens_the_link_once(server: LinkServer, welcomes: Welcome
     await first.close()
 
 
-async def test_who_is_forgotten_is_not_let_in(server: LinkServer, welcomes: Welcomes) -> None:
+async def test_forgotten_container_cannot_connect(server: LinkServer, welcomes: Welcomes) -> None:
     server.expect("c1", "s1")
     server.forget("c1")
     stream = await dial_link(server.path)
@@ -107,7 +107,7 @@ async def test_who_is_forgotten_is_not_let_in(server: LinkServer, welcomes: Welc
     assert welcomes.hellos == []
 
 
-async def test_silence_is_cut_off(tmp_path: Path, welcomes: Welcomes) -> None:
+async def test_silent_client_is_disconnected(tmp_path: Path, welcomes: Welcomes) -> None:
     server = LinkServer(tmp_path / "link.sock", welcomes.welcome, welcomes.failures.append, hello_timeout=0.05)
     await server.start()
     stream = await dial_link(server.path)
@@ -115,7 +115,7 @@ async def test_silence_is_cut_off(tmp_path: Path, welcomes: Welcomes) -> None:
     await server.close()
 
 
-async def test_rubbish_is_cut_off_and_the_next_is_served(server: LinkServer, welcomes: Welcomes) -> None:
+async def test_client_that_sends_invalid_bytes_is_disconnected(server: LinkServer, welcomes: Welcomes) -> None:
     server.expect("c1", "s1")
     reader, writer = await asyncio.open_unix_connection(server.path)
     writer.write(b"GET / HTTP/1.1\r\n\r\n")
@@ -127,20 +127,20 @@ async def test_rubbish_is_cut_off_and_the_next_is_served(server: LinkServer, wel
     await stream.close()
 
 
-async def test_a_failure_is_told_with_its_reason(server: LinkServer, welcomes: Welcomes) -> None:
+async def test_container_failure_is_reported_with_its_reason(server: LinkServer, welcomes: Welcomes) -> None:
     server.expect("c1", "s1")
     stream = await dial_link(server.path)
     error = NotFound("model", "toaster", ["turtlebot2"])
     stream.write(robot_link.ContainerFailed("c1", "s1", robot_link.Refusal(error.slug, str(error))))
     assert await receive(stream) is None
     (failed,) = welcomes.failures
-    told = rebuild(failed.refusal.slug, failed.refusal.text)
-    assert isinstance(told, NotFound)
-    assert str(told) == "unknown model 'toaster'; known: turtlebot2"
+    rebuilt = rebuild(failed.refusal.slug, failed.refusal.text)
+    assert isinstance(rebuilt, NotFound)
+    assert str(rebuilt) == "unknown model 'toaster'; known: turtlebot2"
     assert server.awaited == 0
 
 
-async def test_closing_hangs_up_on_all_and_removes_the_socket(server: LinkServer) -> None:
+async def test_closing_disconnects_all_and_removes_the_socket(server: LinkServer) -> None:
     server.expect("c1", "s1")
     known, silent = await dial_link(server.path), await dial_link(server.path)
     known.write(hello("c1", "s1"))
@@ -154,7 +154,7 @@ async def test_closing_hangs_up_on_all_and_removes_the_socket(server: LinkServer
 
 
 @pytest.mark.parametrize("machine", ["m2", "m3"], ids=["its own", "another"])
-async def test_a_container_of_another_host_is_let_in_from_its_own_machine_alone(
+async def test_remote_container_connects_only_through_its_own_machine(
     server: LinkServer, welcomes: Welcomes, machine: str
 ) -> None:
     server.expect("c1", "s1", "m2")
@@ -167,7 +167,7 @@ async def test_a_container_of_another_host_is_let_in_from_its_own_machine_alone(
     await serving
 
 
-async def test_a_container_that_was_cut_off_is_heard_no_more(server: LinkServer, welcomes: Welcomes) -> None:
+async def test_disconnected_container_receives_no_more_frames(server: LinkServer, welcomes: Welcomes) -> None:
     server.expect("c1", "s1")
     stream = await dial_link(server.path)
     stream.write(hello("c1", "s1"))
