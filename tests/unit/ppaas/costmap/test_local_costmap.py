@@ -239,7 +239,7 @@ def test_clearing_around_a_pose_removes_only_hits_farther_away(origin):
 # Overlaying the costmap of the whole map.
 
 
-def test_the_overlay_raises_costs_within_the_window_and_does_not_modify_the_map():
+def test_overlay_raises_costs_in_the_window_without_changing_the_map():
     layers, robot = empty(), Pose2D(5.0, 5.0)
     layers.costmap.data.flags.writeable = False
     local = LocalCostmap(layers, width=4.0, height=3.0)

@@ -16,7 +16,7 @@ def test_obstacle_has_infinite_weight():
     assert math.isinf(exact_weights()[254])
 
 
-def test_fixed_point_is_exact_for_cardinal_moves_and_within_the_bound_for_diagonals():
+def test_fixed_point_weights_are_exact_or_within_the_error_bound():
     finite = np.arange(256) != 254
     exact, fixed = exact_weights()[finite], fixed_weights()[:, finite]
     np.testing.assert_allclose(fixed[0], exact * SCALE, rtol=1e-13)

@@ -105,7 +105,7 @@ def test_a_node_without_a_free_core_waits_and_is_logged_once(caplog: pytest.LogC
     assert cluster.begun == [("a" * 10, 2)]
 
 
-def test_an_existing_agent_is_adopted_though_it_holds_all_cores():
+def test_existing_agent_is_adopted_although_it_holds_all_cores():
     cluster = FakeCluster(node("a", free=0))
     cluster.known["a" * 10] = FakeKeeper()
     supervisor = Supervisor(cluster)
@@ -167,7 +167,7 @@ def test_an_agent_that_ray_does_not_start_is_given_up_and_retried():
     assert len(cluster.kept) == 2
 
 
-def test_a_frozen_agent_is_killed_on_its_machine_alone():
+def test_frozen_agent_is_killed_on_its_machine_only():
     cluster = FakeCluster(node("a"), node("b"))
     supervisor = Supervisor(cluster)
     supervisor.reconcile()

@@ -72,7 +72,7 @@ def call(tmp_path: Path):
     return run
 
 
-def test_cached_kernels_are_loaded_without_the_compiler_and_can_be_called_by_new_ones(call):
+def test_cached_kernels_load_without_the_compiler_and_are_callable(call):
     assert call() == ["6.0 0 True", "2.0 True", "6.0 0"]
     assert call() == ["6.0 1 False", "2.0 True", "6.0 1"]
 

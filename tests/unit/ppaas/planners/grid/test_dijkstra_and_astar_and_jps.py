@@ -161,7 +161,7 @@ def test_path_first_leaves_inscribed_cells(plan):
     assert result.cost == pytest.approx(3 * (50 + 0.8 * 253) + 3 * 50.0)
 
 
-def test_a_goal_in_a_wall_is_replaced_by_the_nearest_free_cell_within_the_tolerance(plan):
+def test_goal_in_a_wall_is_moved_to_the_nearest_free_cell(plan):
     map_ = grids.costmap("....##", resolution=0.1)
     result = plan(map_, (0, 0), (0, 5), tolerance=0.21)
     assert result.cells[-1].tolist() == [0, 3]

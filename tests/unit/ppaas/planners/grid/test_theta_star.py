@@ -183,7 +183,7 @@ def test_path_first_leaves_inscribed_cells():
     assert result.cost == pytest.approx(3 * (50 + 0.8 * 253) + 50 * math.hypot(1, 3))
 
 
-def test_a_goal_in_a_wall_is_replaced_by_the_nearest_free_cell_within_the_tolerance():
+def test_goal_in_a_wall_is_moved_to_the_nearest_free_cell():
     map_ = grids.costmap("....##", resolution=0.1)
     assert plan(map_, (0, 0), (0, 5), tolerance=0.21).cells[-1].tolist() == [0, 3]
     with pytest.raises(GoalOccupied):

@@ -288,7 +288,7 @@ def test_an_unreachable_heading_is_refused_without_searching_the_whole_map():
     planned(YARD, Pose2D(20.0, 20.0, EAST), Pose2D(*IN_BAY, NORTH), **BOTH)
 
 
-def test_an_unreachable_heading_only_costs_a_search_of_the_smaller_part_of_the_map():
+def test_unreachable_heading_searches_the_smaller_part_of_the_map():
     dead_end = walled(300, 300, (130, 150, 1, 260), (100, 210, 250, 299), (210, 299, 1, 299))
     checks = 0
 

@@ -131,7 +131,7 @@ def test_path_with_few_turns_is_preferred_among_equal_costs(plan):
     assert np.any(np.diff(moves, axis=0) != 0, axis=1).sum() == 2
 
 
-def test_a_blocked_end_is_replaced_by_the_nearest_free_place_within_the_tolerance(plan):
+def test_blocked_end_is_moved_to_the_nearest_free_place(plan):
     costs = np.zeros((5, 5, 9), np.uint8)
     costs[:, :, 6:] = 253
     map_ = voxels.costmap(costs, 0.1)
