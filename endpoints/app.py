@@ -65,9 +65,12 @@ class Application(FastAPI):
     def __init__(self, services: Services, **options: Any) -> None:
         super().__init__(**options)
         limits = services.limits
-        uploads = {f"{PREFIX}{maps.router.prefix}": BodyLimits(limits.max_upload, limits.max_upload_seconds)}
+        posts = {
+            f"{PREFIX}{maps.router.prefix}": BodyLimits(limits.max_upload, limits.max_upload_seconds),
+            f"{PREFIX}{tokens.router.prefix}": BodyLimits(limits.max_login, limits.max_body_seconds),
+        }
         fast_path = PlanFastPath(super().__call__, prefix=PREFIX, services=services)
-        self._first = BodyLimit(fast_path, BodyLimits(limits.max_body, limits.max_body_seconds), uploads)
+        self._first = BodyLimit(fast_path, BodyLimits(limits.max_body, limits.max_body_seconds), posts)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request or connection."""

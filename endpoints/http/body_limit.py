@@ -33,22 +33,22 @@ class BodyLimit:
     app : ASGI application
         Wrapped application.
     limits : BodyLimits
-        Limits of all requests except uploads.
-    uploads : mapping of str to BodyLimits
-        Limits of uploads by POST, by path.
+        Limits of all requests except these.
+    posts : mapping of str to BodyLimits
+        Limits of requests by POST, by path: of uploads, and of logins, which anybody may send.
     """
 
-    def __init__(self, app: ASGIApp, limits: BodyLimits, uploads: Mapping[str, BodyLimits]) -> None:
+    def __init__(self, app: ASGIApp, limits: BodyLimits, posts: Mapping[str, BodyLimits]) -> None:
         self._app = app
         self._limits = limits
-        self._uploads = uploads
+        self._posts = posts
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        limits = self._uploads.get(scope["path"], self._limits) if scope["method"] == "POST" else self._limits
+        limits = self._posts.get(scope["path"], self._limits) if scope["method"] == "POST" else self._limits
         announced = Headers(scope=scope).get("content-length", "")
         if announced.isdecimal() and (len(announced) > MAX_DIGITS or int(announced) > limits.size):
             await problem_response(_too_large(limits))(scope, receive, send)

@@ -1,16 +1,31 @@
-"""Routes with strict JSON bodies: declared as JSON, without repeated keys and not nested too deeply."""
+"""Routes with strict JSON bodies: declared as JSON, without repeated keys, and within the limits of this module.
+
+A body is read only after its caller was authenticated, if the route wants a token.
+"""
 
 import json
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterable
 from typing import Any
 
 from fastapi import HTTPException, Request, Response
+from fastapi.dependencies.models import Dependant
 from fastapi.routing import APIRoute
 
-from ppaas.errors import MalformedMessage
+from endpoints.accounts.authentication import authenticate
+from endpoints.rest.dependencies import current_user, services_of
+from ppaas.errors import MalformedMessage, MessageTooLarge
 
 MERGE_PATCH = "application/merge-patch+json"
 MAX_KEY_SHOWN = 64
+
+MAX_CONTAINERS = 20_000
+"""Largest number of objects and lists in a body; a path of 16,384 poses has as many lists."""
+
+MAX_KEYS = 1024
+"""Largest number of keys of an object."""
+
+MAX_DEPTH = 512
+"""Largest number of objects and lists within each other; a schema may allow fewer."""
 
 
 class StrictRequest(Request):
@@ -23,6 +38,8 @@ class StrictRequest(Request):
         ------
         MalformedMessage
             The body is not JSON, is nested too deeply, or repeats a key.
+        MessageTooLarge
+            The body has too many objects and lists, or an object has too many keys.
         """
         if not hasattr(self, "_json"):
             self._json = parse(await self.body())
@@ -30,14 +47,18 @@ class StrictRequest(Request):
 
 
 class StrictRoute(APIRoute):
-    """Route that rejects a body whose content type is not JSON."""
+    """Route that authenticates its caller, then rejects a body whose content type is not JSON."""
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """Return the handler of requests."""
         serve = super().get_route_handler()
         takes_body = self.body_field is not None
+        # FastAPI parses a body before it calls the dependency that authenticates.
+        wants_token = takes_body and _depends_on(self.dependant, current_user)
 
         async def strict(request: Request) -> Response:
+            if wants_token:
+                await authenticate(request, (await services_of(request)).accounts)
             if takes_body and _has_body(request) and not is_json(request.headers.get("content-type", "")):
                 raise HTTPException(415, "send JSON with the header 'Content-Type: application/json'")
             return await serve(StrictRequest(request.scope, request.receive))
@@ -47,12 +68,34 @@ class StrictRoute(APIRoute):
 
 def parse(body: bytes) -> Any:
     """Return the value of a JSON text; raises as ``StrictRequest.json``."""
+    openings = body.count(b"[") + body.count(b"{")  # at least as many as objects and lists: texts may have some
+    if openings > MAX_CONTAINERS:
+        raise MessageTooLarge(f"the body has too many objects and lists: at most {MAX_CONTAINERS} are allowed")
     try:
-        return _decoder.decode(body.decode(json.detect_encoding(body), "surrogatepass"))
+        value = _decoder.decode(body.decode(json.detect_encoding(body), "surrogatepass"))
     except RecursionError as error:
-        raise MalformedMessage("the body is nested too deeply") from error
+        raise _too_deep() from error
     except ValueError as error:
         raise MalformedMessage(f"the body is not JSON: {error}") from error
+    if openings > MAX_DEPTH and is_deeper(value, MAX_DEPTH):
+        raise _too_deep()
+    return value
+
+
+def is_deeper(value: Any, depth: int) -> bool:
+    """Return whether a JSON value has more than ``depth`` objects and lists within each other."""
+    level = [value] if isinstance(value, dict | list) else []
+    for _ in range(depth):
+        level = [child for parent in level for child in _children(parent) if isinstance(child, dict | list)]
+    return bool(level)
+
+
+def _children(parent: Any) -> Iterable[Any]:
+    return parent.values() if isinstance(parent, dict) else parent
+
+
+def _too_deep() -> MalformedMessage:
+    return MalformedMessage(f"the body is nested too deeply: at most {MAX_DEPTH} levels are allowed")
 
 
 def is_json(content_type: str) -> bool:
@@ -65,13 +108,23 @@ def _has_body(request: Request) -> bool:
     return "transfer-encoding" in request.headers or request.headers.get("content-length", "0") != "0"
 
 
+def _depends_on(dependant: Dependant, function: Callable[..., Any]) -> bool:
+    return dependant.call is function or any(_depends_on(inner, function) for inner in dependant.dependencies)
+
+
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    if len(pairs) > MAX_KEYS:
+        raise MessageTooLarge(f"an object of the body has {len(pairs)} keys: at most {MAX_KEYS} are allowed")
     found = dict(pairs)
     if len(found) < len(pairs):
-        names = [name for name, _ in pairs]
-        repeated = next(name for name in names if names.count(name) > 1)
-        raise MalformedMessage(f"the body has the key {repeated[:MAX_KEY_SHOWN]!r} twice in one object")
+        raise MalformedMessage(f"the body has the key {_repeated(pairs)[:MAX_KEY_SHOWN]!r} twice in one object")
     return found
+
+
+def _repeated(pairs: list[tuple[str, Any]]) -> str:
+    """Return the first name that was given before."""
+    seen = set[str]()
+    return next(name for name, _ in pairs if name in seen or seen.add(name))  # type: ignore[func-returns-value]
 
 
 _decoder = json.JSONDecoder(object_pairs_hook=_object)

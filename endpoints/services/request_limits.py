@@ -12,7 +12,9 @@ class RequestLimits:
     Parameters
     ----------
     max_body : int
-        Largest body of a request except uploads [bytes].
+        Largest body of a request except uploads and logins [bytes].
+    max_login : int
+        Largest body of a login [bytes]: the only body that is read before its caller is authenticated.
     max_upload : int
         Largest body of a map upload: its files and the form [bytes].
     max_body_seconds, max_upload_seconds : float
@@ -22,6 +24,7 @@ class RequestLimits:
     """
 
     max_body: int = 1 * MIB
+    max_login: int = 16 << 10
     max_upload: int = 256 * MIB
     max_body_seconds: float = 30.0
     max_upload_seconds: float = 300.0

@@ -23,8 +23,8 @@ _QUOTED_KEYS = tuple(f'"{name}"'.encode() for name in PathRequest.__struct_field
 class PlanFastPath:
     """ASGI middleware that answers valid path requests itself; FastAPI takes a millisecond longer.
 
-    It passes every other request on from its first message: invalid ones, so that FastAPI reports what is wrong with
-    them, and valid ones in an unusual form.
+    It authenticates the caller before it reads the body. It passes every other request on from its first message:
+    invalid ones, so that FastAPI reports what is wrong with them, and valid ones in an unusual form.
 
     Parameters
     ----------
@@ -51,23 +51,22 @@ class PlanFastPath:
             await self._app(scope, receive, send)
             return
         messages = list[Message]()
-        try:
-            request = await _read_request(receive, messages)
-        except HTTPException:
-            request = None
-        except PPaaSError as error:
-            await problem_response(error)(scope, receive, send)
-            return
-        if request is None:
+        response = await self._answer(scope, path[1], token, receive, messages)
+        if response is None:
             await self._app(scope, _replay(messages, receive), send)
-            return
-        response = await self._answer(scope, path[1], token, request)
-        await response(scope, receive, send)
+        else:
+            await response(scope, receive, send)
 
-    async def _answer(self, scope: Scope, map_id: str, token: str, request: PathRequest) -> Response:
+    async def _answer(
+        self, scope: Scope, map_id: str, token: str, receive: Receive, messages: list[Message]
+    ) -> Response | None:
+        """Return the response to a request; None if FastAPI must serve it from the messages appended here."""
         try:
             user = await self._services.accounts.authenticate(token)
-            return await plan_and_store(self._services, user, map_id, request)
+            request = await _read_request(receive, messages)
+            return None if request is None else await plan_and_store(self._services, user, map_id, request)
+        except HTTPException:  # of the body that arrives too slowly
+            return None
         except PPaaSError as error:
             return problem_response(error)
         except Exception:  # noqa: BLE001  # logged; FastAPI's handler of unexpected errors is behind this middleware

@@ -24,9 +24,12 @@ MAX_WAYPOINTS = 1 << 14
 MAX_FOUND = 100
 """Largest number of paths that a search returns."""
 
+# fail_fast: one error of a long list is enough, and a list of 100,000 errors would block all other requests.
+Poses = Annotated[list[Pose], Field(max_length=1000, fail_fast=True)]
 Row = Annotated[
     list[Annotated[Number, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]], Field(min_length=7, max_length=7)
 ]
+Rows = Annotated[list[Row], Field(min_length=1, max_length=MAX_WAYPOINTS, fail_fast=True)]
 
 
 def _place(text: str) -> str:
@@ -75,8 +78,8 @@ class PlanFile(RequestBody):
 class CostFile(RequestBody):
     """Request for a cost matrix."""
 
-    starts: Annotated[list[Pose], Field(max_length=1000)]
-    goals: Annotated[list[Pose], Field(max_length=1000)]
+    starts: Poses
+    goals: Poses
     timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time limit of the whole request [s]")
     labels: Labels = Field({})
 
@@ -167,9 +170,7 @@ class PlanPut(RequestBody):
 
     map: MapId
     planner: PluginName
-    poses: Annotated[list[Row], Field(min_length=1, max_length=MAX_WAYPOINTS)] = Field(
-        description="x, y, z [m], qx, qy, qz, qw a row, in the frame of the map"
-    )
+    poses: Rows = Field(description="x, y, z [m], qx, qy, qz, qw a row, in the frame of the map")
     cost: Annotated[Number, Field(ge=0.0)] = 0.0
     seconds: Annotated[Number, Field(ge=0.0, description="Time the planner took [s]")] = 0.0
     parameters: Annotated[dict[str, Any], AfterValidator(plain_json)] = Field(
@@ -182,7 +183,7 @@ class PlanChange(PlanPut):
 
     map: MapId | None = None  # type: ignore[assignment]
     planner: PluginName | None = None  # type: ignore[assignment]
-    poses: Annotated[list[Row], Field(min_length=1, max_length=MAX_WAYPOINTS)] | None = None  # type: ignore[assignment]
+    poses: Rows | None = None  # type: ignore[assignment]
 
 
 class FoundPlans(ResponseBody):

@@ -46,7 +46,7 @@ WITH_JSON = [
 @pytest.mark.parametrize(("method", "path"), WITH_JSON)
 @pytest.mark.parametrize(
     "content",
-    [b"{", b"\xff\xfe", b"{} {}", b"[" * 20_000, b'{"a": 1, "a": 2}', b'{"parameters": {"x": 1, "x": 2}}', b"9" * 5000],
+    [b"{", b"\xff\xfe", b"{} {}", b"[" * 15_000, b'{"a": 1, "a": 2}', b'{"parameters": {"x": 1, "x": 2}}', b"9" * 5000],
     ids=["truncated", "not text", "two documents", "deep", "repeated key", "nested repeated key", "many digits"],
 )
 async def test_malformed_json_is_refused_by_every_operation(
