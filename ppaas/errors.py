@@ -15,6 +15,7 @@
     ├── NotAuthenticated            no valid password or token
     ├── NotPermitted                authenticated, but not allowed to do this
     ├── QuotaExceeded               a limit of the user or the machine is reached
+    │   └── TooManyAttempts         too many failed logins
     ├── Unavailable                 temporary: no capacity, a store or a container failed; try again
     │   ├── Queued                  waiting for capacity, as requested
     │   └── Idle                    released after a time without messages and goals
@@ -142,6 +143,12 @@ class QuotaExceeded(PPaaSError):
     def __init__(self, text: str, *, retry_after: float | None = None) -> None:
         self.retry_after = retry_after
         super().__init__(text)
+
+
+class TooManyAttempts(QuotaExceeded):
+    """Too many logins failed: the next attempt has to wait."""
+
+    slug = "too-many-attempts"
 
 
 class Unavailable(PPaaSError):

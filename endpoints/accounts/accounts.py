@@ -11,6 +11,8 @@ from typing import Any
 import msgspec
 from starlette.concurrency import run_in_threadpool
 
+from endpoints.accounts.fair_queue import Origin
+from endpoints.accounts.login_throttle import LoginThrottle
 from endpoints.accounts.passwords import Passwords
 from endpoints.accounts.token_cache import TokenCache
 from ppaas.clock import Clock, epoch
@@ -66,6 +68,8 @@ class Accounts:
         Lifetime of a token [s].
     cache : TokenCache, optional
         Cache of verified tokens.
+    throttle : LoginThrottle, optional
+        Throttle of logins.
     """
 
     def __init__(
@@ -76,12 +80,14 @@ class Accounts:
         passwords: Passwords | None = None,
         lifetime: float = TOKEN_LIFETIME,
         cache: TokenCache | None = None,
+        throttle: LoginThrottle | None = None,
     ) -> None:
         self._store = store
         self._clock = clock
         self._passwords = passwords or Passwords()
         self._lifetime = lifetime
         self._cache = cache or TokenCache()
+        self._throttle = throttle or LoginThrottle()
         self._changing = threading.Lock()
 
     def close(self) -> None:
@@ -121,18 +127,27 @@ class Accounts:
         if not await self._passwords.verify(user.password_hash, password):
             logger.warning("user %r exists with a different password and keeps it", user.id)
 
-    async def sign_in(self, user_id: str, password: str) -> IssuedToken:
+    async def sign_in(self, user_id: str, password: str, address: str = "") -> IssuedToken:
         """Return a new token for a user and password.
+
+        Parameters
+        ----------
+        user_id, password : str
+        address : str
+            Address of the client, by which attempts are throttled.
 
         Raises
         ------
         NotAuthenticated
             The user does not exist or the password is wrong; neither text nor response time reveals which.
+        TooManyAttempts
+            Too many logins of this user or from this address failed.
         Unavailable
             Too many passwords are being hashed.
         """
+        origin = self._throttle.admit(user_id, address)
         user = await self._find(user_id)
-        if not await self._passwords.verify(user.password_hash if user else None, password) or user is None:
+        if not await self._matches(user, password, origin) or user is None:
             raise NotAuthenticated("wrong user or password")
         now = self._clock()
         login = IssuedToken(f"{TOKEN_PREFIX}{secrets.token_urlsafe(32)}", now + self._lifetime)
@@ -202,11 +217,20 @@ class Accounts:
         finally:
             self._cache.forget(user_id)
 
-    async def check_password(self, user_id: str, password: str) -> None:
-        """Raise ``NotPermitted`` unless this is the user's password."""
-        user = await run_in_threadpool(self._store.user, user_id)
-        if not await self._passwords.verify(user.password_hash, password):
+    async def check_password(self, user_id: str, password: str, address: str = "") -> None:
+        """Raise ``NotPermitted`` unless this is the user's password, ``TooManyAttempts`` as ``sign_in`` does."""
+        origin = self._throttle.admit(user_id, address)
+        if not await self._matches(await run_in_threadpool(self._store.user, user_id), password, origin):
             raise NotPermitted("old_password is not the current password of this user")
+
+    async def _matches(self, user: User | None, password: str, origin: Origin) -> bool:
+        """Return whether the password is right, and count the attempt."""
+        if await self._passwords.verify(user.password_hash if user else None, password, origin):
+            self._throttle.succeeded(origin)
+            return True
+        failures = self._throttle.failed(origin)
+        logger.warning("login of %.64r from %s failed (%d in a row)", origin.user, origin.address or "here", failures)
+        return False
 
     async def revoke(self, user_id: str, token: str) -> None:
         """Revoke a token of a user by its id; ``NotFound`` if the user has no such token."""

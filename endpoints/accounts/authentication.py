@@ -21,6 +21,11 @@ def token_of(connection: HTTPConnection) -> str:
     return token
 
 
+def address_of(connection: HTTPConnection) -> str:
+    """Return the address of the client, without its port; empty if it is unknown."""
+    return connection.client.host if connection.client is not None else ""
+
+
 def bearer_of(authorization: str) -> str | None:
     """Return the token of an ``Authorization`` header, if it has one."""
     scheme, _, token = authorization.partition(" ")

@@ -1,10 +1,11 @@
 """Password hashing with argon2id in a bounded thread pool.
 
-A hash takes tens of milliseconds of a core and 64 MiB by design. A few threads compute hashes, a limited number of
-requests waits for them, and further requests are refused: a flood of logins blocks neither memory nor event loop.
+A hash takes tens of milliseconds of a core and 64 MiB by design. A few threads compute hashes, and a limited number of
+requests waits for them in a fair queue: a flood of logins blocks neither memory, nor event loop, nor other users.
 """
 
 import asyncio
+import contextlib
 import functools
 import logging
 import os
@@ -17,11 +18,15 @@ from typing import TypeVar
 from argon2 import PasswordHasher
 from argon2.exceptions import InvalidHashError, VerificationError, VerifyMismatchError
 
+from endpoints.accounts.fair_queue import FairQueue, Origin
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
 
 T = TypeVar("T")
+
+HERE = Origin()
+"""Origin of hashes that this process computes for itself."""
 
 WAITING = 64
 """Largest number of waiting requests."""
@@ -39,7 +44,7 @@ def _be_nice() -> None:
 
 
 class Passwords:
-    """Hashes and verifies passwords.
+    """Hashes and verifies passwords; for use on one event loop at a time.
 
     Parameters
     ----------
@@ -57,18 +62,19 @@ class Passwords:
         workers = workers or len(os.sched_getaffinity(0))
         self._hasher = hasher or PasswordHasher(parallelism=1)
         self._threads = ThreadPoolExecutor(workers, "argon2", _be_nice)
-        self._slots = threading.BoundedSemaphore(workers + waiting)
+        self._free = workers
+        self._turns: FairQueue[asyncio.Future[None]] = FairQueue(waiting)
 
-    async def hash(self, password: str) -> str:
-        """Return the hash of a password; ``Unavailable`` if too many requests wait."""
-        return await self._run(lambda: self._hasher.hash(_bytes(password)))
+    async def hash(self, password: str, origin: Origin = HERE) -> str:
+        """Return the hash of a password; ``Unavailable`` if too many requests of this address wait."""
+        return await self._run(lambda: self._hasher.hash(_bytes(password)), origin)
 
-    async def verify(self, password_hash: str | None, password: str) -> bool:
-        """Return whether a password matches a hash; ``Unavailable`` if too many requests wait.
+    async def verify(self, password_hash: str | None, password: str, origin: Origin = HERE) -> bool:
+        """Return whether a password matches a hash; ``Unavailable`` if too many requests of this address wait.
 
         Without a hash, because the user does not exist, it takes the same time and returns false.
         """
-        matches = await self._run(lambda: self._verify(password_hash, password))
+        matches = await self._run(lambda: self._verify(password_hash, password), origin)
         return matches and password_hash is not None
 
     def close(self) -> None:
@@ -89,17 +95,47 @@ class Passwords:
             logger.exception("a stored password hash cannot be verified")
             return False
 
-    async def _run(self, work: Callable[[], T]) -> T:
-        if not self._slots.acquire(blocking=False):
-            raise Unavailable("too many login attempts at once: try again in a moment")
+    async def _run(self, work: Callable[[], T], origin: Origin) -> T:
+        await self._wait_for_turn(origin)
         try:
             future = self._threads.submit(work)
         except BaseException:
-            self._slots.release()
+            self._release()
             raise
+        running = asyncio.wrap_future(future)
         # Released by the thread, not the caller: a cancelled request leaves its work running.
-        future.add_done_callback(lambda _: self._slots.release())
-        return await asyncio.wrap_future(future)
+        loop = asyncio.get_running_loop()
+        future.add_done_callback(lambda _: _call_on(loop, self._release))
+        return await running
+
+    async def _wait_for_turn(self, origin: Origin) -> None:
+        if self._free:
+            self._free -= 1
+            return
+        turn: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        dropped = self._turns.push(origin, turn)
+        if dropped is not None and not dropped.done():
+            dropped.set_exception(Unavailable("too many login attempts at once: try again in a moment"))
+        try:
+            await turn
+        except asyncio.CancelledError:
+            if turn.done() and not turn.cancelled() and turn.exception() is None:
+                self._release()  # it got its turn in the same iteration of the loop
+            self._turns.discard(origin, turn)
+            raise
+
+    def _release(self) -> None:
+        """Give the thread to the next request that still waits."""
+        while (turn := self._turns.pop()) is not None:
+            if not turn.done():
+                turn.set_result(None)
+                return
+        self._free += 1
+
+
+def _call_on(loop: asyncio.AbstractEventLoop, function: Callable[[], None]) -> None:
+    with contextlib.suppress(RuntimeError):  # the loop is closed, and nobody waits
+        loop.call_soon_threadsafe(function)
 
 
 def _bytes(password: str) -> bytes:

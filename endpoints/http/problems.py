@@ -44,6 +44,7 @@ STATUS: dict[type[errors.PPaaSError], tuple[int, str]] = {
     errors.NotAuthenticated: (401, "Not authenticated"),
     errors.NotPermitted: (403, "Not permitted"),
     errors.QuotaExceeded: (429, "Quota exceeded"),
+    errors.TooManyAttempts: (429, "Too many attempts"),
     errors.Unavailable: (503, "Unavailable"),
     errors.TransformError: (422, "No transform"),
     errors.PlanningError: (422, "Planning failed"),

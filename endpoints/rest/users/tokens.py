@@ -4,7 +4,7 @@ from fastapi import APIRouter, Request, Response
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.accounts import IssuedToken, token_id
-from endpoints.accounts.authentication import token_of
+from endpoints.accounts.authentication import address_of, token_of
 from endpoints.rest.dependencies import Caller, Paged, Provided
 from endpoints.rest.names import TokenId
 from endpoints.rest.openapi import BODY, KNOWN, problems
@@ -19,11 +19,11 @@ CURRENT = "current"
 """Name of the token of the request itself; no token id equals it."""
 
 
-@router.post("", status_code=201, response_model=TokenAnswer, responses=problems(401) | BODY)
-async def log_in(credentials: Credentials, services: Provided, response: Response) -> IssuedToken:
+@router.post("", status_code=201, response_model=TokenAnswer, responses=problems(401, 429) | BODY)
+async def log_in(credentials: Credentials, services: Provided, request: Request, response: Response) -> IssuedToken:
     """Create a token for a user and password. Its text is returned only here and never stored."""
     response.headers["Cache-Control"] = "no-store"
-    return await services.accounts.sign_in(credentials.user, credentials.password)
+    return await services.accounts.sign_in(credentials.user, credentials.password, address_of(request))
 
 
 @router.get("", response_model=Page[TokenSummary], responses=KNOWN)

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Body, Request
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.accounts import ME, token_id
-from endpoints.accounts.authentication import token_of
+from endpoints.accounts.authentication import address_of, token_of
 from endpoints.accounts.usage import owned_maps, robot_count
 from endpoints.rest.dependencies import Admin, Caller, Paged, Provided, robots_in
 from endpoints.rest.names import UserId
@@ -43,7 +43,7 @@ async def show_user(user_id: UserId, services: Provided, user: Caller) -> UserDe
     return await run_in_threadpool(_detail, services, found)
 
 
-@router.patch("/{user_id}", response_model=UserDetail, responses=ADMIN | BODY | problems(404, 409))
+@router.patch("/{user_id}", response_model=UserDetail, responses=ADMIN | BODY | problems(404, 409, 429))
 async def change_user(
     user_id: UserId,
     change: Annotated[UserChange, Body(media_type=MERGE_PATCH)],
@@ -58,7 +58,7 @@ async def change_user(
     has more than a new limit allows keeps it, but gets no more.
     """
     target = _target_user(user_id, user)
-    await _check_may_change(services, user, target, change)
+    await _check_may_change(services, user, target, change, address_of(request))
     used = token_id(token_of(request))
     changed = await services.accounts.change(
         target, role=change.role, password=change.password, keep_token=used, limits=_limits(change)
@@ -116,7 +116,7 @@ def _target_user(user_id: str, caller: User) -> str:
     return target
 
 
-async def _check_may_change(services: Services, caller: User, target: str, change: UserChange) -> None:
+async def _check_may_change(services: Services, caller: User, target: str, change: UserChange, address: str) -> None:
     if change.role is not None and caller.role != "admin":
         raise NotPermitted("only an administrator may change roles")
     if "limits" in change.model_fields_set and caller.role != "admin":
@@ -126,4 +126,4 @@ async def _check_may_change(services: Services, caller: User, target: str, chang
     if change.password is not None and target == caller.id:
         if change.old_password is None:
             raise InvalidParameter("old_password is required to change your own password: give the current password")
-        await services.accounts.check_password(target, change.old_password)
+        await services.accounts.check_password(target, change.old_password, address)

@@ -6,6 +6,7 @@ import threading
 import pytest
 from argon2 import PasswordHasher, profiles
 
+from endpoints.accounts.fair_queue import Origin
 from endpoints.accounts.passwords import Passwords
 from ppaas.errors import Unavailable
 
@@ -60,4 +61,19 @@ async def test_cancelling_a_queued_login_frees_its_slot() -> None:
     await asyncio.sleep(0)
     hasher.released.set()
     assert await asyncio.gather(first, third) == [True, True]
+    passwords.close()
+
+
+async def test_a_flood_from_one_address_does_not_keep_another_out() -> None:
+    hasher = SlowHasher()
+    passwords = Passwords(hasher, workers=1, waiting=3)
+    right = hasher.hash(PASSWORD)
+    flood = [asyncio.create_task(passwords.verify(None, "guess", Origin("nobody", "10.0.0.1"))) for _ in range(4)]
+    await asyncio.sleep(0)
+    ann = asyncio.create_task(passwords.verify(right, PASSWORD, Origin("ann", "10.0.0.2")))
+    await asyncio.sleep(0)
+    hasher.released.set()
+    assert await ann is True
+    answers = await asyncio.gather(*flood, return_exceptions=True)
+    assert [type(answer) for answer in answers] == [bool, bool, bool, Unavailable], "the newest of the flood is dropped"
     passwords.close()

@@ -3,6 +3,7 @@
 import httpx
 import pytest
 
+from endpoints.accounts.login_throttle import USER_AT_ADDRESS
 from endpoints.services.services import Services
 from tests.support.endpoints.problems import problem_of
 from tests.unit.endpoints.conftest import PASSWORD, LogIn
@@ -83,3 +84,30 @@ async def test_a_new_token_has_the_id_shown_in_the_list(client: httpx.AsyncClien
     made = (await client.post("/v1/tokens", json={"user": "ann", "password": PASSWORD})).json()
     listed = await client.get("/v1/tokens", headers={"Authorization": f"Bearer {made['token']}"})
     assert [one["id"] for one in listed.json()["items"] if one["current"]] == [made["id"]]
+
+
+async def test_too_many_wrong_passwords_are_refused_with_the_time_to_wait(
+    client: httpx.AsyncClient, services: Services, caplog: pytest.LogCaptureFixture
+) -> None:
+    await services.accounts.register("ann", PASSWORD)
+    wrong = {"user": "ann", "password": "secret-but-wrong"}
+    answers = [await client.post("/v1/tokens", json=wrong) for _ in range(USER_AT_ADDRESS.failures + 1)]
+    assert [answer.status_code for answer in answers] == [401] * USER_AT_ADDRESS.failures + [429]
+    problem_of(answers[-1], 429, "too-many-attempts")
+    assert answers[-1].headers["retry-after"] == "1"
+    failures = [record.getMessage() for record in caplog.records if record.name == "endpoints.accounts.accounts"]
+    assert len(failures) == USER_AT_ADDRESS.failures
+    assert failures[0] == "login of 'ann' from 127.0.0.1 failed (1 in a row)"
+    assert "secret-but-wrong" not in caplog.text
+
+
+async def test_guesses_of_the_old_password_are_throttled_too(
+    client: httpx.AsyncClient, services: Services, log_in: LogIn
+) -> None:
+    headers = await log_in("ann")
+    change = {"password": "another pass word", "old_password": "a wrong guess"}
+    answers = [
+        (await client.patch("/v1/users/me", json=change, headers=headers)).status_code
+        for _ in range(USER_AT_ADDRESS.failures + 1)
+    ]
+    assert answers == [403] * USER_AT_ADDRESS.failures + [429]
