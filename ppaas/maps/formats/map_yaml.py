@@ -1,6 +1,8 @@
 """YAML record of a map, which map_server and Nav2 read beside the image."""
 
 import math
+import re
+from collections.abc import Mapping
 from enum import Enum
 from typing import Annotated, Any
 
@@ -9,11 +11,15 @@ import yaml
 from msgspec import Meta
 
 from ppaas.errors import InvalidMap
+from ppaas.maps.formats.yaml_keys import Value, read_keys, with_key
 
 MAX_YAML = 1 << 16
 """Limit of the size of a record [bytes]."""
 
-_MAX_BRACKETS = 100
+_NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+"""Numbers as C++ streams read them, and so map_server and Nav2."""
+
+_WORDS = {"y": True, "yes": True, "true": True, "on": True, "n": False, "no": False, "false": False, "off": False}
 
 _Threshold = Annotated[float, Meta(ge=0.0, le=1.0)]
 
@@ -47,7 +53,7 @@ class MapYaml(msgspec.Struct, frozen=True, kw_only=True):
     negate : bool
         Whether white is occupied and black is free.
     occupied_thresh, free_thresh : float
-        Occupancy (0 to 1) above which a cell is occupied, and below which it is free.
+        Occupancy (0 to 1) above which a cell is occupied, and below which it is free. If both apply, the rules decide.
     mode : Mode
         ``trinary``: free, occupied, unknown. ``scale``: graded between the thresholds. ``raw``: the pixel is the value.
     rules : Rules
@@ -68,12 +74,6 @@ class MapYaml(msgspec.Struct, frozen=True, kw_only=True):
         numbers = (self.resolution, *self.origin, self.occupied_thresh, self.free_thresh)
         if not all(map(math.isfinite, numbers)):
             raise ValueError("resolution, origin, occupied_thresh and free_thresh must be finite")
-        if self.free_thresh >= self.occupied_thresh:
-            raise ValueError(f"free_thresh {self.free_thresh} must be below occupied_thresh {self.occupied_thresh}")
-
-
-# PyYAML's own errors, and those that its constructors let through for scalars such as `!!bool x`.
-_YAML_ERRORS = (yaml.YAMLError, ValueError, KeyError, AttributeError, RecursionError)
 
 
 def parse_yaml(record: bytes, rules: Rules | None = None) -> MapYaml:
@@ -92,20 +92,20 @@ def parse_yaml(record: bytes, rules: Rules | None = None) -> MapYaml:
         The record is not YAML, or a key is missing or invalid; the text names the key.
     """
     keys = _load(record)
-    try:
-        # Not strict: 5e-2 and "0.05" are strings in YAML 1.1, but numbers for map_server.
-        parsed = msgspec.convert(keys, MapYaml, strict=False)
-    except (msgspec.ValidationError, RecursionError) as error:
-        raise InvalidMap(f"the map's YAML is not a map_server record: {error}") from error
+    given = _values(keys)
     if rules is not None:
-        parsed = msgspec.structs.replace(parsed, rules=rules)
+        given["rules"] = rules
+    try:
+        parsed = msgspec.convert(given, MapYaml)
+    except msgspec.ValidationError as error:
+        raise _refused(str(error)) from error
     if parsed.rules is Rules.NAV2:
         _check_nav2_keys(keys)
     return parsed
 
 
 def with_rules(record: bytes, rules: Rules) -> bytes:
-    """Return the record with the key ``rules`` set; if its value changes, comments are lost.
+    """Return the record with the key ``rules`` set; nothing else changes.
 
     Raises
     ------
@@ -113,10 +113,15 @@ def with_rules(record: bytes, rules: Rules) -> bytes:
         As for ``parse_yaml``.
     """
     parse_yaml(record, rules)
-    keys = _load(record)
-    if Rules(keys.get("rules", Rules.MAP_SERVER.value)) is rules:
+    if _load(record).get("rules", Rules.MAP_SERVER.value) == rules.value:
         return record
-    return dump_yaml(keys | {"rules": rules.value})
+    return with_key(record, "rules", rules.value)
+
+
+def with_image(record: bytes, name: str) -> bytes:
+    """Return the record with another name of the image; nothing else changes. Raises as ``parse_yaml`` does."""
+    parse_yaml(record)
+    return with_key(record, "image", name)
 
 
 def dump_yaml(keys: dict[str, Any]) -> bytes:
@@ -124,18 +129,65 @@ def dump_yaml(keys: dict[str, Any]) -> bytes:
     return yaml.safe_dump(keys, sort_keys=False, default_flow_style=None).encode()
 
 
-def _load(record: bytes) -> Any:
+def _load(record: bytes) -> Mapping[str, Value]:
     if len(record) > MAX_YAML:
         raise InvalidMap(f"the map's YAML has {len(record)} bytes; at most {MAX_YAML} are allowed")
-    if record.count(b"[") + record.count(b"{") > _MAX_BRACKETS:  # deeply nested brackets take the parser seconds
-        raise InvalidMap(f"the map's YAML cannot be read: it has more than {_MAX_BRACKETS} brackets")
-    try:
-        return yaml.safe_load(record)
-    except _YAML_ERRORS as error:
-        raise InvalidMap(f"the map's YAML cannot be read: {error}") from error
+    keys = read_keys(record)
+    if keys is None:
+        raise _refused("it must have the keys `image`, `resolution` and `origin`, each with a value")
+    return keys
 
 
-def _check_nav2_keys(keys: dict[str, Any]) -> None:
+def _values(keys: Mapping[str, Value]) -> dict[str, Any]:
+    """Return the keys of `MapYaml` with their values as numbers, booleans and text."""
+    given: dict[str, Any] = {name: keys[name] for name in ("image", "rules") if name in keys}
+    given |= {
+        name: _number(name, keys[name]) for name in ("resolution", "occupied_thresh", "free_thresh") if name in keys
+    }
+    if "origin" in keys:
+        given["origin"] = _origin(keys["origin"])
+    if "negate" in keys:
+        given["negate"] = _boolean("negate", keys["negate"])
+    if isinstance(mode := keys.get("mode"), str):
+        given["mode"] = mode.lower()
+    elif mode is not None:
+        raise _refused("`mode` must be a word")
+    return given
+
+
+def _number(name: str, value: Value) -> float:
+    if not (isinstance(value, str) and _NUMBER.fullmatch(value)):
+        raise _refused(f"`{name}` must be a finite number, as 0.05, not {_shown(value)}")
+    return float(value)
+
+
+def _origin(value: Value) -> tuple[float, ...]:
+    """Return x, y and yaw. Further numbers are ignored, as map_server does."""
+    if not isinstance(value, list) or len(value) < 3:
+        raise _refused(f"`origin` must be a list of x, y [m] and yaw [rad], not {_shown(value)}")
+    return tuple(_number("origin", each) for each in value[:3])
+
+
+def _boolean(name: str, value: Value) -> bool:
+    if isinstance(value, str) and value.lower() in _WORDS:
+        return _WORDS[value.lower()]
+    return _number(name, value) != 0.0
+
+
+def _shown(value: Value) -> str:
+    if isinstance(value, str):
+        return ascii(value[:40])
+    return "nothing" if value is None else "a list" if isinstance(value, list) else "a mapping"
+
+
+def _refused(why: str) -> InvalidMap:
+    return InvalidMap(f"the map's YAML is not a map_server record: {why}")
+
+
+def _check_nav2_keys(keys: Mapping[str, Value]) -> None:
+    origin = keys["origin"]
+    if isinstance(origin, list) and len(origin) != 3:
+        raise _refused(f"`origin` must have three numbers by Nav2's rules, not {len(origin)}")
     for name in ("occupied_thresh", "free_thresh"):
         if name not in keys:
             raise InvalidMap(

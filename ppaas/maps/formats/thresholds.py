@@ -43,8 +43,9 @@ def occupancy(image: MapImage, keys: MapYaml) -> Cells:
 def _by_map_server(image: MapImage, keys: MapYaml) -> Cells:
     """Classify pixels by the mean of their channels, which in trinary mode includes alpha.
 
-    A cell is occupied above ``occupied_thresh``, free below ``free_thresh``, and graded (scale) or unknown (trinary)
-    between them. In scale mode, fully transparent pixels between the thresholds are unknown.
+    A cell is occupied above ``occupied_thresh``, else free below ``free_thresh``, else graded (scale) or unknown
+    (trinary). In scale mode, fully transparent pixels between the thresholds are unknown. Where the thresholds are
+    equal, map_server divides 0 by 0 for a pixel between them; it is unknown here.
     """
     alpha = image.alpha
     averaged = image.channels if keys.mode is Mode.TRINARY else image.channels[..., :3]
@@ -57,8 +58,9 @@ def _by_map_server(image: MapImage, keys: MapYaml) -> Cells:
     ratio = (255.0 - mean) / 255.0
     between = (ratio >= keys.free_thresh) & (ratio <= keys.occupied_thresh)
     values = np.where(ratio > keys.occupied_thresh, OCCUPIED, FREE).astype(np.int8)
-    graded = 1.0 + 98.0 * (ratio - keys.free_thresh) / (keys.occupied_thresh - keys.free_thresh)
-    values[between] = graded[between] if keys.mode is Mode.SCALE else UNKNOWN
+    span = keys.occupied_thresh - keys.free_thresh
+    scaled = keys.mode is Mode.SCALE and span > 0.0
+    values[between] = 1.0 + 98.0 * (ratio[between] - keys.free_thresh) / span if scaled else UNKNOWN
     cells = values[total]
     if keys.mode is Mode.SCALE and alpha is not None:
         cells[between[total] & (alpha == 0)] = UNKNOWN
@@ -71,8 +73,8 @@ def _by_map_server(image: MapImage, keys: MapYaml) -> Cells:
 def _by_nav2(image: MapImage, keys: MapYaml) -> Cells:
     """Classify pixels by their luma, in float32 as Nav2 does.
 
-    A cell is occupied from ``occupied_thresh`` up, free up to ``free_thresh``, and graded (scale) or unknown (trinary)
-    between them. A pixel that is not fully opaque is unknown. Raw mode ignores alpha and ``negate``.
+    A cell is free up to ``free_thresh``, else occupied from ``occupied_thresh`` up, else graded (scale) or unknown
+    (trinary). A pixel that is not fully opaque is unknown. Raw mode ignores alpha and ``negate``.
     """
     luma = _luma(image)
     if keys.mode is Mode.RAW:
@@ -80,7 +82,8 @@ def _by_nav2(image: MapImage, keys: MapYaml) -> Cells:
     ratio = np.arange(256, dtype=np.float32) / np.float32(255.0)
     ratio = ratio if keys.negate else np.float32(1.0) - ratio
     low, high = np.float32(keys.free_thresh), np.float32(keys.occupied_thresh)
-    with np.errstate(over="ignore"):  # overflows only if the thresholds are so close that no value is between them
+    # Overflows or divides by 0 only if the thresholds are so close that no value is between them.
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         graded = np.floor((ratio - low) / (high - low) * np.float32(100.0) + np.float32(0.5))
     between = graded if keys.mode is Mode.SCALE else np.full(256, UNKNOWN)
     values = np.where(ratio <= low, FREE, np.where(ratio >= high, OCCUPIED, between)).astype(np.int8)

@@ -24,7 +24,7 @@ def map_server(channels, mode, negate, occupied_thresh, free_thresh):
                 value = 100
             elif occupied < free_thresh:
                 value = 0
-            elif mode == "trinary" or alpha < 1.0:
+            elif mode == "trinary" or alpha < 1.0 or occupied_thresh == free_thresh:  # 0 / 0 in map_server
                 value = -1
             else:
                 value = int(1 + 98 * ((occupied - free_thresh) / (occupied_thresh - free_thresh)))

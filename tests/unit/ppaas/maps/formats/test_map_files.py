@@ -87,6 +87,60 @@ def test_keys_with_defaults_may_be_left_out():
     assert (keys.occupied_thresh, keys.free_thresh) == (0.65, 0.196)
 
 
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [("-.5", -0.5), ("+.5", 0.5), ("5.", 5.0), ("5e-2", 0.05), ("+1E+2", 100.0), ("'-1'", -1.0), ("010", 10.0)],
+)
+def test_numbers_are_read_as_c_plus_plus_reads_them(text, number):
+    origin = f"[{text}, '{text.strip(chr(39))}', {text}]".encode()
+    assert parse_yaml(YAML.replace(b"[0.0, 0.0, 0.0]", origin)).origin == (number, number, number)
+
+
+@pytest.mark.parametrize(
+    ("text", "negate"),
+    [
+        ("0", False),
+        ("1", True),
+        ("7", True),
+        ("0.0", False),
+        ("yes", True),
+        ("Off", False),
+        ("TRUE", True),
+        ("n", False),
+    ],
+)
+def test_negate_is_a_number_or_a_word_of_yaml(text, negate):
+    assert parse_yaml(YAML.replace(b"negate: 0", b"negate: " + text.encode())).negate is negate
+
+
+@pytest.mark.parametrize("line", [b"mode:\n", b"mode: ~\n", b"mode: Trinary\n", b"mode: TRINARY\n"])
+def test_a_mode_is_a_word_in_any_case_and_may_be_empty(line):
+    assert parse_yaml(YAML + line).mode is Mode.TRINARY
+
+
+def test_an_origin_may_have_more_numbers_by_the_rules_of_map_server_alone():
+    record = YAML.replace(b"[0.0, 0.0, 0.0]", b"[1.0, 2.0, 3.0, 0.0]")
+    assert parse_yaml(record).origin == (1.0, 2.0, 3.0)
+    with pytest.raises(InvalidMap, match="three numbers by Nav2's rules, not 4"):
+        parse_yaml(record, Rules.NAV2)
+
+
+@pytest.mark.parametrize(
+    ("occupied", "free", "by_map_server", "by_nav2"),
+    [
+        # Occupancies of the pixels: 1, 0.651, 0.4, 0.2, 0. map_server asks for occupied first, Nav2 for free.
+        (b"0.2", b"0.2", [100, 100, 100, -1, 0], [100, 100, 100, 0, 0]),
+        (b"0.1", b"0.9", [100, 100, 100, 100, 0], [100, 0, 0, 0, 0]),
+    ],
+)
+@pytest.mark.parametrize("mode", [b"", b"mode: scale\n"])
+def test_thresholds_may_be_equal_or_crossed(occupied, free, by_map_server, by_nav2, mode):
+    record = YAML.replace(b"0.65", occupied).replace(b"0.196", free) + mode
+    image = write_pgm(np.array([[0, 89, 153, 204, 255]], np.uint8))
+    assert load_map(record, image).data.tolist() == [by_map_server]
+    assert load_map(record, image, Rules.NAV2).data.tolist() == [by_nav2]
+
+
 def test_the_origin_keeps_its_yaw():
     assert load_map(YAML.replace(b"[0.0, 0.0, 0.0]", b"[1, 2, 0.5]"), IMAGE).info.origin == Pose2D(1.0, 2.0, 0.5)
 
@@ -110,16 +164,22 @@ def test_the_origin_keeps_its_yaw():
         (YAML.replace(b"0.65", b"1.5"), "occupied_thresh"),
         (YAML.replace(b"0.196", b"-0.1"), "free_thresh"),
         (YAML.replace(b"0.196", b".nan"), "free_thresh"),
-        (YAML.replace(b"0.196", b"0.65"), "free_thresh"),
-        (YAML.replace(b"negate: 0", b"negate: 7"), "negate"),
+        (YAML.replace(b"0.65", b"65"), "occupied_thresh"),
+        (YAML.replace(b"0.65", b""), "`occupied_thresh` must be a finite number, as 0.05, not nothing"),
+        (YAML.replace(b"0.05", b"0,05"), "`resolution` must be a finite number, as 0.05, not '0,05'"),
+        (YAML.replace(b"0.05", b"1_0"), "resolution"),
+        (YAML.replace(b"0.05", b"0:05"), "resolution"),
+        (YAML.replace(b"0.05", b"9" * 400), "finite"),
+        (YAML.replace(b"[0.0, 0.0, 0.0]", b"[0.0, 0.0, []]"), "origin"),
+        (YAML.replace(b"negate: 0", b"negate: maybe"), "negate"),
+        (YAML + b"mode: [scale]\n", "mode"),
         (YAML + b"mode: colour\n", "mode"),
         (b"image: [", "cannot be read"),
         (b"\xff\xfe\x00", "cannot be read"),
-        (b"!!python/object/apply:os.getcwd []", "cannot be read"),
-        (b"resolution: !!float x", "cannot be read"),
-        (b"negate: !!bool x", "cannot be read"),
-        (b"image: !!timestamp x", "cannot be read"),
-        (b"image: 2001-99-99", "cannot be read"),
+        (b"!!python/object/apply:os.getcwd []", "map_server record"),
+        (b"resolution: !!float x", "resolution"),
+        (b"negate: !!bool x", "negate"),
+        (b"image: !!timestamp x", "`resolution`"),
         (b"[" * 5000, "cannot be read"),
         (b"#" * (1 << 17), "bytes"),
     ],

@@ -3,7 +3,7 @@
 import pytest
 
 from ppaas.errors import InvalidMap
-from ppaas.maps.formats.map_yaml import Rules, parse_yaml, with_rules
+from ppaas.maps.formats.map_yaml import Rules, parse_yaml, with_image, with_rules
 from tests.support.world.maps import YAML
 
 
@@ -37,6 +37,18 @@ def test_with_rules_sets_the_rules_and_keeps_the_rest(record):
 
 def test_with_rules_keeps_the_bytes_if_the_rules_are_set():
     assert with_rules(YAML, Rules.MAP_SERVER) == YAML
+
+
+def test_with_rules_keeps_comments_and_every_other_byte():
+    record = b"# measured in May\r\n" + YAML + b"rules: map_server # ours\n---\nx: 1\n"
+    assert with_rules(record, Rules.NAV2) == record.replace(b"rules: map_server", b"rules: nav2")
+    assert with_rules(YAML, Rules.NAV2) == b"rules: nav2\n" + YAML
+
+
+def test_with_image_sets_the_name_of_the_image_alone():
+    assert with_image(YAML, "my map.pgm") == YAML.replace(b"a.pgm", b'"my map.pgm"')
+    with pytest.raises(InvalidMap, match="resolution"):
+        with_image(b"image: a.pgm\n", "b.pgm")
 
 
 def test_with_rules_refuses_records_without_thresholds():
