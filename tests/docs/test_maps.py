@@ -18,7 +18,7 @@ from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import run_shell, script, table, text_of
 from tests.support.endpoints.fuzzed_rest import description
 from tests.support.sources import ROOT
-from tests.unit.storage.files.test_store_large_maps import MOST, SIDE
+from tests.unit.storage.files.test_store_large_maps import MEMORY_LIMIT, SIDE
 
 MAPS = "docs/maps.md"
 OFFICE = ROOT / "docs" / "examples"
@@ -40,7 +40,7 @@ def test_the_numbers_are_those_of_the_code() -> None:
     text = text_of(MAPS)
     assert f"{RequestLimits().max_upload // MIB} MiB" in text
     assert f"{MAX_PIXELS // 1_000_000} million pixels" in text
-    assert f"{SIDE}² cells" in text and f"in {MOST // MIB} MiB" in text
+    assert f"{SIDE}² cells" in text and f"in {MEMORY_LIMIT // MIB} MiB" in text
 
 
 @pytest.mark.journey
