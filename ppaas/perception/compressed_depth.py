@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
-from ppaas.maps.formats.png import BROKEN
+from ppaas.maps.formats.pillow_rows import BROKEN
 from ppaas.perception.depth_scan import MOST_PIXELS
 from ppaas.perception.kernels.depth import Depths
 

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from ppaas.maps.formats.map_yaml import MapYaml, Mode, Rules
-from ppaas.maps.formats.png import MAX_PIXELS
+from ppaas.maps.formats.pillow_rows import MAX_PIXELS
 from ppaas.planners import create, planner_names
 from ppaas.planners.registry import PLANNERS
 from tests.support.cloud.cloud import RunningCloud

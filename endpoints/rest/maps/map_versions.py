@@ -15,7 +15,7 @@ from endpoints.rest.openapi import KNOWN, Responses, problems
 from endpoints.rest.paging import Page
 from endpoints.services.services import Services
 from ppaas.maps.formats.difference import difference
-from ppaas.maps.formats.image import media_type
+from ppaas.maps.formats.image import FORMATS, media_type
 from ppaas.maps.formats.map_files import open_grid
 from storage.opened_maps import OpenMap
 from storage.records import MapVersionRecord, User
@@ -36,7 +36,7 @@ YAML_TYPE = "application/yaml"
 OCTOMAP_TYPE = "application/octet-stream"
 _BYTES = {"schema": {"type": "string", "format": "binary"}}
 _YAML_FILE = _files({YAML_TYPE: {}})
-_IMAGE_FILE = _files({"image/x-portable-graymap": _BYTES, "image/png": _BYTES})
+_IMAGE_FILE = _files({one.media_type: _BYTES for one in FORMATS})
 _OCTOMAP_FILE = _files({OCTOMAP_TYPE: _BYTES})
 
 

@@ -1,1 +1,1 @@
-"""Map files: a YAML record with an image (PGM or PNG), and the MovingAI benchmarks."""
+"""Map files: a YAML record with an image, and the MovingAI benchmarks."""

@@ -1,16 +1,63 @@
-"""Images of maps in any supported format (PGM, PNG)."""
+"""Images of maps in any supported format. The first bytes of a file decide its format, as in map_server."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.buffer import Buffer
-from ppaas.maps.formats.pgm import MAGIC as PGM
+from ppaas.maps.formats.pbm import MAGIC as PBM
+from ppaas.maps.formats.pbm import PbmRows, open_pbm
 from ppaas.maps.formats.pgm import PgmRows, open_pgm
+from ppaas.maps.formats.pictures import open_picture
+from ppaas.maps.formats.pillow_rows import PillowRows
 from ppaas.maps.formats.png import MAGIC as PNG
-from ppaas.maps.formats.png import PngRows, open_png
+from ppaas.maps.formats.png import open_png
+
+_Rows = PgmRows | PbmRows | PillowRows
+
+
+@dataclass(frozen=True, slots=True)
+class ImageFormat:
+    """Format of images.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    magic : tuple of bytes
+        First bytes of its files.
+    media_type : str
+        Its type in HTTP.
+    endings : tuple of str
+        Endings of its file names, the usual one first.
+    open : callable
+        Opens a file of the format.
+    """
+
+    name: str
+    magic: tuple[bytes, ...]
+    media_type: str
+    endings: tuple[str, ...]
+    open: Callable[[Buffer], _Rows]
+
+
+FORMATS = (
+    ImageFormat("PGM", (b"P2", b"P5"), "image/x-portable-graymap", (".pgm", ".pnm"), open_pgm),
+    ImageFormat("PNG", (PNG,), "image/png", (".png",), open_png),
+    ImageFormat("PPM", (b"P3", b"P6"), "image/x-portable-pixmap", (".ppm",), open_pgm),
+    ImageFormat("PBM", PBM, "image/x-portable-bitmap", (".pbm",), open_pbm),
+    ImageFormat("BMP", (b"BM",), "image/bmp", (".bmp",), partial(open_picture, name="BMP")),
+    ImageFormat("JPEG", (b"\xff\xd8\xff",), "image/jpeg", (".jpg", ".jpeg"), partial(open_picture, name="JPEG")),
+    ImageFormat("TIFF", (b"II*\0", b"MM\0*"), "image/tiff", (".tif", ".tiff"), partial(open_picture, name="TIFF")),
+)
+"""Formats that are read: what map_server and Nav2 read too."""
+
+ENDINGS = tuple(ending for one in FORMATS for ending in one.endings)
+"""Endings of the names of image files, in lower case."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +83,7 @@ class ImageRows:
 
     Parameters
     ----------
-    source : PgmRows or PngRows
+    source : PgmRows, PbmRows or PillowRows
         The opened file.
 
     Attributes
@@ -47,7 +94,7 @@ class ImageRows:
         Raises ``InvalidMap`` if any pixel is invalid.
     """
 
-    def __init__(self, source: PgmRows | PngRows) -> None:
+    def __init__(self, source: _Rows) -> None:
         self._source = source
         self.shape = source.shape
         self.check = source.check
@@ -58,26 +105,36 @@ class ImageRows:
         return MapImage(pixels if pixels.ndim == 3 else pixels[..., np.newaxis])
 
 
-def open_image(image: Buffer) -> ImageRows:
-    """Open a PGM or PNG file; its first bytes decide which of the two it is, as in map_server.
+def format_of(image: Buffer) -> ImageFormat:
+    """Return the format of an image file.
 
-    A PNG or a PGM in text is decoded at once; the pixels of a binary PGM are read on demand.
+    Raises
+    ------
+    InvalidMap
+        It is none of `FORMATS`.
+    """
+    for one in FORMATS:
+        if any(image[: len(magic)] == magic for magic in one.magic):
+            return one
+    names = ", ".join(one.name for one in FORMATS)
+    raise InvalidMap(
+        f"the map's image has none of the formats {names} (it begins with {image[:12]!r}): convert it to one of them"
+    )
+
+
+def open_image(image: Buffer) -> ImageRows:
+    """Open an image file.
+
+    The pixels of binary PGM, PPM and PBM are read on demand, those of other files are decoded at once.
 
     Raises
     ------
     InvalidMap
         The file has another format, or is broken.
     """
-    begin = image[: len(PNG)]
-    if begin == PNG:
-        return ImageRows(open_png(image))
-    if begin.startswith(PGM):
-        return ImageRows(open_pgm(image))
-    raise InvalidMap(
-        f"the map's image is neither PGM (P2, P5) nor PNG (it begins with {image[:12]!r}): convert it to one of them"
-    )
+    return ImageRows(format_of(image).open(image))
 
 
 def media_type(image: Buffer) -> str:
-    """Return the media type of an image file for HTTP."""
-    return "image/png" if image[: len(PNG)] == PNG else "image/x-portable-graymap"
+    """Return the media type of an image file for HTTP; ``InvalidMap`` if it has another format."""
+    return format_of(image).media_type

@@ -66,7 +66,7 @@ def open_grid(record: bytes, image: Buffer, rules: Rules | None = None) -> GridR
     record : bytes
         The YAML file; its key ``image`` is ignored.
     image : bytes or mmap
-        The PGM or PNG file; its lowest row becomes row 0 of the grid.
+        The image file; its lowest row becomes row 0 of the grid.
     rules : Rules, optional
         Rules that classify pixels as free or occupied; by default those that the record names, or else map_server's.
 

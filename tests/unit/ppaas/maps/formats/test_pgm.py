@@ -1,4 +1,4 @@
-"""PGM images, binary and text, good and bad."""
+"""PGM and PPM images, binary and text, good and bad."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from ppaas.errors import InvalidMap
-from ppaas.maps.formats import pgm
+from ppaas.maps.formats import netpbm
 from ppaas.maps.formats.pgm import open_pgm, parse_pgm, write_pgm
 from tests.support.world.maps import sides
 
@@ -59,6 +59,19 @@ def test_text_format_is_read_like_binary(image):
     assert parse_pgm(image).tolist() == [[0, 10], [35, 255]]
 
 
+@pytest.mark.parametrize(
+    "image",
+    [
+        b"P6 2 1 255 \x00\x0a\x23\xff\x01\x02",
+        b"P6\r\n# GIMP\r\n2 1\r\n255\r\n\x00\x0a\x23\xff\x01\x02",
+        b"P3 2 1 255 0 10 35 255 1 2",
+        b"P6 2 1 65535 \x00\x00\x0a\x0a\x23\x23\xff\xff\x01\x01\x02\x02",
+    ],
+)
+def test_colours_are_the_third_axis(image):
+    assert parse_pgm(image).tolist() == [[[0, 10, 35], [255, 1, 2]]]
+
+
 @settings(deadline=None)
 @given(hnp.arrays(np.uint8, sides(20)))
 def test_text_and_binary_images_are_equal(pixels):
@@ -84,7 +97,11 @@ def test_white_space_after_the_pixels_is_ignored():
         (b"P2 1 1 255 0000007", "at most five digits"),
         (b"P2 1 1 100 101", "101, above its maximum grey of 100"),
         (b"P2 32768 32768 255 7", "missing"),
-        (b"P6 1 1 255 777", "not a PGM"),
+        (b"P6 1 1 255 77", "the PPM is truncated: 1 of its 1×1 pixels are missing"),
+        (b"P6 2 1 255 777", "1 of its 2×1 pixels are missing"),
+        (b"P6 1 1 100 77e", "the PPM has a pixel of 101"),
+        (b"P3 2 1 255 7 7 7 7 7", "1 of its 2×1 pixels are missing"),
+        (b"P3 1 1 255 7 7 7 7", "1 numbers follow the 1×1 pixels of the PPM"),
         (b"\x89PNG\r\n\x1a\n", "PNG"),
         (b"P5 -1 1 255 \x00", "not a PGM"),
         (b"P5 1.5 1 255 \x00", "not a PGM"),
@@ -112,7 +129,7 @@ def test_an_invalid_image_is_refused_with_the_reason(image, reason):
 @settings(deadline=None)
 @given(st.binary(max_size=60))
 def test_arbitrary_bytes_are_read_or_raise_invalid_map(rubbish):
-    for image in (rubbish, b"P5 " + rubbish, b"P5 2 2 255 " + rubbish, b"P2 2 2 65535\n" + rubbish):
+    for image in (rubbish, b"P5 " + rubbish, b"P5 2 2 255 " + rubbish, b"P2 2 2 65535\n" + rubbish, b"P6 " + rubbish):
         try:
             assert parse_pgm(image).dtype == np.uint8
         except InvalidMap as error:
@@ -140,5 +157,5 @@ def test_text_is_parsed_alike_for_any_block_size(numbers, block):
     text = b"".join(b"%d%b" % pair for pair in numbers)
     image = b"P2 %d 1 65535\n" % len(numbers) + text
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pgm, "_BLOCK", block)
+        patch.setattr(netpbm, "BLOCK", block)
         assert open_pgm(image).stored.tolist() == [[number for number, _ in numbers]]

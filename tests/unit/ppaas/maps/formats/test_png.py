@@ -10,7 +10,8 @@ from hypothesis.extra import numpy as hnp
 from PIL import Image
 
 from ppaas.errors import InvalidMap
-from ppaas.maps.formats.png import MAX_PIXELS, open_png
+from ppaas.maps.formats.pillow_rows import MAX_PIXELS
+from ppaas.maps.formats.png import open_png
 from tests.support.world.maps import sides
 from tests.support.world.png import GREY_ALPHA, PALETTE, RGB, RGBA, SIGNATURE, chunk, header, png
 

@@ -1,0 +1,81 @@
+"""PBM images (netpbm's ``P4``, binary, and ``P1``, text): one bit a pixel, 1 is black."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.errors import InvalidMap
+from ppaas.maps.buffer import Buffer
+from ppaas.maps.formats.netpbm import Header, binary_pixels, check_count, read_header, text_blocks
+
+MAGIC = (b"P1", b"P4")
+
+_NO_BIT = re.compile(rb"[^01\s]")
+
+
+@dataclass(frozen=True, slots=True)
+class PbmRows:
+    """PBM image whose rows are read on demand.
+
+    Parameters
+    ----------
+    packed : (height, n) uint8 array
+        Bits of each row, the highest of a byte first; for a binary file a view of the file itself. Row 0 is the top.
+    width : int
+        Number of pixels of a row, which the last byte may exceed.
+    """
+
+    packed: NDArray[np.uint8]
+    width: int
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(height, width)."""
+        return len(self.packed), self.width
+
+    def rows(self, first: int, last: int) -> NDArray[np.uint8]:
+        """Return rows, ``last`` excluded: 0 is black, 255 white."""
+        bits = np.unpackbits(self.packed[first:last], axis=1, count=self.width)
+        return np.where(bits, np.uint8(0), np.uint8(255))
+
+    def check(self) -> None:
+        """Do nothing, since any bits are valid."""
+
+
+def open_pbm(image: Buffer) -> PbmRows:
+    """Open an image of bits; text files are read completely, of binary files only the header.
+
+    Parameters
+    ----------
+    image : bytes or mmap
+        The whole file.
+
+    Raises
+    ------
+    InvalidMap
+        The file is not a PBM, has no or too many pixels, is truncated, or has data after its pixels.
+    """
+    header = read_header(image)
+    row = -(-header.width // 8)
+    if header.is_text:
+        return PbmRows(np.packbits(_text(image, header), axis=1), header.width)
+    data = binary_pixels(image, header, row * header.height, row)
+    return PbmRows(np.frombuffer(data, np.uint8).reshape(header.height, row), header.width)
+
+
+def _text(image: Buffer, header: Header) -> NDArray[np.uint8]:
+    """Return the bits after the header: digits 0 and 1, which white space may separate."""
+    count = header.width * header.height
+    check_count(header, len(image) - header.end, at_most=True)  # before memory is allocated for them
+    bits, found = np.empty(count, np.uint8), 0
+    for text in text_blocks(image, header.end):
+        wrong = _NO_BIT.search(text)
+        if wrong is not None:
+            raise InvalidMap(f"{wrong[0]!r} among the pixels of the PBM: pixels must be 0 or 1")
+        digits = np.frombuffer(b"".join(text.split()), np.uint8) - np.uint8(ord("0"))
+        bits[found : found + digits.size] = digits[: max(0, count - found)]
+        found += digits.size
+    check_count(header, found)
+    return bits.reshape(header.height, header.width)
