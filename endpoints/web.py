@@ -15,6 +15,7 @@ from endpoints.app import create_app
 from endpoints.http.http_protocol import DirectHttp
 from endpoints.http.websocket_protocol import DirectWebSocket
 from endpoints.rosbridge.idle_watch import IdleWatch
+from endpoints.rosbridge.rights_watch import RightsWatch
 from endpoints.rosbridge.robot_socket import serve_robot_socket
 from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
@@ -57,11 +58,13 @@ class Web:
         self._idle = IdleWatch(self._sessions, engine.sessions, idle)
         self._background = Background()
         services = Services(engine.store, engine.map_store, self.accounts, engine.cloud)
+        self._rights = RightsWatch(self._sessions, engine.sessions, services)
         self._server = Server(_uvicorn_config(build_app(services, self._sessions), log_level, dead))
 
     async def serve(self, listener: socket.socket) -> None:
         """Serve until `stop` is called."""
         self._background.run(self._idle.run())
+        self._background.run(self._rights.run())
         await self._server.serve([listener])
 
     def run_in_background(self, work: Coroutine[Any, Any, None]) -> None:

@@ -1,5 +1,6 @@
 """Accounts: users, their passwords and their tokens."""
 
+import contextlib
 import hashlib
 import logging
 import secrets
@@ -169,7 +170,11 @@ class Accounts:
         """
         if not 0 < len(token) <= MAX_TOKEN:
             raise _unknown_token()
-        token_hash, now = token_id(token), self._clock()
+        return await self.user_of(token_id(token))
+
+    async def user_of(self, token_hash: str) -> User:
+        """Return the user of a token, given by its id; raises as ``authenticate`` does."""
+        now = self._clock()
         known = self._cache.get(token_hash, now)
         if known is not None:
             return known
@@ -241,6 +246,19 @@ class Accounts:
             await run_in_threadpool(self._store.remove_token, token)
         finally:
             self._cache.forget(user_id)
+
+    async def revoke_all(self, user_id: str) -> None:
+        """Revoke all tokens of a user; ``NotFound`` if the user does not exist."""
+        await run_in_threadpool(self._store.user, user_id)
+        try:
+            await run_in_threadpool(self._remove_tokens, user_id)
+        finally:
+            self._cache.forget(user_id)
+
+    def _remove_tokens(self, user_id: str) -> None:
+        for token in self._store.tokens(user_id):
+            with contextlib.suppress(NotFound):  # revoked or expired meanwhile
+                self._store.remove_token(token.hash)
 
     async def remove(self, user_id: str) -> None:
         """Remove a user with tokens and robots; ``NotFound`` if the user does not exist."""

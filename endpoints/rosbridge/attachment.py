@@ -46,6 +46,21 @@ class RetainedSession:
 class Attachment:
     """Attachment of one socket to a session.
 
+    Parameters
+    ----------
+    retained : RetainedSession
+        The session.
+    request : ConnectRequest
+        Request of the client.
+    user : str
+        User of the client.
+    token : str
+        Id of the token that the client authenticated with.
+    probe : callable
+        Probes the connection.
+    resumed : bool
+        Whether the session was retained from an earlier socket.
+
     Attributes
     ----------
     displaced : Future
@@ -53,12 +68,20 @@ class Attachment:
     """
 
     def __init__(
-        self, retained: RetainedSession, request: ConnectRequest, user: str, probe: Probe, *, resumed: bool
+        self,
+        retained: RetainedSession,
+        request: ConnectRequest,
+        user: str,
+        token: str,
+        probe: Probe,
+        *,
+        resumed: bool,
     ) -> None:
         self.retained = retained
         self.session = retained.session
         self.request = request
         self.user = user
+        self.token = token
         self.resumed = resumed
         self.displaced: asyncio.Future[PPaaSError] = asyncio.get_running_loop().create_future()
         self._probe = probe

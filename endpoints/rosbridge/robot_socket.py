@@ -9,20 +9,24 @@ import logging
 
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
-from endpoints.accounts.authentication import authenticate
+from endpoints.accounts.accounts import token_id
+from endpoints.accounts.authentication import authenticate, token_of
 from endpoints.http.problems import problem_response
 from endpoints.http.websocket_protocol import connection_of
 from endpoints.rosbridge.attachment import Attachment
 from endpoints.rosbridge.connect_request import parse_connect_request
 from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
-from ppaas.errors import PPaaSError
+from ppaas.errors import NotAuthenticated, NotPermitted, PPaaSError
 from ppaas.wire.resumption import LEFT
 
 logger = logging.getLogger(__name__)
 
 CLOSED_BY_CLOUD = 1011
 """Close code: the session is over."""
+
+NO_RIGHT = 1008
+"""Close code: the client lost a right, such as its token (policy violation, RFC 6455, section 7.4.1)."""
 
 TAKEN_OVER = 4409
 """Close code: another socket took over the session."""
@@ -92,7 +96,10 @@ class RobotSocket:
         if self._attachment.displaced.done():
             await self._close(TAKEN_OVER, self._attachment.displaced.result())
         elif self._session.over.done():
-            await self._close(CLOSED_BY_CLOUD, self._session.over.result())
+            reason = self._session.over.result()
+            await self._close(
+                NO_RIGHT if isinstance(reason, NotAuthenticated | NotPermitted) else CLOSED_BY_CLOUD, reason
+            )
 
     async def _close(self, code: int, error: PPaaSError) -> None:
         reason = f"{error.slug}: {error}".encode()[:MAX_REASON].decode(errors="ignore")
@@ -107,7 +114,7 @@ async def serve_robot_socket(socket: WebSocket, services: Services, sessions: Se
         request = parse_connect_request(socket.query_params)
         user = await authenticate(socket, services.accounts)
         services.cloud.set_limits(user.id, user.limits)
-        attachment = await sessions.attach(user.id, request, connection_of(socket).probe)
+        attachment = await sessions.attach(user.id, token_id(token_of(socket)), request, connection_of(socket).probe)
     except PPaaSError as error:
         logger.warning("WebSocket refused: %s: %s", error.slug, error)
         await socket.send_denial_response(problem_response(error))

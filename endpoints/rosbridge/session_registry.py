@@ -68,8 +68,17 @@ class SessionRegistry:
 
     # -- attaching ----------------------------------------------------------------------------------------------------
 
-    async def attach(self, user: str, request: ConnectRequest, probe: Probe) -> Attachment:
+    async def attach(self, user: str, token: str, request: ConnectRequest, probe: Probe) -> Attachment:
         """Attach a socket to a session at the place of a robot, once its container is ready; `detach` must follow.
+
+        Parameters
+        ----------
+        user, token : str
+            User of the client, and id of the token that it authenticated with.
+        request : ConnectRequest
+            Request of the client.
+        probe : callable
+            Probes the connection.
 
         Raises
         ------
@@ -85,7 +94,7 @@ class SessionRegistry:
         )
         try:
             await self._wait_ready(request, place)
-            attachment = await self._attach(user, request, place, probe)
+            attachment = await self._attach(user, token, request, place, probe)
         except BaseException:
             self._leave_place(place, request)
             raise
@@ -123,7 +132,9 @@ class SessionRegistry:
                     Conflict("it did not answer, and another connection of this robot replaced it")
                 )
 
-    async def _attach(self, user: str, request: ConnectRequest, place: PlaceLink, probe: Probe) -> Attachment:
+    async def _attach(
+        self, user: str, token: str, request: ConnectRequest, place: PlaceLink, probe: Probe
+    ) -> Attachment:
         key = SessionKey(user, request.robot, request.role, request.session) if request.session is not None else None
         retained = await self._take_free(key) if key is not None else None
         # No await from here on: otherwise two sockets could take the same session.
@@ -137,7 +148,7 @@ class SessionRegistry:
             retained.session.outbox.resume(request.resume.received)
         if retained.expiry is not None:
             retained.expiry.cancel()
-        attachment = retained.attachment = Attachment(retained, request, user, probe, resumed=resumed)
+        attachment = retained.attachment = Attachment(retained, request, user, token, probe, resumed=resumed)
         return attachment
 
     async def _take_free(self, key: SessionKey) -> RetainedSession | None:

@@ -8,6 +8,7 @@ from engine.service.plan_rate import PlanRate
 from engine.service.views import ContainerView, MachineView
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
+from ppaas.errors import PPaaSError
 from ppaas.messages.ppaas_msgs import NodeHome
 from storage.records import Limits, User
 
@@ -63,6 +64,10 @@ class ControlPlane(Protocol):
 
     def containers(self, user: str | None) -> list[ContainerView]:
         """Return the containers of a user, or all containers with None."""
+        ...
+
+    async def end_places(self, user: str, reason: PPaaSError) -> None:
+        """Close all places of a user, and notify their clients of the reason."""
         ...
 
     def give_up_container(self, container: str) -> None:

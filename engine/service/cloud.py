@@ -9,6 +9,7 @@ from engine.service.robot_nodes import RobotNodes
 from engine.service.views import ContainerView, MachineView
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
+from ppaas.errors import PPaaSError
 from ppaas.messages.ppaas_msgs import NodeHome
 from storage.records import Limits, User
 
@@ -58,6 +59,10 @@ class Cloud:
     def containers(self, user: str | None) -> list[ContainerView]:
         """Return the containers of a user, or of all users if None."""
         return self._driver.containers(user)
+
+    async def end_places(self, user: str, reason: PPaaSError) -> None:
+        """Close all places of a user, and notify their clients of the reason."""
+        await self._driver.close_places(user, reason)
 
     def give_up_container(self, container: str) -> None:
         """End a container; its place gets another."""

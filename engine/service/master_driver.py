@@ -172,7 +172,7 @@ class MasterDriver:
         """
         known = self._places.get(request.key)
         if known is not None:
-            if self._master.request_of(request.key) != request:
+            if self.request_of(request.key) != request:
                 raise Conflict(
                     f"{request.key} runs with earlier settings; disconnect it and connect again to apply the changes"
                 )
@@ -182,6 +182,10 @@ class MasterDriver:
         place.busy = queue  # a queued place must not count as idle
         self._execute(orders)
         return place
+
+    def request_of(self, key: str) -> PlaceRequest | None:
+        """Return the request of an open or queued place, or None."""
+        return self._master.request_of(key)
 
     def position(self, key: str) -> int | None:
         """Return the position of a place in the queue, from 1; None if it is not queued."""
@@ -200,6 +204,13 @@ class MasterDriver:
         if place is not None:
             place.close(reason)
         self._handle(PlaceReleased(key))
+
+    async def close_places(self, user: str, reason: PPaaSError) -> None:
+        """Close all places of a user."""
+        for key in tuple(self._places):
+            request = self.request_of(key)
+            if request is not None and request.user == user:
+                await self.close_place(key, reason)
 
     def give_up_container(self, container: str) -> None:
         """End a container as if it had died: its place gets another, and clients notice only a pause.

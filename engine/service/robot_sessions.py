@@ -158,6 +158,14 @@ class RobotSessions:
         if key not in self._clients and key not in self._closing:
             self._closing[key] = asyncio.create_task(self._close_later(key, self._linger))
 
+    def map_ids(self, place: PlaceLink) -> tuple[str, ...]:
+        """Return the ids of the map and the masks of a place; empty if it is closed."""
+        request = self._service.request_of(place.key)
+        if request is None:
+            return ()
+        masks = request.robot.masks.values() if request.robot is not None else ()
+        return (request.map.id, *(mask.id for mask in masks))
+
     async def let_go(self, place: PlaceLink, reason: PPaaSError) -> None:
         """Close a place although clients are connected, and notify them of the reason."""
         if self._service.place(place.key) is place:

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Body, Request
+from fastapi import APIRouter, Body, Query, Request
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.accounts import ME, token_id
@@ -10,13 +10,13 @@ from endpoints.accounts.authentication import address_of, token_of
 from endpoints.accounts.usage import owned_maps, robot_count
 from endpoints.rest.dependencies import Admin, Caller, Paged, Provided, robots_in
 from endpoints.rest.names import UserId
-from endpoints.rest.openapi import ADMIN, BODY, problems
+from endpoints.rest.openapi import ADMIN, BODY, KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.rest.users.schemas import LimitsAnswer, NewUser, QuotaAnswer, UserAnswer, UserChange, UserDetail
 from endpoints.services.services import Services
 from engine.master.quotas import NO_LIMITS, QUOTAS
-from ppaas.errors import Conflict, InvalidParameter, NotPermitted
+from ppaas.errors import Conflict, InvalidParameter, NotAuthenticated, NotPermitted
 from storage.records import User
 
 router = APIRouter(prefix="/users", tags=["users"], route_class=StrictRoute)
@@ -67,18 +67,38 @@ async def change_user(
     return await run_in_threadpool(_detail, services, changed)
 
 
+@router.delete("/{user_id}/sessions", status_code=204, responses=KNOWN | problems(403, 404))
+async def end_sessions(user_id: UserId, services: Provided, user: Caller) -> None:
+    """Log a user out everywhere: revoke all tokens and disconnect all robots. Administrators may do it for others."""
+    target = _target_user(user_id, user)
+    await services.accounts.revoke_all(target)
+    await services.cloud.end_places(target, NotAuthenticated("all sessions of this user were ended: log in again"))
+
+
 @router.delete("/{user_id}", status_code=204, responses=ADMIN | problems(404, 409))
-async def remove_user(user_id: UserId, services: Provided, admin: Admin) -> None:
-    """Remove a user with all tokens and robots; refused (409) if the user owns maps or has a connected robot."""
+async def remove_user(
+    user_id: UserId,
+    services: Provided,
+    admin: Admin,
+    force: Annotated[bool, Query(description="also disconnect the robots of the user")] = False,
+) -> None:
+    """Remove a user with all tokens and robots; refused (409) if the user owns maps or has a connected robot.
+
+    With `force`, connected robots are disconnected first.
+    """
     if user_id in (admin.id, ME):
         raise Conflict("you cannot remove yourself: ask another administrator")
     owned = await run_in_threadpool(owned_maps, services.map_store, user_id)
     if owned:
         raise Conflict(f"user {user_id!r} owns maps; remove them first: {', '.join(owned)}")
     connected = robots_in(services, user_id)
-    if connected:
-        raise Conflict(f"user {user_id!r} has connected robots; disconnect them first: {', '.join(connected)}")
+    if connected and not force:
+        raise Conflict(
+            f"user {user_id!r} has connected robots; disconnect them first, or force the removal: "
+            f"{', '.join(connected)}"
+        )
     await services.accounts.remove(user_id)
+    await services.cloud.end_places(user_id, NotAuthenticated("this user was removed"))
     services.cloud.set_limits(user_id, NO_LIMITS)
 
 

@@ -33,10 +33,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     change = verbs.add_parser("change", help="change a password, or a role (admin)")
     limits = verbs.add_parser("limit", help="change the quotas of a user (admin)")
     delete = verbs.add_parser("delete", help="delete a user with all tokens and robots (admin)")
+    logout = verbs.add_parser("logout", help="revoke all tokens of a user (you), and disconnect all robots")
     for verb in (create, limits, delete):
         verb.add_argument("id")
+    delete.add_argument("--force", action="store_true", help="disconnect the user's robots")
     add_limit_options(limits)
-    for verb in (one, change):
+    for verb in (one, change, logout):
         verb.add_argument("id", nargs="?", default=ME, help="(you)")
     add_password_argument(create)
     create.add_argument("--role", default="user", choices=ROLES, help="(%(default)s)")
@@ -47,7 +49,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add_password_argument(change)
     change.add_argument("--old-password-file", type=Path, help="file with your current password")
-    for verb in (create, listing, one, change, limits, delete):
+    for verb in (create, listing, one, change, limits, delete, logout):
         add_session_arguments(verb)
 
 
@@ -62,6 +64,15 @@ async def _create(arguments: argparse.Namespace) -> None:
     password = read_password(arguments.id, arguments.password_file)
     user = await client.post(path_of("users"), {"id": arguments.id, "password": password, "role": arguments.role})
     show(user, USERS.columns, as_json=arguments.json)
+
+
+async def _delete(arguments: argparse.Namespace) -> None:
+    query = "?force=true" if arguments.force else ""
+    await logged_in(arguments).delete(path_of("users", arguments.id) + query)
+
+
+async def _logout(arguments: argparse.Namespace) -> None:
+    await logged_in(arguments).delete(path_of("users", arguments.id, "sessions"))
 
 
 async def _change(arguments: argparse.Namespace) -> None:
@@ -90,5 +101,6 @@ _VERBS = {
     "show": show_user,
     "change": _change,
     "limit": limit,
-    "delete": USERS.delete,
+    "delete": _delete,
+    "logout": _logout,
 }

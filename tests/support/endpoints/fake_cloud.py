@@ -15,7 +15,7 @@ from engine.service.view_building import machine_view
 from engine.service.views import ContainerView, MachineView
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
-from ppaas.errors import Conflict, NotFound
+from ppaas.errors import Conflict, NotFound, PPaaSError
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.messages.ppaas_msgs import NodeHome
 from storage.records import Limits, User
@@ -88,6 +88,9 @@ class FakeCloud:
         [gone] = [one for one in self.running if one.id == container]
         self.running.remove(gone)
         self.given_up.append(container)
+
+    async def end_places(self, user: str, reason: PPaaSError) -> None:
+        self.running = [one for one in self.running if one.user != user]
 
     def set_limits(self, user: str, limits: Limits) -> None:
         self.quotas.set_limits(user, limits)

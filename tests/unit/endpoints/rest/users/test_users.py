@@ -63,3 +63,28 @@ async def test_a_user_with_maps_or_running_robots_cannot_be_removed(
     cloud.running = []
     assert (await client.delete("/v1/users/ann", headers=admin)).status_code == 204
     problem_of(await client.delete("/v1/users/admin", headers=admin), 409, "conflict")
+
+
+async def test_a_user_with_running_robots_is_removed_by_force(
+    client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud
+) -> None:
+    admin, _ = await log_in("admin"), await log_in("ann")
+    cloud.running = [container("c1"), container("c2", user="bob")]
+    assert (await client.delete("/v1/users/ann", params={"force": "true"}, headers=admin)).status_code == 204
+    assert [one.id for one in cloud.running] == ["c2"]
+    problem_of(await client.get("/v1/users/ann", headers=admin), 404, "not-found")
+
+
+async def test_a_user_is_logged_out_everywhere_by_the_user_or_an_administrator(
+    client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud
+) -> None:
+    admin, bob = await log_in("admin"), await log_in("bob")
+    tokens = [await log_in("ann"), await log_in("ann")]
+    problem_of(await client.delete("/v1/users/ann/sessions", headers=bob), 403, "not-permitted")
+    for caller, path in ((tokens[0], "/v1/users/me/sessions"), (admin, "/v1/users/ann/sessions")):
+        cloud.running = [container("c1")]
+        assert (await client.delete(path, headers=caller)).status_code == 204
+        assert cloud.running == []
+    for token in tokens:
+        problem_of(await client.get("/v1/users/me", headers=token), 401, "not-authenticated")
+    problem_of(await client.delete("/v1/users/nobody/sessions", headers=admin), 404, "not-found")

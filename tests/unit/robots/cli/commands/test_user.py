@@ -14,6 +14,17 @@ async def test_a_user_is_created_logs_in_and_is_deleted(ppaas: CommandLine) -> N
     assert (await ppaas("user", "show", user="cid")).err.startswith("ppaas: not-authenticated: ")
 
 
+async def test_a_user_is_logged_out_everywhere(ppaas: CommandLine) -> None:
+    assert (await ppaas("user", "logout", "ann", user="admin")).status == 0
+    assert (await ppaas("user", "show")).err.startswith("ppaas: not-authenticated: ")
+    assert (await ppaas("user", "logout", user="bob")).status == 0
+    assert (await ppaas("user", "show", user="bob")).err.startswith("ppaas: not-authenticated: ")
+
+
+async def test_a_user_is_deleted_by_force(ppaas: CommandLine) -> None:
+    assert (await ppaas("user", "delete", "bob", "--force", user="admin")).status == 0
+
+
 async def test_an_administrator_creates_another_administrator(ppaas: CommandLine) -> None:
     await ppaas("user", "create", "eve", "--role", "admin", user="admin", stdin="battery staple\n")
     assert {"id": "eve", "role": "admin"} in json.loads((await ppaas("user", "list", "--json", user="admin")).out)

@@ -1,0 +1,78 @@
+"""Rights watch: ends the sessions of users who lost a right that they had when they connected.
+
+It polls, instead of being notified, so it also sees what another process changed in the store. The caches of tokens and
+maps drop what this process changes at once; what another process changes is seen when their entries expire.
+"""
+
+import asyncio
+import logging
+
+from endpoints.rosbridge.attachment import Attachment
+from endpoints.rosbridge.session_registry import SessionRegistry
+from endpoints.services.services import Services
+from engine.service.links.place_link import PlaceLink
+from engine.service.robot_sessions import RobotSessions
+from ppaas.errors import NotAuthenticated, NotFound, NotPermitted, Unavailable
+
+logger = logging.getLogger(__name__)
+
+PERIOD = 0.5
+"""Interval of the checks [s]."""
+
+
+class RightsWatch:
+    """Ends sessions whose token was revoked or has expired, and places whose map is no longer shared with their user.
+
+    Parameters
+    ----------
+    sessions : SessionRegistry
+        Sessions of all clients.
+    robots : RobotSessions
+        Places of the robots.
+    services : Services
+        Services with the accounts and the maps.
+    """
+
+    def __init__(self, sessions: SessionRegistry, robots: RobotSessions, services: Services) -> None:
+        self._sessions = sessions
+        self._robots = robots
+        self._services = services
+
+    async def run(self) -> None:
+        """Check all sessions periodically until cancelled."""
+        while True:
+            await asyncio.sleep(PERIOD)
+            try:
+                await self.check()
+            except Exception:
+                logger.exception("the rights of connected clients could not be checked; the next check follows")
+
+    async def check(self) -> None:
+        """Check all sessions once; a right that cannot be checked now, as its store is unreachable, remains."""
+        by_token: dict[str, list[Attachment]] = {}
+        places: set[tuple[str, PlaceLink]] = set()
+        for attachment in self._sessions.attachments():
+            by_token.setdefault(attachment.token, []).append(attachment)
+            places.add((attachment.user, attachment.retained.place))
+        await asyncio.gather(
+            *(self._check_token(token, attachments) for token, attachments in by_token.items()),
+            *(self._check_maps(user, place) for user, place in places),
+        )
+
+    async def _check_token(self, token: str, attachments: list[Attachment]) -> None:
+        try:
+            await self._services.accounts.user_of(token)
+        except NotAuthenticated as error:
+            for attachment in attachments:
+                attachment.session.closed(error)
+        except Unavailable:
+            return
+
+    async def _check_maps(self, user: str, place: PlaceLink) -> None:
+        for map_id in self._robots.map_ids(place):
+            try:
+                head = await self._services.map_cache.head(self._services.map_store, map_id)
+            except (NotFound, Unavailable):
+                continue  # a map in use is not removed, except by another process: what is loaded stays usable
+            if not head.readable_by(user):
+                await self._robots.let_go(place, NotPermitted(f"map {map_id!r} is no longer shared with {user!r}"))
