@@ -7,11 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings
 
 from ppaas import plugins
 from tests.ci.shares import place_in_line
 
 pytest_plugins = ["tests.servers.fixtures"]
+
+# A property holds however long it takes: benches measure times, and a busy machine must not fail a test.
+settings.register_profile("ppaas", deadline=None)
+settings.load_profile("ppaas")
 
 ROOT = Path(__file__).resolve().parent.parent
 

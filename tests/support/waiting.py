@@ -1,11 +1,11 @@
-"""Waiting for what nobody tells of."""
+"""Waiting for conditions that nothing notifies of."""
 
 import asyncio
 import time
 from collections.abc import Callable
 
-PATIENCE = 30.0
-"""Seconds; many, since machines that run tests are busy."""
+PATIENCE = 90.0
+"""Time limit [s]; long, since machines that run tests are busy."""
 
 STEP = 0.005
 

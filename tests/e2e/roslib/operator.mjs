@@ -25,6 +25,13 @@ function within(seconds, what, promise) {
 const asked = (what, ask) => within(20, what, new Promise((resolve, reject) => ask(resolve, reject)));
 const stamped = (pose) => ({ header: { frame_id: "map" }, pose });
 
+// A service that another client advertises is known once the cloud has handled its frame, which may be after our call.
+async function offered(ros, name) {
+  while (!(await asked("services", (ok, no) => ros.getServices(ok, no))).includes(name)) {
+    await new Promise((resolve) => setTimeout(resolve, 20));
+  }
+}
+
 function call(ros, name, serviceType, request) {
   const service = new Service({ ros, name, serviceType });
   return asked(name, (resolve, reject) => service.callService(request, resolve, reject));
@@ -99,9 +106,11 @@ async function serve(ros, other) {
   found.poses = plan.plan.poses.length;
   const lights = new Service({ ros, name: "/lights", serviceType: "std_srvs/SetBool" });
   await lights.advertise((request, response) => { response.success = request.data; response.message = "on"; return true; });
+  await offered(other, "/lights");
   found.lights = await call(other, "/lights", "std_srvs/SetBool", { data: true });
   const doors = new Service({ ros, name: "/doors", serviceType: "std_srvs/Trigger" });
   await doors.advertiseAsync(async () => { throw new Error("stuck"); });
+  await offered(other, "/doors");
   found.doors = await call(other, "/doors", "std_srvs/Trigger", {}).catch((reason) => ({ reason }));
 }
 
