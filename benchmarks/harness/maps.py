@@ -9,8 +9,7 @@ from ppaas.errors import InvalidMap
 from ppaas.maps.formats.pgm import parse_pgm
 from ppaas.maps.generate import office, warehouse
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
-from robots.client.map_files import read_map_file
-from robots.plans.offline import yaml_of
+from robots.client.map_files import read_map_file, yaml_of
 
 MADE = {"office": lambda: office(seed=1), "warehouse": lambda: warehouse(seed=1)}
 """Generators of maps, by name."""
@@ -37,7 +36,7 @@ def read_map(name: str) -> GridMap:
         return MADE[name]()
     path = Path(name)
     if path.suffix.lower() != ".pgm" or yaml_of(path).exists():
-        return read_map_file(yaml_of(path))
+        return read_map_file(path)
     try:
         pixels = parse_pgm(path.read_bytes())
     except OSError as error:

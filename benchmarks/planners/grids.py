@@ -14,8 +14,8 @@ from ppaas.maps.formats.pgm import parse_pgm
 from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridInfo, GridMap
 from ppaas.planners.ends import Cell
 from ppaas.planners.weights import FACTOR, NEUTRAL, passable
-from robots.client.map_files import read_map_file
-from robots.plans.offline import PlannedRobot, costmap_of_file, yaml_of
+from robots.client.map_files import read_map_file, yaml_of
+from robots.plans.offline import PlannedRobot, costmap_of_file
 
 LARGEST = 32768
 """Largest edge of a grid [cells]."""
@@ -123,7 +123,7 @@ def map_from_file(path: Path) -> GridMap:
     InvalidMap
         The file cannot be read, or has another format.
     """
-    return parse_map(_bytes(path)) if path.suffix == ".map" else read_map_file(yaml_of(path))
+    return parse_map(_bytes(path)) if path.suffix == ".map" else read_map_file(path)
 
 
 def goal_in(costmap: Costmap, goal: Cell | None = None) -> Cell:

@@ -20,12 +20,10 @@ from ppaas.maps.grid import GridInfo
 from ppaas.planners.base import PlanRequest, PlanResult
 from ppaas.robot_model.describe import describe
 from ppaas.robot_model.known_models import RobotModel
-from robots.client.map_files import read_map_files
+from robots.client.map_files import read_map_file
 
 MODEL = "turtlebot2"
 """Default robot model, the same as in the cloud."""
-
-IMAGES = (".pgm", ".png")
 
 _TWO_CELLS = Costmap(np.zeros((1, 2), np.uint8), GridInfo(1.0, 2, 1))
 
@@ -63,11 +61,6 @@ class PlannedRobot:
         return self.body().robot_radius
 
 
-def yaml_of(path: Path) -> Path:
-    """Return the YAML file of a map, given that file or its image."""
-    return path.with_suffix(".yaml") if path.suffix.lower() in IMAGES else path
-
-
 def inflated(record: bytes, image: bytes, radius: float, rules: Rules | None = None) -> Costmap:
     """Return the costmap of a YAML file and an image, inflated for a robot as in a clone.
 
@@ -80,14 +73,14 @@ def inflated(record: bytes, image: bytes, radius: float, rules: Rules | None = N
 
 
 def costmap_of_file(path: Path, radius: float, rules: Rules | None = None) -> Costmap:
-    """Return the inflated costmap of a map file.
+    """Return the inflated costmap of a map file: the YAML file, its image, or a map of MovingAI.
 
     Raises
     ------
     InvalidMap
         The file or its image cannot be read.
     """
-    return inflated(*read_map_files(yaml_of(path)), radius, rules)
+    return build_layers(read_map_file(path, rules), robot_radius=radius).costmap
 
 
 def plan(

@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,8 +27,7 @@ MAPS = Resource(
     list_columns=("id", "owner", "version", "created", "readers", "description"),
 )
 OCTREES = (".bt", ".ot")
-FULL_OCTREE = b"# Octomap OcTree file"
-"""First line of a full octree (.ot); a binary one (.bt) has another."""
+PARTS = ("yaml", "image", "octomap")
 NOBODY = "-"
 
 
@@ -70,7 +70,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def _add_publish_arguments(publish: argparse.ArgumentParser) -> None:
     publish.add_argument(
-        "file", type=Path, help="YAML file of map_server, which names the image; or an octomap (.bt, .ot)"
+        "file",
+        type=Path,
+        help="YAML file of map_server, which names the image; an octomap (.bt, .ot); or a map of MovingAI (.map)",
     )
     publish.add_argument("--octomap", type=Path, metavar="FILE", help="octomap to publish with the image")
     publish.add_argument("--id", help="id of the map (name of the file)")
@@ -89,12 +91,13 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 async def _publish(arguments: argparse.Namespace) -> None:
-    from robots.client.map_files import find_map_files  # noqa: PLC0415 - reading YAML needs more than the base install
+    # Reading YAML needs more than the base install.
+    from robots.client.map_files import files_to_publish, map_id_of  # noqa: PLC0415
 
     client, file = logged_in(arguments), arguments.file
-    map_id = arguments.id or file.stem
-    only_octomap = file.suffix in OCTREES
-    yaml, image = (None, None) if only_octomap else find_map_files(file)
+    only_octomap = file.suffix.lower() in OCTREES
+    yaml, image = (None, None) if only_octomap else files_to_publish(file)
+    map_id = arguments.id or map_id_of(file)
     readers = tuple("" if name == NOBODY else name for name in arguments.reader or ())
     texts = {"description": arguments.description, "rules": arguments.rules, "message": arguments.message}
     octomap = file if only_octomap else arguments.octomap
@@ -124,35 +127,27 @@ async def _fetch(arguments: argparse.Namespace) -> None:
     client, version = logged_in(arguments), await _version(arguments)
     path = ("maps", arguments.id, *version)
     parts = (await client.get(path_of(*path)))["parts"]
-    written = await _fetch_grid(client, arguments, path) if "yaml" in parts else []
-    if "octomap" in parts:
-        written.append(await _fetch_octomap(client, arguments, path))
+    written = await _fetch_parts(client, arguments, path, [part for part in PARTS if part in parts])
     if arguments.json:
         show([str(file) for file in written], (), as_json=True)
     else:
         sys.stdout.writelines(f"{file}\n" for file in written)
 
 
-async def _fetch_grid(client: "RestClient", arguments: argparse.Namespace, path: tuple[str, ...]) -> list[Path]:
-    from robots.client.map_files import beside  # noqa: PLC0415 - reading YAML needs more than the base install
+async def _fetch_parts(
+    client: "RestClient", arguments: argparse.Namespace, path: tuple[str, ...], parts: list[str]
+) -> list[Path]:
+    from robots.client.map_copies import MapCopies  # noqa: PLC0415 - reading YAML needs more than the base install
 
-    yaml, image = beside(arguments.to, arguments.id, await client.fetch(path_of(*path, "yaml")))
-    await client.fetch_to(path_of(*path, "yaml"), yaml)
-    await client.fetch_to(path_of(*path, "image"), image)
-    return [yaml, image]
-
-
-async def _fetch_octomap(client: "RestClient", arguments: argparse.Namespace, path: tuple[str, ...]) -> Path:
-    file: Path = arguments.to / f"{arguments.id}.bt"
-    await client.fetch_to(path_of(*path, "octomap"), file)
-    return _rename_full_octree(file)
-
-
-def _rename_full_octree(octree: Path) -> Path:
-    """Rename an octree to ``.ot`` if it is a full one; return its path."""
-    with octree.open("rb") as file:
-        full = file.readline().rstrip() == FULL_OCTREE
-    return octree.replace(octree.with_suffix(".ot")) if full else octree
+    try:
+        arguments.to.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".ppaas-fetch-", dir=arguments.to) as folder:
+            files = {part: Path(folder) / part for part in parts}
+            for part, file in files.items():
+                await client.fetch_to(path_of(*path, part), file)
+            return MapCopies(arguments.to, arguments.id).keep(files)
+    except OSError as error:
+        raise InvalidInput(f"cannot write to {arguments.to}: {error}") from error
 
 
 async def _version(arguments: argparse.Namespace) -> tuple[str, ...]:

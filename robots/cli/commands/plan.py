@@ -28,7 +28,10 @@ COLUMNS = ("plan_id", *OFFLINE, "container", "pid")
 KEPT = ("plan_id", "map", "planner", "start", "goal", "length", "cost", "seconds", "user", "robot", "created")
 
 OCTOMAPS = (".bt", ".ot")
-FILES = (".yaml", ".yml", ".pgm", ".png", *OCTOMAPS)
+IMAGES = (".pgm", ".pnm", ".png", ".ppm", ".pbm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff")
+"""``ENDINGS`` of images, which ``ppaas --help`` must not load."""
+
+FILES = (".yaml", ".yml", ".map", *IMAGES, *OCTOMAPS)
 
 PLANNER = "dijkstra"
 
@@ -50,7 +53,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     for verb in (one, delete):
         verb.add_argument("id")
     matrix = verbs.add_parser("matrix", help="compute the cost from each start to each goal on a map file")
-    matrix.add_argument("map", help="YAML file of a map or its image")
+    matrix.add_argument("map", help="YAML file of a map or its image, or map of MovingAI (.map)")
     matrix.add_argument("ends", type=Path, help='JSON file: {"starts": [[x, y], ...], "goals": [[x, y], ...]} [m]')
     _add_robot_arguments(matrix)
     for verb in (create, one):
@@ -62,7 +65,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _configure_create(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("map", help="YAML file of a map or its image, octomap (.bt, .ot), or id of a map in the cloud")
+    parser.add_argument(
+        "map",
+        help="YAML file of a map or its image, map of MovingAI (.map), octomap (.bt, .ot), or id of a map in the cloud",
+    )
     for end in ("start", "goal"):
         help_ = "x y [yaw] in m and rad; in an octomap x y z [yaw]"
         parser.add_argument(f"--{end}", nargs="+", type=float, required=True, metavar="N", help=help_)

@@ -1,7 +1,5 @@
 """Offline planning gives the same paths as a clone, for the given robot."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -27,9 +25,12 @@ def test_the_costmap_equals_that_of_a_clone():
     )
 
 
-def test_a_map_may_be_named_by_its_image():
-    assert offline.yaml_of(OFFICE.with_suffix(".pgm")) == offline.yaml_of(OFFICE) == OFFICE
-    assert offline.yaml_of(Path("a.PNG")) == Path("a.yaml")
+def test_a_map_may_be_given_by_its_image_or_by_a_file_of_movingai(tmp_path):
+    assert np.array_equal(
+        offline.costmap_of_file(OFFICE.with_suffix(".pgm"), 0.1).data, offline.costmap_of_file(OFFICE, 0.1).data
+    )
+    (tmp_path / "tiny.map").write_bytes(b"type octile\nheight 1\nwidth 3\nmap\n..@\n")
+    assert offline.costmap_of_file(tmp_path / "tiny.map", 0.1).data.tolist() == [[0, 0, 254]]
 
 
 def test_the_occupancy_rules_are_configurable(tmp_path):

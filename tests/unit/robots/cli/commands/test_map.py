@@ -31,6 +31,18 @@ def broken(house: Path) -> Path:
     return house
 
 
+def edit(file: Path) -> bytes:
+    """Append a comment to a file; return its content."""
+    content = file.read_bytes() + b"# edited\n"
+    file.write_bytes(content)
+    return content
+
+
+def renamed(file: Path, name: str) -> Path:
+    """Rename a file in its folder; return its new path."""
+    return file.rename(file.with_name(name))
+
+
 async def test_a_map_is_published_listed_shown_and_deleted(ppaas: CommandLine, house: Path) -> None:
     published = await ppaas("map", "publish", str(house))
     assert published.status == 0, published.err
@@ -131,13 +143,43 @@ async def test_every_version_is_listed_shown_and_fetched(
     assert read_map_files(tmp_path / "old" / "house.yaml") == read_map_files(house)
 
 
-async def test_a_map_with_an_unsafe_image_path_is_not_fetched(ppaas: CommandLine, tmp_path: Path) -> None:
-    for name in (b"../house.pgm", b"/etc/house.pgm", b"..", b"evil.yaml"):
+async def test_a_map_with_an_unsafe_image_path_is_fetched_under_a_safe_name(ppaas: CommandLine, tmp_path: Path) -> None:
+    for name in (b"../house.pgm", b"/etc/house.pgm", b"..", b"evil.yaml", b".profile"):
         put_map(ppaas.services.map_store, house_map("evil", yaml=YAML.replace(b"house.pgm", name)))
         ended = await ppaas("map", "fetch", "evil", "--to", str(tmp_path / "to"))
-        assert (ended.status, ended.out) == (1, "")
-        assert ended.err.startswith("ppaas: invalid-map: ")
-    assert [file.name for file in os.scandir(tmp_path)] == []
+        image = "house.pgm" if name.endswith(b"house.pgm") else "evil.pgm"
+        assert ended.out.split() == [str(tmp_path / "to" / each) for each in ("evil.yaml", image)], ended.err
+        assert read_map_files(tmp_path / "to" / "evil.yaml")[1] == pgm()
+    assert [file.name for file in os.scandir(tmp_path)] == ["to"]
+
+
+async def test_a_fetch_never_writes_over_files_that_it_did_not_make(ppaas: CommandLine, house: Path) -> None:
+    await ppaas("map", "publish", str(house))
+    folder, edited = house.parent, edit(house)
+    refused = await ppaas("map", "fetch", "house", "--to", str(folder))
+    assert refused.err.startswith(f"ppaas: conflict: {house} exists, and no fetch of map 'house' made it as it is: ")
+    assert sorted(file.name for file in os.scandir(folder)) == ["house.pgm", "house.yaml"]
+    assert edit(house) == edited + b"# edited\n"
+
+
+async def test_a_map_is_published_by_its_image(ppaas: CommandLine, house: Path) -> None:
+    ended = await ppaas("map", "publish", str(house.with_suffix(".pgm")), "--json")
+    assert json.loads(ended.out)["parts"] == ["image", "yaml"], ended.err
+    alone = house.with_name("alone.png")
+    alone.write_bytes(b"")
+    assert "'alone.png' is an image: give the YAML file" in (await ppaas("map", "publish", str(alone))).err
+
+
+async def test_a_file_whose_name_is_no_id_needs_the_option_id(ppaas: CommandLine, house: Path) -> None:
+    file = renamed(house, "2nd floor (new).yaml")
+    assert "choose one with --id NAME, as --id 2nd-floor-new" in (await ppaas("map", "publish", str(file))).err
+    assert (await ppaas("map", "publish", str(file), "--id", "2nd-floor-new")).status == 0
+
+
+async def test_a_map_of_movingai_is_published_as_a_grid(ppaas: CommandLine, tmp_path: Path) -> None:
+    (tmp_path / "tiny.map").write_bytes(b"type octile\nheight 2\nwidth 3\nmap\n.@.\n...\n")
+    ended = json.loads((await ppaas("map", "publish", str(tmp_path / "tiny.map"), "--json")).out)
+    assert (ended["id"], ended["width"], ended["height"], ended["resolution"]) == ("tiny", 3, 2, 1.0)
 
 
 async def test_control_characters_of_descriptions_are_not_printed(ppaas: CommandLine, house: Path) -> None:
@@ -204,7 +246,7 @@ async def test_differences_of_versions_are_shown_and_drawn(ppaas: CommandLine, h
 async def test_an_octomap_is_published_with_or_without_a_grid_and_fetched(
     ppaas: CommandLine, house: Path, tmp_path: Path
 ) -> None:
-    octree = tmp_path / "cave.bt"
+    octree = tmp_path / "cave.BT"
     octree.write_bytes(binary_octomap(octree_of(VoxelGrid(np.full((1, 1, 1), 100, np.uint8), VoxelInfo(0.1, 1, 1, 1)))))
     ended = await ppaas("map", "publish", str(octree), "--json")
     assert ended.status == 0, ended.err

@@ -7,6 +7,8 @@ import pytest
 from PIL import Image
 
 from ppaas.errors import GoalOccupied
+from ppaas.maps.formats.image import ENDINGS
+from robots.cli.commands.plan import IMAGES
 from tests.support.cloud.command_line import CommandLine
 from tests.support.sources import ROOT
 from tests.support.storage.records import house, put_map
@@ -21,6 +23,10 @@ IN_HOUSE = ("house", "--start", "0", "0", "--goal", "3", "4")
 @pytest.fixture(autouse=True)
 def published(ppaas: CommandLine) -> None:
     put_map(ppaas.services.map_store, house())
+
+
+def test_every_image_of_a_map_is_taken_for_a_file() -> None:
+    assert sorted(IMAGES) == sorted(ENDINGS)
 
 
 async def test_a_plan_is_shown_in_one_row(ppaas: CommandLine) -> None:
