@@ -14,8 +14,8 @@ EDGE = 0.05
 BOX = ((0.25, 0.2), (-0.25, 0.2), (-0.25, -0.2), (0.25, -0.2))
 
 
-def field(seed, crowd, size=60):
-    lethal = np.random.default_rng(seed).random((size, size)) < crowd
+def field(seed, density, size=60):
+    lethal = np.random.default_rng(seed).random((size, size)) < density
     lethal[0, 0] = True
     return lethal, distance_serial(lethal.view(np.uint8), EDGE)
 
@@ -25,7 +25,7 @@ def field(seed, crowd, size=60):
     pose=st.tuples(st.floats(0.5, 2.5), st.floats(0.5, 2.5), st.floats(-3.2, 3.2)),
 )
 @settings(deadline=None, max_examples=100)
-def test_the_clearance_of_an_outline_is_what_it_is_when_measured(seed, pose):
+def test_clearance_of_an_outline_agrees_with_the_twin(seed, pose):
     lethal, distance = field(seed, 0.003)
     body = body_of(BOX, 0.0)
     x, y, theta = pose
@@ -51,18 +51,18 @@ def test_the_clearance_of_an_outline_is_what_it_is_when_measured(seed, pose):
 )
 @example(seed=98, pose=(0.8, 0.8125, 0.75), motion=(0.796875, 0.0), corners=BOX)
 @settings(deadline=None, max_examples=40)
-def test_the_least_clearance_on_an_arc_is_that_of_the_poses_on_it(seed, pose, motion, corners):
+def test_clearance_along_an_arc_is_the_minimum_over_its_poses(seed, pose, motion, corners):
     _, distance = field(seed, 0.002)
     body = body_of(corners, 0.18)
     got = clearance_along(distance, EDGE, body, pose, motion)
     # Samples are a twentieth of a cell apart, so values between them differ by no more than that.
     poses = pursuit.arc(pose, *motion, 600)
     clearances = [clearance(distance, EDGE, body, x, y, math.cos(a), math.sin(a)) for x, y, a in poses]
-    # Half a cell lies between the nearest pose that is looked at and any, and a quarter between the nearest point of an
-    # edge that is and any; between the middles of cells a distance changes by up to √2 m a metre.
+    # The nearest sampled pose is within half a cell of any pose, and the nearest sampled point of an edge within a
+    # quarter; between the middles of cells a distance changes by up to √2 m a metre.
     assert min(clearances) - 0.05 * EDGE <= got <= min(clearances) + 0.75 * math.sqrt(2.0) * EDGE
     assert got <= min(clearances[0], clearances[-1]) + 1e-6
 
 
-def test_the_kernels_can_be_warmed():
+def test_warm_runs():
     warm()

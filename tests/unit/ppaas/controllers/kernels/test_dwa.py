@@ -45,17 +45,17 @@ def field(draw_walls=()):
 
 @given(
     seed=st.integers(0, 10_000),
-    crowd=st.floats(0.0, 0.3),
+    density=st.floats(0.0, 0.3),
     pose=st.tuples(st.floats(0.1, 1.9), st.floats(0.1, 1.9), st.floats(-3.2, 3.2)),
     velocity=st.tuples(st.floats(-0.5, 1.0), st.floats(-1.5, 1.5)),
     unknown=st.booleans(),
     leaving=st.booleans(),
 )
 @settings(deadline=None, max_examples=200)
-def test_the_kernel_scores_as_its_twin_says(seed, crowd, pose, velocity, unknown, leaving):
+def test_kernel_scores_like_its_twin(seed, density, pose, velocity, unknown, leaving):
     rng = np.random.default_rng(seed)
     data = rng.integers(0, 253, (20, 20)).astype(np.uint8)
-    crowded = rng.random(data.shape) < crowd
+    crowded = rng.random(data.shape) < density
     data[crowded] = rng.choice([253, 254, 255], int(crowded.sum()))
     costmap = grids.of(data, 0.1, Pose2D(0.3, -0.2, 0.4))
     path = np.cumsum(rng.uniform(-0.05, 0.15, (rng.integers(1, 20), 2)), axis=0)
@@ -70,9 +70,7 @@ def test_the_kernel_scores_as_its_twin_says(seed, crowd, pose, velocity, unknown
     velocity=st.tuples(st.floats(-0.5, 0.8), st.floats(-1.5, 1.5)),
 )
 @settings(deadline=None, max_examples=60)
-def test_an_outline_is_free_where_no_pose_of_its_rollout_comes_too_near_and_blocked_where_one_does(
-    seed, start, velocity
-):
+def test_outline_rollout_is_blocked_exactly_if_a_pose_is_too_near(seed, start, velocity):
     rng = np.random.default_rng(seed)
     lethal = rng.random((40, 80)) < 0.002
     lethal[0, 0] = True
@@ -93,30 +91,30 @@ def test_an_outline_is_free_where_no_pose_of_its_rollout_comes_too_near_and_bloc
         assert got[0] >= BLOCKED
 
 
-def test_straight_along_the_path_the_fastest_is_best():
+def test_fastest_velocity_along_a_straight_path_scores_best():
     got, _ = scores(field(), [(0.1, 0.0), (0.3, 0.0), (0.5, 0.0), (0.5, 0.8), (0.5, -0.8)], (1.0, 1.0, 0.0))
     assert np.argmin(got) == 2
 
 
-def test_who_could_not_stop_in_time_scores_infinity_and_who_could_scores_worse_than_the_free():
+def test_velocity_that_cannot_stop_before_an_obstacle_is_infinite():
     wall = field([(slice(None), slice(27, 30), 254)])  # 0.35 m ahead
     got, _ = scores(wall, [(0.1, 0.0), (0.5, 0.0), (1.0, 0.0)], (1.0, 1.0, 0.0))
     assert got[0] < BLOCKED <= got[1] < math.inf
     assert math.isinf(got[2])
 
 
-def test_turning_on_the_spot_meets_nothing():
+def test_turning_in_place_is_never_blocked():
     wall = field([(slice(None), slice(21, 30), 254)])
     assert np.isfinite(scores(wall, [(0.0, 1.5)], (1.0, 1.0, 0.0))[0]).all()
 
 
-def test_near_obstacles_slower_is_better():
+def test_slower_velocity_scores_better_near_obstacles():
     graded = field([(slice(None), slice(None), 200)])
     got, _ = scores(graded, [(0.28, 0.0), (0.5, 0.0)], (1.0, 1.0, 0.0))
     assert got[0] < got[1]
 
 
-def test_out_of_an_inscribed_cell_the_shortest_way_is_best_and_deeper_in_is_none():
+def test_leaving_an_inscribed_cell_prefers_the_shortest_way_out():
     stuck = field([(slice(None), slice(16, 24), 253), (slice(None), slice(0, 16), 254)])
     out = SCORING._replace(leaving=True)
     ahead, askew, back = scores(stuck, [(0.2, 0.0), (0.2, 0.3), (-0.2, 0.0)], (1.1, 1.0, 0.0), scoring=out)[0]
@@ -135,12 +133,12 @@ def test_unknown_and_outside_are_free_only_if_allowed():
         assert scores(costmap, [(0.5, 0.0)], pose, scoring=strict)[0][0] >= BLOCKED
 
 
-def test_past_the_end_of_the_plan_it_is_not_punished_for_speed():
+def test_speed_past_the_end_of_the_plan_has_no_penalty():
     path = LINE[LINE[:, 0] <= 1.2]
     got, _ = scores(field(), [(0.1, 0.0), (0.3, 0.0)], (1.0, 1.0, 0.0), path)
     assert got[1] < got[0]
 
 
-def test_the_kernel_can_be_warmed():
+def test_warm_compiles_the_kernel():
     dwa.warm()
     assert len(score_velocities.signatures) >= 3

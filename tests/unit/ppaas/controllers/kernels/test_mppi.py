@@ -20,9 +20,9 @@ CRITICS = Critics(100.0, 0.03, 1.5, 0.08, 12.0, 0.1, 5.0, 0.3, 20.0, 0.3)
 BOX = ((0.25, 0.2), (-0.25, 0.2), (-0.25, -0.2), (0.25, -0.2))
 
 
-def terrain(seed, crowd, size=60):
+def terrain(seed, density, size=60):
     rng = np.random.default_rng(seed)
-    lethal = rng.random((size, size)) < crowd
+    lethal = rng.random((size, size)) < density
     lethal[0, 0] = True
     seconds = rng.uniform(0.0, 0.2, lethal.shape).cumsum(axis=1).astype(np.float32)
     return lethal, Terrain(distance_serial(lethal.view(np.uint8), EDGE), seconds, EDGE, NOBODY)
@@ -30,20 +30,20 @@ def terrain(seed, crowd, size=60):
 
 @given(
     seed=st.integers(0, 10_000),
-    crowd=st.sampled_from([0.0, 0.002, 0.02]),
+    density=st.sampled_from([0.0, 0.002, 0.02]),
     pose=st.tuples(st.floats(0.0, 3.0), st.floats(0.0, 3.0), st.floats(-3.2, 3.2)),
     moving=st.tuples(st.floats(-0.3, 1.0), st.floats(-2.0, 2.0)),
-    crowded=st.integers(0, 3),
+    movers_count=st.integers(0, 3),
 )
 @settings(deadline=None, max_examples=100)
-def test_a_disc_is_rolled_out_as_the_twin_says(seed, crowd, pose, moving, crowded):
-    _, ground = terrain(seed, crowd)
+def test_rollout_of_a_disc_agrees_with_the_twin(seed, density, pose, moving, movers_count):
+    _, ground = terrain(seed, density)
     random = np.random.default_rng(seed)
     movers = np.hstack(
         (
-            random.uniform(0.0, 3.0, (crowded, 2)),
-            random.normal(0.0, 0.5, (crowded, 2)),
-            random.uniform(0.0, 0.4, (crowded, 1)),
+            random.uniform(0.0, 3.0, (movers_count, 2)),
+            random.normal(0.0, 0.5, (movers_count, 2)),
+            random.uniform(0.0, 0.4, (movers_count, 1)),
         )
     )
     ground = ground._replace(movers=movers)
@@ -54,7 +54,7 @@ def test_a_disc_is_rolled_out_as_the_twin_says(seed, crowd, pose, moving, crowde
     assert got[0] == pytest.approx(expected, rel=1e-4, abs=1e-4)
 
 
-def test_commands_are_brought_within_the_limits_and_no_farther_than_the_base_follows():
+def test_commands_are_clamped_to_velocity_and_acceleration_limits():
     _, ground = terrain(1, 0.0)
     commands = np.array([[(9.0, 9.0)] * 4 + [(-9.0, -9.0)] * 30])
     mppi.roll_out_serial(commands, np.array((1.5, 1.5, 0.0, 0.0, 0.0, 0.0, 0.0)), ground, BASE, DISC, CRITICS)
@@ -64,7 +64,7 @@ def test_commands_are_brought_within_the_limits_and_no_farther_than_the_base_fol
     assert commands[0].min(axis=0) == pytest.approx((-0.3, -2.0))
 
 
-def test_many_threads_give_the_same_costs_bit_for_bit():
+def test_parallel_rollout_is_bitwise_equal_to_serial():
     _, ground = terrain(3, 0.01)
     commands = np.random.default_rng(0).normal(0.3, 0.5, (200, 20, 2))
     start = np.array((1.5, 1.5, 0.3, 0.2, 0.0, 0.2, 0.0))
@@ -76,7 +76,7 @@ def test_many_threads_give_the_same_costs_bit_for_bit():
     assert len(np.unique(costs)) > 100
 
 
-def test_what_is_hit_later_is_less_bad_and_what_is_not_hit_at_all_is_best():
+def test_later_collision_costs_less_and_none_costs_least():
     lethal = np.zeros((60, 60), np.bool_)
     lethal[:, 40] = True
     ground = Terrain(distance_serial(lethal.view(np.uint8), EDGE), np.zeros((60, 60), np.float32), EDGE, NOBODY)
@@ -85,12 +85,12 @@ def test_what_is_hit_later_is_less_bad_and_what_is_not_hit_at_all_is_best():
     assert costs[0] > costs[1] > 100.0 > costs[2]
 
 
-def test_blocked_cells_get_a_little_more_than_their_neighbours_and_the_rest_is_far():
+def test_blocked_cells_cost_slightly_more_than_their_neighbours():
     inf = math.inf
     seconds = np.array([[1.0, inf, inf], [2.0, inf, inf], [3.0, 4.0, inf]], np.float32)
     fill_blocked(seconds, 0.5, 100.0)
     assert seconds.tolist() == [[1.0, 1.5, 100.0], [2.0, 1.5, 4.5], [3.0, 4.0, 4.5]]
 
 
-def test_the_kernels_can_be_warmed():
+def test_warm_runs():
     mppi.warm()

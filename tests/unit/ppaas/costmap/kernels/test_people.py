@@ -13,16 +13,16 @@ proxemics = st.builds(
 
 
 @settings(deadline=None, max_examples=60)
-@given(seed=st.integers(0, 10_000), crowd=st.lists(walking, max_size=3), how=proxemics)
-def test_costs_are_raised_as_the_twin_says(seed, crowd, how):
+@given(seed=st.integers(0, 10_000), walkers=st.lists(walking, max_size=3), how=proxemics)
+def test_raised_costs_agree_with_the_twin(seed, walkers, how):
     random = np.random.default_rng(seed)
     costs = random.choice(np.array([0, 0, 0, 30, 252, 254, 255], np.uint8), (24, 30))
-    expected, got = twin.raised(costs, crowd, 0.08, how), costs.copy()
+    expected, got = twin.raised(costs, walkers, 0.08, how), costs.copy()
     count = people.raise_around(
-        got, np.array(crowd, dtype=float).reshape(-1, 4), 0.08, how.amplitude, how.covariance, how.cutoff, how.factor
+        got, np.array(walkers, dtype=float).reshape(-1, 4), 0.08, how.amplitude, how.covariance, how.cutoff, how.factor
     )
     # Costs very close to an integer or to the cutoff may be rounded either way.
-    assert np.abs(got.astype(int) - expected).max() <= (1 if crowd else 0) or _at_the_cutoff(got, expected, how)
+    assert np.abs(got.astype(int) - expected).max() <= (1 if walkers else 0) or _at_the_cutoff(got, expected, how)
     assert (got >= costs).all()
     assert count >= np.count_nonzero(got != costs)
 
@@ -32,7 +32,7 @@ def _at_the_cutoff(got, expected, how):
     return (np.abs(np.maximum(got, expected)[differs].astype(float) - how.cutoff) <= 1.0).all()
 
 
-def test_people_that_are_far_away_or_beyond_all_numbers_raise_nothing():
+def test_people_far_away_raise_no_costs():
     costs = np.zeros((10, 10), np.uint8)
     assert (
         people.raise_around(
@@ -42,5 +42,5 @@ def test_people_that_are_far_away_or_beyond_all_numbers_raise_nothing():
     )
 
 
-def test_the_kernel_can_be_warmed():
+def test_warm_runs():
     people.warm()

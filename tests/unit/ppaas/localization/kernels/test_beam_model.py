@@ -17,9 +17,9 @@ seeds = st.integers(0, 2**32 - 1)
 
 @settings(deadline=None, max_examples=25)
 @given(seeds, st.floats(-math.pi, math.pi))
-def test_ranges_are_scored_as_by_their_twin(seed, turned):
+def test_range_scores_agree_with_the_twin(seed, yaw):
     rng = np.random.default_rng(seed)
-    info = GridInfo(0.1, 30, 20, Pose2D(-1.0, 0.5, turned))
+    info = GridInfo(0.1, 30, 20, Pose2D(-1.0, 0.5, yaw))
     distance = distances(seed, info)
     particles = rng.uniform(-2, 3, (8, 3))
     beams = np.column_stack([rng.uniform(-0.2, 0.2, (10, 2)), rng.uniform(-3, 3, 10), rng.uniform(0.1, 3.0, 10)])
@@ -33,7 +33,7 @@ def test_ranges_are_scored_as_by_their_twin(seed, turned):
 
 
 @pytest.mark.parametrize("threads", [2, 3])
-def test_any_number_of_threads_scores_the_same_to_the_last_bit(threads):
+def test_parallel_scores_are_bitwise_equal_to_serial(threads):
     rng = np.random.default_rng(5)
     distance, origin = distances(5, GridInfo(0.1, 30, 20)), np.zeros(3)
     particles = rng.uniform(-1, 3, (1000, 3))

@@ -14,7 +14,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 @settings(deadline=None)
 @given(seeds, st.floats(-4, 4))
-def test_what_is_around_a_pose_is_that_of_its_twin(seed, theta):
+def test_moments_around_a_pose_agree_with_the_twin(seed, theta):
     rng = np.random.default_rng(seed)
     particles = rng.normal((1.0, 2.0, theta), (0.6, 0.6, 0.7), (50, 3))
     particles[0] = 1.0, 2.0, theta
@@ -27,14 +27,14 @@ def test_what_is_around_a_pose_is_that_of_its_twin(seed, theta):
     np.testing.assert_allclose(covariance, expected[2], atol=1e-9)
 
 
-def test_where_no_particle_is_near_there_is_no_weight_and_the_pose_stays():
+def test_pose_without_near_particles_has_no_weight_and_is_unchanged():
     total, mean, _ = cluster.moments_around(np.zeros((1, 3)), np.ones(1), Pose2D(9.0, 9.0, 1.0), 0.75, 0.8)
     assert (total, mean) == (0.0, (9.0, 9.0, 1.0))
 
 
 @settings(deadline=None)
 @given(seeds)
-def test_the_heaviest_bin_is_that_of_its_twin(seed):
+def test_heaviest_bin_agrees_with_the_twin(seed):
     rng = np.random.default_rng(seed)
     particles, weights = rng.normal(0.0, 0.6, (60, 3)), rng.uniform(0.1, 1.0, 60)
     sums: dict[tuple[int, int, int], float] = {}

@@ -9,7 +9,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 @given(seeds)
-def test_free_cells_are_found_by_their_numbers(seed):
+def test_free_cells_are_found_by_index(seed):
     rng = np.random.default_rng(seed)
     data = rng.choice(np.array([FREE, OCCUPIED, -1], np.int8), (rng.integers(1, 9), rng.integers(1, 9)))
     free = np.argwhere(data == FREE)

@@ -22,9 +22,9 @@ def cubes(resolution):
 
 @settings(deadline=None)
 @given(seeds, st.floats(-math.pi, math.pi))
-def test_scans_are_scored_as_by_their_twin(seed, turned):
+def test_scan_scores_agree_with_the_twin(seed, yaw):
     rng = np.random.default_rng(seed)
-    info = GridInfo(0.1, 30, 20, Pose2D(-1.0, 0.5, turned))
+    info = GridInfo(0.1, 30, 20, Pose2D(-1.0, 0.5, yaw))
     squares = rng.integers(0, 900, info.shape)
     distance = (info.resolution * np.sqrt(squares)).astype(np.float32)
     particles = rng.uniform(-2, 3, (8, 3))
@@ -37,7 +37,7 @@ def test_scans_are_scored_as_by_their_twin(seed, turned):
     assert np.mean(np.isclose(found, expected, atol=1e-9)) >= 0.8
 
 
-def test_a_particle_whose_beams_end_on_the_wall_outscores_one_beside():
+def test_particle_whose_beams_end_on_the_wall_scores_higher():
     distance = np.abs(np.arange(100) * 0.05 - 4.0)[None].repeat(100, 0).astype(np.float32)
     beams = np.array([[2.0, 0.0], [2.0, 0.5], [2.0, -0.5]])
     on, beside = likelihood_field.score_serial(
@@ -48,7 +48,7 @@ def test_a_particle_whose_beams_end_on_the_wall_outscores_one_beside():
 
 
 @pytest.mark.parametrize("threads", [2, 3])
-def test_any_number_of_threads_scores_the_same_to_the_last_bit(threads):
+def test_parallel_scores_are_bitwise_equal_to_serial(threads):
     rng = np.random.default_rng(5)
     distance, origin = distances(5, GridInfo(0.1, 30, 20)), np.zeros(3)
     particles, beams = rng.uniform(-1, 3, (1000, 3)), rng.uniform(-2, 2, (31, 2))
@@ -58,7 +58,7 @@ def test_any_number_of_threads_scores_the_same_to_the_last_bit(threads):
     np.testing.assert_array_equal(fields, one)
 
 
-def test_the_table_of_likelihoods_is_bounded_whatever_the_parameters_and_ends_with_what_is_far():
+def test_likelihood_table_is_bounded_and_ends_with_the_far_value():
     table = likelihood_field.likelihoods(0.05, 0.95, 0.1, 1e9, 1e12)
     assert len(table) <= likelihood_field.MOST_SQUARES + 1
     assert likelihood_field.likelihoods(0.05, 0.95, 0.1, 0.2, 1e12)[-1] == pytest.approx(0.1)

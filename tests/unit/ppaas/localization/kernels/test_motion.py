@@ -22,7 +22,7 @@ MOVES = [
 @pytest.mark.parametrize(("move", "slow"), MOVES)
 @settings(deadline=None)
 @given(seeds, st.floats(-math.pi, math.pi), st.floats(0, 3), st.floats(-math.pi, math.pi))
-def test_motion_moves_as_its_twin(move, slow, seed, first, second, third):
+def test_moves_agree_with_the_twin(move, slow, seed, first, second, third):
     rng = np.random.default_rng(seed)
     particles = rng.uniform(-5, 5, (20, 3))
     sigmas, normals = tuple(rng.uniform(0, 0.5, 3)), rng.standard_normal((20, 3))
@@ -33,7 +33,7 @@ def test_motion_moves_as_its_twin(move, slow, seed, first, second, third):
     np.testing.assert_allclose(turned, 0.0, atol=1e-9)
 
 
-def test_without_noise_a_motion_is_exact():
+def test_motion_without_noise_is_exact():
     particles = np.array([[1.0, 2.0, math.pi / 2]])
     motion.move_diff_serial(particles, (math.pi / 2, 3.0, -math.pi / 2), (0.0, 0.0, 0.0), np.ones((1, 3)))
     np.testing.assert_allclose(particles, [[-2.0, 2.0, math.pi / 2]], atol=1e-12)

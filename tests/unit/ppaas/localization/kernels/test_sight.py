@@ -15,9 +15,9 @@ seeds = st.integers(0, 2**32 - 1)
 
 @settings(deadline=None)
 @given(seeds, st.floats(-math.pi, math.pi))
-def test_rays_are_accounted_for_as_by_their_twin_but_for_those_that_graze_a_corner(seed, turned):
+def test_explained_rays_agree_with_the_twin_except_at_corners(seed, yaw):
     rng = np.random.default_rng(seed)
-    info = GridInfo(0.1, 30, 20, Pose2D(-1.0, 0.5, turned))
+    info = GridInfo(0.1, 30, 20, Pose2D(-1.0, 0.5, yaw))
     distance = distances(seed, info)
     centre = info.origin @ Pose2D(1.5, 1.0)
     poses = np.array(centre) + rng.uniform(-1.0, 1.0, (20, 3))
@@ -25,8 +25,8 @@ def test_rays_are_accounted_for_as_by_their_twin_but_for_those_that_graze_a_corn
     found, expected = np.empty((20, 20)), np.empty((20, 20))
     for i, pose in enumerate(poses):
         for j, ray in enumerate(rays):
-            told = sight.explain_rays(pose[None], ray[None], distance, 0.1, np.array(info.origin), 0.1, 0.5)
-            found[i, j], expected[i, j] = told[0], twin.explain_rays(pose, ray, distance, info, 0.1, 0.5)
+            explained = sight.explain_rays(pose[None], ray[None], distance, 0.1, np.array(info.origin), 0.1, 0.5)
+            found[i, j], expected[i, j] = explained[0], twin.explain_rays(pose, ray, distance, info, 0.1, 0.5)
     same = np.isclose(found, expected, atol=1e-6)
     assert same.mean() > 0.95
     # Steps of half a cell may skip a corner; hardly any free ray is taken to be blocked.
@@ -37,9 +37,9 @@ def test_rays_are_accounted_for_as_by_their_twin_but_for_those_that_graze_a_corn
 
 @settings(deadline=None)
 @given(seeds, st.floats(-math.pi, math.pi), st.floats(0.3, 5.0))
-def test_beams_go_to_walls_as_by_their_twin_but_for_those_that_graze_a_corner(seed, turned, most):
+def test_distances_to_walls_agree_with_the_twin_except_at_corners(seed, yaw, most):
     rng = np.random.default_rng(seed)
-    info = GridInfo(0.1, 30, 20, Pose2D(-1.0, 0.5, turned))
+    info = GridInfo(0.1, 30, 20, Pose2D(-1.0, 0.5, yaw))
     distance = distances(seed, info)
     lasers = np.array(info.origin @ Pose2D(1.5, 1.0)) + rng.uniform(-1.0, 1.0, (20, 3))
     angles, placed = rng.uniform(-math.pi, math.pi, 20), np.array(info.origin)
@@ -50,9 +50,9 @@ def test_beams_go_to_walls_as_by_their_twin_but_for_those_that_graze_a_corner(se
 
 @settings(deadline=None)
 @given(seeds, st.floats(-math.pi, math.pi), st.floats(0.0, 0.5))
-def test_beams_stop_short_as_by_their_twin_but_for_those_that_graze_a_corner(seed, turned, beyond):
+def test_stopped_short_agrees_with_the_twin_except_at_corners(seed, yaw, beyond):
     rng = np.random.default_rng(seed)
-    info = GridInfo(0.1, 30, 20, Pose2D(-1.0, 0.5, turned))
+    info = GridInfo(0.1, 30, 20, Pose2D(-1.0, 0.5, yaw))
     distance = distances(seed, info)
     poses = np.array(info.origin @ Pose2D(1.5, 1.0)) + rng.uniform(-1.0, 1.0, (20, 3))
     points = rng.uniform(-1.2, 1.2, (20, 2))

@@ -24,10 +24,10 @@ for name in ({names}):
         (inflation, "inflate_serial", "inflate_parallel"),
     ],
 )
-def test_neither_is_ever_loaded_in_place_of_the_other(tmp_path, module, serial, parallel):
+def test_serial_and_parallel_kernels_have_separate_cache_entries(tmp_path, module, serial, parallel):
     script = PRINT_HITS.format(module=module.__name__, names=f"{serial!r}, {parallel!r}")
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     ran = subprocess.run(
         [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True, timeout=150
     )
-    assert ran.stdout.splitlines() == [f"{serial} 0 1", f"{parallel} 0 1"], "a fresh cache can hold neither"
+    assert ran.stdout.splitlines() == [f"{serial} 0 1", f"{parallel} 0 1"], "a new cache has neither"

@@ -15,7 +15,7 @@ def words_of(line):
 
 
 @given(LINES, st.data())
-def test_the_next_bit_either_way_is_found(line, data):
+def test_next_set_bit_is_found_in_both_directions(line, data):
     words, ones = words_of(line), np.flatnonzero(line)
     at = data.draw(st.integers(0, int(ones[-1])))
     assert bits.first_from(words, at) == ones[ones >= at][0]
@@ -24,7 +24,7 @@ def test_the_next_bit_either_way_is_found(line, data):
 
 
 @given(LINES, st.data())
-def test_bits_are_read_one_by_one_and_by_three(line, data):
+def test_single_bits_and_triples_are_read(line, data):
     words = words_of(line)
     at = data.draw(st.integers(1, len(line) - 2))
     assert bits.is_set(words, at) == line[at]
@@ -32,6 +32,6 @@ def test_bits_are_read_one_by_one_and_by_three(line, data):
 
 
 @pytest.mark.parametrize("at", [1, 62, 63, 64, 65, 127, 128])
-def test_three_bits_may_lie_in_two_words(at):
+def test_triple_may_span_two_words(at):
     words = words_of([True] * 200)
     assert bits.three_at(words, at) == 7

@@ -28,11 +28,11 @@ COSTS_OF_TILES = (0, 0, 0, 7, 252, 253, 254, 255)
 
 
 @bare
-def lay(source, height, width, unknown, across, tiles, tile, costs, tables, marks, scratch, is_far):
+def fill_one(source, height, width, unknown, across, tiles, tile, costs, tables, marks, scratch, is_far):
     fill_around(source, height, width, unknown, across, tiles, tile, costs, tables, marks, scratch, is_far)
 
 
-def laid(map_, tile, allow_unknown, is_far):
+def fill(map_, tile, allow_unknown, is_far):
     """Return the marks, the tables and the copied costs after a visit to one tile."""
     source = map_.reshape(-1)
     source.flags.writeable = False
@@ -40,7 +40,7 @@ def laid(map_, tile, allow_unknown, is_far):
     tiles = -(-map_.shape[0] // SIDE) * across
     costs, tables = np.zeros(tiles * CELLS, np.uint8), np.zeros((tiles + 1) * TABLE, np.uint32)
     marks, scratch = np.zeros(tiles + 1, np.uint8), np.full(SCRATCH, 0xABCDEF, np.uint32)
-    lay(source, *map_.shape, ALL * allow_unknown, across, tiles, tile, costs, tables, marks, scratch, is_far)
+    fill_one(source, *map_.shape, ALL * allow_unknown, across, tiles, tile, costs, tables, marks, scratch, is_far)
     return marks[:tiles], tables.reshape(-1, TABLE), costs.reshape(-1, SIDE, SIDE)
 
 
@@ -62,7 +62,7 @@ def bits(row):
 
 
 def check(map_, tile, allow_unknown=True, is_far=True):
-    marks, tables, costs = laid(map_, tile, allow_unknown, is_far)
+    marks, tables, costs = fill(map_, tile, allow_unknown, is_far)
     for other in np.flatnonzero(marks & FILLED):
         cells, free, kind, found = described(map_, other, allow_unknown)
         assert tables[other, FREE : FREE + SIDE].tolist() == [bits(row) for row in free]

@@ -29,7 +29,7 @@ def arrays(ring):
 
 @given(OPERATIONS, st.integers(1, 1 << 30), st.integers(0, 1 << 12))
 @settings(deadline=None)
-def test_cells_are_popped_by_bucket_last_in_first_out(operations, span, grain):
+def test_cells_are_popped_by_bucket_in_lifo_order(operations, span, grain):
     ring = BucketRing(span, grain, 200, 0)
     width = 1 << int(ring.state[1])
     inside: dict[int, list[int]] = {}
@@ -68,10 +68,10 @@ def test_a_cleared_queue_is_empty(steps, key):
 
 def test_growing_the_queue_keeps_its_entries():
     ring = BucketRing(100, 1, 0, 0)
-    room = len(ring.pool) - 1
-    for cell in range(room):
+    space = len(ring.pool) - 1
+    for cell in range(space):
         put(*arrays(ring), cell, 5)
     ring.grow(proceed)
-    assert len(ring.pool) == 2 * (room + 1)
-    put(*arrays(ring), room, 4)
-    assert [take(*arrays(ring)) for _ in range(room + 2)] == [room, *range(room - 1, -1, -1), -1]
+    assert len(ring.pool) == 2 * (space + 1)
+    put(*arrays(ring), space, 4)
+    assert [take(*arrays(ring)) for _ in range(space + 2)] == [space, *range(space - 1, -1, -1), -1]

@@ -29,23 +29,23 @@ def assert_planes(costs, allow_unknown=True):
 
 @given(grids.cost_arrays(), st.booleans())
 @settings(deadline=None)
-def test_the_planes_equal_the_twins(costs, allow_unknown):
+def test_planes_agree_with_the_twin(costs, allow_unknown):
     assert_planes(costs, allow_unknown)
 
 
 @given(hnp.arrays(np.uint8, (1, 200), elements=st.sampled_from([0, 0, 0, 254])))
 @settings(deadline=None, max_examples=20)
-def test_the_planes_equal_the_twins_across_words(row):
+def test_planes_agree_with_the_twin_across_words(row):
     assert_planes(np.vstack((row, np.roll(row, 1), row[:, ::-1])))
 
 
 @pytest.mark.parametrize("costs", [[0, 254], [0, 0, 0, 0, 9, 200, 253, 255]], ids=["one cost", "graded"])
-def test_the_planes_equal_the_twins_on_several_words_and_blocks(costs):
+def test_planes_agree_with_the_twin_on_several_words_and_blocks(costs):
     rng = np.random.default_rng(5)
     assert_planes(rng.choice(np.array(costs, np.uint8), (141, 133)))
 
 
-def test_beyond_the_map_all_is_blocked_and_ends_a_jump():
+def test_cells_beyond_the_map_are_blocked_and_end_a_jump():
     made = JumpMap(grids.of(np.zeros((3, 3), np.uint8)))
     whole = {plane: np.unpackbits(made.rows[plane].view(np.uint8), axis=1, bitorder="little") for plane in range(5)}
     assert whole[FREE].sum() == 9
@@ -54,6 +54,6 @@ def test_beyond_the_map_all_is_blocked_and_ends_a_jump():
     assert whole[BACK][:, 0].all()
 
 
-def test_the_kernels_can_be_warmed():
+def test_warm_compiles_the_kernels():
     jump_planes.warm()
     assert len(jump_planes.mark_jumps.signatures) == 1

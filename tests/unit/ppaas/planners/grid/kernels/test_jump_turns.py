@@ -18,26 +18,26 @@ def directions(number):
     return {(DOWN[d], RIGHT[d]) for d in range(8) if number >> d & 1}
 
 
-def test_after_a_straight_move_all_neighbours_are_kept_that_the_definition_keeps():
+def test_neighbours_after_a_straight_move_follow_the_definition():
     for came in range(4):
         parent = (-DOWN[came], -RIGHT[came])
         for free, number in neighbourhoods(parent):
             assert directions(turns()[came, number]) == twin.kept_neighbours(free, parent), (came, free)
 
 
-def test_after_a_diagonal_move_all_neighbours_are_kept_that_the_definition_keeps():
+def test_neighbours_after_a_diagonal_move_follow_the_definition():
     for came in range(4, 8):
         down, right = DOWN[came], RIGHT[came]
         for free, number in neighbourhoods((-down, -right), (-down, 0), (0, -right)):
             assert directions(turns()[came, number]) == twin.kept_neighbours(free, (-down, -right)), (came, free)
 
 
-def test_from_the_start_all_moves_that_cut_no_corner_are_kept():
+def test_moves_from_the_start_cut_no_corner():
     for free, number in neighbourhoods():
         assert directions(turns()[ANY, number]) == twin.kept_neighbours(free, None)
 
 
-def test_at_a_mixed_cell_no_move_is_dropped_that_may_be_on_a_cheapest_path():
+def test_mixed_cell_keeps_all_moves_of_cheapest_paths():
     """For any weights: the previous cell reaches the cells of the dropped moves at less cost."""
     rng = np.random.default_rng(8)
     for came in range(8):
@@ -50,5 +50,5 @@ def test_at_a_mixed_cell_no_move_is_dropped_that_may_be_on_a_cheapest_path():
         assert directions(turns()[MIXED + came, everywhere]) == kept
 
 
-def test_the_table_is_of_bytes():
+def test_table_has_one_byte_per_entry():
     assert (turns().shape, turns().dtype) == ((17, 512), np.uint8)

@@ -31,14 +31,14 @@ def drawn(data, costs):
 
 @given(grids.cost_arrays(), st.data(), st.booleans())
 @settings(deadline=None, max_examples=300)
-def test_a_line_weighs_what_the_twin_says(costs, data, allow_unknown):
+def test_line_weight_agrees_with_the_twin(costs, data, allow_unknown):
     begin, end = drawn(data, costs), drawn(data, costs)
     assert seen(costs, begin, end, allow_unknown) == pytest.approx(twin.line(costs, begin, end, allow_unknown))
 
 
 @given(st.integers(0, 5), st.data())
 @settings(deadline=None, max_examples=200)
-def test_a_line_weighs_exactly_the_same_in_both_directions(seed, data):
+def test_line_weight_is_equal_in_both_directions(seed, data):
     costs = np.random.default_rng(seed).integers(0, 256, (30, 40)).astype(np.uint8)
     costs[costs > 252] = 9
     begin, end = drawn(data, costs), drawn(data, costs)
@@ -47,7 +47,7 @@ def test_a_line_weighs_exactly_the_same_in_both_directions(seed, data):
 
 @given(st.tuples(st.integers(-40, 40), st.integers(-40, 40)))
 @settings(deadline=None, max_examples=200)
-def test_the_cells_of_a_line_are_those_of_the_twin_and_each_point_lies_in_its_cell(over):
+def test_cells_of_a_line_agree_with_the_twin(over):
     most = abs(over[0]) + abs(over[1])
     cells, points = np.empty((most, 2), np.int32), np.empty((most, 2))
     count = trace(*over, cells, points)
@@ -69,7 +69,7 @@ def test_the_cells_of_a_line_are_those_of_the_twin_and_each_point_lies_in_its_ce
         (".h\n..", 0.5 * (50 + 251.6) * math.sqrt(2)),
     ],
 )
-def test_through_a_corner_all_four_cells_must_be_free_and_two_count(picture, weight):
+def test_line_through_a_corner_needs_four_free_cells(picture, weight):
     assert seen(grids.costmap(picture).data, (0, 0), (1, 1)) == pytest.approx(weight)
 
 

@@ -31,7 +31,7 @@ def in_whole_numbers(a, b) -> int:
 
 @given(hnp.arrays(np.int64, 6), st.integers(0, 127), st.integers(0, 140))
 @settings(deadline=None)
-def test_bits_are_counted_up_and_down_a_line(words, bit, most):
+def test_set_bits_are_counted_in_both_directions(words, bit, most):
     for stride in (1, 2, 3):
         line = words[::stride]
         bits = [bool((int(line[i // 64]) >> (i % 64)) & 1) for i in range(64 * len(line))]
@@ -43,7 +43,7 @@ def test_bits_are_counted_up_and_down_a_line(words, bit, most):
 
 @given(maps())
 @settings(deadline=None, max_examples=50)
-def test_every_free_cell_sees_the_corners_that_it_should(free):
+def test_corners_seen_from_each_free_cell_agree_with_the_twin(free):
     corner_map = build_corner_map(free, threads=1, check=proceed)
     corners = [(int(r) - 1, int(c) - 1) for r, c in corner_map.positions]
     assert corners == twin.corners(free)
@@ -57,7 +57,7 @@ def test_every_free_cell_sees_the_corners_that_it_should(free):
 
 
 @pytest.mark.parametrize("blocked", [0.02, 0.3])
-def test_corners_see_each_other_on_any_number_of_threads(blocked):
+def test_corner_graph_is_symmetric_on_any_number_of_threads(blocked):
     free = np.random.default_rng(3).random((150, 333)) >= blocked
     corner_maps = [build_corner_map(free, threads=threads, check=proceed) for threads in (1, 2)]
     np.testing.assert_array_equal(corner_maps[0].terrain, corner_maps[1].terrain)

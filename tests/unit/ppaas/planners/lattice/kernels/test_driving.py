@@ -15,7 +15,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 NOTHING = np.empty((0, 3))
 
 
-def random_ground(rng, *, outlined):
+def random_surface(rng, *, outlined):
     costs = rng.choice([0, 0, 0, 0, 0, 0, 50, 252, 253, 254], (12, 14)).astype(np.uint8)
     corners = convex_outline(rng.normal(0.0, 1.2, (6, 2))) if outlined else np.empty((0, 2))
     sums = np.zeros((12, 15), np.int32)
@@ -26,9 +26,9 @@ def random_ground(rng, *, outlined):
 
 @given(SEEDS)
 @settings(deadline=None, max_examples=300)
-def test_the_outline_check_equals_the_twins(seed):
+def test_outline_check_agrees_with_the_twin(seed):
     rng = np.random.default_rng(seed)
-    surface = random_ground(rng, outlined=True)
+    surface = random_surface(rng, outlined=True)
     pose = (*rng.uniform(-1.0, 14.0, 2).tolist(), rng.uniform(-7.0, 7.0))
     free = fits(surface, pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2]))
     corners = twin.placed(surface.corners.tolist(), pose)
@@ -37,9 +37,9 @@ def test_the_outline_check_equals_the_twins(seed):
 
 @given(SEEDS, st.booleans())
 @settings(deadline=None, max_examples=300)
-def test_cost_and_end_of_a_piece_equal_the_twins(seed, outlined):
+def test_cost_and_end_of_a_piece_agree_with_the_twin(seed, outlined):
     rng = np.random.default_rng(seed)
-    surface = random_ground(rng, outlined=outlined)
+    surface = random_surface(rng, outlined=outlined)
     start = (*rng.uniform((0.0, 0.0), (14.0, 12.0)).tolist(), rng.uniform(-4.0, 4.0))
     piece = float(rng.choice([0.0, 0.3, -1.0])), rng.uniform(-4.0, 4.0)
     reached = drive(surface, *start, *piece, False, NOTHING)
@@ -60,7 +60,7 @@ def test_samples_are_less_than_a_cell_apart():
 
 
 @pytest.mark.parametrize("start", [(1.5, 0.5), (0.5, 1.5)])
-def test_no_corner_is_cut(start):
+def test_diagonal_past_an_obstacle_is_blocked(start):
     costs = np.zeros((3, 3), np.uint8)
     costs[1, 1] = 253
     surface = flat_surface(costs)
@@ -68,7 +68,7 @@ def test_no_corner_is_cut(start):
     assert drive(surface, *start, theta, 0.0, math.sqrt(2.0), False, NOTHING).cost == math.inf
 
 
-def test_a_robot_in_a_blocked_cell_may_leave_but_not_come_back_nor_cross_a_lethal_one():
+def test_robot_may_leave_inscribed_cells_but_not_reenter_them():
     costs = np.array([[253, 253, 0, 0, 253, 0], [254, 0, 0, 0, 0, 0]], np.uint8)
     surface = flat_surface(costs)._replace(x=0.5, y=0.5, escape=3.0)
     east, north = 0.0, math.pi / 2

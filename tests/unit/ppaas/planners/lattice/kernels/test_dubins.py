@@ -16,7 +16,7 @@ from tests.unit.ppaas.planners.lattice.kernels.test_reeds_shepp import (
 @given(GOALS, WEIGHTS)
 @example((0.0, 0.0, 5e-324), 1.0)
 @settings(deadline=None, max_examples=200)
-def test_a_curve_forward_ends_at_its_goal_and_never_backs_up(goal, turn):
+def test_dubins_curve_ends_at_its_goal_and_never_reverses(goal, turn):
     word = dubins(*goal, turn)
     assert_ends_at(pieces_of(word), goal)
     assert word.cost == pytest.approx(weighed(pieces_of(word), math.inf, turn), abs=1e-9)
@@ -29,11 +29,11 @@ def test_a_curve_forward_ends_at_its_goal_and_never_backs_up(goal, turn):
         ((0.0, 0.0, 0.0), 0.0),
         ((5.0, 0.0, 0.0), 5.0),
         ((0.0, 2.0, math.pi), math.pi),
-        ((0.0, 0.0, math.pi), 7.0 * math.pi / 3.0),  # 60° one way, 300° the other, 60° back
+        ((0.0, 0.0, math.pi), 7.0 * math.pi / 3.0),  # 60° left, 300° right, 60° left
         ((0.0, -4.0, math.pi), math.pi + 2.0),  # a quarter, straight, and a quarter more
     ],
 )
-def test_known_forward_lengths(goal, length):
+def test_known_lengths_of_dubins_curves_are_right(goal, length):
     assert dubins(*goal, 1.0).cost == pytest.approx(length, abs=1e-9)
 
 

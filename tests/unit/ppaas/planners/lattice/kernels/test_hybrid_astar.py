@@ -45,7 +45,7 @@ def searched(seed):
     return (cost, search.expanded), twin.search(world, field, turns, tuple(start), tuple(goal), GREED)
 
 
-def test_the_search_finds_the_same_path_and_expands_the_same_nodes_as_its_twin_except_for_ties():
+def test_search_agrees_with_its_twin_except_for_ties():
     found = [searched(seed) for seed in range(16)]
     for (cost, _), (twins, _) in found:
         assert math.isfinite(cost) == math.isfinite(twins)
@@ -55,7 +55,7 @@ def test_the_search_finds_the_same_path_and_expands_the_same_nodes_as_its_twin_e
     assert sum(ours == pytest.approx(its) for ours, its in found) >= 12
 
 
-def test_all_motions_leave_their_cell_and_turn_by_whole_bins_on_no_smaller_circle():
+def test_motions_leave_their_cell_and_turn_by_whole_bins():
     for radius in (1.0, 3.7, 8.0, 250.0):
         for interpolated in (False, True):
             car = Car(radius, True, 72, 2.0, 1.2, 0.0, 3.5, 9.0)
@@ -67,7 +67,7 @@ def test_all_motions_leave_their_cell_and_turn_by_whole_bins_on_no_smaller_circl
                 assert math.hypot(x, y) > math.sqrt(2.0) - 1e-9
 
 
-def test_the_table_finds_each_node_by_its_key_and_no_other():
+def test_table_finds_each_node_by_its_key():
     rng = np.random.default_rng(6)
     keys = np.unique(rng.integers(0, 1 << 40, 1_000))
     table = np.full(2_048, -1, np.int32)

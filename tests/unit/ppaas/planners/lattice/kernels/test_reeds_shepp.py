@@ -43,7 +43,7 @@ def seen_from(goal, other):
 
 @given(GOALS, WEIGHTS, WEIGHTS)
 @settings(deadline=None, max_examples=200)
-def test_a_curve_ends_at_its_goal_and_costs_what_it_says(goal, reverse, turn):
+def test_curve_ends_at_its_goal_and_its_cost_is_right(goal, reverse, turn):
     word = reeds_shepp(*goal, reverse, turn)
     assert_ends_at(pieces_of(word), goal)
     assert word.cost == pytest.approx(weighed(pieces_of(word), reverse, turn), abs=1e-9)
@@ -52,7 +52,7 @@ def test_a_curve_ends_at_its_goal_and_costs_what_it_says(goal, reverse, turn):
 
 @given(GOALS)
 @settings(deadline=None, max_examples=200)
-def test_the_length_is_that_of_the_way_back_and_between_the_straight_line_and_dubins(goal):
+def test_length_is_symmetric_and_between_line_and_dubins(goal):
     length = reeds_shepp(*goal, 1.0, 1.0).cost
     assert length == pytest.approx(reeds_shepp(*seen_from(goal, (0, 0, 0)), 1.0, 1.0).cost, abs=1e-6)
     assert math.hypot(*goal[:2]) - 1e-9 <= length <= dubins(*goal, 1.0).cost + 1e-9
@@ -60,14 +60,14 @@ def test_the_length_is_that_of_the_way_back_and_between_the_straight_line_and_du
 
 @given(GOALS)
 @settings(deadline=None, max_examples=200)
-def test_mirrored_goals_are_as_far(goal):
+def test_mirrored_goals_have_equal_lengths(goal):
     x, y, theta = goal
     length = reeds_shepp(*goal, 1.0, 1.0).cost
     assert length == pytest.approx(reeds_shepp(x, -y, -theta, 1.0, 1.0).cost, abs=1e-9)
     assert length == pytest.approx(reeds_shepp(-x, y, -theta, 1.0, 1.0).cost, abs=1e-9)
 
 
-def test_lengths_equal_those_of_the_twin():
+def test_lengths_agree_with_the_twin():
     rng = np.random.default_rng(4)
     for _ in range(3):
         goal = (*rng.uniform(-3.0, 3.0, 2).tolist(), rng.uniform(-math.pi, math.pi))
@@ -88,11 +88,11 @@ def test_lengths_equal_those_of_the_twin():
         ((1.0, 1.0, math.pi / 2), math.pi / 2),
     ],
 )
-def test_known_lengths(goal, length):
+def test_known_lengths_are_right(goal, length):
     assert reeds_shepp(*goal, 1.0, 1.0).cost == pytest.approx(length, abs=1e-9)
 
 
-def test_all_families_of_words_are_needed():
+def test_all_word_families_occur():
     rng = np.random.default_rng(2)
     goals = rng.uniform(-4.0, 4.0, (3_000, 3))
     assert {reeds_shepp(*goal, 1.0, 1.0).family for goal in goals.tolist()} == set(range(FAMILIES))

@@ -16,7 +16,7 @@ CAR = Car(3.0, True, 72, 2.0, 1.2, 0.0, 3.5, 9.0)
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_the_cost_equals_that_of_the_cheapest_chain_of_curves(seed):
+def test_cost_equals_that_of_the_cheapest_chain_of_curves(seed):
     rng = np.random.default_rng(seed)
     costs = np.where(rng.random((30, 30)) < 0.02, 254, rng.integers(0, 60, (30, 30))).astype(np.uint8)
     rates = 1.0 + 0.016 * np.arange(256.0)

@@ -37,7 +37,7 @@ print(len(recorder.buffer))
 """
 
 
-def test_after_warming_nothing_is_compiled():
+def test_no_kernel_is_compiled_after_warm():
     command = [sys.executable, "-c", PROGRAM]
     ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=120)
     assert (ended.stdout, ended.stderr) == ("0\n", "")

@@ -32,7 +32,7 @@ def run(firsts, edges, buckets, entries, taken):
     edges=st.lists(st.integers(STRAIGHT, LONGEST), max_size=200),
 )
 @settings(deadline=None)
-def test_each_is_taken_once_and_in_the_order_of_buckets(firsts, edges):
+def test_nodes_are_taken_once_in_bucket_order(firsts, edges):
     count = len(firsts) + len(edges)
     buckets, taken = np.full(buckets_for(LONGEST), -1, np.int32), np.empty(count, np.int64)
     run(np.array(firsts), np.array(edges, np.int64), buckets, np.empty((count, ENTRY), np.int64), taken)
@@ -44,7 +44,7 @@ def test_each_is_taken_once_and_in_the_order_of_buckets(firsts, edges):
 
 
 @pytest.mark.parametrize("longest", [STRAIGHT, 8191, 8192, LONGEST, 2**29])
-def test_there_are_enough_that_the_longest_edge_leads_to_another_bucket(longest):
+def test_longest_edge_leads_to_another_bucket(longest):
     buckets = buckets_for(longest)
     assert buckets & (buckets - 1) == 0
     for length in (0, (1 << WIDTH) - 1):
