@@ -18,8 +18,12 @@ from ppaas.maps.octree import OcTree, shared_depths
 BINARY = b"# Octomap OcTree binary file"
 FULL = b"# Octomap OcTree file"
 
-EXTRA_BYTES = {b"OcTree": 0, b"ColorOcTree": 3}
-"""Bytes per node of each tree type in a full file besides log-odds and children; binary files have none."""
+EXTRA_BYTES = {b"OcTree": 0, b"ColorOcTree": 3, b"OcTreeStamped": 0, b"1": 0}
+"""Bytes per node of each tree type in a full file besides log-odds and children; binary files have none.
+
+OctoMap writes no time stamps of an ``OcTreeStamped``, and takes the id ``1`` of its first releases for ``OcTree``. Trees
+without occupancies (``CountingOcTree``) are not read.
+"""
 
 _HEADER_LINES = 100
 _FAULTS = {
@@ -109,7 +113,7 @@ def _parse_header(data: Buffer) -> tuple[_Header, memoryview]:
 def _header_of(binary: bool, words: dict[bytes, bytes]) -> _Header:
     kind, size = words.get(b"id", b""), words.get(b"size", b"")
     if kind not in EXTRA_BYTES:
-        known = ", ".join(name.decode() for name in EXTRA_BYTES)
+        known = ", ".join(name.decode() for name in EXTRA_BYTES if name.isalpha())
         raise InvalidMap(f"unsupported octree type {kind.decode('ascii', 'replace')!r}; supported: {known}")
     if not (size.isdigit() and len(size) < 16):
         text = size.decode("ascii", "replace")

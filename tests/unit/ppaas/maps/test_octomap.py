@@ -1,3 +1,9 @@
+"""OctoMap files, good and bad.
+
+Trees of every type that has occupancies are read: ``OcTree`` (also under the id ``1`` of old releases),
+``ColorOcTree``, ``OcTreeStamped``; counting trees are refused by name.
+"""
+
 import math
 import struct
 
@@ -50,7 +56,12 @@ def test_binary_file_is_read_like_by_the_twin_and_round_trips(data):
     assert parse_octomap(binary_octomap(tree)).resolution == 0.5
 
 
-@given(ARRAYS, st.sampled_from([(b"OcTree", b""), (b"ColorOcTree", b"\x01\x02\x03")]))
+@given(
+    ARRAYS,
+    st.sampled_from(
+        [(b"OcTree", b""), (b"ColorOcTree", b"\x01\x02\x03"), (b"OcTreeStamped", b""), (b"1", b"")],
+    ),
+)
 @settings(deadline=None, max_examples=60)
 def test_a_full_file_has_the_leaves_of_the_binary_one(data, kind):
     data[0, 0, 0] = OCCUPIED
