@@ -21,8 +21,8 @@ FULL = b"# Octomap OcTree file"
 EXTRA_BYTES = {b"OcTree": 0, b"ColorOcTree": 3, b"OcTreeStamped": 0, b"1": 0}
 """Bytes per node of each tree type in a full file besides log-odds and children; binary files have none.
 
-OctoMap writes no time stamps of an ``OcTreeStamped``, and takes the id ``1`` of its first releases for ``OcTree``. Trees
-without occupancies (``CountingOcTree``) are not read.
+OctoMap writes no time stamps of an ``OcTreeStamped``, and takes the id ``1`` of its first releases for ``OcTree``.
+Trees without occupancies (``CountingOcTree``) are not read.
 """
 
 _HEADER_LINES = 100
