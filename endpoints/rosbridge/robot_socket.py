@@ -6,6 +6,8 @@ A connection is refused before the handshake is complete, with an HTTP problem.
 import asyncio
 import contextlib
 import logging
+from collections.abc import Mapping
+from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
@@ -86,7 +88,7 @@ class RobotSocket:
 
     async def _until_left(self) -> None:
         while (message := await self._socket.receive())["type"] != "websocket.disconnect":
-            self._take(message.get("text"))  # received before the handshake was answered
+            self._take(text_of(message))  # received before the handshake was answered
         self.left = message.get("reason") == LEFT
 
     async def close_with_reason(self) -> None:
@@ -108,20 +110,31 @@ class RobotSocket:
                 await self._socket.close(code, reason)
 
 
+def text_of(message: Mapping[str, Any]) -> str | None:
+    """Return the text of a message of ASGI, binary or not; None if it is not UTF-8."""
+    try:
+        return message.get("text") or (message.get("bytes") or b"").decode()
+    except UnicodeDecodeError:
+        return None
+
+
 async def serve_robot_socket(socket: WebSocket, services: Services, sessions: SessionRegistry) -> None:
     """Serve one WebSocket from its handshake to its end."""
+    connection = connection_of(socket)
+    connection.name = f"unknown user at robot {socket.query_params.get('robot', '')[:64]!r}"
     try:
         request = parse_connect_request(socket.query_params)
         user = await authenticate(socket, services.accounts)
+        connection.name = f"{request.role} {user.id}/{request.robot[:64]}"
         services.cloud.set_limits(user.id, user.limits)
-        attachment = await sessions.attach(user.id, token_id(token_of(socket)), request, connection_of(socket).probe)
+        attachment = await sessions.attach(user.id, token_id(token_of(socket)), request, connection.probe)
     except PPaaSError as error:
-        logger.warning("WebSocket refused: %s: %s", error.slug, error)
+        connection.warn(f"refused: {error.slug}: {error}")
         await socket.send_denial_response(problem_response(error))
         return
     carrier = RobotSocket(socket, attachment)
     if request.role == "robot":
-        connection_of(socket).on_round_trip(attachment.retained.place.note_round_trip)
+        connection.on_round_trip(attachment.retained.place.note_round_trip)
     try:
         await socket.accept(headers=attachment.headers)
         await carrier.run()

@@ -100,11 +100,11 @@ class ClientSession:
     # -- from the client -----------------------------------------------------------------------------------------------
 
     def take(self, frame: str | None) -> None:
-        """Execute a frame of the client, None for a binary frame; report its errors to the client."""
+        """Execute a frame of the client, None for one that is not UTF-8; report its errors to the client."""
         operation: operations.ClientOperation | None = None
         try:
             if frame is None:
-                raise MalformedMessage("binary frames are not supported: send JSON as text")
+                raise MalformedMessage("a binary frame must be JSON in UTF-8: BSON and CBOR are not supported")
             operation = self._wire.receive(frame)
             self._handlers[type(operation)](operation)
         except PPaaSError as error:

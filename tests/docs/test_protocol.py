@@ -11,7 +11,9 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 from endpoints.cli import up
+from endpoints.http.frame_pacing import BURST, BUSY, BYTES, FRAMES, OVERLOAD
 from endpoints.http.problems import STATUS, TYPE, problem_response
+from endpoints.http.websocket_protocol import MESSAGE_TIMEOUT
 from endpoints.rosbridge.attachment import PROBE_TIMEOUT
 from endpoints.rosbridge.calls import CALL_TIMEOUT, MAX_CALLS
 from endpoints.rosbridge.idle_watch import IDLE
@@ -139,6 +141,10 @@ def test_errors_have_the_documented_status_and_type() -> None:
 def test_the_limits_are_those_of_the_code() -> None:
     limits = dict(table(PROTOCOL, "limit", "value"))
     assert limits["frame sent to the cloud"].startswith(f"{MAX_FRAME >> 20} MiB")
+    assert f"within {MESSAGE_TIMEOUT:g} s" in limits["frame sent to the cloud"]
+    frames = f"{FRAMES:g} a second, or {BYTES >> 20} MiB a second, or half the time"
+    assert limits["frames of one socket"].startswith(frames) and BUSY == 0.5
+    assert states(f"{BURST:g} s of which it may use in advance") and states(f"After {OVERLOAD:g} s of that")
     assert limits["subscriptions per client"] == str(MAX_SUBSCRIPTIONS)
     assert limits["calls in progress per client"] == f"{MAX_CALLS}, each for up to {CALL_TIMEOUT:g} s"
     assert limits["goals in progress per client"] == str(MAX_GOALS)

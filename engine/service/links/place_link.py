@@ -15,7 +15,11 @@ from engine.service.links.client_services import ClientServices, Provider
 from engine.service.links.client_topics import ClientTopics, check_type
 from engine.service.links.container_link import ContainerLink
 from engine.service.links.open_calls import Done, Outcome
+from ppaas.clock import monotonic
 from ppaas.errors import Conflict, NotFound, PPaaSError
+
+LIST_PERIOD = 1.0
+"""Time for which the list of topics in error texts is not rebuilt [s]."""
 
 
 class Listener(Provider, Protocol):
@@ -52,6 +56,8 @@ class PlaceLink(ContainerLink):
         self._hearers: defaultdict[str, set[int]] = defaultdict(set)
         self.client_topics = ClientTopics()
         self.client_services = ClientServices()
+        self._listed: list[str] = []
+        self._listed_until = 0.0
 
     # -- frames of the container ---------------------------------------------------------------------------------------
 
@@ -185,8 +191,15 @@ class PlaceLink(ContainerLink):
             self._published(topic, payload)
             return 0
         if self.topics and topic not in self.topics:
-            raise NotFound("topic", topic, list(self.topic_types()))
+            raise NotFound("topic", topic, self._topic_list())
         return self.deliver(topic, payload, client, must_arrive=must_arrive)
+
+    def _topic_list(self) -> list[str]:
+        """Return all topics for an error text, which a client can cause thousands of times a second."""
+        now = monotonic()
+        if now >= self._listed_until:
+            self._listed, self._listed_until = sorted(self.topic_types()), now + LIST_PERIOD
+        return self._listed
 
     def advertise_service(self, service: str, kind: str, client: int) -> None:
         """Advertise a service of a client.

@@ -1,17 +1,27 @@
-"""Probes of WebSocket peers over real sockets."""
+"""Frames, probes and ends of WebSockets over real sockets."""
 
 import asyncio
+import logging
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
 
+import pytest
+from starlette.responses import PlainTextResponse
 from starlette.websockets import WebSocket
 from websockets.asyncio.client import ClientConnection, connect
-from websockets.frames import CloseCode
+from websockets.exceptions import InvalidStatus
+from websockets.frames import CloseCode, Frame, Opcode
 
-from endpoints.http import websocket_protocol
+from endpoints.http import frame_pacing, websocket_protocol
+from endpoints.http.refusal_log import RefusalLog
 from endpoints.http.websocket_protocol import DirectWebSocket, connection_of
 from tests.support.endpoints.serving import serve
+
+
+@pytest.fixture(autouse=True)
+def _unused_log(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(websocket_protocol, "refusals", RefusalLog(websocket_protocol.logger))
 
 
 class Server:
@@ -74,14 +84,16 @@ async def test_an_unresponsive_client_with_pending_data_is_disconnected() -> Non
 # -- frames, past ASGI -------------------------------------------------------------------------------------------------
 
 
-async def test_frames_are_delivered_in_order_with_none_for_binary() -> None:
+async def test_text_and_binary_messages_are_delivered_in_order_with_none_for_what_is_not_utf8() -> None:
     async with connected(Server()) as (client, connection):
         taken: asyncio.Queue[str | None] = asyncio.Queue()
         connection.hand_to(taken.put_nowait)
         await client.send("one")
         await client.send(["t", "w", "ö"])
+        await client.send(b"drei")
+        await client.send([b"f\xc3", b"", b"\xbcnf"])
         await client.send(b"\xff")
-        assert [await taken.get() for _ in range(3)] == ["one", "twö", None]
+        assert [await taken.get() for _ in range(5)] == ["one", "twö", "drei", "fünf", None]
 
 
 async def test_frames_return_to_asgi_once_the_receiver_is_removed() -> None:
@@ -136,3 +148,117 @@ async def test_the_round_trip_of_each_answered_ping_is_reported() -> None:
         async with asyncio.timeout(10):
             assert all([await round_trips.get() > 0.0 for _ in range(2)])
             assert await connection.probe(10.0)
+
+
+# -- what one client must not do to others -----------------------------------------------------------------------------
+
+
+async def _send(client: ClientConnection, *frames: Frame) -> None:
+    client.transport.write(b"".join(frame.serialize(mask=True) for frame in frames))
+    await asyncio.sleep(0)
+
+
+async def test_of_many_pings_in_one_turn_the_last_is_answered() -> None:
+    async with connected(Server()) as (client, _):
+        answered = [await client.ping() for _ in range(3)]
+        await _send(client, *(Frame(Opcode.PING, b"%d" % number) for number in range(2000)))
+        last = await client.ping()
+        async with asyncio.timeout(10):
+            await asyncio.gather(last, *answered)
+
+
+async def test_pongs_for_a_peer_that_does_not_read_are_dropped() -> None:
+    async with connected(Server()) as (client, connection):
+        connection.pause_writing()
+        await _send(client, *(Frame(Opcode.PING, b"x" * 125) for _ in range(100)))
+        taken: asyncio.Queue[str | None] = asyncio.Queue()
+        connection.hand_to(taken.put_nowait)
+        await client.send("after the pings")
+        assert await taken.get() == "after the pings"
+        assert connection.transport.get_write_buffer_size() == 0
+
+
+async def test_a_message_in_a_million_fragments_takes_the_memory_of_its_bytes() -> None:
+    async with connected(Server()) as (client, connection):
+        taken: asyncio.Queue[str | None] = asyncio.Queue()
+        connection.hand_to(taken.put_nowait)
+        empty = Frame(Opcode.CONT, b"", fin=False)
+        await _send(client, Frame(Opcode.BINARY, b"a", fin=False), *[empty] * 1000, Frame(Opcode.CONT, b"z"))
+        assert await taken.get() == "az"
+        assert connection.frames == []
+
+
+@pytest.mark.parametrize("begun", [Frame(Opcode.TEXT, b"{", fin=False).serialize(mask=True), b"\x81\xfe\x01\x00...."])
+async def test_a_message_that_is_not_completed_in_time_closes_the_connection(
+    begun: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(websocket_protocol, "MESSAGE_TIMEOUT", 0.1)
+    async with connected(Server()) as (client, _):
+        client.transport.write(begun)
+        async with asyncio.timeout(10):
+            await client.wait_closed()
+        assert client.close_code == CloseCode.POLICY_VIOLATION
+        assert "not completed" in (client.close_reason or "")
+
+
+async def test_a_flood_is_closed_with_a_reason_that_the_peer_hears(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(frame_pacing, "OVERLOAD", 0.05)
+    monkeypatch.setattr(frame_pacing, "FRAMES", 1000.0)
+    monkeypatch.setattr(frame_pacing, "BURST", 0.01)
+    server = Server()
+    async with connected(server) as (client, connection):
+        connection.name = "robot ann/tb1"
+        connection.hand_to(lambda _: None)
+        await _send(client, *[Frame(Opcode.TEXT, b"{}")] * 100_000)
+        async with asyncio.timeout(10):
+            await client.wait_closed()
+            await server.ended.wait()
+        assert client.close_code == CloseCode.POLICY_VIOLATION
+        assert "too many frames" in (client.close_reason or "")
+    [record] = caplog.records
+    assert record.levelname == "WARNING"
+    assert record.getMessage().startswith("127.0.0.1: robot ann/tb1: closed with code 1008: too many frames")
+
+
+# -- what refusals look like in the log --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("sent", "code"),
+    [
+        (Frame(Opcode.TEXT, b"\xff\xfe").serialize(mask=True), CloseCode.INVALID_DATA),
+        (Frame(Opcode.TEXT, b"{}").serialize(mask=False), CloseCode.PROTOCOL_ERROR),
+        (b"\xa1\x80....", CloseCode.PROTOCOL_ERROR),
+        (Frame(Opcode.CONT, b"{}").serialize(mask=True), CloseCode.PROTOCOL_ERROR),
+        (b"\x83\x80....", CloseCode.PROTOCOL_ERROR),
+        (b"\x81\xff" + b"\x7f" * 8 + b"....", CloseCode.MESSAGE_TOO_BIG),
+    ],
+)
+async def test_an_invalid_frame_is_one_warning_with_name_and_address(
+    sent: bytes, code: CloseCode, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO)
+    server = Server()
+    async with connected(server) as (client, connection):
+        connection.name = "robot ann/tb1"
+        connection.hand_to(lambda _: None)
+        client.transport.write(sent)
+        async with asyncio.timeout(10):
+            await client.wait_closed()
+            await server.ended.wait()
+        assert client.close_code == code
+    records = [record for record in caplog.records if record.levelno >= logging.WARNING]
+    assert [(record.levelname, record.exc_info) for record in records] == [("WARNING", None)]
+    assert records[0].getMessage().startswith(f"127.0.0.1: robot ann/tb1: closed with code {int(code)}: ")
+
+
+async def test_a_refused_handshake_is_no_error_of_the_server(caplog: pytest.LogCaptureFixture) -> None:
+    async def refuse(scope: Any, receive: Any, send: Any) -> None:
+        await WebSocket(scope, receive, send).send_denial_response(PlainTextResponse("no", 401))
+
+    async with serve(refuse) as port:
+        with pytest.raises(InvalidStatus):
+            await connect(f"ws://127.0.0.1:{port}/")
+    assert [record for record in caplog.records if record.levelno >= logging.WARNING] == []

@@ -117,8 +117,8 @@ async def test_status_messages_are_sent_once_the_client_requests_them(world: Wor
         status = await hear(robot)
         assert status["msg"].startswith("not-found: unknown topic 'nowhere'; known: cmd_vel, goal, map")
         assert status["id"] == "p1"
-        await robot.send(b"\x00\x01")
-        assert (await hear(robot))["msg"].startswith("malformed-message: binary")
+        await robot.send(b"\xff\x01")
+        assert (await hear(robot))["msg"].startswith("malformed-message: a binary frame must be JSON")
         await say(robot, op="publish", topic="/goal", msg={})
         refused = await next_of(container, robot_link.Deliver)
         container.stream.write(
