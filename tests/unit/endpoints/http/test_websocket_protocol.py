@@ -188,7 +188,7 @@ async def test_a_message_in_a_million_fragments_takes_the_memory_of_its_bytes() 
         assert connection.frames == []
 
 
-@pytest.mark.parametrize("begun", [Frame(Opcode.TEXT, b"{", fin=False).serialize(mask=True), b"\x81\xfe\x01\x00...."])
+@pytest.mark.parametrize("begun", [b"\x01\x81....{", b"\x81\xfe\x01\x00...."], ids=["fragment", "part of a frame"])
 async def test_a_message_that_is_not_completed_in_time_closes_the_connection(
     begun: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -235,6 +235,7 @@ async def test_a_flood_is_closed_with_a_reason_that_the_peer_hears(
         (b"\x83\x80....", CloseCode.PROTOCOL_ERROR),
         (b"\x81\xff" + b"\x7f" * 8 + b"....", CloseCode.MESSAGE_TOO_BIG),
     ],
+    ids=["no UTF-8", "no mask", "reserved bit", "no begin", "unknown opcode", "too large"],
 )
 async def test_an_invalid_frame_is_one_warning_with_name_and_address(
     sent: bytes, code: CloseCode, caplog: pytest.LogCaptureFixture
