@@ -12,10 +12,9 @@ from websockets.exceptions import InvalidHandshake, InvalidStatus, InvalidURI
 from ppaas.errors import InvalidInput, Unavailable
 from ppaas.wire.refusals import error_of_status
 from ppaas.wire.resumption import ANEW, ID_HEADER, RESUME, RESUMED, SESSION, STATE_HEADER, TAKEN_HEADER, ResumptionPoint
+from robots.client.cloud_url import CloudUrl, bearer, check_redirect
 
 Role = Literal["robot", "operator"]
-
-_SCHEMES = {"ws": "ws", "wss": "wss", "http": "ws", "https": "wss"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +43,13 @@ class ConnectionOptions:
 
 
 class Address:
-    """URL of a robot's WebSocket, for one client of the robot.
+    """URL and headers of a robot's WebSocket, for one client of the robot.
 
     Parameters
     ----------
     url : str
-        URL of the cloud: ``http://host:port``, or the same with https, ws or wss.
+        URL of the cloud: ``http://host:port``, or the same with https, ws or wss, and with a path if a proxy serves the
+        cloud below one.
     robot, token, role : str
         Id of the robot, token of the user, and role of the client.
     session : str
@@ -57,18 +57,24 @@ class Address:
     hold : bool
         Whether the connection opens a place for the robot and keeps it open.
 
+    Attributes
+    ----------
+    headers : dict of str to str
+        Headers of the handshake, with the token.
+
     Raises
     ------
     InvalidInput
         The URL has another form.
+    NotAuthenticated
+        The token has characters that no token has.
     """
 
     def __init__(self, url: str, *, robot: str, token: str, role: Role, session: str, hold: bool = True) -> None:
-        parts = urlsplit(url)
-        if parts.scheme not in _SCHEMES or not parts.hostname:
-            raise InvalidInput(f"URL of the cloud must have the form http://host:port, not {url!r}")
-        self._base = (_SCHEMES[parts.scheme], parts.netloc, parts.path or "/")
-        self._query: dict[str, object] = {"robot": robot, "token": token, "role": role, "status": 1, SESSION: session}
+        parts = CloudUrl.parse(url)
+        self._base = ("wss" if parts.secure else "ws", parts.netloc, f"{parts.path}/")
+        self._query: dict[str, object] = {"robot": robot, "role": role, "status": 1, SESSION: session}
+        self.headers = bearer(token)
         if not hold:
             self._query["hold"] = 0
         self.hold = hold
@@ -93,8 +99,16 @@ def session_of(socket: ClientConnection) -> tuple[str, int | None]:
     return headers.get(ID_HEADER, ""), int(headers.get(TAKEN_HEADER, "0")) if resumed else None
 
 
-async def open_socket(url: str, link: ConnectionOptions) -> ClientConnection:
-    """Open the WebSocket.
+class _Connect(connect):
+    """Connection attempt that follows no redirect: the token is for the cloud of the URL alone."""
+
+    def process_redirect(self, exc: Exception) -> Exception | str:
+        """Return the refusal itself."""
+        return exc
+
+
+async def open_socket(url: str, headers: dict[str, str], link: ConnectionOptions) -> ClientConnection:
+    """Open the WebSocket, with headers besides those of the handshake.
 
     Raises
     ------
@@ -102,8 +116,9 @@ async def open_socket(url: str, link: ConnectionOptions) -> ClientConnection:
         The reason of the refusal; ``Unavailable`` if another attempt may succeed.
     """
     try:
-        return await connect(
+        return await _Connect(
             url,
+            additional_headers=headers,
             open_timeout=link.open_timeout,
             ping_interval=link.ping_interval,
             ping_timeout=link.ping_timeout,
@@ -114,6 +129,7 @@ async def open_socket(url: str, link: ConnectionOptions) -> ClientConnection:
             proxy=None,
         )
     except InvalidStatus as error:
+        check_redirect(url, error.response.status_code, error.response.headers.get("Location"))
         raise error_of_status(error.response.status_code, bytes(error.response.body or b"")) from error
     except InvalidURI as error:
         raise InvalidInput(str(error)) from error

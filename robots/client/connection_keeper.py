@@ -27,7 +27,7 @@ class ConnectionKeeper:
     Parameters
     ----------
     address : Address
-        URL of the WebSocket.
+        URL and headers of the WebSocket.
     link : ConnectionOptions
         Time-outs and sizes.
     queue : SendQueue
@@ -91,7 +91,7 @@ class ConnectionKeeper:
     async def _open(self) -> ClientConnection:
         try:
             point = ResumptionPoint(self._session, self._count) if self._session else None
-            return await open_socket(self._address.at(point), self._link)
+            return await open_socket(self._address.at(point), self._address.headers, self._link)
         except Conflict as error:
             if not self.connections:
                 raise

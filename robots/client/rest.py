@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
-from urllib.parse import urlencode, urlsplit
+from urllib.parse import urlencode
 
 import msgspec
 
-from ppaas.errors import InvalidInput, NotAuthenticated, PPaaSError, Unavailable
+from ppaas.errors import InvalidInput, PPaaSError, Unavailable
 from ppaas.wire.refusals import error_of_status
+from robots.client.cloud_url import CloudUrl, bearer, check_redirect
 from robots.client.multipart_form import BLOCK, Content, Form
 from robots.client.rest_paths import path_of
 from robots.client.robot_file import RobotFile
@@ -61,7 +62,7 @@ class RestClient:
     Parameters
     ----------
     url : str
-        ``http://host:port`` or ``https://host:port``.
+        ``http://host:port`` or ``https://host:port``, with a path if a proxy serves the cloud below one.
     token : str, optional
         Token of an earlier ``login``.
     timeout : float
@@ -74,16 +75,11 @@ class RestClient:
     """
 
     def __init__(self, url: str, token: str | None = None, timeout: float = 30.0) -> None:
-        try:
-            parts = urlsplit(url)
-            good = parts.scheme in ("http", "https") and parts.hostname and parts.port != 0
-        except ValueError:
-            good = False
-        if not good or not url.isascii():
-            raise InvalidInput(f"URL of the cloud must have the form http://host:port, not {url!a}")
+        parts = CloudUrl.parse(url)
         self._url = url
-        self._https = parts.scheme == "https"
+        self._https = parts.secure
         self._netloc = parts.netloc
+        self._path = parts.path
         self._timeout = timeout
         self.token = token
 
@@ -246,7 +242,7 @@ class RestClient:
         kind = http.client.HTTPSConnection if self._https else http.client.HTTPConnection
         connection = kind(self._netloc, timeout=self._timeout)
         try:
-            connection.request(method, path, body.data, self._headers(body) | headers)
+            connection.request(method, self._path + path, body.data, self._headers(body) | headers)
             response = connection.getresponse()
             if into is None or response.status >= 300:
                 data = response.read()
@@ -260,17 +256,14 @@ class RestClient:
             ) from error
         finally:
             connection.close()
+        check_redirect(self._url, response.status, response.headers.get("Location"))
         if response.status >= 300:
             raise error_of_status(response.status, data)
         return data
 
     def _headers(self, body: _Body) -> dict[str, str]:
         headers = {"Content-Type": body.content_type, "Accept": "application/json", "Content-Length": str(body.length)}
-        if self.token is None:
-            return headers
-        if not (self.token.isascii() and self.token.isprintable()):
-            raise NotAuthenticated("the token has characters that no token has; log in again")
-        return headers | {"Authorization": f"Bearer {self.token}"}
+        return headers if self.token is None else headers | bearer(self.token)
 
 
 def _if_match(version: str | None) -> dict[str, str]:

@@ -19,6 +19,7 @@ class RosbridgeServer:
         self.url = ""
         self.frames: list[dict[str, Any]] = []
         self.paths: list[str] = []
+        self.received: list[Headers] = []
         self.headers: dict[str, str] = {}
         self.refusal: tuple[int, bytes] | None = None
         self.connections: list[ServerConnection] = []
@@ -37,6 +38,7 @@ class RosbridgeServer:
 
     def check(self, connection: ServerConnection, request: Request) -> Response | None:
         self.paths.append(request.path)
+        self.received.append(request.headers)
         if self.refusal is None:
             return None
         status, body = self.refusal

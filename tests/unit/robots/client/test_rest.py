@@ -62,6 +62,18 @@ async def test_requests_after_a_login_carry_its_token() -> None:
     assert json.loads(put["body"])["initial_pose"] == [1.0, 2.0, 3.0]
 
 
+@pytest.mark.parametrize("path", ["/ppaas", "/ppaas/", "/a/b", "/", ""])
+async def test_the_path_of_the_url_is_kept(path: str) -> None:
+    with serving((200, b"{}")) as url:
+        await RestClient(url + path, "t").get("/v1/maps")
+    assert Handler.requests[0]["line"].split()[1] == f"{path.rstrip('/')}/v1/maps"
+
+
+async def test_a_redirect_is_reported_instead_of_followed() -> None:
+    with serving((301, b"<html>")) as url, pytest.raises(InvalidInput, match="redirects: give the URL of the cloud"):
+        await RestClient(url, "t").get("/v1/maps")
+
+
 async def test_a_map_is_uploaded_as_a_form_with_unchanged_files() -> None:
     yaml, image = b"image: map.pgm\r\n", bytes(range(256)) * 4 + b"\r\n--\r\n"
     with serving((201, b"{}")) as url:
@@ -103,7 +115,7 @@ async def test_an_unreachable_server_is_unavailable() -> None:
         await RestClient(url).login("ann", "pass")
 
 
-@pytest.mark.parametrize("url", ["ws://host", "host:80", "http://"])
+@pytest.mark.parametrize("url", ["ftp://host", "host:80", "http://"])
 def test_an_invalid_url_is_refused(url: str) -> None:
     with pytest.raises(InvalidInput, match="http://host:port"):
         RestClient(url)

@@ -46,8 +46,24 @@ def client_of(server: RosbridgeServer, **options: Any) -> RobotClient:
 async def test_the_client_sends_robot_token_role_and_status_level(server: RosbridgeServer) -> None:
     async with client_of(server, role="operator"):
         [path] = server.paths
-        assert path.startswith("/?robot=tb+1&token=t%26k&role=operator&status=1&session=")
+        assert path.startswith("/?robot=tb+1&role=operator&status=1&session=")
         assert path.endswith("&resume=none")
+        assert [sent["Authorization"] for sent in server.received] == ["Bearer t&k"]
+
+
+async def test_the_path_of_the_url_is_kept(server: RosbridgeServer) -> None:
+    for path in ("/ppaas", "/ppaas/", "/a/b"):
+        async with RobotClient(server.url + path, robot="tb1", token="t", reconnect_delays=at_once):
+            assert server.paths[-1].startswith(f"{path.rstrip('/')}/?robot=tb1&")
+
+
+async def test_a_redirect_is_reported_instead_of_followed(server: RosbridgeServer) -> None:
+    server.refusal = (301, b"")
+    server.headers["Location"] = "https://elsewhere/?robot=tb1"
+    with pytest.raises(InvalidInput, match=r"redirects to 'https://elsewhere/': give the URL"):
+        async with client_of(server):
+            pytest.fail("connected")
+    assert len(server.paths) == 1
 
 
 async def test_messages_are_published_in_order(server: RosbridgeServer) -> None:
