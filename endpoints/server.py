@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import msgspec
 import uvloop
 
+from endpoints.http.open_files import connection_table, raise_file_limit
 from engine.bootstrap import CloudConfig, Engine
 from engine.master.quotas import Quota
 from engine.runtimes.compilation import store_kernels
@@ -73,6 +74,7 @@ def run_server(arguments: argparse.Namespace) -> int:
     logging.basicConfig(
         level=arguments.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s", datefmt="%H:%M:%S"
     )
+    raise_file_limit()  # before the machine is started, which inherits the limit
     permit_only(arguments.allow)
     try:
         arguments.data.mkdir(parents=True, exist_ok=True)
@@ -175,7 +177,14 @@ async def _start(engine: Engine, arguments: argparse.Namespace, stack: contextli
         serving = await asyncio.to_thread(_import_web)
         await asyncio.to_thread(store_kernels.prepare)
         web = serving(
-            engine, linger=arguments.linger, idle=arguments.idle, dead=arguments.dead, log_level=arguments.log_level
+            engine,
+            linger=arguments.linger,
+            idle=arguments.idle,
+            dead=arguments.dead,
+            log_level=arguments.log_level,
+            connections=connection_table(
+                raise_file_limit(), arguments.max_connections, arguments.max_connections_per_address
+            ),
         )
         stack.push_async_callback(web.close)
         password_file = arguments.admin_password_file or arguments.data / "admin-password"

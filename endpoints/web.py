@@ -12,7 +12,8 @@ from starlette.websockets import WebSocket
 
 from endpoints.accounts.accounts import Accounts
 from endpoints.app import create_app
-from endpoints.http.http_protocol import DirectHttp
+from endpoints.http.connection_table import ConnectionTable
+from endpoints.http.http_protocol import http_protocol
 from endpoints.http.websocket_protocol import DirectWebSocket
 from endpoints.rosbridge.idle_watch import IdleWatch
 from endpoints.rosbridge.rights_watch import RightsWatch
@@ -50,16 +51,20 @@ class Web:
         Time after which a silent connection counts as dead [s].
     log_level : str
         ``error`` to log errors only.
+    connections : ConnectionTable
+        Table of the connections, with their limits.
     """
 
-    def __init__(self, engine: Engine, *, linger: float, idle: float, dead: float, log_level: str) -> None:
+    def __init__(
+        self, engine: Engine, *, linger: float, idle: float, dead: float, log_level: str, connections: ConnectionTable
+    ) -> None:
         self.accounts = Accounts(engine.store)
         self._sessions = SessionRegistry(engine.sessions, engine.cloud.plan_rate, linger)
         self._idle = IdleWatch(self._sessions, engine.sessions, idle)
         self._background = Background()
         services = Services(engine.store, engine.map_store, self.accounts, engine.cloud)
         self._rights = RightsWatch(self._sessions, engine.sessions, services)
-        self._server = Server(_uvicorn_config(build_app(services, self._sessions), log_level, dead))
+        self._server = Server(_uvicorn_config(build_app(services, self._sessions), log_level, dead, connections))
 
     async def serve(self, listener: socket.socket) -> None:
         """Serve until `stop` is called."""
@@ -92,7 +97,7 @@ def build_app(services: Services, sessions: SessionRegistry) -> FastAPI:
     return app
 
 
-def _uvicorn_config(app: FastAPI, log_level: str, dead: float) -> uvicorn.Config:
+def _uvicorn_config(app: FastAPI, log_level: str, dead: float, connections: ConnectionTable) -> uvicorn.Config:
     return uvicorn.Config(
         app,
         log_level="error" if log_level == "error" else "warning",  # "info" logs each request
@@ -101,7 +106,7 @@ def _uvicorn_config(app: FastAPI, log_level: str, dead: float) -> uvicorn.Config
         proxy_headers=False,  # addresses of clients are not used, and each layer costs time
         server_header=False,
         date_header=False,
-        http=DirectHttp,
+        http=http_protocol(connections),
         ws_max_size=MAX_FRAME,
         ws=DirectWebSocket,
         ws_per_message_deflate=False,

@@ -81,6 +81,18 @@ def _add_limits(parser: argparse.ArgumentParser) -> None:
         help=f"quota of every user: {', '.join(QUOTAS)}; may be repeated",
     )
     parser.add_argument(
+        "--max-connections",
+        type=whole(1),
+        metavar="NUMBER",
+        help="largest number of connections (10000, or as many as open files allow)",
+    )
+    parser.add_argument(
+        "--max-connections-per-address",
+        type=whole(1),
+        metavar="NUMBER",
+        help="largest number of connections from one address (half of all)",
+    )
+    parser.add_argument(
         "--node-priorities",
         default="",
         metavar="CRITERION,...",

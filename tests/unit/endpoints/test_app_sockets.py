@@ -92,7 +92,7 @@ async def test_invalid_http_is_refused_and_the_server_keeps_serving(port: int) -
         assert (await client.get("/openapi.json")).status_code == 200
 
 
-@pytest.mark.parametrize("content", [b"\x00\xff" * 500, b"{", b"[" * 20_000, b"\xef\xbb\xbf{}", b'"x"'])
+@pytest.mark.parametrize("content", [b"\x00\xff" * 500, b"{", b"[" * 15_000, b"\xef\xbb\xbf{}", b'"x"'])
 async def test_a_malformed_body_is_a_problem(port: int, content: bytes) -> None:
     async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}") as client:
         answer = await client.post("/v1/tokens", headers={"Content-Type": "application/json"}, content=content)

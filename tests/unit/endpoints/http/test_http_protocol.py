@@ -61,7 +61,7 @@ async def test_the_first_body_block_is_not_copied() -> None:
             return False
 
     protocol = DirectHttp.__new__(DirectHttp)
-    protocol.cycle, protocol.parser = Cycle(), Parser()  # type: ignore[assignment]
+    protocol.cycle, protocol.parser, protocol._progress = Cycle(), Parser(), 0  # type: ignore[assignment]
     block = b"block" * 1000
     protocol.on_body(block)
     assert bytes(protocol.cycle.body) is block
