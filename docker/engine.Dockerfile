@@ -32,7 +32,8 @@ RUN /opt/uv/bin/uv pip install --quiet --no-cache --python /opt/ppaas/bin/python
  && find /opt/ppaas/lib/python3.11/site-packages/ppaas -name '*.py' -exec touch -d @0 {} +
 
 FROM python:3.11-slim
-RUN useradd --system --uid 10001 --home-dir /var/lib/ppaas --create-home ppaas && mkdir /tickets && chown ppaas /tickets
+RUN useradd --system --uid 10001 --home-dir /var/lib/ppaas --create-home ppaas \
+ && chmod 700 /var/lib/ppaas && mkdir /tickets && chown ppaas /tickets
 COPY --from=installed /opt/ppaas /opt/ppaas
 COPY --from=kernels --chown=ppaas /opt/ppaas/kernels /opt/ppaas/kernels
 ENV PATH=/opt/ppaas/bin:$PATH NUMBA_CACHE_DIR=/opt/ppaas/kernels PYTHONPYCACHEPREFIX=/opt/ppaas/modules

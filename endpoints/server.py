@@ -12,7 +12,7 @@ import os
 import secrets
 import signal
 import socket
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -23,9 +23,12 @@ import uvloop
 from endpoints.http.open_files import connection_table, raise_file_limit
 from engine.bootstrap import CloudConfig, Engine
 from engine.master.quotas import Quota
+from engine.processes.exclusive_owner import LOCK, sole_owner
+from engine.processes.private_files import keep_new_files_private, make_private_folder, warn_if_open, write_private
 from engine.runtimes.compilation import store_kernels
 from ppaas.errors import InvalidInput, Unavailable
 from ppaas.plugins import permit_only
+from storage.urls.opening import local_path
 
 if TYPE_CHECKING:
     from endpoints.web import Web
@@ -53,6 +56,10 @@ MACHINES = "machines"
 """Folder in the data folder with certificates and tickets of remote machines."""
 
 
+READY_MODE = 0o644
+"""Mode of the ready file: a supervisor that runs as another user may read it, and it contains no secret."""
+
+
 class ReadyFile(msgspec.Struct):
     """Contents of the ready file."""
 
@@ -69,19 +76,34 @@ def run_server(arguments: argparse.Namespace) -> int:
     InvalidInput
         The data folder or the password file is unusable, or a plug-in given with ``--allow`` has no such name.
     Unavailable
-        Listening on the address failed.
+        Listening on the address failed, or another cloud uses the data folder or the store.
     """
+    keep_new_files_private()
     logging.basicConfig(
         level=arguments.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s", datefmt="%H:%M:%S"
     )
     raise_file_limit()  # before the machine is started, which inherits the limit
     permit_only(arguments.allow)
     try:
-        arguments.data.mkdir(parents=True, exist_ok=True)
+        make_private_folder(arguments.data)
     except OSError as error:
         raise InvalidInput(f"cannot create the data folder: {error}; choose another with --data") from error
-    uvloop.run(_serve(arguments))
+    with contextlib.ExitStack() as stack:
+        for lock, what, advice in _owned(arguments):
+            stack.enter_context(sole_owner(lock, what, advice))
+        uvloop.run(_serve(arguments))
     return 0
+
+
+def _owned(arguments: argparse.Namespace) -> Iterator[tuple[Path, str, str]]:
+    """Yield the lock of each thing that only one cloud may use, its description, and the advice for another cloud."""
+    yield arguments.data / LOCK, f"the data folder {arguments.data}", "choose another folder with --data"
+    store = local_path(cloud_config(arguments).store)
+    if store is not None:
+        with contextlib.suppress(OSError):  # the store itself reports what is wrong with its folder
+            store.parent.mkdir(parents=True, exist_ok=True)
+    if store is not None and store.parent.is_dir():
+        yield store.with_name(f"{store.name}.{LOCK}"), f"the store {store}", "choose another store with --store"
 
 
 def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
@@ -112,13 +134,16 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
 
 
 def admin_password(path: Path) -> str:
-    """Return the password in a file; a missing file is created with a new password, readable by this user only."""
+    """Return the password in a file; a missing file is created with a new password, readable by this user only.
+
+    An empty file counts as missing: releases before 0.2 left one if they were killed while they created it.
+    """
     try:
-        if path.exists():
-            return path.read_text().strip()
+        if path.exists() and (password := path.read_text().strip()):
+            warn_if_open(path)
+            return password
         password = secrets.token_urlsafe(12)
-        path.touch(mode=0o600)
-        path.write_text(password + "\n")
+        write_private(path, f"{password}\n".encode())
     except OSError as error:
         raise InvalidInput(f"cannot read or create the password file: {error}") from error
     return password
@@ -229,6 +254,7 @@ def _write_ready(path: Path, ready: ReadyFile) -> None:
     partial = path.with_suffix(".partial")
     try:
         partial.write_bytes(msgspec.json.encode(ready))
+        partial.chmod(READY_MODE)
         partial.rename(path)
     except OSError as error:
         raise InvalidInput(f"cannot write the ready file: {error}") from error

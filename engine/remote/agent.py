@@ -19,7 +19,9 @@ from engine.agent.agent import run, until_terminated
 from engine.agent.components import dial_master
 from engine.agent.config import AgentConfig
 from engine.agent.master_redial import Master
+from engine.processes.exclusive_owner import LOCK, sole_owner
 from engine.processes.instances import folder_of, instance_name, sweep_stale
+from engine.processes.private_files import keep_new_files_private
 from engine.processes.run_dir import keep_temporary_files_in, remove_folder
 from engine.remote.cluster_settings import ClusterSettings
 from engine.remote.machines import check_reachable
@@ -164,11 +166,15 @@ async def dial_again(membership: Membership, options: MachineOptions, config: Ag
 
 def main() -> None:
     """Run until SIGTERM or Ctrl-C."""
+    keep_new_files_private()
     logging.basicConfig(level=logging.INFO, format="%(levelname)s agent %(name)s: %(message)s")
     signal.signal(signal.SIGINT, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
     options = msgspec.json.decode(sys.stdin.buffer.read(), type=MachineOptions)
+    folder = Path(sys.argv[1])
     try:
-        uvloop.run(stay(membership_in(Path(sys.argv[1])), options))
+        membership = membership_in(folder)
+        with sole_owner(folder / LOCK, f"the folder {folder} of this machine", "join from another folder with --data"):
+            uvloop.run(stay(membership, options))
     except PPaaSError as error:
         logger.error("the machine cannot run: %s", error)
         sys.exit(1)

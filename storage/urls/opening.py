@@ -48,12 +48,18 @@ def open_map_store(url: str) -> MapStore:
     return _open(url, MAP_STORES)
 
 
-def check_exists(url: str) -> None:
-    """Raise ``NotFound`` if a URL is a path that does not exist: opening it would create an empty store."""
+def local_path(url: str) -> Path | None:
+    """Return the file or folder of a store on this machine, or None if a URL is not of such a store."""
     scheme = url.partition(":")[0]
     backend = STORES.get(scheme) or MAP_STORES.get(scheme)
     arguments = () if backend is None else backend.arguments(url)
-    if any(isinstance(path, Path) and not path.exists() for path in arguments):
+    return next((path for path in arguments if isinstance(path, Path)), None)
+
+
+def check_exists(url: str) -> None:
+    """Raise ``NotFound`` if a URL is a path that does not exist: opening it would create an empty store."""
+    path = local_path(url)
+    if path is not None and not path.exists():
         raise NotFound("store", url)
 
 

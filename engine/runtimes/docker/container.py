@@ -62,6 +62,7 @@ class ContainerFolders:
         for file in layers.iterdir():
             if not file.name.startswith("."):
                 with contextlib.suppress(FileExistsError):
+                    file.chmod(0o644)  # the container runs as another user; on this machine its folder is private
                     os.link(file, self.layers / file.name)
 
     def link_endpoint(self) -> None:

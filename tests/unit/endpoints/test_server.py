@@ -26,6 +26,20 @@ def test_an_existing_admin_password_is_read(tmp_path: Path) -> None:
     assert admin_password(tmp_path / "password") == "correct horse"
 
 
+def test_an_empty_password_file_of_a_killed_start_gets_a_password(tmp_path: Path) -> None:
+    (tmp_path / "password").touch()
+    made = admin_password(tmp_path / "password")
+    assert len(made) >= 16
+    assert (tmp_path / "password").read_text() == f"{made}\n"
+
+
+def test_a_password_file_that_others_may_read_is_reported(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    (tmp_path / "password").write_text("correct horse\n")
+    (tmp_path / "password").chmod(0o644)
+    admin_password(tmp_path / "password")
+    assert "other users of this computer have access" in caplog.text
+
+
 def test_a_password_file_that_cannot_be_created_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="password file"):
         admin_password(tmp_path / "nowhere" / "password")
@@ -53,6 +67,33 @@ def test_a_signal_to_a_serving_cloud_ends_it_cleanly(tmp_path: Path, number: int
     assert stat.S_IMODE((up.folder / "data" / "admin-password").stat().st_mode) == 0o600
     assert up.end(number) == 0
     assert "Traceback" not in up.log.read_text()
+
+
+def test_a_second_cloud_on_the_same_data_or_store_ends_at_once_and_names_the_first(tmp_path: Path) -> None:
+    up = Up(tmp_path)
+    up.wait_for(up.ready.exists)
+    (tmp_path / "second").mkdir()
+    (tmp_path / "second" / "data").symlink_to(tmp_path / "data")
+    (tmp_path / "third").mkdir()
+    store = ("--store", f"sqlite://{tmp_path}/data/ppaas.sqlite")
+    for other, used in ((Up(tmp_path / "second"), "the data folder"), (Up(tmp_path / "third", *store), "the store")):
+        assert other.wait() == 1
+        (line,) = other.log.read_text().splitlines()
+        assert line.startswith(f"ppaas: unavailable: {used}")
+        assert f"is in use by process {up.process.pid} of host" in line
+        assert not other.ready.exists()
+    assert up.process.poll() is None
+    assert up.end(signal.SIGTERM) == 0
+
+
+def test_other_users_of_the_computer_can_enter_no_folder_and_read_no_file_of_a_cloud(tmp_path: Path) -> None:
+    up = Up(tmp_path, "--listen-machines", "127.0.0.1:0")
+    up.wait_for(up.ready.exists)
+    made = [tmp_path / "data", *(tmp_path / "data").rglob("*"), *up.runs.rglob("*")]
+    is_open = {str(path): stat.S_IMODE(path.stat().st_mode) & 0o077 for path in made if path.exists()}
+    assert up.end(signal.SIGTERM) == 0
+    assert [path for path, bits in is_open.items() if bits] == []
+    assert "have access to" not in up.log.read_text()
 
 
 def test_a_start_error_is_one_line_and_leaves_nothing_behind(tmp_path: Path) -> None:
