@@ -9,7 +9,7 @@ from typing import Any
 from benchmarks.localization.recording import Look, Recording
 from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
-from ppaas.localization.beams import check_count
+from ppaas.localization.beams import check_scan
 from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header, Time
@@ -121,5 +121,5 @@ def _scan(message: Any) -> LaserScan:
         Header(), angle_min=message.angle_min, angle_max=message.angle_max, angle_increment=message.angle_increment,
         range_min=message.range_min, range_max=message.range_max, ranges=message.ranges.tolist(),
     )  # fmt: skip
-    check_count(scan)
+    check_scan(scan)
     return scan

@@ -15,6 +15,7 @@ from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.passive_safety import PassiveSafety
 from ppaas.nodes.amcl.node import AmclNode
 from ppaas.nodes.base import Context, Node
+from ppaas.nodes.frames import FrameNames
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.map_server.costmap_filters import (
     KEEPOUT_FILTER,
@@ -95,14 +96,15 @@ def build_clone(
     driving = _driving(given, base_global_planner, base_local_planner)
     amcl = given.read(AmclParameters, "amcl")
     state = given.read(StatePublisherParameters, "robot_state_publisher")
-    move_base = _move_base(given, driving, body, layers, threads=threads, reuse=reuse or ReuseSetup())
+    names = FrameNames.of(amcl.odom_frame_id, amcl.base_frame_id, amcl.global_frame_id, amcl.tf_prefix)
+    move_base = _move_base(given, driving, body, layers, names, threads=threads, reuse=reuse or ReuseSetup())
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
     camera = _camera(given)
     given.refuse_rest()
     makers: dict[str, Callable[[Context], Node]] = {
         MapServerNode.name: lambda context: MapServerNode(context, layers),
-        StatePublisherNode.name: lambda context: StatePublisherNode(context, body, state),
-        AmclNode.name: lambda context: AmclNode(context, layers, Pose2D(*initial_pose), amcl, threads),
+        StatePublisherNode.name: lambda context: StatePublisherNode(context, body, state, names),
+        AmclNode.name: lambda context: AmclNode(context, layers, Pose2D(*initial_pose), amcl, threads, names=names),
         MoveBaseNode.name: move_base,
         WaypointFollowerNode.name: lambda context: WaypointFollowerNode(context, touring),
         ParameterServerNode.name: lambda context: ParameterServerNode(context, given.in_use),
@@ -118,6 +120,7 @@ def _move_base(
     driving: MoveBaseParameters,
     body: RobotModel,
     layers: MapLayers,
+    names: FrameNames,
     *,
     threads: Threads,
     reuse: ReuseSetup,
@@ -129,7 +132,9 @@ def _move_base(
     speed_filter = _filters(given, layers)
 
     def move_base(context: Context) -> MoveBaseNode:
-        surroundings = surroundings_of(layers, body, local, social, driving.transform_tolerance)
+        surroundings = surroundings_of(
+            layers, body, local, social, tolerance=driving.transform_tolerance, names=names
+        )
         processor = reuse.processor(layers.costmap, body.robot_radius, _reuse(driving))
         return MoveBaseNode(
             context,

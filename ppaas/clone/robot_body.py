@@ -8,8 +8,9 @@ from typing import Any
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.parameters import Parameters, read_parameters
-from ppaas.robot_model.description import RobotDescription, circumscribed_radius
+from ppaas.robot_model.description import RobotDescription, SensorFrame, circumscribed_radius
 from ppaas.robot_model.known_models import RobotModel, robot_model
+from ppaas.robot_model.sensors import LASER
 
 COSTMAP, VOXEL_LAYER = "global_costmap", "voxel_layer"
 """Names of the parameters below in a robot's file."""
@@ -65,8 +66,8 @@ def robot_body(
 ) -> RobotModel:
     """Return the body of a robot: parameters take precedence over its URDF, and that over its model.
 
-    The radius is that of the circumscribed circle. The top speed is that of the wheels. So is the turning speed, but it
-    is at most the model's, since wheels may turn a robot in place faster than localization can follow.
+    The radius is that of the circumscribed circle. Speeds are those of the wheels, but at most the model's: many files
+    have placeholders as limits, and wheels may turn a robot in place faster than localization can follow.
 
     Parameters
     ----------
@@ -114,16 +115,25 @@ def robot_heights(body: RobotModel, parameters: Mapping[str, Any]) -> tuple[floa
 def _as_described(body: RobotModel, urdf: RobotDescription) -> RobotModel:
     limits = body.limits
     if urdf.max_vel_x is not None:
-        limits = replace(limits, max_vel_x=urdf.max_vel_x)
+        limits = replace(limits, max_vel_x=min(urdf.max_vel_x, limits.max_vel_x))
     if urdf.max_vel_theta is not None:
         limits = replace(limits, max_vel_theta=min(urdf.max_vel_theta, limits.max_vel_theta))
-    laser = next((sensor for sensor in urdf.sensors if sensor.kind == "laser"), None)
+    laser = _laser_of(urdf)
     if laser is not None:
         x, y, _, _, _, yaw = laser.pose
         body = replace(body, laser=Pose2D(x, y, yaw), laser_frame=laser.link)
     if urdf.circumscribed_radius is not None:
         body = replace(body, robot_radius=urdf.circumscribed_radius, footprint=urdf.footprint)
-    return replace(body, limits=limits, height=body.height if urdf.height is None else urdf.height)
+    return replace(
+        body, limits=limits, height=body.height if urdf.height is None else urdf.height, frames=urdf.frames
+    )
+
+
+def _laser_of(urdf: RobotDescription) -> SensorFrame | None:
+    """Return the laser that is most level, the first of these, if there is one."""
+    lasers = [sensor for sensor in urdf.sensors if sensor.kind == LASER]
+    poses = dict(urdf.frames)
+    return min(lasers, key=lambda laser: round(poses[laser.link].tilt, 2) if laser.link in poses else 0.0, default=None)
 
 
 def _radius_around(footprint: tuple[tuple[float, float], ...]) -> float:

@@ -5,6 +5,7 @@ from ppaas.costmap.local_costmap import LocalCostmap
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.costmap.obstacle_layer import RAYTRACE_RANGE
 from ppaas.costmap.obstacle_memory import ObstacleMemory
+from ppaas.nodes.frames import FrameNames
 from ppaas.nodes.move_base.people import SeenPeople, SocialLayerParameters
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.parameters import Parameters
@@ -34,7 +35,9 @@ def surroundings_of(
     body: RobotModel,
     parameters: LocalCostmapParameters,
     social: SocialLayerParameters,
+    *,
     tolerance: float,
+    names: FrameNames,
 ) -> Surroundings:
     """Return the surroundings of a robot with this body on the map of these layers."""
     radius = body.robot_radius + parameters.footprint_padding
@@ -57,5 +60,5 @@ def surroundings_of(
     )
     return Surroundings(
         window, memory, body.robot_radius,
-        people=SeenPeople(social), moving=MovingObjects(layers), tolerance=tolerance,
+        people=SeenPeople(social), moving=MovingObjects(layers), tolerance=tolerance, names=names,
     )  # fmt: skip

@@ -139,19 +139,26 @@ class LocalCostmap:
         InvalidInput
             The pose or an obstacle is not finite.
         """
-        if not pose.is_finite():
-            raise InvalidInput(f"the robot's pose must be finite, not {tuple(pose)}")
-        frame = self._layers.grid.info.origin.inverse()
-        self._follow(frame @ pose)
-        if reading is not None:
-            self._obstacles.see(frame @ reading.origin, reading)
-        self._obstacles.clear_footprint(frame @ pose, self._radius)
+        self.see(pose, reading)
+        self._obstacles.clear_footprint(self._layers.grid.info.origin.inverse() @ pose, self._radius)
         lethal = self._obstacles.marked.view(np.uint8)
         self._stamp(lethal, obstacles)
         self._costs = self._cost(lethal)
         costmap = Costmap(self._costs, self._info())
         self._near_people = self._social.add(costmap, people)
         return costmap
+
+    def see(self, pose: Pose2D, reading: LaserReading | None) -> None:
+        """Centre the window on the robot, and add a scan; costs are those of the next `update`, whose errors it raises.
+
+        A robot with several lasers adds the scans of all but one by this.
+        """
+        if not pose.is_finite():
+            raise InvalidInput(f"the robot's pose must be finite, not {tuple(pose)}")
+        frame = self._layers.grid.info.origin.inverse()
+        self._follow(frame @ pose)
+        if reading is not None:
+            self._obstacles.see(frame @ reading.origin, reading)
 
     def overlay(self, costmap: Costmap) -> Costmap:
         """Return a costmap of the whole map combined with the last update, for replanning.

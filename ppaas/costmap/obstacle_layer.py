@@ -56,10 +56,11 @@ class LaserReading:
     def of(cls, scan: LaserScan, origin: Pose2D) -> "LaserReading":
         """Return the reading of a message.
 
-        Ranges that are null or below ``range_min`` are not readings; ranges from ``range_max`` up hit nothing.
+        Ranges that are null, 0 or at most ``range_min`` are not readings, as in amcl; ranges from ``range_max`` up hit
+        nothing.
         """
         ranges: NDArray[np.float64] = np.array(scan.ranges, dtype=np.float64)
-        ranges[ranges < scan.range_min] = np.nan
+        ranges[ranges <= max(scan.range_min, 0.0)] = np.nan
         ranges[ranges >= scan.range_max] = np.inf
         angles = scan.angle_min + scan.angle_increment * np.arange(ranges.size, dtype=np.float64)
         return cls(origin, angles, ranges)

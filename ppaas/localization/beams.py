@@ -12,27 +12,49 @@ from ppaas.messages.sensor_msgs import LaserScan
 MAX_RANGES = 100_000
 """Largest number of ranges in a scan; real lasers have a few thousand."""
 
+MOST_TURNED = 2.2 * math.pi
+"""Largest angle that the beams of a scan cover [rad]: some drivers turn a little more than once."""
+
 SPACING = 0.1
 """Edge of the cells of which each contributes at most one point [m]."""
 
 
-def check_count(scan: LaserScan) -> None:
-    """Check that the number of ranges of a scan matches its angles, to within one: some drivers are one off.
+def check_scan(scan: LaserScan) -> None:
+    """Check the angles and limits of a scan.
+
+    As in amcl, ``angle_min``, ``angle_increment`` and the number of ranges count, while ``angle_max`` may be a little
+    off (see `excess_of`).
 
     Raises
     ------
     InvalidInput
-        The angles are not finite, or do not match the number of ranges.
+        There is no range, or less than half or more than twice as many as the angles say; an angle or limit is not
+        finite; or the beams go round more than once, as with degrees.
     """
     _check_angles(scan)
-    if not math.isfinite(scan.angle_max) or scan.angle_increment == 0.0:
-        raise InvalidInput("angle_max of a scan must be finite, and angle_increment not 0")
-    expected = (scan.angle_max - scan.angle_min) / scan.angle_increment + 1.0
-    if abs(expected - len(scan.ranges)) > 1.5:
+    count = len(scan.ranges)
+    if not count:
+        raise InvalidInput("a scan has no ranges: send one per beam, null where there is no reading")
+    turned = abs(scan.angle_increment) * (count - 1)
+    if turned > MOST_TURNED or (scan.angle_increment == 0.0 and count > 1):
+        raise InvalidInput(
+            f"{count} ranges in steps of angle_increment {scan.angle_increment:g} cover {turned:.2f} rad: a scan covers "
+            "more than 0 rad and at most one turn, in radians"
+        )
+    expected = count - excess_of(scan)
+    if not 0.5 * expected <= count <= max(2.0 * expected, 2.0):
         raise InvalidInput(
             f"a scan from angle_min {scan.angle_min:g} to angle_max {scan.angle_max:g} in steps of "
-            f"{scan.angle_increment:g} rad must have {expected:.0f} ranges, not {len(scan.ranges)}"
+            f"{scan.angle_increment:g} rad must have {expected:.0f} ranges, not {count}"
         )
+
+
+def excess_of(scan: LaserScan) -> float:
+    """Return how many ranges a scan has beyond what its angles say; one more or less is usual and counts as 0."""
+    if not math.isfinite(scan.angle_max) or scan.angle_increment == 0.0:
+        return 0.0
+    excess = len(scan.ranges) - 1.0 - (scan.angle_max - scan.angle_min) / scan.angle_increment
+    return excess if abs(excess) > 1.5 else 0.0
 
 
 def _check_angles(scan: LaserScan) -> None:
@@ -49,7 +71,7 @@ def scan_points(scan: LaserScan, laser: Pose2D) -> NDArray[np.float64]:
     Parameters
     ----------
     scan : LaserScan
-        Null, NaN, infinity and values outside (range_min, range_max) are not readings.
+        Null, NaN, infinity, 0 and values outside (range_min, range_max) are not readings.
     laser : Pose2D
         Pose of the sensor in the frame of the points returned.
 
@@ -66,7 +88,7 @@ def scan_points(scan: LaserScan, laser: Pose2D) -> NDArray[np.float64]:
     _check_angles(scan)
     ranges = np.array(scan.ranges, dtype=np.float64)
     with np.errstate(invalid="ignore"):
-        hits = np.flatnonzero((ranges > scan.range_min) & (ranges < scan.range_max))
+        hits = np.flatnonzero((ranges > max(scan.range_min, 0.0)) & (ranges < scan.range_max))
     angles = scan.angle_min + hits * scan.angle_increment + laser.theta
     points = np.empty((len(hits), 2))
     points[:, 0] = laser.x + ranges[hits] * np.cos(angles)
@@ -119,7 +141,7 @@ def choose_rays(scan: LaserScan, laser: Pose2D, max_beams: int) -> NDArray[np.fl
     """
     _check_angles(scan)
     ranges = np.array([math.inf if value is None else value for value in scan.ranges], dtype=np.float64)
-    chosen = _spread(np.flatnonzero(ranges > scan.range_min), max_beams)
+    chosen = _spread(np.flatnonzero(ranges > max(scan.range_min, 0.0)), max_beams)
     rays = np.empty((len(chosen), 4))
     rays[:, 0], rays[:, 1] = laser.x, laser.y
     rays[:, 2] = scan.angle_min + chosen * scan.angle_increment + laser.theta

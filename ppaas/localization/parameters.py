@@ -27,6 +27,10 @@ class AmclParameters(Parameters, frozen=True):
     If ``laser_min_range`` or ``laser_max_range`` is negative, the value of the scan is used. ``odom_alpha5`` is for
     robots that drive sideways. The robot is searched for on the whole map if the fit of its scans, averaged with
     ``recovery_alpha_fast``, falls a tenth below the average with ``recovery_alpha_slow``; 0 disables this.
+
+    ``odom_frame_id`` is by default the frame that the odometry names. ``base_frame_id`` is the frame in which the robot
+    is driven; wherever the odometry names another one, the two are joined. ``global_frame_id`` is another name of the
+    frame ``map``. ``tf_prefix`` is the prefix of frames that are named without one.
     """
 
     min_particles: int = 500
@@ -60,6 +64,10 @@ class AmclParameters(Parameters, frozen=True):
     initial_cov_aa: float = 0.02
     transform_tolerance: float = 0.1
     tf_broadcast: bool = True
+    odom_frame_id: str = ""
+    base_frame_id: str = "base_link"
+    global_frame_id: str = "map"
+    tf_prefix: str = ""
     seed: int = 0
 
     def __post_init__(self) -> None:

@@ -41,7 +41,7 @@ def check_plausible(scan: LaserScan, layers: MapLayers, place: Callable[[], Pose
         No beam has a reading, although by the map half of them should see a wall.
     """
     ranges = scan.ranges
-    if not ranges or any(each is not None and scan.range_min <= each < scan.range_max for each in ranges):
+    if not ranges or any(each is not None and scan.range_min < each < scan.range_max for each in ranges):
         return
     laser = place()
     if laser is None:

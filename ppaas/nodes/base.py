@@ -7,7 +7,7 @@ A node does no I/O and starts no thread. It handles messages, calls and timers o
 from abc import ABC
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, NamedTuple, Protocol, TypeVar
+from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
 
 from ppaas.errors import NotFound, PPaaSError
 from ppaas.messages.message import Lazy, Message, ServiceType
@@ -52,6 +52,9 @@ class Topic(NamedTuple):
         Not sent to the cloud while a node on the robot subscribes to it.
     many_publishers : bool
         A node on the robot that publishes it also has to receive what the cloud and clients publish on it.
+    merge : callable, optional
+        Returns the message for later subscribers of a latched topic with many publishers, from the one that they would
+        get and the next message. Without it, they get the last message.
     """
 
     name: str
@@ -66,6 +69,7 @@ class Topic(NamedTuple):
     shared: bool = False
     local: bool = False
     many_publishers: bool = False
+    merge: Callable[[Any, Any], Any] | None = None
 
 
 class Service(NamedTuple):

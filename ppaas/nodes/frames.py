@@ -1,37 +1,189 @@
-"""Listener of ``tf`` and ``tf_static``: the transform tree, and the time of the last transform of each frame."""
+"""Frames of a robot: their names, and a listener of ``tf`` and ``tf_static`` that knows where they are."""
 
+from dataclasses import dataclass
+
+from ppaas.errors import TransformError
+from ppaas.geometry import Pose2D
+from ppaas.messages.geometry_msgs import TransformStamped
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.topics import TF_STATIC
 from ppaas.transforms.planar import TransformTree, is_level
+from ppaas.transforms.spatial import LatestFrames, Rigid
 
 MAP = "map"
 """Frame of the map, in which Move Base plans and drives."""
 
 ODOM = "odom"
 BASE_LINK = "base_link"
+BASE_FOOTPRINT = "base_footprint"
+
+
+@dataclass(frozen=True, slots=True)
+class FrameNames:
+    """Names of a robot's frames, from the parameters of ``amcl``.
+
+    Parameters
+    ----------
+    odom : str
+        Frame of the odometry; empty for the frame that the robot's odometry names.
+    base : str
+        Frame of the robot's body, to which its footprint refers.
+    map : str
+        Another name of the map's frame.
+    prefix : str
+        Prefix of the frames of the robot's model; empty for that of its odometry.
+    """
+
+    odom: str = ""
+    base: str = BASE_LINK
+    map: str = MAP
+    prefix: str = ""
+
+    @classmethod
+    def of(cls, odom: str, base: str, map_frame: str, prefix: str) -> "FrameNames":
+        """Return the names of the parameters ``odom_frame_id``, ``base_frame_id``, ``global_frame_id``, ``tf_prefix``.
+
+        A prefix applies to names without a slash, as in ROS 1.
+        """
+        prefix = prefix.strip("/")
+        return cls(
+            prefixed(prefix, odom.lstrip("/")),
+            prefixed(prefix, base.lstrip("/")) or BASE_LINK,
+            map_frame.lstrip("/") or MAP,
+            prefix,
+        )
+
+    def is_map(self, frame: str) -> bool:
+        """Return whether a frame is that of the map: ``map`` by any of its names, or without one."""
+        name = frame.lstrip("/")
+        return name in ("", MAP, self.map) or unprefixed(name) == MAP
+
+
+def prefixed(prefix: str, frame: str) -> str:
+    """Return the name of a frame with a prefix; a name with a slash, or an empty one, is unchanged."""
+    return f"{prefix}/{frame}" if prefix and frame and "/" not in frame else frame
+
+
+def unprefixed(frame: str) -> str:
+    """Return the name of a frame without its prefix."""
+    return frame.rpartition("/")[2]
 
 
 class FrameListener:
-    """A transform tree that follows ``tf`` and ``tf_static``."""
+    """Frames of a robot, as ``tf`` and ``tf_static`` say.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    names : FrameNames, optional
+        Names of the robot's frames.
+
+    Attributes
+    ----------
+    tree : TransformTree
+        Level frames over the last seconds.
+    base : str
+        Frame of the robot's body.
+    """
+
+    def __init__(self, names: FrameNames | None = None) -> None:
+        self.names = names or FrameNames()
+        self.base = self.names.base
         self.tree = TransformTree()
+        self._body = LatestFrames()
         self._heard: dict[str, float] = {}
 
     def hear(self, topic: str, message: TFMessage, now: float) -> None:
-        """Add the transforms of a message, except frames that are not level, such as those of wheels and cameras.
+        """Add the transforms of a message; a stamp of zero means now.
+
+        A transform that is not valid is left out, as in tf2; the others are added.
 
         Raises
         ------
         TransformError
-            A transform is not finite, has no frame, or closes a loop.
+            A transform is not finite, has no frame, or closes a loop; the text says which.
         """
-        static = topic == TF_STATIC.name
+        errors = []
         for transform in message.transforms:
-            if is_level(transform.transform.rotation):
-                self.tree.set_message(transform, static=static)
-                self._heard[transform.child_frame_id.lstrip("/")] = now
+            try:
+                self._add(transform, static=topic == TF_STATIC.name, now=now)
+            except TransformError as error:
+                errors.append(error)
+        if errors:
+            raise errors[0]
+
+    def _add(self, transform: TransformStamped, *, static: bool, now: float) -> None:
+        child = transform.child_frame_id.lstrip("/")
+        try:
+            level = is_level(transform.transform.rotation)
+        except TransformError as error:
+            parent = transform.header.frame_id.lstrip("/")
+            raise TransformError(f"transform {parent!r} → {child!r} is left out: {error}") from error
+        # Wheels and cameras are not level: they only matter where a laser is mounted on them.
+        if level:
+            self.tree.set_message(transform, static=static, now=now)
+        self._body.hear((transform,))
+        self._heard[child] = now
+
+    # -- where the robot is --------------------------------------------------------------------------------------------
+
+    @property
+    def odom(self) -> str:
+        """Frame of the odometry: that of the parameters, or else the parent of the highest frame that moves."""
+        return self.names.odom or self.tree.moving_parent(self.base, MAP) or ODOM
+
+    def newest(self) -> float | None:
+        """Return the stamp of the newest odometry [s]; None if there is none."""
+        return self.tree.common_time(self.odom, self.base)
+
+    def odometry(self, stamp: float | None = None) -> Pose2D:
+        """Return the pose of the robot in the odometry frame, by default the newest.
+
+        Raises
+        ------
+        TransformError
+            There is no odometry, or not at that time.
+        """
+        return self.tree.lookup(self.odom, self.base, stamp)
+
+    def in_map(self, stamp: float | None = None) -> Pose2D:
+        """Return the pose of the robot in the frame of the map; raises as `odometry`."""
+        return self.tree.lookup(MAP, self.base, stamp)
+
+    def mount(self, frame: str) -> Rigid:
+        """Return the pose of a sensor in the robot's body; a sensor without a frame is at its origin.
+
+        Raises
+        ------
+        TransformError
+            The frame is unknown, or not connected with the robot's body.
+        """
+        name = frame.lstrip("/")
+        return self._body.lookup(self.base, self._known(name)) if name else Rigid()
+
+    def height_of(self, frame: str) -> float:
+        """Return the height of a frame of the body in the robot's frame [m]; 0 if it is unknown."""
+        known = self._known(frame)
+        return self._body.lookup(self.base, known).z if self._body.connected(self.base, known) else 0.0
+
+    def _known(self, frame: str) -> str:
+        """Return a frame by its name, with the prefix of the robot if it is known only with it."""
+        full = prefixed(self.names.prefix, frame)
+        return full if full != frame and not self._body.connected(self.base, frame) else frame
+
+    # -- silence -------------------------------------------------------------------------------------------------------
 
     def silence(self, child: str, now: float) -> float:
         """Return the time since the last transform of a frame, by the executor's clock instead of the stamps [s]."""
         return now - self._heard.get(child, float("-inf"))
+
+    def odometry_silence(self, now: float) -> float:
+        """Return the time since the odometry last moved the robot's body, infinite if it never did [s]."""
+        try:
+            moving = self.tree.moving_between(self.odom, self.base)
+        except TransformError:
+            return float("inf")
+        return max((self.silence(child, now) for child in moving), default=float("inf"))
+
+    def localization_silence(self, now: float) -> float:
+        """Return the time since localization last published the odometry frame in the map, infinite if never [s]."""
+        return self.silence(self.odom, now)

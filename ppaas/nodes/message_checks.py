@@ -8,6 +8,7 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.message import Message
 from ppaas.nodes.base import Payload
+from ppaas.nodes.frames import MAP, unprefixed
 from ppaas.transforms.planar import TransformTree
 
 M = TypeVar("M", bound=Message)
@@ -56,7 +57,7 @@ def pose_in(tree: TransformTree, frame: str, stamped: PoseStamped, what: str) ->
     source = stamped.header.frame_id.lstrip("/")
     if not source:
         raise InvalidInput(f"{what} needs header.frame_id, the frame of its pose, for example {frame!r}")
-    if source == frame:
+    if source == frame or unprefixed(source) == frame == MAP:
         return pose
     try:
         return tree.lookup(frame, source) @ pose

@@ -195,7 +195,7 @@ class TopicBus:
         if known is None:  # undeclared after it was published
             return
         if known.latched:
-            self._latched[topic] = message
+            self._latch(known, message)
         for node in self._subscribers.get(topic, ()):
             try:
                 self.times.run(node.name, partial(node.on_message, topic, message))
@@ -203,3 +203,8 @@ class TopicBus:
                 refused(error)
         for tap in tuple(self._taps.get(topic, ())):
             tap(topic, message)
+
+    def _latch(self, topic: Topic, message: Payload) -> None:
+        """Store the message for later subscribers."""
+        earlier = self._latched.get(topic.name)
+        self._latched[topic.name] = message if topic.merge is None or earlier is None else topic.merge(earlier, message)

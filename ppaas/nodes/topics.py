@@ -17,7 +17,8 @@ from ppaas.messages.nav_msgs import OccupancyGrid, Odometry, Path
 from ppaas.messages.people_msgs import People
 from ppaas.messages.ppaas_msgs import NodeHomes, RobotStates
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan
-from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.messages.std_msgs import String
+from ppaas.messages.tf2_msgs import TFMessage, merged
 from ppaas.messages.tf2_web_republisher import (
     TFSubscriptionActionFeedback,
     TFSubscriptionActionGoal,
@@ -32,7 +33,7 @@ SCAN = Topic("scan", LaserScan, stream=True, depth=1, robot_only=True)
 ODOM = Topic("odom", Odometry, stream=True, depth=1, robot_only=True)
 TF = Topic("tf", TFMessage, stream=True, depth=50, robot_only=True, many_publishers=True)
 TF_STATIC = Topic("tf_static", TFMessage, latched=True, stream=True, lasting=True, robot_only=True,
-                  many_publishers=True)
+                  many_publishers=True, merge=merged)
 DEPTH_IMAGE = Topic("camera/depth/image_raw", Image, stream=True, local=True)
 COMPRESSED_DEPTH_IMAGE = Topic("camera/depth/image_raw/compressedDepth", CompressedImage, stream=True, local=True)
 DEPTH_CAMERA_INFO = Topic("camera/depth/camera_info", CameraInfo, local=True)
@@ -44,6 +45,7 @@ MAP = Topic("map", OccupancyGrid, latched=True, depth=1, lasting=True)
 INITIAL_POSE = Topic("initialpose", PoseWithCovarianceStamped)
 AMCL_POSE = Topic("amcl_pose", PoseWithCovarianceStamped, stream=True, shared=True)
 PARTICLE_CLOUD = Topic("particlecloud", PoseArray, stream=True, depth=1)
+AMCL_STATUS = Topic("amcl/status", String, latched=True, stream=True, depth=1)
 
 # -- Move Base ---------------------------------------------------------------------------------------------------------
 

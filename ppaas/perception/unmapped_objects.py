@@ -54,7 +54,8 @@ def unmapped_objects_in(reading: LaserReading, layers: MapLayers) -> list[Unmapp
 
 def _unmapped_hits(reading: LaserReading, layers: MapLayers) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return the indices of beams that hit no obstacle of the map, and the points that they hit, (n, 2) x, y [m]."""
-    hit = np.flatnonzero(reading.ranges < REACH)
+    with np.errstate(invalid="ignore"):
+        hit = np.flatnonzero((reading.ranges > 0.0) & (reading.ranges < REACH))
     heading = reading.angles[hit] + reading.origin.theta
     points = np.array(reading.origin[:2]) + reading.ranges[hit, None] * np.stack(
         (np.cos(heading), np.sin(heading)), axis=1

@@ -1,7 +1,7 @@
 """Description of a robot for navigation, from its URDF."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 
 import numpy as np
@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidUrdf
 from ppaas.geometry import convex_outline
-from ppaas.robot_model.description import Corner, RobotDescription, circumscribed_radius
-from ppaas.robot_model.kinematics import BASE_FRAMES, link_poses
+from ppaas.robot_model.description import Corner, RobotDescription, SensorFrame, circumscribed_radius
+from ppaas.robot_model.kinematics import BASE_FRAMES, link_poses, rigid_links
 from ppaas.robot_model.sensors import sensor_frames, tilted
 from ppaas.robot_model.shapes import Mesh, Shape, heights, outline_points
 from ppaas.robot_model.urdf import Urdf, read_urdf
@@ -24,6 +24,12 @@ MAX_RADIUS = 100.0
 """Limit of a robot's circumscribed radius, for the inflation of costmaps [m]."""
 
 MAX_WARNINGS = 10
+
+MAX_FRAMES = 250
+"""Limit of the frames of a description, sensors first."""
+
+FAST = 2.0
+"""Speed above which a limit of the wheels is more likely a placeholder than a robot's speed [m/s]."""
 
 Body = list[tuple[Shape, Rigid]]
 """Shapes of a robot, each with its pose in the base frame."""
@@ -64,8 +70,27 @@ def describe(data: bytes) -> RobotDescription:
         max_vel_x=speed,
         max_vel_theta=turn,
         sensors=sensors,
-        warnings=(*warnings, *tilted(sensors))[:MAX_WARNINGS],
+        warnings=(*tilted(sensors, poses), *warnings, *_too_fast(speed))[:MAX_WARNINGS],
+        frames=_frames(urdf, base, poses, sensors),
     )
+
+
+def _frames(
+    urdf: Urdf, base: str, poses: Mapping[str, Rigid], sensors: Iterable[SensorFrame]
+) -> tuple[tuple[str, Rigid], ...]:
+    """Return the frames of sensors and of links that do not move, with their poses in the base frame."""
+    bases = [name for name in BASE_FRAMES if name in poses]
+    names = dict.fromkeys((*bases, *(sensor.link for sensor in sensors), *rigid_links(urdf, base)))
+    return tuple((name, poses[name]) for name in list(names)[:MAX_FRAMES])
+
+
+def _too_fast(speed: float | None) -> list[str]:
+    if speed is None or speed <= FAST:
+        return []
+    return [
+        f"the <limit velocity=> of the wheels allows {speed:.2g} m/s: the robot is driven no faster than its model, "
+        "unless max_vel_x of its local planner says so"
+    ]
 
 
 def _body(urdf: Urdf, poses: Mapping[str, Rigid]) -> tuple[Body, tuple[str, ...]]:
@@ -78,11 +103,14 @@ def _body(urdf: Urdf, poses: Mapping[str, Rigid]) -> tuple[Body, tuple[str, ...]
         warnings.append(f"no link has a <collision>: {instead}")
     body = [(placed.shape, poses[link.name] @ placed.origin) for link in links for placed in link.shapes]
     unknown = [(link.name, placed.shape) for link in links for placed in link.shapes if isinstance(placed.shape, Mesh)]
-    warnings += [
-        f"link {name!a}: the extent of mesh {mesh.filename!a} is unknown, and so are footprint and height: give the "
-        "mesh a bounding_box=, or the link a <collision> of simple shapes"
-        for name, mesh in unknown
-    ]
+    if unknown:
+        (name, mesh), more = unknown[0], len(unknown) - 1
+        others = f" and of {more} more" if more else ""
+        warnings.append(
+            f"link {name!a}: the extent of mesh {mesh.filename!a}{others} is unknown, and so are footprint and height: "
+            "upload the URDF with --mesh-folder, give each mesh a bounding_box=, or set robot_radius of "
+            "global_costmap; until then the robot is driven with the radius of its model"
+        )
     return ([] if unknown else body), tuple(warnings)
 
 

@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from ppaas.transforms.spatial import Rigid
+
 Corner = tuple[float, float]
 
 _ROUNDING = 1000.0
@@ -49,7 +51,9 @@ class RobotDescription:
     sensors : tuple of SensorFrame
         Sensors of the robot.
     warnings : tuple of str
-        Properties that could not be determined, and why.
+        Properties that could not be determined, and why; the most important first.
+    frames : tuple of (str, Rigid)
+        Links that do not move, and sensors, with their poses in the base frame.
     """
 
     name: str
@@ -61,6 +65,7 @@ class RobotDescription:
     max_vel_theta: float | None = None
     sensors: tuple[SensorFrame, ...] = ()
     warnings: tuple[str, ...] = ()
+    frames: tuple[tuple[str, Rigid], ...] = ()
 
     @property
     def circumscribed_radius(self) -> float | None:

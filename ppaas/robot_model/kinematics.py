@@ -52,6 +52,21 @@ def link_poses(urdf: Urdf) -> tuple[str, dict[str, Rigid]]:
     return base, {name: from_base @ poses[name] for name in urdf.links}
 
 
+def rigid_links(urdf: Urdf, base: str) -> list[str]:
+    """Return the links that fixed joints join with a link, in the order of the file, itself included."""
+    parts = {name: name for name in urdf.links}
+
+    def part_of(name: str) -> str:
+        while parts[name] != name:
+            name = parts[name]
+        return name
+
+    for joint in urdf.joints.values():
+        if joint.type == "fixed":
+            parts[part_of(joint.child)] = part_of(joint.parent)
+    return [name for name in urdf.links if part_of(name) == part_of(base)]
+
+
 def _poses_under(urdf: Urdf, root: str) -> dict[str, Rigid]:
     """Return the poses of all links below a root, in the frame of the root."""
     below: dict[str, list[UrdfJoint]] = {}

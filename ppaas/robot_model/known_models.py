@@ -1,10 +1,12 @@
 """Robot models that are known by name: the data that a clone needs of its robot's body."""
 
+import math
 from dataclasses import dataclass
 
 from ppaas.controllers.base import VelocityLimits
 from ppaas.errors import NotFound
 from ppaas.geometry import Pose2D
+from ppaas.transforms.spatial import Rigid
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +29,8 @@ class RobotModel:
         Corners of the outline in the base frame [m]; empty if the footprint is the circle.
     height : float, optional
         Height from the ground to the top [m].
+    frames : tuple of (str, Rigid)
+        Frames of the robot's body by its URDF, with their poses in the base frame; empty without a URDF.
     """
 
     name: str
@@ -36,6 +40,14 @@ class RobotModel:
     laser_frame: str = "base_scan"
     footprint: tuple[tuple[float, float], ...] = ()
     height: float | None = None
+    frames: tuple[tuple[str, Rigid], ...] = ()
+
+    def frames_with(self, laser_frame: str = "") -> dict[str, Rigid]:
+        """Return the frames of the body with that of its laser, which may be named differently, by their names."""
+        x, y, theta = self.laser
+        laser = Rigid(x, y, qz=math.sin(theta / 2.0), qw=math.cos(theta / 2.0))
+        found = dict(self.frames) or {self.laser_frame: laser}
+        return found | {laser_frame: found.get(self.laser_frame, laser)} if laser_frame else found
 
 
 PLANNING_MODEL = "turtlebot2"

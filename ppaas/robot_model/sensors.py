@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from xml.etree.ElementTree import Element
 
 from ppaas.robot_model.description import SensorFrame
-from ppaas.transforms.planar import MAX_TILT
+from ppaas.transforms.planar import LARGEST_TILT, USEFUL_TILT
 from ppaas.transforms.spatial import Rigid
 
 MAX_SENSORS = 100
@@ -43,13 +43,18 @@ def sensor_frames(root: Element, poses: Mapping[str, Rigid]) -> tuple[SensorFram
     return tuple(found[:MAX_SENSORS])
 
 
-def tilted(sensors: Iterable[SensorFrame]) -> list[str]:
-    """Return a warning for each laser that is not level, because its scans are used as if it were."""
-    lasers = (sensor for sensor in sensors if sensor.kind == LASER)
+def tilted(sensors: Iterable[SensorFrame], poses: Mapping[str, Rigid]) -> list[str]:
+    """Return a warning for each laser that is tilted so far that a robot hardly sees walls by it."""
+    lasers = [(sensor.link, poses[sensor.link].tilt) for sensor in sensors if sensor.kind == LASER]
     return [
-        f"laser {laser.link!a} is tilted or upside down, but its scans are used as if it were level"
-        for laser in lasers
-        if max(map(abs, laser.pose[3:5])) > MAX_TILT
+        f"laser {link!a} is tilted by {math.degrees(tilt):.0f}°: "
+        + (
+            "its scans are refused"
+            if tilt > LARGEST_TILT
+            else "its beams are projected to the ground, but most of them end on the floor or above the robot"
+        )
+        for link, tilt in lasers
+        if tilt > USEFUL_TILT
     ]
 
 

@@ -18,6 +18,8 @@ MAX_NAME = 256
 MAX_NUMBER = 1e6
 """Limit of the magnitude of numbers [m or rad]."""
 
+IS_XACRO = "this is xacro, not URDF ({}): run xacro first: xacro robot.urdf.xacro > robot.urdf"
+
 _ENCODING = re.compile(r"""\s*<\?xml[^>]*\bencoding\s*=\s*["']([^"']*)["']""")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 
@@ -30,7 +32,7 @@ def read_document(data: bytes) -> Element:
     MessageTooLarge
         The document has more than ``MAX_BYTES``.
     InvalidUrdf
-        The document is not XML in UTF-8, or has a document type or entities, which a URDF never needs.
+        The document is not XML in UTF-8, has a document type or entities, which a URDF never needs, or is xacro.
     """
     if len(data) > MAX_BYTES:
         raise MessageTooLarge(f"a URDF may have at most {MAX_BYTES} bytes, not {len(data)}")
@@ -39,9 +41,23 @@ def read_document(data: bytes) -> Element:
     except DefusedXmlException as error:
         raise InvalidUrdf("a URDF must not have a document type or entities: remove them") from error
     except (ParseError, ValueError) as error:
+        if b"<xacro:" in data:
+            raise InvalidUrdf(IS_XACRO.format("it has <xacro:…> elements")) from error
         raise InvalidUrdf(f"the URDF is not XML: {error}") from error
     assert isinstance(root, Element)
+    _check_expanded(root)
     return root
+
+
+def _check_expanded(root: Element) -> None:
+    """Raise ``InvalidUrdf`` if a document has elements or substitutions of xacro, which are not final."""
+    for element in root.iter():
+        tag = element.tag if isinstance(element.tag, str) else ""
+        if tag.startswith("{") and "xacro" in tag.partition("}")[0]:
+            raise InvalidUrdf(IS_XACRO.format(f"it has <xacro:{tag.partition('}')[2][:64]}>"))
+        for name, value in element.items():
+            if "${" in value or "$(" in value:
+                raise InvalidUrdf(IS_XACRO.format(f"{name[:64]}= of <{tag[:64]}> is {value[:64]!a}"))
 
 
 def _text(data: bytes) -> str:

@@ -7,12 +7,14 @@ height of a ``TransformStamped`` is ignored, and ``set_message`` refuses a trans
 import bisect
 import logging
 import math
+from itertools import pairwise
 from operator import itemgetter
 
 from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D, wrap_angle, yaw_of
 from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
 from ppaas.messages.std_msgs import Header, Time
+from ppaas.transforms.connections import not_connected
 
 logger = logging.getLogger(__name__)
 
@@ -21,6 +23,12 @@ CACHE_TIME = 10.0
 
 MAX_TILT = 0.02
 """Largest roll or pitch that counts as level [rad]."""
+
+USEFUL_TILT = math.radians(15.0)
+"""Tilt of a laser above which most of its beams end on the floor or above the robot [rad]."""
+
+LARGEST_TILT = math.radians(60.0)
+"""Tilt of a laser above which its scans are refused [rad]."""
 
 IDENTITY = Pose2D(0.0, 0.0, 0.0)
 
@@ -91,17 +99,19 @@ class TransformTree:
     def set_static(self, parent: str, child: str, pose: Pose2D) -> None:
         """Set the pose of ``child`` in ``parent`` for all times.
 
+        A static transform that would close a loop with the new one is removed: the latest sender knows best.
+
         Raises
         ------
         TransformError
             As for ``set``.
         """
-        self._connect(parent, child, pose)
+        self._connect(parent, child, pose, static=True)
         self._moving.pop(child, None)
         self._static[child] = pose
 
-    def set_message(self, transform: TransformStamped, *, static: bool = False) -> None:
-        """Set a transform from ``geometry_msgs/TransformStamped``.
+    def set_message(self, transform: TransformStamped, *, static: bool = False, now: float = 0.0) -> None:
+        """Set a transform from ``geometry_msgs/TransformStamped``; a stamp of zero means ``now`` [s].
 
         Raises
         ------
@@ -113,18 +123,28 @@ class TransformTree:
         if static:
             self.set_static(parent, child, pose)
         else:
-            self.set(parent, child, pose, tf_time(transform.header.stamp))
+            self.set(parent, child, pose, tf_time(transform.header.stamp) or round(now, 6))
 
-    def _connect(self, parent: str, child: str, pose: Pose2D) -> None:
+    def _connect(self, parent: str, child: str, pose: Pose2D, *, static: bool = False) -> None:
         if not parent or not child:
             raise TransformError(f"transform {parent!r} → {child!r}: both frames need a name")
         if not pose.is_finite():
             raise TransformError(f"transform {parent!r} → {child!r} is not finite")
+        if static:
+            self._open_loop(parent, child)
         if child in self._chain(parent):
             raise TransformError(f"transform {parent!r} → {child!r} would close a loop of frames")
         if self._parents.get(child, parent) != parent:
             self._moving.pop(child, None)
         self._parents[child] = parent
+
+    def _open_loop(self, parent: str, child: str) -> None:
+        """Remove a static transform between a new child and its new parent below it, if there is one."""
+        chain = self._chain(parent)
+        if child != parent and child in chain:
+            static = [frame for frame in chain[: chain.index(child)] if frame in self._static]
+            for frame in static[-1:]:
+                del self._parents[frame], self._static[frame]
 
     # -- looking up ----------------------------------------------------------------------------------------------------
 
@@ -136,6 +156,38 @@ class TransformTree:
         """Return the newest stamp of a frame [s]; None if it is static or unknown."""
         buffer = self._moving.get(child)
         return buffer[-1][0] if buffer else None
+
+    def common_time(self, target: str, source: str) -> float | None:
+        """Return the latest time at which all transforms between two frames are known [s].
+
+        It is None if all of them are static, or if the frames are not connected.
+        """
+        try:
+            moving = self.moving_between(target, source)
+        except TransformError:
+            return None
+        return min((self._moving[child][-1][0] for child in moving), default=None)
+
+    def moving_parent(self, frame: str, below: str) -> str | None:
+        """Return the parent of the highest moving transform between a frame and ``below``, or the root of the tree.
+
+        The transform to ``below`` itself does not count. Returns None if no transform moves.
+        """
+        chain = self._chain(frame)
+        if below in chain:
+            chain = chain[: chain.index(below)]
+        return next((parent for child, parent in reversed(list(pairwise(chain))) if child in self._moving), None)
+
+    def moving_between(self, target: str, source: str) -> list[str]:
+        """Return the frames between two frames whose transform to their parent moves.
+
+        Raises
+        ------
+        TransformError
+            A frame is unknown, or the two are not connected.
+        """
+        down, up = self._path(target, source)
+        return [child for child in (*down, *up) if child in self._moving]
 
     def lookup(self, target: str, source: str, stamp: float | None = None) -> Pose2D:
         """Return the pose of ``source`` in ``target``.
@@ -155,8 +207,7 @@ class TransformTree:
         """
         down, up = self._path(target, source)
         if stamp is None:
-            stamps = [self._moving[child][-1][0] for child in (*down, *up) if child in self._moving]
-            stamp = min(stamps, default=0.0)
+            stamp = min((self._moving[child][-1][0] for child in (*down, *up) if child in self._moving), default=0.0)
         return self._along(down, stamp).inverse() @ self._along(up, stamp)
 
     def _along(self, chain: list[str], stamp: float) -> Pose2D:
@@ -170,15 +221,8 @@ class TransformTree:
         down, up = self._chain(target), self._chain(source)
         common = next((frame for frame in up if frame in down), None)
         if common is None:
-            raise self._not_connected(target, source)
+            raise not_connected(target, source, self.frames())
         return down[: down.index(common)], up[: up.index(common)]
-
-    def _not_connected(self, target: str, source: str) -> TransformError:
-        known = self.frames()
-        unknown = " and ".join(repr(frame) for frame in (target, source) if frame not in known)
-        if unknown:
-            return TransformError(f"unknown frame {unknown}; known: {', '.join(known) or 'none'}")
-        return TransformError(f"{source!r} and {target!r} are not connected; known: {', '.join(known)}")
 
     def _chain(self, frame: str) -> list[str]:
         chain = [frame]

@@ -1,15 +1,18 @@
-"""Rigid transforms in space, and the latest transform of each frame, for displaying frames.
+"""Rigid transforms in space, and the latest transform of each frame, for frames that may be tilted.
 
 Navigation uses ``ppaas.transforms.planar``, which interpolates in time. Here frames may be tilted, as wheels and
-cameras are, and a lookup combines the latest transforms, whatever their stamps.
+cameras are, and a lookup combines the latest transforms, whatever their stamps. A sensor on the robot's body does not
+move, so its mount is looked up here too.
 """
 
+import contextlib
 import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
 from ppaas.errors import TransformError
 from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
+from ppaas.transforms.connections import not_connected
 
 MAX_FRAMES = 1000
 """Limit of frames of one robot; further frames are ignored."""
@@ -70,6 +73,11 @@ class Rigid(NamedTuple):
         back = Rigid(qx=-self.qx, qy=-self.qy, qz=-self.qz, qw=self.qw)
         return back @ Rigid(-self.x, -self.y, -self.z)
 
+    @property
+    def tilt(self) -> float:
+        """Angle between the planes of x and y of both frames, 0 to π/2, also for a frame upside down [rad]."""
+        return math.acos(min(1.0, abs(1.0 - 2.0 * (self.qx * self.qx + self.qy * self.qy))))
+
     def distance_to(self, other: "Rigid") -> float:
         """Return the distance between the two origins [m]."""
         return math.dist(self[:3], other[:3])
@@ -84,15 +92,24 @@ class LatestFrames:
     """Latest transform of each frame to its parent."""
 
     def __init__(self) -> None:
-        self._newest: dict[str, TransformStamped] = {}
+        self._newest: dict[str, tuple[str, Rigid]] = {}
 
     def hear(self, transforms: Iterable[TransformStamped]) -> None:
-        """Store transforms; `lookup` validates them. Frames beyond ``MAX_FRAMES`` are ignored."""
+        """Store transforms. As in tf2, those that are not rigid are ignored; so are frames beyond ``MAX_FRAMES``."""
         newest = self._newest
         for transform in transforms:
             child = transform.child_frame_id.lstrip("/")
             if child in newest or len(newest) < MAX_FRAMES:
-                newest[child] = transform
+                with contextlib.suppress(TransformError):
+                    newest[child] = transform.header.frame_id.lstrip("/"), Rigid.of(transform.transform)
+
+    def frames(self) -> tuple[str, ...]:
+        """Return the sorted names of all frames."""
+        return tuple(sorted({*self._newest, *(parent for parent, _ in self._newest.values())}))
+
+    def connected(self, target: str, source: str) -> bool:
+        """Return whether transforms connect two frames."""
+        return not set(self._chain(target)).isdisjoint(self._chain(source))
 
     def lookup(self, target: str, source: str) -> Rigid:
         """Return the pose of ``source`` in ``target``.
@@ -100,26 +117,27 @@ class LatestFrames:
         Raises
         ------
         TransformError
-            The frames are not connected, or a transform between them is not finite.
+            A frame is unknown, or the two are not connected.
         """
         down, up = self._chain(target), self._chain(source)
         common = next((frame for frame in up if frame in down), None)
         if common is None:
-            raise TransformError(f"{source!r} and {target!r} are not connected")
+            raise not_connected(target, source, self.frames())
         return self._along(down[: down.index(common)]).inverse() @ self._along(up[: up.index(common)])
+
+    def root(self, frame: str) -> str:
+        """Return the frame above a frame that has no parent; the frame itself if it has none."""
+        return self._chain(frame)[-1]
 
     def _chain(self, frame: str) -> list[str]:
         """Return a frame and its ancestors, up to the root or to where a loop closes."""
         chain = [frame]
-        while (known := self._newest.get(chain[-1])) is not None:
-            parent = known.header.frame_id.lstrip("/")
-            if parent in chain:
-                break
-            chain.append(parent)
+        while (known := self._newest.get(chain[-1])) is not None and known[0] not in chain:
+            chain.append(known[0])
         return chain
 
     def _along(self, chain: list[str]) -> Rigid:
         pose = Rigid()
         for child in chain:
-            pose = Rigid.of(self._newest[child].transform) @ pose
+            pose = self._newest[child][1] @ pose
         return pose

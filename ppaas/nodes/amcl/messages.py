@@ -10,7 +10,7 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
 from ppaas.messages.geometry_msgs import Pose, PoseArray, PoseWithCovariance, PoseWithCovarianceStamped
 from ppaas.messages.std_msgs import Header, Time
-from ppaas.nodes.frames import MAP
+from ppaas.nodes.frames import MAP, FrameNames
 from ppaas.nodes.message_checks import finite_pose
 
 _PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
@@ -48,7 +48,9 @@ def pose_message(pose: Pose2D, covariance: NDArray[np.float64], stamp: Time) -> 
     return PoseWithCovarianceStamped(Header(stamp=stamp, frame_id=MAP), stamped)
 
 
-def read_initial_pose(message: PoseWithCovarianceStamped, info: GridInfo) -> tuple[Pose2D, NDArray[np.float64]]:
+def read_initial_pose(
+    message: PoseWithCovarianceStamped, info: GridInfo, names: FrameNames
+) -> tuple[Pose2D, NDArray[np.float64]]:
     """Return the pose of an ``initialpose`` and the (3, 3) covariance of its x, y and theta.
 
     Raises
@@ -58,7 +60,7 @@ def read_initial_pose(message: PoseWithCovarianceStamped, info: GridInfo) -> tup
     TransformError
         Its frame is not the map frame.
     """
-    if message.header.frame_id.lstrip("/") not in ("", MAP):
+    if not names.is_map(message.header.frame_id):
         raise TransformError(f"an initial pose must be in frame {MAP!r}, not {message.header.frame_id!r}")
     pose = finite_pose(message.pose.pose, "an initial pose")
     if len(message.pose.covariance) != 36:

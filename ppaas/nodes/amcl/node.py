@@ -9,7 +9,6 @@ import numpy as np
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
-from ppaas.localization.beams import check_count
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.particle_filter import ParticleFilter
 from ppaas.localization.pose_search import PoseCandidates
@@ -17,19 +16,24 @@ from ppaas.localization.scan_plausibility import check_plausible
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from ppaas.messages.message import Empty, Message
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Time
+from ppaas.messages.std_msgs import String, Time
 from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.nodes.amcl.continuity import LONGEST_GAP, Continuity
 from ppaas.nodes.amcl.messages import ParticleCloud, pose_message, read_initial_pose
 from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Topic
-from ppaas.nodes.frames import BASE_LINK, MAP, ODOM, FrameListener
+from ppaas.nodes.frames import MAP, FrameListener, FrameNames
 from ppaas.nodes.message_checks import expect
+from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
 from ppaas.thread_budget import Threads, one_thread
-from ppaas.transforms.planar import tf_time, transform_message
+from ppaas.transforms.planar import transform_message
 
 logger = logging.getLogger(__name__)
+
+AHEAD = 0.5
+"""Time by which scans may be stamped ahead of odometry before the robot is told [s]; lidars and bases have clocks of
+their own."""
 
 GLOBAL_LOCALIZATION = Service("global_localization", EmptyService)
 NOMOTION_UPDATE = Service("request_nomotion_update", EmptyService)
@@ -50,8 +54,8 @@ class AmclNode(Node):
     It behaves as amcl, with one difference: map → odom and ``amcl_pose`` are published for every scan, even if the
     robot has not moved far enough for an update of the particles. So other robots know of a robot that stands still.
 
-    A scan waits until odometry has reached its stamp; a newer scan replaces it. A stamp of zero means the latest
-    odometry. If the odometry is reset, the robot is assumed not to have moved.
+    Scans wait until odometry has reached their stamps. A stamp of zero means the latest odometry. If the odometry is
+    reset, the robot is assumed not to have moved. While no scan can be used, ``amcl/status`` says why.
 
     Parameters
     ----------
@@ -65,12 +69,16 @@ class AmclNode(Node):
         Named as in amcl.
     threads : callable
         Returns the largest number of threads that kernels may use now.
+    names : FrameNames, optional
+        Names of the robot's frames.
     """
 
     name: ClassVar[str] = "amcl"
     demands: ClassVar[Demands] = Demands(0.15, rates={topics.SCAN.name: topics.SCAN_RATE})
     subscribes: ClassVar[tuple[Topic, ...]] = (topics.SCAN, topics.TF, topics.TF_STATIC, topics.INITIAL_POSE)
-    publishes: ClassVar[tuple[Topic, ...]] = (topics.TF, topics.AMCL_POSE, topics.PARTICLE_CLOUD)
+    publishes: ClassVar[tuple[Topic, ...]] = (
+        topics.TF, topics.AMCL_POSE, topics.PARTICLE_CLOUD, topics.AMCL_STATUS,
+    )  # fmt: skip
     services: ClassVar[tuple[Service, ...]] = (GLOBAL_LOCALIZATION, NOMOTION_UPDATE)
 
     def __init__(
@@ -80,6 +88,8 @@ class AmclNode(Node):
         initial_pose: Pose2D,
         parameters: AmclParameters,
         threads: Threads = one_thread,
+        *,
+        names: FrameNames | None = None,
     ) -> None:
         super().__init__(context)
         self._parameters = parameters
@@ -87,8 +97,10 @@ class AmclNode(Node):
         self._filter = ParticleFilter(layers, parameters, threads)
         spread = (parameters.initial_cov_xx, parameters.initial_cov_yy, parameters.initial_cov_aa)
         self._filter.initialise(initial_pose, np.diag(spread))
-        self._frames = FrameListener()
-        self._waiting: LaserScan | None = None
+        self._frames = FrameListener(names)
+        self._scans = ScanReader(self._frames, warns=True)
+        self._waiting = WaitingScans()
+        self._told = ""
         self._map_to_odom: Pose2D | None = None
         self._continuity = Continuity()
         self._restored: AmclState | None = None
@@ -108,11 +120,14 @@ class AmclNode(Node):
         if topic == topics.SCAN.name:
             self._on_scan(expect(message, LaserScan))
         elif topic == topics.INITIAL_POSE.name:
-            self._filter.initialise(*read_initial_pose(expect(message, PoseWithCovarianceStamped), self._info))
+            initial = read_initial_pose(expect(message, PoseWithCovarianceStamped), self._info, self._frames.names)
+            self._filter.initialise(*initial)
             self._restored = None
         else:
-            self._frames.hear(topic, expect(message, TFMessage), self.context.now())
-            self._process_waiting()
+            try:
+                self._frames.hear(topic, expect(message, TFMessage), self.context.now())
+            finally:
+                self._process_waiting()
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
         """Search for the robot on the whole map, or update with the next scan although the robot has not moved.
@@ -131,35 +146,47 @@ class AmclNode(Node):
 
     # -- scans ---------------------------------------------------------------------------------------------------------
 
-    def _on_scan(self, scan: LaserScan) -> None:
-        laser, newest = self._laser(scan), self._frames.tree.newest(BASE_LINK)
-        check_count(scan)
-        check_plausible(scan, self._layers, lambda: self._in_map(laser))
-        stamp = tf_time(scan.header.stamp)
-        if stamp:
-            self._continuity.check_stamp(stamp, newest)
-        self._waiting = scan
-        self._process_waiting()
+    def _on_scan(self, message: LaserScan) -> None:
+        try:
+            self._waiting.add(self._checked(message))
+            errors = self._process_waiting()
+            if errors:
+                raise errors[-1]
+        except PPaaSError as error:
+            self._tell(f"scans are refused: {error}")
+            raise
 
-    def _laser(self, scan: LaserScan) -> Pose2D:
-        frame = scan.header.frame_id.lstrip("/")
-        return self._frames.tree.lookup(BASE_LINK, frame or BASE_LINK)
+    def _checked(self, message: LaserScan) -> RobotScan:
+        scan = self._scans.read(message, self.context.now())
+        check_plausible(scan.scan, self._layers, lambda: self._in_map(scan.laser))
+        if scan.stamp:
+            self._continuity.check_stamp(scan.stamp, self._frames.newest())
+        return scan
 
     def _in_map(self, laser: Pose2D) -> Pose2D | None:
         """Return the estimated pose of the laser in the map frame, or None before the first estimate."""
         if self._map_to_odom is None:
             return None
-        return self._map_to_odom @ self._frames.tree.lookup(ODOM, BASE_LINK) @ laser
+        return self._map_to_odom @ self._frames.odometry() @ laser
 
-    def _process_waiting(self) -> None:
-        scan, newest = self._waiting, self._frames.tree.newest(BASE_LINK)
-        if scan is None or newest is None:
-            return
-        stamp = tf_time(scan.header.stamp) or newest
-        if stamp > newest:
-            return
-        self._waiting = None
-        odom = self._frames.tree.lookup(ODOM, BASE_LINK, stamp)
+    def _process_waiting(self) -> list[PPaaSError]:
+        """Use the scans that odometry has reached; return the errors of those that cannot be used."""
+        newest, errors = self._frames.newest(), list[PPaaSError]()
+        for scan in self._waiting.ready(newest, self.context.now()):
+            assert newest is not None
+            try:
+                self._process(scan, scan.stamp or newest)
+            except PPaaSError as error:
+                errors.append(error)
+        if newest is not None and self._waiting.ahead > AHEAD:
+            self._tell(
+                f"scans are stamped {self._waiting.ahead:.1f} s ahead of the newest odometry: stamp both with the same "
+                "clock"
+            )
+        return errors
+
+    def _process(self, scan: RobotScan, stamp: float) -> None:
+        odom = self._frames.odometry(stamp)
         self._resume(odom)
         before = self._continuity.note(odom, stamp)
         if before is not None:
@@ -167,7 +194,14 @@ class AmclNode(Node):
         if self._update_asked or self._filter.needs_update(odom):
             self._update(scan, odom, stamp)
         # The scan's own stamp to the nanosecond, as in ROS: a client finds the pose of a scan by it.
-        self._publish_pose(odom, stamp, scan.header.stamp if tf_time(scan.header.stamp) else Time.of(stamp))
+        self._publish_pose(odom, stamp, scan.scan.header.stamp if scan.stamp else Time.of(stamp))
+        self._tell("")
+
+    def _tell(self, text: str) -> None:
+        """Publish why localization uses no scans, if that has changed; nothing while it does."""
+        if text != self._told:
+            self._told = text
+            self.context.publish(topics.AMCL_STATUS.name, String(text))
 
     def _on_odometry_reset(self, before: Pose2D, odom: Pose2D) -> None:
         jump = before @ odom.inverse()
@@ -175,10 +209,10 @@ class AmclNode(Node):
         if self._map_to_odom is not None:
             self._map_to_odom = self._map_to_odom @ jump
 
-    def _update(self, scan: LaserScan, odom: Pose2D, stamp: float) -> None:
+    def _update(self, scan: RobotScan, odom: Pose2D, stamp: float) -> None:
         self._update_asked = False
         sensor = self._filter.sensor
-        estimate = self._filter.update(odom, sensor.beams(scan, self._laser(scan)), sensor.range_max(scan))
+        estimate = self._filter.update(odom, sensor.beams(scan.scan, scan.laser), sensor.range_max(scan.scan))
         self._map_to_odom = estimate.pose @ odom.inverse()
         self.context.publish(topics.PARTICLE_CLOUD.name, ParticleCloud(self._filter.particles, stamp))
         self._start_search()
@@ -202,7 +236,7 @@ class AmclNode(Node):
         assert self._map_to_odom is not None
         if self._parameters.tf_broadcast:
             good_until = Time.of(stamp + self._parameters.transform_tolerance)
-            correction = transform_message(MAP, ODOM, self._map_to_odom, good_until)
+            correction = transform_message(MAP, self._frames.odom, self._map_to_odom, good_until)
             self.context.publish(topics.TF.name, TFMessage([correction]))
         covariance = self._filter.estimate.covariance
         self.context.publish(topics.AMCL_POSE.name, pose_message(self._map_to_odom @ odom, covariance, moment))

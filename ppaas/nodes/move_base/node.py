@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import msgspec
 
-from ppaas.controllers.base import Controller, Velocity
+from ppaas.controllers.base import Controller
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import InvalidInput, PPaaSError, TransformError
@@ -21,6 +21,7 @@ from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, Odometry
 from ppaas.messages.people_msgs import People
 from ppaas.messages.ppaas_msgs import ComputePath, ComputePathRequest, RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.std_msgs import String
 from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.navigation import events
@@ -30,7 +31,7 @@ from ppaas.navigation.passive_safety import PassiveSafety
 from ppaas.navigation.progress_checker import ProgressChecker
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Timer, Topic
-from ppaas.nodes.frames import BASE_LINK, MAP, ODOM
+from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import expect, pose_in
 from ppaas.nodes.move_base.action_topics import ActionTopics
 from ppaas.nodes.move_base.order_executor import OrderExecutor
@@ -97,6 +98,7 @@ class MoveBaseNode(Node):
     subscribes: ClassVar[tuple[Topic, ...]] = (
         topics.SIMPLE_GOAL, topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL,
         topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.ROBOTS, topics.PEOPLE, topics.SPEED_LIMIT,
+        topics.AMCL_STATUS,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.CMD_VEL, topics.PLAN, topics.MOVE_BASE_CURRENT_GOAL,
@@ -174,7 +176,7 @@ class MoveBaseNode(Node):
         TransformError
             A frame is unknown.
         """
-        now, around = self.context.now(), self._surroundings
+        now = self.context.now()
         match message:
             case PoseStamped():
                 self._on_goal(message, GoalID(message.header.stamp))
@@ -182,17 +184,8 @@ class MoveBaseNode(Node):
                 self._on_goal(message.goal.target_pose, message.goal_id)
             case GoalID():
                 self._feed(events.CancelReceived(now, message.id, message.stamp.seconds()))
-            case LaserScan():
-                around.take_scan(message)
-            case Odometry():
-                twist = message.twist.twist
-                around.velocity = Velocity(twist.linear.x, twist.angular.z)
-            case TFMessage():
-                around.frames.hear(topic, message, now)
-            case RobotStates():
-                around.take_robots(message, now)
-            case People():
-                around.take_people(message, now)
+            case LaserScan() | Odometry() | TFMessage() | RobotStates() | People() | String():
+                self._surroundings.take(topic, message, now)
             case nav2_msgs.SpeedLimit():
                 self._limits.take(message)
             case _:
@@ -262,7 +255,7 @@ class MoveBaseNode(Node):
         except PPaaSError as error:
             self._feed(events.ControlTick(now, None, str(error)))
             return
-        odom = self._surroundings.frames.tree.lookup(ODOM, BASE_LINK)
+        odom = self._surroundings.frames.odometry()
         self._feed(
             events.ControlTick(now, pose, no_progress=self._progress_checker.look(now, self._executor.sent, odom))
         )

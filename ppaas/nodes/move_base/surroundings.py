@@ -1,7 +1,6 @@
 """Surroundings of a robot: its pose, its scans, people and other robots, and the local costmap."""
 
 import math
-from dataclasses import replace
 
 from ppaas.controllers.base import Velocity
 from ppaas.costmap.costmap import Costmap
@@ -10,17 +9,21 @@ from ppaas.costmap.moving_obstacles import Disc, MovingObstacle, swept_discs
 from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.costmap.obstacle_memory import ObstacleMemory
 from ppaas.costmap.social_layer import PersonNearby
-from ppaas.errors import TransformError
+from ppaas.errors import PPaaSError, TransformError
 from ppaas.geometry import Pose2D
+from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.people_msgs import People
 from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.nodes.frames import BASE_LINK, MAP, ODOM, FrameListener
+from ppaas.messages.std_msgs import String
+from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.nodes.frames import MAP, FrameListener, FrameNames
 from ppaas.nodes.move_base.other_robots import OTHERS_MARGIN, others_of
 from ppaas.nodes.move_base.people import SeenPeople
+from ppaas.nodes.move_base.pose_watch import PoseWatch
+from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
 from ppaas.perception.tracking import MovingObjects
 from ppaas.recoveries.base import AffectedMaps
-from ppaas.transforms.planar import tf_time
 
 OTHERS_FRESH = 1.0
 """Time for which reported positions of other robots are valid [s]."""
@@ -49,6 +52,17 @@ class Surroundings:
         Moving objects that the laser sees.
     tolerance : float
         Largest age of localization and odometry [s].
+    names : FrameNames, optional
+        Names of the robot's frames.
+
+    Attributes
+    ----------
+    frames : FrameListener
+        Frames of the robot.
+    velocity : Velocity
+        Velocity by the last odometry.
+    costs : Costmap or None
+        The local costmap.
     """
 
     def __init__(
@@ -60,15 +74,17 @@ class Surroundings:
         people: SeenPeople,
         moving: MovingObjects,
         tolerance: float,
+        names: FrameNames | None = None,
     ) -> None:
-        self.frames = FrameListener()
+        self.frames = FrameListener(names)
+        self._watch = PoseWatch(self.frames, tolerance)
         self.velocity = Velocity()
         self._local = costmap
         self._memory = memory
         self.costs: Costmap | None = None
         self._robot_radius = robot_radius
-        self._tolerance = tolerance
-        self._scan: tuple[LaserScan, LaserReading] | None = None
+        self._scans = ScanReader(self.frames)
+        self._waiting = WaitingScans()
         self._people = people
         self._moving = moving
         self._looked: tuple[Pose2D, tuple[Disc, ...], tuple[PersonNearby, ...]] | None = None
@@ -76,43 +92,49 @@ class Surroundings:
         self._others_at = float("-inf")
         self._ahead = AHEAD
 
-    def take_scan(self, scan: LaserScan) -> None:
-        """Store a scan for the next update.
+    def take(
+        self, topic: str, message: LaserScan | Odometry | TFMessage | RobotStates | People | String, now: float
+    ) -> None:
+        """Take what the robot, localization or another robot says; ``now`` is the time of arrival [s].
 
         Raises
         ------
         InvalidInput
-            Its angles are not finite.
+            A number is not finite, numbers of parts differ, there are too many people, or a laser is tilted too much.
         TransformError
-            Its frame is unknown.
+            A frame is unknown.
         """
-        laser = self.frames.tree.lookup(BASE_LINK, _frame_of(scan))
-        self._scan = scan, LaserReading.of(scan, laser)
+        match message:
+            case LaserScan():
+                self._take_scan(message, now)
+            case Odometry():
+                twist = message.twist.twist
+                self.velocity = Velocity(twist.linear.x, twist.angular.z)
+                self._watch.moved_frame = message.header.frame_id, message.child_frame_id
+            case TFMessage():
+                self.frames.hear(topic, message, now)
+            case RobotStates():
+                self._take_robots(message, now)
+            case People():
+                self._people.take(message, self.frames.tree, now)
+            case String():
+                self._watch.localization = message.data
 
-    def take_robots(self, message: RobotStates, now: float) -> None:
-        """Store the poses and velocities of the other robots in the map frame.
+    def _take_scan(self, scan: LaserScan, now: float) -> None:
+        """Store a scan for the next update."""
+        try:
+            read = self._scans.read(scan, now)
+            LaserReading.of(read.scan, read.laser)
+        except PPaaSError as error:
+            self._watch.scan_refused(error)
+            raise
+        self._watch.scan_came(now)
+        self._waiting.add(read)
 
-        Raises
-        ------
-        InvalidInput
-            A number is not finite, or the numbers of poses, twists and radii differ.
-        TransformError
-            The frame is not the map frame.
-        """
+    def _take_robots(self, message: RobotStates, now: float) -> None:
+        """Store the poses and velocities of the other robots in the map frame."""
         self._others = others_of(message, self._robot_radius)
         self._others_at = now
-
-    def take_people(self, message: People, now: float) -> None:
-        """Store the people around the robot.
-
-        Raises
-        ------
-        InvalidInput
-            A number is not finite, or there are too many people.
-        TransformError
-            The frame of the message is unknown.
-        """
-        self._people.take(message, self.frames.tree, now)
 
     def mark_ahead(self, wanted: bool) -> None:
         """Set whether the local costmap also contains the predicted positions of movers."""
@@ -135,22 +157,20 @@ class Surroundings:
         TransformError
             Odometry or localization is missing or too old; the text says which.
         """
-        for child, what in ((BASE_LINK, "odometry"), (ODOM, "localization")):
-            silence = self.frames.silence(child, now)
-            if silence > self._tolerance:
-                since = "yet" if silence == float("inf") else f"for {silence:.1f} s"
-                raise TransformError(f"no {what} {since}")
-        return self.frames.tree.lookup(MAP, BASE_LINK)
+        self._watch.check(now)
+        return self.frames.in_map()
 
     def look_around(self, pose: Pose2D, now: float) -> Costmap:
         """Update the local costmap and return it; the last one is returned if nothing has changed."""
         own = pose.x, pose.y, self._robot_radius
-        reading = self._reading(now)
+        readings = self._readings(now)
         others = tuple(swept_discs((*self._near(pose, now), *self._seen_moving(now)), self._ahead, own))
         people = self._people.now(now)
-        if self.costs is None or reading is not None or self._is_elsewhere(pose, others, people):
+        if self.costs is None or readings or self._is_elsewhere(pose, others, people):
             self._looked = pose, others, people
-            self.costs = self._local.update(pose, reading, others, people)
+            for reading in readings[1:]:
+                self._local.see(pose, reading)
+            self.costs = self._local.update(pose, readings[0] if readings else None, others, people)
             self._memory.update(self._local.obstacles, others)
         return self.costs
 
@@ -175,19 +195,19 @@ class Surroundings:
             self._local.clear(around, beyond)
         self._looked = None
 
-    def _reading(self, now: float) -> LaserReading | None:
-        """Return the last scan, once, as soon as the transforms have reached its stamp."""
-        if self._scan is None:
-            return None
-        scan, reading = self._scan
-        stamp = tf_time(scan.header.stamp)
+    def _readings(self, now: float) -> list[LaserReading]:
+        """Return, once each, the newest scan of each laser whose time the transforms have reached."""
+        newest = self.frames.tree.common_time(MAP, self.frames.base)
+        ready = {scan.frame: scan for scan in self._waiting.ready(newest, now)}
+        return [reading for scan in ready.values() if (reading := self._reading(scan, now)) is not None]
+
+    def _reading(self, scan: RobotScan, now: float) -> LaserReading | None:
         try:
-            origin = self.frames.tree.lookup(MAP, _frame_of(scan), stamp or None)
+            origin = self.frames.in_map(scan.stamp or None) @ scan.laser
         except TransformError:
-            return None  # kept for the next cycle: odometry arrives a moment later
-        self._scan = None
-        reading = replace(reading, origin=origin)
-        self._moving.see(reading, stamp or now, now)
+            return None  # it is older than the transforms
+        reading = LaserReading.of(scan.scan, origin)
+        self._moving.see(reading, scan.stamp or now, now)
         # Beams without a hit may not clear cells, so what moving people have left is cleared here.
         self._local.free(self._moving.left())
         return reading
@@ -210,7 +230,3 @@ class Surroundings:
         distances = [math.hypot(other.x - pose.x, other.y - pose.y) for other in self._others]
         # A robot at this robot's own position is its echo.
         return [other for other, far in zip(self._others, distances, strict=True) if self._robot_radius < far < reach]
-
-
-def _frame_of(scan: LaserScan) -> str:
-    return scan.header.frame_id.lstrip("/") or BASE_LINK

@@ -1,14 +1,18 @@
-"""Node ``robot_state_publisher``: publishes the robot's frames on ``tf``, from its odometry and its model."""
+"""Node ``robot_state_publisher``: publishes the robot's frames, from its odometry and its model."""
 
 from typing import ClassVar
 
 from ppaas.errors import InvalidInput
+from ppaas.geometry import Pose2D
+from ppaas.messages.geometry_msgs import TransformStamped
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.std_msgs import Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.base import Context, Node, Payload, Topic
-from ppaas.nodes.frames import BASE_LINK
+from ppaas.nodes.frames import FrameNames
 from ppaas.nodes.message_checks import expect, finite_pose
+from ppaas.nodes.tf.body_frames import BodyFrames
+from ppaas.nodes.tf.robot_transforms import RobotTransforms
 from ppaas.nodes.topics import ODOM, TF, TF_STATIC
 from ppaas.parameters import Parameters
 from ppaas.robot_model.known_models import RobotModel
@@ -28,10 +32,14 @@ class StatePublisherParameters(Parameters, frozen=True):
 
 
 class StatePublisherNode(Node):
-    """Publishes odom → base_link for each odometry message, and the pose of the laser on the base once.
+    """Publishes the frame of each odometry message on ``tf``, and the frames of the robot's body on ``tf_static``.
 
     It replaces ROS's robot_state_publisher and the transform broadcaster of the base driver, so that a small robot only
-    has to send its odometry. A stamp of zero means now.
+    has to send its odometry. A stamp of zero means now. A robot that publishes the transform of its odometry itself is
+    believed: then its odometry messages only give its velocity, as in ROS.
+
+    Whatever the frames of the odometry are called, they are joined with the frame in which the robot is driven
+    (`ppaas.nodes.tf.body_frames`).
 
     Parameters
     ----------
@@ -40,36 +48,85 @@ class StatePublisherNode(Node):
     model : RobotModel
         Model of the robot.
     parameters : StatePublisherParameters
+    names : FrameNames, optional
+        Names of the robot's frames.
     """
 
     name: ClassVar[str] = "robot_state_publisher"
-    subscribes: ClassVar[tuple[Topic, ...]] = (ODOM,)
+    subscribes: ClassVar[tuple[Topic, ...]] = (ODOM, TF, TF_STATIC)
     publishes: ClassVar[tuple[Topic, ...]] = (TF, TF_STATIC)
 
-    def __init__(self, context: Context, model: RobotModel, parameters: StatePublisherParameters) -> None:
+    def __init__(
+        self,
+        context: Context,
+        model: RobotModel,
+        parameters: StatePublisherParameters,
+        names: FrameNames | None = None,
+    ) -> None:
         super().__init__(context)
-        self._laser = model.laser
-        self._laser_frame = parameters.laser_frame or model.laser_frame
+        self._body = BodyFrames(model, parameters.laser_frame, names or FrameNames())
+        self._robot = RobotTransforms()
+        self._own: list[TFMessage] = []
 
     def start(self) -> None:
-        """Publish the static transform of the laser."""
-        laser = transform_message(BASE_LINK, self._laser_frame, self._laser, Time.of(self.context.now()))
-        self.context.publish(TF_STATIC.name, TFMessage([laser]))
+        """Publish the static transforms of the robot's body."""
+        self._publish_static(self._body.at_start())
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Handle odometry.
+        """Handle odometry or transforms.
 
         Raises
         ------
         InvalidInput
             A number is not finite, or a frame is missing.
+        TransformError
+            The odometry is that of a sensor, and nothing says where on the robot it is.
         """
-        odometry = expect(message, Odometry)
+        if topic == ODOM.name:
+            self._on_odometry(expect(message, Odometry))
+            return
+        transforms = expect(message, TFMessage)
+        if any(transforms is own for own in self._own):
+            self._own = [own for own in self._own if own is not transforms]
+            return
+        self._body.hear(transforms.transforms)
+        if topic == TF_STATIC.name:
+            self._robot.note_static(transforms.transforms)
+        else:
+            self._robot.note_moving(transforms.transforms, self.context.now())
+            self._publish_static(self._body.joints_of_transforms(transforms.transforms))
+
+    def _on_odometry(self, odometry: Odometry) -> None:
         pose = finite_pose(odometry.pose.pose, "odometry")
         parent, child = odometry.header.frame_id.lstrip("/"), odometry.child_frame_id.lstrip("/")
         if not parent or not child:
             raise InvalidInput("odometry needs header.frame_id and child_frame_id, for example 'odom' and 'base_link'")
-        stamp = odometry.header.stamp
-        if stamp == Time():
+        if not self._robot.moves(child, self.context.now()):
+            self._publish_odometry(parent, child, pose, odometry.header.stamp)
+        self._publish_static(self._body.joints_of_odometry(child, self.context.now()))
+
+    def _publish_odometry(self, parent: str, child: str, pose: Pose2D, stamp: Time) -> None:
+        moment = Time.of(self.context.now()) if stamp == Time() else stamp
+        self._publish(TF, TFMessage([transform_message(parent, child, pose, moment)]))
+
+    def _publish_static(self, transforms: list[TransformStamped]) -> None:
+        if transforms:
             stamp = Time.of(self.context.now())
-        self.context.publish(TF.name, TFMessage([transform_message(parent, child, pose, stamp)]))
+            for each in transforms:
+                each.header.stamp = stamp
+            self._publish(TF_STATIC, TFMessage(transforms))
+
+    def _publish(self, topic: Topic, message: TFMessage) -> None:
+        self._body.hear(message.transforms)
+        self._own.append(message)
+        self.context.publish(topic.name, message)
+
+    # -- checkpoints ---------------------------------------------------------------------------------------------------
+
+    def checkpoint(self) -> bytes | None:
+        """Return the static transforms that the robot has sent as JSON, which it does only once; None without any."""
+        return self._robot.state()
+
+    def restore(self, state: bytes) -> None:
+        """Publish the static transforms of a checkpoint again."""
+        self._publish_static(self._robot.restore(state))

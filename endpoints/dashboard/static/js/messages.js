@@ -34,25 +34,29 @@ export function posesOf(message) {
 }
 
 /**
- * Hit points of a sensor_msgs/LaserScan in the frame of the laser: x, y one after the other. Ranges that are null or
- * outside range_min and range_max are skipped.
+ * Hit points of a sensor_msgs/LaserScan in the frame of the laser: x, y one after the other. Ranges that are null, 0 or
+ * not between range_min and range_max are skipped.
  */
 export function scanOf(message) {
   const { angle_min: first, angle_increment: step, range_min: least, range_max: most, ranges = [] } = message;
   const points = [];
   ranges.forEach((range, i) => {
-    if (!Number.isFinite(range) || range < least || range >= most) return;
+    if (!Number.isFinite(range) || range <= Math.max(least, 0) || range >= most) return;
     points.push(range * Math.cos(first + i * step), range * Math.sin(first + i * step));
   });
   return new Float32Array(points);
 }
 
-/** Poses of the children of a tf2_msgs/TFMessage in their parents' frames. @returns {Map<string, object>} */
+/**
+ * Poses of the children of a tf2_msgs/TFMessage in their parents' frames. @returns {Map<string, object>}
+ * A frame that is `flipped` is upside down, as lasers are on some robots.
+ */
 export function framesOf(message) {
   const frames = new Map();
   for (const { header, child_frame_id: child, transform } of message.transforms ?? []) {
     const at = poseOf({ position: transform?.translation, orientation: transform?.rotation });
-    if (at) frames.set(bare(child), { parent: bare(header?.frame_id), at });
+    const { x = 0, y = 0 } = transform?.rotation ?? {};
+    if (at) frames.set(bare(child), { parent: bare(header?.frame_id), at, flipped: x * x + y * y > 0.5 });
   }
   return frames;
 }

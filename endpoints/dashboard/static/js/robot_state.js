@@ -5,6 +5,12 @@ import { bare, framesOf, goalOf, pathOf, posesOf, scanOf, secondsOf } from "./me
 
 /** Time without a pose after which the robot counts as lost [s]. */
 export const SILENCE = 3;
+/** Most scans that wait for their poses: some lasers' clocks are ahead of that of the odometry. */
+const WAITING = 20;
+/** Most frames between a laser and the robot. */
+const LINKS = 20;
+/** Frame of the robot in which its pose is given. */
+const BASE = "base_link";
 const NOTHING = new Float32Array(0);
 
 export class RobotState {
@@ -21,8 +27,8 @@ export class RobotState {
   /** @type {import("./messages.js").GoalState | null} */ goal = null;
 
   #frames = new Map();
-  /** The last scan, until the pose that it was taken at is known. */
-  #waiting = null;
+  /** The last scans, until the poses that they were taken at are known. */
+  #waiting = [];
 
   /**
    * Take a message.
@@ -31,7 +37,7 @@ export class RobotState {
    */
   take(topic, message, now) {
     if (topic === "amcl_pose") this.#localized(message, now);
-    else if (topic === "scan") this.#waiting = message;
+    else if (topic === "scan") this.#waiting = [...this.#waiting.slice(1 - WAITING), message];
     else if (topic === "plan") this.path = pathOf(message);
     else if (topic === "particlecloud") this.particles = posesOf(message);
     else if (topic === "tf_static") framesOf(message).forEach((frame, child) => this.#frames.set(child, frame));
@@ -70,11 +76,21 @@ export class RobotState {
     if (!pose) return;
     this.pose = pose;
     this.heardAt = now;
-    if (!this.#waiting || secondsOf(message.header?.stamp) < secondsOf(this.#waiting.header?.stamp)) return;
-    const frame = this.#frames.get(bare(this.#waiting.header?.frame_id));
-    const points = scanOf(this.#waiting);
-    this.scan = placeAll(pose, frame ? placeAll(frame.at, points) : points);
-    this.#waiting = null;
+    const at = secondsOf(message.header?.stamp);
+    const scan = this.#waiting.findLast((waiting) => secondsOf(waiting.header?.stamp) <= at);
+    if (!scan) return;
+    this.scan = placeAll(pose, this.#onRobot(bare(scan.header?.frame_id), scanOf(scan)));
+    this.#waiting = this.#waiting.filter((waiting) => secondsOf(waiting.header?.stamp) > at);
+  }
+
+  /** Move points out of the frame of a laser into that of the robot. @param {string} name @param {Float32Array} points */
+  #onRobot(name, points) {
+    for (let link = 0; link < LINKS && name !== BASE && this.#frames.has(name); link++) {
+      const { at, flipped, parent } = this.#frames.get(name);
+      points = placeAll(at, flipped ? points.map((value, i) => (i % 2 ? -value : value)) : points);
+      name = parent;
+    }
+    return points;
   }
 
   #status(goal) {

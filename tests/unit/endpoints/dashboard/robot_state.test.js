@@ -52,6 +52,35 @@ test("a scan of a laser begins where the laser is on the base", () => {
   assert.deepEqual(round(state.scan), [2.5, 0, 0.5, -3]);
 });
 
+test("a laser upside down on a mount is drawn mirrored, where it is", () => {
+  const state = new RobotState();
+  const link = (parent, child, x, rotation) => ({
+    header: { frame_id: parent }, child_frame_id: child, transform: { translation: { x, y: 0, z: 0 }, rotation },
+  });
+  const level = { x: 0, y: 0, z: 0, w: 1 };
+  state.take("tf_static", { transforms: [link("base_footprint", "base_link", 9, level)] }, 0);
+  state.take("tf_static", { transforms: [link("base_link", "mount", 0.3, level)] }, 0);
+  state.take("tf_static", { transforms: [link("mount", "laser", 0.2, { x: 1, y: 0, z: 0, w: 0 })] }, 0);
+  state.take("scan", scan(1, "laser"), 1);
+  state.take("amcl_pose", localized(1, { x: 0, y: 0, theta: 0 }), 1);
+  assert.deepEqual(round(state.scan), [2.5, 0, 0.5, 3]);
+});
+
+test("scans that are ahead of the poses are kept until these have come", () => {
+  const state = new RobotState();
+  for (const secs of [2, 3, 4]) state.take("scan", scan(secs), 1);
+  state.take("amcl_pose", localized(3, { x: 1, y: 0, theta: 0 }), 3);
+  assert.deepEqual(round(state.scan), [3, 0, 1, -3]);
+  state.take("amcl_pose", localized(4, { x: 2, y: 0, theta: 0 }), 4);
+  assert.deepEqual(round(state.scan), [4, 0, 2, -3]);
+});
+
+test("a range of 0 or range_min is no reading", () => {
+  const zeros = { ...scan(0), range_min: 0, ranges: [0, 2, 0, 0] };
+  assert.deepEqual(round(scanOf(zeros)), [0, 2]);
+  assert.deepEqual(round(scanOf({ ...scan(0), ranges: [0.1, 2] })), [0, 2]);
+});
+
 test("a goal is followed from its way to its end", () => {
   const state = new RobotState();
   state.take("amcl_pose", localized(1, { x: 0, y: 0, theta: 0 }), 1);

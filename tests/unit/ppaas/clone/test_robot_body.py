@@ -15,7 +15,7 @@ from ppaas.nodes.graph import Graph
 from ppaas.robot_model.describe import describe
 from ppaas.robot_model.known_models import robot_model
 from tests.support.world.planar_world import walled_map
-from tests.support.world.urdf import box, example, link, origin, part, urdf
+from tests.support.world.urdf import box, cylinder, example, joint, link, origin, part, urdf
 
 LONG = describe(urdf(link("base_link", part(box(0.8, 0.3, 0.5), origin((0.1, 0, 0))))))
 WAFFLE = describe(example("turtlebot3_waffle"))
@@ -47,6 +47,30 @@ def test_wheels_of_the_urdf_set_speed_limits_up_to_the_models():
     assert (limits.max_vel_x, limits.max_vel_theta) == (pytest.approx(0.26, abs=1e-3), 1.8)
     assert robot_body("turtlebot3_burger", WAFFLE).limits.max_vel_theta == pytest.approx(1.806, abs=1e-3)
     assert limits.acc_lim_x == robot_model("turtlebot2").limits.acc_lim_x
+
+
+def test_wheels_of_the_urdf_do_not_make_a_robot_faster_than_its_model():
+    """Placeholders such as velocity="100" are in many files, and no planner of ROS reads them."""
+    wheels = [
+        link(name, part(cylinder(0.1, 0.02)))
+        + joint(name, "base_link", "continuous", origin((0, y, 0), (math.pi / 2, 0, 0)), '<axis xyz="0 0 1"/>',
+                '<limit effort="1" velocity="100"/>')
+        for name, y in (("left", 0.2), ("right", -0.2))
+    ]  # fmt: skip
+    fast = describe(urdf(link("base_link", part(box(0.4, 0.4, 0.2))), *wheels))
+    assert fast.max_vel_x == pytest.approx(10.0)
+    assert robot_body("turtlebot2", fast).limits == robot_model("turtlebot2").limits
+    assert in_use(urdf=fast, parameters={"dwa": {"max_vel_x": 1.5}})["dwa"]["max_vel_x"] == 1.5
+
+
+def test_most_level_laser_is_the_laser_of_the_body():
+    mounts = (("upright", math.pi / 2), ("hanging", math.pi), ("level", 0.0))
+    turned = [
+        link(f"laser_{name}") + joint(f"laser_{name}", "base_link", "fixed", origin((0.1, 0, 0), (roll, 0, 0)))
+        for name, roll in mounts
+    ]
+    body = robot_body("turtlebot2", describe(urdf(link("base_link", part(box(0.4, 0.4, 0.2))), *turned)))
+    assert body.laser_frame == "laser_hanging"
 
 
 def test_laser_pose_is_taken_from_the_urdf():
@@ -91,7 +115,7 @@ def test_clone_uses_urdf_values_unless_parameters_override_them():
     assert len(values["global_costmap"]["footprint"]) == 8
     slower = in_use(urdf=WAFFLE, parameters={"dwa": {"max_vel_x": 0.2}, "global_costmap": {"robot_radius": 0.25}})
     assert (slower["dwa"]["max_vel_x"], slower["dwa"]["robot_radius"]) == (0.2, 0.25)
-    assert in_use()["global_costmap"] == {"robot_radius": 0.18, "footprint": []}
+    assert (in_use()["global_costmap"]["robot_radius"], in_use()["global_costmap"]["footprint"]) == (0.18, [])
 
 
 @pytest.mark.parametrize(

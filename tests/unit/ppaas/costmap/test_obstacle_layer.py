@@ -152,6 +152,13 @@ def test_scan_ranges_are_read_within_their_limits():
     np.testing.assert_array_equal(reading.ranges, [math.nan, math.nan, 2.0, math.inf, math.inf])
 
 
+@pytest.mark.parametrize(("range_min", "nearest"), [(0.0, 0.0), (0.0, -1.0), (0.05, 0.05), (-1.0, 0.0)])
+def test_range_of_0_or_range_min_is_no_reading(range_min, nearest):
+    """Drivers say 0 where there is no echo, also those whose ``range_min`` is 0; others clip to ``range_min``."""
+    scan = LaserScan(Header(), 0.0, 0.1, 0.1, range_min, 8.0, [nearest, 2.0])
+    np.testing.assert_array_equal(LaserReading.of(scan, Pose2D(0.0, 0.0)).ranges, [math.nan, 2.0])
+
+
 @pytest.mark.parametrize(
     ("origin", "angles", "ranges"),
     [

@@ -7,7 +7,7 @@ import pytest
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.localization.beams import MAX_RANGES, choose_beams, scan_points
+from ppaas.localization.beams import MAX_RANGES, choose_beams, choose_rays, scan_points
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header
 
@@ -30,6 +30,13 @@ def test_scan_points_are_in_the_frame_of_the_laser_pose():
 
 def test_invalid_ranges_give_no_points():
     assert len(scan_points(scan([None, math.nan, math.inf, -math.inf, 0.05, 5.0, 7.0]), HERE)) == 0
+
+
+@pytest.mark.parametrize("range_min", [0.0, -1.0])
+def test_range_of_0_is_no_reading_whatever_range_min_is(range_min):
+    zeros = scan([0.0, 2.0, 0.0], range_min=range_min)
+    assert len(scan_points(zeros, HERE)) == 1
+    assert len(choose_rays(zeros, HERE, 10)) == 1
 
 
 def test_a_scan_without_ranges_gives_no_points():

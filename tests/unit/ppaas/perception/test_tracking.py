@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.geometry import Pose2D
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.std_msgs import Header
 from ppaas.perception.tracking import FORGET, HITS, MovingObjects, Tracker
 from ppaas.perception.unmapped_objects import LARGEST, UnmappedObject, unmapped_objects_in
 from robots.sim.laser import Laser, LaserModel
@@ -60,6 +62,14 @@ def test_two_people_are_separated_and_long_objects_are_ignored() -> None:
 def test_beams_without_a_reading_are_not_objects() -> None:
     blind = LaserReading(HERE, MODEL.angles, np.full(MODEL.beams, math.nan))
     assert unmapped_objects_in(blind, LAYERS) == []
+
+
+@pytest.mark.parametrize("range_min", [0.0, 0.05])
+def test_nothing_stands_around_a_laser_that_says_0_where_it_sees_nothing(range_min) -> None:
+    zeros = LaserScan(Header(), -3.14, 3.13, 0.0175, range_min, 8.0, [0.0] * 359)
+    assert unmapped_objects_in(LaserReading.of(zeros, HERE), LAYERS) == []
+    angles = np.linspace(-3.0, 3.0, 60)
+    assert unmapped_objects_in(LaserReading(HERE, angles, np.zeros(60)), LAYERS) == []
 
 
 @pytest.mark.parametrize("velocity", [(1.0, 0.0), (-0.6, 0.4), (0.0, 1.4)])

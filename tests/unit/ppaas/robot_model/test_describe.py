@@ -4,8 +4,9 @@ import math
 
 import pytest
 
-from ppaas.robot_model.describe import describe
+from ppaas.robot_model.describe import MAX_FRAMES, describe
 from ppaas.robot_model.known_models import robot_model
+from ppaas.transforms.spatial import Rigid
 from tests.support.world import urdf
 from tests.support.world.urdf import box, cylinder, example, joint, link, origin, part, sphere
 
@@ -138,10 +139,58 @@ def test_sensors_are_found_by_name_and_by_tag_which_takes_precedence():
     assert description.sensors[0].pose == pytest.approx((0.1, 0, 0.2, 0, 0, 1.5))
 
 
-def test_a_laser_that_is_not_level_causes_a_warning():
-    hanging = joint("laser", "base_link", "fixed", origin((0, 0, 0.2), (math.pi, 0, 0)))
-    description = describe(urdf.urdf(link("base_link", part(sphere(0.1))), link("laser"), hanging))
-    assert ["'laser' is tilted or upside down" in warning for warning in description.warnings] == [True]
+@pytest.mark.parametrize(
+    ("rpy", "said"),
+    [
+        ((0, 0, 1), None), ((math.pi, 0, 0), None), ((0, math.pi, 0), None), ((0.1, 0.1, 0), None),
+        ((0.4, 0, 0), "tilted by 23°: its beams are projected"), ((math.pi + 0.4, 0, 0), "tilted by 23°"),
+        ((math.pi / 2, 0, 0), "tilted by 90°: its scans are refused"),
+    ],
+)  # fmt: skip
+def test_only_a_laser_that_sees_few_walls_causes_a_warning(rpy, said):
+    """Lasers upside down are mirrored, and those that are a little tilted are projected: both are usual."""
+    mounted = joint("laser", "base_link", "fixed", origin((0, 0, 0.2), rpy))
+    description = describe(urdf.urdf(link("base_link", part(sphere(0.1))), link("laser"), mounted))
+    assert [said in warning for warning in description.warnings] == ([] if said is None else [True])
+
+
+def test_warnings_of_what_gets_a_robot_lost_come_first_and_meshes_share_one():
+    meshes = [part(f'<mesh filename="package://r/{number}.stl"/>') for number in range(12)]
+    mounted = joint("laser", "base_link", "fixed", origin((0, 0, 0.2), (1.0, 0, 0)))
+    first, second = describe(urdf.urdf(link("base_link", *meshes), link("laser"), mounted)).warnings
+    assert "'laser' is tilted by 57°" in first
+    assert "mesh 'package://r/0.stl' and of 11 more is unknown" in second
+
+
+def test_wheel_limits_that_are_placeholders_cause_a_warning():
+    fast = urdf.urdf(link("base_link", part(sphere(0.1))), wheel("left", 0.25, velocity=100.0))
+    assert ["allows 5 m/s" in warning for warning in describe(fast).warnings] == [True]
+
+
+def test_frames_are_the_links_that_do_not_move_and_the_sensors():
+    description = describe(
+        urdf.urdf(
+            link("base_footprint"), link("base_link"),
+            joint("base_link", "base_footprint", "fixed", origin((0, 0, 0.1))),
+            link("mast"), joint("mast", "base_link", "fixed", origin((0.2, 0, 0))),
+            link("sick"), joint("sick", "mast", "fixed", origin((0, 0, 0.3), (math.pi, 0, 0))),
+            wheel("w", 0.2),
+            link("head"), joint("head", "mast", "revolute", '<axis xyz="0 0 1"/>'),
+            link("head_camera"), joint("head_camera", "head", "fixed", origin((0.1, 0, 0))),
+        )
+    )  # fmt: skip
+    frames = dict(description.frames)
+    assert set(frames) == {"base_footprint", "base_link", "mast", "sick", "head_camera"}
+    assert frames["sick"][:3] == pytest.approx((0.2, 0, 0.4))
+    assert (frames["sick"].tilt, frames["sick"].qx) == (pytest.approx(0.0, abs=1e-6), pytest.approx(1.0))
+    assert frames["base_footprint"] == Rigid()
+
+
+def test_number_of_frames_is_limited_and_sensors_come_first():
+    many = [link(f"l{n}") + joint(f"l{n}", "base_link", "fixed") for n in range(300)]
+    description = describe(urdf.urdf(link("base_link"), *many, link("laser"), joint("laser", "base_link", "fixed")))
+    assert len(description.frames) == MAX_FRAMES
+    assert [name for name, _ in description.frames[:3]] == ["base_link", "laser", "l0"]
 
 
 def test_a_mimic_joint_is_at_its_offset():

@@ -26,6 +26,32 @@ MIMICS = "".join(
 )
 
 
+XACRO = b'<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro">'
+
+
+@pytest.mark.parametrize(
+    ("data", "where"),
+    [
+        (XACRO + b'<link name="${prefix}base_link"/></robot>', r"name= of <link> is '\$\{prefix\}base_link'"),
+        (XACRO + b'<link name="base_link"/><xacro:wheel side="left"/></robot>', "<xacro:wheel>"),
+        (XACRO + b'<xacro:macro name="m"><link name="base_link"/></xacro:macro><xacro:m/></robot>', "<xacro:macro>"),
+        (XACRO.replace(b"wiki", b"interface") + b'<xacro:property name="a" value="1"/></robot>', "<xacro:property>"),
+        (b'<robot name="r"><link name="base_link"/><xacro:wheel/></robot>', "<xacro:…>"),
+        (urdf(link("base_link", part('<mesh filename="$(find r)/base.stl"/>'))), r"filename= of <mesh> is '\$\(find r"),
+        (urdf(link("base_link", part('<box size="${a} 1 1"/>'))), "size= of <box>"),
+        (urdf(BASE, '<gazebo reference="${prefix}laser"/>'), "reference= of <gazebo>"),
+    ],
+)
+def test_xacro_that_was_not_run_is_refused_with_what_to_do(data, where):
+    """Macros, includes, properties and ``${…}`` in a name or a number, with and without the namespace."""
+    with pytest.raises(InvalidUrdf, match=f"this is xacro, not URDF .*{where}.*run xacro first"):
+        describe(data)
+
+
+def test_urdf_that_xacro_wrote_may_name_the_namespace():
+    assert describe(XACRO + b'<link name="base_link"/><!-- ${x} --></robot>').links == 1
+
+
 @pytest.mark.parametrize(
     ("data", "reason"),
     [

@@ -135,6 +135,55 @@ def test_history_restarts_when_the_clock_is_set_back():
 def test_frame_loop_is_refused():
     with pytest.raises(TransformError, match="loop"):
         robot_tree().set("laser", "map", Pose2D(0, 0, 0), 0.0)
+    with pytest.raises(TransformError, match="loop"):
+        robot_tree().set_static("laser", "laser", Pose2D(0, 0, 0))
+
+
+def test_static_transform_turns_an_earlier_static_one_around():
+    tree = TransformTree()
+    tree.set_static("base_link", "base_footprint", Pose2D(0.1, 0, 0))
+    tree.set("odom", "base_footprint", Pose2D(1, 0, 0), 1.0)
+    tree.set_static("base_footprint", "base_link", Pose2D(-0.2, 0, 0))
+    assert tree.lookup("odom", "base_link").x == pytest.approx(0.8)
+    tree = TransformTree()
+    tree.set_static("base_link", "base_footprint", Pose2D(0.1, 0, 0))
+    tree.set_static("base_footprint", "base_link", Pose2D(-0.2, 0, 0))
+    assert tree.lookup("base_footprint", "base_link").x == pytest.approx(-0.2)
+
+
+def test_invalid_static_transform_leaves_the_tree_unchanged():
+    tree = TransformTree()
+    tree.set_static("base_link", "base_footprint", Pose2D(0.1, 0, 0))
+    with pytest.raises(TransformError):
+        tree.set_static("base_footprint", "base_link", Pose2D(math.nan, 0, 0))
+    assert tree.lookup("base_link", "base_footprint").x == pytest.approx(0.1)
+
+
+def test_common_time_is_that_of_the_slowest_moving_frame_between_two():
+    tree = robot_tree()
+    tree.set("odom", "base_link", Pose2D(0, 0, 0), 12.0)
+    assert tree.common_time("map", "laser") == 10.0
+    assert tree.common_time("odom", "laser") == 12.0
+    assert tree.common_time("base_link", "laser") is None
+    assert tree.common_time("map", "velodyne") is None
+
+
+def test_moving_parent_is_the_frame_of_the_odometry_whatever_its_name():
+    tree = TransformTree()
+    assert tree.moving_parent("base_link", "map") is None
+    tree.set_static("base_footprint", "base_link", Pose2D(0, 0, 0))
+    tree.set("odom_combined", "base_footprint", Pose2D(0, 0, 0), 1.0)
+    assert tree.moving_parent("base_link", "map") == "odom_combined"
+    tree.set("map", "odom_combined", Pose2D(0, 0, 0), 1.0)
+    assert tree.moving_parent("base_link", "map") == "odom_combined"
+    tree.set_static("world", "map", Pose2D(0, 0, 0))
+    assert tree.moving_parent("base_link", "map") == "odom_combined"
+
+
+def test_message_without_a_stamp_is_of_now():
+    tree = TransformTree()
+    tree.set_message(transform_message("odom", "base_link", Pose2D(1, 0, 0), Time()), now=7.0)
+    assert tree.newest("base_link") == 7.0
 
 
 def test_frame_can_change_its_parent():

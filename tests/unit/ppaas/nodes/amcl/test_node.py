@@ -9,14 +9,25 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
-from ppaas.messages.geometry_msgs import Pose, PoseArray, PoseWithCovariance, PoseWithCovarianceStamped
+from ppaas.messages.geometry_msgs import (
+    Pose,
+    PoseArray,
+    PoseWithCovariance,
+    PoseWithCovarianceStamped,
+    Quaternion,
+    Transform,
+    TransformStamped,
+    Vector3,
+)
 from ppaas.messages.message import Empty
-from ppaas.messages.std_msgs import Header, Time
+from ppaas.messages.std_msgs import Header, String, Time
+from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.amcl.node import AmclNode
 from ppaas.nodes.frames import FrameListener
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherParameters
 from ppaas.robot_model.known_models import robot_model
+from ppaas.transforms.planar import transform_message
 from tests.support.world.planar_world import World, error_of, walled_map
 
 GRID = walled_map(6, 5, [(3, 0, 3.2, 2), (4.5, 3.5, 5.5, 4)])
@@ -46,6 +57,11 @@ class AmclUnderTest:
 
     def scan(self, stamp: float | None = None) -> None:
         self.graph.inject("scan", self.world.scan(self.clock() if stamp is None else stamp))
+
+    def status(self) -> str:
+        """Return why localization uses no scans."""
+        latched = self.graph.latched("amcl/status")
+        return latched.data if isinstance(latched, String) else ""
 
     def estimate(self) -> Pose2D:
         return self.poses[-1].pose.pose.planar()
@@ -285,14 +301,111 @@ def test_localization_continues_after_the_clock_is_set_back():
     assert amcl.poses[-1].header.stamp.seconds() == pytest.approx(50.1)
 
 
-@pytest.mark.parametrize("change", [lambda s: s.ranges.extend([1.0] * 4), lambda s: s.ranges.clear()])
-def test_scan_with_a_wrong_number_of_ranges_is_refused(change):
+def test_scan_whose_angle_max_does_not_fit_is_used_with_one_warning(caplog):
+    """Drivers whose ``angle_max`` is that of the last revolution, or of one beam more, and one that is NaN."""
+    amcl = AmclUnderTest()
+    for angle_max in (math.pi, 3.0, 4.0, math.nan):
+        amcl.clock.advance(0.1)
+        amcl.odom()
+        scan = amcl.world.scan(amcl.clock())
+        scan.angle_max = angle_max
+        amcl.graph.inject("scan", scan)
+        assert error_of(amcl.estimate(), START)[0] < 0.1
+    assert [record.getMessage() for record in caplog.records if "angle_max" in record.getMessage()] == [
+        "scans of 'base_scan' have 180 ranges, +3 to what angle_max says: angle_min and angle_increment are believed"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        (lambda s: s.ranges.clear(), "no ranges"),
+        (lambda s: s.ranges.__delitem__(slice(80, None)), "must have 181 ranges, not 80"),
+        (lambda s: setattr(s, "angle_increment", 2.0), "358.00 rad"),  # degrees
+        (lambda s: setattr(s, "angle_increment", 0.0), "0.00 rad"),
+        (lambda s: setattr(s, "angle_min", math.nan), "finite"),
+    ],
+)
+def test_scan_whose_angles_are_not_those_of_a_scan_is_refused(change, why):
     amcl = AmclUnderTest()
     amcl.odom()
     scan = amcl.world.scan(100.0)
     change(scan)
-    with pytest.raises(InvalidInput, match="ranges, not"):
+    with pytest.raises(InvalidInput, match=why):
         amcl.graph.inject("scan", scan)
+    assert amcl.status() == f"scans are refused: {refusal_of(amcl, scan)}"
+    amcl.scan(100.0)
+    assert amcl.status() == ""
+
+
+def refusal_of(amcl, scan) -> str:
+    with pytest.raises(InvalidInput) as refused:
+        amcl.graph.inject("scan", scan)
+    return str(refused.value)
+
+
+def test_scans_ahead_of_odometry_wait_in_their_order():
+    """As in tf2's message filter: none takes the place of another, and they are used as odometry comes."""
+    amcl = AmclUnderTest()
+    amcl.odom(100.0)
+    for stamp in (100.1, 100.3, 100.2):
+        amcl.scan(stamp)
+    assert not amcl.poses
+    amcl.odom(100.25)
+    amcl.odom(100.3)
+    assert [round(pose.header.stamp.seconds(), 3) for pose in amcl.poses] == [100.1, 100.2, 100.3]
+
+
+def test_scans_of_another_clock_are_told_and_the_oldest_dropped():
+    amcl = AmclUnderTest()
+    amcl.odom(100.0)
+    for count in range(150):
+        amcl.scan(103.0 + 0.01 * count)
+    assert amcl.status() == ("scans are stamped 4.5 s ahead of the newest odometry: stamp both with the same clock")
+    amcl.odom(104.0)
+    amcl.odom(104.5)
+    assert len(amcl.poses) == 100
+    assert amcl.status() == ""
+
+
+def test_scans_that_waited_for_long_are_dropped():
+    amcl = AmclUnderTest()
+    amcl.odom(100.0)
+    amcl.scan(130.0)
+    amcl.clock.advance(31.0)
+    amcl.odom(131.0)
+    assert not amcl.poses
+
+
+def test_scans_do_not_wait_for_a_clock_that_was_set_back():
+    amcl = AmclUnderTest()
+    amcl.odom(100.0)
+    amcl.scan(100.1)
+    amcl.odom(50.0)
+    amcl.scan(50.0)
+    amcl.odom(50.1)
+    assert [pose.header.stamp.seconds() for pose in amcl.poses] == [50.0]
+
+
+def test_initial_pose_may_name_the_map_by_its_prefix():
+    amcl = AmclUnderTest(initial=Pose2D(5.0, 4.5, 3.0))
+    for frame in ("", "/map", "robot1/map"):
+        amcl.graph.inject("initialpose", initial_pose(START, frame))
+    amcl.step()
+    assert error_of(amcl.estimate(), START)[0] < 0.1
+
+
+def test_transform_with_a_zero_quaternion_is_left_out_and_named():
+    amcl = AmclUnderTest()
+    broken = TransformStamped(Header(frame_id="base_link"), "camera", Transform(Vector3(), Quaternion(z=0.0, w=0.0)))
+    good = transform_message("base_link", "arm", Pose2D(0.1, 0.0), Time())
+    with pytest.raises(TransformError, match=r"'base_link' → 'camera' is left out: .*quaternion"):
+        amcl.graph.inject("tf_static", TFMessage([broken, good]))
+    amcl.odom()
+    scan = amcl.world.scan(100.0)
+    scan.header.frame_id = "arm"
+    amcl.graph.inject("scan", scan)
+    assert amcl.poses
 
 
 def test_scan_with_half_of_its_ranges_invalid_is_accepted():

@@ -4,15 +4,28 @@ import math
 
 import pytest
 
-from ppaas.errors import InvalidInput
+from ppaas.clock import Clock, ManualClock
+from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
-from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist, TwistWithCovariance
+from ppaas.messages.geometry_msgs import (
+    Pose,
+    PoseWithCovariance,
+    Quaternion,
+    Transform,
+    TransformStamped,
+    Twist,
+    TwistWithCovariance,
+    Vector3,
+)
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.std_msgs import Header, Time
-from ppaas.nodes.frames import FrameListener
+from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.nodes.frames import FrameListener, FrameNames
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherParameters
 from ppaas.robot_model.known_models import robot_model
+from ppaas.transforms.planar import transform_message
+from tests.support.world.other_robots import link
 
 
 def odometry(pose: Pose2D, stamp: float, parent: str = "odom", child: str = "base_link") -> Odometry:
@@ -20,12 +33,14 @@ def odometry(pose: Pose2D, stamp: float, parent: str = "odom", child: str = "bas
     return Odometry(header, child, PoseWithCovariance(Pose.of(pose)), TwistWithCovariance(Twist()))
 
 
-def publisher(model: str = "turtlebot3_burger", laser_frame: str = "") -> tuple[Graph, FrameListener]:
-    graph, frames = Graph(stamp_clock=lambda: 77.0), FrameListener()
-    body, parameters = robot_model(model), StatePublisherParameters(laser_frame)
-    graph.add(lambda context: StatePublisherNode(context, body, parameters))
+def publisher(
+    clock: Clock = lambda: 77.0, laser_frame: str = "", names: FrameNames | None = None
+) -> tuple[Graph, FrameListener]:
+    graph, frames = Graph(stamp_clock=clock), FrameListener(names)
+    body, parameters = robot_model("turtlebot3_burger"), StatePublisherParameters(laser_frame)
+    graph.add(lambda context: StatePublisherNode(context, body, parameters, names))
     for topic in ("tf", "tf_static"):
-        graph.tap(topic, lambda topic, message: frames.hear(topic, message, 77.0))
+        graph.tap(topic, lambda topic, message: frames.hear(topic, message, clock()))
     return graph, frames
 
 
@@ -64,3 +79,85 @@ def test_invalid_odometry_is_refused(wrong):
     with pytest.raises(InvalidInput):
         graph.inject("odom", wrong)
     assert frames.tree.newest("base_link") is None
+
+
+# -- frames of the robot -----------------------------------------------------------------------------------------------
+
+
+def test_latched_transforms_of_all_publishers_reach_later_subscribers():
+    """As in ROS, where each publisher has a latch of its own: of the model's laser, and of two static publishers."""
+    graph, _ = publisher()
+    graph.inject("tf_static", TFMessage([link("base_footprint", "base_link", (0, 0, 0.1))]))
+    graph.inject("tf_static", TFMessage([link("base_link", "camera"), link("base_link", "arm")]))
+    graph.inject("tf_static", TFMessage([link("/base_link", "/arm", (1, 0, 0))]))
+    late = FrameListener()
+    graph.tap("tf_static", lambda topic, message: late.hear(topic, message, 77.0))
+    assert late.tree.frames() == ("arm", "base_footprint", "base_link", "base_scan", "camera")
+    assert late.tree.lookup("base_link", "arm").x == 1.0
+
+
+def test_static_transforms_of_the_robot_survive_its_container():
+    """A robot sends them once, and does not notice that its container was replaced."""
+    first, _ = publisher()
+    assert first.checkpoints() == []
+    tilted = link("base_link", "laser", (0.1, 0, 0.2), (math.pi, 0, 0))
+    broken = TransformStamped(Header(frame_id="a"), "b", Transform(Vector3(math.nan), Quaternion(z=0.0, w=1.0)))
+    with pytest.raises(TransformError, match="not finite"):
+        first.inject("tf_static", TFMessage([broken, tilted]))
+    second, frames = publisher()
+    second.restore(first.checkpoints())
+    assert frames.mount("laser")[:4] == pytest.approx((0.1, 0, 0.2, 1.0))
+    assert second.checkpoints() == first.checkpoints()
+
+
+def test_joined_frame_is_that_of_the_odometry_until_the_robot_says_otherwise():
+    graph, frames = publisher()
+    graph.inject("odom", odometry(Pose2D(1.0, 0.0), 5.0, child="base_footprint"))
+    assert frames.odometry() == pytest.approx((1.0, 0.0, 0.0))
+    graph.inject("tf_static", TFMessage([link("base_footprint", "base_link", (0.5, 0, 0))]))
+    graph.inject("odom", odometry(Pose2D(1.0, 0.0), 5.1, child="base_footprint"))
+    assert frames.odometry() == pytest.approx((1.5, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("child", ["camera_pose_frame", "imu_link", "front_laser"])
+def test_odometry_of_a_sensor_needs_its_place_on_the_robot(child):
+    graph, frames = publisher(now := ManualClock(10.0))
+    graph.inject("odom", odometry(Pose2D(0.0, 0.0), 10.0, child=child))  # the transform may be on its way
+    now.advance(1.0)
+    with pytest.raises(TransformError, match=f"moves frame '{child}', which no transform connects with 'base_link'"):
+        graph.inject("odom", odometry(Pose2D(0.0, 0.0), 11.0, child=child))
+    graph.inject("tf_static", TFMessage([link(child, "base_link", (-0.2, 0, 0))]))
+    graph.inject("odom", odometry(Pose2D(1.0, 0.0), 11.1, child=child))
+    assert frames.odometry().x == pytest.approx(0.8)
+
+
+def test_sensor_is_the_base_of_a_robot_whose_file_says_so():
+    graph, frames = publisher(names=FrameNames(base="camera_pose_frame"))
+    graph.inject("odom", odometry(Pose2D(1.0, 0.0), 5.0, child="camera_pose_frame"))
+    assert frames.odometry().x == 1.0
+
+
+def test_odometry_is_not_published_while_the_robot_does_so_on_tf():
+    graph, frames = publisher(now := ManualClock(10.0))
+    fused = transform_message("odom_combined", "base_link", Pose2D(2.0, 0.0), Time(10))
+    graph.inject("tf", TFMessage([fused]))
+    graph.inject("odom", odometry(Pose2D(1.0, 0.0), 10.1))
+    assert (frames.odom, frames.odometry().x) == ("odom_combined", 2.0)
+    now.advance(1.1)
+    graph.inject("odom", odometry(Pose2D(1.0, 0.0), 11.2))
+    assert (frames.odom, frames.odometry().x) == ("odom", 1.0)
+
+
+def test_another_name_of_the_map_is_a_frame():
+    _, frames = publisher(names=FrameNames(map="world"))
+    assert frames.tree.lookup("world", "map") == (0.0, 0.0, 0.0)
+
+
+def test_names_with_a_prefix_are_those_of_ros_1():
+    names = FrameNames.of("odom", "/base_footprint", "map", "/robot1/")
+    assert names == FrameNames("robot1/odom", "robot1/base_footprint", "map", "robot1")
+    assert FrameNames.of("", "", "", "") == FrameNames()
+    assert FrameNames.of("r2/odom", "base_link", "map", "r1").odom == "r2/odom"
+    assert [FrameNames(map="world").is_map(name) for name in ("", "/map", "world", "r1/map", "odom")] == [
+        True, True, True, True, False,
+    ]  # fmt: skip

@@ -1,0 +1,133 @@
+"""Scans of a robot: level, in its own frame, and kept until odometry has reached their time."""
+
+import logging
+import math
+from typing import NamedTuple
+
+from ppaas.geometry import Pose2D
+from ppaas.localization.beams import check_scan, excess_of
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.nodes.frames import BASE_FOOTPRINT, FrameListener
+from ppaas.perception.level_scans import level_scan
+from ppaas.transforms.planar import CACHE_TIME, USEFUL_TILT, tf_time
+
+logger = logging.getLogger(__name__)
+
+MOST_WAITING = 100
+"""Largest number of scans that wait for transforms, as in amcl's message filter."""
+
+MOST_WARNED = 32
+"""Largest number of lasers that are warned about."""
+
+
+class RobotScan(NamedTuple):
+    """Scan of a level laser.
+
+    Parameters
+    ----------
+    scan : LaserScan
+    laser : Pose2D
+        Pose of the laser in the robot's frame.
+    stamp : float
+        Time of the scan, 0 for that of the newest odometry [s].
+    at : float
+        Time of arrival, by the executor's clock [s].
+    """
+
+    scan: LaserScan
+    laser: Pose2D
+    stamp: float
+    at: float
+
+    @property
+    def frame(self) -> str:
+        """Frame of the laser."""
+        return self.scan.header.frame_id.lstrip("/")
+
+
+class ScanReader:
+    """Checks the scans of a robot's lasers, and converts them by where each is mounted.
+
+    Parameters
+    ----------
+    frames : FrameListener
+        Frames of the robot.
+    warns : bool
+        Whether doubtful scans are logged, once per laser; one node of a robot suffices.
+    """
+
+    def __init__(self, frames: FrameListener, *, warns: bool = False) -> None:
+        self._frames = frames
+        self._warns = warns
+        self._warned: set[str] = set()
+
+    def read(self, scan: LaserScan, now: float) -> RobotScan:
+        """Return a scan as a level laser would send it.
+
+        Raises
+        ------
+        InvalidInput
+            An angle or limit is not finite, the angles are not those of a scan, or the laser is tilted too much.
+        TransformError
+            Its frame is unknown.
+        """
+        check_scan(scan)
+        mount = self._frames.mount(scan.header.frame_id)
+        level, laser = level_scan(scan, mount, self._frames.height_of(BASE_FOOTPRINT))
+        if self._warns:
+            self._warn(scan, mount.tilt)
+        return RobotScan(level, laser, tf_time(scan.header.stamp), now)
+
+    def _warn(self, scan: LaserScan, tilt: float) -> None:
+        frame, excess = scan.header.frame_id, excess_of(scan)
+        if not (excess or tilt > USEFUL_TILT) or frame in self._warned or len(self._warned) >= MOST_WARNED:
+            return
+        self._warned.add(frame)
+        if excess:
+            logger.warning(
+                "scans of %r have %d ranges, %+.0f to what angle_max says: angle_min and angle_increment are believed",
+                frame, len(scan.ranges), excess,
+            )  # fmt: skip
+        if tilt > USEFUL_TILT:
+            logger.warning("laser %r is tilted by %.0f°: few of its beams see walls", frame, math.degrees(tilt))
+
+
+class WaitingScans:
+    """Scans whose transforms have not come yet, as in tf2's message filter: the oldest is dropped if there are many."""
+
+    def __init__(self) -> None:
+        self._scans: list[RobotScan] = []
+        self._newest = float("-inf")
+
+    def __len__(self) -> int:
+        return len(self._scans)
+
+    @property
+    def ahead(self) -> float:
+        """Time from the newest odometry to the newest waiting scan [s]; 0 if none waits."""
+        return max((scan.stamp for scan in self._scans), default=self._newest) - self._newest
+
+    def add(self, scan: RobotScan) -> None:
+        """Add a scan."""
+        self._scans = [*self._scans[-(MOST_WAITING - 1) :], scan]
+
+    def ready(self, newest: float | None, now: float) -> list[RobotScan]:
+        """Remove and return the scans that odometry has reached, in the order of their stamps.
+
+        Scans that have waited as long as tf keeps transforms, or whose odometry's clock was set back, are dropped.
+
+        Parameters
+        ----------
+        newest : float or None
+            Stamp of the newest odometry; None without odometry [s].
+        now : float
+            Time by the executor's clock [s].
+        """
+        if not self._scans or newest is None:
+            return []
+        if newest < self._newest - CACHE_TIME:
+            self._scans = self._scans[-1:]
+        self._newest = newest
+        reached = [scan for scan in self._scans if scan.stamp <= newest]
+        self._scans = [scan for scan in self._scans if scan.stamp > newest and abs(now - scan.at) <= CACHE_TIME]
+        return sorted(reached, key=lambda scan: scan.stamp or newest)

@@ -1,0 +1,128 @@
+"""Frames of a robot's body, by its model, and how they join with the frames that the robot itself names.
+
+A robot's odometry names the frame that it moves: ``base_link``, ``base_footprint``, ``robot1/base_link`` or another.
+The robot is driven in one frame, ``base_link`` or the one of ``base_frame_id``. Where the robot's own transforms do not
+connect the two, its URDF does, or else they are the same frame seen from above (REP 120).
+"""
+
+import logging
+import re
+from collections.abc import Iterable
+
+from ppaas.errors import TransformError
+from ppaas.messages.geometry_msgs import TransformStamped
+from ppaas.messages.std_msgs import Header
+from ppaas.nodes.frames import BASE_FOOTPRINT, BASE_LINK, MAP, FrameNames, prefixed, unprefixed
+from ppaas.robot_model.known_models import RobotModel
+from ppaas.transforms.spatial import LatestFrames, Rigid
+
+logger = logging.getLogger(__name__)
+
+BASES = (BASE_LINK, BASE_FOOTPRINT)
+
+GRACE = 1.0
+"""Time in which a robot may publish its static transforms after its first odometry [s]."""
+
+_SENSOR = re.compile(r"camera|imu|laser|lidar|scan|gps|gnss|optical|t265|zed|tracking")
+"""Names of frames that are not the body of a robot, such as that of a camera that measures odometry."""
+
+
+class BodyFrames:
+    """Static transforms to publish for a robot.
+
+    Parameters
+    ----------
+    model : RobotModel
+        Model of the robot, with the frames of its URDF.
+    laser_frame : str
+        Frame of the robot's scans; empty for that of its model.
+    names : FrameNames
+        Names of the robot's frames.
+    """
+
+    def __init__(self, model: RobotModel, laser_frame: str, names: FrameNames) -> None:
+        self._names = names
+        self._model = model.frames_with(laser_frame)
+        self._frames = LatestFrames()
+        self._prefix = ""
+        self._refusing: tuple[str, float] = "", 0.0
+
+    def hear(self, transforms: Iterable[TransformStamped]) -> None:
+        """Note transforms of any node, which join frames as well."""
+        self._frames.hear(transforms)
+
+    def at_start(self) -> list[TransformStamped]:
+        """Return the transforms that are known before the robot has sent anything.
+
+        The frames on the ground are not among them: a robot may call either the parent of the other.
+        """
+        found = self._on_body(self._names.prefix)
+        if self._names.map != MAP:
+            found.append(_transform(self._names.map, MAP, Rigid()))
+        return found
+
+    def joints_of_transforms(self, transforms: Iterable[TransformStamped]) -> list[TransformStamped]:
+        """Return transforms that join the base of a robot that publishes ``tf`` but no odometry."""
+        children = (each.child_frame_id.lstrip("/") for each in transforms)
+        return [joint for child in children if unprefixed(child) in BASES for joint in self._joints(child)]
+
+    def joints_of_odometry(self, child: str, now: float) -> list[TransformStamped]:
+        """Return transforms that join the frame of the odometry with the robot's body, none if they are joined.
+
+        Raises
+        ------
+        TransformError
+            The frame is that of a sensor, and for `GRACE` nothing has said where on the robot it is.
+        """
+        if not _SENSOR.search(unprefixed(child).lower()) or child in (self._names.base, *self._model):
+            return self._joints(child)
+        if self._frames.connected(child, self._names.base):
+            return []
+        if self._refusing[0] != child:
+            self._refusing = child, now
+        if now - self._refusing[1] < GRACE:
+            return []
+        raise TransformError(
+            f"the odometry moves frame {child!r}, which no transform connects with {self._names.base!r}: publish on "
+            f"'tf_static' where it is on the robot, or set base_frame_id of amcl to {child!r}"
+        )
+
+    def _joints(self, child: str) -> list[TransformStamped]:
+        prefix = child.rpartition("/")[0]
+        found = []
+        for frame in dict.fromkeys((BASE_LINK, self._names.base)):
+            if not self._frames.connected(child, frame):
+                found.append(self._joint(child, frame))
+                self._frames.hear(found[-1:])
+        if prefix and prefix != self._prefix:
+            self._prefix = prefix
+            found += [each for each in self._on_body(prefix) if not self._frames.connected(child, each.child_frame_id)]
+        return found
+
+    def _joint(self, child: str, frame: str) -> TransformStamped:
+        """Return a transform of the highest frame above ``frame`` to ``child``, by the model or as one seen from above.
+
+        The highest frame is joined, so that the transforms that the robot has sent stay valid.
+        """
+        upper, lower = self._model.get(unprefixed(child)), self._model.get(unprefixed(frame))
+        pose = upper.inverse() @ lower if upper is not None and lower is not None else Rigid()
+        if unprefixed(child) not in BASES:
+            logger.warning(
+                "the odometry moves frame %r, which no transform connects with %r: both are taken as the same frame",
+                child, frame,
+            )  # fmt: skip
+        root = self._frames.root(frame)
+        return _transform(child, root, pose @ self._frames.lookup(root, frame).inverse())
+
+    def _on_body(self, prefix: str) -> list[TransformStamped]:
+        """Return the frames of the model on ``base_link``, with a prefix."""
+        base = self._model.get(BASE_LINK, Rigid()).inverse()
+        return [
+            _transform(BASE_LINK, prefixed(prefix, name), base @ pose)
+            for name, pose in self._model.items()
+            if name not in BASES
+        ]
+
+
+def _transform(parent: str, child: str, pose: Rigid) -> TransformStamped:
+    return TransformStamped(Header(frame_id=parent), child, pose.to_message())
