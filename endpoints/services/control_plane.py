@@ -5,6 +5,7 @@ from typing import Protocol
 from engine.master.quotas import Quotas
 from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.plan_rate import PlanRate
+from engine.service.robot_navigation import RobotNavigation
 from engine.service.views import ContainerView, MachineView
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
@@ -24,6 +25,11 @@ class ControlPlane(Protocol):
     @property
     def plan_rate(self) -> PlanRate:
         """Rate limits of the users' path requests."""
+        ...
+
+    @property
+    def navigation(self) -> RobotNavigation:
+        """Poses and goals of robots."""
         ...
 
     def machines(self) -> list[MachineView]:

@@ -5,6 +5,7 @@ from engine.service.master_driver import MasterDriver
 from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.plan_rate import PlanRate
 from engine.service.planning import Planning
+from engine.service.robot_navigation import RobotNavigation
 from engine.service.robot_nodes import RobotNodes
 from engine.service.views import ContainerView, MachineView
 from engine.specs.containers import MapVersion
@@ -23,6 +24,11 @@ class Cloud:
         Driver of the master.
     quotas : Quotas
         Quotas of the users.
+
+    Attributes
+    ----------
+    navigation : RobotNavigation
+        Poses and goals of robots.
     """
 
     def __init__(self, driver: MasterDriver, quotas: Quotas) -> None:
@@ -31,10 +37,12 @@ class Cloud:
         self._driver = driver
         self._planning = Planning(driver)
         self._nodes = RobotNodes(driver)
+        self.navigation = RobotNavigation(driver)
 
     def close(self) -> None:
         """Cancel all timers."""
         self._planning.close()
+        self.navigation.close()
 
     def machines(self) -> list[MachineView]:
         """Return all machines."""

@@ -117,3 +117,53 @@ class ContainerView(msgspec.Struct, frozen=True):
     clients: int = 0
     round_trip: float | None = None
     masks: tuple[str, ...] = ()
+
+
+GoalState = Literal["pending", "active", "succeeded", "canceled", "aborted", "rejected", "lost"]
+
+
+class GoalView(msgspec.Struct, frozen=True):
+    """State of a goal that was sent to a robot by REST.
+
+    Parameters
+    ----------
+    pose : tuple of float
+        Goal pose in the frame ``map``: x [m], y [m], yaw [rad].
+    state : str
+        ``lost`` if the robot's clone does not know the goal any more.
+    text : str
+        Why the robot waits, or why the goal ended.
+    sent, ended : float
+        Times [s since the epoch]; ``ended`` is None while the goal is active.
+    """
+
+    id: str
+    pose: tuple[float, float, float]
+    state: GoalState
+    text: str
+    sent: float
+    ended: float | None = None
+
+
+class RobotState(msgspec.Struct, frozen=True):
+    """Pose and goals of a robot.
+
+    Parameters
+    ----------
+    connected : bool
+        Whether the robot has a container.
+    pose : tuple of float, optional
+        Estimated pose in the frame ``map``: x [m], y [m], yaw [rad]; None before localization.
+    pose_at : float, optional
+        Time at which the pose was received [s since the epoch].
+    localization : str
+        Why localization does not use the robot's scans; empty if it does.
+    goals : tuple of GoalView
+        Goals that have not ended, oldest first.
+    """
+
+    connected: bool
+    pose: tuple[float, float, float] | None = None
+    pose_at: float | None = None
+    localization: str = ""
+    goals: tuple[GoalView, ...] = ()

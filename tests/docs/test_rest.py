@@ -1,5 +1,6 @@
 """Numbers and names in rest.md are those of the service, and its commands work."""
 
+import asyncio
 import json
 import re
 from pathlib import Path
@@ -8,7 +9,11 @@ import pytest
 
 from endpoints.rest.paging import DEFAULT_LIMIT, MAX_LIMIT, Page
 from endpoints.services.request_limits import MIB, RequestLimits
-from tests.support.cloud.cloud import RunningCloud
+from ppaas.geometry import Pose2D
+from ppaas.maps.formats.map_files import load_map
+from robots.client.robot_file import load_robot_file
+from tests.support.cloud.cloud import RunningCloud, publish_map
+from tests.support.cloud.drive import driving
 from tests.support.documents import blocks, run_shell, script, table, text_of
 from tests.support.endpoints.fuzzed_rest import description
 from tests.support.sources import pyproject
@@ -65,3 +70,19 @@ def test_the_shell_commands_work(cloud: RunningCloud, tmp_path: Path) -> None:
     assert '"expires"' in text and '"items"' in text
     changed = json.loads(text[text.rindex('{"id":"tb1"') :])
     assert changed["cores"] == 0.5
+
+
+@pytest.mark.journey
+async def test_the_commands_of_navigation_drive_a_robot(cloud: RunningCloud, tmp_path: Path) -> None:
+    rest = await cloud.admin()
+    grid = load_map(Path("docs/examples/office.yaml").read_bytes(), Path("docs/examples/office.pgm").read_bytes())
+    await publish_map(rest, "office", grid)
+    robot = load_robot_file(Path("docs/examples/tb1.json"))
+    await rest.put_robot("tb1", robot)
+    assert rest.token is not None
+    [commands] = blocks(REST, "bash")
+    async with driving(cloud.url, rest.token, "tb1", grid, Pose2D(*robot.initial_pose)) as drive:
+        shell = f"export PPAAS_TOKEN={rest.token}\n{commands}"
+        printed = await asyncio.to_thread(run_shell, shell, tmp_path, cloud)
+        assert '"connected":true' in printed and "succeeded" in printed
+        assert drive.scorer.error(0, Pose2D(3.0, 2.0, 0.0)) <= 0.25

@@ -1,9 +1,11 @@
 """From login to goal: the cloud drives a simulated Turtlebot."""
 
+import asyncio
 import math
 
 import pytest
 
+from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, GetPlanResponse, Path
@@ -54,3 +56,20 @@ async def test_plans_are_published_to_operators(cloud: RunningCloud, office_map:
         await drive.operator.subscribe("plan", Path, plans.append)
         await drive.go(reachable_pose(office_map, start, seed=9, at_least=2.0))
     assert len(plans[0].poses) > 10
+
+
+async def test_a_program_drives_a_robot_by_rest(cloud: RunningCloud, office_map: GridMap) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    start = free_pose(office_map, seed=10)
+    goal = reachable_pose(office_map, start, seed=11, at_least=2.0)
+    token = await register_robot(rest, "fleet1", "office", start)
+    async with driving(cloud.url, token, "fleet1", office_map, start) as drive:
+        sent = await rest.post("/v1/robots/fleet1/goals", {"pose": list(goal)})
+        while sent["state"] in ("pending", "active"):
+            await asyncio.sleep(0.2)
+            sent = await rest.get(f"/v1/robots/fleet1/goals/{sent['id']}")
+        assert sent["state"] == "succeeded", sent
+        assert drive.scorer.error(0, goal) <= 0.25
+        state = await rest.get("/v1/robots/fleet1/state")
+        assert drive.world.robots[0].base.pose.distance_to(Pose2D(*state["pose"])) <= 0.25

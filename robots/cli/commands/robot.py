@@ -1,4 +1,4 @@
-"""Command ``ppaas robot``: registers, lists, shows, changes and deletes robots, their URDF and their nodes."""
+"""Command ``ppaas robot``: robots with their files, URDFs, nodes and goals."""
 
 import argparse
 from pathlib import Path
@@ -7,11 +7,11 @@ from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.resource import Resource, merge_patch
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.cli.verbs import robot_nodes, robot_urdf
+from robots.cli.verbs import robot_goals, robot_nodes, robot_urdf
 from robots.client.rest_paths import path_of
 
 NAME = "robot"
-HELP = "put, list, show, change and delete robots"
+HELP = "put, list, show, change and delete robots; send them to a pose"
 
 ROBOTS = Resource(
     "robots",
@@ -30,6 +30,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     change = verbs.add_parser("change", help="change fields of a robot file")
     delete = verbs.add_parser("delete", help="delete a robot")
     robot_nodes.configure(verbs.add_parser("nodes", help="show where the nodes of a robot run, or move one"))
+    robot_goals.configure_go(verbs.add_parser("go", help="send a connected robot to a pose"))
+    robot_goals.configure_state(verbs.add_parser("state", help="show the pose and the goals of a robot"))
+    robot_goals.configure_state(verbs.add_parser("stop", help="cancel all goals of a robot"))
     robot_urdf.configure(verbs.add_parser("urdf", help="upload, download and delete the URDF of a robot"))
     for verb in (put, one, change, delete):
         verb.add_argument("id")
@@ -78,5 +81,8 @@ _VERBS = {
     "change": _change,
     "delete": ROBOTS.delete,
     "nodes": robot_nodes.run,
+    "go": robot_goals.go,
+    "state": robot_goals.state,
+    "stop": robot_goals.stop,
     "urdf": robot_urdf.run,
 }

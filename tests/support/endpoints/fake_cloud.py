@@ -10,7 +10,9 @@ from msgspec import Raw
 from engine.master.machine import Machine
 from engine.master.quotas import Quotas
 from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
+from engine.service.links.place_link import PlaceLink
 from engine.service.plan_rate import PlanRate
+from engine.service.robot_navigation import RobotNavigation
 from engine.service.view_building import machine_view
 from engine.service.views import ContainerView, MachineView
 from engine.specs.containers import ContainerSpec, MapVersion
@@ -50,6 +52,8 @@ class FakeCloud:
     def __init__(self) -> None:
         self.quotas = Quotas()
         self.plan_rate = PlanRate(self.quotas)
+        self.places: dict[str, PlaceLink] = {}
+        self.navigation = RobotNavigation(self)  # type: ignore[arg-type]  # it has the places that a driver has
         self.asked: list[tuple[str, MapVersion, PathRequest]] = []
         self.costs_asked: list[tuple[str, MapVersion, CostRequest]] = []
         self.error: Exception | None = None
@@ -91,6 +95,9 @@ class FakeCloud:
 
     async def end_places(self, user: str, reason: PPaaSError) -> None:
         self.running = [one for one in self.running if one.user != user]
+
+    def place(self, key: str) -> PlaceLink | None:
+        return self.places.get(key)
 
     def set_limits(self, user: str, limits: Limits) -> None:
         self.quotas.set_limits(user, limits)

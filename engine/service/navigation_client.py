@@ -1,0 +1,211 @@
+"""Navigation client: sends goals to one robot on behalf of REST, and follows its pose and its goals.
+
+It is a client of the robot's place, as an operator's socket is. A result is lost if the container is killed before it
+sent it; Move Base repeats the status of its goals, which then tells how the goal ended, or that it is unknown.
+"""
+
+import asyncio
+import secrets
+from collections import OrderedDict
+
+import msgspec
+
+from engine.service.links.place_link import PlaceLink
+from engine.service.views import GoalState, GoalView, RobotState
+from ppaas.clock import Clock, epoch
+from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.geometry import Pose2D
+from ppaas.messages import decode, encode
+from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
+from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped
+from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
+from ppaas.messages.std_msgs import Header, String
+from ppaas.nodes import topics
+from ppaas.nodes.frames import MAP
+
+MAX_ACTIVE = 32
+"""Largest number of goals of a robot that have not ended."""
+
+MAX_ENDED = 100
+"""Number of ended goals that are kept; the oldest is forgotten first."""
+
+SETTLED = 5.0
+"""Time without a status of a goal after which it counts as lost [s]."""
+
+_STATES: dict[Status, GoalState] = {
+    Status.PENDING: "pending",
+    Status.ACTIVE: "active",
+    Status.PREEMPTING: "active",
+    Status.RECALLING: "active",
+    Status.SUCCEEDED: "succeeded",
+    Status.PREEMPTED: "canceled",
+    Status.RECALLED: "canceled",
+    Status.ABORTED: "aborted",
+    Status.REJECTED: "rejected",
+    Status.LOST: "lost",
+}
+
+HEARD = (topics.AMCL_POSE, topics.AMCL_STATUS, topics.MOVE_BASE_STATUS, topics.MOVE_BASE_RESULT)
+"""Topics that the client subscribes to."""
+
+
+class NavigationClient:
+    """Client of one place.
+
+    Parameters
+    ----------
+    place : PlaceLink
+        Place of the robot.
+    clock : callable
+        Returns the time [s since the epoch].
+
+    Attributes
+    ----------
+    place : PlaceLink
+        The place.
+    localized : Event
+        Set once a pose was received.
+    """
+
+    def __init__(self, place: PlaceLink, clock: Clock = epoch) -> None:
+        self.place = place
+        self.localized = asyncio.Event()
+        self._clock = clock
+        self._goals: OrderedDict[str, GoalView] = OrderedDict()
+        self._sequences: dict[int, str] = {}
+        self._seen: dict[str, float] = {}
+        self._pose: tuple[float, float, float] | None = None
+        self._pose_at: float | None = None
+        self._localization = ""
+        self._client = place.join(self)
+        for topic in HEARD:
+            place.subscribe(topic.name, self._client)
+
+    def leave(self) -> None:
+        """Leave the place."""
+        self.place.leave(self._client)
+
+    # -- state ---------------------------------------------------------------------------------------------------------
+
+    def state(self) -> RobotState:
+        """Return the pose of the robot and its active goals."""
+        return RobotState(True, self._pose, self._pose_at, self._localization, tuple(self.active()))
+
+    def goals(self) -> list[GoalView]:
+        """Return the known goals, oldest first."""
+        return list(self._goals.values())
+
+    def active(self) -> list[GoalView]:
+        """Return the goals that have not ended, oldest first."""
+        return [goal for goal in self._goals.values() if goal.ended is None]
+
+    def goal(self, goal_id: str) -> GoalView:
+        """Return a goal; ``NotFound`` if it is unknown or forgotten."""
+        if goal_id not in self._goals:
+            raise NotFound("goal", goal_id[:64])
+        return self._goals[goal_id]
+
+    # -- requests ------------------------------------------------------------------------------------------------------
+
+    def send(self, pose: Pose2D) -> GoalView:
+        """Send a goal in the frame ``map``; Move Base drops the goal before it, as in ROS.
+
+        Raises
+        ------
+        QuotaExceeded
+            Too many goals have not ended, or too many messages to the clone are unacknowledged.
+        """
+        if len(self.active()) >= MAX_ACTIVE:
+            raise QuotaExceeded(
+                f"a robot may have at most {MAX_ACTIVE} active goals: cancel one, or wait for it to end"
+            )
+        now = self._clock()
+        goal = GoalView(f"rest-{secrets.token_hex(6)}", (pose.x, pose.y, pose.theta), "pending", "", now)
+        target = MoveBaseGoal(PoseStamped(Header(frame_id=MAP), Pose.of(pose)))
+        sequence = self._publish(topics.MOVE_BASE_GOAL.name, MoveBaseActionGoal(target, GoalID(id=goal.id)))
+        self._sequences[sequence] = goal.id
+        self._goals[goal.id], self._seen[goal.id] = goal, now
+        self._forget_oldest()
+        return goal
+
+    def cancel(self, goal_id: str) -> GoalView:
+        """Cancel a goal and return it; it ends when Move Base reports its end.
+
+        Raises
+        ------
+        NotFound
+            The goal is unknown.
+        Conflict
+            The goal has ended.
+        """
+        goal = self.goal(goal_id)
+        if goal.ended is not None:
+            raise Conflict(f"goal {goal_id!r} has ended: {goal.state}")
+        self._publish(topics.MOVE_BASE_CANCEL.name, GoalID(id=goal_id))
+        return goal
+
+    def cancel_all(self) -> None:
+        """Cancel all goals of the robot, whoever sent them."""
+        self._publish(topics.MOVE_BASE_CANCEL.name, GoalID())
+
+    def _publish(self, topic: str, message: MoveBaseActionGoal | GoalID) -> int:
+        return self.place.publish(topic, encode(message), self._client, must_arrive=True)
+
+    def _forget_oldest(self) -> None:
+        ended = [goal.id for goal in self._goals.values() if goal.ended is not None]
+        for goal_id in ended[:-MAX_ENDED]:
+            del self._goals[goal_id]
+
+    # -- from the place ------------------------------------------------------------------------------------------------
+
+    def published(self, topic: str, payload: bytes) -> None:
+        """Handle a message of a subscribed topic."""
+        if topic == topics.AMCL_POSE.name:
+            pose = decode(PoseWithCovarianceStamped, payload).pose.pose.planar()
+            self._pose, self._pose_at = (pose.x, pose.y, pose.theta), self._clock()
+            self.localized.set()
+        elif topic == topics.AMCL_STATUS.name:
+            self._localization = decode(String, payload).data
+        elif topic == topics.MOVE_BASE_RESULT.name:
+            self._update(decode(MoveBaseActionResult, payload).status)
+        elif topic == topics.MOVE_BASE_STATUS.name:
+            self._on_statuses(decode(GoalStatusArray, payload))
+
+    def _on_statuses(self, statuses: GoalStatusArray) -> None:
+        for status in statuses.status_list:
+            self._update(status)
+        now = self._clock()
+        for goal in self.active():
+            if now - self._seen[goal.id] > SETTLED:
+                self._end(goal, "lost", "the robot's clone does not know this goal any more: send it again")
+
+    def _update(self, status: GoalStatus) -> None:
+        goal = self._goals.get(status.goal_id.id)
+        if goal is None or goal.ended is not None:
+            return
+        self._seen[goal.id] = self._clock()
+        known = Status(status.status)
+        if known.terminal:
+            self._end(goal, _STATES[known], status.text)
+        else:
+            self._goals[goal.id] = msgspec.structs.replace(goal, state=_STATES[known], text=status.text)
+
+    def _end(self, goal: GoalView, state: GoalState, text: str) -> None:
+        self._goals[goal.id] = msgspec.structs.replace(goal, state=state, text=text, ended=self._clock())
+        del self._seen[goal.id]
+        self._sequences = {number: other for number, other in self._sequences.items() if other != goal.id}
+
+    def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:
+        """End a goal that the clone refused."""
+        goal = self._goals.get(self._sequences.get(sequence, ""))
+        if topic == topics.MOVE_BASE_GOAL.name and goal is not None and goal.ended is None:
+            self._end(goal, "rejected", str(error))
+
+    def requested(self, call: int, service: str, payload: bytes) -> None:
+        """Refuse a service call: this client provides no services."""
+        raise Unavailable(f"service {service!r} is not provided here")
+
+    def closed(self, reason: PPaaSError) -> None:
+        """End all goals with the place."""
+        for goal in self.active():
+            self._end(goal, "lost", str(reason))

@@ -1,0 +1,107 @@
+"""Navigation of robots by REST: poses and goals, for fleet adapters and programs without a WebSocket."""
+
+import asyncio
+import contextlib
+
+from engine.master.places import robot_key
+from engine.service.master_driver import MasterDriver
+from engine.service.navigation_client import NavigationClient
+from engine.service.views import GoalView, RobotState
+from ppaas.errors import NotFound, Unavailable
+from ppaas.geometry import Pose2D
+
+POSE_TIMEOUT = 1.0
+"""Time to wait for a first pose [s]: a robot that sends scans has one several times a second."""
+
+IDLE = 300.0
+"""Time after the last request after which a robot without active goals is no longer followed [s]."""
+
+
+class RobotNavigation:
+    """Follows the robots that REST asks for.
+
+    Parameters
+    ----------
+    service : MasterDriver
+        Has the links of the places.
+    """
+
+    def __init__(self, service: MasterDriver) -> None:
+        self._service = service
+        self._clients: dict[str, NavigationClient] = {}
+        self._timers: dict[str, asyncio.TimerHandle] = {}
+
+    def close(self) -> None:
+        """Leave all places."""
+        for key in tuple(self._clients):
+            self._leave(key)
+
+    async def state(self, user: str, robot: str) -> RobotState:
+        """Return the pose and the active goals of a robot, connected or not."""
+        try:
+            client = self._client(user, robot)
+        except Unavailable:
+            return RobotState(connected=False)
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(POSE_TIMEOUT):
+                await client.localized.wait()
+        return client.state()
+
+    def send_goal(self, user: str, robot: str, pose: Pose2D) -> GoalView:
+        """Send a robot to a pose in the frame ``map``.
+
+        Raises
+        ------
+        Unavailable
+            The robot is not connected.
+        QuotaExceeded
+            The robot has too many active goals.
+        """
+        return self._client(user, robot).send(pose)
+
+    def goals(self, user: str, robot: str) -> list[GoalView]:
+        """Return the goals that REST sent to a robot since it last connected, oldest first."""
+        client = self._clients.get(robot_key(user, robot))
+        return client.goals() if client is not None else []
+
+    def goal(self, user: str, robot: str, goal_id: str) -> GoalView:
+        """Return a goal; ``NotFound`` if it is unknown or forgotten."""
+        client = self._clients.get(robot_key(user, robot))
+        if client is None:
+            raise NotFound("goal", goal_id[:64])
+        return client.goal(goal_id)
+
+    def cancel_goal(self, user: str, robot: str, goal_id: str) -> GoalView:
+        """Cancel a goal; raises as ``NavigationClient.cancel`` does."""
+        self.goal(user, robot, goal_id)
+        return self._client(user, robot).cancel(goal_id)
+
+    def cancel_goals(self, user: str, robot: str) -> None:
+        """Cancel all goals of a robot, whoever sent them; ``Unavailable`` if it is not connected."""
+        self._client(user, robot).cancel_all()
+
+    def _client(self, user: str, robot: str) -> NavigationClient:
+        key = robot_key(user, robot)
+        place = self._service.place(key)
+        if place is None:
+            raise Unavailable(f"robot {robot!r} is not connected: it can be sent to a goal once it is")
+        client = self._clients.get(key)
+        if client is None or client.place is not place:
+            client = self._clients[key] = NavigationClient(place)
+        self._restart_timer(key)
+        return client
+
+    def _restart_timer(self, key: str) -> None:
+        if key in self._timers:
+            self._timers[key].cancel()
+        self._timers[key] = asyncio.get_running_loop().call_later(IDLE, self._check_idle, key)
+
+    def _check_idle(self, key: str) -> None:
+        if self._clients[key].active():
+            self._restart_timer(key)
+        else:
+            self._leave(key)
+
+    def _leave(self, key: str) -> None:
+        self._clients.pop(key).leave()
+        self._timers.pop(key).cancel()

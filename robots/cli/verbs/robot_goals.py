@@ -1,0 +1,68 @@
+"""Navigation in ``ppaas robot``: sends a robot to a pose, stops it, and shows its pose and goals."""
+
+import argparse
+import asyncio
+from typing import Any
+
+from ppaas.errors import PPaaSError, Unavailable
+from robots.cli.output import show
+from robots.cli.session import add_session_arguments, logged_in
+from robots.client.rest_paths import path_of
+
+GOAL_COLUMNS = ("id", "pose", "state", "text")
+STATE_COLUMNS = ("connected", "pose", "localization", "goals")
+POLL = 0.5
+"""Interval of queries while a command waits for the end of a goal [s]."""
+
+ACTIVE = ("pending", "active")
+
+
+def configure_go(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``ppaas robot go``."""
+    parser.add_argument("id")
+    parser.add_argument("x", type=float, help="[m] in the frame of the map")
+    parser.add_argument("y", type=float, help="[m]")
+    parser.add_argument("yaw", type=float, nargs="?", default=0.0, help="[rad] (0)")
+    parser.add_argument("--wait", action="store_true", help="wait for the end of the goal; exit with 1 unless reached")
+    add_session_arguments(parser)
+
+
+def configure_state(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``ppaas robot state`` and ``ppaas robot stop``."""
+    parser.add_argument("id")
+    add_session_arguments(parser)
+
+
+async def go(arguments: argparse.Namespace) -> None:
+    """Send a robot to a pose.
+
+    Raises
+    ------
+    PPaaSError
+        With ``--wait``, the goal was not reached; the text has the reason.
+    """
+    client, path = logged_in(arguments), path_of("robots", arguments.id, "goals")
+    goal = await client.post(path, {"pose": [arguments.x, arguments.y, arguments.yaw]})
+    while arguments.wait and goal["state"] in ACTIVE:
+        await asyncio.sleep(POLL)
+        goal = await client.get(path_of("robots", arguments.id, "goals", goal["id"]))
+    show(goal, GOAL_COLUMNS, as_json=arguments.json)
+    if arguments.wait and goal["state"] != "succeeded":
+        raise _not_reached(goal)
+
+
+def _not_reached(goal: dict[str, Any]) -> PPaaSError:
+    return Unavailable(f"the goal was not reached: {goal['state']}: {goal['text'] or 'no reason was given'}")
+
+
+async def state(arguments: argparse.Namespace) -> None:
+    """Show the pose and the goals of a robot."""
+    found = await logged_in(arguments).get(path_of("robots", arguments.id, "state"))
+    if not arguments.json:
+        found["goals"] = ", ".join(goal["id"] for goal in found["goals"])
+    show(found, STATE_COLUMNS, as_json=arguments.json)
+
+
+async def stop(arguments: argparse.Namespace) -> None:
+    """Cancel all goals of a robot."""
+    await logged_in(arguments).delete(path_of("robots", arguments.id, "goals"))

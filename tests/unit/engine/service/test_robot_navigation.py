@@ -1,0 +1,82 @@
+"""Tests of navigation for REST: which robots are followed, and for how long."""
+
+import pytest
+
+from engine.master.places import robot_key
+from engine.service import robot_navigation
+from engine.service.robot_navigation import RobotNavigation
+from engine.service.views import RobotState
+from ppaas.errors import NotFound, Unavailable
+from ppaas.geometry import Pose2D
+from tests.support.endpoints.still_place import StillPlace
+from tests.support.waiting import until
+
+KEY = robot_key("ann", "tb1")
+
+
+class FakeDriver:
+    """Has the places that the test gives it."""
+
+    def __init__(self) -> None:
+        self.places = {KEY: StillPlace()}
+
+    def place(self, key: str) -> StillPlace | None:
+        return self.places.get(key)
+
+
+@pytest.fixture
+def driver() -> FakeDriver:
+    return FakeDriver()
+
+
+@pytest.fixture
+def navigation(driver: FakeDriver, monkeypatch: pytest.MonkeyPatch) -> RobotNavigation:
+    monkeypatch.setattr(robot_navigation, "POSE_TIMEOUT", 0.01)
+    return RobotNavigation(driver)  # type: ignore[arg-type]
+
+
+async def test_a_robot_that_is_not_connected_has_a_state_and_takes_no_goals(navigation: RobotNavigation) -> None:
+    assert await navigation.state("ann", "tb2") == RobotState(connected=False)
+    assert navigation.goals("ann", "tb2") == []
+    with pytest.raises(Unavailable, match="robot 'tb2' is not connected"):
+        navigation.send_goal("ann", "tb2", Pose2D(1.0, 2.0))
+    with pytest.raises(Unavailable):
+        navigation.cancel_goals("ann", "tb2")
+    with pytest.raises(NotFound):
+        navigation.goal("ann", "tb2", "rest-1")
+
+
+async def test_requests_of_one_robot_share_a_client(navigation: RobotNavigation, driver: FakeDriver) -> None:
+    goal = navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
+    assert (await navigation.state("ann", "tb1")).goals == (goal,)
+    assert navigation.goals("ann", "tb1") == [goal] == [navigation.goal("ann", "tb1", goal.id)]
+    assert navigation.cancel_goal("ann", "tb1", goal.id) == goal
+    assert driver.places[KEY].clients == 1
+    navigation.close()
+    assert driver.places[KEY].clients == 0
+
+
+async def test_goals_of_a_closed_place_are_shown_until_the_robot_connects_again(
+    navigation: RobotNavigation, driver: FakeDriver
+) -> None:
+    goal = navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
+    driver.places.pop(KEY).close(Unavailable("gone"))
+    assert navigation.goal("ann", "tb1", goal.id).state == "lost"
+    driver.places[KEY] = StillPlace()
+    assert (await navigation.state("ann", "tb1")).goals == ()
+    assert navigation.goals("ann", "tb1") == []
+    navigation.close()
+
+
+async def test_a_robot_is_followed_while_it_has_a_goal_or_is_asked_for(
+    navigation: RobotNavigation, driver: FakeDriver, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(robot_navigation, "IDLE", 0.02)
+    place = driver.places[KEY]
+    goal = navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
+    navigation._check_idle(KEY)
+    assert place.clients == 1
+    result = {"goal_id": {"id": goal.id}, "status": 3, "text": ""}
+    place.publish_json("move_base/result", {"header": {"frame_id": ""}, "status": result})
+    await until(lambda: place.clients == 0)
+    assert navigation.goals("ann", "tb1") == []

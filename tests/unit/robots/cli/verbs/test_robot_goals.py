@@ -1,0 +1,71 @@
+"""Tests of ``ppaas robot go``, ``state`` and ``stop``."""
+
+import asyncio
+import json
+
+import pytest
+
+from engine.master.places import robot_key
+from engine.protocols import robot_link
+from engine.service import robot_navigation
+from robots.cli.verbs import robot_goals
+from tests.support.cloud.command_line import CommandLine
+from tests.support.endpoints.still_place import StillPlace
+from tests.support.storage import records
+
+
+@pytest.fixture(autouse=True)
+def _short_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(robot_navigation, "POSE_TIMEOUT", 0.01)
+    monkeypatch.setattr(robot_goals, "POLL", 0.01)
+
+
+@pytest.fixture
+def place(ppaas: CommandLine) -> StillPlace:
+    """Return the place of ann's robot."""
+    ppaas.services.store.put_robot(records.robot("tb1", user="ann"))
+    made = StillPlace()
+    ppaas.services.cloud.places[robot_key("ann", "tb1")] = made  # type: ignore[attr-defined]
+    return made
+
+
+class EndingPlace(StillPlace):
+    """Place whose Move Base ends each goal at once."""
+
+    def __init__(self, status: int, text: str) -> None:
+        super().__init__()
+        self._status, self._text = status, text
+
+    def publish(self, topic: str, payload: bytes, client: int, *, must_arrive: bool, latch: bool = False) -> int:
+        sequence = super().publish(topic, payload, client, must_arrive=must_arrive, latch=latch)
+        if topic == "move_base/goal":
+            self._end_soon(json.loads(payload)["goal_id"]["id"])
+        return sequence
+
+    def _end_soon(self, goal: str) -> None:
+        status = {"goal_id": {"id": goal}, "status": self._status, "text": self._text}
+        result = {"header": {"frame_id": ""}, "status": status}
+        asyncio.get_running_loop().call_soon(self.publish_json, "move_base/result", result)
+
+
+async def test_a_goal_is_sent_and_the_state_shows_it(ppaas: CommandLine, place: StillPlace) -> None:
+    sent = json.loads((await ppaas("robot", "go", "tb1", "4.0", "1.5", "--json")).out)
+    assert (sent["pose"], sent["state"]) == ([4.0, 1.5, 0.0], "pending")
+    assert (await ppaas("robot", "state", "tb1")).rows[1][-1] == sent["id"]
+    assert (await ppaas("robot", "stop", "tb1")).status == 0
+    cancels = [frame for frame in place.far.take(robot_link.Deliver) if frame.topic == "move_base/cancel"]
+    assert len(cancels) == 1
+
+
+@pytest.mark.parametrize(("status", "text", "expected"), [(3, "", 0), (4, "no path", 1)])
+async def test_waiting_ends_with_the_goal(ppaas: CommandLine, status: int, text: str, expected: int) -> None:
+    ppaas.services.store.put_robot(records.robot("tb1", user="ann"))
+    ppaas.services.cloud.places[robot_key("ann", "tb1")] = EndingPlace(status, text)  # type: ignore[attr-defined]
+    ended = await ppaas("robot", "go", "tb1", "4", "1", "1.57", "--wait")
+    assert ended.status == expected
+    assert ("the goal was not reached: aborted: no path" in ended.err) == bool(expected)
+
+
+async def test_a_robot_that_is_not_connected_takes_no_goal(ppaas: CommandLine) -> None:
+    ppaas.services.store.put_robot(records.robot("tb1", user="ann"))
+    assert "robot 'tb1' is not connected" in (await ppaas("robot", "go", "tb1", "4", "1")).err
