@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from endpoints.rest.names import Name
+from endpoints.rest.nesting import MAX_NESTING, is_deeper
 from engine.service.path_requests import MAX_COORDINATE
 from engine.specs.machine_settings import MOST_LABELS
 
@@ -40,11 +41,13 @@ def triple(pose: Sequence[float]) -> tuple[float, float, float]:
 
 
 def plain_json(value: dict[str, Any]) -> dict[str, Any]:
-    """Return an object unchanged; ``ValueError`` if it is too large or not valid JSON."""
+    """Return an object unchanged; ``ValueError`` if it is too large, nested too deeply, or not valid JSON."""
+    if is_deeper(value, MAX_NESTING):
+        raise ValueError(f"may have at most {MAX_NESTING} objects and lists within each other")
     try:
         length = len(json.dumps(value, allow_nan=False))
-    except (ValueError, RecursionError) as error:
-        raise ValueError("numbers must be finite, and nesting must not be too deep") from error
+    except ValueError as error:
+        raise ValueError("numbers must be finite") from error
     if length > MAX_PARAMETERS:
         raise ValueError(f"must have at most {MAX_PARAMETERS} characters of JSON, not {length}")
     return value

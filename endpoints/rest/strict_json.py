@@ -4,7 +4,7 @@ A body is read only after its caller was authenticated, if the route wants a tok
 """
 
 import json
-from collections.abc import Callable, Coroutine, Iterable
+from collections.abc import Callable, Coroutine
 from typing import Any
 
 from fastapi import HTTPException, Request, Response
@@ -14,6 +14,7 @@ from fastapi.routing import APIRoute
 from endpoints.accounts.authentication import authenticate
 from endpoints.rest.dependencies import current_user, services_of
 from ppaas.errors import MalformedMessage, MessageTooLarge
+from endpoints.rest.nesting import is_deeper
 
 MERGE_PATCH = "application/merge-patch+json"
 MAX_KEY_SHOWN = 64
@@ -80,18 +81,6 @@ def parse(body: bytes) -> Any:
     if openings > MAX_DEPTH and is_deeper(value, MAX_DEPTH):
         raise _too_deep()
     return value
-
-
-def is_deeper(value: Any, depth: int) -> bool:
-    """Return whether a JSON value has more than ``depth`` objects and lists within each other."""
-    level = [value] if isinstance(value, dict | list) else []
-    for _ in range(depth):
-        level = [child for parent in level for child in _children(parent) if isinstance(child, dict | list)]
-    return bool(level)
-
-
-def _children(parent: Any) -> Iterable[Any]:
-    return parent.values() if isinstance(parent, dict) else parent
 
 
 def _too_deep() -> MalformedMessage:

@@ -2,9 +2,10 @@
 
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from endpoints.rest.names import Name, PluginName
+from endpoints.rest.nesting import showable
 from endpoints.rest.schemas import Cores, Description, Labels, Pose, RequestBody, ResponseBody, Triple, plain_json
 from engine.specs.machine_settings import MOST_LABELS
 
@@ -14,6 +15,8 @@ Properties = Annotated[
 Parameters = Annotated[
     dict[str, Any], AfterValidator(plain_json), Field(description="Parameters of the clone's nodes, by node")
 ]
+
+Stored = Annotated[dict[str, Any], BeforeValidator(showable)]
 
 
 class RobotFile(RequestBody):
@@ -57,9 +60,9 @@ class RobotAnswer(ResponseBody):
     cores: float
     base_global_planner: str
     base_local_planner: str
-    parameters: dict[str, Any]
+    parameters: Stored
     description: str
-    properties: dict[str, Any]
+    properties: Stored
     labels: dict[str, str]
 
 

@@ -7,14 +7,13 @@ and a list with a fault in each item (`tests/unit/endpoints/test_app_bodies.py`)
 
 import contextlib
 import json
-from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from endpoints.rest import strict_json
-from endpoints.rest.strict_json import MAX_CONTAINERS, MAX_DEPTH, MAX_KEYS, is_deeper, parse
+from endpoints.rest.strict_json import MAX_CONTAINERS, MAX_DEPTH, MAX_KEYS, parse
 from ppaas.errors import MalformedMessage, MessageTooLarge, PPaaSError
 
 
@@ -74,19 +73,7 @@ def test_nesting_of_a_body_is_limited(before: str, after: str) -> None:
             parse((before * depth + "1" + after * depth).encode())
 
 
-def depth_of(value: Any) -> int:
-    children = value.values() if isinstance(value, dict) else value if isinstance(value, list) else None
-    return 0 if children is None else 1 + max(map(depth_of, children), default=0)
-
-
 values = st.recursive(st.integers(), lambda inner: st.lists(inner) | st.dictionaries(st.text(max_size=2), inner))
-
-
-@given(values)
-def test_the_depth_of_a_value_is_measured(value: Any) -> None:
-    depth = depth_of(value)
-    assert not is_deeper(value, depth)
-    assert depth == 0 or is_deeper(value, depth - 1)
 
 
 BODIES = st.binary() | st.builds(
