@@ -43,6 +43,11 @@ class PPaaSError(Exception):
 
     slug: ClassVar[str] = "error"
 
+    @property
+    def public(self) -> str:
+        """Text for clients; the text of the error itself is for operators, who read it in the log."""
+        return str(self)
+
 
 class InvalidInput(PPaaSError):
     """The request or its data is invalid."""
@@ -152,9 +157,27 @@ class TooManyAttempts(QuotaExceeded):
 
 
 class Unavailable(PPaaSError):
-    """The request is valid but cannot be served now; try again later."""
+    """The request is valid but cannot be served now; try again later.
+
+    Parameters
+    ----------
+    text : str
+        What failed, and what to do.
+    public : str, optional
+        Text for clients, if the text names a file, an address or another secret of the server.
+    """
 
     slug = "unavailable"
+    _public: str | None = None
+
+    def __init__(self, text: str, *, public: str | None = None) -> None:
+        self._public = public
+        super().__init__(text)
+
+    @property
+    def public(self) -> str:
+        """Text for clients."""
+        return str(self) if self._public is None else self._public
 
 
 class Idle(Unavailable):

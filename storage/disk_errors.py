@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ppaas.errors import Unavailable
+from storage.store_errors import unusable
 
 _ADVICE = {
     errno.ENOSPC: "the disk is full: free space",
@@ -29,5 +29,5 @@ def disk_errors(path: Path, *, but: type[OSError] | tuple[()] = ()) -> Iterator[
     except but:
         raise
     except OSError as error:
-        advice = _ADVICE.get(error.errno or 0, error.strerror or str(error))
-        raise Unavailable(f"{path}: {advice}") from error
+        advice = _ADVICE.get(error.errno or 0, error.strerror or type(error).__name__)
+        raise unusable(path, advice, advice) from error

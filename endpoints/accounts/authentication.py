@@ -34,4 +34,5 @@ def bearer_of(authorization: str) -> str | None:
 
 async def authenticate(connection: HTTPConnection, accounts: Accounts) -> User:
     """Return the user of a connection; ``NotAuthenticated`` if the token is missing, unknown or expired."""
-    return await accounts.authenticate(token_of(connection))
+    connection.state.user = user = await accounts.authenticate(token_of(connection))
+    return user

@@ -15,9 +15,15 @@ from starlette.responses import Response
 from starlette.routing import compile_path
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from endpoints.http.refusal_log import RefusalLog
 from ppaas import errors
 
 logger = logging.getLogger(__name__)
+
+USER = "user"
+"""Name of the authenticated user in the state of a request."""
+
+_hidden = RefusalLog(logger)
 
 MEDIA_TYPE = "application/problem+json"
 TYPE = "urn:ppaas:problem:"
@@ -67,10 +73,11 @@ def problem(
     return Response(json.dumps(body, allow_nan=False), status, all_headers, MEDIA_TYPE)
 
 
-def problem_response(error: errors.PPaaSError) -> Response:
+def problem_response(error: errors.PPaaSError, *, to_admin: bool = False) -> Response:
     """Return the response of an error; planning errors have their Nav2 ``code`` (201–208).
 
-    A request that waits in the queue, as it allowed, is not a problem: it is accepted (202) with its position.
+    A request that waits in the queue, as it allowed, is not a problem: it is accepted (202) with its position. What
+    only operators may read is logged, and sent to administrators.
     """
     if isinstance(error, errors.Queued):
         body = {"position": error.position, "detail": str(error)}
@@ -80,7 +87,9 @@ def problem_response(error: errors.PPaaSError) -> Response:
     members = {"code": code} if code else {}
     # The rest of a too large body is not read; on an open connection it would be taken for the next request.
     headers = {"Connection": "close"} if status == http.HTTPStatus.REQUEST_ENTITY_TOO_LARGE else _retry(error)
-    return problem(status, error.slug, title, str(error), headers, **members)
+    if error.public != str(error):
+        _hidden.add(error.slug, str(error))
+    return problem(status, error.slug, title, str(error) if to_admin else error.public, headers, **members)
 
 
 def _retry(error: errors.PPaaSError) -> dict[str, str]:
@@ -127,9 +136,10 @@ def unexpected(scope: Scope) -> Response:
     return problem(500, "internal-error", "Internal error", "the cloud failed: see its log")
 
 
-async def _domain_error(_request: Request, error: Exception) -> Response:
+async def _domain_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, errors.PPaaSError)
-    return problem_response(error)
+    user = getattr(request.state, USER, None)
+    return problem_response(error, to_admin=user is not None and user.role == "admin")
 
 
 async def _http_error(request: Request, error: Exception) -> Response:

@@ -104,7 +104,7 @@ class RobotSocket:
             )
 
     async def _close(self, code: int, error: PPaaSError) -> None:
-        reason = f"{error.slug}: {error}".encode()[:MAX_REASON].decode(errors="ignore")
+        reason = f"{error.slug}: {error.public}".encode()[:MAX_REASON].decode(errors="ignore")
         with contextlib.suppress(TimeoutError, WebSocketDisconnect):
             async with asyncio.timeout(CLOSE_TIMEOUT):
                 await self._socket.close(code, reason)

@@ -19,6 +19,7 @@ from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from engine.protocols.pending_handshakes import PendingHandshakes
 from engine.protocols.robot_link import Refusal
+from engine.protocols.refusals import refusal_of
 from engine.specs.checkpoints import marks
 from engine.specs.containers import ContainerSpec
 from ppaas.clock import epoch
@@ -216,7 +217,7 @@ class ContainerGateway:
     ) -> None:
         if attached.requests >= MAX_REQUESTS:
             error = QuotaExceeded(f"{MAX_REQUESTS} requests of this container are in progress: wait for their answers")
-            attached.stream.write(machine_link.Done(request, Refusal(error.slug, str(error))))
+            attached.stream.write(machine_link.Done(request, refusal_of(error)))
             return
         attached.requests += 1
         self._background.run(self._answer(request, attached, work))
@@ -228,7 +229,7 @@ class ContainerGateway:
         try:
             answer = await work()
         except PPaaSError as error:
-            refusal = Refusal(error.slug, str(error))
+            refusal = refusal_of(error)
         except Exception as error:
             logger.exception("a request of container %s failed", attached.spec.id)
             refusal = Refusal(PPaaSError.slug, f"internal error: {type(error).__name__}")

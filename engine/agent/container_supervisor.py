@@ -13,7 +13,7 @@ from engine.agent.container_gateway import ContainerGateway
 from engine.agent.map_cache import MapCache
 from engine.processes.background import Background
 from engine.protocols import control_link
-from engine.protocols.robot_link import Refusal
+from engine.protocols.refusals import refusal_of
 from engine.runtimes.base import ContainerProcess, Runtime
 from engine.specs import cores
 from engine.specs.containers import ContainerSpec, Launch
@@ -100,7 +100,7 @@ class ContainerSupervisor:
 
     def _tell_failed(self, container: str, error: PPaaSError) -> None:
         logger.warning("container %s could not be started: %s", container, error)
-        self._tell(control_link.LaunchFailed(container, Refusal(error.slug, str(error))))
+        self._tell(control_link.LaunchFailed(container, refusal_of(error)))
 
     async def _run(self, order: control_link.StartContainer, hosted: _Supervised, layers: Path) -> int:
         container = order.spec.id

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from engine.protocols.robot_link import Refusal
+from engine.protocols.refusals import refusal_of
 from engine.runtimes.fork_server.child import die_with_parent
 from engine.specs.containers import Heights, LayerSpec
 from engine.specs.layer_files import open_layers, write_index, write_layers
@@ -120,6 +120,6 @@ def make_and_tell(make: Callable[..., None], arguments: tuple[object, ...], answ
     try:
         make(*arguments)
     except PPaaSError as error:
-        answer.send(Refusal(error.slug, str(error)))
+        answer.send(refusal_of(error))
     else:
         answer.send(None)

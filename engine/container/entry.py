@@ -23,6 +23,7 @@ from engine.container.robot_link_handler import Container
 from engine.container.shared_indexes import SharedIndexes
 from engine.container.shared_plans import PlanningNotes, SharedPlans
 from engine.protocols import robot_link
+from engine.protocols.refusals import refusal_of
 from engine.runtimes.compilation.threads import KernelThreads, use_threads
 from engine.specs.containers import Launch
 from engine.specs.robot_layers import filters_of, layers_of
@@ -49,7 +50,7 @@ async def run(launch: Launch) -> None:
         monitoring = build_graph(home.graph, launch, threads, indexes, reuse)
         _restore(home.graph, launch)
     except PPaaSError as error:
-        refusal = robot_link.Refusal(error.slug, str(error))
+        refusal = refusal_of(error)
         await stream.send(robot_link.ContainerFailed(launch.spec.id, launch.secret, refusal))
         await stream.close()
         home.close()

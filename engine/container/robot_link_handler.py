@@ -14,6 +14,7 @@ from engine.container.shared_plans import PlanningNotes
 from engine.processes.heartbeats import BEAT_PERIOD
 from engine.protocols import robot_link
 from engine.specs.containers import LINK_STATE, Launch
+from engine.protocols.refusals import refusal_of
 from ppaas.errors import PPaaSError
 from ppaas.messages import decode, encode, type_name
 from ppaas.messages.message import Message
@@ -160,7 +161,7 @@ class Container:
             self._dirty.set()
 
     def _refuse(self, frame: robot_link.Deliver, error: PPaaSError) -> None:
-        refusal = robot_link.Refusal(error.slug, str(error))
+        refusal = refusal_of(error)
         self._endpoint.write(robot_link.MessageRefused(frame.client, frame.topic, refusal, frame.sequence))
 
     def _subscribe(self, topic: str, client: int) -> None:
@@ -212,7 +213,7 @@ class Container:
 
         def reply(result: Payload | PPaaSError) -> None:
             if isinstance(result, PPaaSError):
-                answer = robot_link.ServiceAnswer(frame.call, refusal=robot_link.Refusal(result.slug, str(result)))
+                answer = robot_link.ServiceAnswer(frame.call, refusal=refusal_of(result))
             else:
                 answer = robot_link.ServiceAnswer(frame.call, payload_bytes(result))
             stream.write(answer)

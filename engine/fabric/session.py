@@ -17,6 +17,7 @@ import zenoh
 from engine.fabric.inbox import Inbox
 from engine.fabric.request_cache import RequestCache
 from engine.fabric.zenoh_config import RouterCredentials, client_config
+from engine.protocols.refusals import refusal_of
 from engine.protocols.robot_link import Refusal
 from ppaas.clock import monotonic
 from ppaas.errors import InvalidParameter, PPaaSError, Unavailable, rebuild
@@ -280,7 +281,7 @@ class Fabric:
 
 
 def _refuse(query: zenoh.Query, error: PPaaSError) -> None:
-    query.reply_err(msgspec.msgpack.encode(Refusal(error.slug, str(error))), encoding=_REFUSAL)
+    query.reply_err(msgspec.msgpack.encode(refusal_of(error)), encoding=_REFUSAL)
 
 
 def _unpack(reply: zenoh.Reply) -> bytes | None:

@@ -68,7 +68,10 @@ def write_layers(folder: Path, layers: MapLayers, created: float) -> None:
         (folder / _INFO).write_bytes(msgspec.json.encode(header))
     except OSError as error:  # numpy raises it without errno when the disk is full
         size = (len(message) + sum(array.nbytes for array in arrays.values())) / 2**20
-        raise Unavailable(f"{size:.1f} MB of map layers cannot be written to {folder.parent}: {error}") from error
+        text = f"{size:.1f} MB of map layers cannot be written"
+        raise Unavailable(
+            f"{text} to {folder.parent}: {error}", public=f"{text} on its machine: {_reason(error)}"
+        ) from error
 
 
 def _arrays_of(layers: MapLayers) -> dict[str, NDArray[Any]]:
@@ -110,7 +113,7 @@ def open_layers(folder: Path) -> MapLayers:
             **grids,
         )
     except (OSError, KeyError, ValueError, InvalidMap, msgspec.DecodeError) as error:
-        raise Unavailable(f"no complete map layers in {folder}: {error}") from error
+        raise Unavailable(f"no complete map layers in {folder}: {error}", public="no complete map layers") from error
 
 
 def cells_in(folder: Path) -> int:
@@ -146,7 +149,8 @@ def write_index(folder: Path, planner: str, content: memoryview) -> None:
             partial.unlink(missing_ok=True)
     except OSError as error:
         size = content.nbytes / 2**20
-        raise Unavailable(f"an index of {size:.1f} MB cannot be written to {folder}: {error}") from error
+        text = f"an index of {size:.1f} MB cannot be written"
+        raise Unavailable(f"{text} to {folder}: {error}", public=f"{text} on its machine: {_reason(error)}") from error
 
 
 def open_index(folder: Path, planner: str) -> memoryview | None:
@@ -163,4 +167,12 @@ def open_index(folder: Path, planner: str) -> memoryview | None:
     except FileNotFoundError:
         return None
     except (OSError, ValueError) as error:
-        raise Unavailable(f"the index of planner {planner} in {folder} cannot be read: {error}") from error
+        raise Unavailable(
+            f"the index of planner {planner} in {folder} cannot be read: {error}",
+            public=f"the index of planner {planner} cannot be read",
+        ) from error
+
+
+def _reason(error: OSError) -> str:
+    """Return the reason of an error without a path; numpy's errors for a full disk have no number."""
+    return error.strerror or "no space is left"

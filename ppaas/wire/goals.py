@@ -242,5 +242,5 @@ def _feedback(goal: _Goal, feedback: bytes, now: float) -> bytes:
 
 def refusal(operation: SendActionGoal, error: PPaaSError) -> bytes:
     """Return the result frame of a refused goal; its ``values`` are the reason, as for a service."""
-    frame = _ActionResult(operation.action, str(error), UNKNOWN, False, operation.id)
+    frame = _ActionResult(operation.action, error.public, UNKNOWN, False, operation.id)
     return _encoder.encode(frame)

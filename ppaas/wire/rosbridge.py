@@ -167,7 +167,7 @@ class RosbridgeSession:
 
     def refuse_call(self, call: CallService, error: PPaaSError) -> bytes:
         """Return the frame that reports the failure of a call; its ``values`` are the reason as text."""
-        return _encoder.encode(_ServiceResponse(call.service, str(error), False, call.id))
+        return _encoder.encode(_ServiceResponse(call.service, error.public, False, call.id))
 
     def request(self, service: str, call: int, arguments: bytes) -> bytes:
         """Return the frame that requests the client to serve a call; ``service`` is spelled as the client did."""
@@ -177,7 +177,7 @@ class RosbridgeSession:
         """Return the frame that reports an error, or None if the client's status level excludes it."""
         if LEVELS.index(self._level) < LEVELS.index(level):
             return None
-        return _encoder.encode(_Status(level, f"{error.slug}: {error}", operation_id))
+        return _encoder.encode(_Status(level, f"{error.slug}: {error.public}", operation_id))
 
 
 def _published(channel: Channel, payload: bytes) -> bytes:

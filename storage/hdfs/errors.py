@@ -6,8 +6,8 @@ from contextlib import contextmanager
 from hdfs import HdfsError
 from requests import RequestException
 
-from ppaas.errors import Unavailable
 from storage.hdfs.address import HdfsAddress
+from storage.store_errors import unusable
 
 _STARTING = "the NameNode is starting or in standby: wait, or give the address of the active one"
 _QUOTA = "the quota of the folder is used up: free space, or raise the quota"
@@ -32,16 +32,14 @@ def hdfs_errors(address: HdfsAddress) -> Iterator[None]:
     except HdfsError as error:
         if error.exception == _MISSING:
             raise FileNotFoundError(str(error)) from error
-        raise Unavailable(f"{address}: {_advice(error, address)}") from error
+        raise unusable(address, _advice(error, address)) from error
     except RequestException as error:
         reason = type(error).__name__
-        raise Unavailable(
-            f"{address}: cannot reach the NameNode or a DataNode ({reason}): check that both are running"
+        raise unusable(
+            address, f"cannot reach the NameNode or a DataNode ({reason}): check that both are running"
         ) from error
     except (KeyError, TypeError) as error:
-        raise Unavailable(
-            f"{address}: the server does not speak WebHDFS: give the HTTP port of the NameNode"
-        ) from error
+        raise unusable(address, "the server does not speak WebHDFS: give the HTTP port of the NameNode") from error
 
 
 def _advice(error: HdfsError, address: HdfsAddress) -> str:

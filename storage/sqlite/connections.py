@@ -9,7 +9,7 @@ import os
 import sqlite3
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from storage.disk_errors import disk_errors
 from storage.sqlite.plan_schema import BEFORE_PLAN_TABLES, PLAN_TABLES, renew_plans
 from storage.sqlite.plan_writes import move_plans
 from storage.sqlite.wal_checkpoints import WalCheckpointer
+from storage.store_errors import NO_STORE, unusable
 
 APPLICATION_ID = 0x50506153  # "PPaS": identifies our files
 
@@ -99,6 +100,9 @@ _ADVICE = {
     sqlite3.SQLITE_IOERR: "the disk fails or is full: check its health and free space",
 }
 
+_PUBLIC = {code: _ADVICE[code] for code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_FULL)}
+"""Advice that clients may read too."""
+
 
 class SqliteConnections:
     """A pool of connections to a file, which is created if it is missing. Thread-safe.
@@ -128,7 +132,7 @@ class SqliteConnections:
         self._errors = _Errors(path)
         self._checkpoints = WalCheckpointer(self._connect)
         if path.is_dir():
-            raise Unavailable(f"{path}: is a folder: give the path of a file")
+            raise unusable(path, "is a folder: give the path of a file")
         with disk_errors(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             with _exclusively(path):
@@ -176,6 +180,11 @@ class SqliteConnections:
                 if not synced:
                     connection.execute("PRAGMA synchronous = FULL")
 
+    def shrink_log(self) -> None:
+        """Move the write-ahead log into the file and empty it; does nothing while readers need it or the disk fails."""
+        with suppress(Unavailable), self.reading() as connection:
+            connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()
+
     def close(self) -> None:
         """Close idle connections now, and the others when they are returned."""
         with self._lock:
@@ -188,7 +197,7 @@ class SqliteConnections:
     def _take(self) -> sqlite3.Connection:
         with self._lock:
             if self._closed:
-                raise Unavailable(f"{self._path}: the store is closed")
+                raise unusable(self._path, "the store is closed")
             if self._idle:
                 return self._idle.pop()
         return self._connect()
@@ -241,10 +250,10 @@ class SqliteConnections:
         if owner == 0 and _number(connection, "SELECT count(*) FROM sqlite_schema") == 0:
             return 0
         if owner != self._schema.application_id:
-            raise Unavailable(f"{self._path}: this is the database of another program: give another path")
+            raise unusable(self._path, "this is the database of another program: give another path")
         version = _number(connection, "PRAGMA user_version")
         if version > len(self._schema.migrations):
-            raise Unavailable(f"{self._path}: written by a newer release (schema {version}): upgrade this one")
+            raise unusable(self._path, f"written by a newer release (schema {version}): upgrade this one")
         return version
 
 
@@ -260,7 +269,7 @@ class _Errors:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: object) -> None:
         if isinstance(error, sqlite3.Error):
             primary = getattr(error, "sqlite_errorcode", 0) & 0xFF  # the low byte of an extended code
-            raise Unavailable(f"{self._path}: {_ADVICE.get(primary, str(error))}") from error
+            raise unusable(self._path, _ADVICE.get(primary, str(error)), _PUBLIC.get(primary, NO_STORE)) from error
 
 
 @contextmanager

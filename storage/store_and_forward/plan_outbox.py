@@ -10,11 +10,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from ppaas.errors import Unavailable
 from storage.disk_errors import disk_errors
 from storage.encoding import decode, encode
 from storage.records import PlanRecord
 from storage.sqlite.connections import Schema, SqliteConnections
+from storage.store_errors import unusable
 
 MAX_BYTES = 256 << 20
 """Largest size on the disk [bytes]: some fifteen thousand plans of 300 waypoints."""
@@ -81,9 +81,9 @@ class PlanOutbox:
                 for name in ("page_count", "freelist_count", "page_size")
             )
             if (pages - free) * size + sum(len(data) for _, data in rows) > self._max_bytes:
-                raise Unavailable(
-                    f"{self._path}: the outbox is full ({self._max_bytes >> 20} MiB of plans): make the store "
-                    "reachable again"
+                raise unusable(
+                    self._path,
+                    f"the outbox is full ({self._max_bytes >> 20} MiB of plans): make the store reachable again",
                 )
             insert = "INSERT INTO plans (id, record) VALUES (?, ?) ON CONFLICT DO NOTHING"
             return connection.executemany(insert, rows).rowcount

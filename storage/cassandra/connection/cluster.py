@@ -12,9 +12,10 @@ from cassandra.auth import PlainTextAuthProvider
 from cassandra.cluster import EXEC_PROFILE_DEFAULT, Cluster, ExecutionProfile, ResultSet, Session
 from cassandra.policies import ConstantReconnectionPolicy, DCAwareRoundRobinPolicy, TokenAwarePolicy
 
-from ppaas.errors import InvalidInput, Unavailable
+from ppaas.errors import InvalidInput
 from storage.cassandra.connection.address import CassandraAddress, Tls
 from storage.cassandra.connection.schema import VERSION, statements
+from storage.store_errors import unusable
 
 logging.getLogger("cassandra").setLevel(logging.CRITICAL)  # its errors are raised, too
 
@@ -125,9 +126,10 @@ def _check_version(session: Session, address: CassandraAddress) -> None:
         return
     version = session.execute("SELECT version FROM schema_version WHERE id = 0").one().version
     if version > VERSION:
-        raise Unavailable(f"{address}: written by a newer release (schema {version}): upgrade this one")
+        raise unusable(address, f"written by a newer release (schema {version}): upgrade this one")
     if version < VERSION:
-        raise Unavailable(
-            f"{address}: written before the first release (schema {version}): copy it with the release that wrote it to"
-            " another kind of store (ppaas store migrate), and from there with this release to a new keyspace"
+        raise unusable(
+            address,
+            f"written before the first release (schema {version}): copy it with the release that wrote it to another "
+            "kind of store (ppaas store migrate), and from there with this release to a new keyspace",
         )

@@ -17,7 +17,7 @@ from cassandra.cluster import NoHostAvailable
 from cassandra.connection import ConnectionException
 from cassandra.protocol import ErrorMessage
 
-from ppaas.errors import Unavailable
+from storage.store_errors import unusable
 
 _REFUSED = "user or password is wrong: correct them in the URL"
 _LATE = "timeout: check whether nodes are overloaded; a write may or may not have been applied"
@@ -37,7 +37,7 @@ def driver_errors(place: object) -> Iterator[None]:
     try:
         yield
     except (NoHostAvailable, DriverException, ErrorMessage, ConnectionException, OSError) as error:
-        raise Unavailable(f"{place}: {_advice(error)}") from error
+        raise unusable(place, _advice(error)) from error
 
 
 def _advice(error: Exception) -> str:

@@ -15,6 +15,7 @@ from ppaas.errors import Unavailable
 from storage.cassandra.connection.address import CassandraAddress
 from storage.cassandra.connection.cluster import RECONNECT, connect, is_applied
 from storage.cassandra.connection.errors import driver_errors
+from storage.store_errors import unusable
 
 AT_ONCE = 128
 """Largest number of concurrent queries."""
@@ -166,7 +167,7 @@ class CassandraSession:
 
     def _session(self) -> Session:
         if self._closed:
-            raise Unavailable(f"{self._address}: the store is closed")
+            raise unusable(self._address, "the store is closed")
         if self._opened is None:
             with self._opening:
                 if self._opened is None:

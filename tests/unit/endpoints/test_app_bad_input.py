@@ -209,19 +209,28 @@ async def test_a_failing_store_is_unavailable_and_not_an_internal_error(
     assert answer.headers["retry-after"]
 
 
-async def test_an_upload_to_a_full_disk_is_unavailable(
-    publish: Publish, log_in: LogIn, services: Services, monkeypatch: pytest.MonkeyPatch
+async def test_an_upload_to_a_full_disk_is_unavailable_and_only_operators_read_where(
+    publish: Publish,
+    log_in: LogIn,
+    services: Services,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     def on_a_full_disk(_handle: int) -> None:
-        raise OSError(errno.ENOSPC, "no space left")
+        raise OSError(errno.ENOSPC, "no space left", "/srv/draft")
 
     monkeypatch.setattr(staged_uploads.os, "fsync", on_a_full_disk)
     large = RequestLimits(max_upload=8 << 20)
     object.__setattr__(services, "limits", large)
     transport = httpx.ASGITransport(create_app(services))
-    headers = await log_in("ann")
+    details = []
     async with httpx.AsyncClient(transport=transport, base_url="http://cloud") as client:
-        files = {"yaml": ("house.yaml", YAML), "image": ("house.pgm", bytes(2 << 20))}
-        answer = await client.post("/v1/maps", headers=headers, data={"id": "house"}, files=files)
-    assert "the disk is full" in problem_of(answer, 503, "unavailable")["detail"]
+        for user in ("ann", "admin"):
+            files = {"yaml": ("house.yaml", YAML), "image": ("house.pgm", bytes(2 << 20))}
+            answer = await client.post("/v1/maps", headers=await log_in(user), data={"id": "house"}, files=files)
+            details.append(problem_of(answer, 503, "unavailable")["detail"])
+    assert details[0] == "the disk is full: free space"
+    assert details[1].endswith(": the disk is full: free space")
+    assert details[1].startswith("/")
+    assert details[1].split(":")[0].rpartition("/")[0].rpartition("/")[0] in caplog.text
     assert services.map_store.maps() == []
