@@ -159,7 +159,8 @@ def _allowed(request: Request) -> set[str]:
     """Return all methods of a path; Starlette reports only those of the first of its routes."""
     paths = request.app.openapi()["paths"].items()
     found = [methods for path, methods in paths if compile_path(path)[0].match(request.url.path)]
-    return {method.upper() for methods in found for method in methods}
+    methods = {method.upper() for methods in found for method in methods}
+    return methods | {"HEAD"} if "GET" in methods else methods
 
 
 async def _validation_error(_request: Request, error: Exception) -> Response:

@@ -52,7 +52,7 @@ async def test_an_unknown_path_is_a_not_found_problem(client: httpx.AsyncClient)
 async def test_a_wrong_method_is_a_problem_that_lists_the_allowed_ones(client: httpx.AsyncClient) -> None:
     answer = await client.put("/v1/tokens")
     problem_of(answer, 405, "method-not-allowed")
-    assert set(answer.headers["allow"].split(", ")) == {"GET", "POST"}
+    assert set(answer.headers["allow"].split(", ")) == {"GET", "HEAD", "POST"}
 
 
 async def test_unexpected_errors_are_logged_once_and_not_disclosed(
