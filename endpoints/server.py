@@ -20,13 +20,15 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import msgspec
 import uvloop
 
+from endpoints.http.front_settings import FrontSettings
 from endpoints.http.open_files import connection_table, raise_file_limit
+from endpoints.listeners import listen, url_of
 from engine.bootstrap import CloudConfig, Engine
 from engine.master.quotas import Quota
 from engine.processes.exclusive_owner import LOCK, sole_owner
 from engine.processes.private_files import keep_new_files_private, make_private_folder, warn_if_open, write_private
 from engine.runtimes.compilation import store_kernels
-from ppaas.errors import InvalidInput, Unavailable
+from ppaas.errors import InvalidInput
 from ppaas.plugins import permit_only
 from storage.urls.opening import local_path
 
@@ -149,31 +151,22 @@ def admin_password(path: Path) -> str:
     return password
 
 
-def listen(host: str, port: int) -> socket.socket:
-    """Return a listening socket.
-
-    Raises
-    ------
-    Unavailable
-        The address does not belong to this host, or is in use.
-    """
-    try:
-        return socket.create_server((host, port), backlog=1024)
-    except OSError as error:
-        raise Unavailable(
-            f"cannot listen: {error.strerror}; choose another --host or --port (0: a free port)"
-        ) from error
+def front_settings(arguments: argparse.Namespace) -> FrontSettings:
+    """Return the settings of the front from the command line."""
+    return FrontSettings(arguments.root_path, tuple(arguments.trusted_proxy), tuple(arguments.allow_origin))
 
 
 async def _serve(arguments: argparse.Namespace) -> None:
     stop = _stop_on_signals()
     async with contextlib.AsyncExitStack() as stack:
-        listener = stack.enter_context(listen(arguments.host, arguments.port))
+        listeners = listen(arguments.host, arguments.port)
+        for listener in listeners:
+            stack.enter_context(listener)
         engine = Engine(cloud_config(arguments))
         stack.push_async_callback(engine.close)
         web = await _run_unless_stopped(stop, _start(engine, arguments, stack))
         if web is not None:
-            await _run(web, listener, stop, arguments.ready_file)
+            await _run(web, listeners, stop, arguments.ready_file)
 
 
 def _stop_on_signals() -> asyncio.Event:
@@ -210,6 +203,7 @@ async def _start(engine: Engine, arguments: argparse.Namespace, stack: contextli
             connections=connection_table(
                 raise_file_limit(), arguments.max_connections, arguments.max_connections_per_address
             ),
+            settings=front_settings(arguments),
         )
         stack.push_async_callback(web.close)
         password_file = arguments.admin_password_file or arguments.data / "admin-password"
@@ -236,9 +230,9 @@ async def _later(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
     await work()
 
 
-async def _run(web: "Web", listener: socket.socket, stop: asyncio.Event, ready_file: Path | None) -> None:
-    url = "http://{}:{}".format(*listener.getsockname()[:2])
-    serving, stopping = asyncio.create_task(web.serve(listener)), asyncio.create_task(stop.wait())
+async def _run(web: "Web", listeners: list[socket.socket], stop: asyncio.Event, ready_file: Path | None) -> None:
+    url = url_of(listeners[0])
+    serving, stopping = asyncio.create_task(web.serve(listeners)), asyncio.create_task(stop.wait())
     try:
         logger.info("serving at %s", url)
         if ready_file is not None:

@@ -2,7 +2,7 @@
 
 import contextlib
 import socket
-from collections.abc import Coroutine, Iterator
+from collections.abc import Coroutine, Iterator, Sequence
 from typing import Any
 
 import uvicorn
@@ -13,6 +13,7 @@ from starlette.websockets import WebSocket
 from endpoints.accounts.accounts import Accounts
 from endpoints.app import create_app
 from endpoints.http.connection_table import ConnectionTable
+from endpoints.http.front_settings import FrontSettings
 from endpoints.http.http_protocol import http_protocol
 from endpoints.http.websocket_protocol import DirectWebSocket
 from endpoints.rosbridge.idle_watch import IdleWatch
@@ -53,10 +54,20 @@ class Web:
         ``error`` to log errors only.
     connections : ConnectionTable
         Table of the connections, with their limits.
+    settings : FrontSettings
+        Path prefix, trusted proxies and allowed origins.
     """
 
     def __init__(
-        self, engine: Engine, *, linger: float, idle: float, dead: float, log_level: str, connections: ConnectionTable
+        self,
+        engine: Engine,
+        *,
+        linger: float,
+        idle: float,
+        dead: float,
+        log_level: str,
+        connections: ConnectionTable,
+        settings: FrontSettings,
     ) -> None:
         self.accounts = Accounts(engine.store)
         self._sessions = SessionRegistry(engine.sessions, engine.cloud.plan_rate, linger)
@@ -64,13 +75,13 @@ class Web:
         self._background = Background()
         services = Services(engine.store, engine.map_store, self.accounts, engine.cloud)
         self._rights = RightsWatch(self._sessions, engine.sessions, services)
-        self._server = Server(_uvicorn_config(build_app(services, self._sessions), log_level, dead, connections))
+        self._server = Server(_uvicorn_config(build_app(services, self._sessions, settings), log_level, dead, connections))
 
-    async def serve(self, listener: socket.socket) -> None:
+    async def serve(self, listeners: Sequence[socket.socket]) -> None:
         """Serve until `stop` is called."""
         self._background.run(self._idle.run())
         self._background.run(self._rights.run())
-        await self._server.serve([listener])
+        await self._server.serve(list(listeners))
 
     def run_in_background(self, work: Coroutine[Any, Any, None]) -> None:
         """Run a coroutine in the background; it is cancelled at the end."""
@@ -86,9 +97,9 @@ class Web:
         self._sessions.close()
 
 
-def build_app(services: Services, sessions: SessionRegistry) -> FastAPI:
+def build_app(services: Services, sessions: SessionRegistry, settings: FrontSettings) -> FastAPI:
     """Return the application with REST and the robot WebSocket."""
-    app = create_app(services)
+    app = create_app(services, settings)
 
     async def robot_socket(websocket: WebSocket) -> None:
         await serve_robot_socket(websocket, services, sessions)
@@ -103,7 +114,7 @@ def _uvicorn_config(app: FastAPI, log_level: str, dead: float, connections: Conn
         log_level="error" if log_level == "error" else "warning",  # "info" logs each request
         log_config=None,
         access_log=False,  # the query may contain a token
-        proxy_headers=False,  # addresses of clients are not used, and each layer costs time
+        proxy_headers=False,  # endpoints.http.front does this, for trusted proxies
         server_header=False,
         date_header=False,
         http=http_protocol(connections),

@@ -15,6 +15,7 @@ from starlette.concurrency import run_in_threadpool
 from endpoints.accounts.fair_queue import Origin
 from endpoints.accounts.login_throttle import LoginThrottle
 from endpoints.accounts.passwords import Passwords
+from endpoints.accounts.socket_tickets import SocketTickets
 from endpoints.accounts.token_cache import TokenCache
 from ppaas.clock import Clock, epoch
 from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound, NotPermitted, Unavailable
@@ -71,6 +72,11 @@ class Accounts:
         Cache of verified tokens.
     throttle : LoginThrottle, optional
         Throttle of logins.
+
+    Attributes
+    ----------
+    tickets : SocketTickets
+        Tickets for the WebSockets of browsers.
     """
 
     def __init__(
@@ -89,6 +95,7 @@ class Accounts:
         self._lifetime = lifetime
         self._cache = cache or TokenCache()
         self._throttle = throttle or LoginThrottle()
+        self.tickets = SocketTickets()
         self._changing = threading.Lock()
 
     def close(self) -> None:

@@ -2,9 +2,12 @@
 
 import argparse
 import math
+from collections.abc import Callable
 from pathlib import Path
 
+from endpoints.http.front_settings import allowed_origin, root_path, trusted_proxy
 from ppaas.bounded_numbers import whole
+from ppaas.errors import InvalidInput
 
 NAME = "up"
 HELP = "start the cloud on this machine"
@@ -17,13 +20,16 @@ MAX_PORT = 65535
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument("--host", default="127.0.0.1", help="address to listen on (%(default)s)")
+    parser.add_argument(
+        "--host", default="127.0.0.1", help="address to listen on; :: takes all of IPv6 and IPv4 (%(default)s)"
+    )
     parser.add_argument(
         "--port", type=whole(0, MAX_PORT), default=DEFAULT_PORT, help="port; 0 takes a free one (%(default)s)"
     )
     parser.add_argument("--data", type=Path, default=Path("var"), help="folder of the embedded stores (./%(default)s)")
     parser.add_argument("--store", help="URL of the store of everything but maps (SQLite in the data folder)")
     parser.add_argument("--map-store", help="URL of the map store (files in the data folder)")
+    _add_front(parser)
     _add_machines(parser)
     _add_limits(parser)
     parser.add_argument(
@@ -35,6 +41,44 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--ready-file", type=Path, help="write {url, pid, admin_user} to this file as JSON when the cloud is ready"
     )
     parser.add_argument("--log-level", default="info", choices=["debug", "info", "warning", "error"])
+
+
+def _add_front(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--root-path",
+        type=_argument(root_path),
+        default="",
+        metavar="/PATH",
+        help="path below which a proxy serves the cloud, whether it removes the path or not (none)",
+    )
+    parser.add_argument(
+        "--trusted-proxy",
+        type=_argument(trusted_proxy),
+        action="append",
+        default=[],
+        metavar="ADDRESS",
+        help="address or network of a proxy whose X-Forwarded-For, -Proto, -Host and -Prefix count; may be repeated",
+    )
+    parser.add_argument(
+        "--allow-origin",
+        type=_argument(allowed_origin),
+        action="append",
+        default=[],
+        metavar="ORIGIN",
+        help="let web pages of another host use the cloud, such as https://pages.example; '*' for all; may be repeated",
+    )
+
+
+def _argument(parse: Callable[[str], str]) -> Callable[[str], str]:
+    """Return a type of arguments whose errors argparse reports."""
+
+    def argument(text: str) -> str:
+        try:
+            return parse(text)
+        except InvalidInput as error:
+            raise argparse.ArgumentTypeError(str(error)) from error
+
+    return argument
 
 
 def _add_machines(parser: argparse.ArgumentParser) -> None:

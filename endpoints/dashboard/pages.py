@@ -1,4 +1,4 @@
-"""Static files of the dashboard, and their security headers.
+"""Static files of the dashboard, and their security headers. All links are relative, as a proxy may add a path.
 
 The pages get all data from the REST service and the robot WebSocket, with the token of the user who logged in. The
 server holds no state for them and draws nothing.
@@ -13,6 +13,8 @@ from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
+
+from endpoints.http.forwarding import prefix_of
 
 PATH: Final = "/dashboard"
 FOLDER: Final = Path(__file__).parent / "static"
@@ -66,8 +68,9 @@ async def _root(request: Request) -> Response:
     # Robots open their WebSocket at this path; an HTTP client that accepts HTML is a browser.
     if "text/html" not in request.headers.get("accept", ""):
         raise HTTPException(404, "only the robots' WebSocket is here; the REST service is under /v1, see /docs")
-    return await _to_dashboard()
+    return await _to_dashboard(request)
 
 
-async def _to_dashboard() -> Response:
-    return RedirectResponse(f"{PATH}/")
+async def _to_dashboard(request: Request) -> Response:
+    prefix = prefix_of(request.scope)
+    return RedirectResponse(f"{prefix}{PATH}/" if prefix else f"{PATH.removeprefix('/')}/")

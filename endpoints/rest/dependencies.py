@@ -12,7 +12,7 @@ from endpoints.services.services import Services
 from ppaas.errors import InvalidParameter, NotFound, NotPermitted
 from storage.records import MapRecord, User
 
-_bearer = HTTPBearer(auto_error=False, description="Token from POST /v1/tokens; alternatively `?token=` in the URL.")
+_bearer = HTTPBearer(auto_error=False, description="Token from POST /v1/tokens.")
 
 
 async def services_of(request: Request) -> Services:  # async: FastAPI calls other functions in a thread

@@ -89,6 +89,7 @@ def describe(app: FastAPI) -> None:
                 description=app.description,
                 routes=app.routes,
                 tags=app.openapi_tags,
+                servers=app.servers,
             )
             problem = Problem.model_json_schema(ref_template=_SCHEMAS)
             described["components"]["schemas"] |= {**problem.pop("$defs"), "Problem": problem}

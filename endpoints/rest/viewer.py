@@ -1,4 +1,7 @@
-"""Swagger UI of the REST service, served without files from the internet, which labs often cannot reach."""
+"""Swagger UI of the REST service, served without files from the internet, which labs often cannot reach.
+
+Its links are relative, so it also works below a path of a proxy.
+"""
 
 from importlib.resources import as_file, files
 
@@ -18,10 +21,11 @@ def add_viewer(app: FastAPI) -> None:
 
     @app.get(PAGE, include_in_schema=False)
     async def show() -> HTMLResponse:
+        folder = FILES.removeprefix("/")
         return get_swagger_ui_html(
-            openapi_url=str(app.openapi_url),
+            openapi_url=str(app.openapi_url).removeprefix("/"),
             title=app.title,
-            swagger_js_url=f"{FILES}/swagger-ui-bundle.js",
-            swagger_css_url=f"{FILES}/swagger-ui.css",
-            swagger_favicon_url=f"{FILES}/favicon.png",
+            swagger_js_url=f"{folder}/swagger-ui-bundle.js",
+            swagger_css_url=f"{folder}/swagger-ui.css",
+            swagger_favicon_url=f"{folder}/favicon.png",
         )

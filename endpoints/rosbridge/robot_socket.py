@@ -1,4 +1,4 @@
-"""Robot WebSocket: ``ws://HOST/?robot=ID&token=T&role=robot|operator&session=NAME``, speaking rosbridge v2.
+"""Robot WebSocket: ``ws://HOST/?robot=ID&role=robot|operator&session=NAME``, speaking rosbridge v2.
 
 A connection is refused before the handshake is complete, with an HTTP problem.
 """
@@ -11,8 +11,7 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
-from endpoints.accounts.accounts import token_id
-from endpoints.accounts.authentication import authenticate, token_of
+from endpoints.accounts.authentication import authenticate_socket, subprotocol_of
 from endpoints.http.problems import problem_response
 from endpoints.http.websocket_protocol import connection_of
 from endpoints.rosbridge.attachment import Attachment
@@ -124,10 +123,10 @@ async def serve_robot_socket(socket: WebSocket, services: Services, sessions: Se
     connection.name = f"unknown user at robot {socket.query_params.get('robot', '')[:64]!r}"
     try:
         request = parse_connect_request(socket.query_params)
-        user = await authenticate(socket, services.accounts)
+        user, token = await authenticate_socket(socket, services.accounts)
         connection.name = f"{request.role} {user.id}/{request.robot[:64]}"
         services.cloud.set_limits(user.id, user.limits)
-        attachment = await sessions.attach(user.id, token_id(token_of(socket)), request, connection.probe)
+        attachment = await sessions.attach(user.id, token, request, connection.probe)
     except PPaaSError as error:
         connection.warn(f"refused: {error.slug}: {error}")
         await socket.send_denial_response(problem_response(error))
@@ -136,7 +135,7 @@ async def serve_robot_socket(socket: WebSocket, services: Services, sessions: Se
     if request.role == "robot":
         connection.on_round_trip(attachment.retained.place.note_round_trip)
     try:
-        await socket.accept(headers=attachment.headers)
+        await socket.accept(subprotocol=subprotocol_of(socket), headers=attachment.headers)
         await carrier.run()
     finally:
         # A socket that takes over waits for this, and must not wait until a dead socket is closed.

@@ -31,6 +31,13 @@ class TokenAnswer(ResponseBody):
     expires: float = Field(description="Seconds since the epoch")
 
 
+class TicketAnswer(ResponseBody):
+    """New ticket for one handshake."""
+
+    ticket: str = Field(description="Put it into the address of a WebSocket as `ticket`; it is good once")
+    expires_in: float = Field(description="Time within which the handshake must begin [s]")
+
+
 class TokenSummary(ResponseBody):
     """Token without its text, which is not stored."""
 

@@ -19,9 +19,14 @@ async def test_a_login_returns_a_token_that_is_not_cached(client: httpx.AsyncCli
     assert (me.json()["id"], me.json()["role"]) == ("ann", "user")
 
 
-async def test_a_token_is_accepted_in_the_url(client: httpx.AsyncClient, log_in: LogIn) -> None:
-    token = (await log_in("ann"))["Authorization"].split()[1]
-    assert (await client.get("/v1/users/me", params={"token": token})).json()["id"] == "ann"
+async def test_a_token_in_the_address_is_refused_with_the_header_to_use(
+    client: httpx.AsyncClient, log_in: LogIn
+) -> None:
+    header = await log_in("ann")
+    token = {"token": header["Authorization"].split()[1]}
+    refused = problem_of(await client.get("/v1/users/me", params=token), 401, "not-authenticated")
+    assert "Authorization: Bearer TOKEN" in refused["detail"] and "address" in refused["detail"]
+    assert (await client.get("/v1/users/me", params=token, headers=header)).status_code == 200
 
 
 @pytest.mark.parametrize(

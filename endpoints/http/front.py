@@ -1,0 +1,142 @@
+"""Front of the web application: what is decided about a request before any route sees it.
+
+Its path prefix is removed, the address of the client is taken from the headers of trusted proxies, compressed bodies
+and WebSockets at wrong paths or of foreign pages are refused, and answers of the REST service are kept out of caches.
+"""
+
+from collections.abc import Iterable
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.middleware.cors import CORSMiddleware
+from starlette.responses import Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket
+
+from endpoints.http.forwarding import PathPrefix, TrustedProxies, prefix_of
+from endpoints.http.front_settings import FrontSettings
+from endpoints.http.origins import may_open
+from endpoints.http.problems import problem, problem_response
+from endpoints.http.websocket_protocol import CONNECTION
+from ppaas.errors import NotPermitted, PPaaSError, rebuild
+
+METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
+HEADERS_TAKEN = ("Authorization", "Content-Type", "If-Match")
+HEADERS_SHOWN = ("Location", "Retry-After", "Content-Disposition")
+
+PREFLIGHT_SECONDS = 600
+"""Time for which browsers keep the answer to the question whether a page may send a request [s]."""
+
+
+def front(app: ASGIApp, settings: FrontSettings, private: str) -> ASGIApp:
+    """Return an application behind its front.
+
+    Parameters
+    ----------
+    app : ASGI application
+        Application.
+    settings : FrontSettings
+        Settings.
+    private : str
+        Prefix of the paths whose answers no cache may keep.
+    """
+    app = Gate(app, settings.allowed_origins, private)
+    if settings.allowed_origins:
+        app = _allow_origins(app, settings.allowed_origins)
+    if settings.trusted_proxies:
+        app = TrustedProxies(app, settings.root_path, settings.trusted_proxies)
+    elif settings.root_path:
+        app = PathPrefix(app, settings.root_path)
+    return app
+
+
+def _allow_origins(app: ASGIApp, origins: Iterable[str]) -> ASGIApp:
+    """Return an application that pages of other hosts may use (CORS, Fetch standard)."""
+    return CORSMiddleware(
+        app,
+        allow_origins=list(origins),
+        allow_methods=METHODS,
+        allow_headers=HEADERS_TAKEN,
+        expose_headers=HEADERS_SHOWN,
+        max_age=PREFLIGHT_SECONDS,
+    )
+
+
+class Gate:
+    """ASGI middleware that refuses compressed bodies and misdirected WebSockets, and keeps answers out of caches.
+
+    Parameters
+    ----------
+    app : ASGI application
+        Wrapped application.
+    origins : iterable of str
+        Origins of pages on other hosts that may open WebSockets.
+    private : str
+        Prefix of the paths whose answers no cache may keep (RFC 6750, 5.3).
+    """
+
+    def __init__(self, app: ASGIApp, origins: Iterable[str], private: str) -> None:
+        self._app = app
+        self._origins = frozenset(origins)
+        self._private = f"{private}/"
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request or connection."""
+        if scope["type"] == "websocket":
+            refusal = self._fault_of(scope)
+            if refusal is not None:
+                await _deny(WebSocket(scope, receive, send), refusal)
+                return
+        elif scope["type"] == "http":
+            if scope["path"].startswith(self._private):
+                send = _uncached(send)
+            coding = next((value for name, value in scope["headers"] if name == b"content-encoding"), b"identity")
+            if coding.strip().lower() not in (b"", b"identity"):
+                await _compressed(coding)(scope, receive, send)
+                return
+        await self._app(scope, receive, send)
+
+    def _fault_of(self, scope: Scope) -> PPaaSError | None:
+        """Return what is wrong with the request for a WebSocket."""
+        path = scope["path"]
+        if path != "/":
+            own = f"{prefix_of(scope)}/?robot=ID"
+            return rebuild("not-found", f"the WebSocket of robots is at {own}, not at {path[:128]!a}")
+        headers = Headers(scope=scope)
+        if headers.get("authorization", "").lower().startswith("bearer "):
+            return None  # no page can send this header
+        origin = headers.get("origin", "")
+        if not may_open(origin, headers.get("host", ""), self._origins):
+            return NotPermitted(
+                f"web pages of {origin[:128]!a} may not use this cloud: start it with --allow-origin, or have the "
+                "proxy in between keep the Host header"
+            )
+        return None
+
+
+async def _deny(socket: WebSocket, error: PPaaSError) -> None:
+    connection = socket.scope.get("state", {}).get(CONNECTION)
+    if connection is not None:
+        connection.warn(f"refused: {error.slug}: {error}")
+    await socket.send_denial_response(problem_response(error))
+
+
+def _compressed(coding: bytes) -> Response:
+    """Return the refusal of a compressed body (RFC 9110, 15.5.16)."""
+    return problem(
+        415,
+        "unsupported-media-type",
+        "Unsupported Media Type",
+        f"Content-Encoding {coding.decode('latin-1')[:64]!a} is not supported: send the body without compression",
+        {"Accept-Encoding": "identity", "Connection": "close"},
+    )
+
+
+def _uncached(send: Send) -> Send:
+    """Return a ``send`` whose responses no cache keeps, unless they say otherwise."""
+
+    async def uncached(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            MutableHeaders(scope=message).setdefault("Cache-Control", "no-store")
+        await send(message)
+
+    return uncached

@@ -1,0 +1,85 @@
+"""Settings of the front of a cloud: its path below a proxy, the proxies it trusts, and the web pages it allows."""
+
+import ipaddress
+import re
+from dataclasses import dataclass
+from urllib.parse import urlsplit
+
+from ppaas.errors import InvalidInput
+
+MAX_PREFIX = 256
+"""Largest length of a path prefix [characters]."""
+
+OWN_NAMES = frozenset({"v1", "dashboard", "docs", "openapi.json"})
+"""First segments of the cloud's own paths, with which no prefix begins: it would hide them."""
+
+ANY_ORIGIN = "*"
+"""Allowed origin that stands for all."""
+
+NO_ORIGIN = "null"
+"""Origin of pages without one, such as files."""
+
+_PREFIX = re.compile(r"(/[A-Za-z0-9._~-]+)+")
+
+
+@dataclass(frozen=True, slots=True)
+class FrontSettings:
+    """Settings of the front of a cloud.
+
+    Parameters
+    ----------
+    root_path : str
+        Path below which a proxy serves the cloud, such as ``/ppaas``; empty at the root of its host.
+    trusted_proxies : tuple of str
+        Addresses and networks of proxies whose ``X-Forwarded-…`` headers are believed.
+    allowed_origins : tuple of str
+        Origins of web pages on other hosts that may use the cloud; ``*`` for all.
+    """
+
+    root_path: str = ""
+    trusted_proxies: tuple[str, ...] = ()
+    allowed_origins: tuple[str, ...] = ()
+
+
+def is_prefix(text: str) -> bool:
+    """Return whether a text is a path prefix: ``/name``, or several, the first of which is not the cloud's own."""
+    own = text.split("/")[1:2]
+    dots = {".", ".."} & set(text.split("/"))
+    return len(text) <= MAX_PREFIX and bool(_PREFIX.fullmatch(text)) and not dots and not OWN_NAMES & set(own)
+
+
+def root_path(text: str) -> str:
+    """Return the path prefix in an argument; ``InvalidInput`` unless it is one."""
+    prefix = text.rstrip("/")
+    if prefix and not is_prefix(prefix):
+        raise InvalidInput(
+            f"a path prefix looks like /ppaas, of letters, digits and ._~-, and must not begin with one of the cloud's "
+            f"own paths ({', '.join(sorted(OWN_NAMES))}); it is not {text!a}"
+        )
+    return prefix
+
+
+def trusted_proxy(text: str) -> str:
+    """Return the address or network in an argument; ``InvalidInput`` unless it is one."""
+    try:
+        return str(ipaddress.ip_network(text) if "/" in text else ipaddress.ip_address(text))
+    except ValueError as error:
+        raise InvalidInput(
+            f"give the address or network of a proxy, such as 127.0.0.1 or 10.0.0.0/8: {error}"
+        ) from error
+
+
+def allowed_origin(text: str) -> str:
+    """Return the origin in an argument, as browsers write it (RFC 6454, 6.1); ``InvalidInput`` unless it is one."""
+    if text in (ANY_ORIGIN, NO_ORIGIN):
+        return text
+    try:
+        parts = urlsplit(text)
+        good = parts.scheme and parts.hostname and parts.port != 0 and parts.path in ("", "/")
+    except ValueError:
+        good = False
+    if not good or parts.username is not None or parts.query or parts.fragment:
+        raise InvalidInput(f"an origin looks like https://pages.example or http://localhost:3000, not {text!a}")
+    default = {"http": 80, "https": 443}.get(parts.scheme)
+    host = f"[{parts.hostname}]" if ":" in str(parts.hostname) else parts.hostname
+    return f"{parts.scheme}://{host}" + (f":{parts.port}" if parts.port not in (None, default) else "")

@@ -1,0 +1,95 @@
+"""Tokens in handshakes and requests.
+
+The kind: secrets in addresses, which servers, proxies and browsers write to logs and histories. Its members are
+requests of REST, and the handshakes of our own clients, of the dashboard and of other browsers. Clients of rosbridge
+that can send an address alone remain.
+"""
+
+from collections.abc import Mapping
+
+import pytest
+from starlette.websockets import WebSocket
+
+from endpoints.accounts.accounts import Accounts, token_id
+from endpoints.accounts.authentication import authenticate_socket, subprotocol_of
+from endpoints.accounts.passwords import Passwords
+from ppaas.clock import ManualClock
+from ppaas.errors import NotAuthenticated
+from storage.memory.store import MemoryStore
+
+PASSWORD = "correct horse"
+
+
+def handshake(query: str = "", offered: tuple[str, ...] = (), headers: Mapping[str, str] | None = None) -> WebSocket:
+    lines = [(name.encode(), value.encode()) for name, value in (headers or {}).items()]
+    scope = {
+        "type": "websocket",
+        "path": "/",
+        "query_string": query.encode(),
+        "headers": lines,
+        "subprotocols": offered,
+    }
+
+    async def unused(*_: object) -> dict[str, object]:
+        raise AssertionError("no frame is received or sent")
+
+    return WebSocket(scope, unused, unused)
+
+
+@pytest.fixture
+def accounts(clock: ManualClock, passwords: Passwords) -> Accounts:
+    return Accounts(MemoryStore(), clock, passwords=passwords)
+
+
+@pytest.fixture
+async def token(accounts: Accounts) -> str:
+    await accounts.register("ann", PASSWORD)
+    return await accounts.login("ann", PASSWORD)
+
+
+async def test_a_handshake_may_carry_its_token_in_four_ways(accounts: Accounts, token: str) -> None:
+    ticket = accounts.tickets.issue("ann", token_id(token))
+    for socket in (
+        handshake(headers={"authorization": f"Bearer {token}"}),
+        handshake(offered=("ppaas", f"ppaas.bearer.{token}")),
+        handshake(f"robot=tb1&ticket={ticket}"),
+        handshake(f"robot=tb1&token={token}"),
+    ):
+        user, used = await authenticate_socket(socket, accounts)
+        assert (user.id, used) == ("ann", token_id(token))
+
+
+async def test_a_ticket_is_good_for_one_handshake(accounts: Accounts, token: str) -> None:
+    ticket = accounts.tickets.issue("ann", token_id(token))
+    await authenticate_socket(handshake(f"ticket={ticket}"), accounts)
+    with pytest.raises(NotAuthenticated, match="was used before"):
+        await authenticate_socket(handshake(f"ticket={ticket}"), accounts)
+
+
+async def test_a_ticket_of_a_revoked_token_is_refused(accounts: Accounts, token: str) -> None:
+    ticket = accounts.tickets.issue("ann", token_id(token))
+    await accounts.revoke("ann", token_id(token))
+    with pytest.raises(NotAuthenticated, match="log in again"):
+        await authenticate_socket(handshake(f"ticket={ticket}"), accounts)
+
+
+@pytest.mark.parametrize(
+    "socket",
+    [handshake(), handshake("token=&ticket="), handshake(offered=("ppaas.bearer.",)), handshake("token=%20")],
+)
+async def test_a_handshake_without_a_token_is_told_each_way(accounts: Accounts, socket: WebSocket) -> None:
+    with pytest.raises(NotAuthenticated, match=r"Authorization: Bearer TOKEN.*POST /v1/tickets"):
+        await authenticate_socket(socket, accounts)
+
+
+@pytest.mark.parametrize(
+    ("offered", "selected"),
+    [
+        ((), None),
+        (("rosbridge",), None),
+        (("ppaas.bearer.t", "ppaas"), "ppaas"),
+        (("ppaas.bearer.t",), "ppaas.bearer.t"),
+    ],
+)
+def test_a_subprotocol_is_selected_if_a_token_is_offered(offered: tuple[str, ...], selected: str | None) -> None:
+    assert subprotocol_of(handshake(offered=offered)) == selected

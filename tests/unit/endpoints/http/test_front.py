@@ -1,0 +1,199 @@
+"""Front of the application, over a real socket.
+
+The kind: deployments behind a proxy, at a path, and with pages of other hosts. Its members are links and redirects
+below a prefix, WebSockets at wrong paths, pages of other hosts (CORS, and ``Origin`` of WebSockets), caches in between,
+and bodies that something compressed on the way.
+"""
+
+import gzip
+import json
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from urllib.parse import urljoin
+
+import httpx
+import pytest
+from websockets.asyncio.client import connect
+from websockets.exceptions import InvalidStatus
+
+from endpoints.app import create_app
+from endpoints.http.front_settings import FrontSettings
+from endpoints.services.services import Services
+from tests.support.endpoints.problems import problem_of
+from tests.support.endpoints.robot_world import World
+from tests.support.endpoints.serving import serve
+from tests.unit.endpoints.conftest import PASSWORD, LogIn
+
+BROWSER = {"Accept": "text/html"}
+PAGE = "https://pages.example"
+
+
+@asynccontextmanager
+async def cloud_behind(services: Services, **settings: object) -> AsyncIterator[httpx.AsyncClient]:
+    front = FrontSettings(**settings)  # type: ignore[arg-type]
+    async with serve(create_app(services, front)) as port, httpx.AsyncClient() as client:
+        client.base_url = f"http://127.0.0.1:{port}"  # type: ignore[assignment]
+        yield client
+
+
+async def refused(url: str, **options: object) -> tuple[int, dict[str, object]]:
+    with pytest.raises(InvalidStatus) as error:
+        await connect(url, open_timeout=10, **options)  # type: ignore[arg-type]
+    return error.value.response.status_code, json.loads(error.value.response.body or b"")
+
+
+# -- paths -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("prefix", ["", "/ppaas"])
+async def test_pages_and_rest_work_below_a_path_that_the_proxy_keeps_or_removes(
+    services: Services, log_in: LogIn, prefix: str
+) -> None:
+    header = await log_in("ann")
+    async with cloud_behind(services, root_path="/ppaas") as client:
+        for path, target in (("/", "/ppaas/dashboard/"), ("/dashboard", "/ppaas/dashboard/")):
+            answer = await client.get(prefix + path, headers=BROWSER)
+            assert (answer.status_code, answer.headers["location"]) == (307, target)
+        for path in ("/dashboard/", "/docs", "/openapi.json", "/v1/health"):
+            assert (await client.get(prefix + path)).status_code == 200
+        assert (await client.get(f"{prefix}/v1/users/me", headers=header)).json()["id"] == "ann"
+        body = {"user": "ann", "password": PASSWORD}
+        assert (await client.post(f"{prefix}/v1/tokens", json=body)).status_code == 201
+        allowed = await client.put(f"{prefix}/v1/tokens")
+        assert "POST" in allowed.headers["allow"]
+
+
+async def test_limits_of_bodies_apply_below_a_path(services: Services) -> None:
+    async with cloud_behind(services, root_path="/ppaas") as client:
+        body = {"user": "ann", "password": "x" * services.limits.max_login}
+        problem_of(await client.post("/ppaas/v1/tokens", json=body), 413, "message-too-large")
+
+
+async def test_without_a_setting_all_links_are_relative(client: httpx.AsyncClient) -> None:
+    outside = "https://robots.example/ppaas/"
+    for path, target in (("/", "dashboard/"), ("/dashboard", "dashboard/")):
+        answer = await client.get(path, headers=BROWSER)
+        assert answer.headers["location"] == target
+        assert urljoin(urljoin(outside, path.removeprefix("/")), target) == f"{outside}dashboard/"
+    page = (await client.get("/docs")).text
+    assert '"/' not in page and "'/" not in page
+    described = (await client.get("/openapi.json")).json()
+    assert urljoin(f"{outside}openapi.json", described["servers"][0]["url"]) == outside
+
+
+@pytest.mark.parametrize("path", ["/ws", "/ppaas/", "//", "/dashboard/", "/docs/viewer/x", "/v1/maps"])
+async def test_a_websocket_at_a_wrong_path_is_told_the_right_one(world: World, path: str) -> None:
+    status, problem = await refused(f"ws://127.0.0.1:{world.port}{path}?robot=tb1&token={world.token}")
+    assert (status, problem["type"]) == (404, "urn:ppaas:problem:not-found")
+    assert problem["detail"] == f"the WebSocket of robots is at /?robot=ID, not at '{path}'"
+
+
+async def test_the_right_path_is_told_with_the_prefix(services: Services) -> None:
+    async with cloud_behind(services, root_path="/ppaas") as client:
+        _, problem = await refused(f"ws://{client.base_url.netloc.decode()}/ppaas/ws")
+    assert problem["detail"] == "the WebSocket of robots is at /ppaas/?robot=ID, not at '/ws'"
+
+
+# -- tokens of browsers ------------------------------------------------------------------------------------------------
+
+
+async def test_a_page_connects_with_a_ticket_once(world: World) -> None:
+    ticket = world.services.accounts.tickets.issue("ann", await token_hash(world))
+    async with world.robot():
+        async with world.connected("operator", token="", ticket=ticket) as operator:
+            assert operator.subprotocol is None
+        status, problem = await refused(world.url("operator", token="", ticket=ticket))
+        assert (status, problem["type"]) == (401, "urn:ppaas:problem:not-authenticated")
+
+
+async def test_a_page_connects_with_a_subprotocol(world: World) -> None:
+    offered = ["ppaas", f"ppaas.bearer.{world.token}"]
+    async with world.robot():
+        url = world.url("operator", token="")
+        async with connect(url, subprotocols=offered) as operator:  # type: ignore[arg-type]
+            assert operator.subprotocol == "ppaas"
+        async with connect(url, subprotocols=offered[1:]) as operator:  # type: ignore[arg-type]
+            assert operator.subprotocol == offered[1]
+
+
+async def token_hash(world: World) -> str:
+    [token] = world.services.store.tokens("ann")
+    return token.hash
+
+
+# -- pages of other hosts ----------------------------------------------------------------------------------------------
+
+
+async def test_a_websocket_of_a_page_of_another_host_is_refused(world: World) -> None:
+    status, problem = await refused(world.url("operator"), origin=PAGE)
+    assert (status, problem["type"]) == (403, "urn:ppaas:problem:not-permitted")
+    assert PAGE in str(problem["detail"]) and "--allow-origin" in str(problem["detail"])
+    async with world.robot(), connect(world.url("operator"), origin="http://127.0.0.1"):  # type: ignore[arg-type]
+        header = {"Authorization": f"Bearer {world.token}"}
+        url = world.url("operator", token="")
+        async with connect(url, origin=PAGE, additional_headers=header):  # type: ignore[arg-type]
+            pass  # browsers cannot send the header
+
+
+async def test_without_a_setting_no_page_of_another_host_may_read(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/v1/health", headers={"Origin": PAGE})
+    assert "access-control-allow-origin" not in answer.headers
+
+
+async def test_an_allowed_page_may_send_requests_and_open_websockets(services: Services, log_in: LogIn) -> None:
+    header = await log_in("ann")
+    async with cloud_behind(services, allowed_origins=(PAGE,)) as client:
+        asked = {
+            "Origin": PAGE,
+            "Access-Control-Request-Method": "PATCH",
+            "Access-Control-Request-Headers": "authorization, content-type, if-match",
+        }
+        preflight = await client.options("/v1/maps/house/plans", headers=asked)
+        assert (preflight.status_code, preflight.headers["access-control-allow-origin"]) == (200, PAGE)
+        answer = await client.get("/v1/users/me", headers={**header, "Origin": PAGE})
+        assert answer.headers["access-control-allow-origin"] == PAGE
+        assert "access-control-allow-credentials" not in answer.headers
+        other = await client.get("/v1/users/me", headers={**header, "Origin": "https://other.example"})
+        assert "access-control-allow-origin" not in other.headers
+        status, _ = await refused(f"ws://{client.base_url.netloc.decode()}/ws", origin=PAGE)
+        assert status == 404  # not for its origin
+
+
+async def test_every_origin_may_be_allowed(services: Services) -> None:
+    async with cloud_behind(services, allowed_origins=("*",)) as client:
+        answer = await client.get("/v1/health", headers={"Origin": "null"})
+        assert answer.headers["access-control-allow-origin"] == "*"
+
+
+# -- caches and compression --------------------------------------------------------------------------------------------
+
+
+async def test_no_cache_keeps_answers_of_rest(client: httpx.AsyncClient, log_in: LogIn) -> None:
+    header = await log_in("ann")
+    plan = {"start": [0, 0], "goal": [1, 1]}
+    for answer in (
+        await client.get("/v1/maps", headers=header),
+        await client.get("/v1/maps"),
+        await client.get("/v1/nothing"),
+        await client.post("/v1/maps/house/plans", headers=header, json=plan),
+        await client.post("/v1/tokens", json={"password": "x" * 100_000}),
+    ):
+        assert answer.headers["cache-control"] == "no-store"
+    assert (await client.get("/dashboard/")).headers["cache-control"] == "no-cache"
+
+
+@pytest.mark.parametrize("coding", ["gzip", "deflate", "br", "gzip, gzip"])
+async def test_a_compressed_body_is_refused_by_name(client: httpx.AsyncClient, coding: str) -> None:
+    body = gzip.compress(json.dumps({"user": "ann", "password": PASSWORD}).encode())
+    headers = {"Content-Type": "application/json", "Content-Encoding": coding}
+    answer = await client.post("/v1/tokens", content=body, headers=headers)
+    problem = problem_of(answer, 415, "unsupported-media-type")
+    assert coding in problem["detail"] and "without compression" in problem["detail"]
+    assert answer.headers["accept-encoding"] == "identity"
+
+
+async def test_an_uncompressed_body_may_say_so(client: httpx.AsyncClient, log_in: LogIn) -> None:
+    await log_in("ann")
+    headers = {"Content-Encoding": "identity"}
+    body = {"user": "ann", "password": PASSWORD}
+    assert (await client.post("/v1/tokens", json=body, headers=headers)).status_code == 201
