@@ -7,6 +7,10 @@ from typing import TypeVar
 import msgspec
 
 from ppaas.errors import InvalidParameter
+from ppaas.footprints import read_footprint
+
+FOOTPRINT = "footprint"
+"""Name of the parameter that is the outline of the robot, wherever it occurs."""
 
 
 class Parameters(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
@@ -17,13 +21,15 @@ P = TypeVar("P", bound=Parameters)
 
 
 def read_parameters(cls: type[P], node: str, given: object) -> P:
-    """Return a node's parameters from a dict decoded from JSON.
+    """Return a node's parameters from a dict decoded from JSON. A ``footprint`` may be text, as in costmap_2d.
 
     Raises
     ------
     InvalidParameter
         A parameter is unknown, of the wrong type or out of range; the text lists the valid names.
     """
+    if isinstance(given, dict) and FOOTPRINT in given:
+        given = given | {FOOTPRINT: read_footprint(given[FOOTPRINT])}
     try:
         return msgspec.convert(given, cls)
     except msgspec.ValidationError as error:

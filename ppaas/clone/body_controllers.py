@@ -5,12 +5,15 @@ from typing import Any
 from ppaas import controllers
 from ppaas.clone.body_planners import FOOTPRINT
 from ppaas.controllers.base import Controller
+from ppaas.controllers.footprints import goes_around
 from ppaas.plugins import parameters_in_use
 from ppaas.robot_model.known_models import RobotModel
 
 
 def controller_of(body: RobotModel, name: str, parameters: dict[str, Any]) -> Controller:
     """Return a local planner for a body; the given parameters take precedence.
+
+    A body whose outline does not go around its origin is a disc for the local planner.
 
     Raises
     ------
@@ -30,6 +33,6 @@ def controller_of(body: RobotModel, name: str, parameters: dict[str, Any]) -> Co
         **parameters,
     }
     controller = controllers.create(name, **merged)
-    if body.footprint and FOOTPRINT not in parameters and FOOTPRINT in parameters_in_use(controller):
+    if goes_around(body.footprint) and FOOTPRINT not in parameters and FOOTPRINT in parameters_in_use(controller):
         return controllers.create(name, **merged, footprint=body.footprint)
     return controller

@@ -3,8 +3,9 @@
 import math
 from typing import ClassVar
 
-from ppaas.controllers.footprints import Footprint, check_footprint
+from ppaas.controllers.footprints import check_footprint
 from ppaas.errors import InvalidParameter
+from ppaas.footprints import Footprint
 from ppaas.parameters import Parameters, check_numbers
 
 

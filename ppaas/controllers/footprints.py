@@ -6,9 +6,13 @@ import numpy as np
 
 from ppaas.controllers.kernels.clearance import RobotOutline
 from ppaas.errors import InvalidParameter
+from ppaas.footprints import Footprint
 
-Footprint = tuple[tuple[float, float], ...]
-"""Corners of an outline around the robot's origin, in order [m]; empty for a disc."""
+
+def goes_around(corners: Footprint) -> bool:
+    """Return whether an outline goes around the origin in one direction."""
+    turns = [a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, (*corners[1:], *corners[:1]), strict=True)]
+    return len(corners) >= 3 and all(map(math.isfinite, turns)) and (min(turns) > 0.0 or max(turns) < 0.0)
 
 
 def check_footprint(corners: Footprint) -> None:
@@ -19,9 +23,7 @@ def check_footprint(corners: Footprint) -> None:
     InvalidParameter
         It has one or two corners, a number is not finite, or it does not go around the origin in one direction.
     """
-    turns = [a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
-    goes_around = len(corners) >= 3 and all(map(math.isfinite, turns)) and (min(turns) > 0.0 or max(turns) < 0.0)
-    if corners and not goes_around:
+    if corners and not goes_around(corners):
         raise InvalidParameter(
             "footprint must be a list of corners (x, y) [m], in order around the robot's origin: none for a disc, or "
             f"at least three, not {corners!r}"

@@ -38,8 +38,8 @@ def check_scan(scan: LaserScan) -> None:
     turned = abs(scan.angle_increment) * (count - 1)
     if turned > MOST_TURNED or (scan.angle_increment == 0.0 and count > 1):
         raise InvalidInput(
-            f"{count} ranges in steps of angle_increment {scan.angle_increment:g} cover {turned:.2f} rad: a scan covers "
-            "more than 0 rad and at most one turn, in radians"
+            f"{count} ranges in steps of angle_increment {scan.angle_increment:g} cover {turned:.2f} rad: a scan "
+            "covers more than 0 rad and at most one turn, in radians"
         )
     expected = count - excess_of(scan)
     if not 0.5 * expected <= count <= max(2.0 * expected, 2.0):

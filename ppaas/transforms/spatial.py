@@ -103,6 +103,10 @@ class LatestFrames:
                 with contextlib.suppress(TransformError):
                     newest[child] = transform.header.frame_id.lstrip("/"), Rigid.of(transform.transform)
 
+    def forget(self, child: str) -> None:
+        """Remove the transform of a frame to its parent, if there is one."""
+        self._newest.pop(child, None)
+
     def frames(self) -> tuple[str, ...]:
         """Return the sorted names of all frames."""
         return tuple(sorted({*self._newest, *(parent for parent, _ in self._newest.values())}))

@@ -14,7 +14,7 @@ from ppaas.messages.geometry_msgs import TransformStamped
 from ppaas.messages.std_msgs import Header
 from ppaas.nodes.frames import BASE_FOOTPRINT, BASE_LINK, MAP, FrameNames, prefixed, unprefixed
 from ppaas.robot_model.known_models import RobotModel
-from ppaas.transforms.spatial import LatestFrames, Rigid
+from ppaas.transforms.spatial import MAX_FRAMES, LatestFrames, Rigid
 
 logger = logging.getLogger(__name__)
 
@@ -44,12 +44,20 @@ class BodyFrames:
         self._names = names
         self._model = model.frames_with(laser_frame)
         self._frames = LatestFrames()
+        self._moved: set[str] = set()
         self._prefix = ""
         self._refusing: tuple[str, float] = "", 0.0
 
-    def hear(self, transforms: Iterable[TransformStamped]) -> None:
-        """Note transforms of any node, which join frames as well."""
-        self._frames.hear(transforms)
+    def hear(self, transforms: Iterable[TransformStamped], *, static: bool) -> None:
+        """Note transforms of any node. Those within the robot's body join frames; others move the robot."""
+        for each in transforms:
+            parent, child = each.header.frame_id.lstrip("/"), each.child_frame_id.lstrip("/")
+            if static or unprefixed(parent) in BASES:
+                self._frames.hear((each,))
+            elif child in self._moved or unprefixed(child) in BASES:
+                self._frames.forget(child)
+            elif parent != MAP:
+                self._frames.hear((each,))
 
     def at_start(self) -> list[TransformStamped]:
         """Return the transforms that are known before the robot has sent anything.
@@ -63,8 +71,12 @@ class BodyFrames:
 
     def joints_of_transforms(self, transforms: Iterable[TransformStamped]) -> list[TransformStamped]:
         """Return transforms that join the base of a robot that publishes ``tf`` but no odometry."""
-        children = (each.child_frame_id.lstrip("/") for each in transforms)
-        return [joint for child in children if unprefixed(child) in BASES for joint in self._joints(child)]
+        return [
+            joint
+            for each in transforms
+            if unprefixed(each.child_frame_id) in BASES and unprefixed(each.header.frame_id) not in (*BASES, MAP)
+            for joint in self._joints(each.child_frame_id.lstrip("/"))
+        ]
 
     def joints_of_odometry(self, child: str, now: float) -> list[TransformStamped]:
         """Return transforms that join the frame of the odometry with the robot's body, none if they are joined.
@@ -74,6 +86,9 @@ class BodyFrames:
         TransformError
             The frame is that of a sensor, and for `GRACE` nothing has said where on the robot it is.
         """
+        if len(self._moved) < MAX_FRAMES:
+            self._moved.add(child)
+        self._frames.forget(child)
         if not _SENSOR.search(unprefixed(child).lower()) or child in (self._names.base, *self._model):
             return self._joints(child)
         if self._frames.connected(child, self._names.base):
@@ -93,7 +108,7 @@ class BodyFrames:
         for frame in dict.fromkeys((BASE_LINK, self._names.base)):
             if not self._frames.connected(child, frame):
                 found.append(self._joint(child, frame))
-                self._frames.hear(found[-1:])
+                self.hear(found[-1:], static=True)
         if prefix and prefix != self._prefix:
             self._prefix = prefix
             found += [each for each in self._on_body(prefix) if not self._frames.connected(child, each.child_frame_id)]

@@ -89,7 +89,7 @@ class StatePublisherNode(Node):
         if any(transforms is own for own in self._own):
             self._own = [own for own in self._own if own is not transforms]
             return
-        self._body.hear(transforms.transforms)
+        self._body.hear(transforms.transforms, static=topic == TF_STATIC.name)
         if topic == TF_STATIC.name:
             self._robot.note_static(transforms.transforms)
         else:
@@ -117,7 +117,7 @@ class StatePublisherNode(Node):
             self._publish(TF_STATIC, TFMessage(transforms))
 
     def _publish(self, topic: Topic, message: TFMessage) -> None:
-        self._body.hear(message.transforms)
+        self._body.hear(message.transforms, static=topic is TF_STATIC)
         self._own.append(message)
         self.context.publish(topic.name, message)
 

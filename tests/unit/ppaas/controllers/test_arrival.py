@@ -7,10 +7,11 @@ from ppaas.controllers.arrival import Arrival, turn_by
 from ppaas.controllers.base import Controller, ControlRequest, NoValidControl, Velocity
 from ppaas.controllers.dwa.controller import DynamicWindow
 from ppaas.controllers.dwa.parameters import DwaParameters
-from ppaas.controllers.footprints import Footprint, body_of
+from ppaas.controllers.footprints import body_of
 from ppaas.controllers.mppi.controller import PathIntegral
 from ppaas.controllers.pure_pursuit.controller import PurePursuit
 from ppaas.costmap.costmap import Costmap
+from ppaas.footprints import Footprint
 from ppaas.geometry import Pose2D, wrap_angle
 from tests.reference.driving.outline import outline_distance
 from tests.support.world import grids

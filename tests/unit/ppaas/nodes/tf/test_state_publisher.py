@@ -119,6 +119,18 @@ def test_joined_frame_is_that_of_the_odometry_until_the_robot_says_otherwise():
     assert frames.odometry() == pytest.approx((1.5, 0.0, 0.0))
 
 
+def test_names_of_the_odometry_may_change_and_change_back():
+    """A robot that is started again with other names gets the same clone for a while."""
+    graph, frames = publisher()
+    names = [("odom", "base_link"), ("r1/odom", "r1/base_link"), ("odom", "base_footprint")]
+    for count, (parent, child) in enumerate(2 * names):
+        graph.inject("odom", odometry(Pose2D(float(count), 0.0), 5.0 + count, parent, child))
+        correction = transform_message("map", parent, Pose2D(0.0, 0.0), Time(5 + count))
+        graph.inject("tf", TFMessage([correction]))
+        assert (frames.odom, frames.odometry().x, frames.in_map().x) == (parent, count, count)
+        assert frames.mount("base_scan").x == pytest.approx(-0.032)
+
+
 @pytest.mark.parametrize("child", ["camera_pose_frame", "imu_link", "front_laser"])
 def test_odometry_of_a_sensor_needs_its_place_on_the_robot(child):
     graph, frames = publisher(now := ManualClock(10.0))

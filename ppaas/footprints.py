@@ -1,0 +1,57 @@
+"""Footprints of robots as costmap_2d reads them: a list or text of corners, open or closed."""
+
+from ppaas.errors import InvalidParameter
+
+Footprint = tuple[tuple[float, float], ...]
+"""Corners of an outline around the robot's origin, in order [m]; empty for a disc."""
+
+MAX_CORNERS = 1000
+"""Limit of the corners of a footprint."""
+
+MAX_TEXT = 100_000
+"""Limit of a footprint's text [characters]."""
+
+_WANTED = "footprint must be a list of corners [[x, y], …] [m], or such a list as text"
+
+
+def read_footprint(given: object) -> object:
+    """Return a footprint as a list of corners; anything else than a list or text is returned unchanged.
+
+    As in costmap_2d, text has brackets around each corner and around all, and commas or spaces between numbers. A
+    corner that repeats the one before is left out, and so is one of the first and the last if they are the same. Empty
+    text is no outline.
+
+    Raises
+    ------
+    InvalidParameter
+        Text is not a list of corners, or there are too many.
+    """
+    corners = _of_text(given) if isinstance(given, str) else given
+    if not isinstance(corners, list | tuple):
+        return corners
+    if len(corners) > MAX_CORNERS:
+        raise InvalidParameter(f"footprint must have at most {MAX_CORNERS} corners, not {len(corners)}")
+    return [corner for number, corner in enumerate(corners) if corner != corners[number - 1]] or list(corners)
+
+
+def _of_text(text: str) -> list[list[float]]:
+    """Return the corners in text such as ``[[0.3, 0.2], [0.3 -0.2]]``."""
+    if len(text) > MAX_TEXT:
+        raise InvalidParameter(f"footprint must have at most {MAX_TEXT} characters, not {len(text)}")
+    if not text.strip():
+        return []
+    words = text.replace("[", " [ ").replace("]", " ] ").replace(",", " ").split()
+    if words[:1] != ["["] or words[-1:] != ["]"] or len(words) < 2:
+        raise InvalidParameter(f"{_WANTED}, not {text[:64]!r}")
+    inner = words[1:-1]
+    try:
+        corners = [_corner(*inner[at : at + 4]) for at in range(0, len(inner), 4)]
+    except (TypeError, ValueError) as error:
+        raise InvalidParameter(f"{_WANTED}, not {text[:64]!r}") from error
+    return corners
+
+
+def _corner(begin: str, x: str, y: str, end: str) -> list[float]:
+    if (begin, end) != ("[", "]"):
+        raise ValueError("a corner is in brackets")
+    return [float(x), float(y)]
