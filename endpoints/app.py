@@ -8,6 +8,8 @@ from starlette.types import Receive, Scope, Send
 
 from endpoints.dashboard.pages import add_dashboard
 from endpoints.http.body_limit import BodyLimit, BodyLimits
+from endpoints.http.front import front
+from endpoints.http.front_settings import FrontSettings
 from endpoints.http.head_requests import HeadRequests
 from endpoints.http.problems import add_problem_handlers
 from endpoints.rest.cluster import containers, health, machines
@@ -17,7 +19,7 @@ from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
 from endpoints.rest.plans import cost_matrix, evaluation, plan_database, planners, planning, plans, stored_plans
 from endpoints.rest.plans.fast_path import PlanFastPath
 from endpoints.rest.robots import models, robot_goals, robot_nodes, robot_urdf, robots
-from endpoints.rest.users import tokens, users
+from endpoints.rest.users import tickets, tokens, users
 from endpoints.rest.viewer import add_viewer
 from endpoints.services.services import Services
 
@@ -27,7 +29,7 @@ PREFIX = "/v1"
 DESCRIPTION = """
 Path planning as a service. Log in with `POST /v1/tokens`, publish a map with `POST /v1/maps`, and request a path with
 `POST /v1/maps/{map_id}/plans`. A robot registers with `PUT /v1/robots/{robot_id}` and then opens a WebSocket at
-`/?robot=ID&token=TOKEN`, speaking rosbridge.
+`/?robot=ID`, speaking rosbridge.
 
 Lists are paginated: each page has up to `limit` items and, in `next`, the `cursor` of the following page or null.
 
@@ -38,6 +40,7 @@ RESOURCES = (
     planning,
     cost_matrix,
     tokens,
+    tickets,
     users,
     maps,
     map_versions,
@@ -64,7 +67,7 @@ class Application(FastAPI):
     Both run before FastAPI's own middleware, which takes longer than they do.
     """
 
-    def __init__(self, services: Services, **options: Any) -> None:
+    def __init__(self, services: Services, settings: FrontSettings, **options: Any) -> None:
         super().__init__(**options)
         limits = services.limits
         posts = {
@@ -73,17 +76,18 @@ class Application(FastAPI):
         }
         fast_path = PlanFastPath(super().__call__, prefix=PREFIX, services=services)
         bodies = BodyLimit(fast_path, BodyLimits(limits.max_body, limits.max_body_seconds), posts)
-        self._first = HeadRequests(bodies)
+        self._first = front(HeadRequests(bodies), settings, private=PREFIX)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request or connection."""
         await self._first(scope, receive, send)
 
 
-def create_app(services: Services) -> FastAPI:
+def create_app(services: Services, settings: FrontSettings | None = None) -> FastAPI:
     """Return the application for these services; it neither starts nor closes them."""
     app = Application(
         services,
+        settings or FrontSettings(),
         title="PPaaS",
         summary="Path Planning as a Service",
         description=DESCRIPTION,
@@ -91,6 +95,7 @@ def create_app(services: Services) -> FastAPI:
         responses=EVERYWHERE,
         openapi_tags=TAGS,
         generate_unique_id_function=operation_id,
+        servers=[{"url": "."}],  # relative to the document, so also below a path of a proxy
         redirect_slashes=False,
         docs_url=None,
         redoc_url=None,
