@@ -120,6 +120,7 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
         outbox=str(data / "outbox.sqlite"),
         listen_machines=arguments.listen_machines or (RAY_LISTENS if on_ray else None),
         machines=str(data / MACHINES),
+        reserve=str(data),
         machine_settings=str(data / MACHINE_SETTINGS),
         left=str(data),
         adopt_within=arguments.adopt_within,

@@ -20,6 +20,7 @@ from endpoints.rosbridge.idle_watch import IdleWatch
 from endpoints.rosbridge.rights_watch import RightsWatch
 from endpoints.rosbridge.robot_socket import serve_robot_socket
 from endpoints.rosbridge.session_registry import SessionRegistry
+from endpoints.services.disk_watch import DiskWatch
 from endpoints.services.services import Services
 from engine.bootstrap import Engine
 from engine.processes.background import Background
@@ -73,7 +74,8 @@ class Web:
         self._sessions = SessionRegistry(engine.sessions, engine.cloud.plan_rate, linger)
         self._idle = IdleWatch(self._sessions, engine.sessions, idle)
         self._background = Background()
-        services = Services(engine.store, engine.map_store, self.accounts, engine.cloud)
+        services = Services(engine.store, engine.map_store, self.accounts, engine.cloud, disk=engine.reserve)
+        self._disk = DiskWatch.of(engine.reserve, engine.store)
         self._rights = RightsWatch(self._sessions, engine.sessions, services)
         self._server = Server(_uvicorn_config(build_app(services, self._sessions, settings), log_level, dead, connections))
 
@@ -81,6 +83,7 @@ class Web:
         """Serve until `stop` is called."""
         self._background.run(self._idle.run())
         self._background.run(self._rights.run())
+        self._background.run(self._disk.run())
         await self._server.serve(list(listeners))
 
     def run_in_background(self, work: Coroutine[Any, Any, None]) -> None:

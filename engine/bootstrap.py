@@ -35,6 +35,7 @@ from engine.service.master_driver import MasterDriver
 from engine.service.robot_sessions import LINGER, RobotSessions
 from engine.specs.checkpoints import CheckpointSelection
 from ppaas.errors import InvalidInput, Unavailable
+from storage.disk_space.reserve import DiskReserve
 from storage.ports import MapStore, Store
 from storage.urls.opening import open_map_store, open_store
 
@@ -70,6 +71,8 @@ class CloudConfig:
         Folder for the certificates and tickets of these machines.
     outbox : str, optional
         File in which plans are stored while a remote store is unreachable.
+    reserve : str, optional
+        Folder for the reserve of disk space; None for no reserve.
     machine : str
         Name of this machine.
     cores : int, optional
@@ -103,6 +106,7 @@ class CloudConfig:
     listen_machines: str | None = None
     machines: str = "machines"
     outbox: str | None = None
+    reserve: str | None = None
     machine: str = "local"
     cores: int | None = None
     quota: Quota = field(default_factory=Quota)
@@ -141,6 +145,7 @@ def _agent_config(config: CloudConfig, cloud: str, far: RemoteMachines | None) -
         store=config.store,
         map_store=config.map_store,
         outbox=config.outbox,
+        reserve=config.reserve,
         cores=config.cores,
         peering=far.peering if far is not None else None,
         runtime=config.runtime,
@@ -173,8 +178,12 @@ class Engine(CloudListener):
         self._own = config.machine
         self._background = Background()
         runtimes.RUNTIMES.load(config.runtime)  # raises here if unknown; otherwise the agent would fail
-        self.store: Store = open_store(config.store, outbox=Path(config.outbox) if config.outbox else None)
-        self.map_store: MapStore = open_map_store(config.map_store)
+        outbox, reserve = (Path(path) if path else None for path in (config.outbox, config.reserve))
+        self.reserve = DiskReserve(reserve) if reserve is not None else None
+        if self.reserve is not None:
+            self.reserve.keep()
+        self.store: Store = open_store(config.store, outbox=outbox, reserve=reserve)
+        self.map_store: MapStore = open_map_store(config.map_store, reserve=reserve)
         instance = instance_name()
         self._far = _far_machines(config, instance) if config.listen_machines is not None else None
         watcher = _watcher(config, self._far) if config.ray_address is not None else None
@@ -264,6 +273,8 @@ class Engine(CloudListener):
         async with contextlib.AsyncExitStack() as last_first:
             last_first.push_async_callback(asyncio.to_thread, sweep_stale)  # leftovers of killed agents
             last_first.push_async_callback(asyncio.to_thread, shutil.rmtree, self._run_dir, ignore_errors=True)
+            if self.reserve is not None:
+                last_first.callback(self.reserve.release)
             last_first.callback(self.store.close)
             last_first.push_async_callback(self._agents.stop)
             last_first.push_async_callback(self._background.join)

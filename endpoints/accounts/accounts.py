@@ -17,6 +17,7 @@ from endpoints.accounts.login_throttle import LoginThrottle
 from endpoints.accounts.passwords import Passwords
 from endpoints.accounts.socket_tickets import SocketTickets
 from endpoints.accounts.token_cache import TokenCache
+from endpoints.accounts.unsaved_tokens import UNSAVED_LIFETIME, UnsavedTokens
 from ppaas.clock import Clock, epoch
 from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound, NotPermitted, Unavailable
 from storage.names import check_name, is_name
@@ -97,6 +98,7 @@ class Accounts:
         self._throttle = throttle or LoginThrottle()
         self.tickets = SocketTickets()
         self._changing = threading.Lock()
+        self._unsaved = UnsavedTokens()
 
     def close(self) -> None:
         """End the threads that hash passwords."""
@@ -160,10 +162,23 @@ class Accounts:
         now = self._clock()
         login = IssuedToken(f"{TOKEN_PREFIX}{secrets.token_urlsafe(32)}", now + self._lifetime)
         try:
-            await run_in_threadpool(self._store.add_token, Token(login.id, user.id, login.expires, now))
+            return await run_in_threadpool(self._issue, user.id, now)
         except NotFound as error:
             raise NotAuthenticated("wrong user or password") from error
-        await run_in_threadpool(self._store.remove_tokens, expired_before=now)
+
+    def _issue(self, user_id: str, now: float) -> IssuedToken:
+        """Return a new token, stored, or kept in memory for a while if the store takes nothing, as on a full disk."""
+        text = f"{TOKEN_PREFIX}{secrets.token_urlsafe(32)}"
+        try:
+            login = IssuedToken(text, now + self._lifetime)
+            self._store.add_token(Token(login.id, user_id, login.expires, now))
+        except Unavailable as error:
+            login = IssuedToken(text, now + min(self._lifetime, UNSAVED_LIFETIME))
+            self._unsaved.add(Token(login.id, user_id, login.expires, now))
+            logger.warning("the token of user %r is kept in memory for %g s: %s", user_id, login.expires - now, error)
+            return login
+        with contextlib.suppress(Unavailable):  # a later login removes them
+            self._store.remove_tokens(expired_before=now)
         return login
 
     async def login(self, user_id: str, password: str) -> str:
@@ -246,11 +261,15 @@ class Accounts:
 
     async def revoke(self, user_id: str, token: str) -> None:
         """Revoke a token of a user by its id; ``NotFound`` if the user has no such token."""
-        stored = await run_in_threadpool(self._store.token, token)
+        unsaved = self._unsaved.find(token)
+        stored = unsaved if unsaved is not None else await run_in_threadpool(self._store.token, token)
         if stored.user != user_id:
             raise NotFound("token", token)
         try:
-            await run_in_threadpool(self._store.remove_token, token)
+            if unsaved is not None:
+                self._unsaved.remove(token)
+            else:
+                await run_in_threadpool(self._store.remove_token, token)
         finally:
             self._cache.forget(user_id)
 
@@ -262,6 +281,7 @@ class Accounts:
         finally:
             self._cache.forget(user_id)
 
+        self._unsaved.remove_all(user_id)
     def _remove_tokens(self, user_id: str) -> None:
         for token in self._store.tokens(user_id):
             with contextlib.suppress(NotFound):  # revoked or expired meanwhile
@@ -270,6 +290,7 @@ class Accounts:
     async def remove(self, user_id: str) -> None:
         """Remove a user with tokens and robots; ``NotFound`` if the user does not exist."""
         try:
+            self._unsaved.remove_all(user_id)
             await run_in_threadpool(self._store.remove_user, user_id)
         finally:
             self._cache.forget(user_id)
@@ -294,8 +315,10 @@ class Accounts:
 
     def _token_and_user(self, token_hash: str) -> tuple[Token, User]:
         try:
-            token = self._store.token(token_hash)
+            token = self._unsaved.find(token_hash) or self._store.token(token_hash)
             return token, self._store.user(token.user)
+        if changed.password_hash != user.password_hash:
+            self._unsaved.remove_all(user_id, keep=keep_token)
         except NotFound as error:
             raise _unknown_token() from error
 

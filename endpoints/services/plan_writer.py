@@ -8,6 +8,7 @@ from contextlib import suppress
 from starlette.concurrency import run_in_threadpool
 
 from engine.processes.background import Background
+from engine.processes.occasional_log import OccasionalLog
 from ppaas.errors import InvalidInput, PPaaSError
 from storage.ports import Store
 from storage.records import PlanRecord
@@ -19,6 +20,8 @@ MAX_WAITING = 64
 
 BATCH_WINDOW = 0.05
 """Time that plans wait for others to be written with them [s]; a batch takes a third of the time of single writes."""
+
+_UNSTORED = OccasionalLog(logger)
 
 Record = Callable[[], PlanRecord]
 
@@ -73,7 +76,7 @@ def _write(store: Store, makers: Sequence[Record]) -> None:
         for record in records:
             _write_alone(store, record)
     except PPaaSError as error:
-        logger.error("%d plans were not stored, the first is %s: %s", len(records), records[0].id, error)
+        _UNSTORED.warning("%d plans were not stored, the first is %s: %s", len(records), records[0].id, error)
 
 
 def _write_alone(store: Store, record: PlanRecord) -> None:

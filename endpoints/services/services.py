@@ -10,6 +10,7 @@ from endpoints.services.map_cache import MapHeadCache
 from endpoints.services.plan_writer import PlanWriter
 from endpoints.services.request_limits import RequestLimits
 from endpoints.services.store_health import StoreHealthCheck
+from storage.disk_space.reserve import DiskReserve
 from storage.ports import MapStore, Store
 
 
@@ -27,3 +28,4 @@ class Services:
     map_cache: MapHeadCache = field(default_factory=MapHeadCache)
     usage: Usage = field(default_factory=Usage)
     planners: InstalledPlanners = field(default_factory=InstalledPlanners)
+    disk: DiskReserve | None = None

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError
+from storage.disk_space.reserve import DiskReserve, SpaceState
 from storage.ports import MapStore, Store
 from storage.store_and_forward.store import StoreAndForward
 
@@ -23,6 +24,34 @@ class StoreState:
     answers: bool
     reason: str | None = None
     waiting: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class DiskState:
+    """State of the disk of the data folder, and its free space and size [bytes]."""
+
+    state: SpaceState
+    free: int
+    total: int
+
+    @property
+    def reason(self) -> str | None:
+        """What is wrong, and what an administrator can do; None if there is enough space."""
+        if self.state == "ok":
+            return None
+        left = f"{self.free >> 20} MiB of {self.total >> 20} MiB are left"
+        if self.state == "low":
+            return f"the disk of the data folder is nearly full, {left}: free space"
+        return f"the disk of the data folder is full, {left}, and nothing new is stored: remove maps, plans or users"
+
+
+def disk_state(reserve: DiskReserve) -> DiskState | None:
+    """Return the state of a disk, or None if it cannot be measured; blocks."""
+    try:
+        space = reserve.space()
+        return DiskState(reserve.state(), space.free, space.total)
+    except OSError:
+        return None
 
 
 class StoreHealthCheck:

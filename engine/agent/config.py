@@ -26,6 +26,8 @@ class AgentConfig(msgspec.Struct, frozen=True):
         URLs of the stores.
     outbox : str, optional
         File that queues plans while a store on another machine is unavailable.
+    reserve : str, optional
+        Folder with the cloud's reserve of disk space, if it is on this machine.
     cores : int, optional
         Number of CPUs that the machine may use; all of them by default.
     labels : dict of str to str
@@ -52,6 +54,7 @@ class AgentConfig(msgspec.Struct, frozen=True):
     store: str
     map_store: str
     outbox: str | None = None
+    reserve: str | None = None
     cores: int | None = None
     labels: dict[str, str] = {}
     peering: Peering | None = None

@@ -15,11 +15,12 @@ import msgspec
 from engine.agent.fleet_topics import Fabric, FleetTopics, scope_of
 from engine.agent.plan_service import PlanService
 from engine.processes.background import Background
+from engine.processes.occasional_log import OccasionalLog
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from engine.protocols.pending_handshakes import PendingHandshakes
-from engine.protocols.robot_link import Refusal
 from engine.protocols.refusals import refusal_of
+from engine.protocols.robot_link import Refusal
 from engine.specs.checkpoints import marks
 from engine.specs.containers import ContainerSpec
 from ppaas.clock import epoch
@@ -109,6 +110,7 @@ class ContainerGateway:
         self._streams: set[Stream] = set()
         self._attached: dict[str, _AttachedContainer] = {}
         self._background = Background()
+        self._unnoted = OccasionalLog(logger)
         self._server: asyncio.Server | None = None
 
     async def start(self) -> None:
@@ -260,7 +262,7 @@ class ContainerGateway:
             async with attached.turn:
                 await asyncio.to_thread(self._plans.note, attached.spec, frame.rows, frame.link)
         except PPaaSError as error:
-            logger.warning(
+            self._unnoted.warning(
                 "container %s: its planning times were not added to the history: %s", attached.spec.id, error
             )
 

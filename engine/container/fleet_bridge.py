@@ -4,6 +4,7 @@ import logging
 
 from engine.container.machine_client import MachineClient
 from engine.processes.background import Background
+from engine.processes.occasional_log import OccasionalLog
 from engine.protocols import machine_link
 from engine.specs.containers import Launch
 from ppaas.clone.robot_body import robot_body
@@ -66,6 +67,7 @@ class FleetBridge:
         self._refused: set[tuple[str, str]] = set()
         self._others: dict[tuple[str, str], tuple[float, RobotState]] = {}
         self._background = Background()
+        self._unstored = OccasionalLog(logger)
         self._kept: tuple[bytes, float] | None = None
         self._driven: tuple[float, Twist] = float("-inf"), Twist()
         robot = launch.spec.robot
@@ -133,4 +135,4 @@ class FleetBridge:
         try:
             await self._machine.keep_plan(plan)
         except PPaaSError as error:
-            logger.warning("a plan was not stored: %s", error)
+            self._unstored.warning("a plan was not stored: %s", error)

@@ -12,9 +12,10 @@ from engine.container.machine_client import MachineClient
 from engine.container.monitor.setup import ContainerMonitor
 from engine.container.shared_plans import PlanningNotes
 from engine.processes.heartbeats import BEAT_PERIOD
+from engine.processes.occasional_log import OccasionalLog
 from engine.protocols import robot_link
-from engine.specs.containers import LINK_STATE, Launch
 from engine.protocols.refusals import refusal_of
+from engine.specs.containers import LINK_STATE, Launch
 from ppaas.errors import PPaaSError
 from ppaas.messages import decode, encode, type_name
 from ppaas.messages.message import Message
@@ -89,6 +90,7 @@ class Container:
         self._taps: dict[str, Callable[[], None]] = {}
         self._applied = int(launch.spec.checkpoint.get(LINK_STATE, b"0"))
         self._dirty = asyncio.Event()
+        self._unsaved = OccasionalLog(logger)
         self._held: list[robot_link.Published] = []
         self._unsent: deque[robot_link.Published] = deque(maxlen=MAX_UNSENT)
         self._graph.watch(self._topic_changed)
@@ -258,7 +260,8 @@ class Container:
         try:
             await self._machine.save_clone(nodes)
         except PPaaSError as error:
-            logger.warning("the checkpoint was not saved; it will be tried again: %s", error)
+            self._unsaved.warning("the checkpoint was not saved; it will be tried again: %s", error)
         else:
+            self._unsaved.is_over("checkpoints are saved again")
             self._endpoint.write(robot_link.Ack(applied))
         self._send_or_keep(held)  # sent even if the save failed: better twice than never

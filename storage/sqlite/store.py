@@ -44,6 +44,10 @@ class SqliteStore(SqlitePlans, SqliteHistory):
         """Close the file."""
         self._connections.close()
 
+    def shrink_log(self) -> None:
+        """Move the write-ahead log into the file and empty it, to free space; does nothing if that is not possible."""
+        self._connections.shrink_log()
+
     # -- users ---------------------------------------------------------------------------------------------------------
 
     def add_user(self, user: User) -> None:

@@ -10,13 +10,15 @@ from pathlib import Path
 from typing import TypeVar, cast
 
 from ppaas.errors import InvalidInput, NotFound
+from storage.disk_space.guarded import GuardedStore
+from storage.disk_space.reserve import DiskReserve
 from storage.ports import MapStore, Store
 from storage.urls.backends import MAP_STORES, STORES, Backend
 
 S = TypeVar("S")
 
 
-def open_store(url: str, *, outbox: Path | None = None) -> Store:
+def open_store(url: str, *, outbox: Path | None = None, reserve: Path | None = None) -> Store:
     """Open the store of everything but maps.
 
     Parameters
@@ -25,6 +27,8 @@ def open_store(url: str, *, outbox: Path | None = None) -> Store:
         URL of the store.
     outbox : Path, optional
         File in which plans wait while a remote store is unreachable.
+    reserve : Path, optional
+        Folder with the reserve of disk space of a cloud; a store on the same disk stores nothing new when it is full.
 
     Raises
     ------
@@ -34,6 +38,8 @@ def open_store(url: str, *, outbox: Path | None = None) -> Store:
         The store cannot be opened now; the message says why and what to do.
     """
     store = _open(url, STORES)
+    if reserve is not None and _on_same_disk(url, reserve):
+        return cast(Store, GuardedStore(store, DiskReserve(reserve)))
     if outbox is None or not STORES[url.partition(":")[0]].remote:
         return store
     # Imported here because only remote stores need them.
@@ -43,9 +49,12 @@ def open_store(url: str, *, outbox: Path | None = None) -> Store:
     return cast(Store, StoreAndForward(store, PlanOutbox(outbox)))
 
 
-def open_map_store(url: str) -> MapStore:
-    """Open the store of maps; raises the errors of ``open_store``."""
-    return _open(url, MAP_STORES)
+def open_map_store(url: str, *, reserve: Path | None = None) -> MapStore:
+    """Open the store of maps; parameters and errors are those of ``open_store``."""
+    store = _open(url, MAP_STORES)
+    if reserve is not None and _on_same_disk(url, reserve):
+        return cast(MapStore, GuardedStore(store, DiskReserve(reserve)))
+    return store
 
 
 def local_path(url: str) -> Path | None:
@@ -54,6 +63,15 @@ def local_path(url: str) -> Path | None:
     backend = STORES.get(scheme) or MAP_STORES.get(scheme)
     arguments = () if backend is None else backend.arguments(url)
     return next((path for path in arguments if isinstance(path, Path)), None)
+
+
+def _on_same_disk(url: str, reserve: Path) -> bool:
+    """Return whether the folder of a local store is on the disk of a reserve."""
+    path = local_path(url)
+    try:
+        return path is not None and path.parent.stat().st_dev == reserve.stat().st_dev
+    except OSError:
+        return False
 
 
 def check_exists(url: str) -> None:

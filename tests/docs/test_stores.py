@@ -44,4 +44,6 @@ def test_the_commands_move_both_stores(tmp_path: Path) -> None:
 
 def test_the_options_are_those_of_the_code() -> None:
     named = set(re.findall(r"--\w[\w-]*", text_of(PAGE)))
-    assert named == {"--store", "--map-store", "--json", "--overwrite"}
+    assert named == {
+        "--store", "--map-store", "--json", "--overwrite", "--ready-file", "--linger",
+    }  # fmt: skip

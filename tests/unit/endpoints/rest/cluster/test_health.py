@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -10,6 +11,7 @@ import pytest
 from endpoints.services.services import Services
 from endpoints.services.store_health import StoreHealthCheck
 from ppaas.errors import Unavailable
+from storage.disk_space.reserve import DiskReserve
 from storage.memory.store import MemoryStore
 from storage.urls.opening import open_map_store
 from tests.unit.endpoints.conftest import LogIn
@@ -23,7 +25,27 @@ async def test_health_is_public_and_reports_ok(client: httpx.AsyncClient) -> Non
     answer = await client.get("/v1/health")
     assert answer.status_code == 200
     fine = {"state": "ok", "reason": None}
-    assert answer.json() == {"status": "ok", "store": fine, "map_store": fine, "plans_waiting": 0}
+    assert answer.json() == {"status": "ok", "store": fine, "map_store": fine, "plans_waiting": 0, "disk": None}
+
+
+async def test_a_full_disk_degrades_the_cloud_and_only_administrators_see_why(
+    client: httpx.AsyncClient, log_in: LogIn, services: Services, tmp_path: Path
+) -> None:
+    reserve = DiskReserve(tmp_path)
+    object.__setattr__(services, "disk", reserve)
+    headers = {role: await log_in(role) for role in ("admin", "user")}
+    reserve.keep()
+    assert (await client.get("/v1/health")).json()["status"] == "ok"
+    reserve.release()  # as when the disk is full
+    for role, bearer in headers.items():
+        report = (await client.get("/v1/health", headers=bearer)).json()
+        assert report["status"] == "degraded"
+        if role == "admin":
+            assert report["disk"]["state"] == "full"
+            assert "nothing new is stored" in report["disk"]["reason"]
+            assert 0 < report["disk"]["free"] <= report["disk"]["total"]
+        else:
+            assert report["disk"] is None
 
 
 async def test_only_administrators_see_why_a_store_is_unreachable(
