@@ -160,7 +160,6 @@ class Accounts:
         if not await self._matches(user, password, origin) or user is None:
             raise NotAuthenticated("wrong user or password")
         now = self._clock()
-        login = IssuedToken(f"{TOKEN_PREFIX}{secrets.token_urlsafe(32)}", now + self._lifetime)
         try:
             return await run_in_threadpool(self._issue, user.id, now)
         except NotFound as error:
@@ -311,14 +310,14 @@ class Accounts:
             own = msgspec.structs.replace(user.limits, **limits)
             changed = msgspec.structs.replace(user, limits=own, **changes)
             self._store.change_user(changed, keep_token=keep_token)
+        if changed.password_hash != user.password_hash:
+            self._unsaved.remove_all(user_id, keep=keep_token)
         return changed
 
     def _token_and_user(self, token_hash: str) -> tuple[Token, User]:
         try:
             token = self._unsaved.find(token_hash) or self._store.token(token_hash)
             return token, self._store.user(token.user)
-        if changed.password_hash != user.password_hash:
-            self._unsaved.remove_all(user_id, keep=keep_token)
         except NotFound as error:
             raise _unknown_token() from error
 
