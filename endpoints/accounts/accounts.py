@@ -280,8 +280,8 @@ class Accounts:
         finally:
             self._cache.forget(user_id)
 
-        self._unsaved.remove_all(user_id)
     def _remove_tokens(self, user_id: str) -> None:
+        self._unsaved.remove_all(user_id)
         for token in self._store.tokens(user_id):
             with contextlib.suppress(NotFound):  # revoked or expired meanwhile
                 self._store.remove_token(token.hash)
@@ -289,8 +289,8 @@ class Accounts:
     async def remove(self, user_id: str) -> None:
         """Remove a user with tokens and robots; ``NotFound`` if the user does not exist."""
         try:
-            self._unsaved.remove_all(user_id)
             await run_in_threadpool(self._store.remove_user, user_id)
+            self._unsaved.remove_all(user_id)
         finally:
             self._cache.forget(user_id)
 
