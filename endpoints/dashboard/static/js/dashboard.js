@@ -56,8 +56,8 @@ export class Dashboard {
 
   async #poll() {
     if (!this.#me) await this.#introduce();
-    const machines = this.#me.role === "admin" ? this.#rest.list("/v1/machines") : null;
-    const asked = ["/v1/maps", "/v1/robots", "/v1/containers"].map((path) => this.#rest.list(path));
+    const machines = this.#me.role === "admin" ? this.#rest.list("v1/machines") : null;
+    const asked = ["v1/maps", "v1/robots", "v1/containers"].map((path) => this.#rest.list(path));
     const [found, maps, robots, containers] = await Promise.all([machines, ...asked]);
     const own = containers.filter(({ user }) => user === this.#me.id);
     this.#maps.update(maps, robots, own);
@@ -69,7 +69,7 @@ export class Dashboard {
   }
 
   async #introduce() {
-    const [me, models] = await Promise.all([this.#rest.get("/v1/users/me"), this.#rest.list("/v1/models")]);
+    const [me, models] = await Promise.all([this.#rest.get("v1/users/me"), this.#rest.list("v1/models")]);
     this.#radii = new Map(models.map(({ name, robot_radius: radius }) => [name, radius]));
     this.#me = me;
     say(byId("user"), me.id);

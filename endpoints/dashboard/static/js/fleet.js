@@ -12,7 +12,7 @@ export class Fleet {
   #events;
 
   /**
-   * @param {(robot: string) => string} urlOf where a robot's socket is
+   * @param {(robot: string) => Promise<string>} urlOf where a robot's socket is
    * @param {Set<string>} shown layers
    * @param {object} events of RobotLink
    */

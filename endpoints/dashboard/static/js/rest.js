@@ -1,5 +1,6 @@
 /** Client of the REST service with the token of the logged-in user. */
 
+const ROOT = new URL("../../", import.meta.url); // of the cloud, which a proxy may serve below a path
 const PAGE = 500;
 const PATIENCE = 10_000; // ms
 const PATIENCE_FOR_MAPS = 120_000;
@@ -19,7 +20,7 @@ export class Unreachable extends Error {}
 /**
  * Send a request and read its response.
  * @template T
- * @param {string} path @param {RequestInit} options
+ * @param {string} path below the root of the cloud @param {RequestInit} options
  * @param {(response: Response) => Promise<T>} read
  * @param {number} patience ms
  * @returns {Promise<T>}
@@ -27,7 +28,7 @@ export class Unreachable extends Error {}
 async function ask(path, options, read, patience = PATIENCE) {
   const signal = AbortSignal.timeout(patience);
   try {
-    const response = await fetch(path, { cache: "no-store", credentials: "omit", signal, ...options });
+    const response = await fetch(new URL(path, ROOT), { cache: "no-store", credentials: "omit", signal, ...options });
     if (response.ok) return await read(response);
     const problem = await response.json().catch(() => ({})); // a proxy's error page, perhaps
     throw new Refused(response.status, problem.detail ?? `the cloud answered ${response.status}`);
@@ -43,7 +44,7 @@ const bytes = (response) => response.arrayBuffer();
 export async function logIn(user, password) {
   const body = JSON.stringify({ user, password });
   const headers = { "Content-Type": "application/json" };
-  return (await ask("/v1/tokens", { method: "POST", headers, body }, json)).token;
+  return (await ask("v1/tokens", { method: "POST", headers, body }, json)).token;
 }
 
 export class Rest {
@@ -61,7 +62,7 @@ export class Rest {
   /** Revoke the token, also if the page is being closed. */
   logOut() {
     const read = async () => undefined;
-    return ask("/v1/tokens/current", { method: "DELETE", headers: this.#headers, keepalive: true }, read);
+    return ask("v1/tokens/current", { method: "DELETE", headers: this.#headers, keepalive: true }, read);
   }
 
   /** @param {string} path */
@@ -83,7 +84,7 @@ export class Rest {
 
   /** A map and its cells. @param {string} id @returns {Promise<import("./grid.js").Grid & {version: string}>} */
   async grid(id) {
-    const path = `/v1/maps/${encodeURIComponent(id)}`;
+    const path = `v1/maps/${encodeURIComponent(id)}`;
     const [{ resolution, width, height, origin, version }, data] = await Promise.all([
       this.get(path),
       ask(`${path}/cells`, { headers: this.#headers }, bytes, PATIENCE_FOR_MAPS),
@@ -94,10 +95,15 @@ export class Rest {
     return { version, cells, info: { resolution, width, height, origin: { x, y, theta } } };
   }
 
-  /** Return the URL of an operator's WebSocket of a robot, which keeps no container alive. @param {string} robot */
-  socketUrl(robot) {
-    const query = new URLSearchParams({ robot, token: this.#token, role: "operator", hold: "0", status: "1" });
-    const url = new URL(`/?${query}`, location.href);
+  /**
+   * Return the URL of an operator's WebSocket of a robot, which keeps no container alive. It is good once and soon: it
+   * has a ticket instead of the token, because addresses are logged.
+   * @param {string} robot
+   */
+  async socketUrl(robot) {
+    const { ticket } = await ask("v1/tickets", { method: "POST", headers: this.#headers }, json);
+    const query = new URLSearchParams({ robot, ticket, role: "operator", hold: "0", status: "1" });
+    const url = new URL(`?${query}`, ROOT);
     url.protocol = url.protocol.replace("http", "ws");
     return url.href;
   }

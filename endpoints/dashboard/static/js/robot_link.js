@@ -24,6 +24,7 @@ export class RobotLink {
   sent = "";
   #container = null;
   #socket = null;
+  #opening = null;
   #lostAt = -Infinity;
   #shown;
   #events;
@@ -59,8 +60,19 @@ export class RobotLink {
   }
 
   #open(urlOf) {
-    if (this.#socket || seconds() - this.#lostAt < RETRY) return;
-    this.#socket = new Rosbridge(urlOf(this.robot.id), {
+    if (this.#socket || this.#opening || seconds() - this.#lostAt < RETRY) return;
+    const opening = {}; // another object, or none, if it was closed meanwhile
+    this.#opening = opening;
+    urlOf(this.robot.id).then(
+      (url) => this.#opening === opening && this.#connect(url),
+      () => this.#opening === opening && this.#lost(),
+    );
+  }
+
+  /** @param {string} url */
+  #connect(url) {
+    this.#opening = null;
+    this.#socket = new Rosbridge(url, {
       opened: () => this.#opened(),
       closed: () => this.#lost(),
       heard: (topic, message) => this.#heard(topic, message),
@@ -76,6 +88,7 @@ export class RobotLink {
 
   #lost() {
     this.#socket = null;
+    this.#opening = null;
     this.#lostAt = seconds();
     this.#events.changed();
   }
@@ -129,6 +142,7 @@ export class RobotLink {
   close() {
     this.#socket?.close();
     this.#socket = null;
+    this.#opening = null;
     this.state = new RobotState();
   }
 }

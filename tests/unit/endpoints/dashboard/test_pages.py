@@ -73,3 +73,14 @@ def test_modules_are_small_documented_and_import_existing_files() -> None:
         assert len(text.splitlines()) <= MAX_LINES, file.name
         assert text.startswith("/**"), f"{file.name} has no comment at its top"
         assert [name for name in re.findall(r'from "\./(\w+\.js)"', text) if not (file.parent / name).exists()] == []
+
+
+def test_no_link_or_request_leaves_the_path_of_a_proxy() -> None:
+    absolute = re.compile(r"""["'`]/(?:v1|dashboard|docs|js|css|\?|["'`])""")
+    texts = {file.name: file.read_text(encoding="utf-8") for file in [*SCRIPTS, FOLDER / "index.html"]}
+    assert [name for name, text in texts.items() if absolute.search(text)] == []
+
+
+def test_no_script_puts_a_token_into_an_address() -> None:
+    texts = [file.read_text(encoding="utf-8") for file in SCRIPTS]
+    assert not any(re.search(r"URLSearchParams\([^)]*token", text) for text in texts)

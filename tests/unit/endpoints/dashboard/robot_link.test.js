@@ -1,0 +1,93 @@
+/** Sockets of robots: opened by an address that comes later, and not at all if nobody wants them by then. */
+
+import assert from "node:assert/strict";
+import { beforeEach, test } from "node:test";
+import { RobotLink } from "../../../../endpoints/dashboard/static/js/robot_link.js";
+
+const READY = { state: "ready" };
+let sockets = [];
+
+class FakeSocket {
+  static OPEN = 1;
+  readyState = 0;
+
+  constructor(url) {
+    this.url = url;
+    sockets.push(this);
+  }
+
+  close() {
+    this.closed = true;
+  }
+
+  send() {}
+}
+
+globalThis.WebSocket = FakeSocket;
+
+const events = { changed: () => {}, ended: () => {}, told: () => {} };
+const link = () => new RobotLink({ id: "tb1", map: "office", model: "m", radius: 0.2, colour: 0 }, new Set(), events);
+
+/** Addresses that are given when the test says so. */
+function addresses() {
+  const asked = [];
+  return { asked, urlOf: (robot) => new Promise((give, refuse) => asked.push({ robot, give, refuse })) };
+}
+
+const settled = () => new Promise((resolve) => setTimeout(resolve, 0));
+
+beforeEach(() => {
+  sockets = [];
+});
+
+test("a socket is opened at an address of its own, asked for once", async () => {
+  const { asked, urlOf } = addresses();
+  const robot = link();
+  for (let poll = 0; poll < 3; poll++) robot.placed(READY, urlOf);
+  assert.deepEqual(asked.map((each) => each.robot), ["tb1"]);
+  asked[0].give("ws://cloud/?ticket=1");
+  await settled();
+  robot.placed(READY, urlOf);
+  assert.deepEqual(sockets.map((socket) => socket.url), ["ws://cloud/?ticket=1"]);
+  assert.equal(asked.length, 1);
+});
+
+test("a robot that lost its container meanwhile gets no socket", async () => {
+  const { asked, urlOf } = addresses();
+  const robot = link();
+  robot.placed(READY, urlOf);
+  robot.placed(undefined, urlOf);
+  robot.placed(READY, urlOf);
+  asked[0].give("ws://cloud/?ticket=old");
+  asked[1].give("ws://cloud/?ticket=new");
+  await settled();
+  assert.deepEqual(sockets.map((socket) => socket.url), ["ws://cloud/?ticket=new"]);
+});
+
+test("a refused address is not asked for again at once", async () => {
+  const { asked, urlOf } = addresses();
+  const robot = link();
+  robot.placed(READY, urlOf);
+  asked[0].refuse(new Error("the cloud does not answer"));
+  await settled();
+  robot.placed(READY, urlOf);
+  assert.equal(asked.length, 1);
+  assert.equal(sockets.length, 0);
+});
+
+test("a lost socket is followed by another address", async () => {
+  const { asked, urlOf } = addresses();
+  const robot = link();
+  robot.placed(READY, urlOf);
+  asked[0].give("ws://cloud/?ticket=1");
+  await settled();
+  const now = performance.now;
+  try {
+    sockets[0].onclose({ reason: "" });
+    performance.now = () => now.call(performance) + 10_000;
+    robot.placed(READY, urlOf);
+  } finally {
+    performance.now = now;
+  }
+  assert.equal(asked.length, 2);
+});
