@@ -13,8 +13,14 @@ from ppaas.messages import service_type
 from ppaas.messages.message import Message
 from ppaas.wire import rosapi
 from ppaas.wire.arguments import as_object
-from ppaas.wire.names import normalise, ros1_type
-from ppaas.wire.operations import AdvertiseService, CallService, ServiceResponse, UnadvertiseService
+from ppaas.wire.names import callee, normalise, ros1_type
+from ppaas.wire.operations import (
+    AdvertiseService,
+    CallService,
+    RefusedOperation,
+    ServiceResponse,
+    UnadvertiseService,
+)
 from ppaas.wire.refusals import error_of_text
 from ppaas.wire.rosbridge import RosbridgeSession
 
@@ -24,8 +30,9 @@ CALL_TIMEOUT = 60.0
 MAX_CALLS = 32
 """Largest number of pending calls of one client."""
 
-Shortcut = Callable[[str], bytes | None]
-"""Called with the name of a service; returns the response at once, or None if it does not handle this service."""
+Shortcut = Callable[[str, bytes], bytes | None]
+"""Called with the name of a service and the arguments; returns the response at once, or None if it does not handle this
+service."""
 
 
 class ClientCalls:
@@ -70,14 +77,18 @@ class ClientCalls:
         try:
             if len(self._calls) >= MAX_CALLS:
                 raise QuotaExceeded(f"a client may have at most {MAX_CALLS} pending calls: wait for a response")
-            service = normalise(operation.service)
-            values = self._shortcut(service) or introspect(self._place, service, bytes(operation.args))
+            service, arguments = callee(operation.service), bytes(operation.args)
+            values = self._shortcut(service, arguments) or introspect(self._place, service, arguments)
             if values is None:
                 self._begin(operation, service)
             else:
                 self._answer(operation, values)
         except PPaaSError as error:
             self._answer(operation, error)
+
+    def refuse(self, refused: RefusedOperation) -> None:
+        """Answer a call whose frame could not be read."""
+        self._answer(CallService(refused.name, refused.id), refused.error)
 
     def _begin(self, operation: CallService, service: str) -> None:
         kind = _request_type(self._place.service_type(service) or operation.type)
@@ -143,7 +154,7 @@ class ClientCalls:
         NotPermitted
             The call was made to another client.
         """
-        number = operation.id or ""
+        number = "" if operation.id is None else str(operation.id)
         if not (number.isascii() and number.isdigit() and len(number) < 16):
             raise NotFound("open call", number[:64])
         values = bytes(operation.values)

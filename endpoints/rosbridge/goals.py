@@ -7,14 +7,12 @@ from engine.service.links.place_link import PlaceLink
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
 from ppaas.nodes.base import DEFAULT_DEPTH
-from ppaas.wire.actions import find_action
+from ppaas.wire.actions import find_action, topics_of
+from ppaas.wire.cancel_goal import CANCEL_GOAL, UNKNOWN_GOAL_ID, cancel_message, cancel_response
 from ppaas.wire.goals import GoalFrame, GoalTracker, refusal
-from ppaas.wire.names import normalise
-from ppaas.wire.operations import CancelActionGoal, SendActionGoal
+from ppaas.wire.names import callee
+from ppaas.wire.operations import CancelActionGoal, RefusedOperation, SendActionGoal
 from ppaas.wire.rosbridge import RosbridgeSession
-
-CANCEL_ALL = "/_action/cancel_goal"
-"""Suffix of the cancel service of every ROS 2 action; ``roslib`` calls it without arguments to cancel all goals."""
 
 
 class ClientGoals:
@@ -54,7 +52,7 @@ class ClientGoals:
     def start(self, operation: SendActionGoal) -> None:
         """Send a goal; it always ends with exactly one result."""
         try:
-            action = find_action(normalise(operation.action), operation.action_type, self._place.topic_types())
+            action = find_action(callee(operation.action), operation.action_type, self._place.topic_types())
             goal, message = self._goals.send(operation, action, monotonic())
         except PPaaSError as error:
             self._send(refusal(operation, error))
@@ -78,20 +76,35 @@ class ClientGoals:
         action, message = self._goals.cancel(operation)
         self._publish(f"{action}/cancel", message)
 
-    def cancel_all(self, service: str) -> bytes | None:
-        """Cancel all goals of an action and return the response; None if this is not a cancel service.
+    def cancel_all(self, service: str, arguments: bytes) -> bytes | None:
+        """Cancel all goals of an action, or those up to a stamp, and return the response.
+
+        Returns
+        -------
+        bytes or None
+            None if this is not a cancel service.
 
         Raises
         ------
+        MalformedMessage
+            The arguments are not those of a cancel service.
         NotFound
             The action does not exist.
         QuotaExceeded
             Too many messages to the clone are unacknowledged.
         """
-        if not service.endswith(CANCEL_ALL):
+        if not service.endswith(CANCEL_GOAL):
             return None
-        self._publish(f"{service.removesuffix(CANCEL_ALL)}/cancel", b"{}")
-        return b'{"return_code":0,"goals_canceling":[]}'
+        action = topics_of(service.removesuffix(CANCEL_GOAL), self._place.topic_types())
+        message = cancel_message(arguments)
+        if message is None:
+            return cancel_response(UNKNOWN_GOAL_ID)
+        self._publish(f"{action}/cancel", message)
+        return cancel_response(0)
+
+    def refuse(self, refused: RefusedOperation) -> None:
+        """Answer a goal whose frame could not be read."""
+        self._send(refusal(SendActionGoal(refused.name, "", refused.id), refused.error))
 
     def _publish(self, topic: str, message: bytes) -> int:
         return self._place.publish(topic, message, self._client, must_arrive=True)

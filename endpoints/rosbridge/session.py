@@ -15,7 +15,7 @@ from endpoints.rosbridge.outbox import FrameOutbox
 from endpoints.rosbridge.roles import Role, check_may_publish
 from engine.service.links.place_link import PlaceLink
 from ppaas.clock import monotonic
-from ppaas.errors import MalformedMessage, NotFound, PPaaSError, rebuild
+from ppaas.errors import InvalidInput, MalformedMessage, NotFound, PPaaSError, rebuild
 from ppaas.nodes.base import DEFAULT_DEPTH
 from ppaas.nodes.topics import policy_of
 from ppaas.wire import operations
@@ -29,6 +29,11 @@ MAX_LOGGED = 64
 
 PATH_SERVICES = frozenset({"move_base/compute_path", "move_base/make_plan"})
 """Services of the clone that plan a path and count as path requests of the user."""
+
+
+_NOT_UTF8 = operations.RefusedOperation(
+    MalformedMessage("a binary frame must be JSON in UTF-8: BSON and CBOR are not supported")
+)
 
 
 class ClientSession:
@@ -75,7 +80,7 @@ class ClientSession:
         self._client = place.join(self)
         self._goals = ClientGoals(place, self._client, wire, self.outbox, self._answer)
         self._calls = ClientCalls(place, self._client, wire, self._answer, self._answer_here)
-        self._handlers: dict[type[operations.Operation], Callable[[Any], None]] = {
+        self._handlers: dict[type, Callable[[Any], None]] = {
             operations.Publish: self._publish,
             operations.Advertise: self._advertise,
             operations.Unadvertise: self._unadvertise,
@@ -88,6 +93,7 @@ class ClientSession:
             operations.SendActionGoal: self._goals.start,
             operations.CancelActionGoal: self._goals.cancel,
             operations.SetLevel: lambda _: None,  # handled by the wire
+            operations.RefusedOperation: self._refuse,
         }
 
     def end(self) -> None:
@@ -101,30 +107,38 @@ class ClientSession:
 
     def take(self, frame: str | None) -> None:
         """Execute a frame of the client, None for one that is not UTF-8; report its errors to the client."""
-        operation: operations.ClientOperation | None = None
+        operation = _NOT_UTF8 if frame is None else self._wire.receive(frame)
         try:
-            if frame is None:
-                raise MalformedMessage("a binary frame must be JSON in UTF-8: BSON and CBOR are not supported")
-            operation = self._wire.receive(frame)
             self._handlers[type(operation)](operation)
         except PPaaSError as error:
             self._report_error(error, operation_id=getattr(operation, "id", None))
 
-    def _answer_here(self, service: str) -> bytes | None:
+    def _refuse(self, refused: operations.RefusedOperation) -> None:
+        """Answer a call or a goal whose frame could not be read; report the error of any other frame."""
+        if refused.op == "call_service":
+            self._calls.refuse(refused)
+        elif refused.op == "send_action_goal":
+            self._goals.refuse(refused)
+        else:
+            self._report_error(refused.error, operation_id=refused.id)
+
+    def _answer_here(self, service: str, arguments: bytes) -> bytes | None:
         if service in PATH_SERVICES:
             self._count_plan()
-        return self._goals.cancel_all(service)
+        return self._goals.cancel_all(service, arguments)
 
     def _publish(self, operation: operations.Publish) -> None:
         topic = normalise(operation.topic)
         check_may_publish(self._role, topic)
-        must_arrive = not policy_of(topic).stream
-        self._place.publish(topic, bytes(operation.msg), self._client, must_arrive=must_arrive, latch=operation.latch)
+        must_arrive, latch = not policy_of(topic).stream, operation.latch is True
+        self._place.publish(topic, bytes(operation.msg), self._client, must_arrive=must_arrive, latch=latch)
 
     def _advertise(self, operation: operations.Advertise) -> None:
         topic = normalise(operation.topic)
         check_may_publish(self._role, topic)
-        self._place.advertise(topic, ros1_type(operation.type), self._client, operation.id, latch=operation.latch)
+        self._place.advertise(
+            topic, ros1_type(operation.type), self._client, operation.id, latch=operation.latch is True
+        )
 
     def _unadvertise(self, operation: operations.Unadvertise) -> None:
         self._place.unadvertise(normalise(operation.topic), self._client, operation.id)
@@ -138,6 +152,9 @@ class ClientSession:
             self._wire.forget(operation)
             self._unsubscribe_if_unused(topic)
             raise
+        if (operation.throttle_rate or 0) < 0 or (operation.queue_length or 0) < 0:
+            text = "throttle_rate and queue_length are not negative: 0 is used instead"
+            self._report(rebuild(InvalidInput.slug, text), "warning", operation.id)
         if self._place.topic_type(topic) is None:
             text = f"topic {topic!r} does not exist yet; its messages arrive as soon as a client advertises it"
             self._report(rebuild(NotFound.slug, text), "warning", operation.id)
@@ -157,14 +174,14 @@ class ClientSession:
         except PPaaSError as error:  # a response must not be dropped: the client is disconnected instead
             self.closed(error)
 
-    def _report_error(self, error: PPaaSError, about: str = "", operation_id: str | None = None) -> None:
+    def _report_error(self, error: PPaaSError, about: str = "", operation_id: operations.Id = None) -> None:
         first = (error.slug, about) not in self._logged and len(self._logged) < MAX_LOGGED
         if first:
             self._logged.add((error.slug, about))
         logger.log(logging.WARNING if first else logging.DEBUG, "%s: %s: %s", self.name, error.slug, error)
         self._report(error, "error", operation_id)
 
-    def _report(self, error: PPaaSError, level: operations.Level, operation_id: str | None) -> None:
+    def _report(self, error: PPaaSError, level: operations.Level, operation_id: operations.Id) -> None:
         status = self._wire.status(error, operation_id, level)
         if status is not None:
             self.outbox.put("", status, DEFAULT_DEPTH)

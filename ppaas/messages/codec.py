@@ -8,6 +8,7 @@ import msgspec
 from ppaas.errors import MalformedMessage
 from ppaas.messages.message import Message
 from ppaas.messages.time_spelling import to_ros1
+from ppaas.messages.tolerant import decode_tolerantly
 
 M = TypeVar("M", bound=Message)
 
@@ -25,22 +26,28 @@ def encode(message: Message) -> bytes:
 
 
 def decode(cls: type[M], data: bytes | str | msgspec.Raw) -> M:
-    """Decode a message of the given type, whose times may be spelled as in ROS 1 or ROS 2.
+    """Decode a message of the given type, strictly or, if that fails, as tolerantly as rosbridge_suite.
 
     Raises
     ------
     MalformedMessage
         The data is not JSON, or not of that type; the text names the place in the message.
     """
-    decoder = _decoder(cls)
     try:
+        return cast(M, _decoder(cls).decode(data))
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        # Messages forbid unknown fields, so other spellings always get here, and other messages cost nothing more.
+        return _decode_otherwise(cls, data.encode() if isinstance(data, str) else bytes(data))
+
+
+def _decode_otherwise(cls: type[M], data: bytes) -> M:
+    """Decode a message with the times of ROS 2, which many clients send, or else tolerantly, which takes longer."""
+    if (respelled := to_ros1(data)) != data:
         try:
-            return cast(M, decoder.decode(data))
-        except msgspec.ValidationError:
-            # `Time` forbids unknown keys, so ROS 2's spelling always gets here, and other messages cost nothing more.
-            original = data.encode() if isinstance(data, str) else bytes(data)
-            if (respelled := to_ros1(original)) == original:
-                raise
-            return cast(M, decoder.decode(respelled))
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+            return cast(M, _decoder(cls).decode(respelled))
+        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+            pass
+    try:
+        return decode_tolerantly(cls, data)
+    except MalformedMessage as error:
         raise MalformedMessage(f"not a {cls.__name__}: {error}") from error

@@ -14,11 +14,27 @@ Covariance = Annotated[list[float], msgspec.Meta(extra={"length": 36})]
 """6 × 6 covariance matrix, row-major."""
 
 
-class Message(msgspec.Struct, gc=False):
-    """Base of all ROS messages. The module is the ROS package, the class name is the type."""
+class Message(msgspec.Struct, gc=False, forbid_unknown_fields=True):
+    """Base of all ROS messages. The module is the ROS package, the class name is the type.
+
+    Messages forbid unknown fields, as rosbridge_suite does: so ``decode`` recognizes the spellings of ROS 2, and a
+    client that misspells a field gets an error.
+    """
 
     constants: ClassVar[type[IntEnum] | None] = None
     """Constants of the message definition, each a uint8."""
+
+    ros_order: ClassVar[tuple[str, ...]] = ()
+    """Fields in the order of the definition in ROS; empty if it is that of the class, in which defaults are last."""
+
+    @classmethod
+    def field_names(cls) -> tuple[str, ...]:
+        """Return the names of the fields in the order of the definition in ROS."""
+        return cls.ros_order or cls.__struct_encode_fields__
+
+
+class OwnMessage(Message, forbid_unknown_fields=False):
+    """Base of messages between parts of this project, whose releases may differ: unknown fields are ignored."""
 
 
 class Lazy(Protocol):

@@ -1,5 +1,7 @@
 """``move_base_msgs``: the messages of Move Base's action, one type per topic."""
 
+from typing import ClassVar
+
 from msgspec import field
 
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus
@@ -16,6 +18,8 @@ class MoveBaseGoal(Message):
 
 class MoveBaseActionGoal(Message):
     """``move_base_msgs/MoveBaseActionGoal``."""
+
+    ros_order: ClassVar[tuple[str, ...]] = ("header", "goal_id", "goal")
 
     goal: MoveBaseGoal
     goal_id: GoalID = field(default_factory=GoalID)

@@ -1,12 +1,13 @@
 """``nav2_msgs``: the action ``FollowWaypoints``, one type per topic as in ROS 1, and speed limits."""
 
 from enum import IntEnum
+from typing import ClassVar
 
 from msgspec import field
 
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus
 from ppaas.messages.geometry_msgs import PoseStamped
-from ppaas.messages.message import Message
+from ppaas.messages.message import Message, UInt32
 from ppaas.messages.std_msgs import Header
 
 
@@ -41,13 +42,17 @@ class WaypointStatus(Message):
 class FollowWaypointsGoal(Message):
     """``nav2_msgs/FollowWaypointsGoal``: the waypoints, the number of repetitions, and the index of the first one."""
 
+    ros_order: ClassVar[tuple[str, ...]] = ("number_of_loops", "goal_index", "poses")
+
     poses: list[PoseStamped]
-    number_of_loops: int = 0
-    goal_index: int = 0
+    number_of_loops: UInt32 = 0
+    goal_index: UInt32 = 0
 
 
 class FollowWaypointsActionGoal(Message):
     """``nav2_msgs/FollowWaypointsActionGoal``."""
+
+    ros_order: ClassVar[tuple[str, ...]] = ("header", "goal_id", "goal")
 
     goal: FollowWaypointsGoal
     goal_id: GoalID = field(default_factory=GoalID)
@@ -86,6 +91,8 @@ class FollowWaypointsActionResult(Message):
 
 class SpeedLimit(Message):
     """``nav2_msgs/SpeedLimit``: a speed [m/s], or a percentage of the maximum speed; 0 removes the limit."""
+
+    ros_order: ClassVar[tuple[str, ...]] = ("header", "percentage", "speed_limit")
 
     speed_limit: float
     percentage: bool = False

@@ -1,5 +1,7 @@
 """``nav_msgs``."""
 
+from typing import ClassVar
+
 from msgspec import Raw, field
 
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, TwistWithCovariance
@@ -9,6 +11,8 @@ from ppaas.messages.std_msgs import Header, Time
 
 class MapMetaData(Message):
     """``nav_msgs/MapMetaData``: resolution [m/cell]; origin is the pose of the lower-left corner of cell (0, 0)."""
+
+    ros_order: ClassVar[tuple[str, ...]] = ("map_load_time", "resolution", "width", "height", "origin")
 
     resolution: Float32
     width: UInt32

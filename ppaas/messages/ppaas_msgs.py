@@ -3,7 +3,7 @@
 from msgspec import field
 
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist
-from ppaas.messages.message import Empty, Message, ServiceType
+from ppaas.messages.message import Empty, Message, OwnMessage, ServiceType
 from ppaas.messages.std_msgs import Header
 
 
@@ -32,7 +32,7 @@ class ComputePathRequest(Message):
     reuse: bool = True
 
 
-class ComputePathResponse(Message):
+class ComputePathResponse(OwnMessage):
     """``ppaas_msgs/ComputePath`` response.
 
     Parameters
@@ -91,7 +91,7 @@ class ComputeCostsRequest(Message):
     timeout: float = 5.0
 
 
-class ComputeCostsResponse(Message):
+class ComputeCostsResponse(OwnMessage):
     """``ppaas_msgs/ComputeCosts`` response.
 
     Parameters
@@ -111,7 +111,7 @@ ComputeCosts = ServiceType("ppaas_msgs/ComputeCosts", ComputeCostsRequest, Compu
 # -- other robots on the same map --------------------------------------------------------------------------------------
 
 
-class RobotState(Message):
+class RobotState(OwnMessage):
     """``ppaas_msgs/RobotState``: the state that a robot publishes to the other robots on its map.
 
     It has all fields of ``geometry_msgs/PoseWithCovarianceStamped``.
@@ -132,7 +132,7 @@ class RobotState(Message):
     radius: float = 0.0
 
 
-class RobotStates(Message):
+class RobotStates(OwnMessage):
     """``ppaas_msgs/RobotStates``: the other robots on a map.
 
     It has all fields of ``geometry_msgs/PoseArray``.
@@ -156,7 +156,7 @@ class RobotStates(Message):
 # -- the node monitor, which decides which nodes run on the robot ------------------------------------------------------
 
 
-class NodeHome(Message):
+class NodeHome(OwnMessage):
     """``ppaas_msgs/NodeHome``: the current and the wanted home of a node.
 
     Parameters
@@ -180,7 +180,7 @@ class NodeHome(Message):
     reasons: list[str] = field(default_factory=list)
 
 
-class NodeHomes(Message):
+class NodeHomes(OwnMessage):
     """``ppaas_msgs/NodeHomes``: the homes of all nodes of a clone."""
 
     nodes: list[NodeHome]
@@ -189,7 +189,7 @@ class NodeHomes(Message):
 ListNodes = ServiceType("ppaas_msgs/ListNodes", Empty, NodeHomes)
 
 
-class TellRobotRequest(Message):
+class TellRobotRequest(OwnMessage):
     """``ppaas_msgs/TellRobot`` request: a robot reports its processor and its link to the cloud.
 
     Parameters
@@ -216,7 +216,7 @@ class TellRobotRequest(Message):
     nodes: list[str] = field(default_factory=list)
 
 
-class TellRobotResponse(Message):
+class TellRobotResponse(OwnMessage):
     """``ppaas_msgs/TellRobot`` response.
 
     Parameters
@@ -234,7 +234,7 @@ class TellRobotResponse(Message):
 TellRobot = ServiceType("ppaas_msgs/TellRobot", TellRobotRequest, TellRobotResponse)
 
 
-class RunNodeRequest(Message):
+class RunNodeRequest(OwnMessage):
     """``ppaas_msgs/RunNode`` request: run a node in the cloud or on the robot.
 
     Parameters
@@ -252,7 +252,7 @@ class RunNodeRequest(Message):
 RunNode = ServiceType("ppaas_msgs/RunNode", RunNodeRequest, NodeHome)
 
 
-class TopicMessage(Message):
+class TopicMessage(OwnMessage):
     """``ppaas_msgs/TopicMessage``: a message that was published on a topic.
 
     Parameters
@@ -267,7 +267,7 @@ class TopicMessage(Message):
     message: str
 
 
-class HoldNodeRequest(Message):
+class HoldNodeRequest(OwnMessage):
     """``ppaas_msgs/HoldNode`` request: the robot takes over a node, or renews its lease of the node.
 
     Parameters
@@ -294,7 +294,7 @@ class HoldNodeRequest(Message):
     heard: list[str] = field(default_factory=list)
 
 
-class HoldNodeResponse(Message):
+class HoldNodeResponse(OwnMessage):
     """``ppaas_msgs/HoldNode`` response.
 
     Parameters
@@ -316,7 +316,7 @@ class HoldNodeResponse(Message):
 HoldNode = ServiceType("ppaas_msgs/HoldNode", HoldNodeRequest, HoldNodeResponse)
 
 
-class GiveNodeRequest(Message):
+class GiveNodeRequest(OwnMessage):
     """``ppaas_msgs/GiveNode`` request: the robot gives a node back to the cloud.
 
     Parameters
@@ -343,13 +343,13 @@ class GiveNodeRequest(Message):
 GiveNode = ServiceType("ppaas_msgs/GiveNode", GiveNodeRequest, NodeHome)
 
 
-class ProbeLinkRequest(Message):
+class ProbeLinkRequest(OwnMessage):
     """``ppaas_msgs/ProbeLink`` request: send this number of bytes, by which a robot measures its bandwidth."""
 
     bytes: int
 
 
-class ProbeLinkResponse(Message):
+class ProbeLinkResponse(OwnMessage):
     """``ppaas_msgs/ProbeLink`` response."""
 
     data: str

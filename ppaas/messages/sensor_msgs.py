@@ -1,6 +1,6 @@
 """``sensor_msgs``."""
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from msgspec import Meta, field
 
@@ -14,6 +14,11 @@ class LaserScan(Message):
     Angles in radians, counter-clockwise about z of the sensor's frame; ranges in metres. A range that is null or
     outside [range_min, range_max] is not a reading.
     """
+
+    ros_order: ClassVar[tuple[str, ...]] = (
+        "header", "angle_min", "angle_max", "angle_increment", "time_increment", "scan_time", "range_min", "range_max",
+        "ranges", "intensities",
+    )  # fmt: skip
 
     header: Header
     angle_min: Float32
@@ -59,6 +64,16 @@ class CompressedImage(Message):
     data: bytes
 
 
+class RegionOfInterest(Message):
+    """``sensor_msgs/RegionOfInterest`` [pixels]; all zero for the whole image."""
+
+    x_offset: UInt32 = 0
+    y_offset: UInt32 = 0
+    height: UInt32 = 0
+    width: UInt32 = 0
+    do_rectify: bool = False
+
+
 class CameraInfo(Message):
     """``sensor_msgs/CameraInfo``, spelled as in ROS 1: matrices have capital letters.
 
@@ -67,6 +82,10 @@ class CameraInfo(Message):
     K : list of 9 floats
         Intrinsic camera matrix, row-major: fx, 0, cx, 0, fy, cy, 0, 0, 1 [pixels].
     """
+
+    ros_order: ClassVar[tuple[str, ...]] = (
+        "header", "height", "width", "distortion_model", "D", "K", "R", "P", "binning_x", "binning_y", "roi",
+    )  # fmt: skip
 
     header: Header
     height: UInt32
@@ -78,3 +97,4 @@ class CameraInfo(Message):
     P: Annotated[list[float], Meta(extra={"length": 12})] = field(default_factory=list)
     binning_x: UInt32 = 0
     binning_y: UInt32 = 0
+    roi: RegionOfInterest = field(default_factory=RegionOfInterest)

@@ -9,11 +9,8 @@ from ppaas.messages.message import Empty, Message, UInt32
 __all__ = ["Bool", "Duration", "Empty", "Float64", "Header", "String", "Time"]
 
 
-class Time(Message, forbid_unknown_fields=True):
-    """Stamp: seconds and nanoseconds since the epoch.
-
-    It forbids other keys: so ``decode`` recognizes ROS 2's spelling, and a client with wrong keys gets an error.
-    """
+class Time(Message):
+    """Stamp: seconds and nanoseconds since the epoch."""
 
     secs: int = 0
     nsecs: int = 0
@@ -29,7 +26,7 @@ class Time(Message, forbid_unknown_fields=True):
         return self.secs + self.nsecs * 1e-9
 
 
-class Duration(Message, forbid_unknown_fields=True):
+class Duration(Message):
     """Duration: seconds and nanoseconds."""
 
     secs: int = 0

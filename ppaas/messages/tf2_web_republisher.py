@@ -1,5 +1,7 @@
 """``tf2_web_republisher``: transforms of selected frames at a low rate, for web clients."""
 
+from typing import ClassVar
+
 from msgspec import field
 
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus
@@ -38,6 +40,8 @@ class TFSubscriptionGoal(Message):
 
 class TFSubscriptionActionGoal(Message):
     """``tf2_web_republisher/TFSubscriptionActionGoal``."""
+
+    ros_order: ClassVar[tuple[str, ...]] = ("header", "goal_id", "goal")
 
     goal: TFSubscriptionGoal
     goal_id: GoalID = field(default_factory=GoalID)

@@ -88,7 +88,8 @@ def _text(message: type[Message]) -> str:
 def _fields(message: type[Message]) -> tuple[_Field, ...]:
     described = inspect.type_info(message)
     assert isinstance(described, inspect.StructType)
-    return tuple(_field(field.encode_name, field.type) for field in described.fields)
+    types = {field.encode_name: field.type for field in described.fields}
+    return tuple(_field(name, types[name]) for name in message.field_names())
 
 
 def _field(name: str, kind: inspect.Type) -> _Field:

@@ -195,14 +195,27 @@ def find_action(name: str, action_type: str, topics: Mapping[str, str]) -> Actio
         ``action_type`` is not the name of a ROS type.
     """
     wanted = ros1_type(action_type).partition("/")[2].removesuffix("Action")
-    if name == NAVIGATE_TO_POSE and _is_action(MOVE_BASE, topics):
+    if topics_of(name, topics) != name:
         _check_type(name, wanted, "NavigateToPose")
         return NavigateToPose()
-    if not _is_action(name, topics):
-        raise NotFound("action", name, actions(topics))
     base = topics[f"{name}/goal"].removesuffix("ActionGoal")
     _check_type(name, wanted, base.partition("/")[2])
     return PlainAction(name, _goal_fields(f"{base}Goal"), ros2=is_ros2_type(action_type))
+
+
+def topics_of(name: str, topics: Mapping[str, str]) -> str:
+    """Return the name under which an action has its topics.
+
+    Raises
+    ------
+    NotFound
+        No action has that name; the text lists the actions.
+    """
+    if name == NAVIGATE_TO_POSE and _is_action(MOVE_BASE, topics):
+        return MOVE_BASE
+    if not _is_action(name, topics):
+        raise NotFound("action", name, actions(topics))
+    return name
 
 
 def actions(topics: Mapping[str, str]) -> list[str]:

@@ -38,7 +38,7 @@ def as_object(arguments: bytes, kind: type[Message] | None) -> bytes:
         return _NOTHING
     if kind is None:
         raise MalformedMessage("the definition of this type is not known: send the arguments as an object")
-    names = kind.__struct_encode_fields__
+    names = kind.field_names()
     if len(values) > len(names):
         fields = f"{kind.__name__} has {len(names)} fields: {', '.join(names) or 'none'}"
         raise MalformedMessage(f"{len(values)} arguments are too many; {fields}")

@@ -16,7 +16,7 @@ from ppaas.messages.codec import decode
 from ppaas.messages.message import Message
 from ppaas.messages.time_spelling import to_ros2
 from ppaas.wire.actions import UNKNOWN, Action, SentGoal, ros2_status
-from ppaas.wire.operations import CancelActionGoal, SendActionGoal
+from ppaas.wire.operations import CancelActionGoal, Id, SendActionGoal
 
 MAX_GOALS = 32
 """Limit of active goals of one client."""
@@ -28,12 +28,12 @@ _EMPTY = msgspec.Raw(b"{}")
 _encoder = msgspec.json.Encoder()
 
 
-class _Feedback(Message):
+class _Feedback(Message, forbid_unknown_fields=False):
     status: GoalStatus
     feedback: msgspec.Raw
 
 
-class _Result(Message):
+class _Result(Message, forbid_unknown_fields=False):
     status: GoalStatus
     result: msgspec.Raw = _EMPTY
 
@@ -41,7 +41,7 @@ class _Result(Message):
 class _ActionFeedback(msgspec.Struct, tag_field="op", tag="action_feedback"):
     action: str
     values: msgspec.Raw
-    id: str | None
+    id: Id
 
 
 class _ActionResult(msgspec.Struct, tag_field="op", tag="action_result"):
@@ -49,7 +49,7 @@ class _ActionResult(msgspec.Struct, tag_field="op", tag="action_result"):
     values: msgspec.Raw | str
     status: int
     result: bool
-    id: str | None
+    id: Id
 
 
 class _GoalId(msgspec.Struct):
@@ -126,7 +126,7 @@ class GoalTracker:
                 f"a client may have at most {MAX_GOALS} active goals: wait for one to end, or cancel it"
             )
         if operation.id is not None and any(goal.operation.id == operation.id for goal in self._goals.values()):
-            raise Conflict(f"goal {operation.id[:64]!r} is still active: use a new id for each goal")
+            raise Conflict(f"goal {str(operation.id)[:64]!r} is still active: use a new id for each goal")
         message = action.goal(bytes(operation.args))
         self._count += 1
         goal_id = f"{self._name}-{self._count}"
@@ -146,7 +146,7 @@ class GoalTracker:
         for goal in self._goals.values():
             if goal.operation.id == operation.id:
                 return goal.action.topics, _encoder.encode(_GoalId(goal.id))
-        raise NotFound("goal", (operation.id or "")[:64])
+        raise NotFound("goal", "" if operation.id is None else str(operation.id)[:64])
 
     # -- progress and end of goals -------------------------------------------------------------------------------------
 

@@ -22,6 +22,19 @@ def normalise(name: str) -> str:
     return name.removeprefix("/")
 
 
+def callee(name: str) -> str:
+    """Return the name of a service or an action in the form used inside the cloud.
+
+    An id that old clients append after ``#`` is cut off, as in rosbridge_suite.
+
+    Raises
+    ------
+    MalformedMessage
+        It is not a ROS graph name.
+    """
+    return normalise(name.partition("#")[0])
+
+
 def ros1_type(name: str) -> str:
     """Return a type name as spelled in ROS 1, ``package/Name``, whether or not the type is known.
 

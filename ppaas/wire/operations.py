@@ -1,16 +1,22 @@
 """Operations that rosbridge clients send, one struct per ``op``.
 
 Source: ``ROSBRIDGE_PROTOCOL.md`` of ``RobotWebTools/rosbridge_suite``. Messages, requests and goals are not decoded
-here; they stay the client's JSON.
+here; they stay the client's JSON. An optional field that is null counts as left out.
 """
 
-from typing import Literal
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, get_args
 
 import msgspec
+
+from ppaas.errors import PPaaSError
 
 Level = Literal["none", "error", "warning", "info"]
 LEVELS: tuple[Level, ...] = ("none", "error", "warning", "info")
 """Status levels, from the fewest reports to the most."""
+
+Id: TypeAlias = str | int | None
+"""Id of an interaction, chosen by the client and echoed as it came."""
 
 _EMPTY = msgspec.Raw(b"{}")
 
@@ -26,9 +32,9 @@ class Publish(Operation, tag="publish"):
     """Publish a message on a topic."""
 
     topic: str
-    msg: msgspec.Raw
-    id: str | None = None
-    latch: bool = False
+    msg: msgspec.Raw = _EMPTY
+    id: Id = None
+    latch: bool | None = False
 
 
 class Advertise(Operation, tag="advertise"):
@@ -36,35 +42,35 @@ class Advertise(Operation, tag="advertise"):
 
     topic: str
     type: str
-    id: str | None = None
-    latch: bool = False
-    queue_size: int = 100
+    id: Id = None
+    latch: bool | None = False
 
 
 class Unadvertise(Operation, tag="unadvertise"):
     """Withdraw the advertisement with that id, or all of this client's advertisements of the topic."""
 
     topic: str
-    id: str | None = None
+    id: Id = None
 
 
 class Subscribe(Operation, tag="subscribe"):
-    """Subscribe to a topic: at most one message per ``throttle_rate`` ms, with a queue of ``queue_length`` messages."""
+    """Subscribe to a topic: at most one message per ``throttle_rate`` ms, with a queue of ``queue_length`` messages.
+
+    Negative numbers count as 0.
+    """
 
     topic: str
-    id: str | None = None
+    id: Id = None
     type: str | None = None
-    throttle_rate: float = 0
-    queue_length: int = 0
-    fragment_size: int | None = None
-    compression: str = "none"
+    throttle_rate: float | None = 0
+    queue_length: int | None = 0
 
 
 class Unsubscribe(Operation, tag="unsubscribe"):
     """End the subscription with that id, or all of this client's subscriptions to the topic."""
 
     topic: str
-    id: str | None = None
+    id: Id = None
 
 
 # -- services ----------------------------------------------------------------------------------------------------------
@@ -74,7 +80,7 @@ class CallService(Operation, tag="call_service"):
     """Call a service; ``args`` is the request as an object, or a list in the order of the request's fields."""
 
     service: str
-    id: str | None = None
+    id: Id = None
     args: msgspec.Raw = _EMPTY
     type: str | None = None
     timeout: float | None = None
@@ -99,7 +105,7 @@ class ServiceResponse(Operation, tag="service_response"):
     service: str
     result: bool | None = None
     values: msgspec.Raw = _EMPTY
-    id: str | None = None
+    id: Id = None
 
 
 # -- actions -----------------------------------------------------------------------------------------------------------
@@ -110,16 +116,16 @@ class SendActionGoal(Operation, tag="send_action_goal"):
 
     action: str
     action_type: str
-    id: str | None = None
+    id: Id = None
     args: msgspec.Raw = _EMPTY
-    feedback: bool = False
+    feedback: bool | None = False
 
 
 class CancelActionGoal(Operation, tag="cancel_action_goal"):
     """Cancel the goal with that id."""
 
     action: str
-    id: str | None = None
+    id: Id = None
 
 
 # -- the session -------------------------------------------------------------------------------------------------------
@@ -129,7 +135,7 @@ class SetLevel(Operation, tag="set_level"):
     """Request ``status`` frames of this level and above."""
 
     level: Level
-    id: str | None = None
+    id: Id = None
 
 
 ClientOperation = (
@@ -146,3 +152,28 @@ ClientOperation = (
     | CancelActionGoal
     | SetLevel
 )
+
+CLIENT_OPERATIONS: tuple[str, ...] = tuple(kind.__struct_config__.tag for kind in get_args(ClientOperation))
+"""Names of the operations that clients send."""
+
+
+@dataclass(frozen=True, slots=True)
+class RefusedOperation:
+    """Frame that is refused, with as much of it as could be read.
+
+    Parameters
+    ----------
+    error : PPaaSError
+        The reason.
+    op : str
+        Name of the operation; empty if it is unknown.
+    id : str or int, optional
+        Id of the operation.
+    name : str
+        Name of the topic, service or action; empty if it is unknown.
+    """
+
+    error: PPaaSError
+    op: str = ""
+    id: Id = None
+    name: str = ""

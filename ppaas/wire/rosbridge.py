@@ -1,4 +1,4 @@
-"""Server side of rosbridge v2: decodes text frames into typed operations, and encodes frames as UTF-8 text.
+"""Server side of rosbridge v2: decodes frames into typed operations, and encodes frames as UTF-8 text.
 
 Source: ``ROSBRIDGE_PROTOCOL.md`` of ``RobotWebTools/rosbridge_suite``. The content of messages is not decoded here; it
 stays the client's JSON, which the clone reads.
@@ -12,16 +12,26 @@ from collections.abc import Iterator
 
 import msgspec
 
-from ppaas.errors import MalformedMessage, PPaaSError, QuotaExceeded
+from ppaas.errors import PPaaSError, QuotaExceeded
 from ppaas.messages.time_spelling import to_ros2
 from ppaas.wire.names import is_ros2_type, normalise
-from ppaas.wire.operations import LEVELS, CallService, ClientOperation, Level, SetLevel, Subscribe, Unsubscribe
+from ppaas.wire.operation_decoder import decode_operation
+from ppaas.wire.operations import (
+    LEVELS,
+    CallService,
+    ClientOperation,
+    Id,
+    Level,
+    RefusedOperation,
+    SetLevel,
+    Subscribe,
+    Unsubscribe,
+)
 from ppaas.wire.subscriptions import Channel, Subscription, TopicSubscriptions
 
 MAX_SUBSCRIPTIONS = 500
 """Limit of subscriptions of one client; the dashboard needs about a dozen."""
 
-_decoder: msgspec.json.Decoder[ClientOperation] = msgspec.json.Decoder(ClientOperation)
 _encoder = msgspec.json.Encoder()
 
 
@@ -29,7 +39,7 @@ class _ServiceResponse(msgspec.Struct, tag_field="op", tag="service_response", o
     service: str
     values: msgspec.Raw | str
     result: bool
-    id: str | None = None
+    id: Id = None
 
 
 class _ServiceRequest(msgspec.Struct, tag_field="op", tag="call_service"):
@@ -41,7 +51,7 @@ class _ServiceRequest(msgspec.Struct, tag_field="op", tag="call_service"):
 class _Status(msgspec.Struct, tag_field="op", tag="status"):
     level: str
     msg: str
-    id: str | None = None
+    id: Id = None
 
 
 class RosbridgeSession:
@@ -60,37 +70,30 @@ class RosbridgeSession:
 
     # -- from the client ---------------------------------------------------------------------------------------------
 
-    def receive(self, frame: str | bytes) -> ClientOperation:
-        """Decode a frame, and update the subscriptions and the status level.
-
-        Raises
-        ------
-        MalformedMessage
-            The frame is not JSON, its operation is unknown, a field is missing or invalid, or the topic of a
-            subscription is not a ROS graph name.
-        QuotaExceeded
-            The client has ``MAX_SUBSCRIPTIONS`` subscriptions.
-        """
-        try:
-            operation = _decoder.decode(frame)
-        except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-            raise MalformedMessage(f"not a rosbridge operation: {error}") from error
-        if isinstance(operation, Subscribe):
-            self._subscribe(operation)
-        elif isinstance(operation, Unsubscribe):
-            self._unsubscribe(operation)
-        elif isinstance(operation, SetLevel):
+    def receive(self, frame: str | bytes) -> ClientOperation | RefusedOperation:
+        """Decode a frame, and update the subscriptions and the status level; an invalid frame changes nothing."""
+        operation = decode_operation(frame)
+        if isinstance(operation, SetLevel):
             self._level = operation.level
+        elif isinstance(operation, Subscribe | Unsubscribe):
+            try:
+                self._change(operation)
+            except PPaaSError as error:  # not a name of a topic, or too many subscriptions
+                return RefusedOperation(error, id=operation.id, name=operation.topic)
         return operation
 
+    def _change(self, operation: Subscribe | Unsubscribe) -> None:
+        if isinstance(operation, Subscribe):
+            self._subscribe(operation)
+        else:
+            self._unsubscribe(operation)
+
     def _subscribe(self, operation: Subscribe) -> None:
-        if operation.throttle_rate < 0 or operation.queue_length < 0:
-            raise MalformedMessage("throttle_rate and queue_length must not be negative")
         topic = normalise(operation.topic)
         if sum(map(len, self._subscriptions.values())) >= MAX_SUBSCRIPTIONS:
             raise QuotaExceeded(f"a client may have at most {MAX_SUBSCRIPTIONS} subscriptions: unsubscribe some first")
-        throttle, ros2 = operation.throttle_rate / 1000.0, is_ros2_type(operation.type)
-        subscription = Subscription(operation.topic, throttle, operation.queue_length, ros2)
+        throttle, ros2 = max(operation.throttle_rate or 0.0, 0.0) / 1000.0, is_ros2_type(operation.type)
+        subscription = Subscription(operation.topic, throttle, max(operation.queue_length or 0, 0), ros2)
         self._subscriptions.setdefault(topic, TopicSubscriptions()).add(operation.id, subscription)
         self._forget_late()
 
@@ -173,7 +176,7 @@ class RosbridgeSession:
         """Return the frame that requests the client to serve a call; ``service`` is spelled as the client did."""
         return _encoder.encode(_ServiceRequest(service, str(call), msgspec.Raw(arguments)))
 
-    def status(self, error: PPaaSError, operation_id: str | None = None, level: Level = "error") -> bytes | None:
+    def status(self, error: PPaaSError, operation_id: Id = None, level: Level = "error") -> bytes | None:
         """Return the frame that reports an error, or None if the client's status level excludes it."""
         if LEVELS.index(self._level) < LEVELS.index(level):
             return None

@@ -8,6 +8,8 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from ppaas.wire.operations import Id
+
 MAX_QUEUE = 1000
 """Limit of the queue of one channel [messages]."""
 
@@ -73,7 +75,7 @@ class TopicSubscriptions:
     """Subscriptions of one client to one topic."""
 
     def __init__(self) -> None:
-        self._by_id: dict[str | None, Subscription] = {}
+        self._by_id: dict[Id, Subscription] = {}
         self._channels: dict[str, Channel] = {}
 
     def __len__(self) -> int:
@@ -84,13 +86,13 @@ class TopicSubscriptions:
         """Iterate over the channels."""
         return iter(self._channels.values())
 
-    def add(self, subscription_id: str | None, subscription: Subscription) -> None:
+    def add(self, subscription_id: Id, subscription: Subscription) -> None:
         """Add a subscription, or replace the one with the same id."""
         self._by_id.pop(subscription_id, None)
         self._by_id[subscription_id] = subscription
         self._settle()
 
-    def remove(self, subscription_id: str | None) -> None:
+    def remove(self, subscription_id: Id) -> None:
         """Remove the subscription with an id; None removes all."""
         if subscription_id is None:
             self._by_id.clear()

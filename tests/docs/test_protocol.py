@@ -51,6 +51,7 @@ from ppaas.recoveries.registry import RECOVERIES, recovery_names
 from ppaas.wire.actions import NAV2_UNKNOWN, actions, find_action, ros2_status
 from ppaas.wire.goals import GRACE, MAX_GOALS
 from ppaas.wire.names import MAX_NAME
+from ppaas.wire.operations import RefusedOperation
 from ppaas.wire.resumption import ID_HEADER, STATE_HEADER, TAKEN_HEADER
 from ppaas.wire.rosapi import SERVICES
 from ppaas.wire.rosbridge import MAX_SUBSCRIPTIONS, RosbridgeSession
@@ -229,7 +230,7 @@ def test_roles_and_status_numbers_are_those_of_the_code() -> None:
 def test_every_frame_of_the_page_is_valid() -> None:
     robot, operator, cloud = (block.splitlines() for block in blocks(PROTOCOL, "json"))
     for frame in (*robot, *operator):
-        RosbridgeSession().receive(frame)
+        assert not isinstance(RosbridgeSession().receive(frame), RefusedOperation)
     for frame in cloud:
         RosbridgeClientSession().receive(frame)
 

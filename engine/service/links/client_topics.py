@@ -14,7 +14,7 @@ MAX_TOPICS = 200
 MAX_LATCHED_BYTES = 32 << 20
 """Total size of the latched messages of one place [bytes]."""
 
-Advertiser = tuple[int, str | None]
+Advertiser = tuple[int, str | int | None]
 """Number of a client, and the id of its advertisement, if any."""
 
 

@@ -150,7 +150,7 @@ class PlaceLink(ContainerLink):
         if not hearers and self._hearers.pop(topic, None) is not None:
             self._write(robot_link.Unsubscribe(topic))
 
-    def advertise(self, topic: str, kind: str, client: int, identity: str | None, *, latch: bool) -> None:
+    def advertise(self, topic: str, kind: str, client: int, identity: str | int | None, *, latch: bool) -> None:
         """Advertise a topic of a client; a topic that the clone does not have is created.
 
         Raises
@@ -165,7 +165,7 @@ class PlaceLink(ContainerLink):
         else:
             self.client_topics.advertise(topic, kind, (client, identity), latch=latch)
 
-    def unadvertise(self, topic: str, client: int, identity: str | None) -> None:
+    def unadvertise(self, topic: str, client: int, identity: str | int | None) -> None:
         """Withdraw an advertisement, or without an id all of a client's for this topic.
 
         Raises

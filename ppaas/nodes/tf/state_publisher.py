@@ -2,14 +2,14 @@
 
 from typing import ClassVar
 
-from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import TransformStamped
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.std_msgs import Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.base import Context, Node, Payload, Topic
-from ppaas.nodes.frames import FrameNames
+from ppaas.nodes.frames import ODOM as ODOM_FRAME
+from ppaas.nodes.frames import FrameNames, prefixed
 from ppaas.nodes.message_checks import expect, finite_pose
 from ppaas.nodes.tf.body_frames import BodyFrames
 from ppaas.nodes.tf.robot_transforms import RobotTransforms
@@ -38,8 +38,8 @@ class StatePublisherNode(Node):
     has to send its odometry. A stamp of zero means now. A robot that publishes the transform of its odometry itself is
     believed: then its odometry messages only give its velocity, as in ROS.
 
-    Whatever the frames of the odometry are called, they are joined with the frame in which the robot is driven
-    (`ppaas.nodes.tf.body_frames`).
+    Odometry without frames moves the robot's body in its odometry frame. Whatever its frames are called, they are
+    joined with the frame in which the robot is driven (`ppaas.nodes.tf.body_frames`).
 
     Parameters
     ----------
@@ -64,7 +64,8 @@ class StatePublisherNode(Node):
         names: FrameNames | None = None,
     ) -> None:
         super().__init__(context)
-        self._body = BodyFrames(model, parameters.laser_frame, names or FrameNames())
+        self._names = names or FrameNames()
+        self._body = BodyFrames(model, parameters.laser_frame, self._names)
         self._robot = RobotTransforms()
         self._own: list[TFMessage] = []
 
@@ -78,7 +79,7 @@ class StatePublisherNode(Node):
         Raises
         ------
         InvalidInput
-            A number is not finite, or a frame is missing.
+            A number is not finite, or the orientation is all zero.
         TransformError
             The odometry is that of a sensor, and nothing says where on the robot it is.
         """
@@ -98,9 +99,8 @@ class StatePublisherNode(Node):
 
     def _on_odometry(self, odometry: Odometry) -> None:
         pose = finite_pose(odometry.pose.pose, "odometry")
-        parent, child = odometry.header.frame_id.lstrip("/"), odometry.child_frame_id.lstrip("/")
-        if not parent or not child:
-            raise InvalidInput("odometry needs header.frame_id and child_frame_id, for example 'odom' and 'base_link'")
+        parent = odometry.header.frame_id.lstrip("/") or self._names.odom or prefixed(self._names.prefix, ODOM_FRAME)
+        child = odometry.child_frame_id.lstrip("/") or self._names.base
         if not self._robot.moves(child, self.context.now()):
             self._publish_odometry(parent, child, pose, odometry.header.stamp)
         self._publish_static(self._body.joints_of_odometry(child, self.context.now()))

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from engine.protocols import robot_link
+from ppaas.wire.cancel_goal import UNKNOWN_GOAL_ID
 from tests.support.endpoints.still_place import POSE, StillClient, StillPlace, answers
 
 GOAL = {
@@ -76,13 +77,50 @@ async def test_an_invalid_goal_fails_at_once(fields: dict[str, Any], place: Stil
     assert place.far.written == []
 
 
-async def test_the_ros_2_cancel_service_cancels_all_goals(place: StillPlace, client: StillClient) -> None:
-    client.say(op="call_service", service="/move_base/_action/cancel_goal", id="c", args={})
-    client.say(op="call_service", service="/fly/_action/cancel_goal", id="d", args={})
-    done, unknown = await answers(client, 2)
-    assert (done["result"], unknown["result"]) == (True, False)
+NO_STAMP = {"stamp": {"secs": 0, "nsecs": 0}}
+
+
+@pytest.mark.parametrize(
+    ("action", "arguments", "message"),
+    [
+        ("move_base", {}, NO_STAMP),
+        ("navigate_to_pose", {}, NO_STAMP),
+        (
+            "navigate_to_pose",
+            {"goal_info": {"goal_id": {"uuid": [0] * 16}, "stamp": {"sec": 0, "nanosec": 0}}},
+            NO_STAMP,
+        ),
+        ("move_base", [], NO_STAMP),
+        ("move_base", {"goal_info": {"stamp": {"sec": 7, "nanosec": 8}}}, {"stamp": {"secs": 7, "nsecs": 8}}),
+    ],
+)
+async def test_the_ros_2_cancel_service_cancels_goals_under_each_name_of_an_action(
+    action: str, arguments: Any, message: Any, place: StillPlace, client: StillClient
+) -> None:
+    client.say(op="call_service", service=f"/{action}/_action/cancel_goal", id="c", args=arguments)
+    [done] = await answers(client)
+    assert (done["result"], done["values"]) == (True, {"return_code": 0, "goals_canceling": []})
     [cancel] = place.far.take(robot_link.Deliver)
-    assert (cancel.topic, cancel.payload) == ("move_base/cancel", b"{}")
+    assert (cancel.topic, json.loads(cancel.payload)) == ("move_base/cancel", message)
+
+
+@pytest.mark.parametrize("action", ["fly", "move_base_simple"])
+async def test_goals_of_an_unknown_action_are_not_cancelled(
+    action: str, place: StillPlace, client: StillClient
+) -> None:
+    client.say(op="call_service", service=f"/{action}/_action/cancel_goal", id="d")
+    [unknown] = await answers(client)
+    assert unknown["result"] is False
+    assert "known: move_base, navigate_to_pose" in unknown["values"]
+    assert place.far.take(robot_link.Deliver) == []
+
+
+async def test_a_single_goal_that_is_named_by_its_uuid_is_unknown(place: StillPlace, client: StillClient) -> None:
+    goal = {"goal_info": {"goal_id": {"uuid": [1, *[0] * 15]}}}
+    client.say(op="call_service", service="/move_base/_action/cancel_goal", id="u", args=goal)
+    [unknown] = await answers(client)
+    assert unknown["values"]["return_code"] == UNKNOWN_GOAL_ID
+    assert place.far.take(robot_link.Deliver) == []
 
 
 async def test_a_malformed_action_result_is_reported_to_the_goal_client(

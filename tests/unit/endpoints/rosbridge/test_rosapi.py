@@ -77,7 +77,7 @@ async def test_a_place_without_a_container_lists_only_its_own_nodes() -> None:
 
 async def test_clients_call_rosapi_and_cannot_advertise_its_services(place: PlaceLink) -> None:
     frames: asyncio.Queue[str] = asyncio.Queue()
-    calls = ClientCalls(place, place.join(Client()), RosbridgeSession(), frames.put_nowait, lambda _: None)
+    calls = ClientCalls(place, place.join(Client()), RosbridgeSession(), frames.put_nowait, lambda *_: None)
     with pytest.raises(Conflict, match="belongs to the cloud"):
         calls.advertise(AdvertiseService("/rosapi/topics", "rosapi/Topics"))
     calls.start(CallService("/rosapi/get_time", "1"))

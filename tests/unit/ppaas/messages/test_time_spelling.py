@@ -12,7 +12,6 @@ from ppaas.messages import decode, encode
 from ppaas.messages.actionlib_msgs import GoalStatusArray
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Duration, Header, Time
-from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.messages.time_spelling import to_ros1, to_ros2
 
 WORDS = ["secs", "nsecs", "sec", "nanosec", "stamp", '"secs', 'a"secs', '\\"secs', '"secs":', '"sec": 1', "\\"]
@@ -79,17 +78,13 @@ def test_nested_stamps_in_mixed_spellings_are_read() -> None:
 @pytest.mark.parametrize(
     ("payload", "text"),
     [
-        (b'{"stamp": {"seconds": 1}}', r"unknown field `seconds` - at `\$\.stamp`"),
+        (b'{"stamp": {"seconds": 1}}', r"Time has no field 'seconds' at `\$\.stamp`; its fields are: secs, nsecs"),
         (b'{"stamp": {"sec": "now"}}', r"`\$\.stamp\.secs`"),
         (b'{"stamp": {"sec": 1}, "seq": "x"}', r"`\$\.seq`"),
-        (b'{"stamp": {"sec": 1}', "truncated"),
-        (b'{"stamp": {"sec": 1}, "frame_id": "\xff"}', "invalid"),
+        (b'{"stamp": {"sec": 1}', "not JSON"),
+        (b'{"stamp": {"sec": 1}, "frame_id": "\xff"}', "not JSON"),
     ],
 )
 def test_a_stamp_with_other_keys_is_refused(payload: bytes, text: str) -> None:
     with pytest.raises(MalformedMessage, match=text):
         decode(Header, payload)
-
-
-def test_other_unknown_fields_are_ignored() -> None:
-    assert decode(TFMessage, b'{"transforms": [], "sec": 1, "more": {"secs": 2}}') == TFMessage([])

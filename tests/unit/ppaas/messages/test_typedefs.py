@@ -43,7 +43,7 @@ def test_numbers_and_arrays_have_ros_types():
 def test_every_message_has_a_complete_definition(name):
     own, *others = typedefs(message_type(name))
     known = {definition.type for definition in others}
-    assert own.fieldnames == list(message_type(name).__struct_encode_fields__)
+    assert sorted(own.fieldnames) == sorted(message_type(name).__struct_encode_fields__)
     for definition in (own, *others):
         nested = {kind for kind in definition.fieldtypes if "/" in kind or kind in ("time", "duration")}
         assert nested <= known | {own.type}

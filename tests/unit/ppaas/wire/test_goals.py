@@ -191,7 +191,7 @@ def test_refused_goal_ends_with_the_reason() -> None:
         ({"action_type": "move_base_msgs/FlyAction"}, InvalidInput),
         ({"action_type": "?"}, InvalidInput),
         ({"args": 3}, MalformedMessage),
-        ({"action": "navigate_to_pose", "action_type": NAV2, "args": {}}, MalformedMessage),
+        ({"action": "navigate_to_pose", "action_type": NAV2, "args": {"pose": {"x": 1.0}}}, MalformedMessage),
         (
             {"action": "navigate_to_pose", "action_type": NAV2, "args": {"pose": pose(1.0), "behavior_tree": "x.xml"}},
             InvalidInput,

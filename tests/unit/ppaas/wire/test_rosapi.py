@@ -102,16 +102,21 @@ def test_unknown_type_error_lists_the_known_types(service, kind):
 
 
 @pytest.mark.parametrize(
-    "arguments", [b"{}", b"[]", b'{"topic": 1}', b'["scan", "more"]', b'"scan"', b"null", b'{"topic":null}']
+    "arguments", [b'{"topic": 1}', b'["scan", "more"]', b'"scan"', b'{"topic":null}', b'{"topic":"scan","more":1}']
 )
 def test_invalid_arguments_are_refused(arguments):
     with pytest.raises(MalformedMessage):
         answer("rosapi/topic_type", arguments, VIEW)
 
 
-def test_arguments_may_be_a_list_and_unknown_ones_are_ignored():
-    assert json.loads(answer("rosapi/topic_type", b'["/scan"]', VIEW)) == {"type": "sensor_msgs/LaserScan"}
-    assert ask("topic_type", topic="/scan", more="1") == {"type": "sensor_msgs/LaserScan"}
+@pytest.mark.parametrize("arguments", [b'["/scan"]', b'{"topic":"/scan"}', b'{"topic":"scan"}'])
+def test_arguments_are_an_object_or_a_list(arguments):
+    assert json.loads(answer("rosapi/topic_type", arguments, VIEW)) == {"type": "sensor_msgs/LaserScan"}
+
+
+@pytest.mark.parametrize("arguments", [b"{}", b"[]", b"null"])
+def test_arguments_that_are_left_out_are_empty(arguments):
+    assert json.loads(answer("rosapi/topic_type", arguments, VIEW)) == {"type": ""}
 
 
 @pytest.mark.parametrize("service", SERVICES)

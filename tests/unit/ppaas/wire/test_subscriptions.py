@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import MalformedMessage, UnknownType
+from ppaas.wire.operations import RefusedOperation
 from ppaas.wire.rosbridge import RosbridgeSession
 
 
@@ -93,10 +94,20 @@ def test_times_are_spelled_like_the_requested_type() -> None:
     assert json.loads(next(session.publish("two", stamp, 0.0)))["msg"] == {"stamp": {"sec": 1, "nanosec": 2}}
 
 
-@pytest.mark.parametrize("fields", [{"throttle_rate": -1}, {"queue_length": -1}, {"throttle_rate": "often"}])
-def test_an_invalid_rate_is_refused(fields: dict[str, object]) -> None:
-    with pytest.raises(MalformedMessage):
-        Listener(fields)
+@pytest.mark.parametrize("fields", [{"throttle_rate": "often"}, {"queue_length": 1.5}, {"queue_length": "1"}])
+def test_an_invalid_rate_is_refused_with_its_id(fields: dict[str, object]) -> None:
+    refused = RosbridgeSession().receive(json.dumps({"op": "subscribe", "topic": "a", "id": "s1"} | fields))
+    assert isinstance(refused, RefusedOperation)
+    assert (type(refused.error), refused.id, refused.name) == (MalformedMessage, "s1", "a")
+
+
+@pytest.mark.parametrize("number", [-1, -2147483648, None, 0])
+def test_a_negative_or_null_rate_and_queue_count_as_zero(number: int | None) -> None:
+    listener = Listener({"throttle_rate": number, "queue_length": number})
+    for message, now in enumerate((0.0, 0.001)):
+        listener.publish(message, now)
+    assert listener.sent == [(0.0, 0), (0.001, 1)]
+    assert listener.session.queue_length("a", 10) == 10
 
 
 def test_type_names_are_validated() -> None:

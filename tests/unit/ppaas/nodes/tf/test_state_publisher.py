@@ -66,19 +66,36 @@ def test_a_stamp_of_zero_means_now():
     assert frames.tree.newest("base_link") == 77.0
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        odometry(Pose2D(math.inf, 0, 0), 1.0),
-        odometry(Pose2D(0, 0, 0), 1.0, parent=""),
-        odometry(Pose2D(0, 0, 0), 1.0, child=""),
-    ],
-)
+def without_rotation(x: float, y: float) -> Odometry:
+    """Return odometry whose orientation is all zero, as ROS fills one that is left out."""
+    message = odometry(Pose2D(x, y), 1.0)
+    message.pose.pose.orientation = Quaternion(z=0.0, w=0.0)
+    return message
+
+
+@pytest.mark.parametrize("wrong", [odometry(Pose2D(math.inf, 0, 0), 1.0), without_rotation(1.0, 2.0)])
 def test_invalid_odometry_is_refused(wrong):
     graph, frames = publisher()
     with pytest.raises(InvalidInput):
         graph.inject("odom", wrong)
     assert frames.tree.newest("base_link") is None
+
+
+@pytest.mark.parametrize(
+    ("names", "odom", "base"),
+    [
+        (None, "odom", "base_link"),
+        (FrameNames.of("", "base_footprint", "map", ""), "odom", "base_footprint"),
+        (FrameNames.of("odom", "base_link", "map", "r1"), "r1/odom", "r1/base_link"),
+        (FrameNames.of("", "base_link", "map", "r1"), "r1/odom", "r1/base_link"),
+    ],
+)
+@pytest.mark.parametrize("left_out", [{"parent": ""}, {"child": ""}, {"parent": "", "child": ""}])
+def test_odometry_without_frames_moves_the_body_in_its_odometry_frame(names, odom, base, left_out):
+    graph, frames = publisher(names=names)
+    graph.inject("odom", odometry(Pose2D(1.0, 2.0, 0.3), 5.0, **{"parent": odom, "child": base} | left_out))
+    assert frames.tree.lookup(odom, base, 5.0) == pytest.approx((1.0, 2.0, 0.3))
+    assert frames.odometry() == pytest.approx((1.0, 2.0, 0.3))
 
 
 # -- frames of the robot -----------------------------------------------------------------------------------------------

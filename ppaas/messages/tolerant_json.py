@@ -1,0 +1,57 @@
+"""JSON as rosbridge_suite reads it, which is more than the standard allows.
+
+Python's ``json`` and ``ujson``, with which rosbridge_suite reads frames, take ``NaN``, ``Infinity`` and ``-Infinity``,
+numbers too large for a float, control characters in strings, and a byte order mark. Clients send all of these. They
+reach this module only if strict reading failed, so that frames of other clients cost nothing more.
+"""
+
+import json
+
+import msgspec
+
+from ppaas.errors import MalformedMessage
+
+MAX_TOLERATED = 1 << 20
+"""Largest text that is read [bytes]: a scan of 100000 ranges, all of them ``Infinity``. It bounds the time."""
+
+_decoder = json.JSONDecoder(strict=False)
+_encoder = msgspec.json.Encoder()
+
+
+def to_standard_json(text: str | bytes, limit: int = MAX_TOLERATED) -> bytes:
+    """Return a JSON text as the standard has it, with null for numbers that are not finite.
+
+    Raises
+    ------
+    MalformedMessage
+        The text is not JSON, is not UTF-8, is nested too deeply, or is larger than ``limit`` [bytes].
+    """
+    if len(text) > limit:
+        raise MalformedMessage(
+            f"not JSON by its standard, and larger than {limit >> 10} KiB: write NaN and infinity as null"
+        )
+    try:
+        plain = text if isinstance(text, str) else text.decode()
+        return _encoder.encode(_decoder.decode(plain.removeprefix("\ufeff")))
+    except RecursionError as error:
+        raise MalformedMessage("JSON is nested too deeply") from error
+    except (ValueError, OverflowError) as error:  # also JSONDecodeError, UnicodeError, and integers of many digits
+        raise MalformedMessage(f"not JSON: {error}") from error
+
+
+def read_json(data: bytes, limit: int = MAX_TOLERATED) -> object:
+    """Return the value of a JSON text, with None for numbers that are not finite.
+
+    Raises
+    ------
+    MalformedMessage
+        As ``to_standard_json`` does.
+    """
+    if len(data) > limit:
+        raise MalformedMessage(
+            f"larger than {limit >> 10} KiB, and not in the form that the definition of its type has"
+        )
+    try:
+        return msgspec.json.decode(data)
+    except (msgspec.DecodeError, UnicodeError, RecursionError):
+        return msgspec.json.decode(to_standard_json(data, limit))

@@ -1,0 +1,85 @@
+"""Frames of clients as operations: strict, and where that fails, as tolerant as rosbridge_suite.
+
+A frame that rosbridge_suite would not take either is refused with its id, so that a client which waits for an answer
+to a call or a goal gets one.
+"""
+
+from typing import Any
+
+import msgspec
+
+from ppaas.errors import MalformedMessage
+from ppaas.messages.tolerant_json import to_standard_json
+from ppaas.wire.operations import CLIENT_OPERATIONS, CallService, ClientOperation, RefusedOperation
+
+_decoder: msgspec.json.Decoder[ClientOperation] = msgspec.json.Decoder(ClientOperation)
+_KNOWN = f"it is one of: {', '.join(CLIENT_OPERATIONS)}"
+
+
+class _Head(msgspec.Struct):
+    op: Any = None
+    id: Any = None
+    topic: Any = None
+    service: Any = None
+    action: Any = None
+
+
+_head_decoder = msgspec.json.Decoder(_Head)
+
+_NOT_SERVED = {
+    "advertise_action": "a client cannot serve an action of ROS 2; it can serve one of ROS 1, by its topics",
+    "fragment": "send a message as one frame, up to 16 MiB",
+    "png": "send JSON",
+    "auth": "send the token in the address, or in a header of the handshake",
+}
+"""Operations of rosbridge that are not served, and what to do instead."""
+
+
+def decode_operation(frame: str | bytes) -> ClientOperation | RefusedOperation:
+    """Decode a frame."""
+    try:
+        operation = _decoder.decode(frame)
+    except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
+        return _decode_tolerantly(frame, error)
+    if isinstance(operation, CallService) and operation.id is None:
+        operation.id = operation.service.partition("#")[2] or None  # as old clients append it
+    return operation
+
+
+def _decode_tolerantly(frame: str | bytes, error: Exception) -> ClientOperation | RefusedOperation:
+    try:
+        head = _head_decoder.decode(frame)
+    except (msgspec.DecodeError, UnicodeError, RecursionError):
+        pass
+    else:
+        return _refused(head, error)  # it is JSON by the standard, so the fault is in its fields
+    try:
+        standard = to_standard_json(frame)
+        return _decoder.decode(standard)
+    except MalformedMessage as malformed:
+        return RefusedOperation(MalformedMessage(f"not a rosbridge operation: {malformed}"))
+    except msgspec.ValidationError as invalid:
+        return _refused_of(standard, invalid)
+
+
+def _refused_of(standard: bytes, error: Exception) -> RefusedOperation:
+    try:
+        head = _head_decoder.decode(standard)
+    except msgspec.ValidationError:  # it is no object
+        head = _Head()
+    return _refused(head, error)
+
+
+def _refused(head: _Head, error: Exception) -> RefusedOperation:
+    named = next((name for name in (head.topic, head.service, head.action) if isinstance(name, str)), "")
+    identity = head.id if isinstance(head.id, str | int) and not isinstance(head.id, bool) else None
+    op = head.op if isinstance(head.op, str) else ""
+    return RefusedOperation(MalformedMessage(_reason(head, error)), op, identity, named)
+
+
+def _reason(head: _Head, error: Exception) -> str:
+    if isinstance(head.op, str) and head.op not in CLIENT_OPERATIONS:
+        return f"unknown operation {head.op[:64]!r}: {_NOT_SERVED.get(head.op, _KNOWN)}"
+    if head.op is None:
+        return f"not a rosbridge operation: a frame is a JSON object with the field 'op'; {_KNOWN}"
+    return f"not a rosbridge operation: {error}"
