@@ -11,7 +11,8 @@ from endpoints.rest.paging import DEFAULT_LIMIT, MAX_LIMIT, Page
 from endpoints.services.request_limits import MIB, RequestLimits
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map
-from robots.client.robot_file import load_robot_file
+from ppaas.maps.grid import GridMap
+from robots.client.robot_file import RobotFile, load_robot_file
 from tests.support.cloud.cloud import RunningCloud, publish_map
 from tests.support.cloud.drive import driving
 from tests.support.documents import blocks, run_shell, script, table, text_of
@@ -72,16 +73,28 @@ def test_the_shell_commands_work(cloud: RunningCloud, tmp_path: Path) -> None:
     assert changed["cores"] == 0.5
 
 
+@pytest.fixture
+def office() -> GridMap:
+    """Return the map of the examples."""
+    return load_map(Path("docs/examples/office.yaml").read_bytes(), Path("docs/examples/office.pgm").read_bytes())
+
+
+@pytest.fixture
+def robot() -> RobotFile:
+    """Return the robot of the examples."""
+    return load_robot_file(Path("docs/examples/tb1.json"))
+
+
 @pytest.mark.journey
-async def test_the_commands_of_navigation_drive_a_robot(cloud: RunningCloud, tmp_path: Path) -> None:
+async def test_the_commands_of_navigation_drive_a_robot(
+    cloud: RunningCloud, office: GridMap, robot: RobotFile, tmp_path: Path
+) -> None:
     rest = await cloud.admin()
-    grid = load_map(Path("docs/examples/office.yaml").read_bytes(), Path("docs/examples/office.pgm").read_bytes())
-    await publish_map(rest, "office", grid)
-    robot = load_robot_file(Path("docs/examples/tb1.json"))
+    await publish_map(rest, "office", office)
     await rest.put_robot("tb1", robot)
     assert rest.token is not None
     [commands] = blocks(REST, "bash")
-    async with driving(cloud.url, rest.token, "tb1", grid, Pose2D(*robot.initial_pose)) as drive:
+    async with driving(cloud.url, rest.token, "tb1", office, Pose2D(*robot.initial_pose)) as drive:
         shell = f"export PPAAS_TOKEN={rest.token}\n{commands}"
         printed = await asyncio.to_thread(run_shell, shell, tmp_path, cloud)
         assert '"connected":true' in printed and "succeeded" in printed

@@ -165,7 +165,7 @@ def operations() -> list[tuple[str, str]]:
     """Return the method and path of every operation that uses a store."""
     asks_no_store = ("machines", "containers", "models", "planners", "health")  # the last one answers all the same
     known = {"map_id": "house", "version": "0" * 64, "robot_id": "tb1", "user_id": "bob", "plan_id": "p1", "token": "x"}
-    known["node"] = "amcl"
+    known |= {"node": "amcl", "goal_id": "rest-1"}
     described = create_app(Services(DeadStore(), DeadStore(), None, FakeCloud())).openapi()["paths"]  # type: ignore[arg-type]
     return [
         (method.upper(), path.format(**known))
@@ -182,6 +182,7 @@ BODIES: dict[str, object] = {
     "/v1/maps/house": {"readers": ["bob"]},
     "/v1/robots/tb1": {"map": "house"},
     "/v1/robots/tb1/nodes/amcl": {"home": "cloud"},
+    "/v1/robots/tb1/goals": {"pose": [1, 1]},
     "/v1/maps/house/plans": {"start": [0, 0], "goal": [1, 1]},
     "/v1/plans/p1": {"map": "house", "planner": "dijkstra", "poses": [[0, 0, 0, 0, 0, 0, 1]]},
     "/v1/maps/house/roll_back": {"version": "0" * 64},

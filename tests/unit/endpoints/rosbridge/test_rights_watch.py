@@ -33,9 +33,7 @@ async def test_sockets_of_a_revoked_token_are_closed_and_others_are_not(world: W
         await operator.ping()
 
 
-async def test_a_socket_is_closed_when_its_token_expires(
-    world: World, watch: RightsWatch, clock: ManualClock
-) -> None:
+async def test_a_socket_is_closed_when_its_token_expires(world: World, watch: RightsWatch, clock: ManualClock) -> None:
     async with world.robot() as (robot, _):
         clock.advance(TOKEN_LIFETIME)
         await watch.check()
