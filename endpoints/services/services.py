@@ -6,6 +6,7 @@ from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.usage import Usage
 from endpoints.services.control_plane import ControlPlane
 from endpoints.services.installed_planners import InstalledPlanners
+from endpoints.services.heavy_work import HeavyWork
 from endpoints.services.map_cache import MapHeadCache
 from endpoints.services.plan_writer import PlanWriter
 from endpoints.services.request_limits import RequestLimits
@@ -29,3 +30,4 @@ class Services:
     usage: Usage = field(default_factory=Usage)
     planners: InstalledPlanners = field(default_factory=InstalledPlanners)
     disk: DiskReserve | None = None
+    heavy_work: HeavyWork = field(default_factory=HeavyWork)

@@ -12,6 +12,9 @@ from ppaas.errors import NotPermitted, PPaaSError
 
 logger = logging.getLogger(__name__)
 
+MAX_JOINING = 64
+"""Largest number of clients without a certificate at once; each has a few seconds to show its ticket."""
+
 FromMachine = Callable[[asyncio.StreamReader, asyncio.StreamWriter, str], Awaitable[None]]
 """Serves a connection of a machine; the last argument is the machine's name."""
 
@@ -47,6 +50,7 @@ class TlsListener:
         self._join = join
         self._server: asyncio.Server | None = None
         self._open: set[asyncio.StreamWriter] = set()
+        self._joining = 0
 
     async def start(self) -> None:
         """Listen. Afterwards ``address`` has the actual port, even if it was 0.
@@ -73,11 +77,20 @@ class TlsListener:
     async def _dispatch(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, tls: ssl.SSLObject) -> None:
         purpose, certificate = tls.selected_alpn_protocol(), tls.getpeercert(binary_form=True)
         if purpose == "join":
-            await self._join(reader, writer)
+            await self._let_join(reader, writer)
             return
         if certificate is None or purpose not in self._serve:
             raise NotPermitted("the client has no certificate or no known purpose")
         await self._serve[purpose](reader, writer, self._authority.machine_of(certificate))
+
+    async def _let_join(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        if self._joining >= MAX_JOINING:
+            raise NotPermitted(f"{MAX_JOINING} clients are joining already")
+        self._joining += 1
+        try:
+            await self._join(reader, writer)
+        finally:
+            self._joining -= 1
 
     async def close(self) -> None:
         """Close all connections and stop listening."""

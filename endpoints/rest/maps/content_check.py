@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidMap, Unavailable
-from ppaas.maps.formats.map_files import GridRows, open_grid
+from ppaas.maps.formats.map_files import open_grid, read_info
+from ppaas.maps.grid import GridInfo
 from storage.staged_uploads import Buffer, StagedUpload
 from storage.versions import IMAGE, OCTOMAP, YAML
 
@@ -15,18 +16,21 @@ if TYPE_CHECKING:
     from endpoints.rest.maps import octomap_check  # noqa: F401 - the program named below
 
 _OCTOMAP_CHECK = ("-m", "endpoints.rest.maps.octomap_check")
+OCTOMAP_SECONDS = 120.0
+"""Time limit of the check of an octree [s]. The largest take some seconds, the first one longer to compile kernels."""
+
 _NO_GRID = {"resolution": None, "width": None, "height": None, "origin": None}
 
 
 def grid_of(buffers: Mapping[str, Buffer]) -> dict[str, Any]:
-    """Return resolution, size and origin of the grid; all are None if the map has no grid.
+    """Return resolution, size and origin of the grid; all are None if the map has no grid. Pixels are not read.
 
     Raises
     ------
     InvalidMap
         The files are not a valid grid.
     """
-    return _grid_answer(open_grid(bytes(buffers[YAML]), buffers[IMAGE])) if YAML in buffers else _NO_GRID
+    return _grid_answer(read_info(bytes(buffers[YAML]), buffers[IMAGE])) if YAML in buffers else _NO_GRID
 
 
 def check_contents(upload: StagedUpload) -> dict[str, Any]:
@@ -37,7 +41,7 @@ def check_contents(upload: StagedUpload) -> dict[str, Any]:
     InvalidMap
         A file is not valid; the message says why.
     Unavailable
-        The check of the octree ran out of memory or crashed.
+        The check of the octree ran out of memory or time, or crashed.
     """
     if OCTOMAP in upload.files:
         _check_octomap(upload)
@@ -45,18 +49,20 @@ def check_contents(upload: StagedUpload) -> dict[str, Any]:
         return _NO_GRID
     grid = open_grid(bytes(upload.buffer(YAML)), upload.buffer(IMAGE))
     grid.check()
-    return _grid_answer(grid)
+    return _grid_answer(grid.info)
 
 
-def _grid_answer(grid: GridRows) -> dict[str, Any]:
-    info = grid.info
+def _grid_answer(info: GridInfo) -> dict[str, Any]:
     return {"resolution": info.resolution, "width": info.width, "height": info.height, "origin": list(info.origin)}
 
 
 def _check_octomap(upload: StagedUpload) -> None:
     """Parse an octree in a separate process: its kernels load slowly, and an invalid file may need much memory."""
     command = [sys.executable, *_OCTOMAP_CHECK, str(upload.path(OCTOMAP))]
-    process = subprocess.run(command, capture_output=True, text=True, check=False)
+    try:
+        process = subprocess.run(command, capture_output=True, text=True, check=False, timeout=OCTOMAP_SECONDS)
+    except subprocess.TimeoutExpired as error:
+        raise Unavailable(f"the octomap was not checked within {OCTOMAP_SECONDS:g} s: try again later") from error
     if process.returncode:
         raise Unavailable(
             f"the octomap could not be checked (exit status {process.returncode}): it may be too large for this machine"

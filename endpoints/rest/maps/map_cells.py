@@ -2,12 +2,14 @@
 
 import zlib
 from collections.abc import Iterator
+from contextlib import AsyncExitStack
 from typing import Any
 
 import numpy as np
 from fastapi import APIRouter, Request
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response, StreamingResponse
+from starlette.types import Receive, Scope, Send
 
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId
@@ -36,12 +38,40 @@ _DESCRIBED: dict[int | str, dict[str, Any]] = {
 async def fetch_cells(map_id: MapId, request: Request, services: Provided, user: Caller) -> Response:
     """Return the cells of a map, one byte each, in the order of `nav_msgs/OccupancyGrid`."""
     await readable_head(services, user, map_id)
-    compressed = "gzip" in request.headers.get("accept-encoding", "")
-    cells = await run_in_threadpool(_cells, services, map_id)
-    headers = {"X-Content-Type-Options": "nosniff", "Vary": "Accept-Encoding"}
-    if compressed:
-        cells, headers = _compress(cells), headers | {"Content-Encoding": "gzip"}
-    return StreamingResponse(cells, media_type="application/octet-stream", headers=headers)
+    turn = AsyncExitStack()
+    await turn.enter_async_context(services.heavy_work.turn_of_user(user.id))
+    try:
+        cells = await run_in_threadpool(_cells, services, map_id)
+        return CellsResponse(cells, turn, compressed="gzip" in request.headers.get("accept-encoding", ""))
+    except BaseException:
+        await turn.aclose()
+        raise
+
+
+class CellsResponse(StreamingResponse):
+    """Response with the cells of a map. It ends a turn when it has been sent: until then it holds the decoded image.
+
+    Parameters
+    ----------
+    cells : iterator of bytes
+        Blocks of rows.
+    turn : AsyncExitStack
+        Ends the turn.
+    compressed : bool
+        Whether to send gzip.
+    """
+
+    def __init__(self, cells: Iterator[bytes], turn: AsyncExitStack, *, compressed: bool) -> None:
+        headers = {"X-Content-Type-Options": "nosniff", "Vary": "Accept-Encoding"}
+        if compressed:
+            cells, headers = _compress(cells), headers | {"Content-Encoding": "gzip"}
+        super().__init__(cells, media_type="application/octet-stream", headers=headers)
+        self._turn = turn
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send the response, then end the turn."""
+        async with self._turn:
+            await super().__call__(scope, receive, send)
 
 
 def _cells(services: Services, map_id: str) -> Iterator[bytes]:

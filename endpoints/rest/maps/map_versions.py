@@ -66,7 +66,8 @@ async def compare_versions(
     ] = None,
 ) -> MapDifference:
     """Return the differences between two versions of a map."""
-    return await run_in_threadpool(_difference, services, user, map_id, old, new)
+    async with services.heavy_work.turn(user.id):
+        return await run_in_threadpool(_difference, services, user, map_id, old, new)
 
 
 @router.get("/yaml", response_class=Response, responses=_YAML_FILE)

@@ -42,7 +42,8 @@ async def publish_map(request: Request, services: Provided, user: Caller, if_mat
     services.cloud.set_limits(user.id, user.limits)
     async with read_form(request, services.map_store) as (form, upload):
         with _invalidate(services, form.id):
-            return await run_in_threadpool(_publish, services, user, form, upload, if_match)
+            async with services.heavy_work.turn(user.id):
+                return await run_in_threadpool(_publish, services, user, form, upload, if_match)
 
 
 @router.get("", response_model=Page[MapSummary], responses=KNOWN)

@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.buffer import Buffer
+from ppaas.maps.formats.netpbm import netpbm_size
 from ppaas.maps.formats.pbm import MAGIC as PBM
 from ppaas.maps.formats.pbm import PbmRows, open_pbm
 from ppaas.maps.formats.pgm import PgmRows, open_pgm
-from ppaas.maps.formats.pictures import open_picture
+from ppaas.maps.formats.pictures import open_picture, picture_size
 from ppaas.maps.formats.pillow_rows import PillowRows
 from ppaas.maps.formats.png import MAGIC as PNG
-from ppaas.maps.formats.png import open_png
+from ppaas.maps.formats.png import open_png, png_size
 
 _Rows = PgmRows | PbmRows | PillowRows
 
@@ -36,6 +37,8 @@ class ImageFormat:
         Endings of its file names, the usual one first.
     open : callable
         Opens a file of the format.
+    size : callable
+        Returns the height and width in the header of a file [pixels].
     """
 
     name: str
@@ -43,16 +46,22 @@ class ImageFormat:
     media_type: str
     endings: tuple[str, ...]
     open: Callable[[Buffer], _Rows]
+    size: Callable[[Buffer], tuple[int, int]]
+
+
+def _picture(name: str, *magic: bytes, media_type: str, endings: tuple[str, ...]) -> ImageFormat:
+    read, size = partial(open_picture, name=name), partial(picture_size, name=name)
+    return ImageFormat(name, magic, media_type, endings, read, size)
 
 
 FORMATS = (
-    ImageFormat("PGM", (b"P2", b"P5"), "image/x-portable-graymap", (".pgm", ".pnm"), open_pgm),
-    ImageFormat("PNG", (PNG,), "image/png", (".png",), open_png),
-    ImageFormat("PPM", (b"P3", b"P6"), "image/x-portable-pixmap", (".ppm",), open_pgm),
-    ImageFormat("PBM", PBM, "image/x-portable-bitmap", (".pbm",), open_pbm),
-    ImageFormat("BMP", (b"BM",), "image/bmp", (".bmp",), partial(open_picture, name="BMP")),
-    ImageFormat("JPEG", (b"\xff\xd8\xff",), "image/jpeg", (".jpg", ".jpeg"), partial(open_picture, name="JPEG")),
-    ImageFormat("TIFF", (b"II*\0", b"MM\0*"), "image/tiff", (".tif", ".tiff"), partial(open_picture, name="TIFF")),
+    ImageFormat("PGM", (b"P2", b"P5"), "image/x-portable-graymap", (".pgm", ".pnm"), open_pgm, netpbm_size),
+    ImageFormat("PNG", (PNG,), "image/png", (".png",), open_png, png_size),
+    ImageFormat("PPM", (b"P3", b"P6"), "image/x-portable-pixmap", (".ppm",), open_pgm, netpbm_size),
+    ImageFormat("PBM", PBM, "image/x-portable-bitmap", (".pbm",), open_pbm, netpbm_size),
+    _picture("BMP", b"BM", media_type="image/bmp", endings=(".bmp",)),
+    _picture("JPEG", b"\xff\xd8\xff", media_type="image/jpeg", endings=(".jpg", ".jpeg")),
+    _picture("TIFF", b"II*\0", b"MM\0*", media_type="image/tiff", endings=(".tif", ".tiff")),
 )
 """Formats that are read: what map_server and Nav2 read too."""
 
@@ -133,6 +142,17 @@ def open_image(image: Buffer) -> ImageRows:
         The file has another format, or is broken.
     """
     return ImageRows(format_of(image).open(image))
+
+
+def image_size(image: Buffer) -> tuple[int, int]:
+    """Return the height and width of an image [pixels], for which only its header is read.
+
+    Raises
+    ------
+    InvalidMap
+        The file has another format, or its header is broken.
+    """
+    return format_of(image).size(image)
 
 
 def media_type(image: Buffer) -> str:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.buffer import Buffer
-from ppaas.maps.formats.image import ImageRows, open_image
+from ppaas.maps.formats.image import ImageRows, image_size, open_image
 from ppaas.maps.formats.map_yaml import MapYaml, Mode, Rules, dump_yaml, parse_yaml
 from ppaas.maps.formats.pgm import write_pgm
 from ppaas.maps.formats.thresholds import occupancy
@@ -31,8 +31,7 @@ class GridRows:
     """
 
     def __init__(self, image: ImageRows, keys: MapYaml) -> None:
-        height, width = image.shape
-        self.info = GridInfo(keys.resolution, width, height, Pose2D(*keys.origin))
+        self.info = _info(image.shape, keys)
         self._image = image
         self._keys = keys
 
@@ -77,6 +76,16 @@ def open_grid(record: bytes, image: Buffer, rules: Rules | None = None) -> GridR
     """
     keys = parse_yaml(record, rules)
     return GridRows(open_image(image), keys)
+
+
+def read_info(record: bytes, image: Buffer) -> GridInfo:
+    """Return the geometry of a map, for which only the header of its image is read; raises as ``open_grid``."""
+    return _info(image_size(image), parse_yaml(record))
+
+
+def _info(shape: tuple[int, int], keys: MapYaml) -> GridInfo:
+    height, width = shape
+    return GridInfo(keys.resolution, width, height, Pose2D(*keys.origin))
 
 
 def load_map(record: bytes, image: Buffer, rules: Rules | None = None) -> GridMap:

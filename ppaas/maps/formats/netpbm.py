@@ -87,6 +87,12 @@ def read_header(image: Buffer) -> Header:
     return Header(name, kind in (b"P1", b"P2", b"P3"), width, height, maximum, 3 if name == "PPM" else 1, found.end())
 
 
+def netpbm_size(image: Buffer) -> tuple[int, int]:
+    """Return the height and width in the header of an image; raises as ``read_header``."""
+    header = read_header(image)
+    return header.height, header.width
+
+
 def binary_pixels(image: Buffer, header: Header, size: int, pixel: int) -> memoryview:
     """Return the bytes of all pixels, without a copy.
 

@@ -12,6 +12,9 @@ from ppaas.maps.formats.netpbm import Header, binary_pixels, check_count, read_h
 
 MAGIC = (b"P1", b"P4")
 
+MAX_BITS = 1 << 28
+"""Largest number of pixels, of which each becomes a byte: about as many as the largest upload of a PGM has."""
+
 _NO_BIT = re.compile(rb"[^01\s]")
 
 
@@ -58,6 +61,8 @@ def open_pbm(image: Buffer) -> PbmRows:
         The file is not a PBM, has no or too many pixels, is truncated, or has data after its pixels.
     """
     header = read_header(image)
+    if header.width * header.height > MAX_BITS:
+        raise InvalidMap(f"the PBM has {header.size} pixels; a map's PBM must have at most {MAX_BITS} pixels")
     row = -(-header.width // 8)
     if header.is_text:
         return PbmRows(np.packbits(_text(image, header), axis=1), header.width)

@@ -38,13 +38,25 @@ def open_picture(image: Buffer, name: str) -> PillowRows:
     data = image[: len(image)]
     if name == "JPEG" and data.count(_SCAN) > MAX_SCANS:
         raise InvalidMap(f"the JPEG has more than {MAX_SCANS} scans: save the map's image again, not progressively")
-    warnings.filterwarnings("ignore", module=r"PIL\.")  # about faults in a file, which matter only if it cannot be read
     with pillow_errors(name):
-        file = _reader(name)(io.BytesIO(data))
-        check_size(name, *file.size)
-        if name == "TIFF" and file.info.get("compression") != "raw":
-            raise InvalidMap("the TIFF is compressed: save the map's image without compression, or as PNG")
-        return PillowRows(file, name)
+        return PillowRows(_opened(data, name), name)
+
+
+def picture_size(image: Buffer, name: str) -> tuple[int, int]:
+    """Return the height and width in the header of an image; raises as ``open_picture``."""
+    with pillow_errors(name):
+        width, height = _opened(image[: len(image)], name).size
+        return height, width
+
+
+def _opened(data: bytes, name: str) -> "ImageFile":
+    """Return the file with its header read, and checked before memory is allocated for the pixels."""
+    warnings.filterwarnings("ignore", module=r"PIL\.")  # about faults in a file, which matter only if it cannot be read
+    file = _reader(name)(io.BytesIO(data))
+    check_size(name, *file.size)
+    if name == "TIFF" and file.info.get("compression") != "raw":
+        raise InvalidMap("the TIFF is compressed: save the map's image without compression, or as PNG")
+    return file
 
 
 def _reader(name: str) -> "type[ImageFile]":

@@ -11,6 +11,7 @@ import pytest
 from engine.protocols.address import TlsAddress
 from engine.protocols.sockets import dial
 from engine.protocols.tls_identity import TlsIdentity, stranger_context
+from engine.remote import tls_listener
 from engine.remote.authority import Authority
 from engine.remote.tls_listener import TlsListener
 from ppaas.errors import InvalidInput, Unavailable
@@ -71,6 +72,32 @@ async def test_a_client_without_a_certificate_can_only_request_to_join(
         stranger.set_alpn_protocols(purposes or ["http/1.1"])
         with contextlib.suppress(Unavailable):  # refused during the handshake
             assert await answer(listener, stranger) == ""
+
+
+async def test_clients_that_join_are_limited(authority: Authority, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tls_listener, "MAX_JOINING", 2)
+    go = asyncio.Event()
+
+    async def join(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        await go.wait()
+        writer.write(b"join\n")
+        await writer.drain()
+
+    async def machine(*_: object) -> None:
+        raise AssertionError("it has no certificate")
+
+    opened = TlsListener(ANYWHERE, authority, control=machine, robot=machine, settings=machine, join=join)
+    await opened.start()
+    try:
+        waiting = [asyncio.create_task(answer(opened, stranger_context())) for _ in range(2)]
+        while opened._joining < 2:
+            await asyncio.sleep(0.01)
+        assert await answer(opened, stranger_context()) == ""
+        go.set()
+        assert await asyncio.gather(*waiting) == ["join", "join"]
+        assert await answer(opened, stranger_context()) == "join"
+    finally:
+        await opened.close()
 
 
 async def test_a_certificate_of_another_authority_is_refused(

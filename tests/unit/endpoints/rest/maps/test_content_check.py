@@ -4,8 +4,10 @@ import io
 import struct
 import zlib
 
+import httpx
 import pytest
 from PIL import Image
+from PIL.ImageFile import ImageFile
 
 from endpoints.services.services import Services
 from tests.support.endpoints.problems import problem_of
@@ -85,3 +87,16 @@ async def test_invalid_yaml_files_are_refused_and_not_stored(
         return
     problem_of(answer, 422, "invalid-map")
     assert services.map_store.maps() == []
+
+
+async def test_a_map_is_shown_without_decoding_its_image(
+    client: httpx.AsyncClient, publish: Publish, log_in: LogIn, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    header = await log_in("ann")
+    kept = io.BytesIO()
+    Image.new("RGBA", (40, 30), (254, 254, 254, 255)).save(kept, "PNG")
+    assert (await publish(header, image=kept.getvalue())).status_code == 201
+    monkeypatch.setattr(ImageFile, "load", None)
+    for path in ("/v1/maps", "/v1/maps/house"):
+        assert (await client.get(path, headers=header)).status_code == 200
+    assert (await client.get("/v1/maps/house", headers=header)).json()["width"] == 40

@@ -10,9 +10,10 @@ import io
 import numpy as np
 import pytest
 from PIL import Image
+from PIL.ImageFile import ImageFile
 
 from ppaas.errors import InvalidMap
-from ppaas.maps.formats.image import ENDINGS, FORMATS, format_of, media_type, open_image
+from ppaas.maps.formats.image import ENDINGS, FORMATS, format_of, image_size, media_type, open_image
 from tests.support.world.png import RGBA, png
 
 GREYS = np.array([[0, 255]], np.uint8)
@@ -45,6 +46,14 @@ def test_image_format_is_detected_by_the_first_bytes(name, image):
     assert read.alpha is None
     assert format_of(image).name == name
     assert media_type(image) == format_of(image).media_type
+
+
+@pytest.mark.parametrize("image", [image for images in FILES.values() for image in images])
+def test_the_size_of_an_image_is_read_from_its_header_alone(image, monkeypatch):
+    monkeypatch.setattr(ImageFile, "load", None)
+    assert image_size(image) == (1, 2)
+    if len(image) < 20:  # a header of netpbm, which the pixels follow
+        assert image_size(image[:-1]) == (1, 2)
 
 
 def test_every_format_is_tested_and_has_endings_of_its_own():

@@ -67,7 +67,8 @@ def test_single_rows_equal_rows_of_the_whole_image(black, data):
         (b"P1 3 1 10 ", "1 of its 3×1 pixels are missing"),
         (b"P1 3 1 1012", "b'2' among the pixels of the PBM"),
         (b"P1 3 1 1010", "1 numbers follow"),
-        (b"P1 32768 32768 1", "at least 1073741823"),
+        (b"P1 16384 16384 1", "at least 268435455"),
+        (b"P4 16384 16385 ", "at most 268435456 pixels"),
     ],
 )
 def test_an_invalid_image_is_refused_with_the_reason(image, reason):
