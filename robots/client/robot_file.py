@@ -56,6 +56,22 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         if not (math.isfinite(self.cores) and self.cores > 0.0):
             raise ValueError(f"cores must be a positive number, not {self.cores}")
 
+    def with_radius(self, radius: float | None) -> "RobotFile":
+        """Return the file with a radius of the robot [m], the same file if that is None.
+
+        Raises
+        ------
+        InvalidParameter
+            The parameters of ``global_costmap`` are not an object.
+        """
+        if radius is None:
+            return self
+        costmap = self.parameters.get("global_costmap", {})
+        if not isinstance(costmap, dict):
+            raise InvalidParameter("parameters.global_costmap of the robot file must be an object")
+        parameters = self.parameters | {"global_costmap": costmap | {"robot_radius": radius}}
+        return msgspec.structs.replace(self, parameters=parameters)
+
     @property
     def pose(self) -> Pose2D:
         """The initial pose."""

@@ -11,7 +11,7 @@ from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
 from robots.cli.verbs import plan_database
-from robots.cli.verbs.robot_urdf import read_urdf
+from robots.cli.verbs.robot_urdf import add_mesh_argument, read_urdf
 from robots.client.rest_paths import path_of
 
 if TYPE_CHECKING:
@@ -86,12 +86,13 @@ def _configure_create(parser: argparse.ArgumentParser) -> None:
 
 def _add_robot_arguments(parser: argparse.ArgumentParser) -> None:
     robot = parser.add_argument_group("with a map file", "default: a Turtlebot2, as in the cloud")
+    robot.add_argument("--radius", type=float, metavar="M", help="radius of the robot [m], instead of that of a URDF")
     size = robot.add_mutually_exclusive_group()
-    size.add_argument("--radius", type=float, metavar="M", help="radius of the robot [m]")
     size.add_argument("--model", help="model of the robot (turtlebot2)")
     size.add_argument(
         "--urdf", type=Path, metavar="FILE", help="URDF of the robot: footprint, and height in an octomap"
     )
+    add_mesh_argument(robot)
     robot.add_argument(
         "--rules",
         choices=("map_server", "nav2"),
@@ -122,7 +123,7 @@ def _is_file(name: str) -> bool:
 def _robot(arguments: argparse.Namespace) -> "PlannedRobot":
     from robots.plans import offline  # noqa: PLC0415
 
-    urdf = None if arguments.urdf is None else read_urdf(arguments.urdf)
+    urdf = None if arguments.urdf is None else read_urdf(arguments.urdf, arguments.mesh_folder)
     return offline.PlannedRobot(arguments.model or offline.MODEL, arguments.radius, urdf)
 
 

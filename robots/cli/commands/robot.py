@@ -38,6 +38,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         verb.add_argument("id")
     put.add_argument("file", type=Path, help="the robot file")
     put.add_argument("--urdf", type=Path, metavar="FILE", help="upload this URDF too")
+    put.add_argument("--radius", type=float, metavar="M", help="radius of the robot [m], instead of that of the URDF")
+    robot_urdf.add_mesh_argument(put)
     change.add_argument("changes", nargs="+", metavar="NAME=VALUE", help=CHANGE_HELP)
     add_limit_argument(listing)
     for verb in (put, listing, one, change, delete):
@@ -54,8 +56,8 @@ async def _put(arguments: argparse.Namespace) -> None:
     from robots.client.robot_file import load_robot_file  # noqa: PLC0415 - ``ppaas --help`` loads this module
 
     client = logged_in(arguments)
-    urdf = None if arguments.urdf is None else robot_urdf.read_urdf(arguments.urdf)
-    await client.put_robot(arguments.id, load_robot_file(arguments.file))
+    urdf = None if arguments.urdf is None else robot_urdf.read_urdf(arguments.urdf, arguments.mesh_folder)
+    await client.put_robot(arguments.id, load_robot_file(arguments.file).with_radius(arguments.radius))
     if urdf is not None:
         await client.put_urdf(arguments.id, urdf)
     await _show(arguments)

@@ -2,10 +2,10 @@
 
 import argparse
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from ppaas.errors import InvalidInput
 from robots.cli.output import printable, show
 from robots.cli.session import add_session_arguments, logged_in
 from robots.client.rest_paths import path_of
@@ -25,6 +25,19 @@ def configure(parser: argparse.ArgumentParser) -> None:
         verb.add_argument("id", help="id of the robot")
         add_session_arguments(verb)
     put.add_argument("file", type=Path, help="URDF file; xacro files must be expanded")
+    add_mesh_argument(put)
+
+
+def add_mesh_argument(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
+    """Add the argument for folders of meshes."""
+    parser.add_argument(
+        "--mesh-folder",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FOLDER",
+        help="folder of packages or meshes of the URDF (also: those around it, and those of ROS)",
+    )
 
 
 async def run(arguments: argparse.Namespace) -> None:
@@ -33,7 +46,7 @@ async def run(arguments: argparse.Namespace) -> None:
 
 
 async def _put(arguments: argparse.Namespace) -> None:
-    description = await logged_in(arguments).put_urdf(arguments.id, read_urdf(arguments.file))
+    description = await logged_in(arguments).put_urdf(arguments.id, read_urdf(arguments.file, arguments.mesh_folder))
     show_description(description, as_json=arguments.json)
 
 
@@ -46,18 +59,17 @@ async def _delete(arguments: argparse.Namespace) -> None:
     await logged_in(arguments).delete(path_of("robots", arguments.id, "urdf"))
 
 
-def read_urdf(path: Path) -> bytes:
-    """Return the bytes of a URDF file.
+def read_urdf(path: Path, mesh_folders: Iterable[Path] = ()) -> bytes:
+    """Return the bytes of a URDF file, with the extents of its meshes.
 
     Raises
     ------
     InvalidInput
-        The file cannot be read.
+        The file or a mesh cannot be read.
     """
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise InvalidInput(f"cannot read the URDF: {error}") from error
+    from robots.client.urdf_files import read_urdf_file  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
+    return read_urdf_file(path, mesh_folders)
 
 
 def show_description(description: dict[str, Any], *, as_json: bool) -> None:

@@ -1,6 +1,8 @@
 """URDF documents for tests."""
 
+import struct
 from collections.abc import Iterable, Sequence
+from itertools import product
 
 from tests.support.sources import ROOT
 
@@ -47,3 +49,12 @@ def joint(child: str, parent: str = "base_link", kind: str = "fixed", *inside: s
 
 def urdf(*inside: str) -> bytes:
     return f'<?xml version="1.0"?><robot name="r">{"".join(inside)}</robot>'.encode()
+
+
+def box_stl(least: Sequence[float], greatest: Sequence[float]) -> bytes:
+    """Return a binary STL file with facets between the corners of a box."""
+    corners = list(product(*zip(least, greatest, strict=True)))
+    facets = [corners[0:3], corners[3:6], corners[5:8]]
+    numbers = [[0.0, 0.0, 0.0, *(number for corner in facet for number in corner)] for facet in facets]
+    body = b"".join(struct.pack("<12fH", *row, 0) for row in numbers)
+    return b"made by hand".ljust(80, b"\0") + struct.pack("<I", len(facets)) + body

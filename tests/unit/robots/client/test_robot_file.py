@@ -69,3 +69,11 @@ def test_invalid_json_is_refused(text: bytes) -> None:
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match=r"nowhere\.json"):
         load_robot_file(tmp_path / "nowhere.json")
+
+
+def test_radius_is_added_to_the_parameters() -> None:
+    robot = RobotFile(map="house", parameters={"global_costmap": {"footprint": []}, "dwa": {}})
+    assert robot.with_radius(None) is robot
+    assert robot.with_radius(0.4).parameters == {"global_costmap": {"footprint": [], "robot_radius": 0.4}, "dwa": {}}
+    with pytest.raises(InvalidParameter, match="must be an object"):
+        RobotFile(map="house", parameters={"global_costmap": []}).with_radius(0.4)

@@ -7,7 +7,7 @@ import pytest
 from tests.support.cloud.command_line import CommandLine
 from tests.support.endpoints.fake_cloud import container
 from tests.support.storage.records import house, put_map
-from tests.support.world.urdf import EXAMPLES, example, link, part, urdf
+from tests.support.world.urdf import EXAMPLES, box_stl, example, link, part, urdf
 
 
 @pytest.fixture
@@ -54,6 +54,28 @@ async def test_unknown_properties_of_a_urdf_are_reported(ppaas: CommandLine, fil
     summary = await ppaas("robot", "put", "tb1", str(file), "--urdf", str(tmp_path / "mesh.urdf"))
     assert summary.rows[3] == ["base_link", "-", "-", "-", "-", "-", "-"]
     assert summary.out.splitlines()[4].startswith("warning: link 'base_link': the extent of mesh 'a.stl' is unknown")
+
+
+async def test_meshes_of_a_urdf_are_measured_where_they_are(ppaas: CommandLine, file: Path, tmp_path: Path) -> None:
+    mesh = urdf(link("base_link", part('<mesh filename="package://r/base.stl"/>')))
+    for folder in ("robot", "elsewhere"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "robot" / "r.urdf").write_bytes(mesh)
+    (tmp_path / "elsewhere" / "base.stl").write_bytes(box_stl((-0.3, -0.25, 0.0), (0.3, 0.25, 0.3)))
+    put = ("robot", "put", "tb1", str(file), "--urdf", str(tmp_path / "robot" / "r.urdf"))
+    assert (await ppaas(*put)).rows[3][:3] == ["base_link", "-", "-"]
+    there = ("--mesh-folder", str(tmp_path / "elsewhere"))
+    assert (await ppaas(*put, *there)).rows[3][:3] == ["base_link", "0.391", "0.25"]
+    shown = await ppaas("robot", "urdf", "put", "tb1", str(tmp_path / "robot" / "r.urdf"), *there)
+    assert shown.rows[1][:3] == ["base_link", "0.391", "0.25"]
+
+
+async def test_radius_beside_a_urdf_is_that_of_the_robot_file(ppaas: CommandLine, file: Path, tmp_path: Path) -> None:
+    (tmp_path / "mesh.urdf").write_bytes(urdf(link("base_link", part('<mesh filename="a.stl"/>'))))
+    put = await ppaas("robot", "put", "tb1", str(file), "--urdf", str(tmp_path / "mesh.urdf"), "--radius", "0.4")
+    assert put.status == 0, put.err
+    shown = json.loads((await ppaas("robot", "show", "tb1", "--json")).out)
+    assert shown["parameters"] == {"global_costmap": {"robot_radius": 0.4}}
 
 
 async def test_an_invalid_urdf_is_refused(ppaas: CommandLine, file: Path) -> None:

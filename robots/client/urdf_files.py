@@ -1,0 +1,105 @@
+"""URDF files of a robot, with the extents of the meshes that they name."""
+
+import os
+import re
+from collections.abc import Iterable
+from html import unescape
+from pathlib import Path
+
+from ppaas.errors import InvalidInput
+from ppaas.robot_model.mesh_extents import MAX_BYTES, READERS, Extent, extent_of
+
+MAX_URDF = 1 << 20
+"""Limit of the size of a URDF [bytes]."""
+
+ABOVE = 3
+"""Number of folders above a URDF in which packages are looked for: a URDF is usually in ``PACKAGE/urdf``."""
+
+_COLLISION = re.compile(r"<collision[\s>].*?</collision>", re.DOTALL)
+_MESH = re.compile(r"<mesh\b(?P<attributes>[^<>]*)>")
+_FILENAME = re.compile(r"""\bfilename\s*=\s*(?:"([^"]*)"|'([^']*)')""")
+
+
+def read_urdf_file(path: Path, folders: Iterable[Path] = ()) -> bytes:
+    """Return the bytes of a URDF, with a ``bounding_box`` for each mesh whose file is found.
+
+    The cloud gets no mesh files. So that it knows the size of a robot, each ``<mesh>`` of a collision, or of a visual
+    if there is no collision, gets its extent here. Everything else is unchanged.
+
+    Parameters
+    ----------
+    path : Path
+    folders : iterable of Path
+        Folders of packages or of their meshes. ``package://NAME/…`` is also looked for in the folders above the URDF,
+        in ``ROS_PACKAGE_PATH`` and in ``AMENT_PREFIX_PATH``.
+
+    Raises
+    ------
+    InvalidInput
+        The file or a mesh cannot be read.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InvalidInput(f"cannot read the URDF: {error}") from error
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError:
+        text = ""
+    if not text or len(data) > MAX_URDF:
+        return data  # the cloud refuses it with a reason
+    places = [*folders, *_near(path), *_installed()]
+    return _with_boxes(text, places).encode()
+
+
+def _with_boxes(text: str, places: list[Path]) -> str:
+    def boxed(mesh: re.Match[str]) -> str:
+        name = _FILENAME.search(mesh["attributes"])
+        if name is None or "bounding_box" in mesh["attributes"]:
+            return mesh[0]
+        file = _found(unescape(name[1] or name[2] or ""), places)
+        return mesh[0] if file is None else f'<mesh bounding_box="{_text(_read(file))}"{mesh["attributes"]}>'
+
+    if _COLLISION.search(text):
+        return _COLLISION.sub(lambda collision: _MESH.sub(boxed, collision[0]), text)
+    return _MESH.sub(boxed, text)
+
+
+def _read(file: Path) -> Extent:
+    try:
+        if file.stat().st_size > MAX_BYTES:
+            raise InvalidInput(f"mesh {str(file)!r} may have at most {MAX_BYTES >> 20} MiB")
+        return extent_of(str(file), file.read_bytes())
+    except OSError as error:
+        raise InvalidInput(f"cannot read the mesh {str(file)!r}: {error}") from error
+
+
+def _found(name: str, places: list[Path]) -> Path | None:
+    """Return the file of a mesh by its name in a URDF, None if it is not found or no mesh by its ending."""
+    if name.lower().rpartition(".")[2] not in READERS:
+        return None
+    scheme, separator, rest = name.partition("://")
+    inner = Path((rest if separator else name).lstrip("/"))
+    if not separator or scheme == "file":
+        candidates = [Path("/") / inner if separator or name.startswith("/") else place / inner for place in places]
+    else:
+        below = Path(*inner.parts[1:])
+        candidates = [place / part for part in (inner, below, Path(inner.name)) for place in places]
+    return next((file for file in candidates if file.is_file()), None)
+
+
+def _near(path: Path) -> list[Path]:
+    """Return the folder of a file and those above it."""
+    folder = path.resolve().parent
+    return [folder, *list(folder.parents)[:ABOVE]]
+
+
+def _installed() -> list[Path]:
+    """Return the folders in which ROS finds packages."""
+    first = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
+    second = [f"{prefix}/share" for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if prefix]
+    return [Path(place) for place in (*first, *second) if place]
+
+
+def _text(extent: Extent) -> str:
+    return " ".join(f"{number:.9g}" for number in (*extent.least, *extent.greatest))
