@@ -1,13 +1,14 @@
 """Robot sessions: counts the clients of each robot's place, and closes the place some time after the last has left."""
 
 import asyncio
+import contextlib
 import logging
 from collections import Counter
 
 from msgspec.structs import replace
 
 from engine.container.monitor.parameters import with_priorities
-from engine.master.places import PlaceRequest
+from engine.master.places import PlaceRequest, robot_key
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
 from engine.specs.containers import MapVersion, RobotConfig
@@ -16,7 +17,7 @@ from ppaas.errors import Conflict, NotFound, NotPermitted, PPaaSError, Unavailab
 from ppaas.robot_model.describe import describe
 from ppaas.robot_model.description import RobotDescription
 from storage.ports import MapStore, Store
-from storage.records import RobotRecord
+from storage.records import MapRecord, RobotRecord
 from storage.versions import OCTOMAP
 
 logger = logging.getLogger(__name__)
@@ -63,6 +64,10 @@ class RobotSessions:
     async def join(self, user: str, robot: str, *, as_robot: bool, hold: bool = True, queue: bool = False) -> PlaceLink:
         """Add a client to the place of a robot and return the place; the client must ``leave`` it later.
 
+        An operator joins the place that is there, also if the robot's file or map was changed since it was opened: it
+        may want to stop the robot. The robot itself gets a place with the changes, in favour of which an earlier one is
+        closed.
+
         Parameters
         ----------
         user, robot : str
@@ -84,17 +89,21 @@ class RobotSessions:
         NotPermitted
             The user may no longer read the map.
         Conflict
-            The robot is connected already, or its place is open with other settings.
+            The robot is connected already.
         QuotaExceeded, Unavailable
             No container is available.
         """
-        request = await asyncio.to_thread(self._request, user, robot)
-        key = request.key
+        key = robot_key(user, robot)
+        place = None if as_robot else await self._open_already(user, robot)
         if not hold:
-            return self._open_already(key)
-        if as_robot and key in self._robots:
-            raise Conflict(f"robot {robot!r} is connected already; close its other socket first")
-        place = await self._open(request, queue=queue)
+            if place is None:
+                raise Unavailable("the robot has no container now: wait until it connects, or connect without hold=0")
+            return place
+        if place is None:
+            request = await asyncio.to_thread(self._request, user, robot)
+            self._check_single(user, robot, as_robot=as_robot)
+            place = await self._open(request, queue=queue)
+            self._check_single(user, robot, as_robot=as_robot)
         closing = self._closing.pop(key, None)
         if closing is not None:
             closing.cancel()
@@ -103,19 +112,26 @@ class RobotSessions:
             self._robots.add(key)
         return place
 
-    def _open_already(self, key: str) -> PlaceLink:
-        place = self._service.place(key)
-        if place is None:
-            raise Unavailable("the robot has no container now: wait until it connects, or connect without hold=0")
-        return place
+    def _check_single(self, user: str, robot: str, *, as_robot: bool) -> None:
+        if as_robot and robot_key(user, robot) in self._robots:
+            raise Conflict(f"robot {robot!r} is connected already; close its other socket first")
+
+    async def _open_already(self, user: str, robot: str) -> PlaceLink | None:
+        """Return the place of a robot if it is open and the user may join it."""
+        await asyncio.to_thread(self._check_rights, user, robot)
+        return self._service.place(robot_key(user, robot))
+
+    def _check_rights(self, user: str, robot: str) -> None:
+        name = self._store.robot(user, robot).map
+        with contextlib.suppress(NotFound):  # the map was deleted; the robot may still drive on it
+            _check_readable(self._map_store.map_head(name), user)
 
     async def _open(self, request: PlaceRequest, *, queue: bool) -> PlaceLink:
         try:
             return self._service.open_place(request, queue=queue)
         except Conflict:
-            if request.key not in self._closing:
-                raise
-        # No client is connected, so the old place is closed at once in favour of the changed robot or map.
+            pass
+        # The robot is not connected, so the old place is closed in favour of the changed robot or map.
         await self._service.close_place(request.key, Unavailable("its robot or map was changed"))
         return self._service.open_place(request, queue=queue)
 
@@ -127,8 +143,7 @@ class RobotSessions:
         record = self._store.robot(user, robot)
         urdf = self._urdf(user, robot)
         version = self._map_store.map_head(record.map)
-        if not version.readable_by(user):
-            raise NotPermitted(f"map {record.map!r} is not shared with {user!r}")
+        _check_readable(version, user)
         config = robot_config(record, urdf)
         masks = mask_versions(self._map_store, user, config.parameters)
         parameters = with_priorities(config.parameters, self._node_priorities)
@@ -181,6 +196,11 @@ class RobotSessions:
         for task in self._closing.values():
             task.cancel()
         await asyncio.gather(*self._closing.values(), return_exceptions=True)
+
+
+def _check_readable(version: MapRecord, user: str) -> None:
+    if not version.readable_by(user):
+        raise NotPermitted(f"map {version.id!r} is not shared with {user!r}")
 
 
 def robot_config(record: RobotRecord, urdf: RobotDescription | None = None) -> RobotConfig:

@@ -140,13 +140,80 @@ async def test_robot_gets_a_new_place_after_its_map_changed(
 ) -> None:
     place = await sessions.join("ann", "tb1", as_robot=True)
     records.put_map(map_store, records.house(image=records.pgm(value=205)))
-    with pytest.raises(Conflict, match="disconnect"):  # the robot drives on the map that it started with
-        await sessions.join("ann", "tb1", as_robot=False)
     sessions.leave(place, as_robot=True)
     new_place = await sessions.join("ann", "tb1", as_robot=True)
     assert new_place is not place
     assert is_open(service, new_place)
     sessions.leave(new_place, as_robot=True)
+
+
+def change_file(store: MemoryStore, map_store: MemoryMapStore) -> None:
+    store.put_robot(records.robot("tb1", user="ann", map="house", initial_pose=(3.0, 2.0, 0.0)))
+
+
+def change_map(store: MemoryStore, map_store: MemoryMapStore) -> None:
+    records.put_map(map_store, records.house(image=records.pgm(value=205)))
+
+
+def name_a_map_that_does_not_exist(store: MemoryStore, map_store: MemoryMapStore) -> None:
+    store.put_robot(records.robot("tb1", user="ann", map="nowhere"))
+
+
+def name_a_mask_that_does_not_exist(store: MemoryStore, map_store: MemoryMapStore) -> None:
+    store.put_robot(records.robot("tb1", user="ann", map="house", parameters=MASKED))
+
+
+@pytest.mark.parametrize("hold", [True, False])
+@pytest.mark.parametrize(
+    "change", [change_file, change_map, name_a_map_that_does_not_exist, name_a_mask_that_does_not_exist]
+)
+async def test_operator_joins_the_robot_that_drives_whatever_was_changed_since(
+    service: MasterDriver, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore, change, hold: bool
+) -> None:
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    change(store, map_store)
+    assert await sessions.join("ann", "tb1", as_robot=False, hold=hold) is place
+    assert is_open(service, place)
+
+
+async def test_operator_joins_a_lingering_place_with_earlier_settings(
+    service: MasterDriver, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    sessions.leave(place, as_robot=True)
+    change_file(store, map_store)
+    assert await sessions.join("ann", "tb1", as_robot=False) is place
+
+
+async def test_robot_gets_a_place_with_the_changes_although_operators_are_connected(
+    service: MasterDriver, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    await sessions.join("ann", "tb1", as_robot=False)
+    sessions.leave(place, as_robot=True)
+    change_file(store, map_store)
+    joins = [sessions.join("ann", "tb1", as_robot=True) for _ in range(3)]
+    results = await asyncio.gather(*joins, return_exceptions=True)
+    [new_place] = [result for result in results if isinstance(result, PlaceLink)]
+    assert new_place is not place and is_open(service, new_place)
+    with pytest.raises(Unavailable, match="its robot or map was changed"):
+        await place.ready(1)
+    sessions.leave(place, as_robot=False)  # the operator, whose socket was closed
+    assert sessions._clients == {"robot:ann/tb1": 1}
+
+
+@pytest.mark.parametrize("hold", [True, False])
+async def test_operator_needs_the_right_to_read_the_map_also_at_an_open_place(
+    sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore, hold: bool
+) -> None:
+    await sessions.join("ann", "tb1", as_robot=True)
+    records.put_map(map_store, records.house("vault", "bob", readers=("eve",)))
+    store.put_robot(records.robot("tb1", user="ann", map="vault"))
+    with pytest.raises(NotPermitted):
+        await sessions.join("ann", "tb1", as_robot=False, hold=hold)
+    store.remove_robot("ann", "tb1")
+    with pytest.raises(NotFound):
+        await sessions.join("ann", "tb1", as_robot=False, hold=hold)
 
 
 MASKED = {"keepout_filter": {"filter_mask": "kept"}, "speed_filter": {"filter_mask": "slow", "enabled": False}}
