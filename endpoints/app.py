@@ -6,13 +6,14 @@ from typing import Any
 from fastapi import Depends, FastAPI
 from starlette.types import Receive, Scope, Send
 
+from endpoints.audit.requests import AuditedRequests
 from endpoints.dashboard.pages import add_dashboard
 from endpoints.http.body_limit import BodyLimit, BodyLimits
 from endpoints.http.front import front
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.head_requests import HeadRequests
 from endpoints.http.problems import add_problem_handlers
-from endpoints.rest.cluster import containers, health, machines
+from endpoints.rest.cluster import audit, containers, health, machines
 from endpoints.rest.dependencies import single_query_values
 from endpoints.rest.maps import map_cells, map_versions, maps
 from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
@@ -58,6 +59,7 @@ RESOURCES = (
     machines,
     containers,
     health,
+    audit,
 )
 
 
@@ -106,5 +108,6 @@ def create_app(services: Services, settings: FrontSettings | None = None) -> Fas
         app.include_router(resource.router, prefix=PREFIX, dependencies=[Depends(single_query_values)])
     add_viewer(app)
     add_problem_handlers(app)
+    app.add_middleware(AuditedRequests, log=services.audit)
     add_dashboard(app)
     return app

@@ -20,8 +20,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import msgspec
 import uvloop
 
+from endpoints.audit.cloud_audit import cloud_audit
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.open_files import connection_table, raise_file_limit
+from endpoints.http.tls import ServerTls, warn_if_open_to_others
 from endpoints.listeners import listen, url_of
 from engine.bootstrap import CloudConfig, Engine
 from engine.master.quotas import Quota
@@ -157,17 +159,37 @@ def front_settings(arguments: argparse.Namespace) -> FrontSettings:
     return FrontSettings(arguments.root_path, tuple(arguments.trusted_proxy), tuple(arguments.allow_origin))
 
 
+def server_tls(arguments: argparse.Namespace) -> ServerTls | None:
+    """Return the certificate of the server from the command line; None if there is none.
+
+    Raises
+    ------
+    InvalidInput
+        Certificate or key is missing or unusable.
+    """
+    certificate, key = arguments.tls_cert, arguments.tls_key
+    if certificate is None and key is None:
+        return None
+    if certificate is None or key is None:
+        raise InvalidInput("TLS needs a certificate and its key: give both --tls-cert and --tls-key")
+    return ServerTls(certificate, key)
+
+
 async def _serve(arguments: argparse.Namespace) -> None:
     stop = _stop_on_signals()
     async with contextlib.AsyncExitStack() as stack:
         listeners = listen(arguments.host, arguments.port)
         for listener in listeners:
             stack.enter_context(listener)
+        tls = server_tls(arguments)
+        if tls is None:
+            warn_if_open_to_others(listeners)
         engine = Engine(cloud_config(arguments))
         stack.push_async_callback(engine.close)
-        web = await _run_unless_stopped(stop, _start(engine, arguments, stack))
+        web = await _run_unless_stopped(stop, _start(engine, arguments, stack, tls))
         if web is not None:
-            await _run(web, listeners, stop, arguments.ready_file)
+            url = url_of(listeners[0], "http" if tls is None else "https")
+            await _run(web, listeners, stop, url, arguments.ready_file)
 
 
 def _stop_on_signals() -> asyncio.Event:
@@ -189,12 +211,15 @@ async def _run_unless_stopped(stop: asyncio.Event, work: Coroutine[Any, Any, T])
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
-async def _start(engine: Engine, arguments: argparse.Namespace, stack: contextlib.AsyncExitStack) -> "Web":
+async def _start(
+    engine: Engine, arguments: argparse.Namespace, stack: contextlib.AsyncExitStack, tls: ServerTls | None
+) -> "Web":
     """Start the local machine, and meanwhile the web server."""
     machine = asyncio.create_task(engine.start())
     try:
         serving = await asyncio.to_thread(_import_web)
         await asyncio.to_thread(store_kernels.prepare)
+        audit = await stack.enter_async_context(cloud_audit(arguments.data))
         web = serving(
             engine,
             linger=arguments.linger,
@@ -205,6 +230,8 @@ async def _start(engine: Engine, arguments: argparse.Namespace, stack: contextli
                 raise_file_limit(), arguments.max_connections, arguments.max_connections_per_address
             ),
             settings=front_settings(arguments),
+            audit=audit,
+            tls=tls,
         )
         stack.push_async_callback(web.close)
         password_file = arguments.admin_password_file or arguments.data / "admin-password"
@@ -231,8 +258,9 @@ async def _later(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
     await work()
 
 
-async def _run(web: "Web", listeners: list[socket.socket], stop: asyncio.Event, ready_file: Path | None) -> None:
-    url = url_of(listeners[0])
+async def _run(
+    web: "Web", listeners: list[socket.socket], stop: asyncio.Event, url: str, ready_file: Path | None
+) -> None:
     serving, stopping = asyncio.create_task(web.serve(listeners)), asyncio.create_task(stop.wait())
     try:
         logger.info("serving at %s", url)

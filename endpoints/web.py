@@ -1,20 +1,25 @@
 """Web server of a cloud: the REST application and the robot WebSocket."""
 
+import asyncio
 import contextlib
 import socket
 from collections.abc import Coroutine, Iterator, Sequence
-from typing import Any
+from functools import partial
+from typing import Any, cast
 
 import uvicorn
 from fastapi import FastAPI
 from starlette.routing import WebSocketRoute
 from starlette.websockets import WebSocket
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from endpoints.accounts.accounts import Accounts
 from endpoints.app import create_app
+from endpoints.audit.event import AuditLog
 from endpoints.http.connection_table import ConnectionTable
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.http_protocol import http_protocol
+from endpoints.http.tls import HANDSHAKE_SECONDS, ServerTls
 from endpoints.http.websocket_protocol import DirectWebSocket
 from endpoints.rosbridge.idle_watch import IdleWatch
 from endpoints.rosbridge.rights_watch import RightsWatch
@@ -37,6 +42,23 @@ class Server(uvicorn.Server):
         """Install no signal handlers."""
         yield
 
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Start to accept connections; by TLS, with a limit of the time for the handshake, which uvicorn lacks."""
+        context = self.config.ssl
+        if context is None:
+            await super().startup(sockets)
+            return
+        await super().startup([])
+        kind = cast(type[HttpToolsProtocol], self.config.http_protocol_class)
+        protocol = partial(kind, self.config, self.server_state, self.lifespan.state)
+        loop = asyncio.get_running_loop()
+        self.servers = [
+            await loop.create_server(
+                protocol, sock=one, ssl=context, ssl_handshake_timeout=HANDSHAKE_SECONDS, backlog=self.config.backlog
+            )
+            for one in sockets or []
+        ]
+
 
 class Web:
     """Web server of one cloud.
@@ -57,6 +79,10 @@ class Web:
         Table of the connections, with their limits.
     settings : FrontSettings
         Path prefix, trusted proxies and allowed origins.
+    audit : AuditLog
+        Audit log; the caller closes it.
+    tls : ServerTls, optional
+        Certificate of the server; without it, it serves HTTP.
     """
 
     def __init__(
@@ -69,21 +95,30 @@ class Web:
         log_level: str,
         connections: ConnectionTable,
         settings: FrontSettings,
+        audit: AuditLog,
+        tls: ServerTls | None = None,
     ) -> None:
         self.accounts = Accounts(engine.store)
         self._sessions = SessionRegistry(engine.sessions, engine.cloud.plan_rate, linger)
         self._idle = IdleWatch(self._sessions, engine.sessions, idle)
         self._background = Background()
-        services = Services(engine.store, engine.map_store, self.accounts, engine.cloud, disk=engine.reserve)
+        services = Services(
+            engine.store, engine.map_store, self.accounts, engine.cloud, disk=engine.reserve, audit=audit
+        )
         self._disk = DiskWatch.of(engine.reserve, engine.store)
         self._rights = RightsWatch(self._sessions, engine.sessions, services)
-        self._server = Server(_uvicorn_config(build_app(services, self._sessions, settings), log_level, dead, connections))
+        self._tls = tls
+        self._server = Server(
+            _uvicorn_config(build_app(services, self._sessions, settings), log_level, dead, connections, tls)
+        )
 
     async def serve(self, listeners: Sequence[socket.socket]) -> None:
         """Serve until `stop` is called."""
         self._background.run(self._idle.run())
         self._background.run(self._rights.run())
         self._background.run(self._disk.run())
+        if self._tls is not None:
+            self._background.run(self._tls.watch())
         await self._server.serve(list(listeners))
 
     def run_in_background(self, work: Coroutine[Any, Any, None]) -> None:
@@ -111,7 +146,9 @@ def build_app(services: Services, sessions: SessionRegistry, settings: FrontSett
     return app
 
 
-def _uvicorn_config(app: FastAPI, log_level: str, dead: float, connections: ConnectionTable) -> uvicorn.Config:
+def _uvicorn_config(
+    app: FastAPI, log_level: str, dead: float, connections: ConnectionTable, tls: ServerTls | None
+) -> uvicorn.Config:
     return uvicorn.Config(
         app,
         log_level="error" if log_level == "error" else "warning",  # "info" logs each request
@@ -128,4 +165,5 @@ def _uvicorn_config(app: FastAPI, log_level: str, dead: float, connections: Conn
         / 3.0,  # interval and timeout add up to the worst case, a peer that dies right after a pong
         ws_ping_timeout=dead * 2.0 / 3.0,
         timeout_graceful_shutdown=2,
+        ssl_context_factory=None if tls is None else lambda *_: tls.context,
     )

@@ -294,6 +294,13 @@ class Accounts:
         finally:
             self._cache.forget(user_id)
 
+    async def is_known(self, user_id: str) -> bool:
+        """Return whether a user exists; False also if the store is unreachable."""
+        try:
+            return await self._find(user_id) is not None
+        except Unavailable:
+            return False
+
     async def _find(self, user_id: str) -> User | None:
         if not is_name(user_id):
             return None

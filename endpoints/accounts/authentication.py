@@ -9,6 +9,7 @@ from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocket
 
 from endpoints.accounts.accounts import Accounts, token_id
+from endpoints.accounts.caller import note_caller
 from ppaas.errors import NotAuthenticated
 from storage.records import User
 
@@ -53,11 +54,14 @@ def bearer_of(authorization: str) -> str | None:
 
 async def authenticate(connection: HTTPConnection, accounts: Accounts) -> User:
     """Return the user of a connection; ``NotAuthenticated`` if the token is missing, unknown or expired."""
-    return await accounts.authenticate(token_of(connection))
+    token = token_of(connection)
+    connection.state.user = user = await accounts.authenticate(token)
+    note_caller(connection.scope, user.id, token_id(token))
+    return user
 
 
 async def authenticate_socket(socket: WebSocket, accounts: Accounts) -> tuple[User, str]:
-    """Return the user of a handshake, and the id of the token.
+    """Return the user of a handshake, and the id of the token; note both.
 
     The token is that of the header, else of a subprotocol, else of the ticket or the token in the address.
 
@@ -70,14 +74,18 @@ async def authenticate_socket(socket: WebSocket, accounts: Accounts) -> tuple[Us
     token = bearer_of(socket.headers.get("authorization", "")) or _offered_token(socket)
     if token is None and query.get("ticket"):
         used = accounts.tickets.redeem(query["ticket"])
-        return await accounts.user_of(used), used
+        user = await accounts.user_of(used)
+        note_caller(socket.scope, user.id, used)
+        return user, used
     token = token or query.get("token", "").strip()
     if not token:
         raise NotAuthenticated(
             "no token: log in with POST /v1/tokens and send it as 'Authorization: Bearer TOKEN'; browsers get a ticket "
             "with POST /v1/tickets and add '&ticket=TICKET' to the address"
         )
-    return await accounts.authenticate(token), token_id(token)
+    user, used = await accounts.authenticate(token), token_id(token)
+    note_caller(socket.scope, user.id, used)
+    return user, used
 
 
 def subprotocol_of(socket: WebSocket) -> str | None:

@@ -26,6 +26,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--port", type=whole(0, MAX_PORT), default=DEFAULT_PORT, help="port; 0 takes a free one (%(default)s)"
     )
+    parser.add_argument("--tls-cert", type=Path, metavar="FILE", help="certificate in PEM, to serve HTTPS; read again")
+    parser.add_argument("--tls-key", type=Path, metavar="FILE", help="private key of --tls-cert in PEM")
     parser.add_argument("--data", type=Path, default=Path("var"), help="folder of the embedded stores (./%(default)s)")
     parser.add_argument("--store", help="URL of the store of everything but maps (SQLite in the data folder)")
     parser.add_argument("--map-store", help="URL of the map store (files in the data folder)")

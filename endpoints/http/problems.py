@@ -4,7 +4,7 @@ import http
 import json
 import logging
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, MutableMapping, Sequence
 from typing import Any
 
 from fastapi import FastAPI
@@ -57,10 +57,29 @@ STATUS: dict[type[errors.PPaaSError], tuple[int, str]] = {
 }
 """HTTP status and title of each error; other errors have those of their nearest base class."""
 
+_SLUG = "ppaas.problem"
+"""Key in the ASGI scope."""
+
 _HEADERS: dict[int, dict[str, str]] = {
     401: {"WWW-Authenticate": 'Bearer realm="ppaas"'},
     503: {"Retry-After": str(RETRY_AFTER)},
 }
+
+
+class ProblemResponse(Response):
+    """Response of a problem, which notes the slug of the problem in the ASGI scope."""
+
+    slug = ""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send the response."""
+        scope[_SLUG] = self.slug
+        await super().__call__(scope, receive, send)
+
+
+def problem_slug(scope: MutableMapping[str, Any]) -> str | None:
+    """Return the slug of the problem with which a request was answered; None if it was answered otherwise."""
+    return scope.get(_SLUG)
 
 
 def problem(
@@ -70,7 +89,9 @@ def problem(
     body = {"type": TYPE + slug, "title": title, "status": status, "detail": detail, **members}
     all_headers = {**_HEADERS.get(status, {}), **(headers or {})}
     # Escaped to ASCII: text of the client may be quoted, and need not be encodable as UTF-8.
-    return Response(json.dumps(body, allow_nan=False), status, all_headers, MEDIA_TYPE)
+    response = ProblemResponse(json.dumps(body, allow_nan=False), status, all_headers, MEDIA_TYPE)
+    response.slug = slug
+    return response
 
 
 def problem_response(error: errors.PPaaSError, *, to_admin: bool = False) -> Response:

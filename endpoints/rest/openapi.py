@@ -23,6 +23,7 @@ TAGS = [
     {"name": "planners", "description": "Planners that robot files and path requests may name."},
     {"name": "machines", "description": "Machines of the cloud, for administrators."},
     {"name": "health", "description": "Whether the stores of the cloud are reachable."},
+    {"name": "audit", "description": "Who did what, for administrators."},
     {"name": "containers", "description": "Running containers: the caller's own, or all for an administrator."},
 ]
 

@@ -3,7 +3,7 @@
 import base64
 import binascii
 from collections.abc import Callable, Sequence
-from typing import Annotated, Any, Generic, TypeVar
+from typing import Annotated, Any, ClassVar, Generic, TypeVar
 
 import msgspec
 from fastapi import Query, Request
@@ -44,12 +44,20 @@ class Paging:
         Maximum number of items.
     cursor : str, optional
         ``next`` of the previous page.
+
+    Attributes
+    ----------
+    filters : frozenset of str
+        Further query parameters of the list.
     """
 
+    filters: ClassVar[frozenset[str]] = frozenset()
+
     def __init__(self, request: Request, limit: Limit = DEFAULT_LIMIT, cursor: Cursor = None) -> None:
-        unknown = set(request.query_params) - PARAMETERS
+        unknown = set(request.query_params) - PARAMETERS - self.filters
         if unknown:
-            raise InvalidParameter(f"unknown query parameter {min(unknown)[:64]!a}; known: cursor, limit")
+            known = ", ".join(sorted({"cursor", "limit"} | self.filters))
+            raise InvalidParameter(f"unknown query parameter {min(unknown)[:64]!a}; known: {known}")
         self._limit = limit
         self._cursor = cursor
 

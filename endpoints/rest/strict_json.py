@@ -12,9 +12,10 @@ from fastapi.dependencies.models import Dependant
 from fastapi.routing import APIRoute
 
 from endpoints.accounts.authentication import authenticate
+from endpoints.http.parsed_body import note_body
 from endpoints.rest.dependencies import current_user, services_of
-from ppaas.errors import MalformedMessage, MessageTooLarge
 from endpoints.rest.nesting import is_deeper
+from ppaas.errors import MalformedMessage, MessageTooLarge
 
 MERGE_PATCH = "application/merge-patch+json"
 MAX_KEY_SHOWN = 64
@@ -44,6 +45,7 @@ class StrictRequest(Request):
         """
         if not hasattr(self, "_json"):
             self._json = parse(await self.body())
+            note_body(self.scope, self._json)
         return self._json
 
 

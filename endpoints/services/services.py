@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.usage import Usage
+from endpoints.audit.event import AuditLog, MemoryAuditLog
 from endpoints.services.control_plane import ControlPlane
 from endpoints.services.installed_planners import InstalledPlanners
 from endpoints.services.heavy_work import HeavyWork
@@ -29,5 +30,6 @@ class Services:
     map_cache: MapHeadCache = field(default_factory=MapHeadCache)
     usage: Usage = field(default_factory=Usage)
     planners: InstalledPlanners = field(default_factory=InstalledPlanners)
+    audit: AuditLog = field(default_factory=MemoryAuditLog)
     disk: DiskReserve | None = None
     heavy_work: HeavyWork = field(default_factory=HeavyWork)

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Body, Header, Request
 from starlette.concurrency import run_in_threadpool
 
+from endpoints.audit.notes import note_details, note_object
 from endpoints.rest.dependencies import Caller, Paged, Provided, may_read, readable_head, robots_in
 from endpoints.rest.maps.content_check import check_contents, grid_of
 from endpoints.rest.maps.schemas import MapAnswer, MapChange, MapSummary, RollBack
@@ -41,9 +42,12 @@ async def publish_map(request: Request, services: Provided, user: Caller, if_mat
     """Publish a map or a new version of it: the two files of map_server, an octree of OctoMap, or all three."""
     services.cloud.set_limits(user.id, user.limits)
     async with read_form(request, services.map_store) as (form, upload):
+        note_object(request.scope, f"maps/{form.id}")
         with _invalidate(services, form.id):
             async with services.heavy_work.turn(user.id):
-                return await run_in_threadpool(_publish, services, user, form, upload, if_match)
+                published = await run_in_threadpool(_publish, services, user, form, upload, if_match)
+    note_details(request.scope, version=published.version, readers=published.readers)
+    return published
 
 
 @router.get("", response_model=Page[MapSummary], responses=KNOWN)

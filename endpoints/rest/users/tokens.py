@@ -5,12 +5,15 @@ from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.accounts import IssuedToken, token_id
 from endpoints.accounts.authentication import address_of, token_of
+from endpoints.accounts.caller import note_caller
+from endpoints.audit.notes import note_object
 from endpoints.rest.dependencies import Caller, Paged, Provided
 from endpoints.rest.names import TokenId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.rest.users.schemas import Credentials, TokenAnswer, TokenSummary
+from ppaas.errors import NotAuthenticated, TooManyAttempts
 from storage.records import Token
 
 router = APIRouter(prefix="/tokens", tags=["tokens"], route_class=StrictRoute)
@@ -19,11 +22,24 @@ CURRENT = "current"
 """Name of the token of the request itself; no token id equals it."""
 
 
+UNKNOWN = "(unknown)"
+"""Name of all users who do not exist, in the audit log."""
+
+
 @router.post("", status_code=201, response_model=TokenAnswer, responses=problems(401, 429) | BODY)
 async def log_in(credentials: Credentials, services: Provided, request: Request, response: Response) -> IssuedToken:
     """Create a token for a user and password. Its text is returned only here and never stored."""
     response.headers["Cache-Control"] = "no-store"
-    return await services.accounts.sign_in(credentials.user, credentials.password, address_of(request))
+    try:
+        login = await services.accounts.sign_in(credentials.user, credentials.password, address_of(request))
+    except (NotAuthenticated, TooManyAttempts):
+        known = await services.accounts.is_known(credentials.user)
+        # Some people enter their password as their name.
+        note_object(request.scope, f"users/{credentials.user if known else UNKNOWN}")
+        raise
+    note_caller(request.scope, credentials.user, login.id)
+    note_object(request.scope, f"users/{credentials.user}")
+    return login
 
 
 @router.get("", response_model=Page[TokenSummary], responses=KNOWN)

@@ -8,6 +8,7 @@ from starlette.concurrency import run_in_threadpool
 from endpoints.accounts.accounts import ME, token_id
 from endpoints.accounts.authentication import address_of, token_of
 from endpoints.accounts.usage import owned_maps, robot_count
+from endpoints.audit.notes import note_object
 from endpoints.rest.dependencies import Admin, Caller, Paged, Provided, robots_in
 from endpoints.rest.names import UserId
 from endpoints.rest.openapi import ADMIN, BODY, KNOWN, problems
@@ -23,8 +24,9 @@ router = APIRouter(prefix="/users", tags=["users"], route_class=StrictRoute)
 
 
 @router.post("", status_code=201, response_model=UserAnswer, responses=ADMIN | BODY | problems(409))
-async def create_user(new: NewUser, services: Provided, _admin: Admin) -> User:
+async def create_user(new: NewUser, request: Request, services: Provided, _admin: Admin) -> User:
     """Create a user."""
+    note_object(request.scope, f"users/{new.id}")
     return await services.accounts.register(new.id, new.password, new.role)
 
 

@@ -1,0 +1,61 @@
+"""Route of the audit log, for administrators."""
+
+from typing import Annotated, ClassVar
+
+import msgspec
+from fastapi import APIRouter, Depends, Query, Request
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.audit.event import AuditQuery, Outcome
+from endpoints.rest.cluster.audit_schemas import AuditAnswer
+from endpoints.rest.dependencies import Admin, Provided
+from endpoints.rest.openapi import ADMIN
+from endpoints.rest.paging import DEFAULT_LIMIT, Cursor, Limit, Page, Paging
+
+router = APIRouter(prefix="/audit", tags=["audit"])
+
+_Text = Annotated[str | None, Query(max_length=128)]
+
+
+class AuditPaging(Paging):
+    """Parameters of a page of events: those of every list, and the events that are sought.
+
+    Parameters
+    ----------
+    request, limit, cursor
+        As in every list.
+    after : float, optional
+        Time [s since the epoch]; only events at or after it.
+    user, action : str, optional
+        Only events of this user, and of this action.
+    outcome : {"ok", "refused", "failed"}, optional
+        Only events with this outcome.
+    """
+
+    filters: ClassVar[frozenset[str]] = frozenset({"after", "user", "action", "outcome"})
+
+    def __init__(  # noqa: PLR0917  # FastAPI passes them by name
+        self,
+        request: Request,
+        limit: Limit = DEFAULT_LIMIT,
+        cursor: Cursor = None,
+        after: Annotated[
+            float | None,
+            Query(allow_inf_nan=False, description="Only events at or after this time [s since the epoch]"),
+        ] = None,
+        user: _Text = None,
+        action: _Text = None,
+        outcome: Outcome | None = None,
+    ) -> None:
+        super().__init__(request, limit, cursor)
+        self.query = AuditQuery(after, user, action, outcome)
+
+
+@router.get("", response_model=Page[AuditAnswer], responses=ADMIN)
+async def list_events(
+    services: Provided, _admin: Admin, paging: Annotated[AuditPaging, Depends()]
+) -> dict[str, object]:
+    """List the events of the audit log, newest first: who did what, from where, and with what outcome."""
+    before = paging.key(int, None)
+    found = await run_in_threadpool(services.audit.read, paging.query, before=before, limit=paging.fetch_limit)
+    return paging.page([AuditAnswer(**msgspec.structs.asdict(event)) for event in found], lambda event: event.number)

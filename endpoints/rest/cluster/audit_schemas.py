@@ -1,0 +1,28 @@
+"""JSON schema of audit events."""
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from endpoints.rest.schemas import ResponseBody
+
+
+class AuditAnswer(ResponseBody):
+    """Event of the audit log."""
+
+    number: int = Field(description="Number of the event; later events have larger numbers")
+    time: float = Field(description="Seconds since the epoch")
+    user: str | None = Field(description="User who did it; null if unknown")
+    token: str | None = Field(description="First characters of the id of the user's token")
+    address: str = Field(description="Address of the client; empty for the host of the cloud")
+    action: str = Field(
+        description="Id of the operation, as `remove_map`; or `connect`, `disconnect`, `start_cloud`, `stop_cloud`, "
+        "`make_ticket`, `lose_events`",
+        examples=["remove_map"],
+    )
+    object: str | None = Field(description="Object of the action", examples=["maps/office"])
+    outcome: Literal["ok", "refused", "failed"]
+    status: int | None = Field(description="HTTP status")
+    reason: str | None = Field(description="Slug of the problem", examples=["not-permitted"])
+    details: dict[str, Any] = Field(description="What was changed, as far as it is no secret")
+    repeats: int = Field(description="Number of similar events of the last minute that are not listed")
