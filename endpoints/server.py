@@ -33,6 +33,7 @@ from engine.runtimes.compilation import store_kernels
 from ppaas.errors import InvalidInput
 from ppaas.plugins import permit_only
 from storage.urls.opening import local_path
+from storage.urls.passwords import chosen_url
 
 if TYPE_CHECKING:
     from endpoints.web import Web
@@ -88,6 +89,7 @@ def run_server(arguments: argparse.Namespace) -> int:
     )
     raise_file_limit()  # before the machine is started, which inherits the limit
     permit_only(arguments.allow)
+    settle_stores(arguments)
     try:
         make_private_folder(arguments.data)
     except OSError as error:
@@ -110,6 +112,19 @@ def _owned(arguments: argparse.Namespace) -> Iterator[tuple[Path, str, str]]:
         yield store.with_name(f"{store.name}.{LOCK}"), f"the store {store}", "choose another store with --store"
 
 
+def settle_stores(arguments: argparse.Namespace) -> None:
+    """Take the URLs of the stores from arguments, files or the environment, with their passwords.
+
+    Raises
+    ------
+    InvalidInput
+        A file cannot be read.
+    """
+    given = arguments
+    given.store = chosen_url("--store", given.store, given.store_file, "PPAAS_STORE", os.environ)
+    given.map_store = chosen_url("--map-store", given.map_store, given.map_store_file, "PPAAS_MAP_STORE", os.environ)
+
+
 def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
     """Return the configuration of the cloud from the command line."""
     data = arguments.data.resolve()
@@ -120,9 +135,9 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
         store=arguments.store or f"sqlite:///{data / 'ppaas.sqlite'}",
         map_store=arguments.map_store or f"file:///{data / 'maps'}",
         outbox=str(data / "outbox.sqlite"),
+        reserve=str(data),
         listen_machines=arguments.listen_machines or (RAY_LISTENS if on_ray else None),
         machines=str(data / MACHINES),
-        reserve=str(data),
         machine_settings=str(data / MACHINE_SETTINGS),
         left=str(data),
         adopt_within=arguments.adopt_within,

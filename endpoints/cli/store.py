@@ -43,9 +43,13 @@ def run(arguments: argparse.Namespace) -> int:
     """Execute the verb; return 0 if the target has all records of the source."""
     # Imported here and below: ``ppaas --help`` loads this module.
     from storage.migration.copying import compare, copy  # noqa: PLC0415
+    from storage.urls.passwords import warn_if_visible  # noqa: PLC0415
 
     if arguments.verb == "sweep":
+        warn_if_visible(arguments.store, "URL")
         return _sweep(arguments.store)
+    for name, url in (("FROM", arguments.source), ("TO", arguments.target)):
+        warn_if_visible(url, name)
     kinds, source, target = _open(arguments.source, arguments.target)
     rows = []
     with _closing(source), _closing(target), _progress(arguments, source) as progress:
@@ -89,7 +93,8 @@ def _open(source: str, target: str) -> "tuple[Sequence[RecordKind[Any]], Any, An
         check_exists(source)
         return MAP_KINDS, open_map_store(source), open_map_store(target)
     known = f"both {', '.join(f'{name}:' for name in STORES)} or both {', '.join(f'{name}:' for name in MAP_STORES)}"
-    raise InvalidInput(f"{source!r} and {target!r} do not store the same kind of data: give {known}")
+    given = " and ".join(f"{url.partition(':')[0]}:" for url in (source, target))  # without passwords
+    raise InvalidInput(f"stores {given} do not store the same kind of data: give {known}")
 
 
 def _closing(store: Any) -> Any:

@@ -29,8 +29,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--tls-cert", type=Path, metavar="FILE", help="certificate in PEM, to serve HTTPS; read again")
     parser.add_argument("--tls-key", type=Path, metavar="FILE", help="private key of --tls-cert in PEM")
     parser.add_argument("--data", type=Path, default=Path("var"), help="folder of the embedded stores (./%(default)s)")
-    parser.add_argument("--store", help="URL of the store of everything but maps (SQLite in the data folder)")
-    parser.add_argument("--map-store", help="URL of the map store (files in the data folder)")
+    _add_stores(parser)
     _add_front(parser)
     _add_machines(parser)
     _add_limits(parser)
@@ -43,6 +42,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--ready-file", type=Path, help="write {url, pid, admin_user} to this file as JSON when the cloud is ready"
     )
     parser.add_argument("--log-level", default="info", choices=["debug", "info", "warning", "error"])
+
+
+def _add_stores(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--store", help="URL of the store of everything but maps (SQLite in the data folder)")
+    parser.add_argument("--map-store", help="URL of the map store (files in the data folder)")
+    for option, variable in (("--store-file", "PPAAS_STORE"), ("--map-store-file", "PPAAS_MAP_STORE")):
+        parser.add_argument(
+            option,
+            type=Path,
+            metavar="FILE",
+            help=f"file with that URL, to keep a password out of the arguments; or give it in the variable {variable}",
+        )
 
 
 def _add_front(parser: argparse.ArgumentParser) -> None:

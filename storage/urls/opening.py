@@ -2,7 +2,8 @@
 
 ``memory:``, ``sqlite:///path/to/file``, ``file:///path/to/folder``, ``cassandra://host/keyspace``, ``hdfs://host/path``;
 ``sqlite:file`` and ``file:folder`` are relative to the working directory. ``?granularity=N`` after an SQLite file sets
-the length from which segments of plans are shared, about [waypoints].
+the length from which segments of plans are shared, about [waypoints]. ``?password_file=FILE`` after the URL of a store
+that takes a password (``storage.urls.passwords``) reads it from a file.
 """
 
 from collections.abc import Mapping
@@ -14,6 +15,7 @@ from storage.disk_space.guarded import GuardedStore
 from storage.disk_space.reserve import DiskReserve
 from storage.ports import MapStore, Store
 from storage.urls.backends import MAP_STORES, STORES, Backend
+from storage.urls.passwords import with_password
 
 S = TypeVar("S")
 
@@ -37,6 +39,7 @@ def open_store(url: str, *, outbox: Path | None = None, reserve: Path | None = N
     Unavailable
         The store cannot be opened now; the message says why and what to do.
     """
+    url = with_password(url)
     store = _open(url, STORES)
     if reserve is not None and _on_same_disk(url, reserve):
         return cast(Store, GuardedStore(store, DiskReserve(reserve)))
@@ -51,6 +54,7 @@ def open_store(url: str, *, outbox: Path | None = None, reserve: Path | None = N
 
 def open_map_store(url: str, *, reserve: Path | None = None) -> MapStore:
     """Open the store of maps; parameters and errors are those of ``open_store``."""
+    url = with_password(url)
     store = _open(url, MAP_STORES)
     if reserve is not None and _on_same_disk(url, reserve):
         return cast(MapStore, GuardedStore(store, DiskReserve(reserve)))

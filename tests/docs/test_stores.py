@@ -46,4 +46,5 @@ def test_the_options_are_those_of_the_code() -> None:
     named = set(re.findall(r"--\w[\w-]*", text_of(PAGE)))
     assert named == {
         "--store", "--map-store", "--json", "--overwrite", "--ready-file", "--linger",
+        "--store-file", "--map-store-file",
     }  # fmt: skip
