@@ -20,7 +20,7 @@ UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --g
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser kernels test test-servers test-docker test-ray joints chaos schemathesis lint bench bench-cassandra performance lock clean
+.PHONY: help setup demo browser proxies kernels test test-servers test-docker test-ray joints chaos schemathesis lint bench bench-cassandra performance lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -38,11 +38,19 @@ browser: ## Get Debian's Chromium, with which tests look at the dashboard
 			chromium fonts-dejavu-core >/dev/null; } || \
 		echo "browser: none; install chromium, or tests of the dashboard are skipped" >&2
 
+proxies: ## Get Debian's nginx, Caddy and HAProxy, behind which tests run the cloud
+	@for proxy in nginx caddy haproxy; do \
+		PATH="$$PATH:/usr/sbin" command -v $$proxy >/dev/null || missing="$$missing $$proxy"; done; \
+	test -z "$$missing" || { test "$$(id -u)" = 0 && test ! -d /run/systemd/system && command -v apt-get >/dev/null && \
+		echo "proxies: Debian's$$missing, by apt-get" && apt-get update --quiet=2 && \
+		DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --no-install-recommends $$missing >/dev/null; } || \
+		echo "proxies: no$$missing; install them (Debian starts them as services), or their tests are skipped" >&2
+
 kernels: $(INSTALLED) ## Compile all kernels into the cache, if they are not there
 	@echo "kernels: compiling what is not in the cache"
 	@$(BIN)/python -m engine.runtimes.compilation.rest_compiler
 
-test: $(INSTALLED) $(NODE_TESTS)/node_modules browser kernels ## Run all tests
+test: $(INSTALLED) $(NODE_TESTS)/node_modules browser proxies kernels ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
 	$(BIN)/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadscope --no-loadscope-reorder $(PYTEST_ARGS)
 

@@ -53,7 +53,7 @@ def parse_connect_request(query: Mapping[str, str]) -> ConnectRequest:
     role = role_of(query.get("role", "robot"))
     robot = query.get("robot", "")
     if not robot:
-        raise InvalidParameter("the parameter 'robot' is missing: open ws://HOST/?robot=ID&token=TOKEN")
+        raise InvalidParameter("the parameter 'robot' is missing: open ws://HOST/?robot=ID")
     session, resume = query.get(SESSION), query.get(RESUME)
     if resume is not None and session is None:
         raise InvalidParameter(f"{RESUME!r} needs the name of a session: also give 'session'")
