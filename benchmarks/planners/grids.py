@@ -15,7 +15,7 @@ from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridInfo, GridMap
 from ppaas.planners.ends import Cell
 from ppaas.planners.weights import FACTOR, NEUTRAL, passable
 from robots.client.map_files import read_map_file, yaml_of
-from robots.plans.offline import PlannedRobot, costmap_of_file
+from robots.plans.offline import PlannedRobot, costmap_for
 
 LARGEST = 32768
 """Largest edge of a grid [cells]."""
@@ -97,7 +97,7 @@ def from_file(path: Path) -> Grid:
     if path.suffix.lower() == ".pgm" and not yaml_of(path).exists():
         pixels = parse_pgm(_bytes(path))
         return _grid(path.stem, _navfn_costs(pixels) if pixels.min() >= NEUTRAL else pixels)
-    costmap = costmap_of_file(path, PlannedRobot().radius_of())
+    costmap = costmap_for(path, PlannedRobot())
     return _grid(path.stem, costmap.data, costmap.info)
 
 

@@ -42,7 +42,7 @@ def build_here(spec: LayerSpec, files: GridFiles, masks: Mapping[str, GridFiles]
     Parameters
     ----------
     spec : LayerSpec
-        Robot radius, masks and heights of the layers.
+        Robot radius, masks, heights and costs of the layers.
     files : GridFiles
         Files of the map.
     masks : mapping of str to GridFiles
@@ -68,6 +68,9 @@ def build_here(spec: LayerSpec, files: GridFiles, masks: Mapping[str, GridFiles]
         keepout=laid.get(KEEPOUT_FILTER),
         overhead=_overhead(files, grid.info, spec.heights),
         speed=laid.get(SPEED_FILTER),
+        inflation_radius=spec.costs.inflation_radius,
+        cost_scaling_factor=spec.costs.cost_scaling_factor,
+        lethal_cost_threshold=spec.costs.lethal_cost_threshold,
     )
     write_layers(folder, layers, files.created)
 

@@ -71,7 +71,7 @@ class MapCache:
         Parameters
         ----------
         spec : LayerSpec
-            Map version, robot radius, masks and heights of the layers.
+            Map version, robot radius, masks, heights and costs of the layers.
 
         Raises
         ------
@@ -197,8 +197,8 @@ def _name(spec: LayerSpec) -> str:
     if not 0.0 <= spec.robot_radius < 100.0:
         raise InvalidParameter(f"robot radius must be at least 0 m and less than 100 m, not {spec.robot_radius}")
     name = f"map-{quote(spec.map.id, safe='')}@{quote(spec.map.version, safe='')}@{spec.robot_radius:.4f}m"
-    if not spec.masks and spec.heights is None:
+    if not spec.masks and spec.heights is None and not spec.costs.changed:
         return name
     # hashed, since the length of a file name is limited
-    more = msgspec.json.encode((spec.masks, spec.heights), order="deterministic")
+    more = msgspec.json.encode((spec.masks, spec.heights, spec.costs), order="deterministic")
     return f"{name}@{hashlib.sha256(more).hexdigest()[:32]}"

@@ -5,7 +5,7 @@ describe the same fields for OpenAPI: ``PlanFile``, ``CostFile``, ``NewPlanAnswe
 container is called by the ROS services ``ppaas_msgs/ComputePath`` and ``ComputeCosts``.
 """
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import msgspec
 from msgspec import Meta, Raw
@@ -49,6 +49,8 @@ class PathRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         Labels that the machine of the container must have.
     queue : bool
         Whether the request may wait for its turn if no container is available now.
+    parameters : dict
+        Parameters of the planner and the global costmap that differ from the usual ones, by name.
     """
 
     start: RequestPose
@@ -59,6 +61,7 @@ class PathRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     reuse: bool = True
     labels: _Labels = {}
     queue: bool = False
+    parameters: dict[str, Any] = {}
 
 
 class PathAnswer(msgspec.Struct, frozen=True):
@@ -121,12 +124,15 @@ class CostRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         Time limit of the whole request [s].
     labels : dict of str to str
         Labels that the machine of the container must have.
+    parameters : dict
+        ``allow_unknown`` and parameters of the global costmap that differ from the usual ones, by name.
     """
 
     starts: tuple[RequestPose, ...]
     goals: tuple[RequestPose, ...]
     timeout: _Timeout = DEFAULT_TIMEOUT
     labels: _Labels = {}
+    parameters: dict[str, Any] = {}
 
 
 class CostAnswer(msgspec.Struct, frozen=True):

@@ -3,7 +3,9 @@
 import asyncio
 import logging
 from dataclasses import dataclass
+from typing import Any
 
+import msgspec
 from msgspec import Raw
 
 from engine.master.places import PlaceRequest
@@ -83,7 +85,9 @@ class Planning:
             No machine has room, or the container was lost.
         """
         start, goal = (Pose.of(Pose2D(*pose)) for pose in (request.start, request.goal))
-        question = ComputePathRequest(start, goal, request.planner, request.tolerance, request.timeout, request.reuse)
+        question = ComputePathRequest(
+            start, goal, request.planner, request.tolerance, request.timeout, request.reuse, _json(request.parameters)
+        )
         where = _place(user, version, request)
         asked = await self._ask(where, "compute_path", question, request.timeout, queue=request.queue)
         response = decode(ComputePathResponse, asked.answer)
@@ -115,7 +119,7 @@ class Planning:
             As ``compute_path`` raises them.
         """
         starts, goals = ([Pose.of(Pose2D(*pose)) for pose in ends] for ends in (request.starts, request.goals))
-        question = ComputeCostsRequest(starts, goals, request.timeout)
+        question = ComputeCostsRequest(starts, goals, request.timeout, _json(request.parameters))
         asked = await self._ask(_place(user, version, request), "compute_costs", question, request.timeout)
         response = decode(ComputeCostsResponse, asked.answer)
         costs = Raw(response.costs)
@@ -172,6 +176,10 @@ class Planning:
         """Cancel all timers."""
         for handle in (*self._closing.values(), *self._leaving.values()):
             handle.cancel()
+
+
+def _json(parameters: dict[str, Any]) -> str:
+    return msgspec.json.encode(parameters).decode() if parameters else ""
 
 
 def _place(user: str, version: MapVersion, request: PathRequest | CostRequest) -> PlaceRequest:

@@ -4,6 +4,7 @@ from typing import Any, Literal
 
 import msgspec
 
+from ppaas.costmap.global_parameters import CostParameters
 from ppaas.robot_model.description import RobotDescription
 
 ContainerKind = Literal["robot", "planning"]
@@ -37,12 +38,15 @@ class LayerSpec(msgspec.Struct, frozen=True):
         Masks, by the names of the costmap filters.
     heights : tuple of float, optional
         Range of heights in which voxels of the octomap are obstacles [m]. Without the first it begins at one voxel.
+    costs : CostParameters
+        Parameters of the costs.
     """
 
     map: MapVersion
     robot_radius: float
     masks: dict[str, MapVersion] = {}
     heights: Heights | None = None
+    costs: CostParameters = CostParameters()
 
 
 class RobotConfig(msgspec.Struct, frozen=True):

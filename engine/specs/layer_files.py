@@ -80,8 +80,10 @@ def _arrays_of(layers: MapLayers) -> dict[str, NDArray[Any]]:
         "costmap": layers.costmap.data,
         "distance": layers.distance,
     }
-    if layers.keepout is not None and layers.barred_distance is not None:
-        arrays |= {"keepout": layers.keepout.data, "barred_distance": layers.barred_distance}
+    if layers.keepout is not None:
+        arrays["keepout"] = layers.keepout.data
+    if layers.barred_distance is not None:
+        arrays["barred_distance"] = layers.barred_distance
     if layers.speed is not None:
         arrays["speed"] = layers.speed.data
     return arrays

@@ -3,7 +3,7 @@
 from typing import Any
 
 from engine.specs.containers import ContainerSpec, LayerSpec
-from ppaas.clone.robot_body import VOXEL_LAYER, robot_body, robot_heights
+from ppaas.clone.robot_body import COSTMAP, VOXEL_LAYER, costmap_parameters, robot_body, robot_heights
 from ppaas.nodes.map_server.costmap_filters import KEEPOUT_FILTER
 from ppaas.robot_model.known_models import PLANNING_MODEL
 
@@ -23,11 +23,14 @@ def layers_of(spec: ContainerSpec) -> LayerSpec:
         return LayerSpec(spec.map, robot_body(PLANNING_MODEL).robot_radius)
     body = robot_body(robot.model, robot.urdf, robot.parameters)
     heights = robot_heights(body, robot.parameters) if robot.in_space else None
-    return LayerSpec(spec.map, body.robot_radius, robot.masks, heights)
+    costs = costmap_parameters(robot.parameters).costs
+    return LayerSpec(spec.map, body.robot_radius, robot.masks, heights, costs)
 
 
 def filters_of(layers: LayerSpec) -> dict[str, Any]:
-    """Return the filters that close parts of the map to a robot, by name, as conditions of its plans."""
+    """Return what the costs of a robot's map depend on besides its radius, by name, as conditions of its plans."""
     mask = layers.masks.get(KEEPOUT_FILTER)
     filters: dict[str, Any] = {} if mask is None else {KEEPOUT_FILTER: f"{mask.id}@{mask.version}"}
-    return filters if layers.heights is None else filters | {VOXEL_LAYER: layers.heights}
+    if layers.heights is not None:
+        filters[VOXEL_LAYER] = layers.heights
+    return filters | {COSTMAP: changed} if (changed := layers.costs.changed) else filters

@@ -5,8 +5,9 @@ from typing import Any
 
 from ppaas.clone.node_parameters import NodeParameters
 from ppaas.clone.plugins import DEFAULT_CONTROLLER, DEFAULT_PLANNER, controller_for, planners_of, recoveries_of
-from ppaas.clone.robot_body import COSTMAP, VOXEL_LAYER, FootprintParameters, VoxelLayerParameters, robot_body
+from ppaas.clone.robot_body import COSTMAP, VOXEL_LAYER, VoxelLayerParameters, costmap_parameters, robot_body
 from ppaas.clone.surroundings import LocalCostmapParameters, surroundings_of
+from ppaas.costmap.global_parameters import CostParameters, GlobalCostmapParameters
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
@@ -92,12 +93,15 @@ def build_clone(
         The layers lack a mask that the parameters require.
     """
     given = NodeParameters(parameters or {})
-    body = _body(given, robot_body(model, urdf, parameters))
+    body, costs = robot_body(model, urdf, parameters), costmap_parameters(parameters or {}).costs
+    _note_body(given, body)
     driving = _driving(given, base_global_planner, base_local_planner)
     amcl = given.read(AmclParameters, "amcl")
     state = given.read(StatePublisherParameters, "robot_state_publisher")
     names = FrameNames.of(amcl.odom_frame_id, amcl.base_frame_id, amcl.global_frame_id, amcl.tf_prefix)
-    move_base = _move_base(given, driving, body, layers, names, threads=threads, reuse=reuse or ReuseSetup())
+    move_base = _move_base(
+        given, driving, body, layers, names, costs=costs, threads=threads, reuse=reuse or ReuseSetup()
+    )
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
     camera = _camera(given)
     given.refuse_rest()
@@ -122,6 +126,7 @@ def _move_base(
     layers: MapLayers,
     names: FrameNames,
     *,
+    costs: CostParameters,
     threads: Threads,
     reuse: ReuseSetup,
 ) -> Callable[[Context], MoveBaseNode]:
@@ -133,7 +138,7 @@ def _move_base(
 
     def move_base(context: Context) -> MoveBaseNode:
         surroundings = surroundings_of(
-            layers, body, local, social, tolerance=driving.transform_tolerance, names=names
+            layers, body, local, social, costs=costs, tolerance=driving.transform_tolerance, names=names
         )
         processor = reuse.processor(layers.costmap, body.robot_radius, _reuse(driving))
         return MoveBaseNode(
@@ -170,11 +175,10 @@ def _camera(given: NodeParameters) -> dict[str, Callable[[Context], Node]]:
     return {DEPTH_CAMERA: lambda context: DepthImageToLaserScanNode(context, parameters)}
 
 
-def _body(given: NodeParameters, body: RobotModel) -> RobotModel:
+def _note_body(given: NodeParameters, body: RobotModel) -> None:
     """Record the parameters of the body among those in use."""
-    given.read(FootprintParameters, COSTMAP, {"robot_radius": body.robot_radius, "footprint": body.footprint})
+    given.read(GlobalCostmapParameters, COSTMAP, {"robot_radius": body.robot_radius, "footprint": body.footprint})
     given.read(VoxelLayerParameters, VOXEL_LAYER, {"max_obstacle_height": body.height})
-    return body
 
 
 def _driving(given: NodeParameters, planner: str, controller: str) -> MoveBaseParameters:

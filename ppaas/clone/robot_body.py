@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from ppaas.costmap.global_parameters import MAX_RADIUS, GlobalCostmapParameters
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.parameters import Parameters, read_parameters
@@ -14,24 +15,6 @@ from ppaas.robot_model.sensors import LASER
 
 COSTMAP, VOXEL_LAYER = "global_costmap", "voxel_layer"
 """Names of the parameters below in a robot's file."""
-
-MAX_RADIUS = 100.0
-"""Limit of a robot's radius [m]."""
-
-
-class FootprintParameters(Parameters, frozen=True):
-    """Parameters of the global costmap, named as in costmap_2d [m]; the defaults come from the URDF or the model.
-
-    Parameters
-    ----------
-    robot_radius : float, optional
-        Radius of the robot for the costmap and the controller.
-    footprint : tuple of (x, y)
-        Corners of the outline; without ``robot_radius``, the radius is that of the circumscribed circle.
-    """
-
-    robot_radius: float | None = None
-    footprint: tuple[tuple[float, float], ...] = ()
 
 
 class VoxelLayerParameters(Parameters, frozen=True):
@@ -87,7 +70,7 @@ def robot_body(
     body = robot_model(model)
     if urdf is not None:
         body = _as_described(body, urdf)
-    given = read_parameters(FootprintParameters, COSTMAP, (parameters or {}).get(COSTMAP, {}))
+    given = costmap_parameters(parameters or {})
     if given.footprint:
         body = replace(body, footprint=given.footprint, robot_radius=_radius_around(given.footprint))
     if given.robot_radius is not None:
@@ -95,6 +78,17 @@ def robot_body(
     if not 0.0 <= body.robot_radius < MAX_RADIUS:
         raise InvalidParameter(f"robot_radius must be from 0 to {MAX_RADIUS:g} m, not {body.robot_radius}")
     return body
+
+
+def costmap_parameters(parameters: Mapping[str, Any]) -> GlobalCostmapParameters:
+    """Return the parameters of the global costmap in the parameters of a robot's file.
+
+    Raises
+    ------
+    InvalidParameter
+        One of them is unknown, of the wrong type or out of range.
+    """
+    return read_parameters(GlobalCostmapParameters, COSTMAP, parameters.get(COSTMAP, {}))
 
 
 def robot_heights(body: RobotModel, parameters: Mapping[str, Any]) -> tuple[float | None, float] | None:

@@ -1,5 +1,6 @@
 """Surroundings of a clone: creates the local costmap and the memory of obstacles for a robot's body."""
 
+from ppaas.costmap.global_parameters import CostParameters
 from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR, INFLATION_RADIUS
 from ppaas.costmap.local_costmap import LocalCostmap
 from ppaas.costmap.map_layers import MapLayers
@@ -36,10 +37,14 @@ def surroundings_of(
     parameters: LocalCostmapParameters,
     social: SocialLayerParameters,
     *,
+    costs: CostParameters,
     tolerance: float,
     names: FrameNames,
 ) -> Surroundings:
-    """Return the surroundings of a robot with this body on the map of these layers."""
+    """Return the surroundings of a robot with this body on the map of these layers.
+
+    ``costs`` are those of the map, which remembered obstacles get too.
+    """
     radius = body.robot_radius + parameters.footprint_padding
     window = LocalCostmap(
         layers,
@@ -55,8 +60,8 @@ def surroundings_of(
     memory = ObstacleMemory(
         layers,
         robot_radius=radius,
-        inflation_radius=parameters.inflation_radius,
-        cost_scaling_factor=parameters.cost_scaling_factor,
+        inflation_radius=costs.inflation_radius,
+        cost_scaling_factor=costs.cost_scaling_factor,
     )
     return Surroundings(
         window, memory, body.robot_radius,

@@ -6,10 +6,11 @@ import numpy as np
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.filter_masks import barred, raise_costs, sampled, spread
+from ppaas.costmap.global_parameters import CostParameters
 from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR, INFLATION_RADIUS, ROBOT_RADIUS, inflate
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.maps.distance import distance_to_occupied
-from ppaas.maps.grid import UNKNOWN, GridMap
+from ppaas.maps.grid import OCCUPIED_THRESHOLD, UNKNOWN, GridMap
 
 
 def build_layers(
@@ -18,6 +19,7 @@ def build_layers(
     robot_radius: float = ROBOT_RADIUS,
     inflation_radius: float = INFLATION_RADIUS,
     cost_scaling_factor: float = COST_SCALING_FACTOR,
+    lethal_cost_threshold: int = OCCUPIED_THRESHOLD,
     keepout: GridMap | None = None,
     overhead: GridMap | None = None,
     speed: GridMap | None = None,
@@ -34,6 +36,9 @@ def build_layers(
         Distance from obstacles up to which cells have a cost [m].
     cost_scaling_factor : float
         Rate at which costs decay with the distance [1/m].
+    lethal_cost_threshold : int
+        Occupancy of the map from which a cell is lethal; less occupied cells are free, as with costmap_2d's
+        ``trinary_costmap``. Localization uses the default threshold in any case.
     keepout, speed : GridMap, optional
         Masks of Nav2's costmap filters, of any resolution and origin, in the frame of the map. Cells of 100 in the
         keep-out mask are inflated like obstacles.
@@ -47,8 +52,8 @@ def build_layers(
     """
     distance = to_lethal = distance_to_occupied(grid)
     zones = _combined([spread(mask, grid.info) for mask in (keepout, overhead) if mask is not None])
-    if zones is not None:
-        to_lethal = distance_to_occupied(barred(grid, zones))
+    if zones is not None or lethal_cost_threshold != OCCUPIED_THRESHOLD:
+        to_lethal = distance_to_occupied(grid if zones is None else barred(grid, zones), lethal_cost_threshold)
     costs = inflate(
         to_lethal,
         inscribed_radius=robot_radius,
@@ -63,9 +68,23 @@ def build_layers(
         Costmap(costs, grid.info),
         distance,
         keepout=zones,
-        barred_distance=None if zones is None else to_lethal,
+        barred_distance=None if to_lethal is distance else to_lethal,
         speed=None if speed is None else sampled(speed, grid.info),
     )
+
+
+def recosted(layers: MapLayers, robot_radius: float, costs: CostParameters) -> Costmap:
+    """Return the costmap that the map of these layers has for another radius [m] or other costs, without masks."""
+    threshold = costs.lethal_cost_threshold
+    usual = threshold == OCCUPIED_THRESHOLD
+    data = inflate(
+        layers.distance if usual else distance_to_occupied(layers.grid, threshold),
+        inscribed_radius=robot_radius,
+        inflation_radius=costs.inflation_radius,
+        cost_scaling_factor=costs.cost_scaling_factor,
+        unknown=layers.grid.data == UNKNOWN,
+    )
+    return Costmap(data, layers.grid.info)
 
 
 def _combined(masks: Sequence[GridMap]) -> GridMap | None:

@@ -5,17 +5,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.costmap.global_parameters import COST_SCALING_FACTOR, INFLATION_RADIUS
 from ppaas.costmap.kernels.inflation import inflate_parallel, inflate_serial
 from ppaas.errors import InvalidMap, InvalidParameter
 
+__all__ = ["COST_SCALING_FACTOR", "INFLATION_RADIUS", "ROBOT_RADIUS", "check_inflation", "inflate"]
+
 ROBOT_RADIUS = 0.18
 """Radius of a Turtlebot 2 [m]."""
-
-INFLATION_RADIUS = 0.55
-"""Default inflation radius [m]."""
-
-COST_SCALING_FACTOR = 10.0
-"""Default decay rate of costs with the distance from an obstacle [1/m]."""
 
 _PARALLEL_FROM = 1 << 17
 """Number of cells from which several threads are faster than one."""

@@ -24,7 +24,8 @@ class MapLayers:
     keepout : GridMap, optional
         Keep-out mask in the cells of the map: 100 is forbidden, 1 to 99 are avoided the more the higher they are.
     barred_distance : (height, width) float32 array, optional
-        With ``keepout``: distance to the nearest cell that is occupied or 100 in ``keepout`` [m].
+        With ``keepout`` or another lethal threshold: distance to the nearest cell that is lethal for this robot or 100
+        in ``keepout`` [m].
     speed : GridMap, optional
         Mask of the speed filter, in the cells of the map.
     """
@@ -38,5 +39,5 @@ class MapLayers:
 
     @property
     def to_lethal(self) -> NDArray[np.float32]:
-        """(height, width) float32 array: distance to the nearest occupied or forbidden cell [m]."""
+        """(height, width) float32 array: distance to the nearest lethal or forbidden cell [m]."""
         return self.distance if self.barred_distance is None else self.barred_distance

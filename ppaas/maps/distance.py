@@ -7,7 +7,7 @@ from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridMap
 from ppaas.maps.kernels.distance import distance_parallel
 
 
-def distance_to_occupied(grid: GridMap) -> NDArray[np.float32]:
+def distance_to_occupied(grid: GridMap, threshold: int = OCCUPIED_THRESHOLD) -> NDArray[np.float32]:
     """Return the exact Euclidean distance from the centre of each cell to that of the nearest occupied cell.
 
     It uses numba's current number of threads.
@@ -15,7 +15,9 @@ def distance_to_occupied(grid: GridMap) -> NDArray[np.float32]:
     Parameters
     ----------
     grid : GridMap
-        Cells of 65 or more are occupied; unknown cells are not.
+        The map.
+    threshold : int
+        Cells of this occupancy or more are occupied; unknown cells are not.
 
     Returns
     -------
@@ -23,5 +25,5 @@ def distance_to_occupied(grid: GridMap) -> NDArray[np.float32]:
         Distances [m]; 0 in occupied cells. If no cell is occupied, all are (height + width) · resolution, which exceeds
         any distance within the grid. Obstacles more than 65,534 cells away in a cell's own column are ignored.
     """
-    occupied = np.ascontiguousarray(grid.data >= OCCUPIED_THRESHOLD).view(np.uint8)
+    occupied = np.ascontiguousarray(grid.data >= threshold).view(np.uint8)
     return distance_parallel(occupied, grid.info.resolution)

@@ -22,6 +22,9 @@ class ComputePathRequest(Message):
         Time limit for planning [s].
     reuse : bool
         Whether a stored plan may be returned if it is available sooner than a computed one.
+    parameters : str
+        Parameters of the planner and the global costmap that differ from the usual ones, as a JSON object; empty for
+        none. A robot plans with those of its file and refuses others.
     """
 
     start: Pose
@@ -30,6 +33,7 @@ class ComputePathRequest(Message):
     tolerance: float = 0.0
     timeout: float = 5.0
     reuse: bool = True
+    parameters: str = ""
 
 
 class ComputePathResponse(OwnMessage):
@@ -84,11 +88,14 @@ class ComputeCostsRequest(Message):
         In the frame of the map; headings are ignored.
     timeout : float
         Time limit for the whole request [s].
+    parameters : str
+        ``allow_unknown`` and parameters of the global costmap, as a JSON object; empty for the usual ones.
     """
 
     starts: list[Pose]
     goals: list[Pose]
     timeout: float = 5.0
+    parameters: str = ""
 
 
 class ComputeCostsResponse(OwnMessage):

@@ -3,7 +3,7 @@
 import asyncio
 import http.client
 import secrets
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -161,11 +161,31 @@ class RestClient:
         return answer
 
     async def plan(
-        self, map_id: str, start: Sequence[float], goal: Sequence[float], **options: float | str
+        self,
+        map_id: str,
+        start: Sequence[float],
+        goal: Sequence[float],
+        *,
+        parameters: Mapping[str, Any] | None = None,
+        **options: float | str,
     ) -> dict[str, Any]:
-        """Request a path on a map. Options: ``planner``, ``tolerance`` [m] and ``timeout`` [s]."""
-        path = path_of("maps", map_id, "plans")
-        answer: dict[str, Any] = await self.post(path, {"start": list(start), "goal": list(goal), **options})
+        """Request a path on a map.
+
+        Parameters
+        ----------
+        map_id : str
+            Id of the map.
+        start, goal : sequence of float
+            x, y [m] and, optionally, yaw [rad] in the frame of the map.
+        parameters : mapping, optional
+            Parameters of the planner and the global costmap, as ``{"allow_unknown": False}``.
+        **options : float or str, optional
+            ``planner``, ``tolerance`` [m] and ``timeout`` [s].
+        """
+        body = {"start": list(start), "goal": list(goal), **options}
+        if parameters:
+            body["parameters"] = dict(parameters)
+        answer: dict[str, Any] = await self.post(path_of("maps", map_id, "plans"), body)
         return answer
 
     async def get(self, path: str) -> Any:

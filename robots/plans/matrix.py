@@ -38,7 +38,7 @@ def _are_poses(given: object) -> bool:
     )
 
 
-def answer_of(costmap: Costmap, ends: dict[str, Any]) -> dict[str, Any]:
+def answer_of(costmap: Costmap, ends: dict[str, Any], *, allow_unknown: bool = True) -> dict[str, Any]:
     """Return the costs, a row per start and ``None`` where there is no path, and the computing time [s].
 
     Raises
@@ -49,7 +49,8 @@ def answer_of(costmap: Costmap, ends: dict[str, Any]) -> dict[str, Any]:
         A start or a goal is off the map or not free.
     """
     began = monotonic()
-    costs = cost_matrix(costmap, ends["starts"], ends["goals"], threads=len(os.sched_getaffinity(0)))
+    threads = len(os.sched_getaffinity(0))
+    costs = cost_matrix(costmap, ends["starts"], ends["goals"], threads=threads, allow_unknown=allow_unknown)
     rows = [[cost if math.isfinite(cost) else None for cost in row] for row in costs.tolist()]
     return {"costs": rows, "seconds": monotonic() - began}
 

@@ -2,22 +2,22 @@
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ppaas.clone.body_planners import planner_of
-from ppaas.clone.robot_body import COSTMAP, robot_body
+from ppaas.clone.planning_variants import allows_unknown, planner_with, split
+from ppaas.clone.robot_body import COSTMAP, costmap_parameters, robot_body
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.costmap import Costmap
+from ppaas.costmap.global_parameters import CostParameters
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.maps.formats.map_files import load_map
 from ppaas.maps.formats.map_yaml import Rules
-from ppaas.maps.grid import GridInfo
-from ppaas.planners.base import PlanRequest, PlanResult
+from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.robot_model.describe import describe
 from ppaas.robot_model.known_models import RobotModel
 from robots.client.map_files import read_map_file
@@ -30,11 +30,24 @@ _TWO_CELLS = Costmap(np.zeros((1, 2), np.uint8), GridInfo(1.0, 2, 1))
 
 @dataclass(frozen=True, slots=True)
 class PlannedRobot:
-    """Robot to plan for: a model by name, a URDF that overrides it, and a radius [m] that overrides both."""
+    """Robot to plan for, and parameters of planning.
+
+    Parameters
+    ----------
+    model : str
+        Name of its model.
+    radius : float, optional
+        Radius that overrides all others [m].
+    urdf : bytes, optional
+        URDF that overrides the model.
+    parameters : dict
+        Parameters of the planner and the global costmap, as in requests to the cloud.
+    """
 
     model: str = MODEL
     radius: float | None = None
     urdf: bytes | None = None
+    parameters: Mapping[str, Any] = field(default_factory=dict)
 
     def body(self) -> RobotModel:
         """Return the robot model that the map is inflated for, as in a clone.
@@ -44,43 +57,75 @@ class PlannedRobot:
         NotFound
             There is no such model; the text lists the models.
         InvalidParameter
-            The radius is invalid.
+            The radius or a parameter of the costmap is invalid.
         InvalidInput
             The URDF is invalid or has no footprint.
         """
         described = None if self.urdf is None else describe(self.urdf)
-        if described is not None and not described.footprint and self.radius is None:
+        if described is not None and not described.footprint and not self._has_size():
             raise InvalidInput(
                 f"the URDF has no footprint: {'; '.join(described.warnings) or 'its shapes have no size'}"
             )
-        parameters = {} if self.radius is None else {COSTMAP: {"robot_radius": self.radius}}
-        return robot_body(self.model, described, parameters)
+        return robot_body(self.model, described, {COSTMAP: self._of_costmap()})
+
+    def costs(self) -> CostParameters:
+        """Return the parameters of the costs; raises ``InvalidParameter`` as ``body`` does."""
+        return costmap_parameters({COSTMAP: self._of_costmap()}).costs
+
+    def planner(self, name: str) -> Planner:
+        """Return a planner with the parameters.
+
+        Raises
+        ------
+        NotFound
+            There is no such planner; the text lists the planners.
+        InvalidParameter
+            A parameter is unknown or invalid; the text lists those that exist.
+        """
+        return planner_with(self.body(), name, split(self.parameters)[1])
+
+    def allows_unknown(self) -> bool:
+        """Return whether paths of a cost matrix lead through unknown cells; raises ``InvalidParameter``."""
+        return allows_unknown(self.parameters)
+
+    def _of_costmap(self) -> dict[str, Any]:
+        own = {} if self.radius is None else {"robot_radius": self.radius}
+        return split(self.parameters)[0] | own
+
+    def _has_size(self) -> bool:
+        return not self._of_costmap().keys().isdisjoint(("robot_radius", "footprint"))
 
     def radius_of(self) -> float:
         """Return the radius [m]. Raises as ``body`` does."""
         return self.body().robot_radius
 
 
-def inflated(record: bytes, image: bytes, radius: float, rules: Rules | None = None) -> Costmap:
-    """Return the costmap of a YAML file and an image, inflated for a robot as in a clone.
+def inflated(grid: GridMap, robot: PlannedRobot) -> Costmap:
+    """Return the costmap of a map, inflated for a robot as in a clone; raises as ``PlannedRobot.body`` does."""
+    costs = robot.costs()
+    return build_layers(
+        grid,
+        robot_radius=robot.radius_of(),
+        inflation_radius=costs.inflation_radius,
+        cost_scaling_factor=costs.cost_scaling_factor,
+        lethal_cost_threshold=costs.lethal_cost_threshold,
+    ).costmap
 
-    Raises
-    ------
-    InvalidMap
-        The files do not describe a map.
-    """
-    return build_layers(load_map(record, image, rules), robot_radius=radius).costmap
 
-
-def costmap_of_file(path: Path, radius: float, rules: Rules | None = None) -> Costmap:
-    """Return the inflated costmap of a map file: the YAML file, its image, or a map of MovingAI.
+def costmap_for(path: Path, robot: PlannedRobot, rules: Rules | None = None) -> Costmap:
+    """Return the costmap of a map file for a robot: of a YAML file, its image, or a map of MovingAI.
 
     Raises
     ------
     InvalidMap
         The file or its image cannot be read.
     """
-    return build_layers(read_map_file(path, rules), robot_radius=radius).costmap
+    return inflated(read_map_file(path, rules), robot)
+
+
+def costmap_of_file(path: Path, radius: float, rules: Rules | None = None) -> Costmap:
+    """Return the costmap of a map file for a round robot of this radius [m]; raises as ``costmap_for`` does."""
+    return costmap_for(path, PlannedRobot(radius=radius), rules)
 
 
 def plan(
@@ -92,12 +137,14 @@ def plan(
     ------
     NotFound
         There is no such planner; the text lists the planners.
+    InvalidParameter
+        A parameter is unknown or invalid.
     InvalidInput
         A pose is not finite, or the tolerance is negative.
     PlanningError
         There is no path; one of its subclasses.
     """
-    chosen = planner_of((robot or PlannedRobot()).body(), planner, {})
+    chosen = (robot or PlannedRobot()).planner(planner)
     # A first plan loads the kernels, so the reported time is that of planning alone.
     threads = len(os.sched_getaffinity(0))
     chosen.plan(_TWO_CELLS, PlanRequest(Pose2D(0.5, 0.5), Pose2D(1.5, 0.5), threads=threads))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ppaas.errors import GoalOccupied, GoalOutsideMap, NotFound, PPaaSError
+from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput, NotFound, PPaaSError
 from ppaas.maps.grid import OCCUPIED, GridMap
 from tests.support.cloud.cloud import RunningCloud, publish_map
 from tests.support.world.places import free_pose, reachable_pose
@@ -24,6 +24,20 @@ async def test_a_path_is_planned_in_another_process_than_the_web_server(
     assert plan["container"] in {c["id"] for c in await rest.items("/v1/containers") if c["kind"] == "planning"}
     again = await rest.plan("office", start, goal)
     assert again["pid"] == plan["pid"], "the same container plans again"
+
+
+async def test_parameters_of_a_request_change_the_path_and_its_id(cloud: RunningCloud, office_map: GridMap) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    start = free_pose(office_map, seed=20)
+    goal = reachable_pose(office_map, start, seed=21, at_least=4.0)
+    usual = await rest.plan("office", start, goal)
+    wide = await rest.plan("office", start, goal, parameters={"inflation_radius": 2.0, "cost_scaling_factor": 1.0})
+    assert wide["plan_id"] != usual["plan_id"]
+    assert wide["cost"] > usual["cost"]
+    assert wide["conditions"]["global_costmap"] == {"inflation_radius": 2.0, "cost_scaling_factor": 1.0}
+    with pytest.raises(InvalidInput, match="no parameter 'speed'; known: allow_unknown"):
+        await rest.plan("office", start, goal, parameters={"speed": 1})
 
 
 async def test_planning_errors_are_raised_by_their_type(cloud: RunningCloud, office_map: GridMap) -> None:

@@ -94,7 +94,7 @@ async def _read_request(receive: Receive, messages: list[Message]) -> PathReques
         request = _decoder.decode(body)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return None
-    return None if request.labels else request  # keys of labels may be repeated, too
+    return None if request.labels or request.parameters else request  # their keys may be repeated, too
 
 
 def _replay(messages: list[Message], receive: Receive) -> Receive:

@@ -54,6 +54,8 @@ def place_of(text: str) -> tuple[float, float]:
     return x, y
 
 
+RequestParameters = Annotated[dict[str, Any], AfterValidator(plain_json)]
+
 Place = Annotated[str, AfterValidator(_place), Field(max_length=64, examples=["2,-3.5"])]
 
 
@@ -73,6 +75,13 @@ class PlanFile(RequestBody):
     )
     queue: StrictBool = Field(False, description="Whether to wait in the queue (202) if no container is available now")
     labels: Labels = Field({})
+    parameters: RequestParameters = Field(
+        {},
+        description="Parameters of the planner and of the global costmap that differ from the usual ones, as in a "
+        "robot's file: `allow_unknown`, `inflation_radius`, `cost_scaling_factor`, `lethal_cost_threshold`, "
+        "`robot_radius`, `footprint`, and the planner's own",
+        examples=[{"allow_unknown": False, "inflation_radius": 0.3}],
+    )
 
 
 class CostFile(RequestBody):
@@ -82,6 +91,11 @@ class CostFile(RequestBody):
     goals: Poses
     timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time limit of the whole request [s]")
     labels: Labels = Field({})
+    parameters: RequestParameters = Field(
+        {},
+        description="`allow_unknown`, and parameters of the global costmap, as for a path",
+        examples=[{"allow_unknown": False, "robot_radius": 0.3}],
+    )
 
 
 class CostMatrixAnswer(ResponseBody):

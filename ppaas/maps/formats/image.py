@@ -35,7 +35,7 @@ class ImageFormat:
         Its type in HTTP.
     endings : tuple of str
         Endings of its file names, the usual one first.
-    open : callable
+    reader : callable
         Opens a file of the format.
     size : callable
         Returns the height and width in the header of a file [pixels].
@@ -45,7 +45,7 @@ class ImageFormat:
     magic: tuple[bytes, ...]
     media_type: str
     endings: tuple[str, ...]
-    open: Callable[[Buffer], _Rows]
+    reader: Callable[[Buffer], _Rows]
     size: Callable[[Buffer], tuple[int, int]]
 
 
@@ -141,7 +141,7 @@ def open_image(image: Buffer) -> ImageRows:
     InvalidMap
         The file has another format, or is broken.
     """
-    return ImageRows(format_of(image).open(image))
+    return ImageRows(format_of(image).reader(image))
 
 
 def image_size(image: Buffer) -> tuple[int, int]:

@@ -7,7 +7,6 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.ppaas_msgs import ComputeCostsRequest, ComputeCostsResponse
@@ -15,6 +14,7 @@ from ppaas.nodes.base import Context, Job, Reply
 from ppaas.nodes.message_checks import finite_pose
 from ppaas.nodes.planner_server.path_services import MAX_TIMEOUT
 from ppaas.nodes.planner_server.planner_queue import PlannerQueue
+from ppaas.nodes.planner_server.variants import Variants, parameters_of
 from ppaas.planners.base import PlanRequest
 from ppaas.planners.watch import Watch
 from ppaas.thread_budget import Threads
@@ -36,14 +36,14 @@ class CostService:
     ----------
     context : Context
         Context of the node that offers the service.
-    costmap : Costmap
-        Costmap of the map.
+    variants : Variants
+        Costmaps of the map by parameters.
     threads : callable
         Returns the largest number of threads that kernels may use now.
     """
 
-    def __init__(self, context: Context, costmap: Costmap, threads: Threads) -> None:
-        self._costmap = costmap
+    def __init__(self, context: Context, variants: Variants, threads: Threads) -> None:
+        self._variants = variants
         self._threads = threads
         self._queue = PlannerQueue(context)
 
@@ -58,7 +58,7 @@ class CostService:
         Raises
         ------
         InvalidInput
-            A pose is invalid, there are too many, or the timeout is out of range.
+            A pose is invalid, there are too many, or the timeout or a parameter is out of range.
         Unavailable
             Too many requests are waiting.
         """
@@ -68,12 +68,18 @@ class CostService:
         if len(starts) * len(goals) > MAX_COSTS:
             raise InvalidInput(f"a request may ask for at most {MAX_COSTS} costs, not {len(starts)}×{len(goals)}")
 
+        parameters = parameters_of(request.parameters)
+        unknown = self._variants.allows_unknown(parameters)
+
         def work(cancelled: Callable[[], bool]) -> ComputeCostsResponse:
             from ppaas.planners.batch.cost_matrix import cost_matrix  # noqa: PLC0415 - its kernels are not for every container
 
-            origin = self._costmap.info.origin
+            costmap = self._variants.variant(parameters).costmap
+            origin = costmap.info.origin
             watch = Watch(PlanRequest(origin, origin, timeout=request.timeout, cancelled=cancelled))
-            costs = cost_matrix(self._costmap, starts, goals, threads=self._threads(), check=watch.check)
+            costs = cost_matrix(
+                costmap, starts, goals, threads=self._threads(), check=watch.check, allow_unknown=unknown
+            )
             return ComputeCostsResponse(_text(costs), watch.seconds())
 
         return self._queue.submit(work, reply)

@@ -14,6 +14,7 @@ from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import finite_pose
 from ppaas.nodes.planner_server.cost_service import CostService
 from ppaas.nodes.planner_server.path_services import PathServices, get_plan_response
+from ppaas.nodes.planner_server.variants import Variants
 from ppaas.plans.reuse.processor import PlanProcessor
 from ppaas.thread_budget import Threads
 
@@ -35,6 +36,8 @@ class PlannerServerNode(Node):
         Returns the largest number of threads that kernels may use now.
     processor : PlanProcessor
         Finds stored plans.
+    variants : Variants
+        Makes planners and costmaps for requests with parameters.
     """
 
     name: ClassVar[str] = "planner_server"
@@ -52,10 +55,13 @@ class PlannerServerNode(Node):
         threads: Threads,
         *,
         processor: PlanProcessor,
+        variants: Variants,
     ) -> None:
         super().__init__(context)
-        self._paths = PathServices(context, costmap, base_global_planner, threads, processor=processor)
-        self._costs = CostService(context, costmap, threads)
+        self._paths = PathServices(
+            context, costmap, base_global_planner, threads, processor=processor, variants=variants
+        )
+        self._costs = CostService(context, variants, threads)
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
         """Start planning a path or computing costs.
@@ -63,7 +69,7 @@ class PlannerServerNode(Node):
         Raises
         ------
         InvalidInput
-            A pose is not finite or not in the map frame, or a tolerance or timeout is out of range.
+            A pose is not finite or not in the map frame, or a tolerance, timeout or parameter is out of range.
         InvalidPlanner
             No planner of that name is installed.
         Unavailable

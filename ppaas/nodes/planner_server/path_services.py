@@ -15,6 +15,7 @@ from ppaas.nodes.base import Context, Job, Reply
 from ppaas.nodes.message_checks import finite_pose
 from ppaas.nodes.planner_server.plan_comparison import PlanComparison
 from ppaas.nodes.planner_server.planner_queue import PlannerQueue
+from ppaas.nodes.planner_server.variants import NO_VARIANTS, Given, Variants, parameters_of
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.path_json import rows_text
 from ppaas.planners.registry import PLANNERS
@@ -69,6 +70,8 @@ class PathServices:
         Finds stored plans.
     tuned : dict of str to Planner, optional
         Planners with parameters of their own, by name; they must not be used by others.
+    variants : Variants
+        Makes planners and costmaps for requests with parameters.
     """
 
     def __init__(
@@ -80,6 +83,7 @@ class PathServices:
         *,
         processor: PlanProcessor,
         tuned: Mapping[str, Planner] | None = None,
+        variants: Variants = NO_VARIANTS,
     ) -> None:
         self._processor = processor
         self._comparison = PlanComparison(context, processor)
@@ -88,6 +92,7 @@ class PathServices:
         self._threads = threads
         self._queue = PlannerQueue(context)
         self._planners = dict(tuned or {})
+        self._variants = variants
 
     def compute(self, request: ComputePathRequest, reply: Reply, costmap: Costmap | None = None) -> Job:
         """Handle a ``ppaas_msgs/ComputePath``; raises as ``plan`` does, and ``InvalidInput`` for an invalid pose."""
@@ -101,16 +106,18 @@ class PathServices:
             timeout=request.timeout,
             costmap=costmap,
             reuse=request.reuse,
+            parameters=parameters_of(request.parameters),
         )
 
     def plan(
         self, start: Pose2D, goal: Pose2D, reply: Reply, respond: ToResponse,
         *, planner: str = "", tolerance: float = 0.0, timeout: float = 5.0, costmap: Costmap | None = None,
-        reuse: bool = True,
+        reuse: bool = True, parameters: Given | None = None,
     ) -> Job:  # fmt: skip
         """Plan, and reply with ``respond(result)`` or with the error.
 
-        ``costmap`` replaces the costmap of the map alone; ``reuse`` allows a stored plan.
+        ``costmap`` replaces the costmap of the map alone; ``reuse`` allows a stored plan; ``parameters`` are those of
+        the planner and the global costmap that differ from the usual ones.
 
         Returns
         -------
@@ -122,7 +129,7 @@ class PathServices:
         InvalidPlanner
             No planner of that name is installed.
         InvalidInput
-            A tolerance or timeout is out of range.
+            A tolerance, timeout or parameter is out of range.
         Unavailable
             Too many requests are waiting.
         """
@@ -130,12 +137,15 @@ class PathServices:
             raise InvalidInput(f"tolerance must be finite and at least 0 m, not {tolerance}")
         if not 0.0 < timeout <= MAX_TIMEOUT:
             raise InvalidInput(f"timeout must be above 0 and at most {MAX_TIMEOUT:g} s, not {timeout}")
-        chosen, used = self._planner(planner or self._default), costmap or self._costmap
+        chosen, used = self._planner(planner or self._default, parameters), costmap or self._costmap
         planned: tuple[PlanRequest, PlanResult] | None = None
 
         def work(cancelled: Cancelled) -> Response:
             nonlocal planned
             request = PlanRequest(start, goal, tolerance, timeout, cancelled, self._threads())
+            if parameters:
+                variant = self._variants.variant(parameters)
+                return respond(variant.processor.plan(chosen, variant.costmap, request, reuse=reuse))
             result = self._processor.plan(chosen, used, request, reuse=reuse)
             planned = request, result
             return respond(result)
@@ -147,11 +157,13 @@ class PathServices:
 
         return self._queue.submit(work, done)
 
-    def _planner(self, name: str) -> Planner:
+    def _planner(self, name: str, parameters: Given | None = None) -> Planner:
         own = PLANNERS.own_name(name)
-        if own not in self._planners:
-            try:
+        try:
+            if parameters:
+                return self._variants.planner(own, parameters)
+            if own not in self._planners:
                 self._planners[own] = planners.create(own)
-            except NotFound as error:
-                raise InvalidPlanner(str(error)) from error
+        except NotFound as error:
+            raise InvalidPlanner(str(error)) from error
         return self._planners[own]

@@ -1,6 +1,7 @@
 """Path Plan Processor of a container: returns a stored plan if that is expected to be faster, else computes one."""
 
 import math
+from weakref import WeakKeyDictionary
 
 import msgspec
 
@@ -75,7 +76,7 @@ class PlanProcessor:
         self._parameters = parameters
         self._clock = clock
         self.verdict = ReuseVerdict(False, "kept")
-        self._by_planner: dict[Planner, tuple[_Common, _Common]] = {}
+        self._by_planner = WeakKeyDictionary[Planner, tuple[_Common, _Common]]()
         self._refused: dict[tuple[str, str, str, int], float] = {}
 
     def plan(self, planner: Planner, costmap: Costmap, request: PlanRequest, *, reuse: bool = True) -> PlanResult:

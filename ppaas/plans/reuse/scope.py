@@ -26,7 +26,8 @@ class ReuseScope:
     robot_radius : float
         Robot radius for which it is inflated [m].
     filters : mapping
-        Masks that restrict the robot, by name. Two robots have the same costs only with the same masks.
+        Masks that restrict the robot and other parameters of its costmap, by name. Two robots have the same costs only
+        if these are equal.
     """
 
     map: str

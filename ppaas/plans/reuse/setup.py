@@ -31,7 +31,7 @@ class ReuseSetup:
     note : callable
         Called with a history row for each request.
     filters : mapping
-        Masks that restrict the robot, by name.
+        Masks that restrict the robot and other parameters of its costmap, by name.
     """
 
     map: str = ""
@@ -41,7 +41,14 @@ class ReuseSetup:
     note: Note = discard_note
     filters: Mapping[str, Any] = field(default_factory=dict)
 
-    def processor(self, bare: Costmap, robot_radius: float, parameters: ReuseParameters = DEFAULTS) -> PlanProcessor:
-        """Return a processor for the costmap of the map alone and a robot radius [m]."""
-        scope = ReuseScope(self.map, self.version, bare, robot_radius, self.filters)
+    def processor(
+        self,
+        bare: Costmap,
+        robot_radius: float,
+        parameters: ReuseParameters = DEFAULTS,
+        *,
+        filters: Mapping[str, Any] | None = None,
+    ) -> PlanProcessor:
+        """Return a processor for the costmap of the map alone and a robot radius [m]; ``filters`` add to its own."""
+        scope = ReuseScope(self.map, self.version, bare, robot_radius, {**self.filters, **(filters or {})})
         return PlanProcessor(scope, self.library, self.times, self.note, parameters=parameters)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ppaas.errors import InvalidInput
 from robots.cli import event_loop
 from robots.cli.output import show
+from robots.cli.resource import merge_patch
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
 from robots.cli.verbs import plan_database
 from robots.cli.verbs.robot_urdf import add_mesh_argument, read_urdf
@@ -85,6 +86,12 @@ def _configure_create(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_robot_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--parameter",
+        action="append",
+        metavar="NAME=VALUE",
+        help="parameter of the planner or the costmap, as allow_unknown=false or inflation_radius=0.3",
+    )
     robot = parser.add_argument_group("with a map file", "default: a Turtlebot2, as in the cloud")
     robot.add_argument("--radius", type=float, metavar="M", help="radius of the robot [m], instead of that of a URDF")
     size = robot.add_mutually_exclusive_group()
@@ -124,21 +131,24 @@ def _robot(arguments: argparse.Namespace) -> "PlannedRobot":
     from robots.plans import offline  # noqa: PLC0415
 
     urdf = None if arguments.urdf is None else read_urdf(arguments.urdf, arguments.mesh_folder)
-    return offline.PlannedRobot(arguments.model or offline.MODEL, arguments.radius, urdf)
+    parameters = merge_patch(arguments.parameter or [])
+    return offline.PlannedRobot(arguments.model or offline.MODEL, arguments.radius, urdf, parameters)
 
 
-def _costmap(arguments: argparse.Namespace) -> "Costmap":
+def _costmap(arguments: argparse.Namespace, robot: "PlannedRobot") -> "Costmap":
     from ppaas.maps.formats.map_yaml import Rules  # noqa: PLC0415
     from robots.plans import offline  # noqa: PLC0415
 
     rules = None if arguments.rules is None else Rules(arguments.rules)
-    return offline.costmap_of_file(Path(arguments.map), _robot(arguments).radius_of(), rules)
+    return offline.costmap_for(Path(arguments.map), robot, rules)
 
 
 def _matrix(arguments: argparse.Namespace) -> None:
     from robots.plans import matrix  # noqa: PLC0415
 
-    answer = matrix.answer_of(_costmap(arguments), matrix.read_ends(arguments.ends))
+    robot = _robot(arguments)
+    unknown, ends = robot.allows_unknown(), matrix.read_ends(arguments.ends)
+    answer = matrix.answer_of(_costmap(arguments, robot), ends, allow_unknown=unknown)
     rows, columns = matrix.table_of(answer)
     show(answer if arguments.json else rows, columns, as_json=arguments.json, if_none="no starts")
 
@@ -153,7 +163,7 @@ def _plan_offline(arguments: argparse.Namespace) -> None:
         return
     _refuse_octomap_options(arguments)
     start, goal = (Pose2D(*pose) for pose in _ends(arguments))
-    costmap = _costmap(arguments)
+    costmap = _costmap(arguments, robot)
     planner = arguments.planner or PLANNER
     answer = offline.answer_of(offline.plan(costmap, start, goal, planner, arguments.tolerance, robot=robot))
     if arguments.plot is not None:
@@ -165,8 +175,8 @@ def _plan_in_space(arguments: argparse.Namespace, path: Path, robot: "PlannedRob
     from ppaas.planners.volume import Pose3D  # noqa: PLC0415
     from robots.plans import offline, space  # noqa: PLC0415
 
-    if (arguments.plot, arguments.rules) != (None, None):
-        raise InvalidInput("--plot and --rules need a 2D map; the map is an octomap")
+    if (arguments.plot, arguments.rules, arguments.parameter) != (None, None, None):
+        raise InvalidInput("--plot, --rules and --parameter need a 2D map; the map is an octomap")
     start, goal = (Pose3D(*pose) for pose in _ends(arguments, "x y z"))
     body_2d = robot.body()
     height = (body_2d.height or space.HEIGHT) if arguments.height is None else arguments.height
@@ -188,7 +198,8 @@ async def _create(arguments: argparse.Namespace) -> None:
     _refuse_octomap_options(arguments)
     client = logged_in(arguments)
     options = {"planner": arguments.planner or PLANNER, "tolerance": arguments.tolerance}
-    answer = await client.plan(arguments.map, start, goal, **options)
+    parameters = merge_patch(arguments.parameter or [])
+    answer = await client.plan(arguments.map, start, goal, parameters=parameters, **options)
     if arguments.plot is not None:
         await _plot_kept(client, answer, arguments.plot)
     show(answer, COLUMNS, as_json=arguments.json)
@@ -232,12 +243,13 @@ def _path(plan_id: str) -> str:
 
 async def _plot_kept(client: "RestClient", kept: Mapping[str, Any], picture: Path) -> None:
     """Draw a stored path on the map version that it was planned on."""
+    from ppaas.maps.formats.map_files import load_map  # noqa: PLC0415
     from robots.plans import offline  # noqa: PLC0415
 
     files = [path_of("maps", kept["map"], "versions", kept["version"], part) for part in ("yaml", "image")]
     record, image = [await client.fetch(file) for file in files]
-    radius = offline.PlannedRobot().radius_of()
-    _draw(picture, offline.inflated(record, image, radius), kept, radius, kept["map"])
+    robot = offline.PlannedRobot()
+    _draw(picture, offline.inflated(load_map(record, image), robot), kept, robot.radius_of(), kept["map"])
 
 
 def _draw(picture: Path, costmap: Any, answer: Mapping[str, Any], radius: float, name: str) -> None:

@@ -13,7 +13,7 @@ from ppaas.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidMap, InvalidParameter
 from ppaas.maps.formats.pgm import write_pgm
 from ppaas.maps.grid import GridInfo
-from robots.plans.offline import PlannedRobot, costmap_of_file
+from robots.plans.offline import PlannedRobot, costmap_for
 from tests.support.sources import ROOT
 
 OFFICE = ROOT / "docs" / "examples" / "office.yaml"
@@ -66,7 +66,7 @@ def test_an_invalid_grid_is_refused(make: Callable[..., grids.Grid], numbers: tu
 
 
 def test_a_map_of_map_server_is_inflated_like_in_a_container() -> None:
-    expected = costmap_of_file(OFFICE, PlannedRobot().radius_of())
+    expected = costmap_for(OFFICE, PlannedRobot())
     for path in (OFFICE, OFFICE.with_suffix(".pgm")):
         np.testing.assert_array_equal(grids.from_file(path).costmap.data, expected.data)
 

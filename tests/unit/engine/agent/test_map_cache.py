@@ -13,7 +13,8 @@ from engine.agent.map_cache import Builder, MapCache
 from engine.container.shared_indexes import SharedIndexes
 from engine.specs.containers import LayerSpec, MapVersion
 from engine.specs.layer_files import open_layers
-from ppaas.costmap.build_layers import build_layers
+from ppaas.costmap.build_layers import build_layers, recosted
+from ppaas.costmap.global_parameters import CostParameters
 from ppaas.errors import InvalidMap, InvalidParameter, InvalidPlanner, NotFound, Unavailable
 from ppaas.maps.formats.map_files import load_map
 from ppaas.planners.hub_labels.planner import HubLabels
@@ -133,6 +134,20 @@ async def test_masks_are_applied_in_the_requested_versions(tmp_path):
     assert 0 < layers.speed.data.max() < 100
     bare = open_layers(await cache.ensure(LayerSpec(record, 0.18)))
     assert bare.costmap.data.max() == 0
+
+
+async def test_layers_have_the_costs_that_are_requested(tmp_path):
+    cells = np.full((30, 40), 254, np.uint8)
+    cells[:, 20] = 51  # occupancy 0.8
+    yaml = b"image: a.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nmode: scale\noccupied_thresh: 0.9\nfree_thresh: 0.1\n"
+    record = house(image=b"P5\n40 30\n255\n" + cells.tobytes(), yaml=yaml)
+    cache = MapCache(tmp_path / "shm", build=LayerBuilder(kept(record)))
+    built = {}
+    for costs in (CostParameters(), CostParameters(inflation_radius=0.3), CostParameters(lethal_cost_threshold=100)):
+        layers = open_layers(await cache.ensure(LayerSpec(record, 0.18, costs=costs)))
+        built[costs] = layers.costmap.data
+        assert np.array_equal(built[costs], recosted(layers, 0.18, costs).data)
+    assert [int((data > 0).sum()) for data in built.values()] == [30 * 23, 30 * 13, 0]
 
 
 async def test_octomap_obstacles_at_robot_height_are_on_the_layers(tmp_path):

@@ -45,6 +45,14 @@ def test_masks_round_trip_and_are_read_only(tmp_path, layers):
     assert not any(array.flags.writeable for array in (found.keepout.data, found.speed.data, found.to_lethal))
 
 
+def test_distances_to_lethal_cells_round_trip_without_masks(tmp_path, layers):
+    lethal = np.random.default_rng(5).random((5, 7), np.float32)
+    write_layers(tmp_path, replace(layers, barred_distance=lethal), created=0.0)
+    found = open_layers(tmp_path)
+    np.testing.assert_array_equal(found.to_lethal, lethal)
+    assert found.keepout is None
+
+
 def test_opened_layers_are_read_only(tmp_path, layers):
     write_layers(tmp_path, layers, created=0.0)
     found = open_layers(tmp_path)

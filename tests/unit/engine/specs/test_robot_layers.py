@@ -1,7 +1,11 @@
 """Inputs of a robot's map layers, and the filters of its plans."""
 
+import pytest
+
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.robot_layers import filters_of, layers_of
+from ppaas.costmap.global_parameters import CostParameters
+from ppaas.errors import InvalidParameter
 from tests.support.engine.specs import HOUSE, planning_spec, robot_config
 
 KEPT, SLOW = MapVersion("kept", "v3"), MapVersion("slow", "v1")
@@ -11,6 +15,16 @@ def test_a_planning_container_has_no_filters() -> None:
     layers = layers_of(planning_spec())
     assert (layers.robot_radius, layers.masks, layers.heights) == (0.18, {}, None)
     assert filters_of(layers) == {}
+
+
+def test_costs_of_the_global_costmap_are_those_of_the_robots_file() -> None:
+    given = {"global_costmap": {"inflation_radius": 0.3, "cost_scaling_factor": 10.0, "robot_radius": 0.2}}
+    layers = layers_of(ContainerSpec("c1", "ann", HOUSE, 1.0, robot_config(parameters=given)))
+    assert (layers.robot_radius, layers.costs) == (0.2, CostParameters(inflation_radius=0.3))
+    assert filters_of(layers) == {"global_costmap": {"inflation_radius": 0.3}}
+    with pytest.raises(InvalidParameter, match="inflation_radius must be from 0 to 100"):
+        wrong = robot_config(parameters={"global_costmap": {"inflation_radius": -1}})
+        layers_of(ContainerSpec("c1", "ann", HOUSE, 1.0, wrong))
 
 
 def test_plans_depend_on_the_keepout_filter_and_not_on_the_speed_filter() -> None:

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from ppaas.costmap.build_layers import build_layers
+from ppaas.costmap.build_layers import build_layers, recosted
 from ppaas.costmap.filter_masks import barred, raise_costs
+from ppaas.costmap.global_parameters import CostParameters
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
@@ -71,6 +72,30 @@ def test_masks_do_not_affect_localization(grid):
     assert bare.to_lethal is bare.distance
     known = layers.costmap.data != 255
     assert (layers.costmap.data[known] >= np.where(bare.costmap.data == 255, 0, bare.costmap.data)[known]).all()
+
+
+@pytest.mark.parametrize(("threshold", "lethal"), [(1, [30, 65, 100]), (65, [65, 100]), (66, [100]), (100, [100])])
+@pytest.mark.parametrize("mask", [False, True])
+def test_cells_from_the_lethal_threshold_on_are_obstacles(threshold, lethal, mask):
+    values = np.array([[0, 30, 65, 100, -1]], np.int8).repeat(3, axis=0)
+    grid = GridMap(values, GridInfo(1.0, 5, 3))
+    keepout = GridMap(np.zeros((3, 5), np.int8), grid.info) if mask else None
+    layers = build_layers(grid, robot_radius=0.1, lethal_cost_threshold=threshold, keepout=keepout)
+    assert np.array_equal(layers.costmap.data == 254, np.isin(values, lethal))
+    assert np.array_equal(layers.to_lethal == 0, np.isin(values, lethal))
+    assert np.array_equal(layers.distance == 0, values >= 65)
+
+
+@settings(deadline=None, max_examples=30)
+@given(grid_maps([-1, 0, 50, 80, 100], most=20))
+def test_a_recosted_map_equals_one_built_with_the_same_parameters(grid):
+    costs = CostParameters(0.3, 3.0, 70)
+    built = build_layers(
+        grid, robot_radius=0.1, inflation_radius=0.3, cost_scaling_factor=3.0, lethal_cost_threshold=70
+    )
+    assert np.array_equal(recosted(build_layers(grid), 0.1, costs).data, built.costmap.data)
+    usual = build_layers(grid, robot_radius=0.4).costmap
+    assert np.array_equal(recosted(build_layers(grid), 0.4, CostParameters()).data, usual.data)
 
 
 @pytest.mark.parametrize("name", ["turtlebot3", "warehouse"])

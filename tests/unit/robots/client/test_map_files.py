@@ -49,10 +49,10 @@ def test_the_image_is_found_from_the_folder_of_the_yaml(tmp_path: Path, image: s
 
 
 def test_absolute_paths_and_paths_of_the_home_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    (tmp_path / "home").mkdir()
-    (tmp_path / "home" / "a.pgm").write_bytes(IMAGE)
-    assert read_map_files(map_of(tmp_path, f"{tmp_path}/home/a.pgm"))[1] == IMAGE
+    monkeypatch.setenv("HOME", str(tmp_path / "user"))
+    (tmp_path / "user").mkdir()
+    (tmp_path / "user" / "a.pgm").write_bytes(IMAGE)
+    assert read_map_files(map_of(tmp_path, f"{tmp_path}/user/a.pgm"))[1] == IMAGE
     assert read_map_files(map_of(tmp_path, "~/a.pgm"))[1] == IMAGE
 
 

@@ -10,7 +10,7 @@ from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, poses_along
 from robots.pictures.path import GOAL, PATH, START, _round_length, draw, write_picture
 from robots.pictures.view import HIGHEST, WIDEST
-from robots.plans.offline import costmap_of_file, plan
+from robots.plans.offline import PlannedRobot, costmap_for, plan
 from tests.support.sources import ROOT
 from tests.support.world import grids
 
@@ -23,7 +23,7 @@ def count(picture: Image.Image, colour: tuple[int, int, int]) -> int:
 
 
 def test_a_picture_shows_path_start_and_goal(tmp_path):
-    costmap = costmap_of_file(ROOT / "docs" / "examples" / "office.yaml", 0.18)
+    costmap = costmap_for(ROOT / "docs" / "examples" / "office.yaml", PlannedRobot())
     result = plan(costmap, Pose2D(2, 2), Pose2D(10, 8, 1.57), "astar", 0.0)
     write_picture(tmp_path / "office.PNG", costmap, result.poses, **OPTIONS)
     with Image.open(tmp_path / "office.PNG") as picture:

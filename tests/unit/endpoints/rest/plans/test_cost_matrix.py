@@ -32,6 +32,15 @@ async def test_costs_are_returned_in_rows_with_map_and_container(
     assert len(request.goals) == 3
 
 
+async def test_parameters_reach_the_planner(
+    client: httpx.AsyncClient, headers: dict[str, str], cloud: FakeCloud
+) -> None:
+    given = {"allow_unknown": False, "robot_radius": 0.3}
+    answer = await client.post("/v1/maps/house/cost_matrix", headers=headers, json=REQUEST | {"parameters": given})
+    assert answer.status_code == 200, answer.text
+    assert cloud.costs_asked[0][2].parameters == given
+
+
 @pytest.mark.parametrize(
     "change",
     [{"starts": [[0]]}, {"starts": "here"}, {"goals": [[0, 0]] * 1001}, {"timeout": 1e6}, {"timeout": 0}, {"speed": 1}],

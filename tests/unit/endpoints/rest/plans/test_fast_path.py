@@ -31,6 +31,7 @@ files = st.fixed_dictionaries(
         "reuse": st.booleans() | anything,
         "queue": st.booleans() | anything,
         "labels": st.dictionaries(st.sampled_from(["zone", "no name", "a" * 65, "rack\n"]), anything | st.just("a")),
+        "parameters": st.dictionaries(st.sampled_from(["allow_unknown", "robot_radius"]), anything) | anything,
         "more": anything,
     },
 )
@@ -83,6 +84,7 @@ def test_openapi_describes_the_fields_of_requests_and_answers(pair: tuple[Any, A
         b'{"start": [1, 2], "goal": [3, 4], "st\\u0061rt": [5, 6]}',
         json.dumps(POSE).encode("utf-16"),
         b'{"start": [1, 2], "goal": [3, 4], "labels": {"a": "b", "a": "c"}}',
+        b'{"start": [1, 2], "goal": [3, 4], "parameters": {"smooth": true, "smooth": false}}',
         b'\xef\xbb\xbf{"start": [1, 2], "goal": [3, 4]}',
         b'{"start": [1, 2], "goal": [3, 1e999]}',
         b'{"start": [1, 2], "goal": [3, NaN]}',

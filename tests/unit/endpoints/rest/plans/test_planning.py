@@ -52,6 +52,36 @@ async def test_a_path_is_planned_returned_and_stored(
     assert (kept["poses"], kept["user"], kept["goal"]) == (poses, "ann", [3.0, 4.0, 0.0])
 
 
+async def test_parameters_reach_the_planner(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    given = {"allow_unknown": False, "inflation_radius": 0.3, "footprint": [[0, 0], [1, 0], [0, 1]]}
+    answer = await client.post("/v1/maps/house/plans", headers=ann, json=REQUEST | {"parameters": given})
+    assert answer.status_code == 201, answer.text
+    assert cloud.asked[0][2].parameters == given
+
+
+@pytest.mark.parametrize(
+    ("parameters", "reason"),
+    [
+        ([], "dictionary"),
+        ({"x": "y" * 70_000}, "at most 65536"),
+        ({"x": json.loads("[" * 500 + "]" * 500)}, "objects and lists within each other"),
+    ],
+)
+async def test_parameters_that_are_no_small_object_are_refused(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud, parameters: object, reason: str
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    answer = await client.post("/v1/maps/house/plans", headers=ann, json=REQUEST | {"parameters": parameters})
+    assert answer.status_code in (400, 413, 422)
+    assert reason in answer.text
+    assert cloud.asked == []
+
+
 async def test_all_request_fields_reach_the_planner(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud
 ) -> None:

@@ -45,6 +45,17 @@ def test_costs_equal_those_of_paths():
     assert answer.seconds >= 0.0
 
 
+def test_costs_have_the_parameters_of_the_request():
+    given = '{"inflation_radius": 1.5, "cost_scaling_factor": 1.0, "allow_unknown": false}'
+    usual, wide = json.loads(costs_of().costs), json.loads(costs_of(parameters=given).costs)
+    path = ask("compute_path", ComputePathRequest(Pose.of(STARTS[0]), Pose.of(GOALS[0]), parameters=given))
+    assert wide[0][0] == pytest.approx(path.cost, rel=2e-4)
+    assert wide[0][0] > usual[0][0]
+    refused = costs_of(parameters='{"smooth": true}')
+    assert isinstance(refused, InvalidInput)
+    assert "a cost matrix has no parameter 'smooth'" in str(refused)
+
+
 def test_unreachable_goal_has_a_null_cost():
     layers = build_layers(walled_map(6, 4, [(2.9, 0.0, 3.1, 4.0)]))
     graph, answers = Graph(), []

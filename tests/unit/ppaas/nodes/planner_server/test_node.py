@@ -116,6 +116,35 @@ def test_invalid_request_is_refused(fields):
     assert isinstance(path(**fields), InvalidInput)
 
 
+def test_a_request_with_parameters_plans_with_them():
+    usual, wide = path(), path(parameters='{"inflation_radius": 1.5, "cost_scaling_factor": 1.0}')
+    assert wide.plan_id != usual.plan_id
+    assert wide.cost > usual.cost
+    assert json.loads(wide.conditions)["global_costmap"] == {"inflation_radius": 1.5, "cost_scaling_factor": 1.0}
+    assert isinstance(path(parameters='{"robot_radius": 0.8}'), NoValidPath)
+    assert path(parameters='{"allow_unknown": true}').plan_id == usual.plan_id
+
+
+@pytest.mark.parametrize(
+    ("parameters", "reason"),
+    [
+        ("[]", "parameters must be a JSON object"),
+        ("{", "parameters must be a JSON object"),
+        ("[" * 5000, "parameters must be a JSON object"),
+        ('{"speed": 1}', "planner 'dijkstra' has no parameter 'speed'; known: allow_unknown"),
+        ('{"inflation_radius": -1}', "inflation_radius must be from 0 to 100"),
+    ],
+)
+def test_invalid_parameters_are_refused(parameters, reason):
+    answer = path(parameters=parameters)
+    assert isinstance(answer, InvalidInput)
+    assert reason in str(answer)
+
+
+def test_an_unknown_planner_with_parameters_has_its_code():
+    assert isinstance(path(planner="teleport", parameters='{"smooth": true}'), InvalidPlanner)
+
+
 def test_poses_outside_the_map_frame_are_refused():
     answer = ask("make_plan", GetPlanRequest(stamped(START, "odom"), stamped(GOAL)))
     assert isinstance(answer, InvalidInput)

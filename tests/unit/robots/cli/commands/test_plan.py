@@ -51,6 +51,23 @@ async def test_negative_numbers_planner_and_tolerance_reach_the_cloud(ppaas: Com
     assert (request.planner, request.tolerance) == ("navfn", 0.5)
 
 
+async def test_parameters_reach_the_cloud(ppaas: CommandLine) -> None:
+    given = ("--parameter", "allow_unknown=false", "--parameter", "robot_radius=0.3")
+    assert (await ppaas("plan", *IN_HOUSE, *given)).status == 0
+    assert ppaas.cloud.asked[0][2].parameters == {"allow_unknown": False, "robot_radius": 0.3}
+    refused = await ppaas("plan", *IN_HOUSE, "--parameter", "allow_unknown")
+    assert "'allow_unknown' is not a valid change; write NAME=VALUE" in refused.err
+
+
+async def test_parameters_apply_on_a_map_file(ppaas: CommandLine) -> None:
+    usual = json.loads((await ppaas("plan", *IN_OFFICE, "--json", user=None)).out)
+    wide = await ppaas("plan", *IN_OFFICE, "--parameter", "inflation_radius=2", "--json", user=None)
+    assert json.loads(wide.out)["cost"] > usual["cost"], wide.err
+    refused = await ppaas("plan", *IN_OFFICE, "--parameter", "speed=1", user=None)
+    assert "planner 'dijkstra' has no parameter 'speed'; known: allow_unknown" in refused.err
+    assert "of the costmap: cost_scaling_factor, footprint, inflation_radius" in refused.err
+
+
 async def test_a_planning_error_of_the_cloud_is_reported(ppaas: CommandLine) -> None:
     ppaas.cloud.error = GoalOccupied("the goal is in a wall")
     ended = await ppaas("plan", "house", "--start", "0", "0", "--goal", "1", "1")

@@ -44,7 +44,7 @@ async def test_a_urdf_sets_the_height(ppaas: CommandLine, tmp_path: Path) -> Non
     ("arguments", "error"),
     [
         ((TABLE, "--start", "0", "0", "--goal", "1", "1", "1"), "--start must be x y z [yaw]"),
-        ((*IN_ROOM, "--plot", "a.png"), "--plot and --rules need a 2D map"),
+        ((*IN_ROOM, "--plot", "a.png"), "--plot, --rules and --parameter need a 2D map"),
         ((*IN_ROOM, "--planner", "navfn"), "unknown planner in space 'navfn'"),
         ((*IN_ROOM, "--depth", "17"), "from 1 to 16"),
         (("none.bt", *IN_ROOM[1:]), "cannot read none.bt"),
