@@ -76,6 +76,10 @@ def _date(value: float) -> str:
     return time.strftime("%Y-%m-%d %H:%M", time.localtime(value)) if value else "-"
 
 
+def _moment(value: float) -> str:
+    return time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(value))
+
+
 def duration(seconds: float) -> str:
     """Return a duration [s] in its two largest units."""
     whole = int(seconds)
@@ -112,6 +116,7 @@ _FORMATS: dict[str, Callable[[Any], str]] = {
     "pss": size,
     "created": _date,
     "expires": _date,
+    "time": _moment,
     "age": duration,
     "cpu": percent,
     "network": _per_second,

@@ -2,7 +2,7 @@
 
 import argparse
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import NotAuthenticated
 
@@ -13,10 +13,33 @@ DEFAULT_URL = "http://127.0.0.1:8500"
 """URL of a cloud on this computer."""
 
 
+class _TrustFile(argparse.Action):
+    """Trust the authorities in a file, in all clients of this process and of those that it starts."""
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: Any, option: str | None = None
+    ) -> None:
+        """Check the file, and name it to OpenSSL, which would silently ignore an unusable one."""
+        import ssl  # noqa: PLC0415 - takes 10 ms, which most commands need not spend
+
+        try:
+            ssl.create_default_context(cafile=values)
+        except OSError as error:
+            parser.error(f"cannot read certificates from {values}: {error}; give a file in PEM")
+        os.environ["SSL_CERT_FILE"] = values
+        setattr(namespace, self.dest, values)
+
+
 def add_url_argument(parser: argparse.ArgumentParser) -> None:
     """Add the option ``--url``."""
     url = os.environ.get("PPAAS_URL", DEFAULT_URL)
     parser.add_argument("--url", default=url, help="URL of the cloud (PPAAS_URL, else %(default)s)")
+    parser.add_argument(
+        "--ca-file",
+        action=_TrustFile,
+        metavar="FILE",
+        help="certificates in PEM to trust for https instead of those of the system (SSL_CERT_FILE)",
+    )
 
 
 def add_cloud_arguments(parser: argparse.ArgumentParser) -> None:

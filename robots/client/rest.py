@@ -215,13 +215,16 @@ class RestClient:
         finally:
             partial.unlink(missing_ok=True)
 
-    async def items(self, path: str, limit: int | None = None) -> list[Any]:
-        """Return the items of the list at a path, fetched page by page: all, or the first ``limit``."""
+    async def items(self, path: str, limit: int | None = None, **filters: str | float) -> list[Any]:
+        """Return the items of the list at a path, fetched page by page: all, or the first ``limit``.
+
+        Filters are further query parameters of the list.
+        """
         found: list[Any] = []
         cursor: str | None = ""
         while cursor is not None and (limit is None or len(found) < limit):
             page_size = MAX_PAGE if limit is None else min(limit - len(found), MAX_PAGE)
-            query = {"limit": page_size} | ({"cursor": cursor} if cursor else {})
+            query = filters | {"limit": page_size} | ({"cursor": cursor} if cursor else {})
             page = _parse(await self._request("GET", f"{path}?{urlencode(query)}"))
             try:
                 found += page["items"]

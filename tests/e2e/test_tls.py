@@ -1,0 +1,66 @@
+"""A cloud that serves HTTPS with a certificate of an authority of the test."""
+
+import asyncio
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from ppaas.errors import Unavailable
+from ppaas.maps.grid import GridMap
+from robots import cli
+from robots.client.rest import RestClient
+from tests.support.cloud.cloud import ADMIN_PASSWORD, publish_map, register_robot, running_cloud
+from tests.support.cloud.drive import driving
+from tests.support.network.certificates import TestAuthority
+from tests.support.world.places import free_pose, reachable_pose
+
+pytestmark = pytest.mark.journey
+
+
+async def ppaas(*arguments: str, stdin: str = "") -> tuple[int, str, str]:
+    """Run a command; return its status, output and errors."""
+    command = (sys.executable, "-m", cli.__name__, *arguments)
+    pipes = dict.fromkeys(("stdin", "stdout", "stderr"), asyncio.subprocess.PIPE)
+    process = await asyncio.create_subprocess_exec(*command, **pipes)  # type: ignore[arg-type]
+    out, errors = await process.communicate(stdin.encode())
+    return process.returncode or 0, out.decode(), errors.decode()
+
+
+async def test_robots_programs_and_commands_use_a_cloud_by_tls(
+    tmp_path: Path, office_map: GridMap, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    authority = TestAuthority(tmp_path)
+    certificate, key = authority.issue("cloud")
+    with running_cloud(tmp_path, "--tls-cert", str(certificate), "--tls-key", str(key)) as cloud:
+        assert cloud.url.startswith("https://127.0.0.1:")
+        with pytest.raises(Unavailable, match="certificate verify failed"):
+            await RestClient(cloud.url).login("admin", ADMIN_PASSWORD)
+
+        login = ("login", "admin", "--url", cloud.url, "--ca-file", str(authority.file))
+        status, token, errors = await ppaas(*login, stdin=ADMIN_PASSWORD + "\n")
+        assert (status, errors) == (0, "")
+
+        monkeypatch.setenv("SSL_CERT_FILE", str(authority.file))
+        rest = await cloud.admin()
+        await publish_map(rest, "office", office_map)
+        start = free_pose(office_map, seed=1)
+        robot = await register_robot(rest, "tb1", "office", start)
+        async with driving(cloud.url, robot, "tb1", office_map, start) as drive:
+            authority.issue("cloud")
+            assert await drive.go(reachable_pose(office_map, start, seed=2, at_least=1.5)) <= 0.25
+
+        monkeypatch.setenv("PPAAS_TOKEN", token.strip())
+        status, events, errors = await ppaas("audit", "--url", cloud.url, "--user", "admin", "--json")
+        assert (status, errors) == (0, "")
+        found = {(event["action"], event["object"], event["outcome"]) for event in json.loads(events)}
+        assert found >= {
+            ("log_in", "users/admin", "ok"),
+            ("publish_map", "maps/office", "ok"),
+            ("put_robot", "robots/tb1", "ok"),
+            ("connect", "robots/tb1", "ok"),
+            ("disconnect", "robots/tb1", "ok"),
+        }
+        assert ADMIN_PASSWORD not in events
+        assert token.strip() not in (tmp_path / "data" / "audit.jsonl").read_text()

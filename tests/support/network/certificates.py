@@ -1,0 +1,34 @@
+"""Certificates of servers for tests, issued by an authority of the test."""
+
+import ipaddress
+from pathlib import Path
+
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes
+from cryptography.hazmat.primitives.serialization import Encoding
+
+from engine.remote import certificates
+
+
+class TestAuthority:
+    """Authority that issues certificates for 127.0.0.1; ``file`` has its own certificate."""
+
+    __test__ = False
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._key = certificates.new_key()
+        self._certificate = certificates.authority_certificate(self._key, "authority of a test")
+        self.file = folder / "authority.pem"
+        self.file.write_bytes(self._certificate.public_bytes(Encoding.PEM))
+
+    def issue(self, name: str) -> tuple[Path, Path]:
+        """Return the files of a new certificate and of its key; they replace those of the same name."""
+        key = certificates.new_key()
+        address = x509.SubjectAlternativeName([x509.IPAddress(ipaddress.ip_address("127.0.0.1"))])
+        builder = certificates._begin(name, "authority of a test", key.public_key(), ca=False)
+        made = builder.add_extension(address, critical=False).sign(self._key, hashes.SHA256())
+        files = self._folder / f"{name}.pem", self._folder / f"{name}.key"
+        files[0].write_bytes(made.public_bytes(Encoding.PEM))
+        files[1].write_bytes(certificates.key_pem(key))
+        return files
