@@ -1,4 +1,4 @@
-"""What proxies in front of the cloud change: the path, by a prefix, and the address of the client."""
+"""Changes that proxies make to requests: a prefix of the path, and another address of the client."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, cast
@@ -8,6 +8,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
 
 from endpoints.http.front_settings import is_prefix
+from endpoints.http.websocket_protocol import CONNECTION
 
 PREFIX = "ppaas.prefix"
 """Key of the path prefix in the ASGI scope."""
@@ -85,6 +86,9 @@ class TrustedProxies:
         await self._clients(cast(Any, scope), cast(Any, receive), cast(Any, send))
 
     async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
+        connection = scope.get("state", {}).get(CONNECTION)
+        if connection is not None and scope.get("client"):
+            connection.client = tuple(scope["client"])  # by which it logs what a client did wrong
         await self._app(scope, receive, send)
 
 

@@ -94,6 +94,16 @@ async def test_the_right_path_is_told_with_the_prefix(services: Services) -> Non
     assert problem["detail"] == "the WebSocket of robots is at /ppaas/?robot=ID, not at '/ws'"
 
 
+async def test_a_refused_websocket_is_logged_with_the_address_of_the_client(
+    services: Services, caplog: pytest.LogCaptureFixture
+) -> None:
+    async with cloud_behind(services, trusted_proxies=("127.0.0.1",)) as client:
+        headers = {"X-Forwarded-For": "192.0.2.9"}
+        await refused(f"ws://{client.base_url.netloc.decode()}/ws", additional_headers=headers)
+    [line] = [record.getMessage() for record in caplog.records if "refused" in record.getMessage()]
+    assert line.startswith("192.0.2.9: WebSocket: refused: not-found: the WebSocket of robots is at /")
+
+
 # -- tokens of browsers ------------------------------------------------------------------------------------------------
 
 
