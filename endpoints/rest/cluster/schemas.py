@@ -96,6 +96,15 @@ class StoreHealth(ResponseBody):
     reason: str | None = Field(description="Reason of the failure, for administrators")
 
 
+class DiskHealth(ResponseBody):
+    """Space on the disk of the data folder."""
+
+    state: Literal["ok", "low", "full"] = Field(description="While it is full, nothing new is stored")
+    reason: str | None = Field(description="What is wrong, and what to do")
+    free: int = Field(description="Free space [bytes]")
+    total: int = Field(description="Size of the disk [bytes]")
+
+
 class HealthAnswer(ResponseBody):
     """Health of the cloud."""
 
@@ -103,3 +112,4 @@ class HealthAnswer(ResponseBody):
     store: StoreHealth = Field(description="Store of everything but maps")
     map_store: StoreHealth
     plans_waiting: int = Field(description="Number of paths that wait on the disk for the store")
+    disk: DiskHealth | None = Field(description="Disk of the data folder, for administrators")
