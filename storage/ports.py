@@ -149,6 +149,18 @@ class MapStore(Protocol):
         """
         ...
 
+    def remove_versions(self, map_id: str, versions: Collection[str]) -> None:
+        """Remove versions of a map, with the files that no other version has; their publications leave the list.
+
+        Raises
+        ------
+        NotFound
+            The map does not exist, or never had one of the versions.
+        Conflict
+            One of them is the current version.
+        """
+        ...
+
     def change_map(
         self, map_id: str, *, readers: tuple[str, ...] | None = None, description: str | None = None
     ) -> MapRecord:

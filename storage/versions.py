@@ -1,7 +1,7 @@
 """Versions of maps, named by the hash of their content: the same files have the same version everywhere."""
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import msgspec
 
@@ -28,6 +28,17 @@ def without_poses(record: PlanRecord) -> PlanRecord:
 def no_such_version(map_id: str, version: str) -> NotFound:
     """Return the error for a version that was never published for a map."""
     return NotFound(f"version of map {map_id!r}:", version)
+
+
+def check_removable(head: MapRecord, versions: Collection[str], known: Collection[str]) -> None:
+    """Raise ``NotFound`` if one of the versions to remove is not known, ``Conflict`` if it is the current one."""
+    for version in versions:
+        if version == head.version:
+            raise Conflict(
+                f"version {version} is the current one of map {head.id!r}: publish or roll back to another first"
+            )
+        if version not in known:
+            raise no_such_version(head.id, version)
 
 
 def check_publication(publication: Publication) -> None:

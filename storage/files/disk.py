@@ -31,6 +31,10 @@ class Disk(Protocol):
         """Store a copy of a local file, durably. An existing file has the same content."""
         ...
 
+    def move(self, source: str, target: str) -> bool:
+        """Rename a file within a folder; return False if it does not exist. An existing target is replaced."""
+        ...
+
     def opened(self, path: str) -> AbstractContextManager[Path]:
         """Make a file available under a local path in the block; ``FileNotFoundError`` if it does not exist."""
         ...

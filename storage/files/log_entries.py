@@ -1,5 +1,7 @@
 """Entries of a map's log: their paths and content, and the record that follows from a publication."""
 
+from collections.abc import Iterable
+
 import msgspec
 
 from ppaas.errors import NotFound
@@ -8,18 +10,22 @@ from storage.staged_uploads import StagedUpload
 
 
 class LogEntry(msgspec.Struct, frozen=True):
-    """One entry of the log: the map's metadata and current version; None for a map that was removed."""
+    """One entry of the log: the map's metadata and current version; None for a map that was removed.
+
+    ``removed`` are the numbers of publications whose entries and files are being removed.
+    """
 
     era: int
     owner: str = ""
     readers: tuple[str, ...] = ()
     description: str = ""
     present: MapVersionRecord | None = None
+    removed: tuple[int, ...] = ()
 
     @classmethod
-    def of(cls, record: MapRecord, era: int) -> "LogEntry":
+    def of(cls, record: MapRecord, era: int, removed: Iterable[int] = ()) -> "LogEntry":
         """Return the entry for a record."""
-        return cls(era, record.owner, record.readers, record.description, record.present)
+        return cls(era, record.owner, record.readers, record.description, record.present, tuple(removed))
 
     def record(self, map_id: str) -> MapRecord | None:
         """Return the record of the entry; None if the map was removed."""
@@ -29,11 +35,15 @@ class LogEntry(msgspec.Struct, frozen=True):
 
 
 class LatestEntry(msgspec.Struct, frozen=True):
-    """The last entry of a log: its number, the number of the map's first entry (``era``), and the record."""
+    """The last entry of a log: its number, the number of the map's first entry (``era``), and the record.
+
+    ``removed`` are the publications whose removal is not finished.
+    """
 
     number: int
     era: int
     record: MapRecord | None
+    removed: frozenset[int] = frozenset()
 
     def head(self, map_id: str) -> MapRecord:
         """Return the record; ``NotFound`` if the map does not exist."""

@@ -11,6 +11,11 @@ one gets the next number, and the others read the map again and retry. So a read
 no change is lost, no lock is held, and a killed writer leaves at most files that no entry names. A removal is an entry
 too. A later map of the same id continues the log with an era and a folder of its own, so the old files can be deleted
 at any time.
+
+A removal of versions is an entry too, which lists the publications. Their files are deleted after it, and their entries
+last, so that an interrupted removal is finished by the next one. A writer may just be publishing the same files again,
+so a file is first moved aside. It is moved back if the log names it by then, and the writer looks for its files after
+it has created its entry.
 """
 
 from collections.abc import Collection, Iterator
@@ -23,11 +28,19 @@ from ppaas.errors import NotFound, Unavailable
 from storage.files.disk import Disk
 from storage.files.log_entries import LatestEntry, LogEntry, changed, entry_path, files_path, published, rolled_back
 from storage.files.verified import open_verified
+from storage.files.version_sweep import VersionSweep
 from storage.names import check_name, is_name
 from storage.opened_maps import OpenMap
 from storage.records import MapRecord, MapVersionRecord, Publication
 from storage.staged_uploads import StagedUpload
-from storage.versions import PARTS, check_files, check_may_follow, check_publication, no_such_version
+from storage.versions import (
+    PARTS,
+    check_files,
+    check_may_follow,
+    check_publication,
+    check_removable,
+    no_such_version,
+)
 
 _ATTEMPTS = 5
 """Attempts to read a map that is removed while it is read."""
@@ -67,6 +80,7 @@ class LoggedMapStore:
             if record == latest.record:
                 return record
             if self._append(latest, record, era):
+                self._replace_moved(upload, files_path(publication.map, era))
                 self._sweep(publication.map, era)
                 return record
 
@@ -78,7 +92,7 @@ class LoggedMapStore:
             latest = self._latest(publication.map)
             before = latest.head(publication.map)
             check_may_follow(before, publication)
-            found = self._find(before, latest.era, version)
+            found = self._find(latest, before, version)
             if found.version == before.version:
                 return before
             record = rolled_back(latest, publication, found)
@@ -102,7 +116,7 @@ class LoggedMapStore:
         """Return the publications of a map, newest first; ``NotFound`` if the map does not exist."""
         check_name("map", map_id)
         latest = self._latest(map_id)
-        return list(islice(self._history(latest.head(map_id), latest.era, before), limit))
+        return list(islice(self._history(latest, latest.head(map_id), before), limit))
 
     @contextmanager
     def open_map(self, map_id: str, version: str | None = None, *, only: Collection[str] = PARTS) -> Iterator[OpenMap]:
@@ -123,6 +137,22 @@ class LoggedMapStore:
             record = changed(latest.head(map_id), readers, description)
             if record == latest.record or self._append(latest, record, latest.era):
                 return record
+
+    def remove_versions(self, map_id: str, versions: Collection[str]) -> None:
+        """Remove versions of a map, with the files that no other version has."""
+        check_name("map", map_id)
+        for version in versions:
+            check_name("version", version)
+        while True:
+            latest = self._latest(map_id)
+            head = latest.head(map_id)
+            listed = [one for one in self._history(latest, head) if one.version in versions]
+            check_removable(head, versions, {one.version for one in listed})
+            removed = latest.removed.union(one.number for one in listed)
+            if not removed or self._append(latest, head, latest.era, removed):
+                break
+        sweep = VersionSweep(self._disk, map_id, read=self._read, newest=self._latest, history=self._history)
+        sweep.run(self._latest(map_id))
 
     def remove_map(self, map_id: str) -> None:
         """Remove a map and its versions; ``NotFound`` if it does not exist."""
@@ -146,7 +176,8 @@ class LoggedMapStore:
                 entry = self._read(map_id, max(numbers))
             except FileNotFoundError:
                 continue  # the map was removed and published again after the names were read
-            return LatestEntry(max(numbers), entry.era, entry.record(map_id))
+            unfinished = frozenset(entry.removed).intersection(numbers)
+            return LatestEntry(max(numbers), entry.era, entry.record(map_id), unfinished)
         raise _unstable(map_id)
 
     def _numbers(self, map_id: str) -> list[int]:
@@ -159,26 +190,30 @@ class LoggedMapStore:
         except msgspec.MsgspecError as error:
             raise Unavailable(f"{path} of the maps is damaged ({error}): restore it from a backup") from error
 
-    def _history(self, head: MapRecord, era: int, before: int | None = None) -> Iterator[MapVersionRecord]:
+    def _history(self, latest: LatestEntry, head: MapRecord, before: int | None = None) -> Iterator[MapVersionRecord]:
         """Yield the publications, newest first. Each entry has the version that was current when it was written."""
-        number = head.present.number if before is None else min(head.present.number, before - 1)
-        while number >= era:
-            present = self._read_version(head.id, number)
-            yield present
-            number = present.number - 1
+        begin = head.present.number if before is None else min(head.present.number, before - 1)
+        for number in sorted(self._numbers(head.id), reverse=True):
+            if latest.era <= number <= begin:
+                present = self._read_version(head.id, number, latest.era)
+                if present is None:
+                    continue
+                begin = present.number - 1
+                if present.number not in latest.removed:
+                    yield present
 
-    def _read_version(self, map_id: str, number: int) -> MapVersionRecord:
+    def _read_version(self, map_id: str, number: int, era: int) -> MapVersionRecord | None:
+        """Return the version of an entry; None if the entry was removed after the names were read."""
         try:
-            present = self._read(map_id, number).present
+            return self._read(map_id, number).present
         except FileNotFoundError:
-            present = None
-        if present is None:  # the map was removed after the last entry was read
-            raise NotFound("map", map_id)
-        return present
+            if self._latest(map_id).era == era:
+                return None
+            raise NotFound("map", map_id) from None  # the whole map was removed
 
-    def _find(self, head: MapRecord, era: int, version: str) -> MapVersionRecord:
+    def _find(self, latest: LatestEntry, head: MapRecord, version: str) -> MapVersionRecord:
         """Return the publication of a version with its files, which a rollback does not repeat."""
-        for one in self._history(head, era):
+        for one in self._history(latest, head):
             if one.version == version and not one.restored:
                 return one
         raise no_such_version(head.id, version)
@@ -188,12 +223,12 @@ class LoggedMapStore:
             latest = self._latest(map_id)
             record = latest.head(map_id)
             if version not in (None, record.version):
-                found = self._find(record, latest.era, version or "")
+                found = self._find(latest, record, version or "")
                 record = msgspec.structs.replace(record, present=found)
             try:
                 return open_verified(stack, self._disk, files_path(map_id, latest.era), record, only)
             except FileNotFoundError as error:
-                if self._latest(map_id).era == latest.era:
+                if self._latest(map_id).number == latest.number:
                     raise Unavailable(f"files of map {map_id!r} are missing: publish it again") from error
         raise _unstable(map_id)
 
@@ -203,8 +238,16 @@ class LoggedMapStore:
         for part, file in upload.files.items():
             self._disk.place(upload.path(part), f"{folder}/{file.sha256}")
 
-    def _append(self, latest: LatestEntry, record: MapRecord, era: int) -> bool:
-        data = msgspec.json.encode(LogEntry.of(record, era))
+    def _replace_moved(self, upload: StagedUpload, folder: str) -> None:
+        """Place the files again that a removal of versions has moved aside before it could know of this publication."""
+        names = self._disk.names(folder)
+        for part, file in upload.files.items():
+            if file.sha256 not in names:
+                self._disk.place(upload.path(part), f"{folder}/{file.sha256}")
+
+    def _append(self, latest: LatestEntry, record: MapRecord, era: int, removed: Collection[int] | None = None) -> bool:
+        unfinished = latest.removed if removed is None else removed
+        data = msgspec.json.encode(LogEntry.of(record, era, sorted(unfinished) if era == latest.era else ()))
         return self._disk.create(entry_path(record.id, latest.number + 1), data)
 
     def _sweep(self, map_id: str, era: int) -> None:

@@ -87,6 +87,15 @@ class LocalDisk:
             (aside / "file").replace(place)
             _sync_folder(place.parent)
 
+    def move(self, source: str, target: str) -> bool:
+        """Rename a file; return False if it does not exist."""
+        with disk_errors(self._root / source):
+            try:
+                (self._root / source).replace(self._root / target)
+            except FileNotFoundError:
+                return False
+        return True
+
     @contextmanager
     def opened(self, path: str) -> Iterator[Path]:
         """Yield the path of a file; ``FileNotFoundError`` if it does not exist."""

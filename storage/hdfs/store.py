@@ -118,6 +118,12 @@ class HdfsDisk:
                 self._client.delete(self._path(path))
                 self._rename_to(self._write_temporary(blocks(data)), path)
 
+    def move(self, source: str, target: str) -> bool:
+        """Rename a file; return False if it does not exist."""
+        with self._errors():
+            self._client.delete(self._path(target))  # a rename in HDFS replaces no file
+            return self._rename(self._path(source), self._path(target))
+
     @contextmanager
     def opened(self, path: str) -> Iterator[Path]:
         """Download a file for the time of the block; ``FileNotFoundError`` if it does not exist."""

@@ -53,6 +53,14 @@ class MemoryDisk:
         with self._lock:
             self._files[path] = data
 
+    def move(self, source: str, target: str) -> bool:
+        """Rename a file; return False if it does not exist."""
+        with self._lock:
+            if source not in self._files:
+                return False
+            self._files[target] = self._files.pop(source)
+        return True
+
     @contextmanager
     def opened(self, path: str) -> Iterator[Path]:
         """Write a file to the local disk for the time of the block; ``FileNotFoundError`` if it does not exist."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from threading import Barrier
 
 import pytest
@@ -199,6 +200,87 @@ def test_one_of_concurrent_publications_with_the_same_if_match_succeeds(map_stor
     with ThreadPoolExecutor(5) as threads:
         assert sum(threads.map(publish, range(1, 6))) == 1
     assert len(map_store.versions("house")) == 2
+
+
+def test_a_removed_version_is_neither_listed_nor_found_and_others_keep_their_files(map_store: MapStore) -> None:
+    first, second, third = (house(image=pgm(value=value)) for value in (0, 100, 254))
+    for one in (first, second, third):
+        put_map(map_store, one)
+    map_store.change_map("house", description="told while the third was current")
+    map_store.remove_versions("house", [second.version])
+    assert [one.version for one in map_store.versions("house")] == [third.version, first.version]
+    assert found_map(map_store, version=first.version).image == first.image  # of the same YAML
+    assert found_map(map_store).image == third.image
+    for refused in (
+        lambda: found_map(map_store, version=second.version),
+        lambda: map_store.roll_back(second.version, publication()),
+        lambda: map_store.remove_versions("house", [second.version]),
+    ):
+        with pytest.raises(NotFound, match=second.version):
+            refused()
+
+
+def test_all_publications_of_a_removed_version_are_removed(map_store: MapStore) -> None:
+    first, second = house(image=pgm(value=0)), house(image=pgm(value=254))
+    put_map(map_store, first)
+    map_store.change_map("house", readers=("bob",))
+    put_map(map_store, second)
+    map_store.roll_back(first.version, publication())
+    map_store.change_map("house", readers=("eve",))
+    map_store.roll_back(second.version, publication())
+    map_store.remove_versions("house", [first.version])
+    assert [one.version for one in map_store.versions("house")] == [second.version] * 2
+    assert map_store.map_head("house").readers == ("eve",)
+
+
+def test_several_versions_are_removed_at_once_or_none(map_store: MapStore) -> None:
+    maps = [house(image=pgm(value=value)) for value in (0, 50, 100, 254)]
+    for one in maps:
+        put_map(map_store, one)
+    versions = [one.version for one in maps]
+    with pytest.raises(NotFound):
+        map_store.remove_versions("house", [versions[0], 64 * "0"])
+    assert len(map_store.versions("house")) == 4
+    map_store.remove_versions("house", versions[:3])
+    assert [one.version for one in map_store.versions("house")] == versions[3:]
+    map_store.remove_versions("house", [])
+
+
+def test_the_current_version_cannot_be_removed(map_store: MapStore) -> None:
+    head = put_map(map_store, house())
+    with pytest.raises(Conflict, match="is the current one of map 'house': publish or roll back to another first"):
+        map_store.remove_versions("house", [head.version])
+    assert found_map(map_store) == house()
+
+
+def test_a_removed_version_can_be_published_again(map_store: MapStore) -> None:
+    first, second = house(image=pgm(value=0)), house(image=pgm(value=254))
+    for one in (first, second):
+        put_map(map_store, one)
+    map_store.remove_versions("house", [first.version])
+    put_map(map_store, first)
+    assert found_map(map_store) == first
+    assert [one.version for one in map_store.versions("house")] == [first.version, second.version]
+
+
+def test_publications_during_removals_keep_their_files(map_store: MapStore) -> None:
+    maps = [house(image=pgm(value=value)) for value in (0, 100, 254)]
+    for one in maps:
+        put_map(map_store, one)
+
+    def publish(number: int) -> None:
+        put_map(map_store, maps[number % 2])
+        put_map(map_store, maps[2])
+
+    def remove(number: int) -> None:
+        with suppress(Conflict, NotFound):
+            map_store.remove_versions("house", [maps[number % 2].version])
+
+    with ThreadPoolExecutor(4) as threads:
+        for done in [threads.submit(work, number) for number in range(6) for work in (publish, remove)]:
+            done.result()
+    for version in {one.version for one in map_store.versions("house")}:
+        assert found_map(map_store, version=version).version == version
 
 
 def test_a_removed_map_is_published_again_without_its_old_versions(map_store: MapStore) -> None:
