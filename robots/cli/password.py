@@ -36,6 +36,6 @@ def read_password(user: str, file: Path | None) -> str:
 
 def _read(file: Path) -> str:
     try:
-        return file.read_text(encoding="utf-8").strip()
+        return file.read_text(encoding="utf-8-sig").strip()  # editors of Windows write a byte-order mark
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidInput(f"cannot read the password file: {error}") from error

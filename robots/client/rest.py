@@ -182,7 +182,7 @@ class RestClient:
         **options : float or str, optional
             ``planner``, ``tolerance`` [m] and ``timeout`` [s].
         """
-        body = {"start": list(start), "goal": list(goal), **options}
+        body: dict[str, Any] = {"start": list(start), "goal": list(goal), **options}
         if parameters:
             body["parameters"] = dict(parameters)
         answer: dict[str, Any] = await self.post(path_of("maps", map_id, "plans"), body)

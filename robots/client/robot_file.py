@@ -1,5 +1,6 @@
 """Robot file: the JSON description of a robot that its owner uploads to the cloud."""
 
+import json
 import math
 from pathlib import Path
 from typing import Any
@@ -83,7 +84,7 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 
 def parse_robot_file(text: bytes | str) -> RobotFile:
-    """Parse a robot file.
+    """Parse a robot file, bytes in any encoding of Unicode, with or without a byte-order mark.
 
     Raises
     ------
@@ -93,11 +94,12 @@ def parse_robot_file(text: bytes | str) -> RobotFile:
         A key is unknown or missing, or has an invalid value; the text names it and lists the valid keys.
     """
     try:
-        return msgspec.json.decode(text, type=RobotFile)
+        decoded = text.decode(json.detect_encoding(text)) if isinstance(text, bytes) else text
+        return msgspec.json.decode(decoded, type=RobotFile)
     except msgspec.ValidationError as error:
         keys = ", ".join(RobotFile.__struct_fields__)
         raise InvalidParameter(f"invalid robot file: {error}; the keys are {keys}") from error
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
         raise InvalidInput(f"the robot file is not JSON: {error}") from error
 
 

@@ -15,6 +15,8 @@ class Terminal(io.StringIO):
 def test_a_password_file_is_read_without_its_newline(tmp_path: Path) -> None:
     (tmp_path / "password").write_text("correct horse\n")
     assert read_password("ann", tmp_path / "password") == "correct horse"
+    (tmp_path / "password").write_bytes(b"\xef\xbb\xbfcorrect horse\r\n")
+    assert read_password("ann", tmp_path / "password") == "correct horse"
 
 
 def test_a_pipe_is_read_up_to_its_first_newline(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -29,6 +29,14 @@ def test_a_complete_file_is_read_and_written_unchanged(tmp_path: Path) -> None:
     assert json.loads(robot.encode()) == WHOLE
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-32"])
+def test_every_encoding_of_unicode_is_read(encoding: str) -> None:
+    text = json.dumps(WHOLE | {"description": "für Paletten"}, ensure_ascii=False, indent=1).replace("\n", "\r\n")
+    assert parse_robot_file(text.encode(encoding)).description == "für Paletten"
+    with pytest.raises(InvalidInput, match="not JSON"):
+        parse_robot_file("für".encode("latin-1"))
+
+
 def test_every_key_but_the_map_has_a_default() -> None:
     assert parse_robot_file('{"map": "depot"}') == RobotFile(map="depot")
 
