@@ -1,15 +1,16 @@
 """An operator in plain roslibpy: receives map, tf, scans and commands, sends a goal, and waits for the result.
 
-python roslibpy_operator.py 'ws://127.0.0.1:8500/?robot=tb1&role=operator&token=TOKEN' X Y
+python roslibpy_operator.py 'ws://127.0.0.1:8500/?robot=tb1&role=operator' X Y     PPAAS_TOKEN is your token
 """
 
+import os
 import sys
 import threading
 
 import roslibpy
 
 url, x, y = sys.argv[1], float(sys.argv[2]), float(sys.argv[3])
-ros = roslibpy.Ros(url)
+ros = roslibpy.Ros(url, headers={"Authorization": f"Bearer {os.environ.get('PPAAS_TOKEN', '')}"})
 ros.run(timeout=10)
 
 heard = {name: threading.Event() for name in ("/map", "/tf", "/scan", "/cmd_vel")}

@@ -1,16 +1,17 @@
 """A complete robot in plain roslibpy; it does not need PPaaS installed.
 
-python roslibpy_robot.py 'ws://127.0.0.1:8500/?robot=tb1&token=TOKEN'     you write hardware.py
+python roslibpy_robot.py 'ws://127.0.0.1:8500/?robot=tb1'     PPAAS_TOKEN is your token, and you write hardware.py
 """
 
 import math
+import os
 import sys
 import time
 
 import hardware
 import roslibpy
 
-ros = roslibpy.Ros(sys.argv[1])
+ros = roslibpy.Ros(sys.argv[1], headers={"Authorization": f"Bearer {os.environ.get('PPAAS_TOKEN', '')}"})
 ros.run(timeout=10)
 command = {"v": 0.0, "w": 0.0, "received": 0.0}
 

@@ -1,6 +1,7 @@
 """An unmodified roslibpy is an operator of the cloud."""
 
 import asyncio
+import os
 import sys
 
 import pytest
@@ -25,11 +26,11 @@ async def test_a_roslibpy_script_monitors_the_robot_and_sends_a_goal(cloud: Runn
     start = free_pose(office_map, seed=10)
     goal = reachable_pose(office_map, start, seed=11, at_least=2.0, at_most=3.0)
     token = await register_robot(rest, "tb-roslib", "office", start)
-    url = f"{cloud.ws_url}/?robot=tb-roslib&role=operator&token={token}"
+    url = f"{cloud.ws_url}/?robot=tb-roslib&role=operator"
     async with driving(cloud.url, token, "tb-roslib", office_map, start) as drive:
         script = await asyncio.create_subprocess_exec(
             sys.executable, str(SCRIPT), url, str(goal.x), str(goal.y),
-            stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT,
+            stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT, env=os.environ | {"PPAAS_TOKEN": token},
         )  # fmt: skip
         output, _ = await script.communicate()
         assert script.returncode == 0, output.decode()
