@@ -11,18 +11,7 @@ import pytest
 
 from endpoints.listeners import listen, url_of
 from ppaas.errors import Unavailable
-
-
-def has_ipv6() -> bool:
-    try:
-        with socket.socket(socket.AF_INET6, socket.SOCK_STREAM) as probe:
-            probe.bind(("::1", 0))
-    except OSError:
-        return False
-    return True
-
-
-needs_ipv6 = pytest.mark.skipif(not has_ipv6(), reason="this computer has no IPv6")
+from tests.support.network.ipv6 import needs_ipv6
 
 
 def reached(host: str, *clients: str) -> list[str]:

@@ -1,5 +1,6 @@
 """Start conditions of the server, and its process from start to clean stop."""
 
+import asyncio
 import json
 import signal
 import stat
@@ -11,7 +12,9 @@ from endpoints.server import admin_password
 from engine.agent import main as agent_main
 from engine.fabric import router
 from ppaas.errors import InvalidInput
+from robots.client.rest import RestClient
 from tests.support.cloud.up_process import Up
+from tests.support.network.ipv6 import needs_ipv6
 
 
 def test_an_admin_password_is_created_once_with_mode_0600(tmp_path: Path) -> None:
@@ -94,6 +97,18 @@ def test_other_users_of_the_computer_can_enter_no_folder_and_read_no_file_of_a_c
     assert up.end(signal.SIGTERM) == 0
     assert [path for path, bits in is_open.items() if bits] == []
     assert "have access to" not in up.log.read_text()
+
+
+@needs_ipv6
+def test_a_cloud_listens_at_both_ipv6_and_ipv4_and_names_its_address_in_brackets(tmp_path: Path) -> None:
+    up = Up(tmp_path, "--host", "::")
+    up.wait_for(up.ready.exists)
+    url = json.loads(up.ready.read_text())["url"]
+    assert url.startswith("http://[::]:") and f"serving at {url}" in up.log.read_text()
+    port = url.rpartition(":")[2]
+    for host in ("[::1]", "127.0.0.1"):
+        assert asyncio.run(RestClient(f"http://{host}:{port}").get("/v1/health"))["status"] == "ok"
+    assert up.end(signal.SIGTERM) == 0
 
 
 def test_a_start_error_is_one_line_and_leaves_nothing_behind(tmp_path: Path) -> None:
