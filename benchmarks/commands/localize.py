@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 HELP = "localization of a simulated robot or a recording: errors, distance until a lost robot is found, update times"
 
-MOST_RUNS, MOST_JOBS, MOST_METRES, MOST_PEOPLE = 10_000, 1_024, 100_000.0, 100
+MOST_RUNS, MOST_JOBS, MOST_METRES, MOST_PEOPLE, MOST_MINUTES = 10_000, 1_024, 100_000.0, 100, 1_440.0
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -29,6 +29,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--drift", type=above_zero(1.0), default=0.0, metavar="PART",
                         help="relative noise to add to the odometry of a recording, 0.02 for 2 %%")  # fmt: skip
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the paths of a recording")
+    bag = parser.add_argument_group("bags of ROS", "default: what the transforms and the odometry of the bag say")
+    bag.add_argument("--scan-topic", metavar="TOPIC", help="play the scans of this topic alone, as /scan_front")
+    bag.add_argument("--odom-frame", metavar="FRAME", help="frame of the odometry, as odom_combined")
+    bag.add_argument("--base-frame", metavar="FRAME", help="frame of the robot, as robot1/base_footprint")
+    bag.add_argument("--map-frame", metavar="FRAME", help="frame of the true poses (map)")
     parser.add_argument(
         "--runs", type=whole(most=MOST_RUNS), default=20, metavar="N", help="number of runs (%(default)s)"
     )
@@ -39,6 +44,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     lost.add_argument("--global", action="store_true", dest="anywhere", help="start with an unknown pose")
     lost.add_argument("--jam", type=whole(most=MOST_PEOPLE), default=0, metavar="PEOPLE",
                       help="crowd PEOPLE around the robot for 80 s, and count metres from there")  # fmt: skip
+    lost.add_argument("--stand", type=above_zero(MOST_MINUTES), default=0.0, metavar="MINUTES",
+                      help="let the robot stand still for MINUTES")  # fmt: skip
+    lost.add_argument("--creep", type=above_zero(MOST_MINUTES), default=0.0, metavar="MINUTES",
+                      help="let the robot drive at 1 cm/s and 0.01 rad/s at most for MINUTES")  # fmt: skip
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="set a parameter of amcl")
     parser.add_argument("--seed", type=whole(least=0), default=0, metavar="N",
                         help="random seed; equal seeds give equal runs (%(default)s)")  # fmt: skip
@@ -56,8 +65,9 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     if arguments.recording is not None:
         told = _play(arguments, progress)
         return Measured(told, [_texts(told)])
-    if arguments.plot is not None or arguments.drift or arguments.same:
-        raise InvalidInput("--plot, --drift and --same are only for a recording: give a bag or a log")
+    of_bags = (arguments.scan_topic, arguments.odom_frame, arguments.base_frame, arguments.map_frame)
+    if arguments.plot is not None or arguments.drift or arguments.same or any(of_bags):
+        raise InvalidInput("--plot, --drift, --same, topics and frames are only for a recording: give a bag or a log")
     arguments.map = arguments.map or "office"
     grid = read_map(arguments.map)
     if arguments.update:
@@ -75,12 +85,16 @@ def _drive(arguments: argparse.Namespace, grid: Any, progress: "Progress") -> di
     from ppaas.localization.parameters import AmclParameters  # noqa: PLC0415
     from ppaas.parameters import read_parameters  # noqa: PLC0415
 
-    asked: dict[Kind, Any] = {"kidnap": arguments.kidnap, "global": arguments.anywhere, "jam": arguments.jam}
+    asked: dict[Kind, Any] = {
+        "kidnap": arguments.kidnap, "global": arguments.anywhere, "jam": arguments.jam,
+        "stand": arguments.stand, "creep": arguments.creep,
+    }  # fmt: skip
     kind: Kind = next((kind for kind, wanted in asked.items() if wanted), "track")
     parameters = dict(map(_parameter, arguments.set))
     read_parameters(AmclParameters, "amcl", parameters)  # report errors before any process is started
     given = (grid, kind, arguments.metres, parameters, arguments.seed)
-    jobs = [LocalizationJob(*given, run, arguments.jam) for run in range(arguments.runs)]
+    minutes = arguments.stand or arguments.creep
+    jobs = [LocalizationJob(*given, run, arguments.jam, minutes) for run in range(arguments.runs)]
     task = progress.add_task(f"{kind} in {arguments.map}", total=len(jobs))
     results = suite.measure(jobs, arguments.jobs, lambda: progress.advance(task))
     return {"map": arguments.map, "kind": kind, **suite.summary(results)}
@@ -92,18 +106,19 @@ def _play(arguments: argparse.Namespace, progress: "Progress") -> dict[str, Any]
     from benchmarks.localization.log_map import map_of  # noqa: PLC0415
     from benchmarks.localization.picture import write_picture  # noqa: PLC0415
     from benchmarks.localization.reader import read_recording  # noqa: PLC0415
-    from benchmarks.localization.recording import drifting  # noqa: PLC0415
+    from benchmarks.localization.recording import RecordedFrames, drifting  # noqa: PLC0415
 
-    if arguments.kidnap or arguments.jam or arguments.update:
-        raise InvalidInput("--kidnap, --jam and --update cannot be used with a recording")
+    if arguments.kidnap or arguments.jam or arguments.stand or arguments.creep or arguments.update:
+        raise InvalidInput("--kidnap, --jam, --stand, --creep and --update cannot be used with a recording")
     if arguments.plot is not None:
         from robots.pictures.figure_file import check_figure  # noqa: PLC0415
 
         check_figure(arguments.plot)
-    recording = read_recording(arguments.recording)
+    frames = RecordedFrames(arguments.scan_topic, arguments.odom_frame, arguments.base_frame, arguments.map_frame)
+    recording = read_recording(arguments.recording, frames)
     looks = recording.looks
     whole_drive = arguments.map is not None or arguments.same
-    grid = read_map(arguments.map) if arguments.map else map_of(looks if whole_drive else looks[::2], recording.laser)
+    grid = read_map(arguments.map) if arguments.map else map_of(looks if whole_drive else looks[::2])
     # Scans of which the map is made are not replayed.
     scans = range(len(looks)) if whole_drive else range(1, len(looks), 2)
     task = progress.add_task(f"play {arguments.recording}", total=len(looks))

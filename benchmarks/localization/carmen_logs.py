@@ -8,7 +8,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import pairwise, repeat
 from pathlib import Path
 
 from benchmarks.localization.recording import Look, Recording
@@ -128,7 +128,7 @@ def _recording(lines: _Lines, path: Path) -> Recording:
         stamps = [float(number) for number in range(1, len(poses) + 1)]  # the log has too few digits
     scans = [scan for scan, *_ in lines.scans]
     laser = lines.scans[0][2].inverse() @ lines.scans[0][1]
-    return Recording(tuple(map(Look, stamps, odom, scans, true)), laser)
+    return Recording(tuple(map(Look, stamps, odom, scans, true, repeat(laser))))
 
 
 def _summed(edges: dict[int, Pose2D], count: int, path: Path) -> list[Pose2D]:

@@ -1,6 +1,5 @@
 """Localization nodes of a clone, run alone: they get odometry and scans, and return poses."""
 
-import dataclasses
 from typing import Any
 
 from ppaas.clock import monotonic
@@ -12,12 +11,16 @@ from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from ppaas.messages.message import Empty
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.std_msgs import Time
+from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.amcl.node import GLOBAL_LOCALIZATION, AmclNode
 from ppaas.nodes.base import Payload
+from ppaas.nodes.frames import BASE_LINK
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherParameters
 from ppaas.parameters import read_parameters
 from ppaas.robot_model.known_models import robot_model
+from ppaas.transforms.planar import transform_message
 
 MODEL = "turtlebot2"
 
@@ -33,8 +36,6 @@ class Localizer:
         Initial pose of the robot.
     parameters : dict
         Parameters of amcl by name.
-    laser : Pose2D
-        Pose of the laser in the robot's frame [m, rad].
 
     Attributes
     ----------
@@ -47,14 +48,13 @@ class Localizer:
         A parameter is unknown, or its value is invalid.
     """
 
-    def __init__(
-        self, layers: MapLayers, start: Pose2D, parameters: dict[str, Any], laser: Pose2D = Pose2D(0.0, 0.0)
-    ) -> None:
+    def __init__(self, layers: MapLayers, start: Pose2D, parameters: dict[str, Any]) -> None:
         self.seconds: list[float] = []
         self._told: list[Pose2D] = []
         self._now = 0.0
         self._graph = Graph(clock=self._clock, stamp_clock=self._clock)
-        body = dataclasses.replace(robot_model(MODEL), laser=laser)
+        body = robot_model(MODEL)
+        self._lasers: dict[Pose2D, str] = {}
         read = read_parameters(AmclParameters, AmclNode.name, parameters)
         self._graph.add(lambda context: StatePublisherNode(context, body, StatePublisherParameters()))
         self._graph.add(lambda context: AmclNode(context, layers, start, read))
@@ -81,6 +81,13 @@ class Localizer:
             return None
         self.seconds.append(monotonic() - began)
         return self._told[-1]
+
+    def frame_of(self, laser: Pose2D) -> str:
+        """Return the frame for scans of a laser with a pose in the robot's frame [m, rad]."""
+        if laser not in self._lasers:
+            self._lasers[laser] = frame = f"laser_{len(self._lasers)}"
+            self._graph.inject("tf_static", TFMessage([transform_message(BASE_LINK, frame, laser, Time())]))
+        return self._lasers[laser]
 
     def look_everywhere(self) -> None:
         """Call ``global_localization``.

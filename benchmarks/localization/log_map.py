@@ -23,15 +23,13 @@ MOST_CELLS = 1 << 26
 """Largest number of cells of a map."""
 
 
-def map_of(looks: Sequence[Look], laser: Pose2D) -> GridMap:
+def map_of(looks: Sequence[Look]) -> GridMap:
     """Return the map of some scans.
 
     Parameters
     ----------
     looks : sequence of Look
         Scans with their true poses.
-    laser : Pose2D
-        Pose of the laser in the robot's frame.
 
     Raises
     ------
@@ -42,7 +40,7 @@ def map_of(looks: Sequence[Look], laser: Pose2D) -> GridMap:
     for look in looks:
         if look.true is None:
             raise InvalidInput("the recording has no true poses from which a map could be made: give --map")
-        eye = look.true @ laser
+        eye = look.true @ look.laser
         ends = scan_points(look.scan, eye)
         near = np.hypot(*(ends - (eye.x, eye.y)).T) < FARTHEST
         rays.append((eye, ends[near]))

@@ -74,13 +74,13 @@ def play(
     start = recording.looks[scans[0]].true
     if start is None and not anywhere:
         raise InvalidInput("the recording has no true pose of its robot at the start: give --global")
-    localizer = Localizer(build_layers(grid), start or Pose2D(*grid.info.origin), parameters, recording.laser)
+    localizer = Localizer(build_layers(grid), start or Pose2D(*grid.info.origin), parameters)
     if anywhere:
         localizer.look_everywhere()
     heard, looks, told = set(scans), [], []
     for number, look in enumerate(recording.looks):
         localizer.odometry(_odometry(look))
-        pose = localizer.scan(_stamped(look)) if number in heard else None
+        pose = localizer.scan(_stamped(look, localizer.frame_of(look.laser))) if number in heard else None
         if pose is not None:
             looks.append(look)
             told.append(pose)
@@ -127,6 +127,6 @@ def _odometry(look: Look) -> Odometry:
     return Odometry(header, "base_link", PoseWithCovariance(Pose.of(look.odom)), TwistWithCovariance(Twist()))
 
 
-def _stamped(look: Look) -> Any:
-    header = Header(stamp=Time.of(look.stamp), frame_id="base_scan")
+def _stamped(look: Look, frame: str) -> Any:
+    header = Header(stamp=Time.of(look.stamp), frame_id=frame)
     return msgspec.structs.replace(look.scan, header=header)

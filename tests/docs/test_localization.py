@@ -59,4 +59,4 @@ def test_the_options_of_the_bench_exist() -> None:
     parser = CommandParser()
     localize.configure(parser)
     known = set(parser._option_string_actions)
-    assert set(re.findall(r"`(?:ppaas bench localize )?(--[a-z]+)", text_of(PAGE))) <= known
+    assert set(re.findall(r"`(?:ppaas bench localize )?(--[a-z-]+)", text_of(PAGE))) <= known

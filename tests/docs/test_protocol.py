@@ -220,7 +220,7 @@ def test_times_and_limits_of_sessions_are_those_of_the_code() -> None:
 
 def test_roles_and_status_numbers_are_those_of_the_code() -> None:
     [sensors] = re.findall(r"\n(.*) may be published only by the robot", text_of(PROTOCOL))
-    assert set(re.findall(r"`(\w+)`", sensors)) == {topic.name for topic in TOPICS.values() if topic.robot_only}
+    assert set(re.findall(r"`([\w/]+)`", sensors)) == {topic.name for topic in TOPICS.values() if topic.robot_only}
     assert states(
         f"is {Status.SUCCEEDED:d} when the robot has reached the goal, {Status.ABORTED:d} when Move Base gave up, "
     )

@@ -24,7 +24,7 @@ def test_a_graph_has_true_poses_odometry_and_scans(tmp_path: Path) -> None:
     assert len(recording.looks) == 6
     assert recording.looks[0].true == START
     assert recording.looks[0].odom == Pose2D(0.0, 0.0)
-    assert recording.laser.distance_to(Pose2D(0.0, 0.0)) < 1e-9
+    assert recording.looks[0].laser.distance_to(Pose2D(0.0, 0.0)) < 1e-9
     assert [look.stamp for look in recording.looks[:2]] == [10.0, 10.5]
     drifted = START @ recording.looks[-1].odom
     assert 0.0 < drifted.distance_to(recording.looks[-1].true) < 0.1
@@ -35,7 +35,7 @@ def test_a_carmen_scan_covers_180_degrees_and_locates_the_laser(tmp_path: Path) 
     recording = read_log(log(tmp_path, "NEFF 3\n" + FLASER))
     (look,) = recording.looks
     assert look.true == look.odom == Pose2D(1.0, 2.0, 0.5)
-    assert recording.laser.distance_to(Pose2D(0.1 * math.cos(0.5), -0.1 * math.sin(0.5))) < 1e-9
+    assert recording.looks[0].laser.distance_to(Pose2D(0.1 * math.cos(0.5), -0.1 * math.sin(0.5))) < 1e-9
     assert (look.scan.angle_min, look.scan.angle_increment) == (-math.pi / 2.0, math.pi / 4.0)
     assert look.scan.ranges == [1.0, 2.0, 3.0, 4.0, 81.91]
     assert look.scan.range_max == NO_READING

@@ -49,11 +49,11 @@ def test_a_recording_without_true_poses_is_replayed_without_errors(recording: Re
     with pytest.raises(InvalidInput, match="--global"):
         played(blind)
     with pytest.raises(InvalidInput, match="--map"):
-        map_of(blind.looks, blind.laser)
+        map_of(blind.looks)
 
 
 def test_a_map_of_scans_equals_the_recorded_room(recording: Recording) -> None:
-    made = map_of(recording.looks, recording.laser)
+    made = map_of(recording.looks)
     rows, columns = np.nonzero(made.data == OCCUPIED)
     world = made.info.to_world(np.column_stack((rows, columns)))
     cells = ROOM.info.to_cells(world.tolist())
