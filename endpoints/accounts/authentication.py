@@ -63,7 +63,7 @@ async def authenticate(connection: HTTPConnection, accounts: Accounts) -> User:
 async def authenticate_socket(socket: WebSocket, accounts: Accounts) -> tuple[User, str]:
     """Return the user of a handshake, and the id of the token; note both.
 
-    The token is that of the header, else of a subprotocol, else of the ticket or the token in the address.
+    The token is that of the header, else of the ticket, else of a subprotocol, else in the address.
 
     Raises
     ------
@@ -71,13 +71,13 @@ async def authenticate_socket(socket: WebSocket, accounts: Accounts) -> tuple[Us
         There is none, or it is unknown or expired.
     """
     query = socket.query_params
-    token = bearer_of(socket.headers.get("authorization", "")) or _offered_token(socket)
+    token = bearer_of(socket.headers.get("authorization", ""))
     if token is None and query.get("ticket"):
         used = accounts.tickets.redeem(query["ticket"])
         user = await accounts.user_of(used)
         note_caller(socket.scope, user.id, used)
         return user, used
-    token = token or query.get("token", "").strip()
+    token = token or _offered_token(socket) or query.get("token", "").strip()
     if not token:
         raise NotAuthenticated(
             "no token: log in with POST /v1/tokens and send it as 'Authorization: Bearer TOKEN'; browsers get a ticket "

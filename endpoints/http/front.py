@@ -6,7 +6,7 @@ and WebSockets at wrong paths or of foreign pages are refused, and answers of th
 
 from collections.abc import Iterable
 
-from starlette.datastructures import Headers, MutableHeaders
+from starlette.datastructures import Headers, MutableHeaders, QueryParams
 from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -104,6 +104,8 @@ class Gate:
         headers = Headers(scope=scope)
         if headers.get("authorization", "").lower().startswith("bearer "):
             return None  # no page can send this header
+        if QueryParams(scope["query_string"]).get("ticket"):
+            return None  # a page gets one by REST only, which its origin decides
         origin = headers.get("origin", "")
         if not may_open(origin, headers.get("host", ""), self._origins):
             return NotPermitted(

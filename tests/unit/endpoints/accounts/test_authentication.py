@@ -66,6 +66,12 @@ async def test_a_ticket_is_good_for_one_handshake(accounts: Accounts, token: str
         await authenticate_socket(handshake(f"ticket={ticket}"), accounts)
 
 
+async def test_a_ticket_that_is_none_is_refused_whatever_else_is_offered(accounts: Accounts, token: str) -> None:
+    for query, offered in ((f"ticket=x&token={token}", ()), ("ticket=x", (f"ppaas.bearer.{token}",))):
+        with pytest.raises(NotAuthenticated, match="the ticket is unknown"):
+            await authenticate_socket(handshake(query, offered), accounts)
+
+
 async def test_a_ticket_of_a_revoked_token_is_refused(accounts: Accounts, token: str) -> None:
     ticket = accounts.tickets.issue("ann", token_id(token))
     await accounts.revoke("ann", token_id(token))

@@ -143,6 +143,9 @@ async def test_a_websocket_of_a_page_of_another_host_is_refused(world: World) ->
         url = world.url("operator", token="")
         async with connect(url, origin=PAGE, additional_headers=header):  # type: ignore[arg-type]
             pass  # browsers cannot send the header
+        ticket = world.services.accounts.tickets.issue("ann", await token_hash(world))
+        async with connect(world.url("operator", token="", ticket=ticket), origin=PAGE):  # type: ignore[arg-type]
+            pass  # pages of other hosts cannot get one, and a proxy may have changed the Host
 
 
 async def test_without_a_setting_no_page_of_another_host_may_read(client: httpx.AsyncClient) -> None:
