@@ -11,8 +11,9 @@ import struct
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.errors import InvalidInput
+from ppaas.errors import InvalidInput, InvalidMap
 from ppaas.maps.formats.pillow_rows import BROKEN
+from ppaas.maps.formats.png import check_chunks
 from ppaas.perception.depth_scan import MOST_PIXELS
 from ppaas.perception.kernels.depth import Depths
 
@@ -86,10 +87,11 @@ def _pixels(data: bytes) -> NDArray[np.uint16]:
     from PIL.PngImagePlugin import PngImageFile  # noqa: PLC0415  # Pillow is needed only for compressed images
 
     try:
+        check_chunks(data)
         image = PngImageFile(io.BytesIO(data))
         width, height = image.size
         if image.mode not in ("I;16", "L") or width * height > MOST_PIXELS:
             raise ValueError(f"it has {width}×{height} pixels of mode {image.mode}")
         return np.asarray(image).astype(np.uint16)
-    except BROKEN as error:
+    except (*BROKEN, InvalidMap) as error:
         raise InvalidInput(f"the depth image cannot be read as a grey PNG of 16 bits: {error}") from error

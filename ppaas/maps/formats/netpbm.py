@@ -15,6 +15,9 @@ from ppaas.maps.grid import MAX_CELLS
 BLOCK = 1 << 20
 """Number of bytes of text, or of pixels, that are read at once."""
 
+MAX_HEADER = 1 << 16
+"""Largest header with its comments [bytes]. A pattern that matches megabytes of white space takes gigabytes."""
+
 LONGEST = 5
 """Largest number of digits of a number in text."""
 
@@ -75,7 +78,7 @@ def read_header(image: Buffer) -> Header:
         The file is not an image of netpbm, or the size or the maximum is out of range.
     """
     kind = image[:2]
-    found = (_BITS if kind in (b"P1", b"P4") else _GREYS).match(image)
+    found = (_BITS if kind in (b"P1", b"P4") else _GREYS).match(image, 0, MAX_HEADER)
     name = _NAMES.get(kind, "PGM")
     if found is None or kind not in _NAMES:
         raise InvalidMap(f"not a {name} image: it begins with {image[:12]!r}; save the map's image again")

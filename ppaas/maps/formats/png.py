@@ -1,8 +1,10 @@
 """Reader of PNG images; their checksums are verified."""
 
 import io
+import struct
 from typing import TYPE_CHECKING
 
+from ppaas.errors import InvalidMap
 from ppaas.maps.buffer import Buffer
 from ppaas.maps.formats.pillow_rows import PillowRows, check_size, pillow_errors
 
@@ -11,7 +13,16 @@ if TYPE_CHECKING:
 
 MAGIC = b"\x89PNG\r\n\x1a\n"
 
+MAX_CHUNKS = 1 << 16
+"""Largest number of chunks; libpng writes one for 8 KiB of pixels."""
+
+MAX_OTHERS = 1000
+"""Largest number of chunks without pixels."""
+
 _NAME = "PNG"
+_CHUNK = struct.Struct(">I4s")
+_REST = 12
+"""Size of a chunk besides its content: length, kind and checksum [bytes]."""
 
 
 def open_png(image: Buffer) -> PillowRows:
@@ -39,11 +50,28 @@ def png_size(image: Buffer) -> tuple[int, int]:
         return height, width
 
 
+def check_chunks(image: Buffer) -> None:
+    """Raise ``InvalidMap`` if a PNG has too many chunks, or more than one colour profile.
+
+    Pillow unpacks each profile, and reads each chunk in Python.
+    """
+    at, chunks, others, profiles = len(MAGIC), 0, 0, 0
+    while at + _REST <= len(image) and chunks <= MAX_CHUNKS:
+        length, kind = _CHUNK.unpack_from(image, at)
+        at += _REST + length
+        chunks += 1
+        others += kind != b"IDAT"
+        profiles += kind == b"iCCP"
+    if chunks > MAX_CHUNKS or others > MAX_OTHERS or profiles > 1:
+        raise InvalidMap("the PNG has too many chunks: save the map's image again")
+
+
 def _opened(image: Buffer) -> "PngImageFile":
     """Return the file with its header read, and checked before memory is allocated for the pixels."""
     # Imported here, since only PNG maps need Pillow.
     from PIL.PngImagePlugin import PngImageFile  # noqa: PLC0415
 
+    check_chunks(image)
     file = PngImageFile(io.BytesIO(image))
     check_size(_NAME, *file.size)
     return file

@@ -7,7 +7,8 @@ the pixels; several white spaces there; a line end after the pixels; magic numbe
 import pytest
 
 from ppaas.errors import InvalidMap
-from ppaas.maps.formats.netpbm import binary_pixels, read_header
+from ppaas.maps.formats.netpbm import MAX_HEADER, binary_pixels, read_header
+from tests.support.hostile_bytes import peak_memory
 
 PIXELS = b"\x0a\x0d\x23\x20"
 """Pixels that are white space and the sign of a comment."""
@@ -71,3 +72,16 @@ def test_the_first_two_bytes_are_the_format(image, header):
 def test_other_first_bytes_are_refused(image):
     with pytest.raises(InvalidMap, match="not a PGM image"):
         read_header(image)
+
+
+@pytest.mark.parametrize("kind", [b"P1", b"P2", b"P3", b"P4", b"P5", b"P6"])
+@pytest.mark.parametrize("gap", [b" ", b"#\n", b"#" + b"a" * 98 + b"\n"])
+def test_a_header_that_does_not_end_takes_no_memory(kind, gap):
+    image = kind + gap * (MAX_HEADER * 20 // len(gap)) + b"1 1 1 \0\0\0"
+
+    def read():
+        with pytest.raises(InvalidMap):
+            read_header(image)
+
+    assert peak_memory(read) < 200 * MAX_HEADER
+    assert read_header(kind + gap * ((MAX_HEADER - 20) // len(gap)) + b"1 1 1 ").width == 1

@@ -1,6 +1,7 @@
 """PNG images of every kind, good and bad."""
 
 import io
+import zlib
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from PIL import Image
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.formats.pillow_rows import MAX_PIXELS
-from ppaas.maps.formats.png import open_png
+from ppaas.maps.formats.png import MAX_CHUNKS, MAX_OTHERS, open_png, png_size
 from tests.support.world.maps import sides
 from tests.support.world.png import GREY_ALPHA, PALETTE, RGB, RGBA, SIGNATURE, chunk, header, png
 
@@ -118,6 +119,37 @@ def test_invalid_image_sizes_are_refused_before_decoding(size):
     with pytest.raises(InvalidMap, match=r"×.*pixels|cannot be read"):
         parse_png(header(*size) + chunk(b"IDAT", b"") + chunk(b"IEND"))
     assert MAX_PIXELS < (1 << 14) * (1 << 13)
+
+
+@pytest.mark.parametrize(
+    ("before", "fits"),
+    [
+        (chunk(b"tEXt", b"a\0b") * (MAX_OTHERS - 2), True),
+        (chunk(b"tEXt", b"a\0b") * (MAX_OTHERS - 1), False),
+        (chunk(b"abCd") * MAX_OTHERS, False),
+        (chunk(b"iCCP", b"a\0\0" + zlib.compress(bytes(1 << 20))), True),
+        (chunk(b"iCCP", b"a\0\0" + zlib.compress(bytes(1 << 20))) * 2, False),
+        (chunk(b"IDAT") * (MAX_CHUNKS - 3), True),
+        (chunk(b"IDAT") * MAX_CHUNKS, False),
+    ],
+    ids=[
+        "many texts",
+        "too many texts",
+        "too many others",
+        "a profile",
+        "two profiles",
+        "many parts",
+        "too many parts",
+    ],
+)
+def test_chunks_of_a_png_are_limited(before, fits):
+    image = png([b"\x00\xfe"], 2, before=before)
+    for read in (open_png, png_size):
+        if fits:
+            read(image)
+        else:
+            with pytest.raises(InvalidMap, match="too many chunks"):
+                read(image)
 
 
 @settings(deadline=None, max_examples=300)

@@ -1,0 +1,303 @@
+"""Every parser that sees strangers' bytes reads them or raises a `PPaaSError`, with work and memory in proportion.
+
+The kind: a parser that a few bytes keep busy, or that fails in a way nobody expects. Its members are the parsers of
+this table; docs/limits.md lists what is limited in each. A new parser of strangers' bytes is added to both. The parser
+of HTTP heads is a protocol and has its own test (tests/unit/endpoints/http/test_http_protocol_limits.py), as have
+frames of rosbridge on a whole session (tests/unit/endpoints/rosbridge/test_session_any_frame.py).
+"""
+
+import contextlib
+import io
+import json
+import zlib
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from PIL import Image
+from starlette.datastructures import QueryParams
+from starlette.requests import Request
+
+from endpoints.rest.maps.multipart import FormReader
+from endpoints.rest.paging import Paging
+from endpoints.rest.strict_json import parse
+from endpoints.rosbridge.connect_request import parse_connect_request
+from engine.remote.tickets import read_ticket
+from ppaas.errors import PPaaSError
+from ppaas.maps.formats.image import image_size, open_image
+from ppaas.maps.formats.map_yaml import Rules, parse_yaml, with_rules
+from ppaas.maps.formats.movingai import parse_map, parse_scenario
+from ppaas.maps.octomap import BINARY, parse_octomap
+from ppaas.messages import decode
+from ppaas.messages.geometry_msgs import PoseStamped
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.perception.compressed_depth import FORMATS, decompress
+from ppaas.robot_model.describe import describe
+from ppaas.wire.rosbridge import RosbridgeSession
+from tests.support.hostile_bytes import mutations, operations, peak_memory
+from tests.support.world.png import chunk, header, png
+from tests.support.world.urdf import example
+
+REPETITIONS = 1200
+"""Number of repetitions in a hostile file: their square is far above the limits below."""
+
+OPERATIONS, PER_BYTE = 3000, 20
+"""Number of calls that a parser may make for any file, and for a byte of it."""
+
+SPARE = 4 << 20
+"""Memory that a parser may take for any file [bytes]: imports, buffers of libraries."""
+
+BYTES_PER_BYTE = 100
+"""Memory that a parser may take for a byte of a file [bytes]."""
+
+Family = Callable[[int], bytes]
+
+
+def _written(image: Image.Image, name: str) -> bytes:
+    file = io.BytesIO()
+    image.save(file, name)
+    return file.getvalue()
+
+
+def _form(*parts: tuple[str, bytes]) -> bytes:
+    return b"".join(b"--b\r\n%b\r\n\r\n%b\r\n" % (head.encode(), body) for head, body in parts) + b"--b--\r\n"
+
+
+def _read_form(data: bytes) -> None:
+    with FormReader("multipart/form-data; boundary=b", lambda _: nullcontext(io.BytesIO()), 20) as reader:
+        reader.write(data)
+        reader.end()
+
+
+def _read_cursor(data: bytes) -> None:
+    request = Request({"type": "http", "query_string": b"cursor=" + data.hex().encode()})
+    Paging(request, cursor=data.decode("latin-1")).key(str, "")
+
+
+def _read_query(data: bytes) -> None:
+    parse_connect_request(QueryParams(data.decode("latin-1")))
+
+
+def _read_rows(data: bytes) -> None:
+    opened = open_image(data)
+    if opened.shape[0] * opened.shape[1] <= 1 << 16:
+        opened.check()
+        opened.rows(0, opened.shape[0])
+
+
+def _receive(data: bytes) -> None:
+    session = RosbridgeSession()
+    session.receive(data)
+    with contextlib.suppress(UnicodeDecodeError):
+        session.receive(data.decode())
+
+
+@dataclass(frozen=True)
+class Parser:
+    """Parser of strangers' bytes.
+
+    Parameters
+    ----------
+    read : callable
+        The parser.
+    seeds : sequence of bytes
+        Good files.
+    families : sequence of callables
+        Each returns a hostile file with this number of repetitions.
+    """
+
+    read: Callable[[bytes], object]
+    seeds: Sequence[bytes]
+    families: Sequence[Family] = ()
+
+
+POSE = json.dumps({"header": {"frame_id": "map"}, "pose": {"position": {"x": 1.5}, "orientation": {"w": 1.0}}}).encode()
+SCAN = json.dumps({"angle_min": -1.0, "angle_max": 1.0, "angle_increment": 1.0, "ranges": [1.0, None, 2.0]}).encode()
+YAML = (
+    b"image: m.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+)
+OCTOMAP = BINARY + b"\nid OcTree\nsize 3\nres 0.1\ndata\n\x03\x00\x09\x00"
+GREY = Image.new("L", (5, 4), 200)
+FILE = 'Content-Disposition: form-data; name="image"; filename="m.pgm"'
+FIELD = 'Content-Disposition: form-data; name="id"'
+
+PARSERS = {
+    "JSON body": Parser(
+        parse,
+        [b'{"start": [0, 1.5], "goal": [2, 3], "labels": {"a": "b"}}', b'{"user": "ann", "password": "pass"}'],
+        [
+            lambda n: b"{" + b",".join(b'"%x":1' % i for i in range(n)) + b',"0":2}',
+            lambda n: b"[" + b"[]," * n + b"1]",
+            lambda n: b"[" * n,
+            lambda n: b'"' + b"\\ud800" * n + b'"',
+            lambda n: b"9" * n,
+        ],
+    ),
+    "form": Parser(
+        _read_form,
+        [_form((FIELD, b"house"), (FILE, b"P5 1 1 255 \0"))],
+        [
+            lambda n: _form((FIELD + "x" * n, b"")),
+            lambda n: _form(*[("X: y", b"")] * n),
+            lambda n: _form((FIELD + ";a=b" * n, b"")),
+            lambda n: _form((FILE, b"\r\n--" * n)),
+        ],
+    ),
+    "cursor": Parser(_read_cursor, [b"ImhvdXNlIg", b"MTI"], [lambda n: b"A" * n]),
+    "query of a WebSocket": Parser(
+        _read_query,
+        [b"robot=tb1&role=operator&session=s&resume=3.4&hold=0"],
+        [lambda n: b"&robot=a" * n, lambda n: b"robot=" + b"%41" * n],
+    ),
+    "frame of rosbridge": Parser(
+        _receive,
+        [
+            b'{"op": "publish", "topic": "/goal", "msg": {"a": [1]}}',
+            b'{"op": "subscribe", "topic": "/map", "throttle_rate": 5}',
+            b'{"op": "call_service", "service": "/s", "args": [1, 2], "id": "a"}',
+            b'{"op": "fragment", "id": "a", "data": "{}", "num": 0, "total": 2}',
+            b'{"op": "set_level", "level": "error"}',
+        ],
+        [lambda n: b"[" * n, lambda n: b'{"op":"publish","topic":"/a","msg":' + b'{"a":' * n, lambda n: b"{" * n],
+    ),
+    "pose": Parser(lambda data: decode(PoseStamped, data), [POSE], [lambda n: b'{"pose":' * n]),
+    "scan": Parser(
+        lambda data: decode(LaserScan, data),
+        [SCAN],
+        [lambda n: b'{"ranges": [' + b"[]," * n + b"1]}", lambda n: b'{"ranges": [' + b"1," * n + b"1]}"],
+    ),
+    "YAML of a map": Parser(
+        parse_yaml,
+        [YAML, b"{image: a.png, resolution: 1, origin: [0, 0, 0]}", YAML.replace(b"\n", b"\r\n") + b"---\na: b\n"],
+        [
+            lambda n: YAML + b"".join(b"k%d: v\n" % i for i in range(n)),
+            lambda n: (
+                YAML
+                + b"a0: &a0 {k: v}\n"
+                + b"".join(b"a%d: &a%d\n  <<:\n  - *a%d\n  - *a%d\n" % (i, i, i - 1, i - 1) for i in range(1, n))
+            ),
+            lambda n: b"- " * n,
+            lambda n: b"? " * n,
+            lambda n: b"[" * n,
+            lambda n: b"a: \t" * n,
+            lambda n: b'"' + b"\\x41" * n,
+            lambda n: b"---\n" * n,
+        ],
+    ),
+    "YAML with rules": Parser(lambda data: with_rules(data, Rules.NAV2), [YAML, YAML + b"rules: map_server\n"]),
+    "PGM, PPM, PBM": Parser(
+        _read_rows,
+        [
+            b"P5\n2 1\n255\n\0\xff",
+            b"P2 2 1 255 0 255",
+            b"P6 1 1 255 abc",
+            b"P3 1 1 1 0 1 0",
+            b"P4 9 1 \x80\0",
+            b"P1 3 1 101",
+        ],
+        [
+            lambda n: b"P5" + b" " * n,
+            lambda n: b"P5 1" + b"#\n" * n,
+            lambda n: b"P2 1 1 1 " + b"#\n" * n + b"1",
+            lambda n: b"P1 99 99 " + b" " * n + b"1",
+            lambda n: b"P2 40000 20000 255 " + b"1 " * n,
+        ],
+    ),
+    "PNG": Parser(
+        _read_rows,
+        [png([b"\x00\xff"], 2), _written(GREY.convert("RGBA"), "PNG"), _written(GREY.convert("P"), "PNG")],
+        [
+            lambda n: header(4, 4) + chunk(b"tEXt", b"a\0b") * n,
+            lambda n: header(4, 4) + chunk(b"iCCP", b"a\0\0" + zlib.compress(bytes(1000))) * n,
+            lambda n: header(4, 4) + chunk(b"zTXt", b"a\0\0" + zlib.compress(bytes(1000))) * n,
+            lambda n: header(4, 4) + chunk(b"IDAT") * n,
+            lambda n: header(20_000, 20_000) + chunk(b"IDAT", zlib.compress(bytes(n))),
+        ],
+    ),
+    "BMP, JPEG, TIFF": Parser(
+        _read_rows,
+        [_written(GREY, "BMP"), _written(GREY, "JPEG"), _written(GREY, "TIFF")],
+        [
+            lambda n: b"\xff\xd8\xff\xe0\0\x10JFIF\0\1\1\0\0\1\0\1\0\0" + b"\xff\xfe\0\2" * n,
+            lambda n: b"\xff\xd8" + b"\xff\xda" * n,
+        ],
+    ),
+    "size of an image": Parser(image_size, [png([b"\x00\xff"], 2), b"P5 2 1 255 ab", _written(GREY, "BMP")]),
+    "octomap": Parser(
+        parse_octomap,
+        [OCTOMAP],
+        [
+            lambda n: BINARY + b"\n" * n,
+            lambda n: BINARY + b"\nid OcTree\nsize %d\nres 1\ndata\n" % 10**15 + b"\xff\xff" * n,
+            lambda n: BINARY + b"\nid OcTree\nsize 9\nres 1\ndata\n" + b"\x03\0" * n,
+        ],
+    ),
+    "map of MovingAI": Parser(
+        parse_map,
+        [b"type octile\nheight 2\nwidth 3\nmap\n...\n.@T\n"],
+        [lambda n: b"type octile\nheight 999999999\nwidth 999999999\nmap\n" + b".\n" * n],
+    ),
+    "scenario of MovingAI": Parser(
+        parse_scenario, [b"version 1\n0\ta.map\t3\t2\t0\t0\t2\t1\t2.5\n"], [lambda n: b"version 1\n" + b"0 " * n]
+    ),
+    "URDF": Parser(
+        describe.__wrapped__,
+        [example("turtlebot3_burger"), b'<robot name="r"><link name="a"/></robot>'],
+        [
+            lambda n: b"<robot>" + b"<a>" * n,
+            lambda n: (
+                b'<robot><link name="l0"/>'
+                + b"".join(
+                    b'<link name="l%d"/><joint name="j%d" type="fixed"><parent link="l%d"/><child link="l%d"/></joint>'
+                    % (i, i, i - 1, i)
+                    for i in range(1, n)
+                )
+                + b"</robot>"
+            ),
+            lambda n: (
+                b"<!DOCTYPE r ["
+                + b"".join(b'<!ENTITY e%d "%b">' % (i, b"&e%d;" % (i - 1) * 10) for i in range(1, n))
+                + b"]><robot>&e9;</robot>"
+            ),
+            lambda n: b"<robot " + b" ".join(b'a%d="1"' % i for i in range(n)) + b"/>",
+        ],
+    ),
+    "depth image": Parser(
+        lambda data: decompress(FORMATS["uint16"], data),
+        [bytes(12) + png([b"\0\1\0\2"], 2, 16)],
+        [lambda n: bytes(12) + header(4, 4, 16) + chunk(b"iCCP", b"a\0\0" + zlib.compress(bytes(1000))) * n],
+    ),
+    "ticket": Parser(lambda data: read_ticket(data.decode("latin-1")), [b"ppaas-ticket"], [lambda n: b"A" * n]),
+}
+
+
+@pytest.mark.parametrize("name", PARSERS)
+@settings(deadline=None, max_examples=100, suppress_health_check=list(HealthCheck))
+@given(data=st.data())
+def test_hostile_bytes_are_read_or_refused(name: str, data: st.DataObject) -> None:
+    parser = PARSERS[name]
+    with contextlib.suppress(PPaaSError):
+        parser.read(data.draw(mutations(parser.seeds)))
+
+
+FAMILIES = [
+    pytest.param(parser.read, family, id=f"{name}-{number}")
+    for name, parser in PARSERS.items()
+    for number, family in enumerate(parser.families)
+]
+
+
+@pytest.mark.parametrize(("read", "family"), FAMILIES)
+def test_work_and_memory_are_in_proportion_to_the_bytes(read: Callable[[bytes], object], family: Family) -> None:
+    def work() -> None:
+        with contextlib.suppress(PPaaSError):
+            read(file)
+
+    file = family(1)
+    work()  # imports and caches
+    file = family(REPETITIONS)
+    assert operations(work) <= OPERATIONS + PER_BYTE * len(file)
+    assert peak_memory(work) <= SPARE + BYTES_PER_BYTE * len(file)
