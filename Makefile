@@ -9,6 +9,9 @@ PYTEST_ARGS ?=
 # Tests of robots that drive mostly wait, so more processes than cores share them (tests/ci/shares.py).
 TEST_PROCESSES ?= 5
 DEMO_ARGS ?=
+# Makes the bill of materials, in an environment of its own; the extras that a cloud and its robots may install.
+CYCLONEDX := cyclonedx-bom==7.5.0
+SHIPPED := cloud sim ray hdfs cassandra docker plot bags
 
 BIN := $(VENV)/bin
 LOCKED := $(VENV)/.locked
@@ -20,7 +23,7 @@ UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --g
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser proxies kernels test test-servers test-docker test-ray joints chaos schemathesis lint bench bench-cassandra performance lock clean
+.PHONY: help setup demo browser proxies kernels test test-servers test-docker test-ray joints chaos schemathesis lint bench bench-cassandra performance lock sbom clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -102,6 +105,13 @@ performance: $(INSTALLED) ## Measure planners, and write what docs/performance.m
 lock: $(LOCKED) ## Pin the newest versions that pyproject.toml allows
 	echo "uv" | $(UV_COMPILE) --upgrade --output-file deploy/bootstrap.lock -
 	$(UV_COMPILE) --upgrade --extra dev --output-file deploy/requirements.lock pyproject.toml
+
+sbom: $(LOCKED) ## Write build/sbom.json, the software bill of materials (CycloneDX) of what the wheel needs, as locked
+	@mkdir -p build
+	$(UV_COMPILE) $(foreach extra,$(SHIPPED),--extra $(extra)) --constraint deploy/requirements.lock --output-file build/sbom.requirements pyproject.toml
+	$(BIN)/uv tool run --quiet --from $(CYCLONEDX) cyclonedx-py requirements --pyproject pyproject.toml --output-reproducible \
+		--output-file build/sbom.json build/sbom.requirements
+	@echo "sbom: build/sbom.json"
 
 clean: ## Remove what was made, .venv included
 	rm -rf $(VENV) $(NODE_TESTS)/node_modules build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis

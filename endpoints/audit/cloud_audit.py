@@ -1,14 +1,20 @@
-"""Audit log of a running cloud: records its start and its stop, and makes of tickets in its data folder."""
+"""Audit log of a data folder: of a running cloud, from its start to its stop, and of commands on its host."""
 
 import asyncio
 import getpass
+import logging
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from importlib.metadata import version
 from pathlib import Path
 
+import msgspec
+
 from endpoints.audit.event import AuditEvent
 from endpoints.audit.file_log import FileAuditLog
+from endpoints.audit.files import AuditFiles
+
+logger = logging.getLogger(__name__)
 
 AUDIT = "audit.jsonl"
 """File in the data folder with the latest events."""
@@ -24,6 +30,14 @@ async def cloud_audit(data: Path) -> AsyncIterator[FileAuditLog]:
     finally:
         log.record(AuditEvent(action="stop_cloud"))
         await asyncio.to_thread(log.close)
+
+
+def record_on_host(data: Path, event: AuditEvent) -> None:
+    """Record what a command of the host did in a data folder; log an error if that fails. It blocks."""
+    try:
+        AuditFiles(data / AUDIT).append([msgspec.structs.replace(event, user=host_user())])
+    except OSError as error:
+        logger.error("the audit log in %s cannot be written: %s", data, error.strerror or error)
 
 
 def host_user() -> str:

@@ -25,13 +25,21 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the ticket."""
-    from endpoints.server import MACHINES  # noqa: PLC0415 - ``ppaas --help`` loads this module
+    from endpoints.audit.cloud_audit import record_on_host  # noqa: PLC0415 - ``ppaas --help`` loads this module
+    from endpoints.audit.event import AuditEvent  # noqa: PLC0415
+    from endpoints.server import MACHINES  # noqa: PLC0415
     from engine.remote.machines import make_ticket  # noqa: PLC0415
 
     folder = arguments.data / MACHINES
     ticket = make_ticket(folder, valid=arguments.valid, machine=arguments.name, host=arguments.host)
+    details = {"valid": arguments.valid}
+    record_on_host(arguments.data, AuditEvent(action="make_ticket", object=_machine(arguments.name), details=details))
     sys.stdout.write(f"{ticket}\n")
     return 0
+
+
+def _machine(name: str | None) -> str:
+    return "machines" if name is None else f"machines/{name}"
 
 
 def _seconds(text: str) -> float:

@@ -20,16 +20,19 @@ async def show_health(request: Request, services: Provided) -> dict[str, object]
 
     While a store is unreachable, the cloud is `degraded`: robots keep driving and paths are planned on maps that are
     cached, and new paths wait on the disk for the store. It is `degraded` too while the disk of its data folder is
-    full, when nothing new is stored.
+    full, when nothing new is stored, and while the audit log cannot be written; its events wait in memory.
     """
     store, map_store = await services.health.stores(services.store, services.map_store)
     disk = await asyncio.to_thread(disk_state, services.disk) if services.disk is not None else None
     reasons = await _may_see_reasons(request, services)
     is_full = disk is not None and disk.state == "full"
+    audit = StoreState(services.audit.fault is None, services.audit.fault)
+    is_ok = store.answers and map_store.answers and audit.answers and not store.waiting and not is_full
     return {
-        "status": "ok" if store.answers and map_store.answers and not store.waiting and not is_full else "degraded",
+        "status": "ok" if is_ok else "degraded",
         "store": _store_health(store, reasons),
         "map_store": _store_health(map_store, reasons),
+        "audit": _store_health(audit, reasons),
         "plans_waiting": store.waiting,
         "disk": _disk_health(disk) if reasons and disk is not None else None,
     }

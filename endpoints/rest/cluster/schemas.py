@@ -111,5 +111,6 @@ class HealthAnswer(ResponseBody):
     status: Literal["ok", "degraded"]
     store: StoreHealth = Field(description="Store of everything but maps")
     map_store: StoreHealth
+    audit: StoreHealth = Field(description="Audit log; while it is away, its events wait in memory")
     plans_waiting: int = Field(description="Number of paths that wait on the disk for the store")
     disk: DiskHealth | None = Field(description="Disk of the data folder, for administrators")

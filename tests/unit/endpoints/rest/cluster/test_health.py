@@ -25,7 +25,8 @@ async def test_health_is_public_and_reports_ok(client: httpx.AsyncClient) -> Non
     answer = await client.get("/v1/health")
     assert answer.status_code == 200
     fine = {"state": "ok", "reason": None}
-    assert answer.json() == {"status": "ok", "store": fine, "map_store": fine, "plans_waiting": 0, "disk": None}
+    stores = {"store": fine, "map_store": fine, "audit": fine}
+    assert answer.json() == {"status": "ok", **stores, "plans_waiting": 0, "disk": None}
 
 
 async def test_a_full_disk_degrades_the_cloud_and_only_administrators_see_why(
@@ -58,6 +59,17 @@ async def test_only_administrators_see_why_a_store_is_unreachable(
         assert report["status"] == "degraded"
         assert report["store"] == {"state": "away", "reason": reason}
         assert report["map_store"]["state"] == "ok"
+
+
+async def test_an_audit_log_that_cannot_be_written_degrades_the_cloud(
+    client: httpx.AsyncClient, log_in: LogIn, services: Services
+) -> None:
+    headers = await log_in("admin")
+    object.__setattr__(services.audit, "fault", "the disk is full")
+    assert (await client.get("/v1/health")).json()["audit"] == {"state": "away", "reason": None}
+    report = (await client.get("/v1/health", headers=headers)).json()
+    assert report["status"] == "degraded"
+    assert report["audit"] == {"state": "away", "reason": "the disk is full"}
 
 
 async def test_a_store_that_does_not_answer_in_time_is_reported() -> None:
