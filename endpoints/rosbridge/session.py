@@ -92,7 +92,8 @@ class ClientSession:
             operations.ServiceResponse: self._calls.respond,
             operations.SendActionGoal: self._goals.start,
             operations.CancelActionGoal: self._goals.cancel,
-            operations.SetLevel: lambda _: None,  # handled by the wire
+            operations.SetLevel: lambda _: None,  # handled by the wire, as are the parts of a frame
+            operations.Fragment: lambda _: None,
             operations.RefusedOperation: self._refuse,
         }
 

@@ -1,8 +1,10 @@
 """Validation of ROS names that clients send: topics, services, nodes and types."""
 
 import re
+from collections.abc import Callable
 
 from ppaas.errors import MalformedMessage, UnknownType
+from ppaas.messages.time_spelling import camera_to_ros2, to_ros2
 
 _NAME = re.compile(r"/?[A-Za-z~][\w~]*(/[\w~]+)*", re.ASCII)
 _TYPE = re.compile(r"([A-Za-z]\w*)/(?:(msg|srv|action)/)?([A-Za-z]\w*)", re.ASCII)
@@ -47,6 +49,19 @@ def ros1_type(name: str) -> str:
     if match is None:
         raise UnknownType(f"not a ROS type name: {name[:64]!r}; write it as package/Name or package/msg/Name")
     return f"{match[1]}/{match[3]}"
+
+
+def ros2_spelling(name: str | None) -> Callable[[bytes], bytes] | None:
+    """Return what spells messages of a type as a client that names it as in ROS 2 expects; None for any other client.
+
+    Parameters
+    ----------
+    name : str, optional
+        Name of the type, as the client spelled it.
+    """
+    if name is None or not is_ros2_type(name):
+        return None
+    return camera_to_ros2 if ros1_type(name) == "sensor_msgs/CameraInfo" else to_ros2
 
 
 def is_ros2_type(name: str | None) -> bool:

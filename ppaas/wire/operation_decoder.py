@@ -28,7 +28,6 @@ _head_decoder = msgspec.json.Decoder(_Head)
 
 _NOT_SERVED = {
     "advertise_action": "a client cannot serve an action of ROS 2; it can serve one of ROS 1, by its topics",
-    "fragment": "send a message as one frame, up to 16 MiB",
     "png": "send JSON",
     "auth": "send the token in the address, or in a header of the handshake",
 }

@@ -128,6 +128,18 @@ class CancelActionGoal(Operation, tag="cancel_action_goal"):
     id: Id = None
 
 
+# -- parts of a frame --------------------------------------------------------------------------------------------------
+
+
+class Fragment(Operation, tag="fragment"):
+    """Part ``num`` of the ``total`` parts of a frame, counted from 0."""
+
+    data: str
+    num: int
+    total: int
+    id: Id = None
+
+
 # -- the session -------------------------------------------------------------------------------------------------------
 
 
@@ -151,6 +163,7 @@ ClientOperation = (
     | SendActionGoal
     | CancelActionGoal
     | SetLevel
+    | Fragment
 )
 
 CLIENT_OPERATIONS: tuple[str, ...] = tuple(kind.__struct_config__.tag for kind in get_args(ClientOperation))

@@ -12,14 +12,16 @@ from collections.abc import Iterator
 
 import msgspec
 
-from ppaas.errors import PPaaSError, QuotaExceeded
+from ppaas.errors import MalformedMessage, PPaaSError, QuotaExceeded
 from ppaas.messages.time_spelling import to_ros2
-from ppaas.wire.names import is_ros2_type, normalise
+from ppaas.wire.fragments import FragmentAssembler
+from ppaas.wire.names import is_ros2_type, normalise, ros2_spelling
 from ppaas.wire.operation_decoder import decode_operation
 from ppaas.wire.operations import (
     LEVELS,
     CallService,
     ClientOperation,
+    Fragment,
     Id,
     Level,
     RefusedOperation,
@@ -65,6 +67,7 @@ class RosbridgeSession:
 
     def __init__(self, level: Level = "none") -> None:
         self._level: Level = level
+        self._fragments = FragmentAssembler()
         self._subscriptions: dict[str, TopicSubscriptions] = {}
         self._late: dict[Channel, str] = {}
 
@@ -73,6 +76,8 @@ class RosbridgeSession:
     def receive(self, frame: str | bytes) -> ClientOperation | RefusedOperation:
         """Decode a frame, and update the subscriptions and the status level; an invalid frame changes nothing."""
         operation = decode_operation(frame)
+        if isinstance(operation, Fragment):
+            operation = self._add(operation)
         if isinstance(operation, SetLevel):
             self._level = operation.level
         elif isinstance(operation, Subscribe | Unsubscribe):
@@ -80,6 +85,17 @@ class RosbridgeSession:
                 self._change(operation)
             except PPaaSError as error:  # not a name of a topic, or too many subscriptions
                 return RefusedOperation(error, id=operation.id, name=operation.topic)
+        return operation
+
+    def _add(self, fragment: Fragment) -> ClientOperation | RefusedOperation:
+        """Add a part of a frame; return the operation of the frame if that completes it."""
+        try:
+            frame = self._fragments.add(fragment)
+        except PPaaSError as error:
+            return RefusedOperation(error, id=fragment.id)
+        operation = fragment if frame is None else decode_operation(frame)
+        if frame is not None and isinstance(operation, Fragment):
+            return RefusedOperation(MalformedMessage("fragments must not be in fragments"), id=fragment.id)
         return operation
 
     def _change(self, operation: Subscribe | Unsubscribe) -> None:
@@ -92,8 +108,8 @@ class RosbridgeSession:
         topic = normalise(operation.topic)
         if sum(map(len, self._subscriptions.values())) >= MAX_SUBSCRIPTIONS:
             raise QuotaExceeded(f"a client may have at most {MAX_SUBSCRIPTIONS} subscriptions: unsubscribe some first")
-        throttle, ros2 = max(operation.throttle_rate or 0.0, 0.0) / 1000.0, is_ros2_type(operation.type)
-        subscription = Subscription(operation.topic, throttle, max(operation.queue_length or 0, 0), ros2)
+        throttle, queue_length = max(operation.throttle_rate or 0.0, 0.0) / 1000.0, max(operation.queue_length or 0, 0)
+        subscription = Subscription(operation.topic, throttle, queue_length, ros2_spelling(operation.type))
         self._subscriptions.setdefault(topic, TopicSubscriptions()).add(operation.id, subscription)
         self._forget_late()
 
@@ -184,5 +200,5 @@ class RosbridgeSession:
 
 
 def _published(channel: Channel, payload: bytes) -> bytes:
-    text = to_ros2(payload) if channel.ros2 else payload
+    text = payload if channel.respell is None else channel.respell(payload)
     return b'{"op":"publish","topic":"%b","msg":%b}' % (channel.spelling.encode(), text)

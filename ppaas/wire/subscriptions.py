@@ -5,7 +5,7 @@ which, as in rosbridge, has the lowest of their throttle rates and the longest o
 """
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from ppaas.wire.operations import Id
@@ -26,14 +26,14 @@ class Subscription:
         Least time between two messages [s].
     queue_length : int
         Length of the queue of throttled messages; 0 keeps only the newest message.
-    ros2 : bool
-        Whether times are spelled as in ROS 2.
+    respell : callable, optional
+        Spells a message as the client expects.
     """
 
     spelling: str
     throttle: float = 0.0
     queue_length: int = 0
-    ros2: bool = False
+    respell: Callable[[bytes], bytes] | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -42,14 +42,14 @@ class Channel:
 
     spelling: str
     throttle: float = 0.0
-    ros2: bool = False
+    respell: Callable[[bytes], bytes] | None = None
     waiting: deque[bytes] = field(default_factory=deque)
     next_at: float = float("-inf")
 
     def settle(self, subscriptions: list[Subscription]) -> None:
         """Combine the options of these subscriptions, the newest of which is the last."""
         self.throttle = min(s.throttle for s in subscriptions)
-        self.ros2 = subscriptions[-1].ros2
+        self.respell = subscriptions[-1].respell
         length = min(max(s.queue_length for s in subscriptions), MAX_QUEUE)
         self.waiting = deque(self.waiting, maxlen=max(length, 1))
 

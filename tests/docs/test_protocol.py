@@ -49,6 +49,7 @@ from ppaas.nodes.waypoint_follower.node import WaypointFollowerParameters
 from ppaas.recoveries.base import AffectedMaps
 from ppaas.recoveries.registry import RECOVERIES, recovery_names
 from ppaas.wire.actions import NAV2_UNKNOWN, actions, find_action, ros2_status
+from ppaas.wire.fragments import MAX_OPEN, MAX_SIZE
 from ppaas.wire.goals import GRACE, MAX_GOALS
 from ppaas.wire.names import MAX_NAME
 from ppaas.wire.operations import RefusedOperation
@@ -146,6 +147,8 @@ def test_the_limits_are_those_of_the_code() -> None:
     frames = f"{FRAMES:g} a second, or {BYTES >> 20} MiB a second, or half the time"
     assert limits["frames of one socket"].startswith(frames) and BUSY == 0.5
     assert states(f"{BURST:g} s of which it may use in advance") and states(f"After {OVERLOAD:g} s of that")
+    fragments = f"{MAX_OPEN} frames, {MAX_SIZE >> 20} MiB"
+    assert limits["fragments of incomplete frames per client"] == fragments
     assert limits["subscriptions per client"] == str(MAX_SUBSCRIPTIONS)
     assert limits["calls in progress per client"] == f"{MAX_CALLS}, each for up to {CALL_TIMEOUT:g} s"
     assert limits["goals in progress per client"] == str(MAX_GOALS)

@@ -94,3 +94,22 @@ async def answers(client: StillClient, count: int = 1) -> list[dict[str, Any]]:
     """Wait until ``count`` frames have been sent."""
     await until(lambda: len(client.session.outbox) >= count)
     return client.received()
+
+
+def says(client: StillClient, **frame: Any) -> list[dict[str, Any]]:
+    """Send a frame of a client, and return what the cloud sends it."""
+    client.say(**frame)
+    return client.received()
+
+
+def error_of(frames: list[dict[str, Any]], slug: str = "malformed-message") -> dict[str, Any]:
+    """Return the only frame, which must be an error with this slug."""
+    [frame] = frames
+    assert (frame["op"], frame["level"]) == ("status", "error")
+    assert frame["msg"].startswith(f"{slug}: "), frame["msg"]
+    return frame
+
+
+def delivered(place: StillPlace) -> list[tuple[str, Any]]:
+    """Return the messages sent to the container since the last call: topics, and messages as values of JSON."""
+    return [(message.topic, json.loads(message.payload)) for message in place.far.take(robot_link.Deliver)]

@@ -110,6 +110,23 @@ def test_a_negative_or_null_rate_and_queue_count_as_zero(number: int | None) -> 
     assert listener.session.queue_length("a", 10) == 10
 
 
+@pytest.mark.parametrize(
+    ("kind", "matrix", "seconds"),
+    [
+        ("sensor_msgs/CameraInfo", "K", "secs"),
+        ("sensor_msgs/msg/CameraInfo", "k", "sec"),
+        ("sensor_msgs/msg/Image", "K", "sec"),
+        (None, "K", "secs"),
+    ],
+)
+def test_a_camera_info_is_spelled_like_the_requested_type(kind: str | None, matrix: str, seconds: str) -> None:
+    session = RosbridgeSession()
+    session.receive(json.dumps({"op": "subscribe", "topic": "/info", "type": kind}))
+    payload = b'{"header":{"stamp":{"secs":1}},"K":[1.0],"distortion_model":"\\"K\\":"}'
+    message = json.loads(next(session.publish("info", payload, 0.0)))["msg"]
+    assert message == {"header": {"stamp": {seconds: 1}}, matrix: [1.0], "distortion_model": '"K":'}
+
+
 def test_type_names_are_validated() -> None:
     from ppaas.wire.names import is_ros2_type, ros1_type
 

@@ -1,0 +1,66 @@
+"""Fragments of frames, from which the frame of a client is put together.
+
+Source: section 3.1.1 of ``ROSBRIDGE_PROTOCOL.md`` of ``RobotWebTools/rosbridge_suite``.
+"""
+
+from dataclasses import dataclass, field
+
+from ppaas.errors import InvalidInput, QuotaExceeded
+from ppaas.wire.operations import Fragment, Id
+
+MAX_OPEN = 16
+"""Largest number of incomplete frames of one client; beyond it, the oldest is dropped."""
+
+MAX_SIZE = 16 << 20
+"""Largest size of all fragments that one client has sent of incomplete frames [characters]."""
+
+MAX_FRAGMENTS = 1 << 16
+"""Largest number of fragments of one frame."""
+
+
+@dataclass(slots=True)
+class _Incomplete:
+    total: int
+    parts: dict[int, str] = field(default_factory=dict)
+    size: int = 0
+
+
+class FragmentAssembler:
+    """Incomplete frames of one client, by their ids."""
+
+    def __init__(self) -> None:
+        self._open: dict[Id, _Incomplete] = {}
+
+    def add(self, fragment: Fragment) -> str | None:
+        """Add a fragment; return the frame if that completes it.
+
+        Raises
+        ------
+        InvalidInput
+            The fragment has no id, its number is not below ``total``, or ``total`` differs from that of the others.
+        QuotaExceeded
+            The incomplete frames of the client are too large.
+        """
+        if fragment.id is None:
+            raise InvalidInput("a fragment needs the id of its frame")
+        if not 0 <= fragment.num < fragment.total <= MAX_FRAGMENTS:
+            raise InvalidInput(f"fragments of a frame are numbered from 0 to total - 1, up to {MAX_FRAGMENTS - 1}")
+        frame = self._open.setdefault(fragment.id, _Incomplete(fragment.total))
+        if frame.total != fragment.total:
+            del self._open[fragment.id]
+            raise InvalidInput("fragments of one frame must have the same total: send the frame again")
+        self._put(frame, fragment)
+        if len(frame.parts) < frame.total:
+            return None
+        del self._open[fragment.id]
+        return "".join(frame.parts[number] for number in range(frame.total))
+
+    def _put(self, frame: _Incomplete, fragment: Fragment) -> None:
+        size = len(fragment.data) - len(frame.parts.get(fragment.num, ""))
+        if sum(each.size for each in self._open.values()) + size > MAX_SIZE:
+            self._open.clear()
+            raise QuotaExceeded(f"fragments of incomplete frames may have {MAX_SIZE >> 20} MiB: send the frames again")
+        frame.parts[fragment.num] = fragment.data
+        frame.size += size
+        if len(self._open) > MAX_OPEN:
+            del self._open[next(iter(self._open))]
