@@ -36,7 +36,7 @@ def test_every_quota_can_be_set_for_all_users() -> None:
     given = [f"--quota={name}={number}" for number, name in enumerate(QUOTAS, 1)]
     arguments = parser.parse_args([*given, "--quota=cores=0.5"])
     assert cloud_config(arguments).quota == Quota(
-        **(dict(zip(QUOTAS, range(1, 6), strict=True)) | {"cores": 0.5})  # type: ignore[arg-type]
+        **(dict(zip(QUOTAS, range(1, len(QUOTAS) + 1), strict=True)) | {"cores": 0.5})  # type: ignore[arg-type]
     )
     assert up.QUOTAS == QUOTAS
 
@@ -69,3 +69,18 @@ def test_an_unknown_store_scheme_lists_the_known_ones(
 ) -> None:
     assert main(["up", "--data", str(tmp_path), "--port", "0", option, "redis://host"]) == 1
     assert "unknown scheme of a store 'redis'; known: memory:" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("given", "fault"),
+    [
+        (("--tls-cert", "cloud.pem"), "give both --tls-cert and --tls-key"),
+        (("--tls-key", "cloud.key"), "give both --tls-cert and --tls-key"),
+        (("--tls-cert", "cloud.pem", "--tls-key", "cloud.key"), "cannot use the certificate cloud.pem"),
+    ],
+)
+def test_tls_needs_a_certificate_and_its_key(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], given: tuple[str, ...], fault: str
+) -> None:
+    assert main(["up", "--data", str(tmp_path), "--port", "0", *given]) == 1
+    assert fault in capsys.readouterr().err
