@@ -136,6 +136,7 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
         map_store=arguments.map_store or f"file:///{data / 'maps'}",
         outbox=str(data / "outbox.sqlite"),
         reserve=str(data),
+        keep_versions=arguments.keep_versions,
         listen_machines=arguments.listen_machines or (RAY_LISTENS if on_ray else None),
         machines=str(data / MACHINES),
         machine_settings=str(data / MACHINE_SETTINGS),

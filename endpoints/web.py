@@ -103,7 +103,13 @@ class Web:
         self._idle = IdleWatch(self._sessions, engine.sessions, idle)
         self._background = Background()
         services = Services(
-            engine.store, engine.map_store, self.accounts, engine.cloud, disk=engine.reserve, audit=audit
+            engine.store,
+            engine.map_store,
+            self.accounts,
+            engine.cloud,
+            disk=engine.reserve,
+            keep_versions=engine.keep_versions,
+            audit=audit,
         )
         self._disk = DiskWatch.of(engine.reserve, engine.store)
         self._rights = RightsWatch(self._sessions, engine.sessions, services)

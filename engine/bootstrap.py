@@ -71,6 +71,8 @@ class CloudConfig:
         Folder for the certificates and tickets of these machines.
     outbox : str, optional
         File in which plans are stored while a remote store is unreachable.
+    keep_versions : int, optional
+        Number of versions of a map that are kept, beside those that robots use; None for all.
     reserve : str, optional
         Folder for the reserve of disk space; None for no reserve.
     machine : str
@@ -107,6 +109,7 @@ class CloudConfig:
     machines: str = "machines"
     outbox: str | None = None
     reserve: str | None = None
+    keep_versions: int | None = None
     machine: str = "local"
     cores: int | None = None
     quota: Quota = field(default_factory=Quota)
@@ -178,6 +181,7 @@ class Engine(CloudListener):
         self._own = config.machine
         self._background = Background()
         runtimes.RUNTIMES.load(config.runtime)  # raises here if unknown; otherwise the agent would fail
+        self.keep_versions = config.keep_versions
         outbox, reserve = (Path(path) if path else None for path in (config.outbox, config.reserve))
         self.reserve = DiskReserve(reserve) if reserve is not None else None
         if self.reserve is not None:

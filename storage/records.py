@@ -17,6 +17,8 @@ class Limits(msgspec.Struct, frozen=True, omit_defaults=True):
     robots: int | None = None
     maps: int | None = None
     plans_per_minute: int | None = None
+    stored_bytes: int | None = None
+    versions_per_map: int | None = None
 
 
 class User(msgspec.Struct, frozen=True):

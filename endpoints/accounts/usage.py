@@ -3,22 +3,64 @@
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Protocol
 from weakref import WeakValueDictionary
 
+from endpoints.accounts.stored_bytes import MapContent, StoredBytes
 from engine.master.quotas import Quotas, check_quota
 from ppaas.errors import NotFound
 from storage.ports import MapStore, Store
+from storage.staged_uploads import StagedUpload
+
+
+class HasQuotas(Protocol):
+    """The engine, as far as usage needs it."""
+
+    @property
+    def quotas(self) -> Quotas:
+        """Quotas of the users."""
+        ...
+
+
+class Stores(Protocol):
+    """The stores, the engine, and the number of versions of a map that are kept; None for all."""
+
+    @property
+    def store(self) -> Store:
+        """Store of everything but maps."""
+        ...
+
+    @property
+    def map_store(self) -> MapStore:
+        """Store of maps."""
+        ...
+
+    @property
+    def cloud(self) -> HasQuotas:
+        """The engine."""
+        ...
+
+    @property
+    def keep_versions(self) -> int | None:
+        """Number of versions of a map to keep."""
+        ...
 
 
 class Usage:
-    """Quota checks of new robots and maps, serialised per user so that two requests cannot both use the last place.
+    """Quota checks of what users store, serialised per user so that two requests cannot both use the last place.
 
     Processes that share a store do not wait for each other: each of them may exceed the quota by one.
+
+    Attributes
+    ----------
+    stored : StoredBytes
+        What users have stored.
     """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._adding: WeakValueDictionary[str, threading.Lock] = WeakValueDictionary()
+        self.stored = StoredBytes()
 
     @contextmanager
     def new_robot(self, store: Store, quotas: Quotas, user: str, robot: str) -> Iterator[None]:
@@ -37,20 +79,51 @@ class Usage:
             yield
 
     @contextmanager
-    def new_map(self, map_store: MapStore, quotas: Quotas, user: str, map_id: str) -> Iterator[None]:
+    def new_map(self, stores: Stores, user: str, map_id: str, upload: StagedUpload) -> Iterator[None]:
         """Check the quota, then publish a map, new or existing, in the ``with`` block; blocks the thread.
 
         Raises
         ------
         QuotaExceeded
-            The map is new and the user already has the maximum.
+            The map is new and the user already has the maximum, the version is new and the map has the maximum, or
+            the user would have too many bytes.
         """
         with self._of(user):
+            quota = stores.cloud.quotas.of(user)
             try:
-                map_store.map_head(map_id)
+                known = self.stored.of_map(stores.map_store, stores.map_store.map_head(map_id))
             except NotFound:
-                check_quota(user, "maps", quotas.of(user).maps, len(owned_maps(map_store, user)))
+                check_quota(user, "maps", quota.maps, len(owned_maps(stores.map_store, user)))
+                known = MapContent()
+            if upload.version not in known.versions:
+                count = len(known.versions)
+                kept = count if stores.keep_versions is None else min(count, stores.keep_versions - 1)
+                check_quota(user, "versions_per_map", quota.versions_per_map, kept)
+            more = sum(file.size for file in upload.files.values() if file.sha256 not in known.files)
+            self._check_bytes(stores, user, more)
             yield
+            self.stored.add(user, more)
+
+    @contextmanager
+    def new_urdf(self, stores: Stores, user: str, robot: str, size: int) -> Iterator[None]:
+        """Check the quota, then store a URDF of ``size`` bytes in the ``with`` block; blocks the thread.
+
+        Raises
+        ------
+        QuotaExceeded
+            The user would have too many bytes.
+        """
+        with self._of(user):
+            more = size - self.stored.of_urdf(stores.store, user, robot)
+            self._check_bytes(stores, user, more)
+            yield
+            self.stored.set_urdf(user, robot, size)
+            self.stored.add(user, more)
+
+    def _check_bytes(self, stores: Stores, user: str, more: int) -> None:
+        if more > 0:
+            has = self.stored.of_user(stores.store, stores.map_store, user)
+            check_quota(user, "stored_bytes", stores.cloud.quotas.of(user).stored_bytes, has, more)
 
     def _of(self, user: str) -> threading.Lock:
         with self._lock:

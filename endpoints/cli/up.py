@@ -13,7 +13,7 @@ NAME = "up"
 HELP = "start the cloud on this machine"
 
 DEFAULT_PORT = 8500
-QUOTAS = ("containers", "cores", "robots", "maps", "plans_per_minute")
+QUOTAS = ("containers", "cores", "robots", "maps", "plans_per_minute", "stored_bytes", "versions_per_map")
 """Names of the quotas in ``engine.master.quotas``, which the command line does not import."""
 MAX_PORT = 65535
 
@@ -30,9 +30,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--tls-key", type=Path, metavar="FILE", help="private key of --tls-cert in PEM")
     parser.add_argument("--data", type=Path, default=Path("var"), help="folder of the embedded stores (./%(default)s)")
     _add_stores(parser)
+    _add_versions(parser)
     _add_front(parser)
     _add_machines(parser)
     _add_limits(parser)
+    _add_connections(parser)
     parser.add_argument(
         "--admin-password-file",
         type=Path,
@@ -54,6 +56,15 @@ def _add_stores(parser: argparse.ArgumentParser) -> None:
             metavar="FILE",
             help=f"file with that URL, to keep a password out of the arguments; or give it in the variable {variable}",
         )
+
+
+def _add_versions(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--keep-versions",
+        type=whole(),
+        metavar="NUMBER",
+        help="versions of each map to keep: a publication removes the oldest beyond, unless robots use them (all)",
+    )
 
 
 def _add_front(parser: argparse.ArgumentParser) -> None:
@@ -138,18 +149,6 @@ def _add_limits(parser: argparse.ArgumentParser) -> None:
         help=f"quota of every user: {', '.join(QUOTAS)}; may be repeated",
     )
     parser.add_argument(
-        "--max-connections",
-        type=whole(1),
-        metavar="NUMBER",
-        help="largest number of connections (10000, or as many as open files allow)",
-    )
-    parser.add_argument(
-        "--max-connections-per-address",
-        type=whole(1),
-        metavar="NUMBER",
-        help="largest number of connections from one address (half of all)",
-    )
-    parser.add_argument(
         "--node-priorities",
         default="",
         metavar="CRITERION,...",
@@ -177,6 +176,21 @@ def _add_limits(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--dead", type=_dead, default=15.0, help="seconds after which a silent connection counts as dead (%(default)s)"
+    )
+
+
+def _add_connections(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--max-connections",
+        type=whole(1),
+        metavar="NUMBER",
+        help="largest number of connections (10000, or as many as open files allow)",
+    )
+    parser.add_argument(
+        "--max-connections-per-address",
+        type=whole(1),
+        metavar="NUMBER",
+        help="largest number of connections from one address (half of all)",
     )
 
 

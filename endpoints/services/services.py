@@ -6,8 +6,8 @@ from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.usage import Usage
 from endpoints.audit.event import AuditLog, MemoryAuditLog
 from endpoints.services.control_plane import ControlPlane
-from endpoints.services.installed_planners import InstalledPlanners
 from endpoints.services.heavy_work import HeavyWork
+from endpoints.services.installed_planners import InstalledPlanners
 from endpoints.services.map_cache import MapHeadCache
 from endpoints.services.plan_writer import PlanWriter
 from endpoints.services.request_limits import RequestLimits
@@ -30,6 +30,7 @@ class Services:
     map_cache: MapHeadCache = field(default_factory=MapHeadCache)
     usage: Usage = field(default_factory=Usage)
     planners: InstalledPlanners = field(default_factory=InstalledPlanners)
-    audit: AuditLog = field(default_factory=MemoryAuditLog)
-    disk: DiskReserve | None = None
     heavy_work: HeavyWork = field(default_factory=HeavyWork)
+    disk: DiskReserve | None = None
+    keep_versions: int | None = None
+    audit: AuditLog = field(default_factory=MemoryAuditLog)

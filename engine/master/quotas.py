@@ -21,9 +21,13 @@ class Quota:
     robots : int
         Registered robots, connected or not.
     maps : int
-        Maps that the user owns; versions do not count.
+        Maps that the user owns.
     plans_per_minute : int
         Paths requested by REST or by a service of the robot; plans that a clone makes for its own goals do not count.
+    stored_bytes : int
+        Size of the files of all versions of these maps, and of the URDFs of the robots [bytes].
+    versions_per_map : int
+        Versions of one map.
     """
 
     containers: int = 64
@@ -31,6 +35,8 @@ class Quota:
     robots: int = 1000
     maps: int = 1000
     plans_per_minute: int = 120_000
+    stored_bytes: int = 16 << 30
+    versions_per_map: int = 1000
 
     def with_own(self, limits: Limits) -> "Quota":
         """Return this quota with a user's own limits in place of its own."""
@@ -114,6 +120,9 @@ class Quotas:
             del self._used[user]
 
 
+LONG = 1e6
+"""Number from which the default format has an exponent."""
+
 NO_LIMITS = Limits()
 NOTHING = Used()
 
@@ -128,6 +137,11 @@ def check_quota(user: str, name: str, limit: float, used: float, more: float = 1
     """
     if round(used + more, DECIMALS) > limit:
         raise QuotaExceeded(
-            f"user {user!r} may have {limit:g} {name} and has {used:g}; {more:g} more would exceed the limit: "
-            f"remove some, or ask an administrator to raise the quota {name!r}"
+            f"user {user!r} may have {_text(limit)} {name} and has {_text(used)}; {_text(more)} more would exceed the "
+            f"limit: remove some, or ask an administrator to raise the quota {name!r}"
         )
+
+
+def _text(number: float) -> str:
+    """Return a number without an exponent."""
+    return f"{number:g}" if number < LONG else f"{number:.0f}"

@@ -8,12 +8,13 @@ from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response, StreamingResponse
 
 from endpoints.rest.dependencies import Caller, Paged, Provided, readable_head
-from endpoints.rest.maps.maps import opened_map, shown_map
+from endpoints.rest.maps.maps import opened_map, owned_head, shown_map
 from endpoints.rest.maps.schemas import CellRectangle, MapAnswer, MapDifference, MapVersionAnswer, OctomapFate
 from endpoints.rest.names import MapId, Version, VersionId
 from endpoints.rest.openapi import KNOWN, Responses, problems
 from endpoints.rest.paging import Page
 from endpoints.services.services import Services
+from endpoints.services.version_removal import remove_version
 from ppaas.maps.formats.difference import difference
 from ppaas.maps.formats.image import FORMATS, media_type
 from ppaas.maps.formats.map_files import open_grid
@@ -53,6 +54,16 @@ async def list_versions(map_id: MapId, services: Provided, user: Caller, paging:
 async def show_version(map_id: MapId, version: VersionId, services: Provided, user: Caller) -> MapAnswer:
     """Show one version of a map."""
     return await run_in_threadpool(shown_map, services, user, map_id, version)
+
+
+@router.delete("/versions/{version}", status_code=204, responses=KNOWN | problems(403, 404, 409))
+async def delete_version(map_id: MapId, version: VersionId, services: Provided, user: Caller) -> None:
+    """Remove a version of a map and its files; refused (409) if it is the current one, or while robots use it.
+
+    Paths that are stored for this version stay.
+    """
+    head = await owned_head(services, user, map_id)
+    await run_in_threadpool(remove_version, services, head.owner, map_id, version)
 
 
 @router.get("/difference", response_model=MapDifference, responses=KNOWN | problems(404))

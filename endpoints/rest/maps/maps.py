@@ -17,6 +17,7 @@ from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
+from endpoints.services.version_removal import expire_versions
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, NotFound, NotPermitted
 from storage.opened_maps import OpenMap
@@ -70,7 +71,7 @@ async def change_map(
     map_id: MapId, change: Annotated[MapChange, Body(media_type=MERGE_PATCH)], services: Provided, user: Caller
 ) -> MapSummary:
     """Change the readers or the description of a map by a JSON merge patch (RFC 7396); its files stay unchanged."""
-    await _owned_head(services, user, map_id)
+    await owned_head(services, user, map_id)
     fields: dict[str, Any] = change.model_dump(exclude_unset=True)
     if "readers" in fields:
         fields["readers"] = tuple(dict.fromkeys(fields["readers"] or ()))
@@ -85,7 +86,7 @@ async def roll_back_map(
     map_id: MapId, wanted: RollBack, services: Provided, user: Caller, if_match: IfMatch = None
 ) -> MapSummary:
     """Make an earlier version of a map the current one again; this adds an entry to its versions."""
-    head = await _owned_head(services, user, map_id)
+    head = await owned_head(services, user, map_id)
     publication = Publication(map_id, user.id, epoch(), wanted.message, head.owner, if_match=_version(if_match))
     with _invalidate(services, map_id):
         return MapSummary.of(await run_in_threadpool(services.map_store.roll_back, wanted.version, publication))
@@ -94,7 +95,7 @@ async def roll_back_map(
 @router.delete("/{map_id}", status_code=204, responses=KNOWN | problems(403, 404, 409))
 async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
     """Remove a map with all its versions and stored paths; refused (409) while robots use it."""
-    await _owned_head(services, user, map_id)
+    await owned_head(services, user, map_id)
     if robots_in(services, map_id=map_id):
         raise Conflict(f"map {map_id!r} is in use by robots: disconnect them first")
     await services.plan_writer.settled()
@@ -105,7 +106,9 @@ async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
 def _remove(services: Services, map_id: str) -> None:
     """Remove the paths, the map, then paths added meanwhile; an interrupted removal can be repeated."""
     _forget_planning(services.store, map_id)
+    owner = services.map_store.map_head(map_id).owner
     services.map_store.remove_map(map_id)
+    services.usage.stored.forget_map(owner, map_id)
     _forget_planning(services.store, map_id)
 
 
@@ -123,7 +126,8 @@ def _invalidate(services: Services, map_id: str) -> Iterator[None]:
         services.map_cache.forget(map_id)
 
 
-async def _owned_head(services: Services, user: User, map_id: str) -> MapRecord:
+async def owned_head(services: Services, user: User, map_id: str) -> MapRecord:
+    """Return the head of a map; ``NotPermitted`` unless the user owns it or is an administrator."""
     head = await readable_head(services, user, map_id)
     if user.role != "admin" and user.id != head.owner:
         raise NotPermitted(f"only the owner of map {map_id!r} may do this")
@@ -132,18 +136,21 @@ async def _owned_head(services: Services, user: User, map_id: str) -> MapRecord:
 
 def _publish(services: Services, user: User, form: MapForm, upload: StagedUpload, if_match: str | None) -> MapAnswer:
     info = check_contents(upload)
+    owner = _owner(services, user, form.id)
     publication = Publication(
         form.id,
         user.id,
         epoch(),
         form.message,
-        _owner(services, user, form.id),
+        owner,
         form.readers,
         form.description,
         _version(if_match),
     )
-    with services.usage.new_map(services.map_store, services.cloud.quotas, user.id, form.id):
-        return MapAnswer.of(services.map_store.publish(upload, publication), **info)
+    with services.usage.new_map(services, owner, form.id, upload):
+        record = services.map_store.publish(upload, publication)
+    expire_versions(services, owner, form.id)
+    return MapAnswer.of(record, **info)
 
 
 def _owner(services: Services, user: User, map_id: str) -> str:

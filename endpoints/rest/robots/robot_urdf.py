@@ -10,6 +10,7 @@ from endpoints.rest.dependencies import Caller, Provided
 from endpoints.rest.names import RobotId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.robots.schemas import UrdfAnswer
+from endpoints.services.services import Services
 from ppaas.robot_model.describe import describe
 from ppaas.robot_model.description import RobotDescription
 
@@ -27,7 +28,7 @@ _SAFE = {"X-Content-Type-Options": "nosniff", "Content-Security-Policy": "sandbo
 @router.put(
     "",
     response_model=UrdfAnswer,
-    responses=_NEW | KNOWN | BODY | problems(404),
+    responses=_NEW | KNOWN | BODY | problems(404, 429),
     openapi_extra={"requestBody": {"required": True, "content": _CONTENT}},
 )
 async def put_urdf(
@@ -41,7 +42,8 @@ async def put_urdf(
         raise HTTPException(415, f"send XML with the header 'Content-Type: {XML}'")
     urdf = await request.body()
     described = await run_in_threadpool(describe, urdf)
-    if await run_in_threadpool(services.store.put_urdf, user.id, robot_id, urdf):
+    services.cloud.set_limits(user.id, user.limits)
+    if await run_in_threadpool(_put, services, user.id, robot_id, urdf):
         response.status_code = 201
     return described
 
@@ -58,6 +60,12 @@ async def fetch_urdf(robot_id: RobotId, services: Provided, user: Caller) -> Res
 async def remove_urdf(robot_id: RobotId, services: Provided, user: Caller) -> None:
     """Remove the URDF of a robot; the robot then has the properties of its model."""
     await run_in_threadpool(services.store.remove_urdf, user.id, robot_id)
+    services.usage.stored.forget_urdf(user.id, robot_id)
+
+
+def _put(services: Services, user: str, robot_id: str, urdf: bytes) -> bool:
+    with services.usage.new_urdf(services, user, robot_id, len(urdf)):
+        return services.store.put_urdf(user, robot_id, urdf)
 
 
 def _is_xml(content_type: str) -> bool:

@@ -84,6 +84,7 @@ async def remove_robot(robot_id: RobotId, services: Provided, user: Caller) -> N
     if robot_id in robots_in(services, user.id):
         raise Conflict(f"robot {robot_id!r} is connected: disconnect it first")
     await run_in_threadpool(services.store.remove_robot, user.id, robot_id)
+    services.usage.stored.forget_urdf(user.id, robot_id)
 
 
 async def _check_masks(services: Services, user: User, file: RobotFile) -> None:

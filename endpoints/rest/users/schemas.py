@@ -11,8 +11,12 @@ from storage.records import Role
 MAX_LIMIT = 1_000_000_000
 """Largest limit that a user may be given; more than any cloud has."""
 
+MAX_BYTES = 1 << 50
+"""Largest limit of stored bytes."""
+
 Password = Annotated[str, Field(min_length=8, max_length=1024, examples=["correct horse"])]
 _Count = Annotated[int, Field(strict=True, ge=0, le=MAX_LIMIT)]
+_Bytes = Annotated[int, Field(strict=True, ge=0, le=MAX_BYTES)]
 _Cores = Annotated[Number, Field(ge=0.0, le=MAX_LIMIT)]
 
 
@@ -63,6 +67,8 @@ class LimitsChange(RequestBody):
     robots: _Count | None = None
     maps: _Count | None = None
     plans_per_minute: _Count | None = None
+    stored_bytes: _Bytes | None = None
+    versions_per_map: _Count | None = None
 
 
 class UserChange(RequestBody):
@@ -95,6 +101,8 @@ class LimitsAnswer(ResponseBody):
     robots: int | None
     maps: int | None
     plans_per_minute: int | None
+    stored_bytes: int | None
+    versions_per_map: int | None
 
 
 class QuotaAnswer(ResponseBody):
@@ -105,6 +113,8 @@ class QuotaAnswer(ResponseBody):
     robots: int = Field(description="Number of registered robots, connected or not")
     maps: int = Field(description="Number of maps that the user owns")
     plans_per_minute: int = Field(description="Path requests per minute, by REST or to the robots' services")
+    stored_bytes: int = Field(description="Size of all files of these maps and of the robots' URDFs [bytes]")
+    versions_per_map: int = Field(description="Number of versions of a map; as usage, of the map with the most")
 
 
 class UserDetail(UserAnswer):

@@ -100,6 +100,7 @@ async def remove_user(
             f"{', '.join(connected)}"
         )
     await services.accounts.remove(user_id)
+    services.usage.stored.forget_user(user_id)
     await services.cloud.end_places(user_id, NotAuthenticated("this user was removed"))
     services.cloud.set_limits(user_id, NO_LIMITS)
 
@@ -107,12 +108,15 @@ async def remove_user(
 def _detail(services: Services, user: User) -> UserDetail:
     quotas, rate = services.cloud.quotas, services.cloud.plan_rate
     runs = quotas.used(user.id)
+    maps = services.usage.stored.maps_of(services.map_store, user.id)
     used = QuotaAnswer(
         containers=runs.containers,
         cores=runs.cores,
         robots=robot_count(services.store, user.id),
-        maps=len(owned_maps(services.map_store, user.id)),
+        maps=len(maps),
         plans_per_minute=rate.used(user.id),
+        stored_bytes=services.usage.stored.of_user(services.store, services.map_store, user.id),
+        versions_per_map=max((len(one.versions) for one in maps), default=0),
     )
     return UserDetail(
         id=user.id,

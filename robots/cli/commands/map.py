@@ -11,7 +11,7 @@ from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.cli.verbs.map_versions import diff, list_versions, roll_back, whole_version
+from robots.cli.verbs.map_versions import delete_version, diff, list_versions, roll_back, whole_version
 from robots.client.rest_paths import path_of
 
 if TYPE_CHECKING:
@@ -66,6 +66,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
         add_limit_argument(verb)
     for verb in (publish, listing, one, change, versions, diff, roll_back, fetch, delete):
         add_session_arguments(verb)
+    _add_version_verbs(verbs.add_parser("version", help="delete a version of a map"))
+
+
+def _add_version_verbs(version: argparse.ArgumentParser) -> None:
+    delete = version.add_subparsers(dest="version_verb", required=True, metavar="VERB").add_parser(
+        "delete", help="delete a version that is not the current one, with its files"
+    )
+    delete.add_argument("id")
+    delete.add_argument("version", help="the version, or a prefix of it")
+    add_session_arguments(delete)
 
 
 def _add_publish_arguments(publish: argparse.ArgumentParser) -> None:
@@ -165,4 +175,5 @@ _VERBS = {
     "roll-back": roll_back,
     "fetch": _fetch,
     "delete": MAPS.delete,
+    "version": delete_version,
 }

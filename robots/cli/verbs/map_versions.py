@@ -1,4 +1,4 @@
-"""Verbs of ``ppaas map`` for versions: ``versions``, ``diff`` and ``roll-back``."""
+"""Verbs of ``ppaas map`` for versions: ``versions``, ``diff``, ``roll-back`` and ``version delete``."""
 
 import argparse
 import tempfile
@@ -46,6 +46,13 @@ async def roll_back(arguments: argparse.Namespace) -> None:
     version = await whole_version(client, arguments.id, arguments.version)
     restored = await client.roll_back_map(arguments.id, version or "", arguments.message or "")
     show(restored, ROLLED_BACK, as_json=arguments.json)
+
+
+async def delete_version(arguments: argparse.Namespace) -> None:
+    """Delete a version."""
+    client = logged_in(arguments)
+    version = await whole_version(client, arguments.id, arguments.version)
+    await client.delete(path_of("maps", arguments.id, "versions", version or ""))
 
 
 async def whole_version(client: "RestClient", map_id: str, prefix: str | None) -> str | None:

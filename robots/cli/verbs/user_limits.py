@@ -17,6 +17,8 @@ LIMITS = {
     "robots": "registered robots",
     "maps": "maps owned",
     "plans_per_minute": "paths requested per minute",
+    "stored_bytes": "bytes of map files and URDFs",
+    "versions_per_map": "versions of one map",
 }
 
 

@@ -85,10 +85,17 @@ async def test_an_administrator_sets_limits_and_the_user_sees_them(
     assert (await change(client, admin, {"containers": 3, "cores": 0.75})).status_code == 200
     assert cloud.quotas.limits("ann") == Limits(containers=3, cores=0.75)
     told = (await client.get("/v1/users/me", headers=ann)).json()
-    none = {"robots": None, "maps": None, "plans_per_minute": None}
+    none = dict.fromkeys(["robots", "maps", "plans_per_minute", "stored_bytes", "versions_per_map"])
     assert told["limits"] == {"containers": 3, "cores": 0.75} | none
-    assert told["quota"] == {"containers": 3, "cores": 0.75, "robots": 1000, "maps": 1000, "plans_per_minute": 120_000}
-    assert told["used"] == {"containers": 2, "cores": 0.75, "robots": 0, "maps": 1, "plans_per_minute": 0}
+    assert told["quota"] == {
+        "containers": 3, "cores": 0.75, "robots": 1000, "maps": 1000, "plans_per_minute": 120_000,
+        "stored_bytes": 1 << 34, "versions_per_map": 1000,
+    }  # fmt: skip
+    stored = told["used"].pop("stored_bytes")
+    assert 0 < stored < 100_000
+    assert told["used"] == {
+        "containers": 2, "cores": 0.75, "robots": 0, "maps": 1, "plans_per_minute": 0, "versions_per_map": 1,
+    }  # fmt: skip
     with pytest.raises(QuotaExceeded, match="cores"):
         cloud.quotas.check_container("ann", 0.25)
 
@@ -165,3 +172,78 @@ async def test_a_map_over_the_quota_is_refused_and_new_versions_are_not(
     assert (await publish(ann, "first", image=pgm(value=0))).status_code == 201
     await client.delete("/v1/maps/first", headers=ann)
     assert (await publish(ann, "second")).status_code == 201
+
+
+# -- what users store --------------------------------------------------------------------------------------------------
+#
+# The kind is "one user fills the disk of all". Its members: files of many versions of one map, of many maps, and URDFs.
+# Plans have no quota of their own: equal segments are stored once, whoever planned them, so they belong to nobody
+# alone; their number is limited by the rate of plans, and the disk by its reserve.
+
+
+def new_image(number: int) -> bytes:
+    return pgm(100, 100, number)
+
+
+async def test_versions_beyond_the_quota_of_a_map_are_refused(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, limit: Callable[..., None]
+) -> None:
+    ann = await log_in("ann")
+    limit("ann", versions_per_map=2)
+    for number in (1, 2):
+        assert (await publish(ann, image=new_image(number))).status_code == 201
+    refused = problem_of(await publish(ann, image=new_image(3)), 429, "quota-exceeded")
+    assert "may have 2 versions_per_map and has 2" in refused["detail"]
+    assert (await publish(ann, image=new_image(1))).status_code == 201
+    assert (await client.get("/v1/users/me", headers=ann)).json()["used"]["versions_per_map"] == 2
+
+
+async def test_map_files_beyond_the_quota_of_bytes_are_refused_until_a_version_is_removed(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, limit: Callable[..., None]
+) -> None:
+    ann = await log_in("ann")
+    limit("ann", stored_bytes=25_000)
+    versions = [(await publish(ann, image=new_image(number))).json()["version"] for number in (1, 2)]
+    refused = problem_of(await publish(ann, image=new_image(3)), 429, "quota-exceeded")
+    assert "may have 25000 stored_bytes and has 2" in refused["detail"]
+    assert (await publish(ann, image=new_image(2), message="the same files")).status_code == 201
+    problem_of(await publish(ann, image=new_image(4), id="cellar"), 429, "quota-exceeded")
+    before = (await client.get("/v1/users/me", headers=ann)).json()["used"]["stored_bytes"]
+    assert 20_000 < before <= 25_000
+    assert (await client.delete(f"/v1/maps/house/versions/{versions[0]}", headers=ann)).status_code == 204
+    assert (await client.get("/v1/users/me", headers=ann)).json()["used"]["stored_bytes"] < before - 10_000
+    assert (await publish(ann, image=new_image(3))).status_code == 201
+
+
+async def test_urdfs_count_for_the_quota_of_bytes(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, limit: Callable[..., None]
+) -> None:
+    ann = await log_in("ann")
+    limit("ann", stored_bytes=12_000)
+    await publish(ann)
+    for robot in ("tb1", "tb2"):
+        await client.put(f"/v1/robots/{robot}", headers=ann, json={"map": "house"})
+
+    async def put(robot: str, size: int) -> httpx.Response:
+        urdf = b"<robot name='r'><link name='base_link'/><!--" + b"x" * size + b"--></robot>"
+        path, xml = f"/v1/robots/{robot}/urdf", {"Content-Type": "application/xml"}
+        return await client.put(path, headers=ann | xml, content=urdf)
+
+    assert (await put("tb1", 8000)).status_code == 201
+    problem_of(await put("tb2", 8000), 429, "quota-exceeded")
+    assert (await put("tb1", 7000)).status_code == 200
+    assert (await client.delete("/v1/robots/tb1/urdf", headers=ann)).status_code == 204
+    assert (await put("tb2", 8000)).status_code == 201
+    assert (await client.delete("/v1/robots/tb2", headers=ann)).status_code == 204
+    assert (await put("tb1", 8000)).status_code == 201
+
+
+async def test_files_that_an_administrator_publishes_count_for_the_owner_of_the_map(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann, admin = await log_in("ann"), await log_in("admin")
+    await publish(ann, image=new_image(1))
+    await publish(admin, image=new_image(2))
+    used = [(await client.get("/v1/users/me", headers=who)).json()["used"] for who in (ann, admin)]
+    assert used[0]["stored_bytes"] > 20_000
+    assert used[1]["stored_bytes"] == 0

@@ -93,6 +93,8 @@ async def test_a_user_is_shown_with_quota_and_usage(ppaas: CommandLine) -> None:
         ["robots", "0", "1000", "-"],
         ["maps", "1", "1000", "-"],
         ["plans_per_minute", "0", "120000", "-"],
+        ["stored_bytes", str(sum(map(len, house().files.values()))), str(1 << 34), "-"],
+        ["versions_per_map", "1", "1000", "-"],
     ]
 
 
