@@ -34,6 +34,8 @@ pytestmark = pytest.mark.journey
 PROXIES = "docs/proxies.md"
 BROWSER = {"Accept": "text/html"}
 OTHER_CLIENT = "127.0.0.2"
+OTHER_MAP = "closed before the connection is established"
+"""Message of Chromium if another map is chosen while the page opens the sockets of the first one."""
 MAP = GridMap(np.zeros((1700, 1700), np.int8), GridInfo(0.05, 1700, 1700))
 """Map whose image has more than 2 MiB."""
 
@@ -117,7 +119,7 @@ async def test_the_dashboard_and_the_viewer_work_in_a_browser(proxy: RunningProx
     sockets: list[WebSocket] = []
     async with RobotClient(proxy.url, robot=name, token=token), browsing() as browser:
         context = await browser.new_context(ignore_https_errors=True)
-        async with looking(context) as page:
+        async with looking(context, OTHER_MAP) as page:
             page.on("websocket", lambda socket: sockets.append(socket))  # noqa: PLW0108 - Playwright notes something on it
             await page.goto(f"{proxy.url}/")
             await page.get_by_label("User").fill("admin")

@@ -2,6 +2,7 @@
 
 import datetime
 import ipaddress
+import os
 import shutil
 import socket
 import subprocess
@@ -61,7 +62,7 @@ def certificate_in(folder: Path) -> Certificate:
 
 def program(name: str) -> str:
     """Return the path of a proxy, or skip the test."""
-    return shutil.which(name, path=f"/usr/sbin:/usr/bin:{shutil.os.environ['PATH']}") or pytest.skip(
+    return shutil.which(name, path=f"/usr/sbin:/usr/bin:{os.environ['PATH']}") or pytest.skip(
         f"no {name}: install Debian's package (make proxies)"
     )
 
