@@ -145,7 +145,7 @@ class NavigationClient:
         return goal
 
     def cancel_all(self) -> None:
-        """Cancel all goals of the robot, whoever sent them."""
+        """Cancel all goals of the robot, also those of other clients."""
         self._publish(topics.MOVE_BASE_CANCEL.name, GoalID())
 
     def _publish(self, topic: str, message: MoveBaseActionGoal | GoalID) -> int:

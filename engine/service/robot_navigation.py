@@ -77,7 +77,7 @@ class RobotNavigation:
         return self._client(user, robot).cancel(goal_id)
 
     def cancel_goals(self, user: str, robot: str) -> None:
-        """Cancel all goals of a robot, whoever sent them; ``Unavailable`` if it is not connected."""
+        """Cancel all goals of a robot, also those of other clients; ``Unavailable`` if it is not connected."""
         self._client(user, robot).cancel_all()
 
     def _client(self, user: str, robot: str) -> NavigationClient:

@@ -177,7 +177,7 @@ async def test_a_map_over_the_quota_is_refused_and_new_versions_are_not(
 # -- what users store --------------------------------------------------------------------------------------------------
 #
 # The kind is "one user fills the disk of all". Its members: files of many versions of one map, of many maps, and URDFs.
-# Plans have no quota of their own: equal segments are stored once, whoever planned them, so they belong to nobody
+# Plans have no quota of their own: equal segments of all users are stored once, so they belong to nobody
 # alone; their number is limited by the rate of plans, and the disk by its reserve.
 
 
