@@ -1,11 +1,10 @@
 """Users and their tokens in Cassandra."""
 
-import itertools
 from typing import Any
 
 from ppaas.errors import Conflict, NotFound
 from storage.cassandra.connection.session import CassandraSession, Write
-from storage.encoding import decode, encode
+from storage.encoding import decode, decode_readable, encode
 from storage.names import check_name
 from storage.records import Token, User
 
@@ -41,7 +40,7 @@ class CassandraAccounts:
     def users(self, *, after: str = "", limit: int | None = None) -> list[User]:
         """Return users, sorted by id."""
         rows = self._session.rows("SELECT record FROM users WHERE shard = 0 AND id > ?", after)
-        return [decode(row.record, User) for row in itertools.islice((row for row in rows if row.record), limit)]
+        return decode_readable((row.record for row in rows if row.record), User, limit)
 
     def change_user(self, user: User, *, keep_token: str | None = None) -> None:
         """Replace a user; a new password removes all of the user's tokens but one."""
@@ -93,7 +92,7 @@ class CassandraAccounts:
         found = self._session.rows("SELECT hash FROM tokens_by_user WHERE user = ? AND hash > ?", user_id, after)
         rows = ((row.hash, self._session.row(_TOKEN, row.hash)) for row in found)
         mine = (row for key, row in rows if row and row.user == user_id and _is_valid(key, row, user))
-        return [decode(row.record, Token) for row in itertools.islice(mine, limit)]
+        return decode_readable((row.record for row in mine), Token, limit)
 
     def remove_token(self, token_hash: str) -> None:
         """Remove a token; ``NotFound`` if it does not exist."""

@@ -1,12 +1,11 @@
 """Robots, their URDFs and the checkpoints of their clones in Cassandra."""
 
-import itertools
 import uuid
 from typing import Any
 
 from ppaas.errors import Conflict, NotFound
 from storage.cassandra.connection.session import CassandraSession
-from storage.encoding import decode, encode
+from storage.encoding import decode, decode_readable, encode
 from storage.names import check_name
 from storage.records import CloneCheckpoint, RobotRecord
 
@@ -50,7 +49,7 @@ class CassandraRobots:
         check_name("user", user)
         query = "SELECT record FROM robots WHERE user = ? AND generation = ? AND id > ?"
         rows = self._session.rows(query, user, self._generation(user), after)
-        return [decode(row.record, RobotRecord) for row in itertools.islice(rows, limit)]
+        return decode_readable((row.record for row in rows), RobotRecord, limit)
 
     def remove_robot(self, user: str, robot_id: str) -> None:
         """Remove a robot, its URDF and its clone's checkpoint; ``NotFound`` if it does not exist."""

@@ -1,5 +1,6 @@
 """Entries of a map's log: their paths and content, and the record that follows from a publication."""
 
+import zlib
 from collections.abc import Iterable
 
 import msgspec
@@ -32,6 +33,29 @@ class LogEntry(msgspec.Struct, frozen=True):
         if self.present is None:
             return None
         return MapRecord(map_id, self.owner, self.present, self.readers, self.description)
+
+
+_CRC = b'{"crc":"'
+_CRC_END = len(_CRC) + 8
+
+
+def encode_entry(entry: LogEntry) -> bytes:
+    """Return an entry as JSON, whose first field is the CRC-32 of the rest; other releases ignore that field."""
+    rest = msgspec.json.encode(entry)[1:]
+    return _CRC + f"{zlib.crc32(rest):08x}".encode() + b'",' + rest
+
+
+def decode_entry(data: bytes) -> LogEntry:
+    """Return the entry; one of an earlier release has no CRC.
+
+    Raises
+    ------
+    msgspec.MsgspecError
+        The data is damaged.
+    """
+    if data.startswith(_CRC) and f"{zlib.crc32(data[_CRC_END + 2 :]):08x}".encode() != data[len(_CRC) : _CRC_END]:
+        raise msgspec.DecodeError("its checksum differs")
+    return msgspec.json.decode(data, type=LogEntry)
 
 
 class LatestEntry(msgspec.Struct, frozen=True):

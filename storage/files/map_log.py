@@ -18,6 +18,7 @@ so a file is first moved aside. It is moved back if the log names it by then, an
 it has created its entry.
 """
 
+import logging
 from collections.abc import Collection, Iterator
 from contextlib import ExitStack, contextmanager
 from itertools import islice
@@ -26,7 +27,17 @@ import msgspec
 
 from ppaas.errors import NotFound, Unavailable
 from storage.files.disk import Disk
-from storage.files.log_entries import LatestEntry, LogEntry, changed, entry_path, files_path, published, rolled_back
+from storage.files.log_entries import (
+    LatestEntry,
+    LogEntry,
+    changed,
+    decode_entry,
+    encode_entry,
+    entry_path,
+    files_path,
+    published,
+    rolled_back,
+)
 from storage.files.verified import open_verified
 from storage.files.version_sweep import VersionSweep
 from storage.names import check_name, is_name
@@ -41,6 +52,8 @@ from storage.versions import (
     check_removable,
     no_such_version,
 )
+
+logger = logging.getLogger(__name__)
 
 _ATTEMPTS = 5
 """Attempts to read a map that is removed while it is read."""
@@ -57,6 +70,7 @@ class LoggedMapStore:
 
     def __init__(self, disk: Disk) -> None:
         self._disk = disk
+        self._damaged: set[str] = set()
 
     @contextmanager
     def stage(self) -> Iterator[StagedUpload]:
@@ -105,9 +119,9 @@ class LoggedMapStore:
         return self._latest(map_id).head(map_id)
 
     def maps(self, visible_to: str | None = None, *, after: str = "", limit: int | None = None) -> list[MapRecord]:
-        """Return the maps that a user may read, or all, sorted by id."""
+        """Return the maps that a user may read, or all, sorted by id; damaged ones are left out and logged."""
         ids = sorted(name for name in self._disk.folders() if is_name(name) and name > after)
-        heads = (self._latest(map_id).record for map_id in ids)
+        heads = (self._readable_head(map_id) for map_id in ids)
         records = (record for record in heads if record is not None)
         seen = (record for record in records if visible_to is None or record.readable_by(visible_to))
         return list(islice(seen, limit))
@@ -161,7 +175,7 @@ class LoggedMapStore:
             latest = self._latest(map_id)
             latest.head(map_id)
             number = latest.number + 1
-            if self._disk.create(entry_path(map_id, number), msgspec.json.encode(LogEntry(number))):
+            if self._disk.create(entry_path(map_id, number), encode_entry(LogEntry(number))):
                 self._sweep(map_id, number)
                 return
 
@@ -180,13 +194,25 @@ class LoggedMapStore:
             return LatestEntry(max(numbers), entry.era, entry.record(map_id), unfinished)
         raise _unstable(map_id)
 
+    def _readable_head(self, map_id: str) -> MapRecord | None:
+        """Return the head of a map; None if it was removed, or if its log is damaged, which must not hide others."""
+        try:
+            return self._latest(map_id).record
+        except Unavailable as error:
+            if not isinstance(error.__cause__, msgspec.MsgspecError):
+                raise
+            if map_id not in self._damaged:
+                self._damaged.add(map_id)
+                logger.error("map %r is left out of lists: %s", map_id, error)
+            return None
+
     def _numbers(self, map_id: str) -> list[int]:
         return [int(name) for name in self._disk.names(f"{map_id}/log") if name.isdecimal()]
 
     def _read(self, map_id: str, number: int) -> LogEntry:
         path = entry_path(map_id, number)
         try:
-            return msgspec.json.decode(self._disk.read(path), type=LogEntry)
+            return decode_entry(self._disk.read(path))
         except msgspec.MsgspecError as error:
             raise Unavailable(f"{path} of the maps is damaged ({error}): restore it from a backup") from error
 
@@ -247,7 +273,7 @@ class LoggedMapStore:
 
     def _append(self, latest: LatestEntry, record: MapRecord, era: int, removed: Collection[int] | None = None) -> bool:
         unfinished = latest.removed if removed is None else removed
-        data = msgspec.json.encode(LogEntry.of(record, era, sorted(unfinished) if era == latest.era else ()))
+        data = encode_entry(LogEntry.of(record, era, sorted(unfinished) if era == latest.era else ()))
         return self._disk.create(entry_path(record.id, latest.number + 1), data)
 
     def _sweep(self, map_id: str, era: int) -> None:

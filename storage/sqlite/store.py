@@ -4,12 +4,13 @@ A row has the keys in columns and the record as bytes (``storage.encoding``), so
 new schema.
 """
 
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 from ppaas.errors import Conflict, NotFound
 from ppaas.plans.encoding.chunks import GRANULARITY
-from storage.encoding import R, decode, encode
+from storage.encoding import R, decode, decode_readable, encode
 from storage.names import check_name
 from storage.records import CloneCheckpoint, RobotRecord, Token, User
 from storage.sqlite.connections import SqliteConnections
@@ -63,7 +64,7 @@ class SqliteStore(SqlitePlans, SqliteHistory):
 
     def users(self, *, after: str = "", limit: int | None = None) -> list[User]:
         """Return users, sorted by id."""
-        return self._all(User, "SELECT record FROM users WHERE id > ? ORDER BY id LIMIT ?", after, _sql_limit(limit))
+        return self._all(User, "SELECT record FROM users WHERE id > ? ORDER BY id", after, limit=limit)
 
     def change_user(self, user: User, *, keep_token: str | None = None) -> None:
         """Replace a user; a new password removes all of the user's tokens but one."""
@@ -102,8 +103,8 @@ class SqliteStore(SqlitePlans, SqliteHistory):
     def tokens(self, user_id: str, *, after: str = "", limit: int | None = None) -> list[Token]:
         """Return the tokens of a user, sorted by hash."""
         check_name("user", user_id)
-        query = "SELECT record FROM tokens WHERE user = ? AND hash > ? ORDER BY hash LIMIT ?"
-        return self._all(Token, query, user_id, after, _sql_limit(limit))
+        query = "SELECT record FROM tokens WHERE user = ? AND hash > ? ORDER BY hash"
+        return self._all(Token, query, user_id, after, limit=limit)
 
     def remove_token(self, token_hash: str) -> None:
         """Remove a token; ``NotFound`` if it does not exist."""
@@ -140,8 +141,8 @@ class SqliteStore(SqlitePlans, SqliteHistory):
     def robots(self, user: str, *, after: str = "", limit: int | None = None) -> list[RobotRecord]:
         """Return the robots of a user, sorted by id."""
         check_name("user", user)
-        query = "SELECT record FROM robots WHERE user = ? AND id > ? ORDER BY id LIMIT ?"
-        return self._all(RobotRecord, query, user, after, _sql_limit(limit))
+        query = "SELECT record FROM robots WHERE user = ? AND id > ? ORDER BY id"
+        return self._all(RobotRecord, query, user, after, limit=limit)
 
     def remove_robot(self, user: str, robot_id: str) -> None:
         """Remove a robot, its URDF and its clone's checkpoint; ``NotFound`` if it does not exist."""
@@ -206,15 +207,10 @@ class SqliteStore(SqlitePlans, SqliteHistory):
             raise NotFound(*sought)
         return decode(row[0], kind)
 
-    def _all(self, kind: type[R], query: str, *values: Any) -> list[R]:
-        with self._connections.reading() as connection:
-            rows = connection.execute(query, values).fetchall()
-        return [decode(row[0], kind) for row in rows]
-
-
-def _sql_limit(limit: int | None) -> int:
-    """Return a limit for SQL, where -1 means no limit."""
-    return -1 if limit is None else limit
+    def _all(self, kind: type[R], query: str, *values: Any, limit: int | None) -> list[R]:
+        """Return at most ``limit`` records that can be read."""
+        with self._connections.reading() as connection, closing(connection.execute(query, values)) as rows:
+            return decode_readable((row[0] for row in rows), kind, limit)
 
 
 def _robot_key(user: str, robot: str) -> tuple[str, str]:

@@ -1,5 +1,6 @@
 """Removal of versions from the log of a map: interrupted, repeated, and while the same files are published."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -89,7 +90,8 @@ def test_a_writer_places_a_file_again_that_was_moved_before_its_entry_was_create
 
 def test_a_log_of_an_earlier_release_has_no_removals(maps: FileMapStore, tmp_path: Path) -> None:
     last = tmp_path / "house" / "log" / "00000002"
-    last.write_bytes(last.read_bytes().replace(b',"removed":[]', b""))
-    assert b"removed" not in last.read_bytes()
+    old = json.loads(last.read_bytes())
+    del old["removed"], old["crc"]
+    last.write_text(json.dumps(old))
     maps.remove_versions("house", [FIRST.version])
     assert [one.version for one in maps.versions("house")] == [SECOND.version]

@@ -1,0 +1,51 @@
+"""Entries of a map's log have a checksum; a damaged one makes its own map unusable, and no other."""
+
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from ppaas.errors import Unavailable
+from storage.files.log_entries import LogEntry, decode_entry, encode_entry
+from storage.files.store import FileMapStore
+from tests.support.storage.records import found_map, house, put_map
+
+ENTRY = LogEntry(3, "ann", ("bob",), "a house", removed=(1, 2))
+
+
+def test_an_entry_is_read_as_written() -> None:
+    assert decode_entry(encode_entry(ENTRY)) == ENTRY
+
+
+def test_an_entry_of_an_earlier_release_without_a_checksum_is_read() -> None:
+    assert decode_entry(msgspec.json.encode(ENTRY)) == ENTRY
+
+
+def test_an_earlier_release_reads_an_entry_with_a_checksum() -> None:
+    assert msgspec.json.decode(encode_entry(ENTRY), type=LogEntry) == ENTRY
+
+
+def test_any_changed_byte_after_the_name_of_the_checksum_is_noticed() -> None:
+    data = encode_entry(ENTRY)
+    for index in range(len(b'{"crc":"'), len(data)):
+        damaged = data[:index] + bytes([data[index] ^ 1]) + data[index + 1 :]
+        with pytest.raises((msgspec.MsgspecError, UnicodeDecodeError)):
+            decode_entry(damaged)
+
+
+def test_a_damaged_map_is_left_out_of_lists_and_named_once_in_the_log(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    store = FileMapStore(tmp_path)
+    for map_id in ("cellar", "house", "shed"):
+        put_map(store, house(map_id=map_id))
+    entry = tmp_path / "house" / "log" / "00000001"
+    entry.write_bytes(entry.read_bytes().replace(b'"ann"', b'"eve"'))
+    for _ in range(2):
+        assert [head.id for head in store.maps()] == ["cellar", "shed"]
+    assert [head.id for head in store.maps(limit=2)] == ["cellar", "shed"]
+    (line,) = caplog.messages
+    assert "map 'house' is left out of lists" in line and "its checksum differs" in line
+    with pytest.raises(Unavailable, match="house/log/00000001 of the maps is damaged"):
+        store.map_head("house")
+    assert found_map(store, "shed").files == house().files
