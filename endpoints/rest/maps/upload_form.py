@@ -23,6 +23,9 @@ from storage.versions import IMAGE, OCTOMAP, YAML
 
 MULTIPART = "multipart/form-data"
 
+MAX_FIELDS = MAX_READERS + 8
+"""Largest number of text fields of a form: the readers may have one each."""
+
 OPENAPI: dict[str, Any] = {
     "requestBody": {
         "required": True,
@@ -102,7 +105,7 @@ async def read_form(request: Request, store: MapStore) -> AsyncIterator[tuple[Ma
     with ExitStack() as stack:
         upload = await run_in_threadpool(stack.enter_context, store.stage())
         files = _Files(upload)
-        with FormReader(content_type, files.open, MAX_READERS + 8) as reader:
+        with FormReader(content_type, files.open, MAX_FIELDS) as reader:
             await consume(request.stream(), reader.write)
             reader.end()
         form = _form(reader)

@@ -21,11 +21,14 @@ from storage.records import PlanOrigin
 MAX_WAYPOINTS = 1 << 14
 """Largest number of poses in a request; the size of its body is limited too."""
 
+MAX_MATRIX = 1000
+"""Largest number of starts, and of goals, of a cost matrix."""
+
 MAX_FOUND = 100
 """Largest number of paths that a search returns."""
 
 # fail_fast: one error of a long list is enough, and a list of 100,000 errors would block all other requests.
-Poses = Annotated[list[Pose], Field(max_length=1000, fail_fast=True)]
+Poses = Annotated[list[Pose], Field(max_length=MAX_MATRIX, fail_fast=True)]
 Row = Annotated[
     list[Annotated[Number, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]], Field(min_length=7, max_length=7)
 ]

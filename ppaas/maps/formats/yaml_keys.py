@@ -21,8 +21,10 @@ Value = str | list["Value"] | dict[str, "Value"] | None
 _LOADER = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 """libyaml's scanner, which takes tabs as white space; PyYAML's own does not."""
 
-_MAX_BRACKETS = 100
-_MAX_DEPTH = 20
+MAX_BRACKETS = 100
+MAX_DEPTH = 20
+"""Largest number of brackets, and of levels of nesting: deeply nested brackets take a parser long."""
+
 _NULLS = ("", "~", "null", "Null", "NULL")
 _PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_./-]*")
 
@@ -121,8 +123,8 @@ def _encode(text: str, encoding: str) -> bytes:
 
 def _first_document(text: str) -> _Document | None:
     """Return the entries of the first document if it is a mapping; nothing after it is read."""
-    if text.count("[") + text.count("{") > _MAX_BRACKETS:  # deeply nested brackets take a parser long
-        raise InvalidMap(f"the map's YAML cannot be read: it has more than {_MAX_BRACKETS} brackets")
+    if text.count("[") + text.count("{") > MAX_BRACKETS:
+        raise InvalidMap(f"the map's YAML cannot be read: it has more than {MAX_BRACKETS} brackets")
     spaced = _LEADING_TABS.sub(lambda found: found[0].replace("\t", " "), text)
     try:
         events = iter(yaml.parse(spaced, Loader=_LOADER))
@@ -159,9 +161,9 @@ class _Reader:
     def _entries(self) -> dict[str, _Entry]:
         found: dict[str, _Entry] = {}
         while not isinstance(key := next(self._events), yaml.MappingEndEvent):
-            name = self._value(key, _MAX_DEPTH)
+            name = self._value(key, MAX_DEPTH)
             event = next(self._events)
-            entry = _Entry(self._value(event, _MAX_DEPTH), _span(key)[0], *_span(event))
+            entry = _Entry(self._value(event, MAX_DEPTH), _span(key)[0], *_span(event))
             if isinstance(name, str):
                 found.setdefault(name, entry)
         return found
@@ -181,7 +183,7 @@ class _Reader:
 
     def _collection(self, start: yaml.Event, depth: int) -> Value:
         if not depth:
-            raise InvalidMap(f"the map's YAML cannot be read: it is nested more than {_MAX_DEPTH} deep")
+            raise InvalidMap(f"the map's YAML cannot be read: it is nested more than {MAX_DEPTH} deep")
         items: list[Value] = []
         while not isinstance(event := next(self._events), yaml.CollectionEndEvent):
             items.append(self._value(event, depth - 1))

@@ -1,0 +1,125 @@
+"""The table of limits is that of the code."""
+
+import pytest
+import uvicorn
+from python_multipart.multipart import DEFAULT_MAX_HEADER_COUNT, DEFAULT_MAX_HEADER_SIZE
+
+from endpoints.http import connection_table, frame_pacing, http_protocol, request_head, tls, websocket_protocol
+from endpoints.rest import nesting, paging, schemas, strict_json
+from endpoints.rest.maps import content_check, multipart, octomap_check
+from endpoints.rest.maps.upload_form import MAX_FIELDS
+from endpoints.rest.plans.schemas import MAX_MATRIX, MAX_WAYPOINTS
+from endpoints.services import heavy_work
+from endpoints.services.request_limits import RequestLimits
+from endpoints.web import MAX_FRAME
+from engine.protocols import sockets
+from engine.remote import joining, tls_listener
+from ppaas.maps.formats import map_yaml, netpbm, pbm, pictures, pillow_rows, png, yaml_keys
+from ppaas.maps.grid import MAX_CELLS
+from ppaas.perception.depth_scan import MOST_PIXELS
+from ppaas.robot_model import urdf, xml_document
+from ppaas.wire import fragments
+from tests.support.documents import table, text_of
+
+LIMITS = "docs/limits.md"
+SETTINGS = RequestLimits()
+KEEP_ALIVE = uvicorn.Config("app").timeout_keep_alive
+
+
+def size(count: float) -> str:
+    """Return a size in bytes as the page has it."""
+    return f"{count / (1 << 20):g} MiB" if count >= 1 << 20 else f"{count / (1 << 10):g} KiB"
+
+
+ROWS = {
+    ("connections", "number"): [connection_table.MAX_CONNECTIONS, connection_table.RESERVED_FILES],
+    ("connections", "time without a request, in the beginning"): [f"{request_head.HEAD_SECONDS:g} s"],
+    ("connections", "time between two requests"): [f"{KEEP_ALIVE:g} s"],
+    ("connections", "time for the client to read a block of an answer"): [f"{http_protocol.UNREAD_SECONDS:g} s"],
+    ("HTTP head", "size"): [size(request_head.MAX_HEAD)],
+    ("HTTP head", "lines"): [request_head.MAX_LINES],
+    ("HTTP head", "time from its first byte"): [f"{request_head.HEAD_SECONDS:g} s"],
+    ("HTTP head", "requests that wait for the answer to one before"): [http_protocol.MAX_PIPELINED],
+    ("HTTP body", "size"): [
+        size(SETTINGS.max_body),
+        f"{size(SETTINGS.max_login)} of a login",
+        f"{size(SETTINGS.max_upload)} of a form",
+    ],
+    ("HTTP body", "time"): [f"{SETTINGS.max_body_seconds:g} s", f"{SETTINGS.max_upload_seconds:g} s of a form"],
+    ("HTTP body", "chunk extensions and trailers without content between"): [size(request_head.MAX_HEAD)],
+    ("HTTP body", "what still arrives after the answer and is dropped"): [
+        f"{http_protocol.REST_SECONDS:g} s",
+        size(http_protocol.REST_OF_BODY),
+        f"{size(http_protocol.REST_OF_HEAD)} of a refused head",
+    ],
+    ("JSON body", "objects and lists"): [strict_json.MAX_CONTAINERS],
+    ("JSON body", "keys of an object"): [strict_json.MAX_KEYS],
+    ("JSON body", "objects and lists within each other"): [strict_json.MAX_DEPTH, f"{nesting.MAX_NESTING} in free"],
+    ("JSON body", "size of a free-form value"): [schemas.MAX_PARAMETERS],
+    ("JSON body", "poses"): [MAX_WAYPOINTS, f"{MAX_MATRIX} starts and {MAX_MATRIX} goals"],
+    ("query", "length of a `cursor`"): [paging.MAX_CURSOR],
+    ("form with a map", "text fields"): [f"{MAX_FIELDS} fields", size(multipart.MAX_TEXT)],
+    ("form with a map", "head of a part"): [f"{DEFAULT_MAX_HEADER_COUNT} lines", f"{DEFAULT_MAX_HEADER_SIZE} bytes"],
+    ("YAML of a map", "size"): [size(map_yaml.MAX_YAML)],
+    ("YAML of a map", "brackets, and levels of nesting"): [yaml_keys.MAX_BRACKETS, f"and {yaml_keys.MAX_DEPTH};"],
+    ("image of a map", "header of PGM, PPM and PBM"): [size(netpbm.MAX_HEADER)],
+    ("image of a map", "pixels of PGM and PPM"): [MAX_CELLS],
+    ("image of a map", "pixels of PBM"): [pbm.MAX_BITS],
+    ("image of a map", "pixels of PNG, BMP, JPEG and TIFF"): [pillow_rows.MAX_PIXELS],
+    ("image of a map", "chunks of a PNG"): [png.MAX_CHUNKS, f"{png.MAX_OTHERS} without pixels"],
+    ("image of a map", "scans of a JPEG"): [pictures.MAX_SCANS],
+    ("octree of a map", "memory and time of its check, in a process of its own"): [
+        f"{octomap_check.MEMORY >> 20} MiB",
+        f"{content_check.OCTOMAP_SECONDS:g} s",
+    ],
+    ("images and octrees", "requests that decode or check at once"): [
+        heavy_work.MAX_AT_ONCE,
+        f"{heavy_work.MAX_OF_USER} of one user",
+    ],
+    ("URDF", "size"): [size(xml_document.MAX_BYTES)],
+    ("URDF", "links, joints and shapes"): [f"{urdf.MAX_LINKS}, {urdf.MAX_LINKS} and {urdf.MAX_SHAPES}"],
+    ("WebSocket", "size of a message"): [size(MAX_FRAME)],
+    ("WebSocket", "time from the first byte of a message to its last"): [f"{websocket_protocol.MESSAGE_TIMEOUT:g} s"],
+    ("WebSocket", "use of the connection in proportion"): [
+        f"{frame_pacing.FRAMES:g} frames/s",
+        f"{size(frame_pacing.BYTES)}/s",
+        f"{frame_pacing.BUSY:.0%}".replace("%", " %"),
+    ],
+    ("WebSocket", "fragments (`op: fragment`) of incomplete messages"): [
+        f"{fragments.MAX_OPEN} messages",
+        fragments.MAX_FRAGMENTS,
+        size(fragments.MAX_SIZE),
+    ],
+    ("WebSocket", "pixels of a depth image"): [MOST_PIXELS],
+    ("TLS", "time of the handshake"): [f"{tls.HANDSHAKE_SECONDS:g} s", f"{sockets.HANDSHAKE_TIMEOUT:g} s on the port"],
+    ("port of machines", "clients that join with a ticket"): [
+        f"{tls_listener.MAX_JOINING} at once",
+        size(joining.MAX_JOIN),
+        f"{joining.PATIENCE:g} s",
+    ],
+}
+IN_WORDS = {
+    ("connections", "number of one address (IPv6: of one /64)"),
+    ("HTTP head", "Host"),
+    ("HTTP head", "version"),
+}
+"""Rows whose limit is no number."""
+
+LISTED = {tuple(cells[:2]): cells[2] for cells in table(LIMITS, "input", "what is limited", "limit", "beyond it")}
+
+
+def test_the_table_has_the_limits_of_this_test() -> None:
+    assert set(LISTED) == set(ROWS) | IN_WORDS
+
+
+@pytest.mark.parametrize("row", ROWS, ids=": ".join)
+def test_a_limit_is_that_of_the_code(row: tuple[str, str]) -> None:
+    for value in ROWS[row]:
+        assert str(value) in LISTED[row]
+
+
+def test_options_and_other_pages_are_linked() -> None:
+    for option in ("--max-connections", "--max-connections-per-address"):
+        assert f"`{option}`" in text_of(LIMITS) or f" {option}`" in text_of(LIMITS)
+    for page in ("docs/rest.md", "docs/protocol.md", "docs/security.md", "SECURITY.md", "README.md"):
+        assert "limits.md" in text_of(page), page
