@@ -20,6 +20,8 @@ def test_a_user_is_returned_as_stored(store: Store) -> None:
 def test_own_limits_of_a_user_are_stored_changed_and_removed(store: Store) -> None:
     store.add_user(user("ann", limits=Limits(containers=0, cores=0.5)))
     assert store.user("ann").limits == store.users()[0].limits == Limits(containers=0, cores=0.5)
+    store.change_user(user("ann", limits=Limits(maps=3, stored_bytes=1 << 40, versions_per_map=0)))
+    assert store.user("ann").limits == Limits(maps=3, stored_bytes=1 << 40, versions_per_map=0)
     store.change_user(user("ann", limits=Limits(maps=3)))
     assert store.user("ann").limits == Limits(maps=3)
     store.change_user(user("ann"))

@@ -35,6 +35,11 @@ class UserBefore(msgspec.Struct):
     role: str = "user"
 
 
+def test_limits_of_a_release_without_quotas_of_bytes_and_versions_are_read() -> None:
+    stored = {"id": "ann", "password_hash": "$argon2id$", "role": "user", "limits": {"robots": 7}}
+    assert decode(msgspec.msgpack.encode(stored), User).limits == Limits(robots=7)
+
+
 def test_a_user_stored_before_limits_existed_has_no_limits() -> None:
     user = decode(msgspec.msgpack.encode(UserBefore("ann", "$argon2id$", "admin")), User)
     assert user == User("ann", "$argon2id$", "admin", Limits())

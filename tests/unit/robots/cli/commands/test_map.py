@@ -259,3 +259,12 @@ async def test_an_octomap_is_published_with_or_without_a_grid_and_fetched(
     octree.write_bytes(octree.read_bytes()[:-1])
     broken = await ppaas("map", "publish", str(octree))
     assert broken.err.startswith("ppaas: invalid-map: the octree cannot be read")
+
+
+async def test_a_version_is_deleted_by_a_prefix_unless_it_is_the_current_one(ppaas: CommandLine) -> None:
+    old, current = (put_map(ppaas.services.map_store, house_map(image=pgm(value=value))).version for value in (0, 254))
+    assert (await ppaas("map", "version", "delete", "house", old[:12])).status == 0
+    assert [one.version for one in ppaas.services.map_store.versions("house")] == [current]
+    refused = await ppaas("map", "version", "delete", "house", current)
+    assert refused.err.startswith("ppaas: conflict: ")
+    assert (await ppaas("map", "version", "delete", "house", "zzz")).err.startswith("ppaas: not-found: ")
