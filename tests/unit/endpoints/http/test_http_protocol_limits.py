@@ -176,13 +176,18 @@ async def test_what_follows_a_refusal_is_dropped_up_to_a_limit() -> None:
         assert statuses(await answers(port, GET % b"" + b"x: " + b"a" * (MAX_HEAD + REST_OF_HEAD // 2))) == [431]
 
 
-async def test_an_offer_of_another_protocol_is_ignored() -> None:
+@pytest.mark.parametrize("size", [15, 40, 10_000])
+@pytest.mark.parametrize(
+    "body", [b"Content-Length: 3\r\n\r\nabc", b"Transfer-Encoding: chunked\r\n\r\n2\r\nab\r\n1\r\nc\r\n0\r\n\r\n"]
+)
+async def test_an_offer_of_another_protocol_is_ignored(body: bytes, size: int) -> None:
     offer = b"Upgrade: h2c\r\nConnection: Upgrade, HTTP2-Settings\r\nHTTP2-Settings: AAMAAABkAAQAoAAAAAIAAAAA\r\n"
+    sent = POST + offer + body + GET % b"next" + b"Connection: close\r\n\r\n"
     async with serve(echo, http=DirectHttp) as port:
-        first = POST + offer + b"Content-Length: 3\r\n\r\nabc"
-        answer = await answers(port, first + GET % b"next" + b"Connection: close\r\n\r\n")
-        assert statuses(answer) == [200, 200]
-        assert b"/abc" in answer
+        answer = await answers(port, *(sent[at : at + size] for at in range(0, len(sent), size)))
+    assert statuses(answer) == [200, 200]
+    assert b"/abc" in answer
+    assert b"upgrade" not in answer
 
 
 async def test_an_answer_that_nobody_reads_is_given_up() -> None:
