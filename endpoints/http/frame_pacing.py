@@ -7,6 +7,7 @@ down. One that exceeds it for `OVERLOAD` seconds is reported, to be closed.
 """
 
 import asyncio
+import time
 from typing import Protocol
 
 from endpoints.http.frame_turns import TURN, TurnQueue
@@ -20,6 +21,10 @@ BYTES = 128 << 20
 
 BUSY = 0.5
 """Share of the event loop's time that alone uses the whole budget."""
+
+STALL, STALLED = 0.05, 0.005
+"""Time of a turn that others do not notice, and share of the event loop's time beyond it that alone uses the whole
+budget [s]: a frame of 16 MiB may take 0.15 s, so there must not be many."""
 
 BURST = 2.0
 """Time for which a connection may use its whole budget in advance [s]."""
@@ -57,9 +62,14 @@ class FrameBudget:
     def __init__(self) -> None:
         self._whole = 0.0
 
-    def charge(self, frames: int, size: int, busy: float, now: float) -> float:
-        """Charge frames, their size [bytes] and their processing time [s]; return the time to wait [s]."""
+    def charge(self, frames: int, size: int, busy: float, now: float, stall: float = 0.0) -> float:
+        """Charge frames, their size [bytes], and their processing time [s]; return the time to wait [s].
+
+        ``stall`` is the CPU time of a turn that was measured [s].
+        """
         used = frames / FRAMES + size / BYTES + busy / BUSY
+        if stall > STALL:
+            used += (stall - STALL) / STALLED
         self._whole = whole = (self._whole if self._whole > now else now) + used
         return whole - now - BURST
 
@@ -99,6 +109,9 @@ class FramePacer:
         Processes the frames.
     clock : callable
         Returns monotonic time [s].
+    cpu_clock : callable
+        Returns the CPU time of the thread [s]. Reading it is a call of the system, so only connections of which a turn
+        once took long are measured.
 
     Attributes
     ----------
@@ -106,10 +119,18 @@ class FramePacer:
         Size of the rest of the last frame, which has not been received yet [bytes].
     """
 
-    def __init__(self, turns: TurnQueue, connection: PacedConnection, clock: Clock = monotonic) -> None:
+    def __init__(
+        self,
+        turns: TurnQueue,
+        connection: PacedConnection,
+        clock: Clock = monotonic,
+        cpu_clock: Clock = time.thread_time,
+    ) -> None:
         self._turns = turns
         self._connection = connection
         self._clock = clock
+        self._cpu_clock = cpu_clock
+        self._stalls = False
         self._budget = FrameBudget()
         self._data = b""
         self._at = 0
@@ -152,6 +173,7 @@ class FramePacer:
         clock, feed = self._clock, self._connection.feed
         began = now = clock()
         before, frames = self._at, 0
+        spent = self._cpu_clock() if self._stalls else 0.0
         while now - began < TURN and (piece := self._next_piece()) is not None:
             feed(piece)
             frames += 1
@@ -159,7 +181,9 @@ class FramePacer:
         if self._stopped:
             return
         self._connection.end_turn()
-        delay = self._budget.charge(frames, self._at - before, now - began, now)
+        stall = self._cpu_clock() - spent if self._stalls else 0.0
+        self._stalls = self._stalls or now - began > STALL  # or the machine is busy: the next turn is measured
+        delay = self._budget.charge(frames, self._at - before, now - began, now, stall)
         left = len(self._data) - self._at
         if delay > 0.0 or (now - began >= TURN and left):
             self._wait(max(delay, 0.0))

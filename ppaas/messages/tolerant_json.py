@@ -6,13 +6,20 @@ reach this module only if strict reading failed, so that frames of other clients
 """
 
 import json
+import re
 
 import msgspec
 
 from ppaas.errors import MalformedMessage
 
 MAX_TOLERATED = 1 << 20
-"""Largest text that is read [bytes]: a scan of 100000 ranges, all of them ``Infinity``. It bounds the time."""
+"""Largest text that is read [bytes]: a scan of 100000 ranges, all of them ``Infinity``."""
+
+MAX_VALUES, MAX_OBJECTS = 250_000, 20_000
+"""Largest numbers of values, and of objects, lists and names among them; with `MAX_TOLERATED` they bound the time."""
+
+_LONG_NUMBER = re.compile(rb"[0-9]{400}")
+"""More digits than any float has; the time of reading an integer grows with the square of its digits."""
 
 _decoder = json.JSONDecoder(strict=False)
 _encoder = msgspec.json.Encoder()
@@ -26,9 +33,10 @@ def to_standard_json(text: str | bytes, limit: int = MAX_TOLERATED) -> bytes:
     MalformedMessage
         The text is not JSON, is not UTF-8, is nested too deeply, or is larger than ``limit`` [bytes].
     """
-    if len(text) > limit:
+    data = text.encode(errors="replace") if isinstance(text, str) else text
+    if len(data) > limit or _is_complex(data):
         raise MalformedMessage(
-            f"not JSON by its standard, and larger than {limit >> 10} KiB: write NaN and infinity as null"
+            f"not standard JSON, and larger than {limit >> 10} KiB or too complex: write NaN and infinity as null"
         )
     try:
         plain = text if isinstance(text, str) else text.decode()
@@ -37,6 +45,11 @@ def to_standard_json(text: str | bytes, limit: int = MAX_TOLERATED) -> bytes:
         raise MalformedMessage("JSON is nested too deeply") from error
     except (ValueError, OverflowError) as error:  # also JSONDecodeError, UnicodeError, and integers of many digits
         raise MalformedMessage(f"not JSON: {error}") from error
+
+
+def _is_complex(data: bytes) -> bool:
+    objects = data.count(b"[") + data.count(b"{") + data.count(b'"') // 2
+    return objects > MAX_OBJECTS or data.count(b",") > MAX_VALUES or _LONG_NUMBER.search(data) is not None
 
 
 def read_json(data: bytes, limit: int = MAX_TOLERATED) -> object:

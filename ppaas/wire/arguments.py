@@ -10,6 +10,9 @@ _encoder = msgspec.json.Encoder()
 
 _NOTHING = b"{}"
 
+MAX_LIST = 1 << 20
+"""Largest list of arguments [bytes of JSON], which may have a million values."""
+
 
 def as_object(arguments: bytes, kind: type[Message] | None) -> bytes:
     """Return arguments as a JSON object.
@@ -33,6 +36,8 @@ def as_object(arguments: bytes, kind: type[Message] | None) -> bytes:
         return _NOTHING
     if not text.startswith(b"["):
         raise MalformedMessage("arguments must be an object, or a list in the order of the fields")
+    if len(arguments) > MAX_LIST:
+        raise MalformedMessage(f"a list of arguments may have {MAX_LIST >> 20} MiB: send an object")
     values = _list_decoder.decode(arguments)
     if not values:
         return _NOTHING

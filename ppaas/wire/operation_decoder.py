@@ -4,27 +4,32 @@ A frame that rosbridge_suite would not take either is refused with its id, so th
 to a call or a goal gets one.
 """
 
-from typing import Any
-
 import msgspec
 
 from ppaas.errors import MalformedMessage
 from ppaas.messages.tolerant_json import to_standard_json
-from ppaas.wire.operations import CLIENT_OPERATIONS, CallService, ClientOperation, RefusedOperation
+from ppaas.wire.operations import CLIENT_OPERATIONS, CallService, ClientOperation, Id, RefusedOperation
 
 _decoder: msgspec.json.Decoder[ClientOperation] = msgspec.json.Decoder(ClientOperation)
 _KNOWN = f"it is one of: {', '.join(CLIENT_OPERATIONS)}"
 
 
+MAX_SHOWN = 1024
+"""Largest value of a field of a refused frame that is read [bytes of JSON]: an id is sent back, a name is quoted."""
+
+_NULL = msgspec.Raw(b"null")
+
+
 class _Head(msgspec.Struct):
-    op: Any = None
-    id: Any = None
-    topic: Any = None
-    service: Any = None
-    action: Any = None
+    op: msgspec.Raw = _NULL
+    id: msgspec.Raw = _NULL
+    topic: msgspec.Raw = _NULL
+    service: msgspec.Raw = _NULL
+    action: msgspec.Raw = _NULL
 
 
 _head_decoder = msgspec.json.Decoder(_Head)
+_shown_decoder: msgspec.json.Decoder[Id] = msgspec.json.Decoder(Id)
 
 _NOT_SERVED = {
     "advertise_action": "a client cannot serve an action of ROS 2; it can serve one of ROS 1, by its topics",
@@ -70,15 +75,23 @@ def _refused_of(standard: bytes, error: Exception) -> RefusedOperation:
 
 
 def _refused(head: _Head, error: Exception) -> RefusedOperation:
-    named = next((name for name in (head.topic, head.service, head.action) if isinstance(name, str)), "")
-    identity = head.id if isinstance(head.id, str | int) and not isinstance(head.id, bool) else None
-    op = head.op if isinstance(head.op, str) else ""
-    return RefusedOperation(MalformedMessage(_reason(head, error)), op, identity, named)
+    op = _shown(head.op)
+    names = [name for field in (head.topic, head.service, head.action) if isinstance(name := _shown(field), str)]
+    reason = MalformedMessage(_reason(op, error))
+    return RefusedOperation(reason, op if isinstance(op, str) else "", _shown(head.id), (names or [""])[0])
 
 
-def _reason(head: _Head, error: Exception) -> str:
-    if isinstance(head.op, str) and head.op not in CLIENT_OPERATIONS:
-        return f"unknown operation {head.op[:64]!r}: {_NOT_SERVED.get(head.op, _KNOWN)}"
-    if head.op is None:
+def _shown(field: msgspec.Raw) -> Id:
+    """Return a field that is a short string or an integer; None for anything else."""
+    try:
+        return _shown_decoder.decode(field) if len(bytes(field)) <= MAX_SHOWN else None
+    except (msgspec.DecodeError, UnicodeError):
+        return None
+
+
+def _reason(op: Id, error: Exception) -> str:
+    if isinstance(op, str) and op not in CLIENT_OPERATIONS:
+        return f"unknown operation {op[:64]!r}: {_NOT_SERVED.get(op, _KNOWN)}"
+    if op is None:
         return f"not a rosbridge operation: a frame is a JSON object with the field 'op'; {_KNOWN}"
     return f"not a rosbridge operation: {error}"

@@ -11,7 +11,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 from endpoints.cli import up
-from endpoints.http.frame_pacing import BURST, BUSY, BYTES, FRAMES, OVERLOAD
+from endpoints.http.frame_pacing import BURST, BUSY, BYTES, FRAMES, OVERLOAD, STALL
 from endpoints.http.problems import STATUS, TYPE, problem_response
 from endpoints.http.websocket_protocol import MESSAGE_TIMEOUT
 from endpoints.rosbridge.attachment import PROBE_TIMEOUT
@@ -146,6 +146,7 @@ def test_the_limits_are_those_of_the_code() -> None:
     assert f"within {MESSAGE_TIMEOUT:g} s" in limits["frame sent to the cloud"]
     frames = f"{FRAMES:g} a second, or {BYTES >> 20} MiB a second, or half the time"
     assert limits["frames of one socket"].startswith(frames) and BUSY == 0.5
+    assert states(f"take the cloud more than {1000.0 * STALL:g} ms")
     assert states(f"{BURST:g} s of which it may use in advance") and states(f"After {OVERLOAD:g} s of that")
     fragments = f"{MAX_OPEN} frames, {MAX_SIZE >> 20} MiB"
     assert limits["fragments of incomplete frames per client"] == fragments

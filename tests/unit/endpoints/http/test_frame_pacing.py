@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from websockets.frames import Frame, Opcode
 
 from endpoints.http import frame_pacing
-from endpoints.http.frame_pacing import BACKLOG, BURST, FRAMES, OVERLOAD, FrameBudget, FramePacer, frame_size
+from endpoints.http.frame_pacing import BACKLOG, BURST, FRAMES, OVERLOAD, STALL, FrameBudget, FramePacer, frame_size
 from endpoints.http.frame_turns import TURN, TurnQueue
-from ppaas.clock import ManualClock
+from ppaas.clock import Clock, ManualClock
 
 WHOLE_TURN = 1.01 * TURN
 """Time of a frame after which the turn is over [s]."""
@@ -29,14 +29,14 @@ def frame(size: int, *, mask: bool = True) -> bytes:
 class Peer:
     """Paced connection whose frames each take ``cost`` seconds."""
 
-    def __init__(self, turns: TurnQueue, clock: ManualClock, cost: float = 0.0) -> None:
+    def __init__(self, turns: TurnQueue, clock: ManualClock, cost: float = 0.0, cpu_clock: Clock = lambda: 0.0) -> None:
         self.fed: list[bytes] = []
         self.paused = False
         self.turns_over = 0
         self.floods = 0
         self._clock = clock
         self._cost = cost
-        self.pacer = FramePacer(turns, self, clock)
+        self.pacer = FramePacer(turns, self, clock, cpu_clock)
 
     def feed(self, piece: bytes) -> None:
         self.fed.append(piece)
@@ -206,6 +206,22 @@ async def test_a_client_that_waits_for_answers_is_slowed_but_not_reported(
     peer = make(2.0)
     run(peer, clock, 5 * OVERLOAD, frame(BACKLOG // 2))
     assert peer.floods == 0
+
+
+async def test_a_connection_whose_frames_stall_the_loop_waits_long(clock: ManualClock) -> None:
+    peer = Peer(TurnQueue(asyncio.get_running_loop(), clock), clock, 3.0 * STALL, clock)
+    peer.pacer.receive(frame(10))
+    assert not peer.paused, "the machine may have been busy"
+    peer.pacer.receive(frame(10))
+    assert peer.paused
+
+
+async def test_a_connection_that_a_busy_machine_delays_does_not_wait(clock: ManualClock) -> None:
+    peer = Peer(TurnQueue(asyncio.get_running_loop(), clock), clock, 3.0 * STALL)
+    for _ in range(5):
+        peer.pacer.receive(frame(10))
+        clock.advance(1.0)
+    assert not peer.paused
 
 
 async def test_a_stopped_connection_drops_what_waits_and_what_follows(make: Callable[[float], Peer]) -> None:
