@@ -1,6 +1,5 @@
 """Web server of a cloud: the REST application and the robot WebSocket."""
 
-import asyncio
 import contextlib
 import socket
 from collections.abc import Coroutine, Iterator, Sequence
@@ -11,15 +10,15 @@ import uvicorn
 from fastapi import FastAPI
 from starlette.routing import WebSocketRoute
 from starlette.websockets import WebSocket
-from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from endpoints.accounts.accounts import Accounts
 from endpoints.app import create_app
 from endpoints.audit.event import AuditLog
 from endpoints.http.connection_table import ConnectionTable
 from endpoints.http.front_settings import FrontSettings
-from endpoints.http.http_protocol import http_protocol
-from endpoints.http.tls import HANDSHAKE_SECONDS, ServerTls
+from endpoints.http.http_protocol import DirectHttp, http_protocol
+from endpoints.http.tls import ServerTls
+from endpoints.http.tls_handshake import TlsListener
 from endpoints.http.websocket_protocol import DirectWebSocket
 from endpoints.rosbridge.idle_watch import IdleWatch
 from endpoints.rosbridge.rights_watch import RightsWatch
@@ -37,27 +36,29 @@ MAX_FRAME = 16 * 1024 * 1024
 class Server(uvicorn.Server):
     """Uvicorn server that leaves signals to the process, which closes the cloud first."""
 
+    def __init__(self, config: uvicorn.Config) -> None:
+        super().__init__(config)
+        self._accepting = Background()
+
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
         """Install no signal handlers."""
         yield
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start to accept connections; by TLS, with a limit of the time for the handshake, which uvicorn lacks."""
+        """Start to accept connections; by TLS, with limits before the handshake is complete, which uvicorn lacks."""
         context = self.config.ssl
-        if context is None:
-            await super().startup(sockets)
-            return
-        await super().startup([])
-        kind = cast(type[HttpToolsProtocol], self.config.http_protocol_class)
-        protocol = partial(kind, self.config, self.server_state, self.lifespan.state)
-        loop = asyncio.get_running_loop()
-        self.servers = [
-            await loop.create_server(
-                protocol, sock=one, ssl=context, ssl_handshake_timeout=HANDSHAKE_SECONDS, backlog=self.config.backlog
-            )
-            for one in sockets or []
-        ]
+        await super().startup(sockets if context is None else [])
+        if context is not None:
+            kind = cast(type[DirectHttp], self.config.http_protocol_class)
+            protocol = partial(kind, self.config, self.server_state, self.lifespan.state)
+            for each in sockets or []:
+                self._accepting.run(TlsListener(each, context, kind.table, protocol).run())
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Accept no further connections, and end all."""
+        await self._accepting.cancel()
+        await super().shutdown(sockets)
 
 
 class Web:

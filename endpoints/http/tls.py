@@ -15,9 +15,6 @@ logger = logging.getLogger(__name__)
 PERIOD = 1.0
 """Interval of checks whether the files have changed [s]."""
 
-HANDSHAKE_SECONDS = 10.0
-"""Time limit of the handshake of TLS [s]."""
-
 Stamp = tuple[tuple[int, int, int], ...]
 """Inode, size and time of change of each file."""
 
