@@ -33,7 +33,7 @@ logger = logging.getLogger(__name__)
 REST_SECONDS = 30.0
 """Time limit for the rest of a body that was answered already [s]; it is dropped, so the client can read the answer."""
 
-REST_OF_HEAD = 256 << 10
+REST_OF_HEAD = 64 << 10
 REST_OF_BODY = 16 << 20
 """Largest part of a refused head, and of a body whose answer closes the connection, that is dropped [bytes]."""
 
@@ -118,15 +118,15 @@ class DirectHttp(HttpToolsProtocol):
     def data_received(self, data: bytes) -> None:
         """Handle received data."""
         if self._lingering:
-            self._rest -= len(data)
-            if self._rest < 0:
-                self.transport.abort()
+            self._drop(len(data))
             return
         at = 0
         while at < len(data) and not self._deaf:
             end = at + MAX_HEAD - self._stalled if self._in_head else len(data)
             at += self._feed(data[at:end])
-        if self._state != _CLOSING:
+        if self._lingering:
+            self._drop(len(data) - at)
+        elif self._state != _CLOSING:
             self._watch()
 
     def _feed(self, data: bytes) -> int:
@@ -266,6 +266,12 @@ class DirectHttp(HttpToolsProtocol):
             self.transport.write_eof()
         self.flow.resume_reading()
         self._watch()
+
+    def _drop(self, count: int) -> None:
+        """Drop data that follows the last answer; reset the connection if there is too much of it."""
+        self._rest -= count
+        if self._rest < 0:
+            self.transport.abort()
 
     def _end(self) -> None:
         """Close the connection; abort it if the client does not read the answer."""

@@ -4,7 +4,14 @@ import pytest
 import uvicorn
 from python_multipart.multipart import DEFAULT_MAX_HEADER_COUNT, DEFAULT_MAX_HEADER_SIZE
 
-from endpoints.http import connection_table, frame_pacing, http_protocol, request_head, tls, websocket_protocol
+from endpoints.http import (
+    connection_table,
+    frame_pacing,
+    http_protocol,
+    request_head,
+    tls_handshake,
+    websocket_protocol,
+)
 from endpoints.rest import nesting, paging, schemas, strict_json
 from endpoints.rest.maps import content_check, multipart, octomap_check
 from endpoints.rest.maps.upload_form import MAX_FIELDS
@@ -50,7 +57,7 @@ ROWS = {
     ("HTTP body", "what still arrives after the answer and is dropped"): [
         f"{http_protocol.REST_SECONDS:g} s",
         size(http_protocol.REST_OF_BODY),
-        f"{size(http_protocol.REST_OF_HEAD)} of a refused head",
+        f"{size(http_protocol.REST_OF_HEAD)} after a refused head",
     ],
     ("JSON body", "objects and lists"): [strict_json.MAX_CONTAINERS],
     ("JSON body", "keys of an object"): [strict_json.MAX_KEYS],
@@ -91,7 +98,10 @@ ROWS = {
         size(fragments.MAX_SIZE),
     ],
     ("WebSocket", "pixels of a depth image"): [MOST_PIXELS],
-    ("TLS", "time of the handshake"): [f"{tls.HANDSHAKE_SECONDS:g} s", f"{sockets.HANDSHAKE_TIMEOUT:g} s on the port"],
+    ("TLS", "time of the handshake"): [
+        f"{tls_handshake.HANDSHAKE_SECONDS:g} s",
+        f"{sockets.HANDSHAKE_TIMEOUT:g} s on the port",
+    ],
     ("port of machines", "clients that join with a ticket"): [
         f"{tls_listener.MAX_JOINING} at once",
         size(joining.MAX_JOIN),
