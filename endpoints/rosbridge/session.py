@@ -109,6 +109,13 @@ class ClientSession:
     def take(self, frame: str | None) -> None:
         """Execute a frame of the client, None for one that is not UTF-8; report its errors to the client."""
         operation = _NOT_UTF8 if frame is None else self._wire.receive(frame)
+        if isinstance(operation, operations.RefusedOperation) and operation.parts:
+            for part in operation.parts:
+                self._execute(self._wire.receive(part))
+        else:
+            self._execute(operation)
+
+    def _execute(self, operation: operations.ClientOperation | operations.RefusedOperation) -> None:
         try:
             self._handlers[type(operation)](operation)
         except PPaaSError as error:

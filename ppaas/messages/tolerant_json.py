@@ -18,6 +18,7 @@ MAX_TOLERATED = 1 << 20
 MAX_VALUES, MAX_OBJECTS = 250_000, 20_000
 """Largest numbers of values, and of objects, lists and names among them; with `MAX_TOLERATED` they bound the time."""
 
+_SPACE = re.compile(r"[\ufeff \t\r\n]*")
 _LONG_NUMBER = re.compile(rb"[0-9]{400}")
 """More digits than any float has; the time of reading an integer grows with the square of its digits."""
 
@@ -45,6 +46,35 @@ def to_standard_json(text: str | bytes, limit: int = MAX_TOLERATED) -> bytes:
         raise MalformedMessage("JSON is nested too deeply") from error
     except (ValueError, OverflowError) as error:  # also JSONDecodeError, UnicodeError, and integers of many digits
         raise MalformedMessage(f"not JSON: {error}") from error
+
+
+def split_json(text: str | bytes, most: int) -> list[str]:
+    """Return the JSON texts of which a text consists one after the other, without what separates them.
+
+    Returns
+    -------
+    list of str
+        Empty if the text is too large or complex, is not JSON, or consists of more than ``most`` texts.
+    """
+    data = text.encode(errors="replace") if isinstance(text, str) else text
+    if len(data) > MAX_TOLERATED or _is_complex(data):
+        return []
+    plain = data.decode(errors="replace")
+    found: list[str] = []
+    at = _begin(plain, 0)
+    try:
+        while at < len(plain) and len(found) < most:
+            _, end = _decoder.raw_decode(plain, at)
+            found.append(plain[at:end])
+            at = _begin(plain, end)
+    except (ValueError, RecursionError):
+        return []
+    return found if at == len(plain) else []
+
+
+def _begin(text: str, at: int) -> int:
+    found = _SPACE.match(text, at)
+    return at if found is None else found.end()
 
 
 def _is_complex(data: bytes) -> bool:

@@ -7,7 +7,7 @@ to a call or a goal gets one.
 import msgspec
 
 from ppaas.errors import MalformedMessage
-from ppaas.messages.tolerant_json import to_standard_json
+from ppaas.messages.tolerant_json import split_json, to_standard_json
 from ppaas.wire.operations import CLIENT_OPERATIONS, CallService, ClientOperation, Id, RefusedOperation
 
 _decoder: msgspec.json.Decoder[ClientOperation] = msgspec.json.Decoder(ClientOperation)
@@ -16,6 +16,9 @@ _KNOWN = f"it is one of: {', '.join(CLIENT_OPERATIONS)}"
 
 MAX_SHOWN = 1024
 """Largest value of a field of a refused frame that is read [bytes of JSON]: an id is sent back, a name is quoted."""
+
+MAX_PARTS = 100
+"""Largest number of operations in one frame, one after the other."""
 
 _NULL = msgspec.Raw(b"null")
 
@@ -61,7 +64,8 @@ def _decode_tolerantly(frame: str | bytes, error: Exception) -> ClientOperation 
         standard = to_standard_json(frame)
         return _decoder.decode(standard)
     except MalformedMessage as malformed:
-        return RefusedOperation(MalformedMessage(f"not a rosbridge operation: {malformed}"))
+        parts = split_json(frame, MAX_PARTS)
+        return RefusedOperation(MalformedMessage(f"not a rosbridge operation: {malformed}"), parts=parts)
     except msgspec.ValidationError as invalid:
         return _refused_of(standard, invalid)
 

@@ -4,6 +4,7 @@ Source: ``ROSBRIDGE_PROTOCOL.md`` of ``RobotWebTools/rosbridge_suite``. Messages
 here; they stay the client's JSON. An optional field that is null counts as left out.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
@@ -184,9 +185,12 @@ class RefusedOperation:
         Id of the operation.
     name : str
         Name of the topic, service or action; empty if it is unknown.
+    parts : sequence of str
+        Frames of which it consists, if it is several in one.
     """
 
     error: PPaaSError
     op: str = ""
     id: Id = None
     name: str = ""
+    parts: Sequence[str] = ()

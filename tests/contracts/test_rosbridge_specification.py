@@ -100,6 +100,16 @@ async def test_1_a_goal_that_cannot_be_read_ends_with_one_result_with_its_id(
     assert delivered(place) == []
 
 
+@pytest.mark.parametrize("between", ["", "\n", " \r\n\t"])
+async def test_1_several_messages_in_one_frame_are_each_taken(client: StillClient, between: str) -> None:
+    """As rosbridge_suite does; but a message must not be spread over frames, other than by ``fragment``."""
+    frames = [CALL | {"id": 1}, {"op": "publish", "topic": "/nowhere", "id": 2}, CALL | {"id": 3}]
+    client.session.take(between.join(map(json.dumps, frames)))
+    assert [frame["id"] for frame in client.received()] == [1, 2, 3]
+    client.session.take(json.dumps(CALL)[:10])
+    error_of(client.received())
+
+
 # -- 2. Operation summary ----------------------------------------------------------------------------------------------
 
 TO_SERVER = (

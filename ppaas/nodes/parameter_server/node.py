@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 import msgspec
 
-from ppaas.errors import InvalidInput, NotFound
+from ppaas.errors import InvalidInput, InvalidParameter, NotFound
 from ppaas.messages import rosapi
 from ppaas.messages.message import Message
 from ppaas.nodes.base import Context, Node, Reply, Service
@@ -81,7 +81,7 @@ class ParameterServerNode(Node):
         except NotFound:
             if not request.default:
                 raise
-            return msgspec.json.encode(read_value(request.default)).decode()
+            return msgspec.json.encode(_default(request.default)).decode()
 
     def checkpoint(self) -> bytes | None:
         """Return the free parameters, or None if none was ever set."""
@@ -91,3 +91,11 @@ class ParameterServerNode(Node):
         """Set the free parameters of a checkpoint."""
         self._tree.restore(state)
         self._state = state
+
+
+def _default(text: str) -> Any:
+    """Return the default that a client gives a parameter: JSON, or as in rosbridge_suite any other text itself."""
+    try:
+        return read_value(text)
+    except InvalidParameter:
+        return text

@@ -9,7 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import MalformedMessage
-from ppaas.messages.tolerant_json import MAX_OBJECTS, MAX_TOLERATED, MAX_VALUES, read_json, to_standard_json
+from ppaas.messages.tolerant_json import (
+    MAX_OBJECTS,
+    MAX_TOLERATED,
+    MAX_VALUES,
+    read_json,
+    split_json,
+    to_standard_json,
+)
 
 ANY_JSON = st.recursive(
     st.none() | st.booleans() | st.integers(-(2**60), 2**60) | st.floats() | st.text(),
@@ -58,3 +65,14 @@ def test_what_the_standard_forbids_and_clients_send_is_read(text: str | bytes, v
 def test_anything_else_is_malformed(text: str | bytes) -> None:
     with pytest.raises(MalformedMessage):
         to_standard_json(text)
+
+
+@given(st.lists(st.dictionaries(st.text(), ANY_JSON), max_size=6), st.sampled_from(["", "\n", " \t\r\n"]))
+def test_texts_one_after_the_other_are_split(values: list[object], between: str) -> None:
+    texts = [json.dumps(value) for value in values]
+    assert split_json(between.join(texts), 6) == texts
+
+
+@pytest.mark.parametrize("text", ["{}{", "{},{}", "{}]", "{}" * 7, "[" * 100_000, "{}" + " " * MAX_TOLERATED])
+def test_what_cannot_be_split_has_no_parts(text: str) -> None:
+    assert split_json(text, 6) == []
