@@ -99,5 +99,26 @@ def convex_outline(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.array(halves[0][:-1] + halves[1][:-1] if len(ordered) > 1 else ordered)
 
 
+def within_hull(
+    hull: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64], margin: float
+) -> NDArray[np.bool_]:
+    """Return which points are in a convex outline, or nearer to all of its edges than a margin.
+
+    Parameters
+    ----------
+    hull : (n, 2) array
+        Corners, counter-clockwise [m].
+    x, y : array
+        Coordinates of the points, of the same shape [m].
+    margin : float
+        Distance beyond the edges [m].
+    """
+    inside = np.ones(np.broadcast(x, y).shape, np.bool_)
+    for (ax, ay), (bx, by) in zip(hull, np.roll(hull, -1, axis=0), strict=True):
+        beyond = (x - ax) * (by - ay) - (y - ay) * (bx - ax)
+        inside &= beyond <= margin * math.hypot(bx - ax, by - ay)
+    return inside
+
+
 def _turns_left(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> bool:
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0

@@ -3,6 +3,7 @@
 from typing import Any
 
 from ppaas import planners
+from ppaas.clone.outline_planning import Outline, by_outline
 from ppaas.planners.base import Planner
 from ppaas.plugins import parameters_in_use
 from ppaas.robot_model.known_models import RobotModel
@@ -13,6 +14,8 @@ FOOTPRINT = "footprint"
 def planner_of(body: RobotModel, name: str, parameters: dict[str, Any]) -> Planner:
     """Return a planner; if it uses a footprint, that is the body's unless the parameters contain another.
 
+    For a body that is longer than wide, it also plans through passages in which the body cannot turn.
+
     Raises
     ------
     NotFound
@@ -22,5 +25,7 @@ def planner_of(body: RobotModel, name: str, parameters: dict[str, Any]) -> Plann
     """
     planner = planners.create(name, **parameters)
     if body.footprint and FOOTPRINT not in parameters and FOOTPRINT in parameters_in_use(planner):
-        return planners.create(name, **parameters, footprint=body.footprint)
+        planner = planners.create(name, **parameters, footprint=body.footprint)
+    if body.inner_radius is not None and FOOTPRINT not in parameters:
+        planner = by_outline(planner, Outline(body.footprint, body.inner_radius))
     return planner

@@ -5,13 +5,19 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from ppaas.costmap.global_parameters import MAX_RADIUS, GlobalCostmapParameters
 from ppaas.errors import InvalidParameter
-from ppaas.geometry import Pose2D
+from ppaas.footprints import Footprint
+from ppaas.geometry import Pose2D, convex_outline
 from ppaas.parameters import Parameters, read_parameters
-from ppaas.robot_model.description import RobotDescription, SensorFrame, circumscribed_radius
+from ppaas.robot_model.description import RobotDescription, SensorFrame, circumscribed_radius, inscribed_radius
 from ppaas.robot_model.known_models import RobotModel, robot_model
 from ppaas.robot_model.sensors import LASER
+
+OBLONG = 0.03
+"""Difference of the radii of a footprint from which the disc around it is too wide for some passages [m]."""
 
 COSTMAP, VOXEL_LAYER = "global_costmap", "voxel_layer"
 """Names of the parameters below in a robot's file."""
@@ -72,9 +78,10 @@ def robot_body(
         body = _as_described(body, urdf)
     given = costmap_parameters(parameters or {})
     if given.footprint:
-        body = replace(body, footprint=given.footprint, robot_radius=_radius_around(given.footprint))
+        _check(given.footprint)
+        body = _with_footprint(body, given.footprint)
     if given.robot_radius is not None:
-        body = replace(body, robot_radius=given.robot_radius)
+        body = replace(body, robot_radius=given.robot_radius, inner_radius=None)
     if not 0.0 <= body.robot_radius < MAX_RADIUS:
         raise InvalidParameter(f"robot_radius must be from 0 to {MAX_RADIUS:g} m, not {body.robot_radius}")
     return body
@@ -116,8 +123,8 @@ def _as_described(body: RobotModel, urdf: RobotDescription) -> RobotModel:
     if laser is not None:
         x, y, _, _, _, yaw = laser.pose
         body = replace(body, laser=Pose2D(x, y, yaw), laser_frame=laser.link)
-    if urdf.circumscribed_radius is not None:
-        body = replace(body, robot_radius=urdf.circumscribed_radius, footprint=urdf.footprint)
+    if urdf.footprint:
+        body = _with_footprint(body, urdf.footprint)
     return replace(
         body, limits=limits, height=body.height if urdf.height is None else urdf.height, frames=urdf.frames
     )
@@ -130,7 +137,14 @@ def _laser_of(urdf: RobotDescription) -> SensorFrame | None:
     return min(lasers, key=lambda laser: round(poses[laser.link].tilt, 2) if laser.link in poses else 0.0, default=None)
 
 
-def _radius_around(footprint: tuple[tuple[float, float], ...]) -> float:
+def _check(footprint: Footprint) -> None:
     if len(footprint) < 3 or not all(math.isfinite(number) for corner in footprint for number in corner):
         raise InvalidParameter("footprint must be a list of at least three corners x, y [m]")
-    return circumscribed_radius(footprint)
+
+
+def _with_footprint(body: RobotModel, footprint: Footprint) -> RobotModel:
+    """Return a body with a footprint and its circumscribed radius, and the inner radius if that is smaller."""
+    hull = convex_outline(np.array(footprint, np.float64))
+    inner, radius = inscribed_radius(tuple((x, y) for x, y in hull.tolist())), circumscribed_radius(footprint)
+    oblong = len(hull) > 2 and inner < radius - OBLONG
+    return replace(body, footprint=footprint, robot_radius=radius, inner_radius=inner if oblong else None)

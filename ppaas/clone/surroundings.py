@@ -56,6 +56,8 @@ def surroundings_of(
         obstacle_range=parameters.obstacle_range,
         raytrace_range=parameters.raytrace_range,
         social=social.proxemics(),
+        footprint=() if body.inner_radius is None else body.footprint,
+        inner_radius=None if body.inner_radius is None else body.inner_radius + parameters.footprint_padding,
     )
     memory = ObstacleMemory(
         layers,

@@ -14,10 +14,12 @@ from ppaas.costmap.filter_masks import raise_costs
 from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR, INFLATION_RADIUS, ROBOT_RADIUS, check_inflation, inflate
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.costmap.moving_obstacles import Disc
+from ppaas.costmap.narrow_passages import fits_at, with_narrow_passages
 from ppaas.costmap.obstacle_layer import OBSTACLE_RANGE, RAYTRACE_RANGE, LaserReading, ObstacleLayer
 from ppaas.costmap.social_layer import PersonNearby, Proxemics
 from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter
-from ppaas.geometry import Pose2D
+from ppaas.footprints import Footprint
+from ppaas.geometry import Pose2D, convex_outline
 from ppaas.maps.discs import stamp_disc
 from ppaas.maps.grid import FREE, UNKNOWN, GridInfo
 from ppaas.maps.kernels.distance import distance_serial
@@ -54,6 +56,11 @@ class LocalCostmap:
         Whether obstacles, unknown cells and keep-out zones of the map count. Without them, unseen cells are free.
     social : Proxemics
         Costs around people.
+    footprint : Footprint
+        Outline of the robot, of which the convex hull is free; empty for the disc of ``robot_radius``.
+    inner_radius : float, optional
+        With a footprint: radius within which the costs that `update` returns are those of an obstacle [m]. Farther away
+        they are `NARROW`, since the outline may fit.
 
     Raises
     ------
@@ -75,10 +82,14 @@ class LocalCostmap:
         inf_is_valid: bool = True,
         static: bool = True,
         social: Proxemics = PROXEMICS,
+        footprint: Footprint = (),
+        inner_radius: float | None = None,
     ) -> None:
         self._layers = layers
         self._static = static
         self._radius = robot_radius
+        self._hull = convex_outline(np.array(footprint, np.float64)) if footprint else None
+        self._inner_radius = inner_radius
         check_inflation(robot_radius, inflation_radius, cost_scaling_factor)
         self._inflate = partial(
             inflate,
@@ -140,13 +151,26 @@ class LocalCostmap:
             The pose or an obstacle is not finite.
         """
         self.see(pose, reading)
-        self._obstacles.clear_footprint(self._layers.grid.info.origin.inverse() @ pose, self._radius)
+        here = self._layers.grid.info.origin.inverse() @ pose
+        if self._hull is None:
+            self._obstacles.clear_footprint(here, self._radius)
+        else:
+            self._obstacles.clear_outline(here, self._hull)
         lethal = self._obstacles.marked.view(np.uint8)
         self._stamp(lethal, obstacles)
         self._costs = self._cost(lethal)
         costmap = Costmap(self._costs, self._info())
         self._near_people = self._social.add(costmap, people)
-        return costmap
+        return costmap if self._inner_radius is None else with_narrow_passages(costmap, self._inner_radius)
+
+    @property
+    def has_outline(self) -> bool:
+        """Whether the robot has a footprint, whose outline `fits` checks."""
+        return self._hull is not None
+
+    def fits(self, pose: Pose2D) -> bool:
+        """Return whether the robot's outline touches no obstacle of the last update at a pose in the map's frame."""
+        return self._hull is None or fits_at(Costmap(self._costs, self._info()), pose, self._hull)
 
     def see(self, pose: Pose2D, reading: LaserReading | None) -> None:
         """Centre the window on the robot, and add a scan; costs are those of the next `update`, whose errors it raises.

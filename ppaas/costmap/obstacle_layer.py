@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ppaas.cost_values import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
 from ppaas.costmap.kernels.obstacle import mark_and_clear
 from ppaas.errors import InvalidInput, InvalidParameter
-from ppaas.geometry import Pose2D
+from ppaas.geometry import Pose2D, within_hull
 from ppaas.maps.discs import stamp_disc
 from ppaas.messages.sensor_msgs import LaserScan
 
@@ -154,6 +154,24 @@ class ObstacleLayer:
             radius / self._resolution,
             FREE_SPACE,
         )
+
+    def clear_outline(self, robot: Pose2D, hull: NDArray[np.float64]) -> None:
+        """Free the cells under a robot with an outline, whose pose is in the frame of the grid.
+
+        Parameters
+        ----------
+        robot : Pose2D
+        hull : (n, 2) array
+            Corners of its convex outline, counter-clockwise [m].
+        """
+        reach = math.ceil(float(np.hypot(hull[:, 0], hull[:, 1]).max()) / self._resolution) + 1
+        row, column = math.floor(robot.y / self._resolution), math.floor(robot.x / self._resolution)
+        top, left = max(row - reach - self.row, 0), max(column - reach - self.column, 0)
+        part = self.cells[top : max(row + reach + 1 - self.row, 0), left : max(column + reach + 1 - self.column, 0)]
+        x = (np.arange(part.shape[1]) + left + self.column + 0.5) * self._resolution - robot.x
+        y = (np.arange(part.shape[0])[:, None] + top + self.row + 0.5) * self._resolution - robot.y
+        c, s = math.cos(robot.theta), math.sin(robot.theta)
+        part[within_hull(hull, c * x + s * y, c * y - s * x, 0.5 * self._resolution)] = FREE_SPACE
 
     def clear(self) -> None:
         """Forget all cells."""

@@ -68,6 +68,6 @@ class BackUpRecovery(Recovery):
             raise RecoveryFailed(f"backed up only {driven:.2f} m of {p.backup_dist:g} m in {p.time_allowance:g} s")
         back = Velocity(-p.backup_speed, 0.0)
         ahead = min(p.simulate_ahead_time, (p.backup_dist - driven) / p.backup_speed)
-        if not is_free(request.costmap, request.pose, back, ahead):
+        if not is_free(request.costmap, request.pose, back, ahead, request.fits):
             raise RecoveryFailed(f"the space behind is not free after {driven:.2f} m of {p.backup_dist:g} m")
         return back

@@ -29,6 +29,10 @@ Clear = Callable[[Pose2D, float, AffectedMaps], None]
 """Clears observed obstacles that are farther from a pose than a distance [m]."""
 
 
+Fits = Callable[[Pose2D], bool]
+"""Returns whether a robot touches nothing at a pose."""
+
+
 class RecoveryFailed(PPaaSError):
     """The behaviour failed, or succeeded only in part; the next behaviour is tried."""
 
@@ -49,12 +53,15 @@ class RecoveryRequest:
         Local costmap: a window around the robot.
     clear : callable
         Clears obstacles, see `Clear`.
+    fits : callable, optional
+        Returns whether the outline of a robot that is longer than wide touches nothing at a pose.
     """
 
     now: float
     pose: Pose2D
     costmap: Costmap
     clear: Clear
+    fits: Fits | None = None
 
 
 class Recovery(ABC):

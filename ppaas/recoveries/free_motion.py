@@ -10,13 +10,14 @@ from ppaas.controllers.motion import advance
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
 from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
+from ppaas.recoveries.base import Fits
 
 WAY_OUT = 0.1
 """Distance within which a robot that stands too near to an obstacle must leave it [m]."""
 
 
-def is_free(costmap: Costmap, pose: Pose2D, velocity: Velocity, seconds: float) -> bool:
-    """Return whether a round robot can keep a velocity for a time without touching anything.
+def is_free(costmap: Costmap, pose: Pose2D, velocity: Velocity, seconds: float, fits: Fits | None = None) -> bool:
+    """Return whether a robot can keep a velocity for a time without touching anything.
 
     A robot within the inscribed radius of an obstacle, for example of a person who came near, may leave it: inscribed
     cells are ignored for a distance of at most `WAY_OUT`. So a robot between two obstacles stays where it is.
@@ -31,6 +32,8 @@ def is_free(costmap: Costmap, pose: Pose2D, velocity: Velocity, seconds: float) 
         Velocity, kept along an arc.
     seconds : float
         Duration of the motion [s].
+    fits : callable, optional
+        Checks the outline of a robot that is not round.
     """
     speed = abs(velocity.linear)
     if speed == 0.0:
@@ -39,7 +42,10 @@ def is_free(costmap: Costmap, pose: Pose2D, velocity: Velocity, seconds: float) 
     length = max(speed * seconds, WAY_OUT) if leaving else speed * seconds
     count = math.ceil(length / (0.5 * costmap.info.resolution)) + 1
     distances = np.linspace(0.0, length, count)
-    costs = _costs(costmap, [advance(pose, velocity, distance / speed) for distance in distances.tolist()])
+    poses = [advance(pose, velocity, distance / speed) for distance in distances.tolist()]
+    if fits is not None and not all(map(fits, poses)):
+        return False
+    costs = _costs(costmap, poses)
     blocked = costs >= INSCRIBED_INFLATED_OBSTACLE
     if leaving:
         blocked &= (distances >= WAY_OUT) | (costs > INSCRIBED_INFLATED_OBSTACLE)

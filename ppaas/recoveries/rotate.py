@@ -3,11 +3,16 @@
 import math
 from typing import Any, ClassVar
 
+import numpy as np
+
 from ppaas.controllers.base import Velocity
 from ppaas.errors import InvalidParameter
-from ppaas.geometry import wrap_angle
+from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.parameters import Parameters, read_parameters
 from ppaas.recoveries.base import NotNegative, Positive, Recovery, RecoveryFailed, RecoveryRequest
+
+AHEAD, STEP = 0.6, 0.1
+"""Angle ahead of the robot in which its outline is checked, more than it needs to stop, and step of the check [rad]."""
 
 
 class RotateParameters(Parameters, frozen=True):
@@ -37,7 +42,7 @@ class RotateParameters(Parameters, frozen=True):
 class RotateRecovery(Recovery):
     """Turns the robot in place by 360°, as fast as it can brake before the end.
 
-    Collisions are not checked: a round robot that turns in place touches nothing new.
+    A round robot that turns in place touches nothing new; the outline of another one is checked ahead of the turn.
 
     Parameters
     ----------
@@ -66,7 +71,7 @@ class RotateRecovery(Recovery):
         Raises
         ------
         RecoveryFailed
-            The time limit has passed.
+            The time limit has passed, or the outline of the robot would touch an obstacle.
         """
         p = self.parameters
         self._left -= wrap_angle(request.pose.theta - self._heading)
@@ -75,5 +80,9 @@ class RotateRecovery(Recovery):
             return None
         if request.now - self._began > p.rotation_patience:
             raise RecoveryFailed(f"{self._left:.1f} rad of the turn remained after {p.rotation_patience:g} s")
+        if request.fits is not None and not all(
+            request.fits(request.pose @ Pose2D(0.0, 0.0, turn)) for turn in np.arange(STEP, AHEAD, STEP).tolist()
+        ):
+            raise RecoveryFailed(f"there is no room for the {self._left:.1f} rad of the turn that remained")
         speed = math.sqrt(2.0 * p.acc_lim_th * self._left)
         return Velocity(0.0, min(max(speed, p.min_in_place_rotational_vel), p.max_rotational_vel))

@@ -27,6 +27,9 @@ class RobotModel:
         Frame of scans, if it is not the base frame.
     footprint : tuple of (x, y)
         Corners of the outline in the base frame [m]; empty if the footprint is the circle.
+    inner_radius : float, optional
+        Radius of the largest disc around the origin within the footprint, if it is noticeably smaller than
+        ``robot_radius`` and that is the circumscribed radius [m].
     height : float, optional
         Height from the ground to the top [m].
     frames : tuple of (str, Rigid)
@@ -39,6 +42,7 @@ class RobotModel:
     laser: Pose2D = Pose2D(0.0, 0.0, 0.0)
     laser_frame: str = "base_scan"
     footprint: tuple[tuple[float, float], ...] = ()
+    inner_radius: float | None = None
     height: float | None = None
     frames: tuple[tuple[str, Rigid], ...] = ()
 

@@ -149,7 +149,7 @@ class OrderExecutor:
         around, now = self._surroundings, self._context.now()
         assert around.costs is not None, "a control tick brings the costs up to date"
         recovery = self._recoveries[order.index]
-        request = RecoveryRequest(now, order.pose, around.costs, around.clear)
+        request = RecoveryRequest(now, order.pose, around.costs, around.clear, around.fits)
         try:
             if order.begin:
                 recovery.start(request)

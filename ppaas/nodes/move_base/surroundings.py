@@ -1,6 +1,7 @@
 """Surroundings of a robot: its pose, its scans, people and other robots, and the local costmap."""
 
 import math
+from collections.abc import Callable
 
 from ppaas.controllers.base import Velocity
 from ppaas.costmap.costmap import Costmap
@@ -179,6 +180,11 @@ class Surroundings:
         return (
             self._looked is None or self._looked[1:] != (others, people) or self._looked[0].distance_to(pose) >= SHIFT
         )
+
+    @property
+    def fits(self) -> Callable[[Pose2D], bool] | None:
+        """Check of the outline of a robot that is longer than wide, at a pose in the map frame; None for others."""
+        return self._local.fits if self._local.has_outline else None
 
     def overlay(self, costmap: Costmap) -> Costmap:
         """Return a costmap of the whole map with all observed obstacles, or the given one if there are none."""

@@ -8,6 +8,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
 from ppaas.recoveries import Recovery, RecoveryRequest
+from ppaas.recoveries.base import Fits
 
 PERIOD = 0.1
 MIDDLE = Pose2D(2.0, 2.0, 0.0)
@@ -27,11 +28,12 @@ class Run:
         self.pose = pose
         self.now = 100.0
         self.cleared: list = []
+        self.fits: Fits | None = None
         self.velocities: list[Velocity] = []
         recovery.start(self.request())
 
     def request(self) -> RecoveryRequest:
-        return RecoveryRequest(self.now, self.pose, self.costmap, lambda *area: self.cleared.append(area))
+        return RecoveryRequest(self.now, self.pose, self.costmap, lambda *area: self.cleared.append(area), self.fits)
 
     def cycle(self, *, moves: bool = True) -> Velocity | None:
         velocity = self.recovery.step(self.request())

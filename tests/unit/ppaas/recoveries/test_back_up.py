@@ -47,3 +47,11 @@ def test_robot_that_does_not_move_fails_after_the_time_allowance():
     run = Run(create("back_up", time_allowance=1.0))
     with pytest.raises(RecoveryFailed, match=r"backed up only 0\.00 m of 0\.3 m in 1 s"):
         run.to_the_end(moves=False)
+
+
+def test_outline_of_the_robot_is_checked_behind_it():
+    run = Run(create("back_up"))
+    run.fits = lambda pose: pose.x > 1.85
+    with pytest.raises(RecoveryFailed, match="not free"):
+        run.to_the_end()
+    assert run.pose.x > 1.85

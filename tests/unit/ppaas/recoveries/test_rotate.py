@@ -22,3 +22,15 @@ def test_robot_that_does_not_turn_fails_after_the_patience():
     with pytest.raises(RecoveryFailed, match=r"6\.3 rad of the turn remained after 2 s"):
         run.to_the_end(moves=False)
     assert 20 <= len(run.velocities) <= 22
+
+
+def test_robot_whose_outline_has_no_room_stops_turning_before_it_touches():
+    """A robot that is longer than wide: an obstacle is at 1 rad to its left."""
+    run = Run(create("rotate_recovery"))
+    run.fits = lambda pose: pose.theta < 1.0
+    with pytest.raises(RecoveryFailed, match="no room"):
+        run.to_the_end()
+    assert 0.3 < run.pose.theta < 0.6
+    free = Run(create("rotate_recovery"))
+    free.fits = lambda _: True
+    free.to_the_end()

@@ -1,0 +1,105 @@
+"""Planners for robots that are longer than wide: by the disc around one, or by its outline where that is too wide.
+
+Where the disc fits, a robot may turn, so such paths are preferred. A plan through narrow passages is made if there is
+no such path, or if it is a detour. It counts if the outline fits along it.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from msgspec.structs import replace
+
+from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE
+from ppaas.costmap.costmap import Costmap
+from ppaas.costmap.narrow_passages import fits_along, with_narrow_passages
+from ppaas.errors import GoalOccupied, NoValidPath, PlanCancelled, PlanningError, StartOccupied
+from ppaas.footprints import Footprint
+from ppaas.planners.base import Planner, PlanRequest, PlanResult
+from ppaas.planners.grid.astar import AStar
+from ppaas.plugins import parameters_in_use
+
+P = TypeVar("P", bound=Planner)
+
+Plan = Callable[[Costmap, PlanRequest], PlanResult]
+
+BLOCKED = (NoValidPath, GoalOccupied, StartOccupied)
+"""Errors that the disc around the robot may have caused."""
+
+DETOUR, FARTHER = 1.25, 2.0
+"""A path may be a detour if it is longer than this part of the straight line, and by this distance [m]."""
+
+SHORTER = 0.8
+"""Largest part of a detour that a path through narrow passages may take: the robot cannot turn there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """Outline of a robot.
+
+    Parameters
+    ----------
+    footprint : Footprint
+        Its corners.
+    inner_radius : float
+        Radius of the largest disc around the robot's origin within it [m].
+    """
+
+    footprint: Footprint
+    inner_radius: float
+
+    def plan(self, usual: Plan, narrow: Plan, costmap: Costmap, request: PlanRequest) -> PlanResult:
+        """Plan by ``usual``, and by ``narrow`` through narrow passages if that is needed; raises as ``usual`` does."""
+        try:
+            wide = usual(costmap, request)
+        except BLOCKED:
+            found = self._through_narrow(narrow, costmap, request)
+            if found is None:
+                raise
+            return found
+        if not _may_be_shorter(wide, costmap, request):
+            return wide
+        found = self._through_narrow(narrow, costmap, request)
+        if found is None or found.length > SHORTER * wide.length:
+            return wide
+        return replace(found, seconds=wide.seconds + found.seconds)
+
+    def _through_narrow(self, narrow: Plan, costmap: Costmap, request: PlanRequest) -> PlanResult | None:
+        """Return a path through narrow passages along which the outline fits, None without one."""
+        try:
+            found = narrow(with_narrow_passages(costmap, self.inner_radius, request.threads), request)
+        except PlanCancelled:
+            raise
+        except PlanningError:
+            return None
+        return found if fits_along(costmap, found.poses, self.footprint) else None
+
+
+def by_outline(planner: P, outline: Outline) -> P:
+    """Return a planner with the same name and parameters that also plans through narrow passages.
+
+    A planner that prepares maps keeps that of the disc; narrow passages are then planned by `AStar`.
+    """
+    kind = type(planner)
+    parameters: dict[str, Any] = parameters_in_use(planner)
+    other = AStar(allow_unknown=bool(parameters.get("allow_unknown", True))) if kind.traits.indexed else None
+
+    class ByOutline(kind):  # type: ignore[misc, valid-type]  # a class, so that its twins plan by the outline too
+        """The planner, for an outline."""
+
+        def plan(self, costmap: Costmap, request: PlanRequest) -> PlanResult:
+            """Find a path; raises as the planner does."""
+            found = outline.plan(super().plan, other.plan if other else super().plan, costmap, request)
+            return found if found.planner == kind.name else replace(found, planner=kind.name)
+
+    made: P = ByOutline(**parameters)
+    return made
+
+
+def _may_be_shorter(result: PlanResult, costmap: Costmap, request: PlanRequest) -> bool:
+    """Return whether a path may be a detour, or begins by leaving a narrow passage."""
+    cell = costmap.info.cell_of(request.start.x, request.start.y)
+    straight = math.hypot(request.goal.x - request.start.x, request.goal.y - request.start.y)
+    leaves = cell is not None and int(costmap.data[cell]) == INSCRIBED_INFLATED_OBSTACLE
+    return leaves or result.length > max(DETOUR * straight, straight + FARTHER)
