@@ -14,8 +14,12 @@ AHEAD = 0.5
 """Lookahead distance along the path [m]."""
 SPEED, TURN = 0.5, 1.5
 """Maximum velocities [m/s, rad/s]."""
+CREEP, CREEP_TURN = 0.01, 0.01
+"""Maximum velocities of a robot that creeps [m/s, rad/s]."""
 SHARP = 0.8
 """Bearing of the path beyond which the robot turns in place [rad]."""
+ALIGNED = 0.06
+"""The same for a robot that creeps, which turns as slowly as it drives [rad]."""
 NEAREST_GOAL = 5.0
 """Smallest distance to a goal if the map is large enough [m]."""
 
@@ -49,10 +53,20 @@ class Route:
 
     def steer(self, pose: Pose2D) -> Twist:
         """Return the velocity that follows the route from a pose."""
+        bearing = self._bearing(pose)
+        speed = SPEED * math.cos(bearing) if abs(bearing) < SHARP else 0.0
+        return Twist(Vector3(x=speed), Vector3(z=min(max(2.5 * bearing, -TURN), TURN)))
+
+    def creep(self, pose: Pose2D) -> Twist:
+        """Return the velocity that follows the route from a pose very slowly."""
+        bearing = self._bearing(pose)
+        speed = CREEP if abs(bearing) < ALIGNED else 0.0
+        return Twist(Vector3(x=speed), Vector3(z=min(max(bearing, -CREEP_TURN), CREEP_TURN)))
+
+    def _bearing(self, pose: Pose2D) -> float:
+        """Return the bearing of the route ahead of a pose [rad]."""
         while self._way.ended:
             goal = self._ways.away_from(self._end, NEAREST_GOAL)
             self._end, self._way = goal, PathWalk(self._ways.between(self._end, goal))
         x, y = self._way.ahead(pose.x, pose.y, AHEAD)
-        bearing = wrap_angle(math.atan2(y - pose.y, x - pose.x) - pose.theta)
-        speed = SPEED * math.cos(bearing) if abs(bearing) < SHARP else 0.0
-        return Twist(Vector3(x=speed), Vector3(z=min(max(2.5 * bearing, -TURN), TURN)))
+        return wrap_angle(math.atan2(y - pose.y, x - pose.x) - pose.theta)

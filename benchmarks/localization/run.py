@@ -3,19 +3,20 @@
 import math
 from collections import deque
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.localization.scene import LocalizationScene
+from benchmarks.localization.scene import Errors, LocalizationScene
 from ppaas.maps.grid import GridMap
 
 LOST, LOST_TURN = 0.5, math.radians(20.0)
 """Errors of the estimate above which a robot is lost [m, rad]."""
 
 BEFORE = 10.0
-"""Distance that a robot drives before it is kidnapped or crowded [m]."""
+"""Distance that a robot drives before it is kidnapped or crowded, stands or creeps [m]."""
 
 JAM = 80.0
 """Time for which people crowd around the robot [s]."""
@@ -23,7 +24,7 @@ JAM = 80.0
 CERTAIN = 2.0
 """Smallest distance to the end of a run without a lost scan, for a robot to count as found [m]."""
 
-Kind = Literal["track", "kidnap", "global", "jam"]
+Kind = Literal["track", "kidnap", "global", "jam", "stand", "creep"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,9 +34,10 @@ class LocalizationJob:
     Parameters
     ----------
     grid : GridMap
-    kind : {"track", "kidnap", "global", "jam"}
+    kind : {"track", "kidnap", "global", "jam", "stand", "creep"}
         ``track``: the initial pose is known. ``kidnap``: it is known, and the robot is moved elsewhere later.
-        ``global``: it is unknown. ``jam``: it is known, and people crowd around the robot later.
+        ``global``: it is unknown. ``jam``: it is known, and people crowd around the robot later. ``stand`` and
+        ``creep``: it is known, and after some metres the robot stands still, or drives very slowly, for a time.
     metres : float
         Distance to drive, from the start, the kidnapping or the end of the crowding [m].
     parameters : dict
@@ -44,6 +46,8 @@ class LocalizationJob:
         All randomness depends on these and the kind alone.
     people : int
         Number of people in the crowd.
+    minutes : float
+        Time for which the robot stands or creeps [min].
     """
 
     grid: GridMap
@@ -53,6 +57,7 @@ class LocalizationJob:
     seed: int
     run: int
     people: int = 0
+    minutes: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,14 +95,23 @@ def drive(job: LocalizationJob) -> LocalizationResult:
     """Simulate a run, faster than real time."""
     rng = np.random.default_rng((job.seed, job.run, len(job.kind)))
     scene = LocalizationScene(job.grid, {"seed": job.run, **job.parameters}, rng, told=job.kind != "global")
-    if job.kind in ("kidnap", "jam"):
+    if job.kind in ("kidnap", "jam", "stand", "creep"):
         deque(scene.drive(BEFORE), maxlen=0)
+        scene.localizer.seconds.clear()
     if job.kind == "kidnap":
         scene.carry_off()
     begin = scene.way
-    rows = list(scene.jam(job.people, JAM)) if job.kind == "jam" else []
-    rows += scene.drive(job.metres)
+    rows = list(_errors(job, scene))
     return _judge(job, np.array(rows), begin, float(np.mean(scene.localizer.seconds)))
+
+
+def _errors(job: LocalizationJob, scene: LocalizationScene) -> Errors:
+    if job.kind == "stand":
+        return scene.stand(60.0 * job.minutes)
+    if job.kind == "creep":
+        return scene.creep(60.0 * job.minutes)
+    crowded = scene.jam(job.people, JAM) if job.kind == "jam" else iter(())
+    return chain(crowded, scene.drive(job.metres))
 
 
 def found_after(way: NDArray[np.float64], fine: NDArray[np.bool_]) -> float | None:
@@ -124,7 +138,7 @@ def _judge(job: LocalizationJob, rows: NDArray[np.float64], begin: float, second
     way, error, turn = rows.T
     way = way - begin
     fine = (error <= LOST) & (turn <= LOST_TURN)
-    known = job.kind in ("track", "jam")
+    known = job.kind not in ("kidnap", "global")
     found = 0.0 if known else found_after(way, fine)
     if found is None:
         return LocalizationResult(job.run, math.nan, math.nan, math.nan, math.nan, True, None, float(way[-1]), seconds)

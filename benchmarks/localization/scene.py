@@ -68,6 +68,16 @@ class LocalizationScene:
         yield from self._errors(Inching(self._route, world, rng).steer, lambda: world.time() >= end)
         world.crowd = None
 
+    def stand(self, seconds: float) -> Errors:
+        """Leave the robot where it is for a time [s]; yield the errors at each scan."""
+        end = self._world.time() + seconds
+        return self._errors(lambda _: Twist(), lambda: self._world.time() >= end)
+
+    def creep(self, seconds: float) -> Errors:
+        """Drive very slowly for a time [s]; yield the errors at each scan."""
+        end = self._world.time() + seconds
+        return self._errors(self._route.creep, lambda: self._world.time() >= end)
+
     def carry_off(self) -> None:
         """Kidnap the robot: move it to a random pose without odometry."""
         there = self._route.anywhere()

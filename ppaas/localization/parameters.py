@@ -28,6 +28,9 @@ class AmclParameters(Parameters, frozen=True):
     robots that drive sideways. The robot is searched for on the whole map if the fit of its scans, averaged with
     ``recovery_alpha_fast``, falls a tenth below the average with ``recovery_alpha_slow``; 0 disables this.
 
+    ``odom_drift`` is not amcl's: the standard deviation of the heading of the odometry per second, whether the robot
+    moves or not [rad/s]. The errors of amcl's models are those of a motion.
+
     ``odom_frame_id`` is by default the frame that the odometry names. ``base_frame_id`` is the frame in which the robot
     is driven; wherever the odometry names another one, the two are joined. ``global_frame_id`` is another name of the
     frame ``map``. ``tf_prefix`` is the prefix of frames that are named without one.
@@ -59,6 +62,7 @@ class AmclParameters(Parameters, frozen=True):
     odom_alpha3: float = 0.02
     odom_alpha4: float = 0.02
     odom_alpha5: float = 0.02
+    odom_drift: float = 0.002
     initial_cov_xx: float = 0.04
     initial_cov_yy: float = 0.04
     initial_cov_aa: float = 0.02
@@ -109,6 +113,6 @@ _POSITIVE = (
 _NOT_NEGATIVE = (
     "update_min_d", "update_min_a", "transform_tolerance", "seed", "kld_z",
     "laser_z_hit", "laser_z_short", "laser_z_max", "laser_z_rand",
-    "odom_alpha1", "odom_alpha2", "odom_alpha3", "odom_alpha4", "odom_alpha5",
+    "odom_alpha1", "odom_alpha2", "odom_alpha3", "odom_alpha4", "odom_alpha5", "odom_drift",
     "initial_cov_xx", "initial_cov_yy", "initial_cov_aa", "recovery_alpha_slow", "recovery_alpha_fast",
 )  # fmt: skip

@@ -3,6 +3,9 @@
 Thrun, Burgard, Fox, *Probabilistic Robotics* (2005), tables 5.6, 6.3, 8.3 and 8.4; names and defaults are amcl's.
 """
 
+import math
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +23,10 @@ from ppaas.thread_budget import Threads, one_thread
 
 BLUR = np.array((0.05, 0.05, 0.02))
 """Standard deviation of particles around a pose candidate, so that no two are the same [m, m, rad]."""
+
+
+TURN_NOISE = 0.01
+"""Noise of a turn that is not worth adding: the noise of each motion is larger [rad]."""
 
 
 class ParticleFilter:
@@ -148,6 +155,27 @@ class ParticleFilter:
         if self._updates % self._parameters.resample_interval == 0:
             self._resample()
         return self.estimate
+
+    def expected(self, odom: Pose2D) -> PoseEstimate:
+        """Return the estimate of the last update, moved by odometry since."""
+        if self._odom is None:
+            return self.estimate
+        return replace(self.estimate, pose=self.estimate.pose @ self._odom.inverse() @ odom)
+
+    def correct(self, odom: Pose2D, pose: Pose2D) -> None:
+        """Shift and turn all particles, so that the expected pose is ``pose`` when the odometry is ``odom``."""
+        assert self._odom is not None
+        before, after = self.estimate.pose, pose @ odom.inverse() @ self._odom
+        away = after.x - before.x, after.y - before.y, wrap_angle(after.theta - before.theta)
+        self.particles = self.particles + away
+        self.particles[:, 2] = (self.particles[:, 2] + math.pi) % (2.0 * math.pi) - math.pi
+        self.estimate = replace(self.estimate, pose=after)
+
+    def spread_heading(self, deviation: float) -> None:
+        """Turn each particle by noise with a standard deviation, if it is more than `TURN_NOISE` [rad]."""
+        if deviation > TURN_NOISE:
+            self.particles = self.particles.copy()
+            self.particles[:, 2] += deviation * self._random.standard_normal(len(self.particles))
 
     def _weigh(self, beams: NDArray[np.float64], range_max: float, about: Pose2D) -> float:
         """Weight the particles, which are near ``about`` unless the robot is lost; return how well the scan fits."""

@@ -30,6 +30,7 @@ class ScanMatch:
         # The likelihood field adds the cube of a Gaussian to a weight: as narrow as a Gaussian of σ/√3.
         self._sigma = parameters.laser_sigma_hit / math.sqrt(3.0)
         self._far = parameters.laser_likelihood_max_dist
+        self._tables: dict[float, NDArray[np.int64]] = {}
 
     def fits(self, poses: NDArray[np.float64], points: NDArray[np.float64], wide: float = 1.0) -> NDArray[np.float64]:
         """Return how well points fit the map as seen from each pose, from 0 to 1.
@@ -43,8 +44,10 @@ class ScanMatch:
         wide : float
             Factor of the standard deviation of a point.
         """
-        gauss = likelihood_field.likelihoods(self._resolution, 1.0, 0.0, wide * self._sigma, self._far)
-        table = np.rint(gauss * likelihood_field.ONE).astype(np.int64)
+        table = self._tables.get(wide)
+        if table is None:
+            gauss = likelihood_field.likelihoods(self._resolution, 1.0, 0.0, wide * self._sigma, self._far)
+            table = self._tables[wide] = np.rint(gauss * likelihood_field.ONE).astype(np.int64)
         sums = likelihood_field.score_serial(poses, points, self._distance, self._resolution, self._origin, table)
         found: NDArray[np.float64] = sums / len(points)
         return found

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.geometry import Pose2D
 from ppaas.kernel_threads import limit_threads
+from ppaas.localization.beams import choose_beams, scan_points
 from ppaas.localization.parameters import AmclParameters
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.thread_budget import Threads
@@ -63,9 +64,20 @@ class SensorModel(ABC):
         InvalidInput
             The angles or limits are not finite, or there are too many ranges.
         """
-        return self._choose(
-            msgspec.structs.replace(scan, range_min=self._range_min(scan), range_max=self.range_max(scan)), laser
-        )
+        return self._choose(self._limited(scan), laser)
+
+    def hits(self, scan: LaserScan, laser: Pose2D, most: int) -> NDArray[np.float64]:
+        """Return at most ``most`` end points of beams that hit something, in the robot's frame: (n, 2) [m].
+
+        Raises
+        ------
+        InvalidInput
+            As `beams`.
+        """
+        return choose_beams(scan_points(self._limited(scan), laser), most)
+
+    def _limited(self, scan: LaserScan) -> LaserScan:
+        return msgspec.structs.replace(scan, range_min=self._range_min(scan), range_max=self.range_max(scan))
 
     def points(self, beams: NDArray[np.float64], range_max: float) -> NDArray[np.float64]:
         """Return the end points of beams that hit something: (n, 2), in the robot's frame [m].

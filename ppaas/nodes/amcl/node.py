@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import PPaaSError
@@ -12,6 +13,7 @@ from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.particle_filter import ParticleFilter
 from ppaas.localization.pose_search import PoseCandidates
+from ppaas.localization.pose_tracker import POINTS, PoseTracker
 from ppaas.localization.scan_plausibility import check_plausible
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from ppaas.messages.message import Empty, Message
@@ -97,6 +99,7 @@ class AmclNode(Node):
         self._filter = ParticleFilter(layers, parameters, threads)
         spread = (parameters.initial_cov_xx, parameters.initial_cov_yy, parameters.initial_cov_aa)
         self._filter.initialise(initial_pose, np.diag(spread))
+        self._tracker = PoseTracker(layers, parameters)
         self._frames = FrameListener(names)
         self._scans = ScanReader(self._frames, warns=True)
         self._waiting = WaitingScans()
@@ -122,6 +125,7 @@ class AmclNode(Node):
         elif topic == topics.INITIAL_POSE.name:
             initial = read_initial_pose(expect(message, PoseWithCovarianceStamped), self._info, self._frames.names)
             self._filter.initialise(*initial)
+            self._tracker.forget()
             self._restored = None
         else:
             try:
@@ -139,6 +143,7 @@ class AmclNode(Node):
         """
         if service == GLOBAL_LOCALIZATION.name:
             self._filter.initialise_globally()
+            self._tracker.forget()
             self._restored = None
         else:
             self._update_asked = True
@@ -193,6 +198,8 @@ class AmclNode(Node):
             self._on_odometry_reset(before, odom)
         if self._update_asked or self._filter.needs_update(odom):
             self._update(scan, odom, stamp)
+        elif self._tracker.due(odom, self.context.now()):
+            self._align(scan, odom)
         # The scan's own stamp to the nanosecond, as in ROS: a client finds the pose of a scan by it.
         self._publish_pose(odom, stamp, scan.scan.header.stamp if scan.stamp else Time.of(stamp))
         self._tell("")
@@ -206,16 +213,30 @@ class AmclNode(Node):
     def _on_odometry_reset(self, before: Pose2D, odom: Pose2D) -> None:
         jump = before @ odom.inverse()
         self._filter.rebase(jump)
+        self._tracker.rebase(jump)
         if self._map_to_odom is not None:
             self._map_to_odom = self._map_to_odom @ jump
 
     def _update(self, scan: RobotScan, odom: Pose2D, stamp: float) -> None:
         self._update_asked = False
-        sensor = self._filter.sensor
+        now, sensor = self.context.now(), self._filter.sensor
+        self._filter.spread_heading(self._tracker.note_update(now))
         estimate = self._filter.update(odom, sensor.beams(scan.scan, scan.laser), sensor.range_max(scan.scan))
         self._map_to_odom = estimate.pose @ odom.inverse()
+        self._align(scan, odom)
         self.context.publish(topics.PARTICLE_CLOUD.name, ParticleCloud(self._filter.particles, stamp))
         self._start_search()
+
+    def _align(self, scan: RobotScan, odom: Pose2D) -> None:
+        """Correct the pose of the particles by aligning the scan with the map; one that may be anywhere has none."""
+        if self._filter.searching:
+            self._tracker.forget()
+            return
+        points = self._filter.sensor.hits(scan.scan, scan.laser, POINTS)
+        pose = self._tracker.align(self._filter.expected(odom), odom, points, self.context.now())
+        if pose is not None:
+            self._filter.correct(odom, pose)
+            self._map_to_odom = pose @ odom.inverse()
 
     def _start_search(self) -> None:
         """Start a search of the whole map for a lost robot, in a job: it takes longer than a control cycle."""
@@ -230,6 +251,7 @@ class AmclNode(Node):
             logger.warning("the search for a lost robot failed: %s", found)
         elif found is not None and self._filter.adopt(found):
             self._update_asked = True
+            self._tracker.forget()
         self._start_search()
 
     def _publish_pose(self, odom: Pose2D, stamp: float, moment: Time) -> None:
@@ -238,8 +260,13 @@ class AmclNode(Node):
             good_until = Time.of(stamp + self._parameters.transform_tolerance)
             correction = transform_message(MAP, self._frames.odom, self._map_to_odom, good_until)
             self.context.publish(topics.TF.name, TFMessage([correction]))
-        covariance = self._filter.estimate.covariance
+        covariance = self._covariance()
         self.context.publish(topics.AMCL_POSE.name, pose_message(self._map_to_odom @ odom, covariance, moment))
+
+    def _covariance(self) -> NDArray[np.float64]:
+        """Return the covariance of the pose, with what the heading may have drifted since a scan last told it."""
+        drifted = self._tracker.unsure(self.context.now())
+        return self._filter.estimate.covariance + np.diag((0.0, 0.0, drifted**2))
 
     # -- checkpoints ---------------------------------------------------------------------------------------------------
 
@@ -251,13 +278,14 @@ class AmclNode(Node):
         pose = estimate.pose
         if self._map_to_odom is not None and odom is not None:
             pose = self._map_to_odom @ odom
-        state = AmclState((pose.x, pose.y, pose.theta), estimate.covariance.tolist(), odom, self._filter.searching)
+        state = AmclState((pose.x, pose.y, pose.theta), self._covariance().tolist(), odom, self._filter.searching)
         return msgspec.json.encode(state)
 
     def restore(self, state: bytes) -> None:
         """Continue from a checkpoint; the next odometry adds how far the robot has moved since."""
         self._restored = msgspec.json.decode(state, type=AmclState)
         self._filter.initialise(Pose2D(*self._restored.pose), np.array(self._restored.covariance))
+        self._tracker.forget()
 
     def _resume(self, odom: Pose2D) -> None:
         """With the first odometry after a restore, add the motion that was missed, or resume the search."""

@@ -27,11 +27,14 @@ class SimulatedWorld:
         Factor on all errors of the odometry.
     seed : int
         Seed of all random numbers.
+    step : float
+        Length of a step of the simulation [s].
     """
 
-    def __init__(self, grid: GridMap, pose: Pose2D, *, drift: float = 1.0, seed: int = 0) -> None:
+    def __init__(self, grid: GridMap, pose: Pose2D, *, drift: float = 1.0, seed: int = 0, step: float = STEP) -> None:
         self.grid = grid
-        self._world = World(grid, seed, STEP)
+        self._step = step
+        self._world = World(grid, seed, step)
         self._robot = self._world.add_robot(pose, SimulatedRobotModel(odometry=OdometryNoise(drift=drift)))
         self._distance = distance_to_occupied(grid)
 
@@ -48,8 +51,12 @@ class SimulatedWorld:
     def move(self, linear: float, angular: float, seconds: float) -> None:
         """Command the robot and simulate a time [s]."""
         self._robot.command(Twist(Vector3(x=linear), Vector3(z=angular)))
-        for _ in range(round(seconds / STEP)):
+        for _ in range(round(seconds / self._step)):
             self._world.step()
+
+    def carry_to(self, pose: Pose2D) -> None:
+        """Move the robot to another pose without its odometry."""
+        self._robot.base.carry_to(pose)
 
     def clearance(self) -> float:
         """Return the distance from the robot's centre to the nearest wall [m], up to 1 m."""

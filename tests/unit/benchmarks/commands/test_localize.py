@@ -25,6 +25,17 @@ def test_people_crowd_around_the_robot_with_jam(capsys: pytest.CaptureFixture[st
     assert result["metres"] > 3.2  # it moved on slowly among them
 
 
+@pytest.mark.parametrize(("option", "metres"), [("--stand", (0.0, 0.5)), ("--creep", (0.1, 1.0))])
+def test_errors_of_a_robot_that_stands_or_creeps_are_measured(
+    option: str, metres: tuple[float, float], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*RUN, "--json", option, "0.5"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert (result["kind"], result["runs"], result["lost"]) == (option.removeprefix("--"), 1, 0)
+    assert metres[0] <= result["metres"] <= metres[1]
+    assert result["worst_deg"] < 2.0
+
+
 def test_update_times_are_measured(capsys: pytest.CaptureFixture[str]) -> None:
     command = ["bench", "localize", "--update", "--particles", "100,200", "--threads", "1"]
     assert main([*command, "--json"]) == 0
@@ -63,7 +74,13 @@ def test_a_log_is_replayed_on_its_own_map_and_drawn(tmp_path: Path, capsys: pyte
 
 @pytest.mark.parametrize(
     ("wrong", "error"),
-    [(["--kidnap"], "--kidnap"), (["--jam", "3"], "--jam"), (["--update"], "--update"), (["--plot", "out.pdf"], "PNG")],
+    [
+        (["--kidnap"], "--kidnap"),
+        (["--jam", "3"], "--jam"),
+        (["--stand", "3"], "--stand"),
+        (["--update"], "--update"),
+        (["--plot", "out.pdf"], "PNG"),
+    ],
 )
 def test_options_that_do_not_apply_to_a_recording_are_refused(
     capsys: pytest.CaptureFixture[str], wrong: list[str], error: str

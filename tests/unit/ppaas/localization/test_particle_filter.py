@@ -259,3 +259,39 @@ def test_robot_at_rest_is_searched_for_once():
     assert search_now(localization)
     localization.update(world.odom, beams, world.range_max)
     assert localization.next_search() is None
+
+
+def settled_filter() -> tuple[ParticleFilter, Pose2D]:
+    """Return a filter after one update at `START`, and the odometry at that time."""
+    made, odom = ParticleFilter(LAYERS, AmclParameters()), Pose2D(5.0, -2.0, 1.0)
+    made.initialise(START, np.diag([0.1**2] * 3))
+    made.update(odom, made.sensor.beams(World(GRID, START).scan(0.0), Pose2D(0, 0, 0)), 8.0)
+    return made, odom
+
+
+def test_expected_pose_is_the_estimate_moved_by_odometry() -> None:
+    made, odom = settled_filter()
+    motion = Pose2D(0.05, 0.01, 0.1)
+    assert error_of(made.expected(odom @ motion).pose, made.estimate.pose @ motion) == pytest.approx((0.0, 0.0))
+
+
+def test_corrected_particles_have_the_pose_at_the_given_odometry() -> None:
+    made, odom = settled_filter()
+    spread, published = made.particles.std(axis=0), made.particles.copy()
+    held = made.particles
+    now, pose = odom @ Pose2D(0.0, 0.0, 0.15), Pose2D(1.05, 0.98, math.pi - 0.001)
+    made.correct(now, pose)
+    assert error_of(made.expected(now).pose, pose) == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert made.particles[:, 2].min() >= -math.pi and made.particles[:, 2].max() < math.pi
+    np.testing.assert_allclose(made.particles.std(axis=0)[:2], spread[:2])
+    np.testing.assert_array_equal(held, published, err_msg="particles that were published do not change")
+
+
+def test_headings_are_spread_by_noise() -> None:
+    made, _ = settled_filter()
+    before = made.particles
+    made.spread_heading(0.001)
+    assert made.particles is before
+    made.spread_heading(0.3)
+    np.testing.assert_array_equal(made.particles[:, :2], before[:, :2])
+    assert (made.particles[:, 2] - before[:, 2]).std() == pytest.approx(0.3, rel=0.1)
