@@ -125,9 +125,7 @@ def _as_described(body: RobotModel, urdf: RobotDescription) -> RobotModel:
         body = replace(body, laser=Pose2D(x, y, yaw), laser_frame=laser.link)
     if urdf.footprint:
         body = _with_footprint(body, urdf.footprint)
-    return replace(
-        body, limits=limits, height=body.height if urdf.height is None else urdf.height, frames=urdf.frames
-    )
+    return replace(body, limits=limits, height=body.height if urdf.height is None else urdf.height, frames=urdf.frames)
 
 
 def _laser_of(urdf: RobotDescription) -> SensorFrame | None:

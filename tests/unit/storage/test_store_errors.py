@@ -1,8 +1,8 @@
 """Errors of stores tell operators the file or the address, and clients neither.
 
-The kind: a text that tells strangers how a server is built. Its members: files of the stores and of drafts, addresses of
-Cassandra and HDFS, shared memory of layers and indexes, each by REST, in frames of rosbridge, and over the links between
-processes, whose texts end up there.
+The kind: a text that tells strangers how a server is built. Its members: files of the stores and of drafts, addresses
+of Cassandra and HDFS, shared memory of layers and indexes, each by REST, in frames of rosbridge, and over the links
+between processes, whose texts end up there.
 """
 
 import errno
