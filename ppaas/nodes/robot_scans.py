@@ -9,7 +9,7 @@ from ppaas.localization.beams import check_scan, excess_of
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.nodes.frames import BASE_FOOTPRINT, FrameListener
 from ppaas.perception.level_scans import level_scan
-from ppaas.transforms.planar import CACHE_TIME, USEFUL_TILT, tf_time
+from ppaas.transforms.planar import CACHE_TIME, MAX_TILT, USEFUL_TILT, tf_time
 
 logger = logging.getLogger(__name__)
 
@@ -73,7 +73,8 @@ class ScanReader:
         """
         check_scan(scan)
         mount = self._frames.mount(scan.header.frame_id)
-        level, laser = level_scan(scan, mount, self._frames.height_of(BASE_FOOTPRINT))
+        ground = self._frames.height_of(BASE_FOOTPRINT) if mount.tilt > MAX_TILT else 0.0
+        level, laser = level_scan(scan, mount, ground)
         if self._warns:
             self._warn(scan, mount.tilt)
         return RobotScan(level, laser, tf_time(scan.header.stamp), now)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
-from ppaas.geometry import Pose2D
+from ppaas.geometry import Pose2D, yaw_of
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.transforms.planar import LARGEST_TILT, MAX_TILT
 from ppaas.transforms.spatial import Rigid
@@ -30,14 +30,6 @@ class LevelScan(NamedTuple):
 
     scan: LaserScan
     laser: Pose2D
-
-
-class _Axes(NamedTuple):
-    """Axes x and y of a laser in the robot's frame, and the height of its z axis, −1 to 1."""
-
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    up: float
 
 
 def level_scan(scan: LaserScan, mount: Rigid, ground: float = 0.0) -> LevelScan:
@@ -57,23 +49,35 @@ def level_scan(scan: LaserScan, mount: Rigid, ground: float = 0.0) -> LevelScan:
     InvalidInput
         The laser is tilted by more than ``LARGEST_TILT``.
     """
-    axes, tilt = _axes(mount), mount.tilt
+    tilt, upside_down = mount.tilt, mount.qx * mount.qx + mount.qy * mount.qy > 0.5
     if tilt > LARGEST_TILT:
         raise InvalidInput(
             f"laser {scan.header.frame_id!r} is tilted by {math.degrees(tilt):.0f}°, so its beams leave the plane in "
             f"which the robot drives: mount it level, or send the scans of a laser that is tilted by at most "
             f"{math.degrees(LARGEST_TILT):.0f}°"
         )
-    laser = Pose2D(mount.x, mount.y, math.atan2(axes.x[1], axes.x[0]))
-    if axes.up < 0.0:
+    laser = Pose2D(mount.x, mount.y, yaw_of(mount.qx, mount.qy, mount.qz, mount.qw))
+    if upside_down:
         scan = msgspec.structs.replace(
             scan, angle_min=-scan.angle_min, angle_max=-scan.angle_max, angle_increment=-scan.angle_increment
         )
-        axes = _Axes(axes.x, -axes.y, -axes.up)
-    return LevelScan(scan if tilt <= MAX_TILT else _projected(scan, axes, laser.theta, mount.z - ground), laser)
+    if tilt <= MAX_TILT:
+        return LevelScan(scan, laser)
+    x_axis, y_axis = _axes(mount)
+    beams = _Beams(x_axis, -y_axis if upside_down else y_axis, laser.theta, mount.z - ground)
+    return LevelScan(_projected(scan, beams), laser)
 
 
-def _projected(scan: LaserScan, axes: _Axes, heading: float, height: float) -> LaserScan:
+class _Beams(NamedTuple):
+    """Axes x and y of a laser in the robot's frame, the heading of x [rad], and its height above the floor [m]."""
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    heading: float
+    height: float
+
+
+def _projected(scan: LaserScan, beams: _Beams) -> LaserScan:
     """Return a scan whose beams are projected to the ground, at the angles of the original one.
 
     Beams without an echo are not readings either: it is not known what they passed above.
@@ -81,25 +85,26 @@ def _projected(scan: LaserScan, axes: _Axes, heading: float, height: float) -> L
     angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
     ranges = np.array(scan.ranges, dtype=np.float64)
     with np.errstate(invalid="ignore"):
-        ranges[~((ranges > scan.range_min) & (ranges < scan.range_max))] = np.nan
-        along = np.cos(angles)[:, None] * axes.x + np.sin(angles)[:, None] * axes.y
-        ends = height + ranges * along[:, 2]
+        ranges[~((ranges > max(scan.range_min, 0.0)) & (ranges < scan.range_max))] = np.nan
+        along = np.cos(angles)[:, None] * beams.x + np.sin(angles)[:, None] * beams.y
+        ends = beams.height + ranges * along[:, 2]
         ranges[~((ends > FLOOR) & (ends < CEILING))] = np.nan
     seen = np.flatnonzero(~np.isnan(ranges))
-    bearings = np.arctan2(along[seen, 1], along[seen, 0]) - heading - angles[seen]
+    bearings = np.arctan2(along[seen, 1], along[seen, 0]) - beams.heading - angles[seen]
     off = (bearings + math.pi) % (2.0 * math.pi) - math.pi
-    beams = np.clip(seen + np.rint(off / (scan.angle_increment or 1.0)).astype(np.int64), 0, len(ranges) - 1)
+    nearest = np.clip(seen + np.rint(off / (scan.angle_increment or 1.0)).astype(np.int64), 0, len(ranges) - 1)
     flat = np.full(len(ranges), np.inf)
-    np.minimum.at(flat, beams, ranges[seen] * np.hypot(along[seen, 0], along[seen, 1]))
+    np.minimum.at(flat, nearest, ranges[seen] * np.hypot(along[seen, 0], along[seen, 1]))
     flat[np.isinf(flat)] = np.nan
     return msgspec.structs.replace(scan, ranges=flat.tolist())
 
 
-def _axes(mount: Rigid) -> _Axes:
-    """Return the first two columns of a rotation matrix, and the height of the third."""
+def _axes(mount: Rigid) -> NDArray[np.float64]:
+    """Return the axes x and y of a laser in the robot's frame, one a row."""
     x, y, z, w = mount[3:]
-    return _Axes(
-        np.array((1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y))),
-        np.array((2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x))),
-        1.0 - 2.0 * (x * x + y * y),
+    return np.array(
+        (
+            (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)),
+            (2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)),
+        )
     )

@@ -18,17 +18,23 @@ SLACK, FASTEST = 1.0, 5.0
 """Odometry was reset if it jumped by more than `SLACK` [m] plus what `FASTEST` [m/s] allows."""
 
 
+MOST_LASERS = 100
+"""Largest number of lasers whose last stamps are known."""
+
+
 class Continuity:
-    """Stamp and odometry of the last scan that was used."""
+    """Stamps and odometry of the last scans that were used."""
 
     def __init__(self) -> None:
         self.odom: Pose2D | None = None
         self._stamp: float | None = None
+        self._lasers: dict[str, float] = {}
 
-    def check_stamp(self, stamp: float, newest: float | None) -> None:
-        """Reject a scan that is late or older than the last one.
+    def check_stamp(self, stamp: float, newest: float | None, laser: str = "") -> None:
+        """Reject a scan that is late or older than the last one of the same laser.
 
-        A clock that was set back by more than the time that tf keeps is accepted.
+        A clock that was set back by more than the time that tf keeps is accepted. Scans of several lasers may come in
+        any order.
 
         Parameters
         ----------
@@ -36,6 +42,8 @@ class Continuity:
             Stamp of the scan [s].
         newest : float or None
             Stamp of the newest odometry, if there is any [s].
+        laser : str
+            Frame of the laser.
 
         Raises
         ------
@@ -47,24 +55,28 @@ class Continuity:
                 f"the scan was taken {newest - stamp:.1f} s before the newest odometry: send scans sooner, and stamp "
                 "both with the same clock"
             )
-        if self._stamp is None or stamp >= self._stamp:
+        last = self._lasers.get(laser)
+        if last is None or stamp >= last:
             return
-        if stamp >= self._stamp - CACHE_TIME:
+        if stamp >= last - CACHE_TIME:
             raise InvalidInput(
-                f"the stamp of the scan is {self._stamp - stamp:.3f} s before that of the last one: send scans in the "
-                "order in which they were taken"
+                f"the stamp of the scan is {last - stamp:.3f} s before that of the last one: send scans in the order "
+                "in which they were taken"
             )
-        logger.warning("the clock of the scans was set back by %.3f s; continuing from there", self._stamp - stamp)
+        logger.warning("the clock of the scans was set back by %.3f s; continuing from there", last - stamp)
         self._stamp = None
+        self._lasers.clear()
 
-    def note(self, odom: Pose2D, stamp: float) -> Pose2D | None:
+    def note(self, odom: Pose2D, stamp: float, laser: str = "") -> Pose2D | None:
         """Record a scan that is used; return the odometry of the last one if it was reset since, otherwise None."""
         last, before = self.odom, self._stamp
         self.odom, self._stamp = odom, stamp
+        if laser in self._lasers or len(self._lasers) < MOST_LASERS:
+            self._lasers[laser] = stamp
         if last is None:
             return None
         apart = odom.distance_to(last)
-        if apart <= SLACK + FASTEST * (stamp - before if before is not None else 0.0):
+        if apart <= SLACK + FASTEST * (abs(stamp - before) if before is not None else 0.0):
             return None
         logger.warning("odometry jumped by %.2f m: taken as a reset of the odometry, not as a motion", apart)
         return last

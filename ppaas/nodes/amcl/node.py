@@ -165,7 +165,7 @@ class AmclNode(Node):
         scan = self._scans.read(message, self.context.now())
         check_plausible(scan.scan, self._layers, lambda: self._in_map(scan.laser))
         if scan.stamp:
-            self._continuity.check_stamp(scan.stamp, self._frames.newest())
+            self._continuity.check_stamp(scan.stamp, self._frames.newest(), scan.frame)
         return scan
 
     def _in_map(self, laser: Pose2D) -> Pose2D | None:
@@ -193,7 +193,7 @@ class AmclNode(Node):
     def _process(self, scan: RobotScan, stamp: float) -> None:
         odom = self._frames.odometry(stamp)
         self._resume(odom)
-        before = self._continuity.note(odom, stamp)
+        before = self._continuity.note(odom, stamp, scan.frame)
         if before is not None:
             self._on_odometry_reset(before, odom)
         if self._update_asked or self._filter.needs_update(odom):

@@ -22,10 +22,15 @@ images depends on the scene and is measured."""
 _NUMBERS = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
 
 
+PATIENCE = 1.0
+"""Time for which images may come before the first ``camera_info`` [s]."""
+
+
 class DepthImageToLaserScanNode(Node):
     """Subscribes to raw or compressed depth images and ``camera_info``; publishes ``scan``.
 
-    The scan has the stamp of its image. Images before the first ``camera_info`` are ignored.
+    The scan has the stamp of its image. Images before the first ``camera_info`` are ignored for `PATIENCE`, and refused
+    after that.
 
     Parameters
     ----------
@@ -44,6 +49,7 @@ class DepthImageToLaserScanNode(Node):
         super().__init__(context)
         self._parameters = parameters
         self._scanner: DepthScanner | None = None
+        self._first_image: float | None = None
 
     def on_message(self, topic: str, message: Payload) -> None:
         """Handle an image or a ``camera_info``.
@@ -51,20 +57,30 @@ class DepthImageToLaserScanNode(Node):
         Raises
         ------
         InvalidInput
-            The image is malformed or does not match its ``camera_info``, or the ``camera_info`` is invalid.
+            The image is malformed or does not match its ``camera_info``, or that is invalid or missing.
         InvalidParameter
             The camera has fewer rows than the parameters require.
         """
         if topic == DEPTH_CAMERA_INFO.name:
             self._on_camera_info(expect(message, CameraInfo))
         elif self._scanner is None:
-            return
+            self._await_camera_info()
         elif topic == COMPRESSED_DEPTH_IMAGE.name:
             compressed = expect(message, CompressedImage)
             self._publish(self._scanner, compressed.header, decompress(compressed.format, compressed.data))
         else:
             image = expect(message, Image)
             self._publish(self._scanner, image.header, depths_of(image))
+
+    def _await_camera_info(self) -> None:
+        now = self.context.now()
+        if self._first_image is None:
+            self._first_image = now
+        if now - self._first_image >= PATIENCE:
+            raise InvalidInput(
+                "depth images cannot be used before the first camera_info: publish sensor_msgs/CameraInfo on "
+                f"{DEPTH_CAMERA_INFO.name!r}"
+            )
 
     def _on_camera_info(self, info: CameraInfo) -> None:
         if len(info.K) != 9:

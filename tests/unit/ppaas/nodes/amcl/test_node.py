@@ -293,6 +293,23 @@ def test_scan_older_than_the_last_is_refused_with_the_difference():
         amcl.scan(100.5)
 
 
+def test_scans_of_several_lasers_may_come_in_any_order():
+    """Each driver has its own delay, so stamps of a front and a rear laser interleave."""
+    amcl = AmclUnderTest()
+    amcl.graph.inject("tf_static", TFMessage([transform_message("base_link", "rear", Pose2D(0.0, 0.0), Time())]))
+    amcl.odom(100.0)
+    amcl.odom(101.0)
+    amcl.scan(101.0)
+    rear = amcl.world.scan(100.8)
+    rear.header.frame_id = "rear"
+    amcl.graph.inject("scan", rear)
+    amcl.scan(101.0)
+    assert [round(pose.header.stamp.seconds(), 1) for pose in amcl.poses] == [101.0, 100.8, 101.0]
+    rear.header.stamp = Time.of(100.7)
+    with pytest.raises(InvalidInput, match=r"0\.100 s before"):
+        amcl.graph.inject("scan", rear)
+
+
 def test_localization_continues_after_the_clock_is_set_back():
     amcl = AmclUnderTest()
     amcl.step()

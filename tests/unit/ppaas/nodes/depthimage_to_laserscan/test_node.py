@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ppaas.clock import ManualClock
 from ppaas.clone.assembly import build_clone
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidInput, InvalidParameter
@@ -67,9 +68,20 @@ def test_compressed_image_gives_the_same_scan(graph, scans):
     np.testing.assert_array_equal(scans[0].ranges, scans[1].ranges)
 
 
-def test_no_scan_is_published_without_camera_info(graph, scans):
+def test_images_without_camera_info_are_refused_after_a_second():
+    """A camera may publish its first image before its parameters; one that never does would wait for ever."""
+    clock, scans = ManualClock(9.0), []
+    graph = Graph(stamp_clock=clock)
+    graph.add(lambda context: DepthImageToLaserScanNode(context, DepthScanParameters(scan_height=3)))
+    graph.tap("scan", lambda _, message: scans.append(message))
     graph.inject(DEPTH_IMAGE.name, image(wall()))
+    clock.advance(1.0)
+    with pytest.raises(InvalidInput, match="CameraInfo on 'camera/depth/camera_info'"):
+        graph.inject(DEPTH_IMAGE.name, image(wall()))
     assert scans == []
+    graph.inject(DEPTH_CAMERA_INFO.name, INFO)
+    graph.inject(DEPTH_IMAGE.name, image(wall()))
+    assert len(scans) == 1
 
 
 def test_restored_node_knows_the_camera_info(graph, scans):
