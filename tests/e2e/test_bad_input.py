@@ -151,10 +151,18 @@ BAD_GOALS = {
     "null": (stamped(None, 1.0), "malformed-message"),
     "missing orientation": (
         {"header": {"frame_id": "map"}, "pose": {"position": {"x": 1, "y": 1}}},
-        "malformed-message",
+        "invalid-input: the orientation of a goal is all zero",
     ),
-    "missing pose": ({"header": {"frame_id": "map"}}, "malformed-message"),
-    "empty": ({}, "malformed-message"),
+    "missing pose": ({"header": {"frame_id": "map"}}, "invalid-input: the orientation of a goal is all zero"),
+    "empty": ({}, "invalid-input: the orientation of a goal is all zero"),
+    "missing header": (
+        {"pose": {"position": {"x": 1, "y": 1}, "orientation": {"w": 1}}},
+        "invalid-input: a goal needs header.frame_id",
+    ),
+    "an unknown field": (
+        stamped(1.0, 1.0) | {"frame_id": "map"},
+        "malformed-message: not a PoseStamped: PoseStamped has",
+    ),
     "a list": ([], "malformed-message"),
     "text for a number": (stamped("here", 1.0), "malformed-message"),
     "a quaternion of zeros": (stamped(1.0, 1.0, z=0.0, w=0.0), "invalid-input"),
@@ -182,7 +190,7 @@ async def test_a_goal_in_an_unknown_frame_is_reported(operator: ClientConnection
 
 @pytest.mark.parametrize(
     "frame",
-    ["", "{", "[]", '{"op":"fly"}', '{"op":"publish","topic":"scan"}', "\x00\x01", "[" * 10_000],
+    ["", "{", "[]", '{"op":"fly"}', '{"op":"publish","msg":{}}', "\x00\x01", "[" * 10_000],
 )
 async def test_malformed_frames_are_reported_and_the_socket_stays_open(frame: str, operator: ClientConnection) -> None:
     await operator.send(frame)
