@@ -117,16 +117,13 @@ class DirectHttp(HttpToolsProtocol):
 
     def data_received(self, data: bytes) -> None:
         """Handle received data."""
-        if self._lingering:
-            self._drop(len(data))
+        if self._dropped(len(data)):
             return
         at = 0
         while at < len(data) and not self._deaf:
             end = at + MAX_HEAD - self._stalled if self._in_head else len(data)
             at += self._feed(data[at:end])
-        if self._lingering:
-            self._drop(len(data) - at)
-        elif self._state != _CLOSING:
+        if not self._dropped(len(data) - at) and self._state != _CLOSING:
             self._watch()
 
     def _feed(self, data: bytes) -> int:
@@ -267,11 +264,13 @@ class DirectHttp(HttpToolsProtocol):
         self.flow.resume_reading()
         self._watch()
 
-    def _drop(self, count: int) -> None:
-        """Drop data that follows the last answer; reset the connection if there is too much of it."""
-        self._rest -= count
-        if self._rest < 0:
-            self.transport.abort()
+    def _dropped(self, count: int) -> bool:
+        """Return whether data follows the last answer and is dropped; reset the connection if there is too much."""
+        if self._lingering:
+            self._rest -= count
+            if self._rest < 0:
+                self.transport.abort()
+        return self._lingering
 
     def _end(self) -> None:
         """Close the connection; abort it if the client does not read the answer."""
