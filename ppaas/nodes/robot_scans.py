@@ -16,6 +16,9 @@ logger = logging.getLogger(__name__)
 MOST_WAITING = 100
 """Largest number of scans that wait for transforms, as in amcl's message filter."""
 
+MOST_AHEAD = 1.0
+"""Time by which a scan may be ahead of the newest odometry [s]; lidars and bases have clocks of their own."""
+
 MOST_WARNED = 32
 """Largest number of lasers that are warned about."""
 
@@ -94,28 +97,38 @@ class ScanReader:
 
 
 class WaitingScans:
-    """Scans whose transforms have not come yet, as in tf2's message filter: the oldest is dropped if there are many."""
+    """Scans whose transforms have not come yet, as in tf2's message filter: the oldest is dropped if there are many.
+
+    A scan far ahead of the odometry is dropped, too: its clock is another, and when odometry reaches its stamp, the
+    robot is elsewhere.
+
+    Attributes
+    ----------
+    ahead : float
+        Time by which scans that were dropped are ahead of the odometry, 0 as long as others are used [s].
+    """
 
     def __init__(self) -> None:
+        self.ahead = 0.0
         self._scans: list[RobotScan] = []
         self._newest = float("-inf")
 
     def __len__(self) -> int:
         return len(self._scans)
 
-    @property
-    def ahead(self) -> float:
-        """Time from the newest odometry to the newest waiting scan [s]; 0 if none waits."""
-        return max((scan.stamp for scan in self._scans), default=self._newest) - self._newest
-
-    def add(self, scan: RobotScan) -> None:
-        """Add a scan."""
+    def add(self, scan: RobotScan, newest: float | None) -> None:
+        """Add a scan; ``newest`` is the stamp of the newest odometry, None without odometry [s]."""
+        ahead = 0.0 if newest is None else scan.stamp - newest
+        if ahead > MOST_AHEAD:
+            self.ahead = ahead
+            return
         self._scans = [*self._scans[-(MOST_WAITING - 1) :], scan]
 
     def ready(self, newest: float | None, now: float) -> list[RobotScan]:
         """Remove and return the scans that odometry has reached, in the order of their stamps.
 
-        Scans that have waited as long as tf keeps transforms, or whose odometry's clock was set back, are dropped.
+        Scans that have waited as long as tf keeps transforms are dropped, and so are those from before the clock of the
+        odometry was set back.
 
         Parameters
         ----------
@@ -126,9 +139,11 @@ class WaitingScans:
         """
         if not self._scans or newest is None:
             return []
-        if newest < self._newest - CACHE_TIME:
-            self._scans = self._scans[-1:]
+        if newest < self._newest:
+            self._scans = [scan for scan in self._scans if abs(scan.stamp - newest) < self._newest - newest]
         self._newest = newest
         reached = [scan for scan in self._scans if scan.stamp <= newest]
+        if reached:
+            self.ahead = 0.0
         self._scans = [scan for scan in self._scans if scan.stamp > newest and abs(now - scan.at) <= CACHE_TIME]
         return sorted(reached, key=lambda scan: scan.stamp or newest)

@@ -14,7 +14,7 @@ NEAR = 0.5
 FORGET = 0.6
 """Time without an observation after which a track is deleted [s]."""
 GAP = 1.0
-"""Time without a scan after which all tracks are deleted [s]."""
+"""Difference between the stamps of two scans from which on all tracks are deleted [s]."""
 HITS = 4
 """Number of observations from which a track may count as moving."""
 MOVED = 0.2
@@ -124,11 +124,14 @@ class Tracker:
         self._tracks: list[Track] = []
 
     def see(self, objects: Sequence[UnmappedObject], now: float) -> None:
-        """Update the tracks by the objects in a scan at time ``now`` [s]; a scan older than the last is ignored."""
+        """Update the tracks by the objects in a scan at time ``now`` [s].
+
+        A scan older than the last is ignored, unless it is older by `GAP`: then the clock was set back.
+        """
         dt = now - self.at
-        if dt <= 0.0:
+        if -GAP <= dt <= 0.0:
             return
-        if dt > GAP:
+        if abs(dt) > GAP:
             self._tracks.clear()
         self.at = now
         for track in self._tracks:

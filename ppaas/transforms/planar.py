@@ -21,6 +21,10 @@ logger = logging.getLogger(__name__)
 CACHE_TIME = 10.0
 """Length of a frame's buffer [s], as in tf2."""
 
+SET_BACK = 0.2
+"""Age relative to the newest transform of a frame above which two transforms in a row mean that the sender's clock was
+set back [s]."""
+
 MAX_TILT = 0.02
 """Largest roll or pitch that counts as level [rad]."""
 
@@ -54,9 +58,10 @@ def transform_message(parent: str, child: str, pose: Pose2D, stamp: Time) -> Tra
 class TransformTree:
     """Tree of frames, with the transforms of each frame to its parent over the last seconds.
 
-    Transforms may arrive out of order; they are sorted into the buffer by their stamps. A stamp older than the whole
-    buffer means that the sender's clock was set back, so the frame's buffer is cleared. tf2 would instead ignore the
-    robot until its clock has caught up.
+    Transforms may arrive out of order; they are sorted into the buffer by their stamps. If one is older than the whole
+    buffer, or two in a row are older than the newest by more than `SET_BACK`, the sender's clock was set back, and the
+    frame's buffer starts again from there. tf2 would instead ignore the robot until its clock has caught up. Of two
+    senders whose clocks differ, each clears nothing, since their transforms take turns.
 
     Parameters
     ----------
@@ -69,6 +74,7 @@ class TransformTree:
         self._parents: dict[str, str] = {}
         self._static: dict[str, Pose2D] = {}
         self._moving: dict[str, list[tuple[float, Pose2D]]] = {}
+        self._behind: dict[str, tuple[float, Pose2D]] = {}
 
     # -- setting -------------------------------------------------------------------------------------------------------
 
@@ -85,16 +91,25 @@ class TransformTree:
         self._connect(parent, child, pose)
         self._static.pop(child, None)
         buffer = self._moving.setdefault(child, [])
-        if buffer and stamp < buffer[-1][0] - self._cache_time:
-            behind = buffer[-1][0] - stamp
-            logger.warning("the clock of frame %r was set back by %.3f s: clearing its buffer", child, behind)
-            buffer.clear()
+        if buffer:
+            self._note_clock(child, buffer, pose, stamp)
         index = bisect.bisect_left(buffer, stamp, key=_stamp_of)
         if index < len(buffer) and buffer[index][0] == stamp:
             buffer[index] = (stamp, pose)
         else:
             buffer.insert(index, (stamp, pose))
         del buffer[: bisect.bisect_left(buffer, buffer[-1][0] - self._cache_time, key=_stamp_of)]
+
+    def _note_clock(self, child: str, buffer: list[tuple[float, Pose2D]], pose: Pose2D, stamp: float) -> None:
+        """Empty a frame's buffer if its sender's clock was set back; keep the transform before, if it shows that."""
+        before, behind = self._behind.pop(child, None), buffer[-1][0] - stamp
+        if behind <= SET_BACK:
+            return
+        if behind <= self._cache_time and (before is None or stamp < before[0]):
+            self._behind[child] = stamp, pose
+            return
+        logger.warning("the clock of frame %r was set back by %.3f s: clearing its buffer", child, behind)
+        buffer[:] = [before] if before is not None and before[0] < stamp else []
 
     def set_static(self, parent: str, child: str, pose: Pose2D) -> None:
         """Set the pose of ``child`` in ``parent`` for all times.
@@ -136,6 +151,7 @@ class TransformTree:
             raise TransformError(f"transform {parent!r} → {child!r} would close a loop of frames")
         if self._parents.get(child, parent) != parent:
             self._moving.pop(child, None)
+            self._behind.pop(child, None)
         self._parents[child] = parent
 
     def _open_loop(self, parent: str, child: str) -> None:
@@ -198,7 +214,8 @@ class TransformTree:
             Frames.
         stamp : float, optional
             Time [s]. Transforms are interpolated between stamps, never extrapolated. The default is the latest time at
-            which all transforms between the two frames are known.
+            which all transforms between the two frames are known. If there is none, because the clock of a sender was
+            set, the oldest transform of a frame that begins later is taken.
 
         Raises
         ------
@@ -207,13 +224,15 @@ class TransformTree:
         """
         down, up = self._path(target, source)
         if stamp is None:
-            stamp = min((self._moving[child][-1][0] for child in (*down, *up) if child in self._moving), default=0.0)
+            common = min((self._moving[child][-1][0] for child in (*down, *up) if child in self._moving), default=0.0)
+            return self._along(down, common, closest=True).inverse() @ self._along(up, common, closest=True)
         return self._along(down, stamp).inverse() @ self._along(up, stamp)
 
-    def _along(self, chain: list[str], stamp: float) -> Pose2D:
+    def _along(self, chain: list[str], stamp: float, *, closest: bool = False) -> Pose2D:
         pose = IDENTITY
         for child in chain:
-            pose = self._at(child, stamp) @ pose
+            at = max(stamp, self._moving[child][0][0]) if closest and child in self._moving else stamp
+            pose = self._at(child, at) @ pose
         return pose
 
     def _path(self, target: str, source: str) -> tuple[list[str], list[str]]:

@@ -4,7 +4,6 @@ import logging
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.transforms.planar import CACHE_TIME
 
 logger = logging.getLogger(__name__)
 
@@ -27,14 +26,14 @@ class Continuity:
 
     def __init__(self) -> None:
         self.odom: Pose2D | None = None
-        self._stamp: float | None = None
+        self._at = 0.0
         self._lasers: dict[str, float] = {}
 
     def check_stamp(self, stamp: float, newest: float | None, laser: str = "") -> None:
         """Reject a scan that is late or older than the last one of the same laser.
 
-        A clock that was set back by more than the time that tf keeps is accepted. Scans of several lasers may come in
-        any order.
+        If the clock was set back, the newest odometry is older than the last scan, too; then the scan is accepted.
+        Scans of several lasers may come in any order.
 
         Parameters
         ----------
@@ -50,7 +49,7 @@ class Continuity:
         InvalidInput
             The scan is late, or older than the last one.
         """
-        if newest is not None and LATE < newest - stamp <= CACHE_TIME:
+        if newest is not None and newest - stamp > LATE:
             raise InvalidInput(
                 f"the scan was taken {newest - stamp:.1f} s before the newest odometry: send scans sooner, and stamp "
                 "both with the same clock"
@@ -58,25 +57,36 @@ class Continuity:
         last = self._lasers.get(laser)
         if last is None or stamp >= last:
             return
-        if stamp >= last - CACHE_TIME:
+        if newest is None or newest >= last:
             raise InvalidInput(
                 f"the stamp of the scan is {last - stamp:.3f} s before that of the last one: send scans in the order "
                 "in which they were taken"
             )
         logger.warning("the clock of the scans was set back by %.3f s; continuing from there", last - stamp)
-        self._stamp = None
         self._lasers.clear()
 
-    def note(self, odom: Pose2D, stamp: float, laser: str = "") -> Pose2D | None:
-        """Record a scan that is used; return the odometry of the last one if it was reset since, otherwise None."""
-        last, before = self.odom, self._stamp
-        self.odom, self._stamp = odom, stamp
+    def note(self, odom: Pose2D, stamp: float, now: float, laser: str = "") -> Pose2D | None:
+        """Record a scan that is used; return the odometry of the last one if it was reset since, otherwise None.
+
+        Parameters
+        ----------
+        odom : Pose2D
+            Odometry at the time of the scan.
+        stamp : float
+            Stamp of the scan [s].
+        now : float
+            Time by the executor's clock, since a robot that restarts also sets its own [s].
+        laser : str
+            Frame of the laser.
+        """
+        last, before = self.odom, self._at
+        self.odom, self._at = odom, now
         if laser in self._lasers or len(self._lasers) < MOST_LASERS:
             self._lasers[laser] = stamp
         if last is None:
             return None
         apart = odom.distance_to(last)
-        if apart <= SLACK + FASTEST * (abs(stamp - before) if before is not None else 0.0):
+        if apart <= SLACK + FASTEST * max(now - before, 0.0):
             return None
         logger.warning("odometry jumped by %.2f m: taken as a reset of the odometry, not as a motion", apart)
         return last

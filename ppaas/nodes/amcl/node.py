@@ -33,10 +33,6 @@ from ppaas.transforms.planar import transform_message
 
 logger = logging.getLogger(__name__)
 
-AHEAD = 0.5
-"""Time by which scans may be stamped ahead of odometry before the robot is told [s]; lidars and bases have clocks of
-their own."""
-
 GLOBAL_LOCALIZATION = Service("global_localization", EmptyService)
 NOMOTION_UPDATE = Service("request_nomotion_update", EmptyService)
 
@@ -153,7 +149,7 @@ class AmclNode(Node):
 
     def _on_scan(self, message: LaserScan) -> None:
         try:
-            self._waiting.add(self._checked(message))
+            self._waiting.add(self._checked(message), self._frames.newest())
             errors = self._process_waiting()
             if errors:
                 raise errors[-1]
@@ -183,7 +179,7 @@ class AmclNode(Node):
                 self._process(scan, scan.stamp or newest)
             except PPaaSError as error:
                 errors.append(error)
-        if newest is not None and self._waiting.ahead > AHEAD:
+        if self._waiting.ahead:
             self._tell(
                 f"scans are stamped {self._waiting.ahead:.1f} s ahead of the newest odometry: stamp both with the same "
                 "clock"
@@ -193,7 +189,7 @@ class AmclNode(Node):
     def _process(self, scan: RobotScan, stamp: float) -> None:
         odom = self._frames.odometry(stamp)
         self._resume(odom)
-        before = self._continuity.note(odom, stamp, scan.frame)
+        before = self._continuity.note(odom, stamp, self.context.now(), scan.frame)
         if before is not None:
             self._on_odometry_reset(before, odom)
         if self._update_asked or self._filter.needs_update(odom):

@@ -130,7 +130,7 @@ class Surroundings:
             self._watch.scan_refused(error)
             raise
         self._watch.scan_came(now)
-        self._waiting.add(read)
+        self._waiting.add(read, self.frames.newest())
 
     def _take_robots(self, message: RobotStates, now: float) -> None:
         """Store the poses and velocities of the other robots in the map frame."""

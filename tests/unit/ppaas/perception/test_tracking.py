@@ -109,6 +109,17 @@ def test_a_scan_that_is_older_than_the_last_changes_nothing() -> None:
     assert len(before) == 1
 
 
+@pytest.mark.parametrize("set_by", [-3600.0, -8.0, 8.0, 3600.0])
+def test_a_person_is_tracked_after_the_clock_of_the_scans_was_set(set_by: float) -> None:
+    moving = MovingObjects(LAYERS)
+    walked(moving, (6.0, 3.0), (0.0, 0.8), HITS + 8)
+    for scan in range(HITS + 8):
+        seconds = 2.0 + scan * PERIOD
+        moving.see(reading((6.0, 3.0 + 0.8 * scan * PERIOD), seed=scan), seconds + set_by, seconds)
+    [mover] = moving.now(2.0 + (HITS + 7) * PERIOD)
+    assert mover.vy == pytest.approx(0.8, abs=0.3)
+
+
 def test_tracks_are_dropped_after_a_long_gap() -> None:
     tracker = Tracker()
     for scan in range(2 * HITS):

@@ -82,6 +82,14 @@ def test_latest_lookup_uses_the_latest_common_time():
     assert close(tree.lookup("map", "base_link"), Pose2D(4.0, 0.0, 0.0))
 
 
+@pytest.mark.parametrize(("map_stamp", "odom_stamp"), [(10.0, 3610.0), (3610.0, 10.0)])
+def test_latest_lookup_works_while_the_clock_of_one_sender_is_set(map_stamp, odom_stamp):
+    tree = TransformTree()
+    tree.set("map", "odom", Pose2D(1.0, 0.0, 0.0), map_stamp)
+    tree.set("odom", "base_link", Pose2D(3.0, 0.0, 0.0), odom_stamp)
+    assert close(tree.lookup("map", "base_link"), Pose2D(4.0, 0.0, 0.0))
+
+
 @pytest.mark.parametrize("stamp", [9.9, 10.1])
 def test_extrapolation_is_refused_with_frames_and_times(stamp):
     with pytest.raises(TransformError, match=rf"'(map|odom)' → '(odom|base_link)'.*10\.000.*{stamp:.3f}"):
@@ -130,6 +138,48 @@ def test_history_restarts_when_the_clock_is_set_back():
     tree.set("odom", "base_link", Pose2D(2, 0, 0), 5.0)
     assert tree.newest("base_link") == 5.0
     assert tree.lookup("odom", "base_link").x == 2.0
+
+
+@pytest.mark.parametrize("back", [0.5, 2.0, 8.0, 9.9, 12.0])
+def test_history_restarts_with_the_second_transform_after_the_clock_was_set_back(back):
+    """Other members: an hour, a leap second, daylight saving time; all are a step of the stamps."""
+    tree = TransformTree()
+    for stamp in (100.0, 100.05, 100.1 - back, 100.15 - back):
+        tree.set("odom", "base_link", Pose2D(stamp, 0, 0), stamp)
+    assert tree.newest("base_link") == 100.15 - back
+    assert tree.lookup("odom", "base_link", 100.12 - back).x == pytest.approx(100.12 - back)
+    with pytest.raises(TransformError):
+        tree.lookup("odom", "base_link", 100.0)
+
+
+def test_a_clock_that_is_set_ahead_and_back_again_is_followed():
+    tree = TransformTree()
+    for stamp in (100.0, 105.05, 105.1, 100.15, 100.2):
+        tree.set("odom", "base_link", Pose2D(stamp, 0, 0), stamp)
+    assert tree.newest("base_link") == 100.2
+
+
+def test_a_single_stamp_far_ahead_does_not_keep_the_frame_there():
+    tree = TransformTree()
+    for stamp in (100.0, 4e9, 100.05):
+        tree.set("odom", "base_link", Pose2D(stamp, 0, 0), stamp)
+    assert tree.newest("base_link") == 100.05
+
+
+def test_two_senders_whose_clocks_differ_clear_nothing():
+    tree = TransformTree()
+    for step in range(40):
+        tree.set("odom", "base_link", Pose2D(step, 0, 0), 100.0 + 0.05 * step - (3.0 if step % 2 else 0.0))
+    assert tree.newest("base_link") == pytest.approx(101.9)
+    assert tree.lookup("odom", "base_link", 100.1).x == 2.0
+
+
+def test_transforms_that_come_late_one_by_one_clear_nothing():
+    tree = TransformTree()
+    for stamp in (100.0, 103.0, 102.0, 101.0):
+        tree.set("odom", "base_link", Pose2D(stamp, 0, 0), stamp)
+    assert tree.newest("base_link") == 103.0
+    assert tree.lookup("odom", "base_link", 101.0).x == 101.0
 
 
 def test_frame_loop_is_refused():
