@@ -64,7 +64,7 @@ async def test_a_killed_process_is_reported_and_fails_its_pending_calls() -> Non
 async def test_an_invalid_map_is_refused_and_stop_ends_the_process() -> None:
     process = NodeProcess(lambda _: None, lambda: None)
     with pytest.raises(Exception, match="OccupancyGrid"):
-        await process.start(protocol.Begin(CONFIG, msgspec.Raw(b"{}")))
+        await process.start(protocol.Begin(CONFIG, msgspec.Raw(b"[]")))
     pid = process.pid
     await process.stop()
     assert pid is not None

@@ -156,7 +156,7 @@ async def test_failed_and_abandoned_calls_are_refused(
     ("do", "slug", "text"),
     [
         (lambda home: begin(home, msgspec.structs.replace(CONFIG, model="snail")), "not-found", "snail"),
-        (lambda home: begin(home, grid=msgspec.Raw(b"{}")), "malformed-message", "OccupancyGrid"),
+        (lambda home: begin(home, grid=msgspec.Raw(b"[]")), "malformed-message", "OccupancyGrid"),
         (lambda home: home.take(protocol.Add("amcl", "")), "error", "the executor has no map yet"),
         (lambda home: home.take(protocol.Remove("amcl")), "not-found", "amcl"),
         (
