@@ -241,14 +241,12 @@ def test_every_frame_of_the_page_is_valid() -> None:
 
 @pytest.fixture
 async def address(cloud: RunningCloud) -> str:
-    """Return the URL for a robot on the example's map, without its role."""
+    """Return the URL for a robot on the example's map, with a token, as clients that cannot set headers send it."""
     rest = await cloud.admin()
     await rest.upload_map("office", *((EXAMPLES / f"office.{kind}").read_bytes() for kind in ("yaml", "pgm")))
     await rest.put_robot("tb2", load_robot_file(EXAMPLES / "tb1.json"))
     [url] = re.findall(r"^ws://\S+$", text_of(PROTOCOL), re.MULTILINE)
-    return (
-        url.replace("ws://HOST:8500", cloud.ws_url).replace("robot=ID", "robot=tb2").replace("TOKEN", str(rest.token))
-    )
+    return f"{url.replace('ws://HOST:8500', cloud.ws_url).replace('robot=ID', 'robot=tb2')}&token={rest.token}"
 
 
 async def next_frame(socket: ClientConnection) -> dict[str, object]:

@@ -14,11 +14,13 @@ from endpoints.accounts.accounts import Accounts, token_id
 from endpoints.accounts.passwords import Passwords
 from endpoints.app import create_app
 from endpoints.services.services import Services
+from engine.master.places import robot_key
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from storage.records import Token, User
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.serving import serve
+from tests.support.endpoints.still_place import StillPlace
 from tests.support.storage.records import house, pgm, plan, put_map, robot
 
 TOKEN = "of an administrator"
@@ -35,6 +37,7 @@ KNOWN = {
     "machine_id": "m1",
     "container_id": "c1",
     "node": "amcl",
+    "goal_id": "rest-1",
 }
 """Ids of existing objects by path parameter."""
 
@@ -59,6 +62,7 @@ class FuzzedService:
         store.add_plan(plan(PLAN, user="root", map=MAP))
         put_map(self.services.map_store, house(MAP, owner="root", image=pgm()))
         self.cloud.running = [container("c1", user="root", robot="tb2")]
+        self.cloud.places[robot_key("root", ROBOT)] = StillPlace()
 
     def summary(self) -> str:
         """Return the number of requests of each operation by status."""
