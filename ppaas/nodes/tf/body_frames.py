@@ -20,6 +20,9 @@ logger = logging.getLogger(__name__)
 
 BASES = (BASE_LINK, BASE_FOOTPRINT)
 
+NOT_BODY = frozenset({"world", "map", "odom", "odom_combined", "earth"})
+"""Links of a URDF that are not part of the robot: simulators fix it to them, and they are above it in ``tf``."""
+
 GRACE = 1.0
 """Time in which a robot may publish its static transforms after its first odometry [s]."""
 
@@ -135,7 +138,7 @@ class BodyFrames:
         return [
             _transform(BASE_LINK, prefixed(prefix, name), base @ pose)
             for name, pose in self._model.items()
-            if name not in BASES
+            if name not in BASES and name not in NOT_BODY
         ]
 
 

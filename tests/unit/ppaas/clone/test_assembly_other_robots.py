@@ -6,6 +6,7 @@ Mounts: upside down, tilted, one laser in front and one behind. Clocks: a lidar 
 """
 
 import math
+import re
 
 import pytest
 
@@ -160,6 +161,22 @@ def test_frames_of_the_urdf_join_what_the_robot_does_not(child, off):
     driving = drive(world, urdf=describe(URDF.encode()))
     assert driving.results and driving.last_status() is Status.SUCCEEDED, driving.texts
     assert driving.worst < 0.15 + off
+
+
+@pytest.mark.parametrize(
+    ("names", "frame", "change"),
+    [
+        (("world", "base_link"), "sick", '<link name="world"/><joint name="w" type="fixed">'
+         '<parent link="world"/><child link="base_footprint"/></joint></robot>'),
+        (("odom", "r1/base_link"), "r1/sick", ""),
+    ],
+)  # fmt: skip
+def test_urdf_with_links_above_the_robot_or_prefixed_names_is_driven(names, frame, change):
+    """Simulators fix a robot to a link ``world``, and some files have the prefix in the names of all links."""
+    text = URDF.replace("</robot>", change) if change else re.sub(r'(link|link name)="(\w+)"', r'\1="r1/\2"', URDF)
+    world = robot(names=names, lasers=((frame, placed((0.1, 0.0, 0.4), (math.pi, 0.0, 0.0))),))
+    driving = drive(world, urdf=describe(text.encode()))
+    assert driving.results and driving.last_status() is Status.SUCCEEDED, driving.texts
 
 
 def test_stamps_of_zero_mean_now_in_tf_as_everywhere():
