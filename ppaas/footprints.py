@@ -1,5 +1,7 @@
 """Footprints of robots as costmap_2d reads them: a list or text of corners, open or closed."""
 
+import math
+
 from ppaas.errors import InvalidParameter
 
 Footprint = tuple[tuple[float, float], ...]
@@ -32,6 +34,12 @@ def read_footprint(given: object) -> object:
     if len(corners) > MAX_CORNERS:
         raise InvalidParameter(f"footprint must have at most {MAX_CORNERS} corners, not {len(corners)}")
     return [corner for number, corner in enumerate(corners) if corner != corners[number - 1]] or list(corners)
+
+
+def goes_around(corners: Footprint) -> bool:
+    """Return whether an outline goes around the origin in one direction."""
+    turns = [a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, (*corners[1:], *corners[:1]), strict=True)]
+    return len(corners) >= 3 and all(map(math.isfinite, turns)) and (min(turns) > 0.0 or max(turns) < 0.0)
 
 
 def _of_text(text: str) -> list[list[float]]:

@@ -1,8 +1,10 @@
 """Assembly of a robot's clone: creates its nodes from a map, a robot model and parameters."""
 
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
 from typing import Any
 
+from ppaas.clone.body_planners import FOOTPRINT
 from ppaas.clone.node_parameters import NodeParameters
 from ppaas.clone.plugins import DEFAULT_CONTROLLER, DEFAULT_PLANNER, controller_for, planners_of, recoveries_of
 from ppaas.clone.robot_body import COSTMAP, VOXEL_LAYER, VoxelLayerParameters, costmap_parameters, robot_body
@@ -34,6 +36,7 @@ from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherPar
 from ppaas.nodes.waypoint_follower.node import WaypointFollowerNode, WaypointFollowerParameters
 from ppaas.plans.reuse.scope import ReuseParameters
 from ppaas.plans.reuse.setup import ReuseSetup
+from ppaas.plugins import parameters_in_use
 from ppaas.robot_model.description import RobotDescription
 from ppaas.robot_model.known_models import RobotModel
 from ppaas.thread_budget import Threads, one_thread
@@ -130,7 +133,10 @@ def _move_base(
     threads: Threads,
     reuse: ReuseSetup,
 ) -> Callable[[Context], MoveBaseNode]:
-    (planner, path_planners), controller = planners_of(driving, given, body), controller_for(driving, given, body)
+    controller = controller_for(driving, given, body)
+    if not parameters_in_use(controller).get(FOOTPRINT):
+        body = replace(body, inner_radius=None)  # it drives a disc, which must not be led through narrow passages
+    planner, path_planners = planners_of(driving, given, body)
     recovering = recoveries_of(driving, given)
     local = given.read(LocalCostmapParameters, "local_costmap")
     social = given.read(SocialLayerParameters, "social_layer")

@@ -9,7 +9,7 @@ import numpy as np
 
 from ppaas.costmap.global_parameters import MAX_RADIUS, GlobalCostmapParameters
 from ppaas.errors import InvalidParameter
-from ppaas.footprints import Footprint
+from ppaas.footprints import Footprint, goes_around
 from ppaas.geometry import Pose2D, convex_outline
 from ppaas.parameters import Parameters, read_parameters
 from ppaas.robot_model.description import RobotDescription, SensorFrame, circumscribed_radius, inscribed_radius
@@ -141,8 +141,11 @@ def _check(footprint: Footprint) -> None:
 
 
 def _with_footprint(body: RobotModel, footprint: Footprint) -> RobotModel:
-    """Return a body with a footprint and its circumscribed radius, and the inner radius if that is smaller."""
+    """Return a body with a footprint and its circumscribed radius, and the inner radius if that is smaller.
+
+    A footprint that does not go around the origin is a disc for local planners, and so for planners too.
+    """
     hull = convex_outline(np.array(footprint, np.float64))
     inner, radius = inscribed_radius(tuple((x, y) for x, y in hull.tolist())), circumscribed_radius(footprint)
-    oblong = len(hull) > 2 and inner < radius - OBLONG
+    oblong = goes_around(footprint) and 0.0 < inner < radius - OBLONG
     return replace(body, footprint=footprint, robot_radius=radius, inner_radius=inner if oblong else None)

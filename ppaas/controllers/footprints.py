@@ -1,18 +1,10 @@
 """Outlines of robots: checks the parameter ``footprint``, and converts it for the kernels."""
 
-import math
-
 import numpy as np
 
 from ppaas.controllers.kernels.clearance import RobotOutline
 from ppaas.errors import InvalidParameter
-from ppaas.footprints import Footprint
-
-
-def goes_around(corners: Footprint) -> bool:
-    """Return whether an outline goes around the origin in one direction."""
-    turns = [a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, (*corners[1:], *corners[:1]), strict=True)]
-    return len(corners) >= 3 and all(map(math.isfinite, turns)) and (min(turns) > 0.0 or max(turns) < 0.0)
+from ppaas.footprints import Footprint, goes_around
 
 
 def check_footprint(corners: Footprint) -> None:

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from ppaas.clone.body_controllers import controller_of
+from ppaas.clone.robot_body import robot_body
 from ppaas.controllers.mppi.controller import PathIntegral
 from ppaas.controllers.registry import controller_names
 from ppaas.errors import InvalidParameter, NotFound
@@ -74,3 +75,12 @@ def test_unknown_planners_and_parameters_are_refused():
         controller_of(TURTLEBOT, "hands", {})
     with pytest.raises(InvalidParameter, match="horn"):
         controller_of(TURTLEBOT, "mppi", {"horn": 1.0})
+
+
+def test_outline_beside_the_origin_is_a_disc_for_local_planners():
+    """As of a fork lift whose frame is at its rear axle: the robot connects, and is kept clear by its circle."""
+    ahead = [[0.1, 0.3], [1.0, 0.3], [1.0, -0.3], [0.1, -0.3]]
+    body = robot_body("turtlebot2", None, {"global_costmap": {"footprint": ahead}})
+    controller = controller_of(body, "dwa", {})
+    assert (controller.parameters.footprint, controller.parameters.robot_radius) == ((), 1.045)
+    assert body.inner_radius is None

@@ -162,6 +162,18 @@ def test_obstacle_beside_the_robot_in_a_door_is_kept_and_its_own_parts_are_not()
     assert LocalCostmap(build_layers(rooms(2.0))).fits(Pose2D(4.45, 2.5))
 
 
+def test_local_planner_of_a_disc_is_not_led_through_a_narrow_door():
+    """As a plug-in without a footprint, or one whose parameters say that the robot is a disc."""
+    parameters = {"global_costmap": {"footprint": OBLONG}, "dwa": {"footprint": []}}
+    driving = ClosedLoop(World(rooms(0.95), START), parameters=parameters)
+    for _ in range(10):
+        driving.step()
+    driving.send_goal(GOAL)
+    driving.run(120.0)
+    assert driving.last_status() is Status.ABORTED
+    assert driving.clearance > 0.6
+
+
 @pytest.mark.parametrize("controller", ["dwa", "pure_pursuit", "mppi"])
 def test_oblong_robot_is_driven_through_a_door(controller):
     world = World(rooms(0.95), START)
