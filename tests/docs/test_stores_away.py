@@ -1,6 +1,7 @@
 """Cassandra settings and limits for an unreachable store in stores.md are those of the code."""
 
 import re
+from pathlib import Path
 
 from endpoints.accounts.token_cache import TokenCache
 from endpoints.cli import store as command
@@ -10,14 +11,17 @@ from storage.cassandra.connection.address import CONSISTENCIES, PORT, SETTINGS, 
 from storage.cassandra.plans.entries import GRACE
 from storage.cassandra.plans.passage_index import PLANS_PER_CELL
 from storage.store_and_forward.plan_outbox import MAX_BYTES
+from storage.urls.passwords import with_password
 from tests.support.documents import text_of
 
 PAGE = text_of("docs/stores.md")
 
 
-def test_the_url_shows_all_settings() -> None:
+def test_the_url_shows_all_settings(tmp_path: Path) -> None:
     [url] = re.findall(r"^cassandra://\S+$", PAGE, re.MULTILINE)
-    address = parse_address(url)
+    secret = tmp_path / "db"
+    secret.write_text("password\n")
+    address = parse_address(with_password(url.replace("/run/secrets/db", str(secret))))
     assert (address.user, address.password, address.hosts) == ("user", "password", ("host1", "host2"))
     assert all(f"{name}=" in url for name in SETTINGS)
     assert all(f"`{name}`" in PAGE for name in CONSISTENCIES)

@@ -61,7 +61,8 @@ async def test_a_machine_without_restarts_stays_killed(tmp_path: Path) -> None:
     async with running(tmp_path) as machine:
         machine.kill()
         await machine.end()
-        with pytest.raises(Unavailable, match="machine 'm2' did not join: status -9"):
+        # asyncio reports 255 if something else in this process has waited for the child.
+        with pytest.raises(Unavailable, match=r"machine 'm2' did not join: status (-9|255)"):
             await machine.is_in(cast(RestClient, OtherMachines()))
 
 
