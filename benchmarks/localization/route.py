@@ -10,8 +10,8 @@ from ppaas.messages.geometry_msgs import Twist, Vector3
 from robots.sim.courses import GoalRules
 from robots.sim.shortest_paths import PathWalk, ShortestPaths
 
-AHEAD = 0.5
-"""Lookahead distance along the path [m]."""
+AHEAD, CREEP_AHEAD = 0.5, 0.15
+"""Lookahead distance along the path, and that of a robot that creeps, which so touches no wall [m]."""
 SPEED, TURN = 0.5, 1.5
 """Maximum velocities [m/s, rad/s]."""
 CREEP, CREEP_TURN = 0.01, 0.01
@@ -53,20 +53,20 @@ class Route:
 
     def steer(self, pose: Pose2D) -> Twist:
         """Return the velocity that follows the route from a pose."""
-        bearing = self._bearing(pose)
+        bearing = self._bearing(pose, AHEAD)
         speed = SPEED * math.cos(bearing) if abs(bearing) < SHARP else 0.0
         return Twist(Vector3(x=speed), Vector3(z=min(max(2.5 * bearing, -TURN), TURN)))
 
     def creep(self, pose: Pose2D) -> Twist:
         """Return the velocity that follows the route from a pose very slowly."""
-        bearing = self._bearing(pose)
+        bearing = self._bearing(pose, CREEP_AHEAD)
         speed = CREEP if abs(bearing) < ALIGNED else 0.0
         return Twist(Vector3(x=speed), Vector3(z=min(max(bearing, -CREEP_TURN), CREEP_TURN)))
 
-    def _bearing(self, pose: Pose2D) -> float:
-        """Return the bearing of the route ahead of a pose [rad]."""
+    def _bearing(self, pose: Pose2D, ahead: float) -> float:
+        """Return the bearing of the route at a distance ahead of a pose [rad]."""
         while self._way.ended:
             goal = self._ways.away_from(self._end, NEAREST_GOAL)
             self._end, self._way = goal, PathWalk(self._ways.between(self._end, goal))
-        x, y = self._way.ahead(pose.x, pose.y, AHEAD)
+        x, y = self._way.ahead(pose.x, pose.y, ahead)
         return wrap_angle(math.atan2(y - pose.y, x - pose.x) - pose.theta)

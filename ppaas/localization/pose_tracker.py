@@ -16,10 +16,10 @@ from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.localization.distance_filter import ends_at_people
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.pose_estimate import PoseEstimate
-from ppaas.localization.scan_alignment import align
+from ppaas.localization.scan_alignment import Alignment, align
 from ppaas.localization.scan_match import ScanMatch
 
-POINTS, FEWEST_POINTS = 180, 10
+POINTS, FEWEST_POINTS = 120, 10
 """Largest and smallest number of points of a scan that are aligned."""
 
 FEWEST_SEEN = 0.33
@@ -40,6 +40,9 @@ STILL = 0.002
 SLIP, SWERVE, TURN_SLIP = 0.3, 0.05, 0.02
 """Standard deviation of the position per metre, and of the heading per metre and per radian [m/m, rad/m, rad/rad]."""
 
+SLIPPED, SETTLING = 4.0, 0.05
+"""Number of standard deviations beyond which a robot slipped or was pushed, and the largest one that follows it [m]."""
+
 MOST_SPREAD = np.array((0.1, 0.1, 0.2))
 """Largest standard deviation that is taken from the particles [m, m, rad]."""
 
@@ -55,11 +58,24 @@ UNKNOWN_HEADING = math.pi / math.sqrt(3.0)
 
 @dataclass(frozen=True, slots=True)
 class _Fix:
-    """An alignment: pose in the map, odometry, time [s], and standard deviation of the heading [rad]."""
+    """An alignment.
+
+    Parameters
+    ----------
+    pose, odom : Pose2D
+        Pose in the map frame, and in the odometry frame.
+    at : float
+        Time [s].
+    position : float
+        Standard deviation of the position if the robot slipped or was pushed, halved with each alignment since [m].
+    heading : float
+        Standard deviation of the heading [rad].
+    """
 
     pose: Pose2D
     odom: Pose2D
     at: float
+    position: float
     heading: float
 
 
@@ -110,7 +126,8 @@ class PoseTracker:
             return False
         last, at = self._tried
         moved = last.distance_to(odom) >= MOVED or abs(wrap_angle(odom.theta - last.theta)) >= TURNED
-        return now - at >= (SOON if moved else LATE)
+        settling = self._fix is not None and self._fix.position > STILL
+        return now - at >= (SOON if moved or settling else LATE)
 
     def unsure(self, now: float) -> float:
         """Return the standard deviation of the heading by the drift since scans last told it [rad]."""
@@ -148,16 +165,22 @@ class PoseTracker:
         self._tried = odom, now
         expected, spread = self._expected(believed, odom, now)
         seen = points[~ends_at_people(expected, points, self._layers)]
-        if (self._fix is None and believed.share < ONE_PLACE) or len(seen) < max(
-            FEWEST_POINTS, FEWEST_SEEN * len(points)
-        ):
+        fewest = max(FEWEST_POINTS, FEWEST_SEEN * len(points))
+        if (self._fix is None and believed.share < ONE_PLACE) or len(seen) < fewest:
             return None
         found = align(self._match, seen, expected, spread)
         if found.fit < LEAST_FIT:
             return None
-        self._fix = _Fix(found.pose, odom, now, math.sqrt(found.covariance[2, 2]))
+        slipped = found.pose.distance_to(expected) > SLIPPED * spread[0]
+        self._fix = _Fix(found.pose, odom, now, self._settling(found, slipped=slipped), found.deviations[2])
         self._known_at = now
         return found.pose
+
+    def _settling(self, found: Alignment, *, slipped: bool) -> float:
+        """Return the standard deviation of the position beyond that of the next motion [m]."""
+        if self._fix is None:
+            return 0.0
+        return min(max(found.deviations[:2]), SETTLING) if slipped else 0.5 * self._fix.position
 
     def _expected(self, believed: PoseEstimate, odom: Pose2D, now: float) -> tuple[Pose2D, NDArray[np.float64]]:
         """Return the expected pose and its standard deviations, from the last alignment or else from the particles."""
@@ -168,7 +191,8 @@ class PoseTracker:
             if not _are_apart(expected, believed.pose):
                 drifted = self._drift * max(now - fix.at, 0.0)
                 turned = fix.heading + drifted + SWERVE * metres + TURN_SLIP * abs(motion.theta)
-                return expected, np.array((STILL + SLIP * metres,) * 2 + (min(turned, UNKNOWN_HEADING),))
+                away = STILL + fix.position + SLIP * metres
+                return expected, np.array((away, away, min(turned, UNKNOWN_HEADING)))
             self._fix = None
         drifted = self.unsure(now)
         spread = np.minimum(np.sqrt(np.diag(believed.covariance)), MOST_SPREAD)

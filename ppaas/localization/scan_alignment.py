@@ -53,6 +53,12 @@ class Alignment(NamedTuple):
     covariance: NDArray[np.float64]
     fit: float
 
+    @property
+    def deviations(self) -> tuple[float, float, float]:
+        """Standard deviations of x [m], y [m], theta [rad]."""
+        x, y, theta = np.sqrt(np.diag(self.covariance)).tolist()
+        return x, y, theta
+
 
 def align(match: ScanMatch, points: NDArray[np.float64], expected: Pose2D, spread: NDArray[np.float64]) -> Alignment:
     """Return the mean of the poses near an expected pose, weighted by how well the points fit (importance sampling).
@@ -103,26 +109,28 @@ class _Search:
         count = math.ceil(most / HEADING_STEP)
         away = np.zeros((2 * count + 1, 3))
         away[:, 2] = np.linspace(-most, most, len(away))
-        best: float = away[self._likelihoods(away, COARSE)[0].argmax(), 2]
+        fits = self._match.fits(self._expected + away, self._points, COARSE)
+        best: float = away[self._log_posterior(away, fits).argmax(), 2]
         return best
 
     def weighed(
         self, away: NDArray[np.float64], proposed: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
         """Return mean and covariance of differences drawn with log densities ``proposed``, and the best fit."""
-        logs, fits = self._likelihoods(away, 1.0)
+        fits = self._match.surface_fits(self._expected + away, self._points)
+        logs = self._log_posterior(away, fits)
         weights = np.exp(logs - proposed - (logs - proposed).max())
         weights /= weights.sum()
         mean = weights @ away
         apart = away - mean
         return mean, (weights[:, np.newaxis] * apart).T @ apart, float(fits.max())
 
-    def _likelihoods(self, away: NDArray[np.float64], wide: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the log posterior densities of differences from the expected pose, up to a constant, and the fits."""
-        fits = self._match.fits(self._expected + away, self._points, wide)
+    def _log_posterior(self, away: NDArray[np.float64], fits: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the log posterior densities of differences from the expected pose, up to a constant."""
         usual = _log_gauss(away, self._spread) + math.log(1.0 - JUMPED)
         jumped = _log_gauss(away, self.wide) + math.log(JUMPED)
-        return self._evidence * fits + np.logaddexp(usual, jumped), fits
+        logs: NDArray[np.float64] = self._evidence * fits + np.logaddexp(usual, jumped)
+        return logs
 
 
 def _log_gauss(away: NDArray[np.float64], spread: NDArray[np.float64]) -> NDArray[np.float64]:
