@@ -81,15 +81,15 @@ class FleetBridge:
 
     def _note_velocity(self, _topic: str, odometry: Payload) -> None:
         if isinstance(odometry, Odometry):
-            self._driven = self._graph.now(), odometry.twist.twist
+            self._driven = self._graph.elapsed(), odometry.twist.twist
 
     def _share_pose(self, _topic: str, pose: Payload) -> None:
-        now = self._graph.now()
-        if 0.0 <= now - self._last_shared < SHARE_PERIOD or not isinstance(pose, PoseWithCovarianceStamped):
-            return  # a clock that was set back does not stop sharing
+        now = self._graph.elapsed()
+        if now - self._last_shared < SHARE_PERIOD or not isinstance(pose, PoseWithCovarianceStamped):
+            return
         self._last_shared = now
         since, twist = self._driven
-        state = RobotState(pose.header, pose.pose, twist if 0.0 <= now - since < FRESH else Twist(), self._radius)
+        state = RobotState(pose.header, pose.pose, twist if now - since < FRESH else Twist(), self._radius)
         self._machine.share(topics.AMCL_POSE.name, encode(state))
 
     def shared(self, message: machine_link.Shared) -> None:
@@ -101,7 +101,7 @@ class FleetBridge:
             return
         who = message.user, message.robot
         try:
-            self._others[who] = (self._graph.now(), checked_state(decode(RobotState, message.payload)))
+            self._others[who] = (self._graph.elapsed(), checked_state(decode(RobotState, message.payload)))
             self._tell_others()
         except PPaaSError as error:
             level = logging.DEBUG if who in self._refused else logging.WARNING
@@ -109,14 +109,14 @@ class FleetBridge:
             self._refused.add(who)
 
     def _tell_others(self) -> None:
-        now = self._graph.now()
-        if 0.0 <= now - self._last_told < TELL_PERIOD:
+        now = self._graph.elapsed()
+        if now - self._last_told < TELL_PERIOD:
             return  # its next position arrives before this one is too old
         self._last_told = now
         self._others = {who: seen for who, seen in self._others.items() if now - seen[0] < FRESH}
         states = [state for _, state in self._others.values()]
         poses, twists = [state.pose.pose for state in states], [state.twist for state in states]
-        header = Header(stamp=Time.of(now), frame_id="map")
+        header = Header(stamp=Time.of(self._graph.now()), frame_id="map")
         self._graph.inject(topics.ROBOTS.name, RobotStates(header, poses, twists, [state.radius for state in states]))
 
     def _keep_plan(self, _topic: str, plan: Payload) -> None:

@@ -102,6 +102,10 @@ class Context(Protocol):
         """Return the time for stamps, in seconds since the epoch."""
         ...
 
+    def elapsed(self) -> float:
+        """Return monotonic seconds, for durations: the clock of the computer may be set."""
+        ...
+
     def publish(self, topic: str, message: Payload) -> None:
         """Publish on a topic that the node declared."""
         ...

@@ -92,10 +92,20 @@ class FrameListener:
         self._body = LatestFrames()
         self._heard: dict[str, float] = {}
 
-    def hear(self, topic: str, message: TFMessage, now: float) -> None:
-        """Add the transforms of a message; a stamp of zero means now.
+    def hear(self, topic: str, message: TFMessage, now: float, stamp: float | None = None) -> None:
+        """Add the transforms of a message.
 
         A transform that is not valid is left out, as in tf2; the others are added.
+
+        Parameters
+        ----------
+        topic : str
+            ``tf`` or ``tf_static``.
+        message : TFMessage
+        now : float
+            Time of arrival [s].
+        stamp : float, optional
+            Meaning of a stamp of zero [s]; the time of arrival by default.
 
         Raises
         ------
@@ -105,13 +115,13 @@ class FrameListener:
         errors = []
         for transform in message.transforms:
             try:
-                self._add(transform, static=topic == TF_STATIC.name, now=now)
+                self._add(transform, static=topic == TF_STATIC.name, now=now, stamp=now if stamp is None else stamp)
             except TransformError as error:
                 errors.append(error)
         if errors:
             raise errors[0]
 
-    def _add(self, transform: TransformStamped, *, static: bool, now: float) -> None:
+    def _add(self, transform: TransformStamped, *, static: bool, now: float, stamp: float) -> None:
         child = transform.child_frame_id.lstrip("/")
         try:
             level = is_level(transform.transform.rotation)
@@ -120,7 +130,7 @@ class FrameListener:
             raise TransformError(f"transform {parent!r} → {child!r} is left out: {error}") from error
         # Wheels and cameras are not level: they only matter where a laser is mounted on them.
         if level:
-            self.tree.set_message(transform, static=static, now=now)
+            self.tree.set_message(transform, static=static, now=stamp)
         self._body.hear((transform,))
         self._heard[child] = now
 

@@ -170,6 +170,10 @@ class Graph(TopicBus):
         """Return the time for stamps, in seconds since the epoch."""
         return self._stamp_clock()
 
+    def elapsed(self) -> float:
+        """Return monotonic seconds, for durations."""
+        return self._clock()
+
     def every(self, period: float, callback: Callable[[], None]) -> GraphTimer:
         """Call back every ``period`` seconds, first after one period."""
         timer = GraphTimer(period, callback)

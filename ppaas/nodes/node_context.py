@@ -83,6 +83,10 @@ class NodeContext:
         """Return the time for stamps, in seconds since the epoch."""
         return self._executor.now()
 
+    def elapsed(self) -> float:
+        """Return monotonic seconds, for durations."""
+        return self._executor.elapsed()
+
     def publish(self, topic: str, message: Payload) -> None:
         """Publish on a topic that the node declared."""
         if not self._ended:

@@ -17,7 +17,7 @@ class NodeLease(msgspec.Struct):
     state : str
         The node's last checkpoint.
     heard : float
-        Time of the robot's last report that it runs the node [s since the epoch].
+        Time of the robot's last report that it runs the node [monotonic s].
     unheard : UnacknowledgedMessages
         Messages for the node that are not yet part of that checkpoint.
     """

@@ -162,7 +162,7 @@ class NodeMonitorNode(Node):
             return self._hand_over(report.node, record)
         if record.lease is None or record.lease.number != report.lease:
             return HoldNodeResponse(0)
-        record.lease.heard = self.context.now()
+        record.lease.heard = self.context.elapsed()
         record.lease.state = _checked(report.state) or record.lease.state
         record.lease.unheard.heard(report.heard)
         record.robot_seconds.note(report.seconds)
@@ -180,7 +180,7 @@ class NodeMonitorNode(Node):
         else:  # a robot that requests a node it holds has lost its state: it gets the last checkpoint
             state, unheard = record.lease.state, record.lease.unheard
         self._leases += 1
-        record.lease = NodeLease(self._leases, state, self.context.now(), unheard)
+        record.lease = NodeLease(self._leases, state, self.context.elapsed(), unheard)
         logger.info("%s continues on the robot", node)
         self._publish_homes()
         return HoldNodeResponse(record.lease.number, state)
@@ -218,7 +218,7 @@ class NodeMonitorNode(Node):
         demands, record = self._switch.nodes(), self._records[node]
         own = demands[node]
         others = [d.compute for n, d in demands.items() if d and n != node and self._records[n].lease is not None]
-        recent = self.context.now() - record.failed < self._parameters.retry_after
+        recent = 0.0 <= self.context.now() - record.failed < self._parameters.retry_after
         return NodeFacts(
             node,
             own,
@@ -242,7 +242,7 @@ class NodeMonitorNode(Node):
     # -- expired leases ------------------------------------------------------------------------------------------------
 
     def _check_leases(self) -> None:
-        now = self.context.now()
+        now = self.context.elapsed()
         self._rates.look(now)
         for node, seconds in self._switch.run_times().items():
             if node in self._records:
@@ -291,7 +291,7 @@ class NodeMonitorNode(Node):
         for node in self._records.keys() & restored.records.keys():
             record = self._records[node] = restored.records[node]
             if record.lease is not None:
-                record.lease.heard = self.context.now()
+                record.lease.heard = self.context.elapsed()
                 self._switch.take_out(node, record.lease.unheard.note)
         self._publish_homes()
 

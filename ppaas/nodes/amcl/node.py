@@ -125,7 +125,7 @@ class AmclNode(Node):
             self._restored = None
         else:
             try:
-                self._frames.hear(topic, expect(message, TFMessage), self.context.now())
+                self._frames.hear(topic, expect(message, TFMessage), self.context.elapsed(), self.context.now())
             finally:
                 self._process_waiting()
 
@@ -158,7 +158,7 @@ class AmclNode(Node):
             raise
 
     def _checked(self, message: LaserScan) -> RobotScan:
-        scan = self._scans.read(message, self.context.now())
+        scan = self._scans.read(message, self.context.elapsed())
         check_plausible(scan.scan, self._layers, lambda: self._in_map(scan.laser))
         if scan.stamp:
             self._continuity.check_stamp(scan.stamp, self._frames.newest(), scan.frame)
@@ -173,7 +173,7 @@ class AmclNode(Node):
     def _process_waiting(self) -> list[PPaaSError]:
         """Use the scans that odometry has reached; return the errors of those that cannot be used."""
         newest, errors = self._frames.newest(), list[PPaaSError]()
-        for scan in self._waiting.ready(newest, self.context.now()):
+        for scan in self._waiting.ready(newest, self.context.elapsed()):
             assert newest is not None
             try:
                 self._process(scan, scan.stamp or newest)
@@ -189,12 +189,12 @@ class AmclNode(Node):
     def _process(self, scan: RobotScan, stamp: float) -> None:
         odom = self._frames.odometry(stamp)
         self._resume(odom)
-        before = self._continuity.note(odom, stamp, self.context.now(), scan.frame)
+        before = self._continuity.note(odom, stamp, self.context.elapsed(), scan.frame)
         if before is not None:
             self._on_odometry_reset(before, odom)
         if self._update_asked or self._filter.needs_update(odom):
             self._update(scan, odom, stamp)
-        elif self._tracker.due(odom, self.context.now()):
+        elif self._tracker.due(odom, self.context.elapsed()):
             self._align(scan, odom)
         # The scan's own stamp to the nanosecond, as in ROS: a client finds the pose of a scan by it.
         self._publish_pose(odom, stamp, scan.scan.header.stamp if scan.stamp else Time.of(stamp))
@@ -215,8 +215,8 @@ class AmclNode(Node):
 
     def _update(self, scan: RobotScan, odom: Pose2D, stamp: float) -> None:
         self._update_asked = False
-        now, sensor = self.context.now(), self._filter.sensor
-        self._filter.spread_heading(self._tracker.note_update(now))
+        sensor = self._filter.sensor
+        self._filter.spread_heading(self._tracker.note_update(self.context.elapsed()))
         estimate = self._filter.update(odom, sensor.beams(scan.scan, scan.laser), sensor.range_max(scan.scan))
         self._map_to_odom = estimate.pose @ odom.inverse()
         self._align(scan, odom)
@@ -229,7 +229,7 @@ class AmclNode(Node):
             self._tracker.forget()
             return
         points = self._filter.sensor.hits(scan.scan, scan.laser, POINTS)
-        pose = self._tracker.align(self._filter.expected(odom), odom, points, self.context.now())
+        pose = self._tracker.align(self._filter.expected(odom), odom, points, self.context.elapsed())
         if pose is not None:
             self._filter.correct(odom, pose)
             self._map_to_odom = pose @ odom.inverse()
@@ -261,7 +261,7 @@ class AmclNode(Node):
 
     def _covariance(self) -> NDArray[np.float64]:
         """Return the covariance of the pose, with what the heading may have drifted since a scan last told it."""
-        drifted = self._tracker.unsure(self.context.now())
+        drifted = self._tracker.unsure(self.context.elapsed())
         return self._filter.estimate.covariance + np.diag((0.0, 0.0, drifted**2))
 
     # -- checkpoints ---------------------------------------------------------------------------------------------------

@@ -73,7 +73,7 @@ class DepthImageToLaserScanNode(Node):
             self._publish(self._scanner, image.header, depths_of(image))
 
     def _await_camera_info(self) -> None:
-        now = self.context.now()
+        now = self.context.elapsed()
         if self._first_image is None:
             self._first_image = now
         if now - self._first_image >= PATIENCE:

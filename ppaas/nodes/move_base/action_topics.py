@@ -41,7 +41,7 @@ class ActionTopics:
 
     def status(self, goals: GoalList[Goal]) -> None:
         """Publish the status of all goals."""
-        self._context.publish(topics.MOVE_BASE_STATUS.name, status_array(goals, self._context.now()))
+        self._context.publish(topics.MOVE_BASE_STATUS.name, status_array(goals, self._context))
 
     def feedback(self, goal: Goal, pose: Pose2D, text: str) -> None:
         """Publish the robot's pose as feedback of a goal."""
@@ -60,7 +60,7 @@ def status_of(goal: ActionGoal, status: Status, text: str) -> GoalStatus:
     return GoalStatus(GoalID(Time.of(goal.stamp), goal.id), int(status), text)
 
 
-def status_array(goals: GoalList[G], now: float) -> GoalStatusArray:
-    """Return the status of all goals of an action as a message, stamped with ``now``."""
-    listed = [status_of(state.goal, state.status, state.text) for state in goals.states(now)]
-    return GoalStatusArray(Header(stamp=Time.of(now)), listed)
+def status_array(goals: GoalList[G], context: Context) -> GoalStatusArray:
+    """Return the status of all goals of an action as a message, stamped with the current time."""
+    listed = [status_of(state.goal, state.status, state.text) for state in goals.states(context.elapsed())]
+    return GoalStatusArray(Header(stamp=Time.of(context.now())), listed)

@@ -176,7 +176,7 @@ class MoveBaseNode(Node):
         TransformError
             A frame is unknown.
         """
-        now = self.context.now()
+        now = self.context.elapsed()
         match message:
             case PoseStamped():
                 self._on_goal(message, GoalID(message.header.stamp))
@@ -185,7 +185,7 @@ class MoveBaseNode(Node):
             case GoalID():
                 self._feed(events.CancelReceived(now, message.id, message.stamp.seconds()))
             case LaserScan() | Odometry() | TFMessage() | RobotStates() | People() | String():
-                self._surroundings.take(topic, message, now)
+                self._surroundings.take(topic, message, now, self.context.now())
             case nav2_msgs.SpeedLimit():
                 self._limits.take(message)
             case _:
@@ -193,12 +193,11 @@ class MoveBaseNode(Node):
 
     def _on_goal(self, target: PoseStamped, goal_id: GoalID) -> None:
         pose = pose_in(self._surroundings.frames.tree, MAP, target, "a goal")
-        now = self.context.now()
-        stamp = goal_id.stamp.seconds() or now
+        stamp = goal_id.stamp.seconds() or self.context.now()
         self._counter += 1
         self._planner.head_for(pose)
         name = goal_id.id or f"{self.name}-{self._counter}-{stamp:.3f}"
-        self._feed(events.GoalReceived(now, events.Goal(name, pose, stamp)))
+        self._feed(events.GoalReceived(self.context.elapsed(), events.Goal(name, pose, stamp)))
         self._tick()
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
@@ -216,13 +215,13 @@ class MoveBaseNode(Node):
             reply(Empty())
             return
         if service == "move_base/compute_path":
-            self._paths.compute(expect(request, ComputePathRequest), reply, self._seen(self.context.now()))
+            self._paths.compute(expect(request, ComputePathRequest), reply, self._seen(self.context.elapsed()))
             return
         self._make_plan(expect(request, GetPlanRequest), reply)
 
     def _make_plan(self, question: GetPlanRequest, reply: Reply) -> None:
         """Plan around observed obstacles as for a goal, without following the plan; an active goal continues."""
-        around, now = self._surroundings, self.context.now()
+        around, now = self._surroundings, self.context.elapsed()
         goal = pose_in(around.frames.tree, MAP, question.goal, "the goal")
         # As in move_base, a start without a frame is the robot's pose.
         here = not question.start.header.frame_id
@@ -248,7 +247,7 @@ class MoveBaseNode(Node):
     def _tick(self) -> None:
         if not self.busy:
             return
-        now = self.context.now()
+        now = self.context.elapsed()
         try:
             pose = self._surroundings.pose(now)
             self._surroundings.look_around(pose, now)
@@ -290,4 +289,4 @@ class MoveBaseNode(Node):
         self._counter = restored.counter
         self._limits.take(nav2_msgs.SpeedLimit(restored.speed_limit, restored.percentage))
         if restored.goal is not None:
-            self._feed(events.GoalReceived(self.context.now(), restored.goal))
+            self._feed(events.GoalReceived(self.context.elapsed(), restored.goal))

@@ -129,24 +129,24 @@ class OrderExecutor:
         try:
             self._controller.set_plan(order.poses)
         except PPaaSError as error:
-            self._feed(events.ControlFailed(self._context.now(), str(error)))
+            self._feed(events.ControlFailed(self._context.elapsed(), str(error)))
 
     def _compute_velocity(self, pose: Pose2D) -> events.Event:
         around, costs = self._surroundings, self._surroundings.costs
         assert costs is not None, "a control tick brings the costs up to date"
-        movers = around.movers(pose, self._context.now())
+        movers = around.movers(pose, self._context.elapsed())
         limit = self._limits.at(pose)
         request = ControlRequest(pose, around.velocity, costs, self._period, self._threads(), movers, limit)
         try:
             reached = self._controller.is_goal_reached(pose, around.velocity)
             velocity = Velocity() if reached else self._controller.compute_velocity(request)
         except PPaaSError as error:
-            return events.ControlFailed(self._context.now(), str(error))
-        velocity = self._passive_safety.slowed(velocity, pose, around.walkers(self._context.now()))
-        return events.VelocityComputed(self._context.now(), velocity, reached)
+            return events.ControlFailed(self._context.elapsed(), str(error))
+        velocity = self._passive_safety.slowed(velocity, pose, around.walkers(self._context.elapsed()))
+        return events.VelocityComputed(self._context.elapsed(), velocity, reached)
 
     def _recover(self, order: orders.Recover) -> events.Event:
-        around, now = self._surroundings, self._context.now()
+        around, now = self._surroundings, self._context.elapsed()
         assert around.costs is not None, "a control tick brings the costs up to date"
         recovery = self._recoveries[order.index]
         request = RecoveryRequest(now, order.pose, around.costs, around.clear, around.fits)
@@ -160,15 +160,15 @@ class OrderExecutor:
 
     def _request_plan(self, order: orders.RequestPlan) -> None:
         try:
-            start = self._surroundings.pose(self._context.now())
+            start = self._surroundings.pose(self._context.elapsed())
         except TransformError as error:
-            self._feed(events.PlanFailed(self._context.now(), order.number, error))
+            self._feed(events.PlanFailed(self._context.elapsed(), order.number, error))
             return
         current = self._surroundings.overlay(self._costmap)
         self._planner.request(start, order.goal, current, partial(self._on_planned, order.number))
 
     def _on_planned(self, number: int, result: Planned) -> None:
-        now = self._context.now()
+        now = self._context.elapsed()
         match result:
             case Detour():
                 self._feed(events.PlanDeferred(now, number, result.reason))

@@ -122,7 +122,7 @@ class RobotPlanner:
         self._static = static
         self._parameters = parameters
         self._threads = threads
-        self._now = context.now
+        self._now = context.elapsed
         self._queue = PlannerQueue(context)
         self._job: Job | None = None
         self._blocked_paths = BlockedPathMemory()

@@ -94,9 +94,13 @@ class Surroundings:
         self._ahead = AHEAD
 
     def take(
-        self, topic: str, message: LaserScan | Odometry | TFMessage | RobotStates | People | String, now: float
+        self,
+        topic: str,
+        message: LaserScan | Odometry | TFMessage | RobotStates | People | String,
+        now: float,
+        stamp: float | None = None,
     ) -> None:
-        """Take what the robot, localization or another robot says; ``now`` is the time of arrival [s].
+        """Take what the robot, localization or another robot says at ``now`` [s]; ``stamp`` is that of zero stamps [s].
 
         Raises
         ------
@@ -113,7 +117,7 @@ class Surroundings:
                 self.velocity = Velocity(twist.linear.x, twist.angular.z)
                 self._watch.moved_frame = message.header.frame_id, message.child_frame_id
             case TFMessage():
-                self.frames.hear(topic, message, now)
+                self.frames.hear(topic, message, now, stamp)
             case RobotStates():
                 self._take_robots(message, now)
             case People():

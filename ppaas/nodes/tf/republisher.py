@@ -102,7 +102,7 @@ class TfRepublisherNode(Node):
             case TFSubscriptionActionGoal():
                 self._take_goal(message)
             case GoalID():
-                self._cancel(CancelReceived(self.context.now(), message.id, message.stamp.seconds()))
+                self._cancel(CancelReceived(self.context.elapsed(), message.id, message.stamp.seconds()))
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
         """Create a topic for the caller, and reply with its name.

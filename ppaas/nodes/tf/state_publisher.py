@@ -94,16 +94,16 @@ class StatePublisherNode(Node):
         if topic == TF_STATIC.name:
             self._robot.note_static(transforms.transforms)
         else:
-            self._robot.note_moving(transforms.transforms, self.context.now())
+            self._robot.note_moving(transforms.transforms, self.context.elapsed())
             self._publish_static(self._body.joints_of_transforms(transforms.transforms))
 
     def _on_odometry(self, odometry: Odometry) -> None:
         pose = finite_pose(odometry.pose.pose, "odometry")
         parent = odometry.header.frame_id.lstrip("/") or self._names.odom or prefixed(self._names.prefix, ODOM_FRAME)
         child = odometry.child_frame_id.lstrip("/") or self._names.base
-        if not self._robot.moves(child, self.context.now()):
+        if not self._robot.moves(child, self.context.elapsed()):
             self._publish_odometry(parent, child, pose, odometry.header.stamp)
-        self._publish_static(self._body.joints_of_odometry(child, self.context.now()))
+        self._publish_static(self._body.joints_of_odometry(child, self.context.elapsed()))
 
     def _publish_odometry(self, parent: str, child: str, pose: Pose2D, stamp: Time) -> None:
         moment = Time.of(self.context.now()) if stamp == Time() else stamp

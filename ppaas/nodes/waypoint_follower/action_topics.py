@@ -37,7 +37,7 @@ class WaypointTopics:
 
     def status(self, lists: GoalList[Waypoints]) -> None:
         """Publish the status of all lists."""
-        self._context.publish(topics.WAYPOINTS_STATUS.name, status_array(lists, self._context.now()))
+        self._context.publish(topics.WAYPOINTS_STATUS.name, status_array(lists, self._context))
 
     def feedback(self, state: GoalState[Waypoints]) -> None:
         """Publish the waypoint that the robot drives to."""

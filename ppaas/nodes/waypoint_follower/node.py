@@ -105,10 +105,10 @@ class WaypointFollowerNode(Node):
         TransformError
             The frame of a waypoint is unknown.
         """
-        now = self.context.now()
+        now = self.context.elapsed()
         match message:
             case TFMessage():
-                self._frames.hear(topic, message, now)
+                self._frames.hear(topic, message, now, self.context.now())
             case MoveBaseActionResult():
                 self._on_result(message.status)
             case MoveBaseActionGoal():
@@ -125,13 +125,13 @@ class WaypointFollowerNode(Node):
                 raise InvalidInput(f"{self.name} does not accept {type(message).__name__} on topic {topic!r}")
 
     def _on_list(self, message: FollowWaypointsActionGoal) -> None:
-        now, goal = self.context.now(), message.goal
-        if self._lists.knows(message.goal_id.id, now):
+        goal = message.goal
+        if self._lists.knows(message.goal_id.id, self.context.elapsed()):
             return
         check(len(goal.poses), goal.number_of_loops, goal.goal_index)
         tree = self._frames.tree
         poses = [pose_in(tree, MAP, pose, f"waypoint {index}") for index, pose in enumerate(goal.poses)]
-        stamp = message.goal_id.stamp.seconds() or now
+        stamp = message.goal_id.stamp.seconds() or self.context.now()
         self._counter += 1
         name = message.goal_id.id or f"{self.name}-{self._counter}-{stamp:.3f}"
         if self._lists.active is not None:
@@ -245,7 +245,7 @@ class WaypointFollowerNode(Node):
         for timer in self._timers:
             timer.stop()
         self._timers.clear()
-        ended = self._lists.end(self.context.now(), status, text)
+        ended = self._lists.end(self.context.elapsed(), status, text)
         self._topics.result(ended, error)
         self._topics.status(self._lists)
 

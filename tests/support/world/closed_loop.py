@@ -51,7 +51,11 @@ class RobotWorld(Protocol):
 
 
 class ClosedLoop:
-    """A clone that drives a world's robot; odometry at 20 Hz, scans at 10 Hz. ``masks`` are those of `build_layers`."""
+    """A clone that drives a world's robot. ``masks`` are those of `build_layers`.
+
+    Odometry comes at 20 Hz, and a scan with every second odometry, or as ``scan_every`` says. The clock of the cloud is
+    ``cloud_ahead`` seconds ahead of that of the robot.
+    """
 
     def __init__(
         self, world: RobotWorld, *, worker: Worker = run_inline, start: float = 1000.0,
@@ -59,7 +63,8 @@ class ClosedLoop:
     ) -> None:  # fmt: skip
         self.world = world
         self.clock = ManualClock(start)
-        self.graph = Graph(worker, self.clock, self.clock)
+        self.cloud_ahead = 0.0
+        self.graph = Graph(worker, self.clock, lambda: self.clock() + self.cloud_ahead)
         self.layers = build_layers(world.grid, **(masks or {}))
         self.command = Twist()
         self.commands: list[Twist] = []
@@ -70,6 +75,7 @@ class ClosedLoop:
         self.worst = 0.0
         self.clearance = 1.0
         self.sensing = True
+        self.scan_every = 2
         self._cycle = 0
         clone = {"model": "turtlebot2", "initial_pose": tuple(world.pose), **clone}
         build_clone(self.graph, self.layers, **clone)  # type: ignore[arg-type]
@@ -105,7 +111,7 @@ class ClosedLoop:
         now = self.clock()
         if self.sensing:
             self.sense("odom", self.world.odometry(now))
-            if self._cycle % 2 == 0:
+            if self._cycle % self.scan_every == 0:
                 self.sense("scan", self.world.scan(now))
                 if self.told is not None:
                     self.worst = max(self.worst, error_of(self.told, self.world.pose)[0])

@@ -72,7 +72,8 @@ class Clone:
 
     def __init__(self, client: MachineClient, machine: FrameStream[machine_link.FromContainer]) -> None:
         self.clock = ManualClock(1000.0)
-        self.graph = Graph(stamp_clock=self.clock)
+        self.set_by = 0.0
+        self.graph = Graph(clock=self.clock, stamp_clock=lambda: self.clock() + self.set_by)
         self.node = self.graph.add(EchoNode)
         self.graph.add(Wheels)
         self.machine = machine
@@ -119,7 +120,8 @@ async def test_clone_receives_velocities_and_radii_of_other_robots(clone: Clone)
 async def test_positions_are_shared_after_the_clock_is_set_back(clone: Clone) -> None:
     for x in (0.0, 1.0):
         clone.graph.publish("amcl_pose", pose(x))
-        clone.clock.now -= 60.0
+        clone.clock.advance(SHARE_PERIOD)
+        clone.set_by -= 60.0
     frames = [await receive(clone.machine) for _ in range(2)]
     assert frames == [machine_link.Share("amcl_pose", encode(state(x))) for x in (0.0, 1.0)]
 
@@ -133,6 +135,18 @@ async def test_clone_receives_recently_seen_robots_only(clone: Clone) -> None:
     clone.outside.shared(shared("eve", encode(pose(3.0))))
     assert clone.seen() == [3.0]
     assert clone.node.robots[-1].header.frame_id == "map"
+
+
+@pytest.mark.parametrize("by", [-3600.0, 3600.0])
+async def test_robots_are_forgotten_after_a_time_whatever_the_clock_is_set_to(clone: Clone, by: float) -> None:
+    clone.outside.shared(shared("bob", encode(pose(1.0))))
+    clone.set_by = by
+    clone.clock.advance(FRESH * 0.6)
+    clone.outside.shared(shared("eve", encode(pose(2.0))))
+    assert clone.seen() == [1.0, 2.0]
+    clone.clock.advance(FRESH * 0.6)
+    clone.outside.shared(shared("eve", encode(pose(3.0))))
+    assert clone.seen() == [3.0]
 
 
 async def test_message_rate_does_not_grow_with_the_number_of_robots(clone: Clone) -> None:

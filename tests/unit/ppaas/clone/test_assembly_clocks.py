@@ -3,8 +3,9 @@
 Members of the kind: the robot's clock is set back or ahead by parts of a second (a leap second), by seconds (NTP), by
 an hour (daylight saving time written into stamps), or to another year (no battery); the clock of the base or of the
 laser alone is set; the two are apart from the start; the robot restarts, so that its odometry is reset, too; and the
-clock of the cloud is set. In the code: buffers of transforms, the order of scans, scans that wait, tracks of moving objects,
-resets of odometry, the alignment of a robot that stands, and every duration of Move Base.
+clock of the cloud is set. In the code: buffers of transforms, the order of scans, scans that wait, tracks of moving
+objects, resets of odometry, the alignment of a robot that stands, every duration of Move Base, leases of nodes on the
+robot, and positions of other robots.
 """
 
 import pytest
@@ -132,3 +133,34 @@ def test_a_robot_that_restarts_with_another_clock_has_not_moved(by: float) -> No
     driving.failing.odometries, driving.failing.scans = restarted, shifted(by)
     driving.go_on(2.0)
     assert error_of(driving.told, driving.world.pose)[0] < 0.15
+
+
+@pytest.mark.parametrize("by", [-3600.0, -8.0, 8.0, 3600.0])
+def test_a_robot_drives_on_while_the_clock_of_the_cloud_is_set(by: float) -> None:
+    driving = WatchedDrive()
+    driving.texts.clear()
+    driving.cloud_ahead = by
+    driving.go_on(4.0)
+    assert driving.longest_gap() <= 0.5
+    assert not any(text.startswith("waiting") for text in driving.texts)
+    driving.end_well()
+
+
+def test_a_robot_that_falls_silent_is_stopped_although_the_clock_of_the_cloud_was_set_back() -> None:
+    driving = WatchedDrive()
+    driving.cloud_ahead = -600.0
+    driving.sensing = False
+    driving.go_on(SERVED)
+    assert driving.is_stopped()
+    driving.sensing = True
+    driving.end_well()
+
+
+def test_the_heading_of_a_robot_that_stands_stays_known_when_the_clock_of_the_cloud_is_set() -> None:
+    driving = WatchedDrive()
+    deviations: list[float] = []
+    driving.graph.tap("amcl_pose", lambda _, message: deviations.append(message.pose.covariance[35]))
+    driving.go_on(1.0)
+    driving.cloud_ahead = 7200.0
+    driving.go_on(1.0)
+    assert max(deviations) < 0.05

@@ -36,6 +36,7 @@ class Corridor:
 
     def __init__(self, *, leaves_after: str = "", boxes=(), pose: Pose2D = START) -> None:
         self.driving = ClosedLoop(World(walled_map(6.4, 1.6, list(boxes)), pose, beams=360), parameters=PARAMETERS)
+        self.driving.scan_every = 1  # so that no plan is made between the clearing of the costmap and the next scan
         self.texts: list[str] = []
         self.tried: list[str] = []
         self.backwards: set[str] = set()

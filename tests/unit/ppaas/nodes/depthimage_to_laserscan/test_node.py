@@ -71,7 +71,7 @@ def test_compressed_image_gives_the_same_scan(graph, scans):
 def test_images_without_camera_info_are_refused_after_a_second():
     """A camera may publish its first image before its parameters; one that never does would wait for ever."""
     clock, scans = ManualClock(9.0), []
-    graph = Graph(stamp_clock=clock)
+    graph = Graph(clock=clock, stamp_clock=clock)
     graph.add(lambda context: DepthImageToLaserScanNode(context, DepthScanParameters(scan_height=3)))
     graph.tap("scan", lambda _, message: scans.append(message))
     graph.inject(DEPTH_IMAGE.name, image(wall()))

@@ -36,7 +36,7 @@ def odometry(pose: Pose2D, stamp: float, parent: str = "odom", child: str = "bas
 def publisher(
     clock: Clock = lambda: 77.0, laser_frame: str = "", names: FrameNames | None = None
 ) -> tuple[Graph, FrameListener]:
-    graph, frames = Graph(stamp_clock=clock), FrameListener(names)
+    graph, frames = Graph(clock=clock, stamp_clock=clock), FrameListener(names)
     body, parameters = robot_model("turtlebot3_burger"), StatePublisherParameters(laser_frame)
     graph.add(lambda context: StatePublisherNode(context, body, parameters, names))
     for topic in ("tf", "tf_static"):
