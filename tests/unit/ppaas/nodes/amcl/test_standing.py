@@ -68,7 +68,7 @@ def to_and_fro(robot: LocalizedRobot) -> Command:
 @pytest.mark.parametrize("name", sorted(MAPS))
 def test_a_robot_that_stands_for_half_an_hour_keeps_its_pose(name: str) -> None:
     robot = robot_on(name)
-    errors = robot.run(HALF_AN_HOUR)
+    errors = robot.run(HALF_AN_HOUR, seconds=2.0)
     turned = abs(wrap_angle(robot.world.odometry(0.0).pose.pose.planar().theta))
     assert turned > 5 * HEADING, "the odometry must turn, or the test is void"
     assert errors.position <= POSITION and errors.heading <= HEADING
@@ -77,18 +77,18 @@ def test_a_robot_that_stands_for_half_an_hour_keeps_its_pose(name: str) -> None:
 @pytest.mark.parametrize("name", sorted(MAPS))
 def test_a_robot_that_creeps_for_half_an_hour_keeps_its_pose(name: str) -> None:
     robot = robot_on(name)
-    errors = robot.run(HALF_AN_HOUR, to_and_fro(robot))
+    errors = robot.run(HALF_AN_HOUR, to_and_fro(robot), seconds=2.0)
     assert errors.position <= POSITION and errors.heading <= HEADING
 
 
 def test_a_robot_that_turns_very_slowly_keeps_its_pose() -> None:
-    errors = robot_on("office").run(HALF_AN_HOUR, turn)
+    errors = robot_on("office").run(HALF_AN_HOUR, turn, seconds=2.0)
     assert errors.position <= POSITION and errors.heading <= HEADING
 
 
 @pytest.mark.parametrize("name", sorted(MAPS))
 def test_a_robot_whose_gyro_drifts_four_times_as_fast_keeps_its_pose(name: str) -> None:
-    errors = robot_on(name, drift=4.0).run(10.0)
+    errors = robot_on(name, drift=4.0).run(10.0, seconds=2.0)
     assert errors.position <= POSITION and errors.heading <= HEADING
 
 
