@@ -76,7 +76,8 @@ class Cloud:
         self.clock = ManualClock()
         self.hands = FakeSwitch()
         self.rates = TopicRates()
-        self.graph = Graph(clock=self.clock, stamp_clock=lambda: 1000.0 + self.clock())
+        self.epoch = 1000.0
+        self.graph = Graph(clock=self.clock, stamp_clock=lambda: self.epoch + self.clock())
         self.node = self.graph.add(
             lambda context: NodeMonitorNode(context, self.hands, self.rates, parameters or NodeMonitorParameters())
         )
@@ -196,6 +197,17 @@ def test_robot_that_reports_a_failure_gets_no_node(cloud: Cloud) -> None:
     cloud.ask("give_node", GiveNodeRequest("driver", 0, failure="no numba"))
     assert cloud.hands.done == []
     assert cloud.run_node("driver").reasons == ["it could not be run on the robot: no numba"]
+
+
+@pytest.mark.parametrize("by", [-3600.0, 3600.0])
+def test_leases_last_as_long_whatever_the_clock_is_set_to(cloud: Cloud, by: float) -> None:
+    lease = lent(cloud)
+    cloud.epoch += by
+    cloud.wait(0.5)
+    assert cloud.homes()["driver"] == "robot"
+    assert cloud.hold("driver", lease, state="{}").lease == lease
+    cloud.wait(10.0)
+    assert cloud.homes()["driver"] == "cloud"
 
 
 def test_expired_lease_cannot_give_a_node_back(cloud: Cloud) -> None:
