@@ -275,7 +275,7 @@ PARSERS = {
 
 
 @pytest.mark.parametrize("name", PARSERS)
-@settings(deadline=None, max_examples=100, suppress_health_check=list(HealthCheck))
+@settings(max_examples=100, suppress_health_check=list(HealthCheck))
 @given(data=st.data())
 def test_hostile_bytes_are_read_or_refused(name: str, data: st.DataObject) -> None:
     parser = PARSERS[name]

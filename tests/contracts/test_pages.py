@@ -80,7 +80,7 @@ def test_maps_and_their_versions_are_paged(map_store: MapStore, limit: int) -> N
 
 
 @given(st.lists(st.sampled_from(["add", "remove", "page"]), max_size=30), st.integers(1, 3), st.randoms())
-@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(suppress_health_check=[HealthCheck.too_slow])
 def test_remaining_records_are_seen_once_despite_changes(steps: list[str], limit: int, random: Any) -> None:
     store = MemoryStore()
     staying = {f"s{number}" for number in range(5)}

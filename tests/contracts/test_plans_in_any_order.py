@@ -150,4 +150,4 @@ class PlansInAnyOrder(RuleBasedStateMachine):
 
 
 TestPlansInAnyOrder = PlansInAnyOrder.TestCase
-TestPlansInAnyOrder.settings = settings(max_examples=12, stateful_step_count=20, deadline=None)
+TestPlansInAnyOrder.settings = settings(max_examples=12, stateful_step_count=20)

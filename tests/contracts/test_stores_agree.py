@@ -217,6 +217,6 @@ class MapStoresAgree(RuleBasedStateMachine):
 
 # Every commit of the file stores is synced, which takes long on a busy disk.
 TestStoresAgree = StoresAgree.TestCase
-TestStoresAgree.settings = settings(max_examples=20, stateful_step_count=30, deadline=None)
+TestStoresAgree.settings = settings(max_examples=20, stateful_step_count=30)
 TestMapStoresAgree = MapStoresAgree.TestCase
-TestMapStoresAgree.settings = settings(max_examples=20, stateful_step_count=20, deadline=None)
+TestMapStoresAgree.settings = settings(max_examples=20, stateful_step_count=20)

@@ -216,7 +216,7 @@ async def test_unknown_topics_services_and_types_are_not_found(operator: ClientC
     assert answer["result"] is False and "fly" in answer["values"]
 
 
-@settings(max_examples=4, deadline=None, suppress_health_check=list(HealthCheck), database=None)
+@settings(max_examples=4, suppress_health_check=list(HealthCheck), database=None)
 @given(st.lists(FRAME, min_size=100, max_size=100))
 async def test_frames_of_one_client_do_not_disturb_another(
     cloud: RunningCloud, token: str, frames: list[str | None]

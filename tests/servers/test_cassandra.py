@@ -63,7 +63,7 @@ class CassandraAgrees(StoresAgree):
 
 
 TestCassandraAgrees = CassandraAgrees.TestCase
-TestCassandraAgrees.settings = settings(max_examples=8, stateful_step_count=30, deadline=None)
+TestCassandraAgrees.settings = settings(max_examples=8, stateful_step_count=30)
 
 
 class CassandraInAnyOrder(PlansInAnyOrder):
@@ -91,7 +91,7 @@ class CassandraInAnyOrder(PlansInAnyOrder):
 
 
 TestCassandraInAnyOrder = CassandraInAnyOrder.TestCase
-TestCassandraInAnyOrder.settings = settings(max_examples=5, stateful_step_count=15, deadline=None)
+TestCassandraInAnyOrder.settings = settings(max_examples=5, stateful_step_count=15)
 
 
 # -- concurrent writers ------------------------------------------------------------------------------------------------

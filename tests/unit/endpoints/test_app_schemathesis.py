@@ -54,9 +54,7 @@ def test_of(operation_id: str) -> Callable[..., None]:
     def test(case: schemathesis.Case, service: FuzzedService) -> None:
         answered_as_described(case, service)
 
-    limits = settings(
-        max_examples=EXAMPLES, derandomize=True, deadline=None, database=None, suppress_health_check=list(HealthCheck)
-    )
+    limits = settings(max_examples=EXAMPLES, derandomize=True, database=None, suppress_health_check=list(HealthCheck))
     found: Callable[..., None] = DESCRIBED.include(operation_id=operation_id).parametrize()(limits(test))
     return found
 

@@ -55,7 +55,7 @@ class Bystander:
 
 
 @pytest.mark.filterwarnings("error", "default::ResourceWarning")  # these may be of earlier tests
-@settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck), database=None)
+@settings(max_examples=EXAMPLES, suppress_health_check=list(HealthCheck), database=None)
 @given(st.lists(FRAME, min_size=FRAMES, max_size=FRAMES), st.lists(PUBLISHED, max_size=2))
 async def test_no_frame_breaks_the_cloud_or_disturbs_another(frames: list[str | None], published: list[Any]) -> None:
     place = StillPlace()

@@ -24,7 +24,7 @@ async def pair() -> Streams:
     return near, far, far_writer
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.lists(st.tuples(st.text(), st.binary(max_size=5000)), max_size=20))
 def test_messages_arrive_complete_and_in_order(messages: list[tuple[str, bytes]]) -> None:
     async def check() -> None:

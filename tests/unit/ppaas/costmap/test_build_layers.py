@@ -16,7 +16,6 @@ from tests.reference.maps.static_costmap import static_costmap
 from tests.support.world.maps import grid_maps, real_map
 
 
-@settings(deadline=None)
 @given(grid_maps([-1, 0, 30, 65, 100], most=20))
 def test_costmap_equals_the_static_layer_beyond_the_inflation(grid):
     layers = build_layers(grid)
@@ -28,7 +27,6 @@ def test_costmap_equals_the_static_layer_beyond_the_inflation(grid):
     assert np.array_equal(layers.costmap.data[far], static[far])
 
 
-@settings(deadline=None)
 @given(grid_maps([-1, 0, 100], most=20))
 def test_larger_robot_never_has_lower_costs(grid):
     small = build_layers(grid, robot_radius=0.1).costmap.data
@@ -51,7 +49,7 @@ def masked(grid: GridMap) -> MapLayers:
     return build_layers(grid, keepout=GridMap(data, GridInfo(2.0 * grid.info.resolution, width, height, origin)))
 
 
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @given(grid_maps([-1, 0, 100], most=20))
 def test_keepout_zones_are_inflated_like_obstacles(grid):
     layers = masked(grid)
@@ -63,7 +61,7 @@ def test_keepout_zones_are_inflated_like_obstacles(grid):
     assert (layers.costmap.data[layers.keepout.data == 100] == 254).all()
 
 
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @given(grid_maps([-1, 0, 100], most=20))
 def test_masks_do_not_affect_localization(grid):
     layers, bare = masked(grid), build_layers(grid)
@@ -86,7 +84,7 @@ def test_cells_from_the_lethal_threshold_on_are_obstacles(threshold, lethal, mas
     assert np.array_equal(layers.distance == 0, values >= 65)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(grid_maps([-1, 0, 50, 80, 100], most=20))
 def test_a_recosted_map_equals_one_built_with_the_same_parameters(grid):
     costs = CostParameters(0.3, 3.0, 70)

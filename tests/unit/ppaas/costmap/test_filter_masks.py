@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.costmap import filter_masks
@@ -26,7 +26,6 @@ def masks_and_maps(draw):
     return mask, GridInfo(0.1, columns, rows, origins[1])
 
 
-@settings(deadline=None)
 @given(masks_and_maps(), st.sampled_from([1, 7, 1 << 18]))
 def test_masks_are_resampled_like_by_their_twins(drawn, block):
     mask, info = drawn

@@ -33,7 +33,7 @@ def trees(draw):
     return voxels, octree_of(voxels)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     trees(),
     st.sampled_from([0.05, 0.11, 0.2, 0.65]),

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -19,7 +19,6 @@ DISTANCES = hnp.arrays(
 RADII = st.floats(0.0, 1.0)
 
 
-@settings(deadline=None)
 @given(DISTANCES, st.data(), RADII, RADII, st.floats(0.0, 20.0))
 def test_costs_agree_with_the_twin(distance, draw, inscribed, inflation, scaling):
     unknown = draw.draw(hnp.arrays(np.bool_, distance.shape))
@@ -40,7 +39,6 @@ def test_costs_agree_with_the_twin(distance, draw, inscribed, inflation, scaling
             assert int(costs[cell]) <= exact < int(costs[cell]) + 1 + 1e-9
 
 
-@settings(deadline=None)
 @given(st.floats(0.01, 1.0), st.integers(0, 20))
 def test_radius_of_whole_cells_includes_the_cell_at_that_distance(resolution, cells):
     distance = (np.arange(30) * resolution).astype(np.float32)[None]

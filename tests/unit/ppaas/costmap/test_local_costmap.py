@@ -42,7 +42,7 @@ def cost_at(costmap: Costmap, x: float, y: float) -> int:
     return int(costmap.data[cell])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     st.integers(0, 2**32 - 1),
     poses(3.0),
@@ -82,7 +82,6 @@ def test_costs_are_those_of_all_obstacles_together(seed, robot, discs):
         assert costmap.data[cell] <= exact < costmap.data[cell] + 1.01
 
 
-@settings(deadline=None)
 @given(poses(20.0), poses(5.0))
 def test_the_window_is_centred_on_the_robot_and_aligned_to_the_map(robot, origin):
     layers = empty(2.0, origin)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -24,7 +24,6 @@ REACHES = st.one_of(st.floats(0.0, 15.0), st.sampled_from([math.inf, math.nan, -
 BEAMS = st.lists(st.tuples(st.floats(-4.0, 4.0), REACHES), max_size=6)
 
 
-@settings(deadline=None)
 @given(WINDOWS, poses(14.0), BEAMS, st.floats(0.0, 15.0), st.floats(0.0, 15.0))
 def test_clearing_and_marking_agree_with_the_twin(before, laser, beams, obstacle_range, raytrace_range):
     """If a beam only grazes a corner of a cell, both results are correct."""
@@ -117,7 +116,6 @@ def test_marks_move_with_the_map_and_are_forgotten_outside():
     assert not window.marked.any()
 
 
-@settings(deadline=None)
 @given(*[st.integers(-15, 15)] * 4)
 def test_rolling_keeps_the_cells_common_to_both_windows(row, column, row_after, column_after):
     window = ObstacleLayer(7, 9, 0.1)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput, InvalidMap
@@ -12,7 +12,6 @@ from tests.reference.maps import maps as twin
 from tests.support.world.maps import occupied_arrays, real_map
 
 
-@settings(deadline=None)
 @given(occupied_arrays(), st.data())
 def test_reachable_cells_agree_with_the_twin(occupied, draw):
     free = occupied == 0

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.maps.discs import stamp_disc
@@ -12,7 +12,6 @@ from tests.support.world.maps import sides
 PLACES = st.one_of(st.integers(-6, 16).map(float), st.floats(-6.0, 16.0))
 
 
-@settings(deadline=None)
 @given(sides(12), PLACES, PLACES, st.floats(0.0, 8.0))
 def test_stamp_disc_writes_cells_within_the_radius_and_the_middle(shape, x, y, radius):
     cells = np.zeros(shape, np.uint8)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from scipy import ndimage
 
 from ppaas.maps.distance import distance_to_occupied
@@ -12,7 +12,6 @@ from tests.reference.maps import maps as twin
 from tests.support.world.maps import grid_of, occupied_arrays, real_map
 
 
-@settings(deadline=None)
 @given(occupied_arrays(20))
 def test_distance_agrees_with_the_twin(occupied):
     distance = distance_to_occupied(grid_of(occupied, 0.05))
@@ -20,7 +19,6 @@ def test_distance_agrees_with_the_twin(occupied):
     np.testing.assert_allclose(distance, twin.distance(occupied, 0.05), rtol=1e-6)
 
 
-@settings(deadline=None)
 @given(occupied_arrays(20))
 def test_serial_and_parallel_distances_are_equal(occupied):
     assert np.array_equal(kernels.distance_serial(occupied, 0.1), kernels.distance_parallel(occupied, 0.1))

@@ -5,7 +5,7 @@ import json
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from ppaas.errors import InvalidMap, MalformedMessage
 from ppaas.geometry import Pose2D
@@ -25,7 +25,6 @@ def same(one: GridMap, other: GridMap) -> bool:
     return bool(placed and turned and sized and np.array_equal(one.data, other.data))
 
 
-@settings(deadline=None)
 @given(grid_maps([*range(-1, 101)]))
 def test_grid_round_trips_as_message_and_json(grid):
     message = GridMapMessage(grid).to_message()
@@ -33,7 +32,6 @@ def test_grid_round_trips_as_message_and_json(grid):
     assert same(from_message(decode(OccupancyGrid, encode(message))), grid)
 
 
-@settings(deadline=None)
 @given(grid_maps([*range(-1, 101)]))
 def test_json_data_is_a_row_major_list(grid):
     message = json.loads(encode(to_message(grid)))

@@ -23,7 +23,7 @@ def known_part(data):
 
 
 @given(ARRAYS, ORIGINS)
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 def test_grid_round_trips_as_octree(data, origin):
     data[0, 0, 0] = OCCUPIED
     edge = 0.05
@@ -35,7 +35,7 @@ def test_grid_round_trips_as_octree(data, origin):
 
 
 @given(ARRAYS, ORIGINS)
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_eight_equal_siblings_are_merged(data, origin):
     tree = octree_of(voxels.grid(data, 1.0, Point3D(*map(float, origin))))
     edges = 1 << (16 - tree.depths.astype(int))
@@ -47,7 +47,7 @@ def test_eight_equal_siblings_are_merged(data, origin):
 
 
 @given(ARRAYS, ORIGINS, st.integers(13, 16))
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 def test_coarse_voxel_is_occupied_if_any_part_is_free_if_all_are(data, origin, depth):
     data[0, 0, 0] = OCCUPIED
     size = 1 << (16 - depth)

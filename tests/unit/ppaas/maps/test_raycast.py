@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput, InvalidMap
@@ -18,7 +18,6 @@ from tests.support.world.maps import occupied_arrays, poses
 HAIR = 1e-5
 
 
-@settings(deadline=None)
 @given(occupied_arrays(), poses(14.0), st.floats(0.0, 20.0))
 def test_range_lies_between_those_to_grown_and_shrunk_cells(occupied, pose, far):
     """A ray that only grazes a corner may hit the cell or not; all others have one correct range."""
@@ -56,7 +55,6 @@ def test_range_agrees_with_fine_steps(seed):
             assert twin.cast(occupied, Pose2D(x, y, angle), 35.0, -2e-3) >= stepped - 0.1
 
 
-@settings(deadline=None)
 @given(occupied_arrays(), poses(), poses(), st.floats(0.01, 2.0))
 def test_ranges_do_not_depend_on_the_pose_of_the_map(occupied, pose, origin, resolution):
     # Positions and angles at which rounding does not decide: not on edges of cells, axes or diagonals.

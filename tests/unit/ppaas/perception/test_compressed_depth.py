@@ -4,7 +4,7 @@ import struct
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
@@ -12,7 +12,6 @@ from ppaas.errors import InvalidInput
 from ppaas.perception.compressed_depth import FORMATS, compress, decompress
 
 
-@settings(deadline=None)
 @given(arrays.arrays(np.uint16, st.tuples(st.integers(1, 9), st.integers(1, 9))))
 def test_millimetres_round_trip(image):
     kind, data = compress(image)
@@ -20,7 +19,6 @@ def test_millimetres_round_trip(image):
     assert np.array_equal(decompress(kind, data), image)
 
 
-@settings(deadline=None)
 @given(arrays.arrays(np.float32, (4, 5), elements=st.floats(0.25, 10.0, width=32)))
 def test_metres_round_trip_more_finely_at_short_range(image):
     kind, data = compress(image)
@@ -61,7 +59,6 @@ def test_an_invalid_depth_image_is_refused(kind, data, why):
 ENCODED = compress((np.arange(600, dtype=np.uint16) * 77).reshape(20, 30))[1]
 
 
-@settings(deadline=None)
 @given(st.integers(0, len(ENCODED) - 1), st.binary(min_size=1, max_size=8))
 def test_corrupt_image_is_refused_or_decoded(where, garbage):
     broken = ENCODED[:where] + garbage + ENCODED[where + len(garbage) :]

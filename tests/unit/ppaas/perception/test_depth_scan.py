@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
@@ -34,7 +34,6 @@ def twin(image: np.ndarray, camera: PinholeCamera, own: DepthScanParameters) -> 
 depths_m = st.floats(0.0, 12.0, width=32) | st.sampled_from([math.nan, math.inf])
 
 
-@settings(deadline=None)
 @given(arrays.arrays(np.float32, (9, 16), elements=depths_m), st.integers(1, 8))
 def test_scan_of_metres_agrees_with_the_twin(image, rows):
     own = DepthScanParameters(scan_height=rows)
@@ -45,7 +44,6 @@ def test_scan_of_metres_agrees_with_the_twin(image, rows):
     np.testing.assert_allclose(DepthScanner(CAMERA, own).scan(image), twin(image, CAMERA, own), rtol=1e-5)
 
 
-@settings(deadline=None)
 @given(arrays.arrays(np.uint16, (9, 16), elements=st.integers(0, 65535)), st.integers(1, 8))
 def test_scan_of_millimetres_agrees_with_the_twin(image, rows):
     own = DepthScanParameters(scan_height=rows, range_min=0.3, range_max=70.0)

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.costmap.costmap import Costmap
@@ -36,7 +36,6 @@ def _ends(costmap: Costmap, cells: np.ndarray) -> tuple[Pose2D, Pose2D]:
     return Pose2D(first[0] + 0.01, first[1], 1.0), Pose2D(last[0], last[1] - 0.01, -2.0)
 
 
-@settings(deadline=None)
 @given(st.integers(0, 1000), st.integers(1, 40), st.floats(-math.pi, math.pi))
 def test_poses_and_cost_agree_with_the_definition(seed, count, yaw):
     costmap, cells = _costmap(seed, Pose2D(1.0, -2.0, yaw)), _walk(seed, count)

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput
@@ -42,14 +42,12 @@ def written(rows: list[list[float]], pieces: list[str]) -> str:
     return text[: int(write_rows(np.array(rows), template, ends, text))].tobytes().decode()
 
 
-@settings(deadline=None)  # the first call compiles
 @given(tables, st.lists(st.text("[]{},:x", max_size=20), min_size=5, max_size=5))
 def test_kernel_writes_like_its_twin(rows: list[list[float]], pieces: list[str]) -> None:
     used = pieces[: len(rows[0]) + 1]
     assert written(rows, used) == twin.rows_text(rows, used)
 
 
-@settings(deadline=None)
 @given(st.lists(st.lists(st.floats(-1e6, 1e6), min_size=7, max_size=7)))
 def test_numbers_round_trip_within_half_a_billionth(rows: list[list[float]]) -> None:
     read = json.loads(rows_text(np.array(rows).reshape(-1, 7)))

@@ -53,7 +53,7 @@ def points_of(links):
     return np.concatenate(found)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(robots)
 def test_footprint_reaches_as_far_as_the_shapes_on_every_side(links):
     description, points = describe(written(links)), points_of(links)
@@ -65,7 +65,7 @@ def test_footprint_reaches_as_far_as_the_shapes_on_every_side(links):
     assert description.height == pytest.approx(np.ptp(points[:, 2]), abs=2e-3)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(robots)
 def test_footprint_is_convex_between_its_two_discs(links):
     description = describe(written(links))

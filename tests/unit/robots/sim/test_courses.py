@@ -41,7 +41,7 @@ def check(grid: GridMap, courses: list[Course], robots: int, goals: int) -> None
             assert length >= here.distance_to(goal) - 1e-9
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.integers(0, 10**6), st.integers(1, 4), st.integers(1, 3))
 def test_goals_in_random_warehouses_are_far_reachable_and_apart(seed: int, robots: int, goals: int) -> None:
     grid = warehouse(seed)

@@ -24,7 +24,7 @@ def furnished(seed: int) -> GridMap:
     return GridMap(cells, grid.info)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 10**6), st.floats(-math.pi, math.pi), st.integers(0, 3))
 def test_ranges_equal_those_of_the_slow_laser(seed: int, heading: float, others: int) -> None:
     grid = furnished(seed)

@@ -35,7 +35,7 @@ def terrain(seed, density, size=60):
     moving=st.tuples(st.floats(-0.3, 1.0), st.floats(-2.0, 2.0)),
     movers_count=st.integers(0, 3),
 )
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 def test_rollout_of_a_disc_agrees_with_the_twin(seed, density, pose, moving, movers_count):
     _, ground = terrain(seed, density)
     random = np.random.default_rng(seed)

@@ -12,7 +12,7 @@ proxemics = st.builds(
 )
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(seed=st.integers(0, 10_000), walkers=st.lists(walking, max_size=3), how=proxemics)
 def test_raised_costs_agree_with_the_twin(seed, walkers, how):
     random = np.random.default_rng(seed)

@@ -15,7 +15,7 @@ from tests.support.world.scattered_walls import distances
 seeds = st.integers(0, 2**32 - 1)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(seeds, st.floats(-math.pi, math.pi))
 def test_range_scores_agree_with_the_twin(seed, yaw):
     rng = np.random.default_rng(seed)

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.geometry import Pose2D
@@ -12,7 +12,6 @@ from tests.reference.driving import localization as twin
 seeds = st.integers(0, 2**32 - 1)
 
 
-@settings(deadline=None)
 @given(seeds, st.floats(-4, 4))
 def test_moments_around_a_pose_agree_with_the_twin(seed, theta):
     rng = np.random.default_rng(seed)
@@ -32,7 +31,6 @@ def test_pose_without_near_particles_has_no_weight_and_is_unchanged():
     assert (total, mean) == (0.0, (9.0, 9.0, 1.0))
 
 
-@settings(deadline=None)
 @given(seeds)
 def test_heaviest_bin_agrees_with_the_twin(seed):
     rng = np.random.default_rng(seed)

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.geometry import Pose2D
@@ -20,7 +20,6 @@ def cubes(resolution):
     return np.rint(likelihoods**3 * likelihood_field.ONE).astype(np.int64)
 
 
-@settings(deadline=None)
 @given(seeds, st.floats(-math.pi, math.pi))
 def test_scan_scores_agree_with_the_twin(seed, yaw):
     rng = np.random.default_rng(seed)

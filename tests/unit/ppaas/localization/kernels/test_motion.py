@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.localization.kernels import motion
@@ -20,7 +20,6 @@ MOVES = [
 
 
 @pytest.mark.parametrize(("move", "slow"), MOVES)
-@settings(deadline=None)
 @given(seeds, st.floats(-math.pi, math.pi), st.floats(0, 3), st.floats(-math.pi, math.pi))
 def test_moves_agree_with_the_twin(move, slow, seed, first, second, third):
     rng = np.random.default_rng(seed)

@@ -1,5 +1,5 @@
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.localization.kernels import resample
@@ -8,7 +8,6 @@ from tests.reference.driving import localization as twin
 seeds = st.integers(0, 2**32 - 1)
 
 
-@settings(deadline=None)
 @given(seeds, st.floats(0.1, 3.0), st.integers(1, 50))
 def test_kld_sample_size_agrees_with_the_twin(seed, spread, least):
     rng = np.random.default_rng(seed)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidMap
@@ -19,7 +19,6 @@ PIXELS = np.array([[0, 88, 89, 90, 204, 205, 206, 254, 255]], np.uint8)
 IMAGE = write_pgm(PIXELS)
 
 
-@settings(deadline=None)
 @given(grid_maps([-1, 0, 100]))
 def test_a_saved_map_loads_cell_for_cell(grid):
     record, image = save_map(grid, "map.pgm")
@@ -29,14 +28,12 @@ def test_a_saved_map_loads_cell_for_cell(grid):
     assert parse_yaml(record).mode is Mode.TRINARY
 
 
-@settings(deadline=None)
 @given(grid_maps([-1, 0, 1, 42, 99, 100]))
 def test_graded_cells_round_trip(grid):
     record, image = save_map(grid, "map.pgm")
     assert np.array_equal(load_map(record, image).data, grid.data)
 
 
-@settings(deadline=None)
 @given(st.text(min_size=1))
 def test_any_image_name_round_trips(name):
     grid = load_map(YAML, IMAGE)
@@ -189,7 +186,6 @@ def test_an_invalid_record_is_refused_with_the_name_of_the_key(record, named):
         load_map(record, IMAGE)
 
 
-@settings(deadline=None)
 @given(st.one_of(st.binary(max_size=80), st.text(max_size=80).map(str.encode)))
 def test_arbitrary_bytes_raise_invalid_map_only(rubbish):
     for record in (rubbish, YAML + rubbish, b"image: " + rubbish):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -34,7 +34,6 @@ def test_one_is_black_and_nought_is_white(image):
     assert parse(image).tolist() == [[0, 255, 0], [255, 0, 255]]
 
 
-@settings(deadline=None)
 @given(hnp.arrays(np.bool_, sides(20)), st.integers(1, 40))
 def test_text_and_binary_images_are_equal_for_any_block_size(black, block):
     size = b"%d %d\n" % black.shape[::-1]
@@ -46,7 +45,6 @@ def test_text_and_binary_images_are_equal_for_any_block_size(black, block):
         assert np.array_equal(parse(b"P1 " + size + text), expected)
 
 
-@settings(deadline=None)
 @given(hnp.arrays(np.bool_, sides(20)), st.data())
 def test_single_rows_equal_rows_of_the_whole_image(black, data):
     image = b"P4 %d %d\n" % black.shape[::-1] + np.packbits(black, axis=1).tobytes()
@@ -76,7 +74,6 @@ def test_an_invalid_image_is_refused_with_the_reason(image, reason):
         parse(image)
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=60))
 def test_arbitrary_bytes_are_read_or_raise_invalid_map(rubbish):
     for image in (b"P4 " + rubbish, b"P4 2 2 " + rubbish, b"P1 2 2 " + rubbish):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -12,7 +12,6 @@ from ppaas.maps.formats.pgm import open_pgm, parse_pgm, write_pgm
 from tests.support.world.maps import sides
 
 
-@settings(deadline=None)
 @given(hnp.arrays(np.uint8, sides(20)))
 def test_pixels_round_trip(pixels):
     assert np.array_equal(parse_pgm(write_pgm(pixels)), pixels)
@@ -72,7 +71,6 @@ def test_colours_are_the_third_axis(image):
     assert parse_pgm(image).tolist() == [[[0, 10, 35], [255, 1, 2]]]
 
 
-@settings(deadline=None)
 @given(hnp.arrays(np.uint8, sides(20)))
 def test_text_and_binary_images_are_equal(pixels):
     text = " ".join(map(str, pixels.ravel().tolist())).encode()
@@ -126,7 +124,6 @@ def test_an_invalid_image_is_refused_with_the_reason(image, reason):
         parse_pgm(image)
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=60))
 def test_arbitrary_bytes_are_read_or_raise_invalid_map(rubbish):
     for image in (rubbish, b"P5 " + rubbish, b"P5 2 2 255 " + rubbish, b"P2 2 2 65535\n" + rubbish, b"P6 " + rubbish):
@@ -151,7 +148,6 @@ def test_every_real_image_is_read(data):
 gaps = st.sampled_from([b" ", b"\n", b"\r\n", b"\t ", b" # 7 8\n", b"#9\r", b"\n#\n#5\n"])
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 65535), gaps), min_size=1, max_size=30), st.integers(1, 40))
 def test_text_is_parsed_alike_for_any_block_size(numbers, block):
     text = b"".join(b"%d%b" % pair for pair in numbers)

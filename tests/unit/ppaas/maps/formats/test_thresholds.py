@@ -26,7 +26,7 @@ def record(**keys) -> MapYaml:
     return MapYaml(**({"image": "a.png", "resolution": 0.05, "origin": (0.0, 0.0, 0.0)} | keys))
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(PIXELS, st.sampled_from(Mode), st.booleans(), THRESHOLDS, THRESHOLDS, st.sampled_from(Rules))
 def test_occupancy_agrees_with_the_twin(channels, mode, negate, low, high, rules):
     assume(low >= high or np.float32(low) < np.float32(high))

@@ -12,7 +12,7 @@ import codecs
 import os
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidMap
@@ -161,7 +161,6 @@ def test_a_key_is_set_and_every_other_byte_stays(text, changed, encoding):
     assert with_key(text.encode(encoding), "image", "b.pgm") == changed.encode(encoding)
 
 
-@settings(deadline=None)
 @given(st.text(min_size=1))
 def test_any_text_can_be_set(value):
     assert read_keys(with_key(PLAIN.encode(), "image", value)) == KEYS | {"image": value}
@@ -173,7 +172,6 @@ def test_a_key_cannot_be_set_where_there_is_none(text):
         with_key(text, "image", "b.pgm")
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=80))
 def test_arbitrary_bytes_are_read_or_raise_invalid_map(rubbish):
     for text in (rubbish, PLAIN.encode() + rubbish, b"image: " + rubbish):

@@ -59,7 +59,7 @@ def assert_cheapest(costs, path, start, goal, allow_unknown=True):
 
 @KINDS
 @given(scenes(), st.booleans())
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 def test_successive_searches_agree_with_the_twin(kind, scene, allow_unknown):
     costs, queries = scene
     prepared = kind(allow_unknown=allow_unknown).prepare(grids.of(costs))
@@ -70,7 +70,6 @@ def test_successive_searches_agree_with_the_twin(kind, scene, allow_unknown):
 
 @KINDS
 @given(scenes())
-@settings(deadline=None)
 def test_slices_of_one_cell_and_small_capacities_give_the_same_paths(kind, scene):
     costs, queries = scene
     whole = kind().prepare(grids.of(costs))

@@ -65,7 +65,7 @@ def assert_walkable(costmap, cells, allow_unknown=True):
 
 
 @given(grids.cost_arrays(), st.data(), st.booleans())
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 def test_path_is_walkable_and_as_cheap_as_the_twins(plan, costs, data, allow_unknown):
     free = [cell for cell in np.ndindex(costs.shape) if math.isfinite(twin.weight(int(costs[cell]), allow_unknown))]
     assume(free)

@@ -55,7 +55,7 @@ def histories(draw):
 
 
 @given(histories())
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 def test_path_weight_agrees_with_the_twin_after_changes_and_moves(history):
     goal, allow_unknown, steps = history
     planner = DStarLite(allow_unknown=allow_unknown)

@@ -44,7 +44,7 @@ def steps_inside(cells, points):
 
 
 @given(scenes(), st.sampled_from(["all", "start", "astar"]))
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 def test_potentials_agree_with_the_twin(scene, until):
     costs, start, goal, allow_unknown = scene
     target = None if until == "all" else start
@@ -57,7 +57,7 @@ def test_potentials_agree_with_the_twin(scene, until):
 
 
 @given(scenes(), st.booleans(), st.sampled_from([1, 3, 20_000]))
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 def test_path_walk_agrees_with_the_twin_in_slices_of_any_length(scene, early, slice_steps):
     costs, start, goal, allow_unknown = scene
     function = NavigationFunction(grids.of(costs), goal, allow_unknown=allow_unknown)
@@ -72,7 +72,7 @@ def test_path_walk_agrees_with_the_twin_in_slices_of_any_length(scene, early, sl
 
 
 @given(scenes(), st.booleans())
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 def test_path_connects_its_ends_through_free_cells(scene, use_astar):
     costs, start, goal, allow_unknown = scene
     map_ = grids.of(costs)

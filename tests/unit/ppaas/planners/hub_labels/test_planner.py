@@ -34,7 +34,7 @@ def assert_all_paths_are_shortest(free, index, starts):
 
 
 @given(maps(9))
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_paths_between_any_cells_are_shortest(free):
     cells = [(int(r), int(c)) for r, c in zip(*np.nonzero(free), strict=True)]
     assert_all_paths_are_shortest(free, HubLabels().prepare(costmap(free)), cells[::3])

@@ -11,7 +11,7 @@ ORDERS = st.lists(st.tuples(st.integers(0, CELLS - 1), st.none() | st.tuples(st.
 
 
 @given(ORDERS)
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 def test_first_key_is_always_the_smallest(orders):
     keys, cells, places = np.zeros((CELLS + 2, 2)), np.zeros(CELLS + 2, np.int32), np.zeros(CELLS, np.int32)
     size, twin = 0, {}

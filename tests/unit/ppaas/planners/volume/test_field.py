@@ -41,14 +41,14 @@ def noise(seed, shape, blocked=0.2):
 
 
 @given(scenes())
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 def test_field_equals_the_fixed_point_twin(scene):
     values = grown(*scene).values() * SCALE
     assert np.array_equal(np.rint(values), twin.cost_field(*scene, units=SCALE))
 
 
 @given(scenes())
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 def test_field_is_within_its_error_bound_of_the_float_twin(scene):
     values, exact = grown(*scene).values(), twin.cost_field(*scene)
     assert np.array_equal(np.isinf(values), np.isinf(exact))
@@ -67,7 +67,7 @@ def test_the_field_agrees_with_scipy_on_larger_grids(seed):
 
 
 @given(scenes(), st.data())
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 def test_value_of_a_target_equals_that_of_the_whole_field(scene, data):
     costs, goals, allow_unknown = scene
     target = data.draw(st.sampled_from(voxels.free_voxels(costs, allow_unknown)))

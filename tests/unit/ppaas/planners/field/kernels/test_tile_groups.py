@@ -88,7 +88,7 @@ def maps(draw):
 
 
 @given(maps(), st.booleans(), st.booleans())
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_a_group_has_the_same_tables_as_single_tiles(drawn, allow_unknown, is_far):
     check(*drawn, allow_unknown, is_far)
 

@@ -1,6 +1,6 @@
 """The queue pops cells by bucket, however far apart the buckets are."""
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.planners.grid.bucket_ring import BucketRing
@@ -28,7 +28,6 @@ def arrays(ring):
 
 
 @given(OPERATIONS, st.integers(1, 1 << 30), st.integers(0, 1 << 12))
-@settings(deadline=None)
 def test_cells_are_popped_by_bucket_in_lifo_order(operations, span, grain):
     ring = BucketRing(span, grain, 200, 0)
     width = 1 << int(ring.state[1])
@@ -53,7 +52,6 @@ def test_cells_are_popped_by_bucket_in_lifo_order(operations, span, grain):
 
 
 @given(st.lists(STEPS, max_size=50), st.integers(0, 1 << 40))
-@settings(deadline=None)
 def test_a_cleared_queue_is_empty(steps, key):
     ring = BucketRing(SLOTS // 2, 1, 50, 0)
     for cell, step in enumerate(steps):

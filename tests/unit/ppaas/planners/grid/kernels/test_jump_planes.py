@@ -28,13 +28,12 @@ def assert_planes(costs, allow_unknown=True):
 
 
 @given(grids.cost_arrays(), st.booleans())
-@settings(deadline=None)
 def test_planes_agree_with_the_twin(costs, allow_unknown):
     assert_planes(costs, allow_unknown)
 
 
 @given(hnp.arrays(np.uint8, (1, 200), elements=st.sampled_from([0, 0, 0, 254])))
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 def test_planes_agree_with_the_twin_across_words(row):
     assert_planes(np.vstack((row, np.roll(row, 1), row[:, ::-1])))
 

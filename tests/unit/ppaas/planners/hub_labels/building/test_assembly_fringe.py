@@ -35,7 +35,7 @@ def some(free, count: int) -> list[tuple[int, int]]:
 
 
 @given(free=maps(12), entries=st.sampled_from([0, 10, 40]), gates=st.sampled_from([0, 6]))
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_paths_are_shortest_for_any_number_of_labels(free, entries, gates):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(assembly, "most_label_entries", lambda *_: entries)

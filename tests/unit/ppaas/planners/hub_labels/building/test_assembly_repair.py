@@ -36,7 +36,7 @@ def changes(draw):
 
 
 @given(changes())
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_repaired_corner_map_equals_a_new_one(change):
     before, after, rectangle = change
     mended = repair_corner_map(
@@ -48,7 +48,7 @@ def test_repaired_corner_map_equals_a_new_one(change):
 
 
 @given(changes())
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_repaired_index_answers_like_a_new_one(change):
     before, after, rectangle = change
     repaired, fresh = index_of(before).repaired(after, rectangle), index_of(after)

@@ -58,7 +58,7 @@ def assert_lengths_are_kept(free, graph, cells):
 
 
 @given(free=maps(14), core=st.integers(0, 8), settle=st.sampled_from([1, 300]), neighbours=st.sampled_from([2, 16]))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_contraction_keeps_all_distances(free, core, settle, neighbours):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(contractions, "SETTLED", settle)
@@ -70,7 +70,7 @@ def test_contraction_keeps_all_distances(free, core, settle, neighbours):
 
 
 @given(free=maps(12), seed=st.integers(0, 9))
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 def test_nodes_are_contracted_by_given_costs(free, seed):
     nodes = len(graph_of(free).positions)
     costs = np.random.default_rng(seed).permutation(nodes).astype(np.int32)

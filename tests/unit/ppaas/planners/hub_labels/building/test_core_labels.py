@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidPlanner
@@ -48,7 +48,6 @@ def labels_of(nodes: int, lengths: Lengths, *, batches: tuple[int, int, int], th
 
 
 @given(graph=graphs(), batches=st.sampled_from([(1, 1, 1), (2, 8, 1), (4, 64, 16), (30, 30, 1)]))
-@settings(deadline=None)
 def test_label_hubs_agree_with_the_twin(graph, batches):
     nodes, lengths = graph
     labels = labels_of(nodes, lengths, batches=batches, threads=1)
@@ -57,7 +56,6 @@ def test_label_hubs_agree_with_the_twin(graph, batches):
 
 
 @given(graph=graphs(), batches=st.sampled_from([(1, 1, 1), (2, 8, 1), (4, 64, 16), (30, 30, 1)]))
-@settings(deadline=None)
 def test_edge_towards_a_hub_leads_to_a_node_with_that_hub(graph, batches):
     nodes, lengths = graph
     pairs = list(lengths.items())

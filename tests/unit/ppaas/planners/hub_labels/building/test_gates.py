@@ -40,7 +40,7 @@ def gates_of(fringe, rank: int) -> dict[int, float]:
 
 
 @given(free=maps(14), entries=st.sampled_from([5, 20, 60]))
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 def test_gates_are_on_shortest_paths_and_complete(free, entries):
     pool, fringe, cells, _ = fringe_of(free, entries)
     far = [twin.lengths_from(free, cell) for cell in cells]
@@ -69,7 +69,7 @@ def climbed_from(rank: int, fringe, edges) -> dict[int, float]:
 
 
 @given(free=maps(14), entries=st.sampled_from([5, 20, 60]))
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 def test_box_of_a_corner_holds_all_nearer_unlabelled_corners(free, entries):
     pool, fringe, cells, edges = fringe_of(free, entries)
     far = [twin.lengths_from(free, cell) for cell in cells]

@@ -26,7 +26,7 @@ def edges_in(free) -> RankedEdges:
 
 @given(maps(6), st.integers(1, 40))
 @example(PILLARS, 1)
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 def test_order_covers_the_most_uncounted_paths_first(free, budget):
     edges = edges_in(free)
     nodes = len(edges.starts) - 1

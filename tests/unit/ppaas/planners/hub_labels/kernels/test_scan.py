@@ -30,7 +30,6 @@ def in_whole_numbers(a, b) -> int:
 
 
 @given(hnp.arrays(np.int64, 6), st.integers(0, 127), st.integers(0, 140))
-@settings(deadline=None)
 def test_set_bits_are_counted_in_both_directions(words, bit, most):
     for stride in (1, 2, 3):
         line = words[::stride]
@@ -42,7 +41,7 @@ def test_set_bits_are_counted_in_both_directions(words, bit, most):
 
 
 @given(maps())
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 def test_corners_seen_from_each_free_cell_agree_with_the_twin(free):
     corner_map = build_corner_map(free, threads=1, check=proceed)
     corners = [(int(r) - 1, int(c) - 1) for r, c in corner_map.positions]

@@ -18,7 +18,7 @@ def _write(flat, at, cell):
 
 
 @given(st.integers(0, 10), st.integers(-(2**62), 2**62))
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 def test_each_written_cell_is_the_first_plus_its_step(at, cell):
     flat = np.full(80, 7)
     _write(flat, at, cell)

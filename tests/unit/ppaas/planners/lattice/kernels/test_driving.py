@@ -25,7 +25,7 @@ def random_surface(rng, *, outlined):
 
 
 @given(SEEDS)
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 def test_outline_check_agrees_with_the_twin(seed):
     rng = np.random.default_rng(seed)
     surface = random_surface(rng, outlined=True)
@@ -36,7 +36,7 @@ def test_outline_check_agrees_with_the_twin(seed):
 
 
 @given(SEEDS, st.booleans())
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 def test_cost_and_end_of_a_piece_agree_with_the_twin(seed, outlined):
     rng = np.random.default_rng(seed)
     surface = random_surface(rng, outlined=outlined)

@@ -15,7 +15,7 @@ from tests.unit.ppaas.planners.lattice.kernels.test_reeds_shepp import (
 
 @given(GOALS, WEIGHTS)
 @example((0.0, 0.0, 5e-324), 1.0)
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 def test_dubins_curve_ends_at_its_goal_and_never_reverses(goal, turn):
     word = dubins(*goal, turn)
     assert_ends_at(pieces_of(word), goal)

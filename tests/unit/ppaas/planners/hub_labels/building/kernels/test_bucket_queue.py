@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numba import njit
 
@@ -31,7 +31,6 @@ def run(firsts, edges, buckets, entries, taken):
     firsts=st.lists(st.integers(0, LONGEST), min_size=1, max_size=10),
     edges=st.lists(st.integers(STRAIGHT, LONGEST), max_size=200),
 )
-@settings(deadline=None)
 def test_nodes_are_taken_once_in_bucket_order(firsts, edges):
     count = len(firsts) + len(edges)
     buckets, taken = np.full(buckets_for(LONGEST), -1, np.int32), np.empty(count, np.int64)

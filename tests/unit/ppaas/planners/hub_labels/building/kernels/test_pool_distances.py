@@ -15,7 +15,7 @@ from tests.unit.ppaas.planners.hub_labels.kernels.test_scan import maps
 
 
 @given(free=maps(14))
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 def test_distances_from_a_root_agree_with_the_twin(free):
     pool, _, cells, _ = fringe_of(free, 60)
     of_root, far = np.full((2, pool.labelled), FAR, np.int32)
