@@ -162,7 +162,7 @@ class Unavailable(PPaaSError):
     Parameters
     ----------
     text : str
-        What failed, and what to do.
+        The failure, and what to do about it.
     public : str, optional
         Text for clients, if the text names a file, an address or another secret of the server.
     """

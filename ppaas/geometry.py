@@ -102,7 +102,7 @@ def convex_outline(points: NDArray[np.float64]) -> NDArray[np.float64]:
 def within_hull(
     hull: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64], margin: float
 ) -> NDArray[np.bool_]:
-    """Return which points are in a convex outline, or nearer to all of its edges than a margin.
+    """Return a mask of the points that are in a convex outline, or at most a margin beyond its edges.
 
     Parameters
     ----------

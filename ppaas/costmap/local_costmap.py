@@ -165,7 +165,7 @@ class LocalCostmap:
 
     @property
     def has_outline(self) -> bool:
-        """Whether the robot has a footprint, whose outline `fits` checks."""
+        """The robot has a footprint, whose outline `fits` checks."""
         return self._hull is not None
 
     def fits(self, pose: Pose2D) -> bool:

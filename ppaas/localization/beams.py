@@ -50,7 +50,7 @@ def check_scan(scan: LaserScan) -> None:
 
 
 def excess_of(scan: LaserScan) -> float:
-    """Return how many ranges a scan has beyond what its angles say; one more or less is usual and counts as 0."""
+    """Return the number of ranges beyond the number that the angles give; one more or less is usual and counts as 0."""
     if not math.isfinite(scan.angle_max) or scan.angle_increment == 0.0:
         return 0.0
     excess = len(scan.ranges) - 1.0 - (scan.angle_max - scan.angle_min) / scan.angle_increment

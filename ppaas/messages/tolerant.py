@@ -1,6 +1,6 @@
 """Messages as rosbridge_suite takes them: with defaults of ROS, and spellings of ROS 1 and ROS 2.
 
-What rosbridge_suite takes, this module takes; what it refuses, this module refuses, and says where and what to do:
+This module takes and refuses the same spellings as rosbridge_suite. Its errors say where the fault is and what to do:
 
 ============================  ==========================================================================================
 a field is left out           its default in ROS: 0, false, empty; a message with its own defaults
@@ -142,7 +142,7 @@ def _length_of(kind: inspect.Type) -> int | None:
 
 
 def _read_of(kind: inspect.Type) -> _Read | None:
-    """Return what reads values of a type; None if they are in their strict form already."""
+    """Return the reader of values of a type; None if they are in their strict form already."""
     plain, message = _plain(kind), _message_of(kind)
     if message in (Time, Duration):
         return partial(_read_time, message)
@@ -189,7 +189,7 @@ def _read_list(read: _Read, value: object, place: str) -> object:
 
 
 def _default_of(kind: inspect.Type) -> Callable[[], object] | None:
-    """Return what makes the default of a type in ROS; None if it is not a type of ROS."""
+    """Return the maker of the default that a type has in ROS; None if it is not a type of ROS."""
     plain, message = _plain(kind), _message_of(kind)
     if message is not None:
         return lambda: _reader_of(message).read({}, "$")

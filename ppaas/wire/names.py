@@ -52,7 +52,7 @@ def ros1_type(name: str) -> str:
 
 
 def ros2_spelling(name: str | None) -> Callable[[bytes], bytes] | None:
-    """Return what spells messages of a type as a client that names it as in ROS 2 expects; None for any other client.
+    """Return the function that spells messages as in ROS 2, for clients that name their type so; None for others.
 
     Parameters
     ----------

@@ -191,6 +191,6 @@ class _Reader:
 
 
 def _span(event: yaml.Event) -> tuple[int, int]:
-    """Return where an event begins and ends in the text."""
+    """Return the offsets at which an event begins and ends in the text."""
     start, end = (0 if mark is None else mark.index for mark in (event.start_mark, event.end_mark))
     return start, end

@@ -53,7 +53,7 @@ class AmclNode(Node):
     robot has not moved far enough for an update of the particles. So other robots know of a robot that stands still.
 
     Scans wait until odometry has reached their stamps. A stamp of zero means the latest odometry. If the odometry is
-    reset, the robot is assumed not to have moved. While no scan can be used, ``amcl/status`` says why.
+    reset, the robot is assumed not to have moved. While no scan can be used, ``amcl/status`` gives the reason.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ class AmclNode(Node):
         self._frames = FrameListener(names)
         self._scans = ScanReader(self._frames, warns=True)
         self._waiting = WaitingScans()
-        self._told = ""
+        self._reported = ""
         self._map_to_odom: Pose2D | None = None
         self._continuity = Continuity()
         self._restored: AmclState | None = None
@@ -154,7 +154,7 @@ class AmclNode(Node):
             if errors:
                 raise errors[-1]
         except PPaaSError as error:
-            self._tell(f"scans are refused: {error}")
+            self._report(f"scans are refused: {error}")
             raise
 
     def _checked(self, message: LaserScan) -> RobotScan:
@@ -180,7 +180,7 @@ class AmclNode(Node):
             except PPaaSError as error:
                 errors.append(error)
         if self._waiting.ahead:
-            self._tell(
+            self._report(
                 f"scans are stamped {self._waiting.ahead:.1f} s ahead of the newest odometry: stamp both with the same "
                 "clock"
             )
@@ -198,12 +198,12 @@ class AmclNode(Node):
             self._align(scan, odom)
         # The scan's own stamp to the nanosecond, as in ROS: a client finds the pose of a scan by it.
         self._publish_pose(odom, stamp, scan.scan.header.stamp if scan.stamp else Time.of(stamp))
-        self._tell("")
+        self._report("")
 
-    def _tell(self, text: str) -> None:
-        """Publish why localization uses no scans, if that has changed; nothing while it does."""
-        if text != self._told:
-            self._told = text
+    def _report(self, text: str) -> None:
+        """Publish the reason for which localization uses no scans, if it has changed; empty text while it uses them."""
+        if text != self._reported:
+            self._reported = text
             self.context.publish(topics.AMCL_STATUS.name, String(text))
 
     def _on_odometry_reset(self, before: Pose2D, odom: Pose2D) -> None:

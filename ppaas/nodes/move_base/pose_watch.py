@@ -21,7 +21,7 @@ class PoseWatch:
     moved_frame : (str, str)
         Frames that the last odometry message named, the one of the odometry and the one that it moves; empty before it.
     localization : str
-        Why localization uses no scans, as it says itself; empty while it does.
+        Reason for which localization uses no scans, from its own report; empty while it uses them.
     """
 
     def __init__(self, frames: FrameListener, tolerance: float) -> None:
