@@ -26,6 +26,9 @@ from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
 from ppaas.perception.tracking import MovingObjects
 from ppaas.recoveries.base import AffectedMaps
 
+LAST = 1.0
+"""Age up to which the last scan of a laser is marked again after obstacles were cleared [s]."""
+
 OTHERS_FRESH = 1.0
 """Time for which reported positions of other robots are valid [s]."""
 
@@ -86,6 +89,7 @@ class Surroundings:
         self._robot_radius = robot_radius
         self._scans = ScanReader(self.frames)
         self._waiting = WaitingScans()
+        self._last: dict[str, tuple[float, LaserReading]] = {}
         self._people = people
         self._moving = moving
         self._looked: tuple[Pose2D, tuple[Disc, ...], tuple[PersonNearby, ...]] | None = None
@@ -129,7 +133,6 @@ class Surroundings:
         """Store a scan for the next update."""
         try:
             read = self._scans.read(scan, now)
-            LaserReading.of(read.scan, read.laser)
         except PPaaSError as error:
             self._watch.scan_refused(error)
             raise
@@ -197,7 +200,8 @@ class Surroundings:
     def clear(self, around: Pose2D | None = None, beyond: float = 0.0, affected_maps: AffectedMaps = "both") -> None:
         """Clear the observed obstacles, or only those farther than ``beyond`` [m] from a pose.
 
-        ``affected_maps`` selects the window of the local costmap, the memory of obstacles across the map, or both.
+        ``affected_maps`` selects the window of the local costmap, the memory of obstacles across the map, or both. The
+        next update marks the last scans again.
         """
         if affected_maps != "local":
             self._memory.clear(around, beyond)
@@ -206,10 +210,17 @@ class Surroundings:
         self._looked = None
 
     def _readings(self, now: float) -> list[LaserReading]:
-        """Return, once each, the newest scan of each laser whose time the transforms have reached."""
+        """Return, once each, the newest scan of each laser whose time the transforms have reached.
+
+        After obstacles were cleared, the last scan of each laser is returned again, as costmap_2d marks its last
+        observations again: a plan before the next scan must not lead through what the robot has just seen.
+        """
         newest = self.frames.tree.common_time(MAP, self.frames.base)
         ready = {scan.frame: scan for scan in self._waiting.ready(newest, now)}
-        return [reading for scan in ready.values() if (reading := self._reading(scan, now)) is not None]
+        read = {frame: (scan.at, reading) for frame, scan in ready.items()
+                if (reading := self._reading(scan, now)) is not None}  # fmt: skip
+        self._last = {frame: last for frame, last in self._last.items() if now - last[0] <= LAST} | read
+        return [reading for _, reading in (self._last if self._looked is None else read).values()]
 
     def _reading(self, scan: RobotScan, now: float) -> LaserReading | None:
         try:

@@ -1,0 +1,73 @@
+"""Surroundings of a robot: its last scans are marked again after a reset of its costmaps."""
+
+import pytest
+
+from ppaas.cost_values import LETHAL_OBSTACLE
+from ppaas.geometry import Pose2D
+from ppaas.nodes.move_base.surroundings import Surroundings
+from tests.support.world.closed_loop import ClosedLoop
+from tests.support.world.planar_world import World, fill, walled_map
+
+START = Pose2D(1.0, 1.0, 0.0)
+BOX = (2.0, 0.5, 2.2, 1.5)
+
+
+class Reset:
+    """A robot that has seen a box ahead, and whose costmaps were cleared since its last scan."""
+
+    def __init__(self) -> None:
+        self.driving = ClosedLoop(World(walled_map(6, 4, []), START))
+        self.put_box(there=True)
+        for _ in range(6):
+            self.driving.step()
+        self.around: Surroundings = self.driving.graph.nodes["move_base"]._surroundings
+        assert self.sees_box()
+        self.around.clear()
+        assert not self.box_is_marked()
+
+    def put_box(self, *, there: bool) -> None:
+        cells = self.driving.world.grid.data.copy()
+        fill(cells, self.driving.world.grid.info, BOX)
+        self.driving.world.truth[cells != self.driving.world.grid.data] = there
+
+    def box_is_marked(self) -> bool:
+        seen = self.around.overlay(self.driving.layers.costmap)
+        (top, left), (bottom, right) = seen.info.to_cells([BOX[:2], BOX[2:]])
+        return bool((seen.data[top:bottom, left:right] == LETHAL_OBSTACLE).any())
+
+    def sees_box(self, later: float = 0.0) -> bool:
+        now = self.driving.clock() + later
+        self.around.look_around(self.around.frames.in_map(), now)
+        return self.box_is_marked()
+
+
+@pytest.fixture
+def reset() -> Reset:
+    return Reset()
+
+
+def test_last_scan_is_marked_again_after_a_reset(reset):
+    assert reset.sees_box()
+
+
+def test_obstacle_that_has_left_is_not_marked_again_after_the_next_scan(reset):
+    reset.put_box(there=False)
+    for _ in range(2):
+        reset.driving.step()
+    assert not reset.sees_box()
+
+
+def test_scan_of_a_laser_that_has_fallen_silent_is_not_marked_again(reset):
+    assert not reset.sees_box(later=1.5)
+
+
+def test_last_scan_of_each_laser_is_marked_again(reset):
+    assert reset.sees_box()
+    behind = reset.driving.world.scan(reset.driving.clock())
+    behind.header.frame_id = "base_link"
+    quarter = len(behind.ranges) // 4
+    behind.ranges[quarter : 3 * quarter] = [None] * (2 * quarter)
+    reset.driving.sense("scan", behind)
+    assert reset.sees_box()
+    reset.around.clear()
+    assert reset.sees_box()
