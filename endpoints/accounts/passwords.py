@@ -102,11 +102,11 @@ class Passwords:
         except BaseException:
             self._release()
             raise
-        running = asyncio.wrap_future(future)
-        # Released by the thread, not the caller: a cancelled request leaves its work running.
+        # Released by the thread, not the caller: a cancelled request leaves its work running. Released before the
+        # caller gets its result: it may close the loop, and this thread would be counted as busy for ever.
         loop = asyncio.get_running_loop()
         future.add_done_callback(lambda _: _call_on(loop, self._release))
-        return await running
+        return await asyncio.wrap_future(future)
 
     async def _wait_for_turn(self, origin: Origin) -> None:
         if self._free:

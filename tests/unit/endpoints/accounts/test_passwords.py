@@ -2,10 +2,13 @@
 
 import asyncio
 import threading
+import time
+from collections.abc import Callable
 
 import pytest
 from argon2 import PasswordHasher, profiles
 
+from endpoints.accounts import passwords as module
 from endpoints.accounts.fair_queue import Origin
 from endpoints.accounts.passwords import Passwords
 from ppaas.errors import Unavailable
@@ -76,4 +79,18 @@ async def test_a_flood_from_one_address_does_not_keep_another_out() -> None:
     assert await ann is True
     answers = await asyncio.gather(*flood, return_exceptions=True)
     assert [type(answer) for answer in answers] == [bool, bool, bool, Unavailable], "the newest of the flood is dropped"
+    passwords.close()
+
+
+def test_a_thread_is_free_again_if_the_loop_closes_right_after_the_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    call_on = module._call_on
+
+    def call_late(loop: asyncio.AbstractEventLoop, function: Callable[[], None]) -> None:
+        time.sleep(0.05)  # as a thread does that another process holds up
+        call_on(loop, function)
+
+    monkeypatch.setattr(module, "_call_on", call_late)
+    passwords = Passwords(PasswordHasher.from_parameters(profiles.CHEAPEST), workers=1)
+    for _ in range(2):  # each on a loop of its own
+        asyncio.run(asyncio.wait_for(passwords.hash(PASSWORD), 5.0))
     passwords.close()
