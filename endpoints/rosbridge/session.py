@@ -13,6 +13,7 @@ from endpoints.rosbridge.calls import ClientCalls
 from endpoints.rosbridge.goals import ClientGoals
 from endpoints.rosbridge.outbox import FrameOutbox
 from endpoints.rosbridge.roles import Role, check_may_publish
+from endpoints.rosbridge.spelling import spelling_at
 from engine.service.links.place_link import PlaceLink
 from ppaas.clock import monotonic
 from ppaas.errors import InvalidInput, MalformedMessage, NotFound, PPaaSError, rebuild
@@ -72,6 +73,7 @@ class ClientSession:
         self._count_plan = count_plan
         self._role = role
         self._wire = wire
+        wire.spelling_of = spelling_at(place)
         self.name = name
         self.outbox = FrameOutbox()
         self.over: asyncio.Future[PPaaSError] = asyncio.get_running_loop().create_future()

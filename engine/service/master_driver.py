@@ -35,6 +35,7 @@ from engine.service.start_times import StartTimes
 from engine.service.view_building import container_view, machine_view
 from engine.service.views import ContainerView, MachineView
 from engine.specs.checkpoints import CheckpointSelection
+from engine.specs.robot_frames import base_frame
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable, rebuild
 from storage.records import Limits
@@ -178,7 +179,7 @@ class MasterDriver:
                 )
             return known
         orders = self._master.handle(PlaceRequested(request, queue))
-        place = self._places[request.key] = PlaceLink(request.key)
+        place = self._places[request.key] = PlaceLink(request.key, base_frame(request.robot))
         place.busy = queue  # a queued place must not count as idle
         self._execute(orders)
         return place

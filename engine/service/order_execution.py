@@ -15,6 +15,7 @@ from engine.service.links.robot_link_server import LinkServer
 from engine.service.start_times import StartTimes
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import ContainerSpec
+from engine.specs.robot_frames import base_frame
 from ppaas.errors import PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
@@ -116,7 +117,7 @@ class OrderExecution:
         container = order.carried.spec.id
         logger.info("container %s of machine %s is adopted", container, order.machine)
         if order.place not in self._places:
-            self._places[order.place] = PlaceLink(order.place)
+            self._places[order.place] = PlaceLink(order.place, base_frame(order.carried.spec.robot))
         self._times.order(container)
         self._links.expect(container, order.carried.secret, order.machine)
         self._background.run(self._answered(order.machine, container))

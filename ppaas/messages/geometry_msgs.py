@@ -88,6 +88,13 @@ class Twist(Message):
     angular: Vector3 = field(default_factory=Vector3)
 
 
+class TwistStamped(Message):
+    """``geometry_msgs/TwistStamped``: a velocity in the frame ``header.frame_id``."""
+
+    header: Header
+    twist: Twist
+
+
 class TwistWithCovariance(Message):
     """``geometry_msgs/TwistWithCovariance``."""
 

@@ -10,6 +10,7 @@ null                          left out, where it stands for a message, a time, o
 ``uint8[]``                   base64, with or without line breaks, or a list of numbers
 ``sec``, ``nanosec``          ``secs``, ``nsecs``
 ``d``, ``k``, ``r``, ``p``    ``D``, ``K``, ``R``, ``P`` of a CameraInfo
+a TwistStamped for a Twist    its twist, as bases and joysticks of Nav2 send velocities
 an unknown field              refused, with the names of the fields
 ============================  ==========================================================================================
 
@@ -26,6 +27,7 @@ import msgspec
 from msgspec import inspect
 
 from ppaas.errors import MalformedMessage
+from ppaas.messages.geometry_msgs import Twist, TwistStamped
 from ppaas.messages.message import Message
 from ppaas.messages.rosapi import GetParamRequest
 from ppaas.messages.sensor_msgs import CameraInfo
@@ -63,6 +65,8 @@ def decode_tolerantly(cls: type[M], data: bytes) -> M:
     reader = _reader_of(cls)
     value = read_json(data, reader.limit)
     try:
+        if cls is Twist and isinstance(value, dict) and "twist" in value:
+            value = _reader_of(TwistStamped).read(value, "$")["twist"]
         return msgspec.convert(reader.read(value, "$"), cls)
     except RecursionError as error:
         raise MalformedMessage("it is nested too deeply") from error
@@ -94,7 +98,7 @@ class _MessageReader:
             name for name, field in self._fields.items() if cls is Header or _message_of(field.type) is not None
         }
 
-    def read(self, value: object, place: str) -> object:
+    def read(self, value: object, place: str) -> dict[str, object]:
         """Return the fields of a message in their strict form; a required field that is left out has its default."""
         if not isinstance(value, dict):
             raise MalformedMessage(f"expected an object with the fields of {self._cls.__name__} at `{place}`")

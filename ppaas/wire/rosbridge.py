@@ -8,7 +8,7 @@ the client spelled them. ``roslibpy`` fails on a ``status``, so it is sent only 
 ``set_level``.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import msgspec
 
@@ -29,7 +29,7 @@ from ppaas.wire.operations import (
     Subscribe,
     Unsubscribe,
 )
-from ppaas.wire.subscriptions import Channel, Subscription, TopicSubscriptions
+from ppaas.wire.subscriptions import Channel, Respell, Subscription, TopicSubscriptions
 
 MAX_SUBSCRIPTIONS = 500
 """Limit of subscriptions of one client; the dashboard needs about a dozen."""
@@ -63,10 +63,16 @@ class RosbridgeSession:
     ----------
     level : {"none", "error", "warning", "info"}
         Initial status level, as if the client had sent ``set_level``.
+
+    Attributes
+    ----------
+    spelling_of : callable
+        Called with the topic and the type of a subscription; returns what spells messages for it, or None.
     """
 
     def __init__(self, level: Level = "none") -> None:
         self._level: Level = level
+        self.spelling_of: Callable[[str, str | None], Respell | None] = lambda _topic, kind: ros2_spelling(kind)
         self._fragments = FragmentAssembler()
         self._subscriptions: dict[str, TopicSubscriptions] = {}
         self._late: dict[Channel, str] = {}
@@ -109,7 +115,7 @@ class RosbridgeSession:
         if sum(map(len, self._subscriptions.values())) >= MAX_SUBSCRIPTIONS:
             raise QuotaExceeded(f"a client may have at most {MAX_SUBSCRIPTIONS} subscriptions: unsubscribe some first")
         throttle, queue_length = max(operation.throttle_rate or 0.0, 0.0) / 1000.0, max(operation.queue_length or 0, 0)
-        subscription = Subscription(operation.topic, throttle, queue_length, ros2_spelling(operation.type))
+        subscription = Subscription(operation.topic, throttle, queue_length, self.spelling_of(topic, operation.type))
         self._subscriptions.setdefault(topic, TopicSubscriptions()).add(operation.id, subscription)
         self._forget_late()
 

@@ -7,8 +7,12 @@ which, as in rosbridge, has the lowest of their throttle rates and the longest o
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from ppaas.wire.operations import Id
+
+Respell: TypeAlias = Callable[[bytes], bytes]
+"""Called with a message as JSON; returns it as the client expects."""
 
 MAX_QUEUE = 1000
 """Limit of the queue of one channel [messages]."""
@@ -33,7 +37,7 @@ class Subscription:
     spelling: str
     throttle: float = 0.0
     queue_length: int = 0
-    respell: Callable[[bytes], bytes] | None = None
+    respell: Respell | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -42,7 +46,7 @@ class Channel:
 
     spelling: str
     throttle: float = 0.0
-    respell: Callable[[bytes], bytes] | None = None
+    respell: Respell | None = None
     waiting: deque[bytes] = field(default_factory=deque)
     next_at: float = float("-inf")
 

@@ -255,6 +255,7 @@ MD5 = {
     "geometry_msgs/Transform": "ac9eff44abf714214112b05d54a3cf9b",
     "geometry_msgs/TransformStamped": "b5764a33bfeb3588febc2682852579b0",
     "geometry_msgs/Twist": "9f195f881246fdfa2798d1d3eebca84a",
+    "geometry_msgs/TwistStamped": "98d34b0043a2093cf9d9345ab6eef12e",
     "geometry_msgs/TwistWithCovariance": "1fe8a28e6890a4cc3ae4c3ca5c7d82e6",
     "geometry_msgs/Vector3": "4a842b65f413084dc2b10fb484ea7f17",
     "move_base_msgs/MoveBaseActionFeedback": "7d1870ff6e0decea702b943b5af0b42e",

@@ -17,6 +17,8 @@ from engine.service.links.container_link import ContainerLink
 from engine.service.links.open_calls import Done, Outcome
 from ppaas.clock import monotonic
 from ppaas.errors import Conflict, NotFound, PPaaSError
+from ppaas.nodes.frames import BASE_LINK
+from ppaas.wire.stamped_twists import may_be_named
 
 LIST_PERIOD = 1.0
 """Time for which the list of topics in error texts is not rebuilt [s]."""
@@ -45,11 +47,14 @@ class PlaceLink(ContainerLink):
     ----------
     key : str
         Name of the place.
+    base_frame : str
+        Frame in which the robot is driven.
     """
 
-    def __init__(self, key: str) -> None:
+    def __init__(self, key: str, base_frame: str = BASE_LINK) -> None:
         super().__init__()
         self.key = key
+        self.base_frame = base_frame
         self.round_trip: float | None = None
         self._clients: dict[int, Listener] = {}
         self._client_numbers = itertools.count(1)
@@ -122,13 +127,19 @@ class PlaceLink(ContainerLink):
         Conflict
             The topic has another type than ``kind``.
         """
-        has = self.topic_type(topic)
-        if kind is not None and has is not None:
-            check_type(topic, has, kind)
+        if kind is not None:
+            self._check_type(topic, kind)
         self._hearers[topic].add(client)
         self._write(robot_link.Subscribe(topic, client))
         if (last := self.client_topics.latched(topic)) is not None:
             self._published(topic, last, client)
+
+    def _check_type(self, topic: str, kind: str) -> None:
+        """Raise ``Conflict`` unless clients may name a topic by a type; one that does not exist yet may have any."""
+        known = self.topics.get(topic)
+        has = known.type if known is not None else self.client_topics.type_of(topic)
+        if has is not None and not (known is not None and may_be_named(has, kind)):
+            check_type(topic, has, kind)
 
     def topic_type(self, topic: str) -> str | None:
         """Return the type of a topic of the clone or of a client, by its name in ROS 1; None if there is none."""
@@ -161,7 +172,7 @@ class PlaceLink(ContainerLink):
             The clients advertise too many topics.
         """
         if topic in self.topics:
-            check_type(topic, self.topics[topic].type, kind)
+            self._check_type(topic, kind)
         else:
             self.client_topics.advertise(topic, kind, (client, identity), latch=latch)
 

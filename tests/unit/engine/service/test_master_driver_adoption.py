@@ -180,3 +180,20 @@ def test_container_specs_round_trip() -> None:
     """Otherwise a repeated request would look like one for another robot."""
     container = running()
     assert msgspec.msgpack.decode(msgspec.msgpack.encode(container), type=control_link.RunningContainer) == container
+
+
+async def test_places_know_the_frame_of_the_base_whether_opened_or_adopted(
+    service: MasterDriver, store: MemoryStore, tmp_path: Path
+) -> None:
+    parameters = {"amcl": {"base_frame_id": "chassis"}}
+    assert service.open_place(robot_request("tb2", parameters=parameters)).base_frame == "chassis"
+    carried = running()
+    assert carried.spec.robot is not None
+    robot = msgspec.structs.replace(carried.spec.robot, parameters=parameters)
+    carried = msgspec.structs.replace(carried, spec=msgspec.structs.replace(carried.spec, robot=robot))
+    keep(store, carried)
+    machine = await FakeMachine.join(tmp_path, carries=(carried,))
+    await until(lambda: service.place("robot:ann/tb1") is not None)
+    place = service.place("robot:ann/tb1")
+    assert place is not None and place.base_frame == "chassis"
+    await machine.leave()
