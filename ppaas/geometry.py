@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Poses = NDArray[np.float64]
 """(n, 7) array with rows x, y, z [m], qx, qy, qz, qw, the layout of ``geometry_msgs/Pose``."""
@@ -85,9 +85,9 @@ def poses_along(points: NDArray[np.float64], goal_theta: float | None = None) ->
     return poses
 
 
-def convex_outline(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def convex_outline(points: ArrayLike) -> NDArray[np.float64]:
     """Return the convex hull of (n, 2) points as (m, 2) corners, counter-clockwise (Andrew's monotone chain, 1979)."""
-    ordered = sorted(set(map(tuple, points.tolist())))
+    ordered = sorted(set(map(tuple, np.asarray(points, np.float64).tolist())))
     halves = []
     for line in (ordered, ordered[::-1]):
         half: list[tuple[float, ...]] = []
@@ -97,6 +97,11 @@ def convex_outline(points: NDArray[np.float64]) -> NDArray[np.float64]:
             half.append(point)
         halves.append(half)
     return np.array(halves[0][:-1] + halves[1][:-1] if len(ordered) > 1 else ordered)
+
+
+def reach_of(outline: NDArray[np.float64]) -> float:
+    """Return the distance from the origin to the farthest of the (n, 2) corners of an outline."""
+    return float(np.hypot(outline[:, 0], outline[:, 1]).max())
 
 
 def within_hull(

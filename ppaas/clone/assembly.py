@@ -4,7 +4,6 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
-from ppaas.clone.body_planners import FOOTPRINT
 from ppaas.clone.node_parameters import NodeParameters
 from ppaas.clone.plugins import DEFAULT_CONTROLLER, DEFAULT_PLANNER, controller_for, planners_of, recoveries_of
 from ppaas.clone.robot_body import COSTMAP, VOXEL_LAYER, VoxelLayerParameters, costmap_parameters, robot_body
@@ -34,6 +33,7 @@ from ppaas.nodes.parameter_server.node import ParameterServerNode
 from ppaas.nodes.tf.republisher import TfRepublisherNode
 from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherParameters
 from ppaas.nodes.waypoint_follower.node import WaypointFollowerNode, WaypointFollowerParameters
+from ppaas.parameters import FOOTPRINT
 from ppaas.plans.reuse.scope import ReuseParameters
 from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.plugins import parameters_in_use

@@ -3,9 +3,9 @@
 from typing import Any
 
 from ppaas import controllers
-from ppaas.clone.body_planners import FOOTPRINT
 from ppaas.controllers.base import Controller
 from ppaas.footprints import goes_around
+from ppaas.parameters import FOOTPRINT
 from ppaas.plugins import parameters_in_use
 from ppaas.robot_model.known_models import RobotModel
 

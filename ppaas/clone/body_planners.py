@@ -4,11 +4,10 @@ from typing import Any
 
 from ppaas import planners
 from ppaas.clone.outline_planning import Outline, by_outline
+from ppaas.parameters import FOOTPRINT
 from ppaas.planners.base import Planner
 from ppaas.plugins import parameters_in_use
 from ppaas.robot_model.known_models import RobotModel
-
-FOOTPRINT = "footprint"
 
 
 def planner_of(body: RobotModel, name: str, parameters: dict[str, Any]) -> Planner:

@@ -5,8 +5,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from ppaas.costmap.global_parameters import MAX_RADIUS, GlobalCostmapParameters
 from ppaas.errors import InvalidParameter
 from ppaas.footprints import Footprint, goes_around
@@ -145,7 +143,7 @@ def _with_footprint(body: RobotModel, footprint: Footprint) -> RobotModel:
 
     A footprint that does not go around the origin is a disc for local planners, and so for planners too.
     """
-    hull = convex_outline(np.array(footprint, np.float64))
+    hull = convex_outline(footprint)
     inner, radius = inscribed_radius(tuple((x, y) for x, y in hull.tolist())), circumscribed_radius(footprint)
     oblong = goes_around(footprint) and 0.0 < inner < radius - OBLONG
     return replace(body, footprint=footprint, robot_radius=radius, inner_radius=inner if oblong else None)

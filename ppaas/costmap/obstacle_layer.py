@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ppaas.cost_values import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
 from ppaas.costmap.kernels.obstacle import mark_and_clear
 from ppaas.errors import InvalidInput, InvalidParameter
-from ppaas.geometry import Pose2D, within_hull
+from ppaas.geometry import Pose2D, reach_of, within_hull
 from ppaas.maps.discs import stamp_disc
 from ppaas.messages.sensor_msgs import LaserScan
 
@@ -164,7 +164,7 @@ class ObstacleLayer:
         hull : (n, 2) array
             Corners of its convex outline, counter-clockwise [m].
         """
-        reach = math.ceil(float(np.hypot(hull[:, 0], hull[:, 1]).max()) / self._resolution) + 1
+        reach = math.ceil(reach_of(hull) / self._resolution) + 1
         row, column = math.floor(robot.y / self._resolution), math.floor(robot.x / self._resolution)
         top, left = max(row - reach - self.row, 0), max(column - reach - self.column, 0)
         part = self.cells[top : max(row + reach + 1 - self.row, 0), left : max(column + reach + 1 - self.column, 0)]

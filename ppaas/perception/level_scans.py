@@ -63,7 +63,8 @@ def level_scan(scan: LaserScan, mount: Rigid, ground: float = 0.0) -> LevelScan:
         )
     if tilt <= MAX_TILT:
         return LevelScan(scan, laser)
-    x_axis, y_axis = _axes(mount)
+    turn = mount._replace(x=0.0, y=0.0, z=0.0)
+    x_axis, y_axis = (np.array((turn @ axis)[:3]) for axis in (Rigid(1.0), Rigid(0.0, 1.0)))
     beams = _Beams(x_axis, -y_axis if upside_down else y_axis, laser.theta, mount.z - ground)
     return LevelScan(_projected(scan, beams), laser)
 
@@ -97,14 +98,3 @@ def _projected(scan: LaserScan, beams: _Beams) -> LaserScan:
     np.minimum.at(flat, nearest, ranges[seen] * np.hypot(along[seen, 0], along[seen, 1]))
     flat[np.isinf(flat)] = np.nan
     return msgspec.structs.replace(scan, ranges=flat.tolist())
-
-
-def _axes(mount: Rigid) -> NDArray[np.float64]:
-    """Return the axes x and y of a laser in the robot's frame, one a row."""
-    x, y, z, w = mount[3:]
-    return np.array(
-        (
-            (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)),
-            (2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)),
-        )
-    )

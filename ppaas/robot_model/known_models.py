@@ -1,11 +1,10 @@
 """Robot models that are known by name: the data that a clone needs of its robot's body."""
 
-import math
 from dataclasses import dataclass
 
 from ppaas.controllers.base import VelocityLimits
 from ppaas.errors import NotFound
-from ppaas.geometry import Pose2D
+from ppaas.geometry import Pose2D, quaternion_of
 from ppaas.transforms.spatial import Rigid
 
 
@@ -49,7 +48,7 @@ class RobotModel:
     def frames_with(self, laser_frame: str = "") -> dict[str, Rigid]:
         """Return the frames of the body with that of its laser, which may be named differently, by their names."""
         x, y, theta = self.laser
-        laser = Rigid(x, y, qz=math.sin(theta / 2.0), qw=math.cos(theta / 2.0))
+        laser = Rigid(x, y, 0.0, *quaternion_of(theta))
         found = dict(self.frames) or {self.laser_frame: laser}
         return found | {laser_frame: found.get(self.laser_frame, laser)} if laser_frame else found
 

@@ -179,10 +179,13 @@ class TransformTree:
         It is None if all of them are static, or if the frames are not connected.
         """
         try:
-            moving = self.moving_between(target, source)
+            down, up = self._path(target, source)
         except TransformError:
             return None
-        return min((self._moving[child][-1][0] for child in moving), default=None)
+        return self._common_time(down, up)
+
+    def _common_time(self, down: list[str], up: list[str]) -> float | None:
+        return min((self._moving[child][-1][0] for child in (*down, *up) if child in self._moving), default=None)
 
     def moving_parent(self, frame: str, below: str) -> str | None:
         """Return the parent of the highest moving transform between a frame and ``below``, or the root of the tree.
@@ -224,7 +227,7 @@ class TransformTree:
         """
         down, up = self._path(target, source)
         if stamp is None:
-            common = min((self._moving[child][-1][0] for child in (*down, *up) if child in self._moving), default=0.0)
+            common = self._common_time(down, up) or 0.0
             return self._along(down, common, closest=True).inverse() @ self._along(up, common, closest=True)
         return self._along(down, stamp).inverse() @ self._along(up, stamp)
 
