@@ -14,7 +14,7 @@ from ppaas.costmap.filter_masks import raise_costs
 from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR, INFLATION_RADIUS, ROBOT_RADIUS, check_inflation, inflate
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.costmap.moving_obstacles import Disc
-from ppaas.costmap.narrow_passages import fits_at, with_narrow_passages
+from ppaas.costmap.narrow_passages import fits_at, narrowed
 from ppaas.costmap.obstacle_layer import OBSTACLE_RANGE, RAYTRACE_RANGE, LaserReading, ObstacleLayer
 from ppaas.costmap.social_layer import PersonNearby, Proxemics
 from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter
@@ -88,7 +88,7 @@ class LocalCostmap:
         self._layers = layers
         self._static = static
         self._radius = robot_radius
-        self._hull = convex_outline(np.array(footprint, np.float64)) if footprint else None
+        self._hull = convex_outline(footprint) if footprint else None
         self._inner_radius = inner_radius
         check_inflation(robot_radius, inflation_radius, cost_scaling_factor)
         self._inflate = partial(
@@ -158,10 +158,11 @@ class LocalCostmap:
             self._obstacles.clear_outline(here, self._hull)
         lethal = self._obstacles.marked.view(np.uint8)
         self._stamp(lethal, obstacles)
-        self._costs = self._cost(lethal)
+        distance = self._distances(lethal)
+        self._costs = self._cost(distance)
         costmap = Costmap(self._costs, self._info())
         self._near_people = self._social.add(costmap, people)
-        return costmap if self._inner_radius is None else with_narrow_passages(costmap, self._inner_radius)
+        return costmap if self._inner_radius is None else narrowed(costmap, distance, self._inner_radius)
 
     @property
     def has_outline(self) -> bool:
@@ -242,19 +243,25 @@ class LocalCostmap:
             row = centre.y / info.resolution - self._obstacles.row
             stamp_disc(lethal, column, row, radius / info.resolution, 1)
 
-    def _cost(self, lethal: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return the costs around lethal cells and, if ``static``, around the map's obstacles and keep-out zones.
+    def _distances(self, lethal: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """Return the distance of each cell to the nearest lethal one and, if ``static``, obstacle of the map [m].
 
         Obstacles of the map outside the window count as well, since the distances are those of the whole map.
         """
         resolution = self._layers.grid.info.resolution
         if not self._static:
             self._newly_lethal = bool(lethal.any())
-            return self._inflate(distance_serial(lethal, resolution))
+            return distance_serial(lethal, resolution)
         to_static = self._window(self._layers.to_lethal, np.float32(np.inf))
         occupied = to_static == 0.0
         self._newly_lethal = bool((lethal.view(np.bool_) & ~occupied).any())
-        distance = np.minimum(distance_serial(lethal | occupied, resolution), to_static)
+        distances: NDArray[np.float32] = np.minimum(distance_serial(lethal | occupied, resolution), to_static)
+        return distances
+
+    def _cost(self, distance: NDArray[np.float32]) -> NDArray[np.uint8]:
+        """Return the costs around obstacles by these distances [m] and, if ``static``, in keep-out zones."""
+        if not self._static:
+            return self._inflate(distance)
         unknown = (self._window(self._layers.grid.data, np.int8(UNKNOWN)) == UNKNOWN) & ~self._obstacles.seen
         costs = self._inflate(distance, unknown=unknown)
         if self._layers.keepout is not None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE
 from ppaas.costmap.costmap import Costmap
 from ppaas.footprints import Footprint
-from ppaas.geometry import Pose2D, Poses, convex_outline, within_hull
+from ppaas.geometry import Pose2D, Poses, convex_outline, reach_of, within_hull, yaw_of
 from ppaas.kernel_threads import limit_threads
 from ppaas.maps.kernels.distance import distance_parallel, distance_serial
 
@@ -39,6 +39,11 @@ def with_narrow_passages(costmap: Costmap, inner_radius: float, threads: int = 1
     lethal = (costmap.data == LETHAL_OBSTACLE).view(np.uint8)
     with limit_threads(threads) as usable:
         distance = (distance_parallel if usable > 1 else distance_serial)(lethal, costmap.info.resolution)
+    return narrowed(costmap, distance, inner_radius)
+
+
+def narrowed(costmap: Costmap, distance: NDArray[np.float32], inner_radius: float) -> Costmap:
+    """Return the costmap of `with_narrow_passages` by the distance of each cell to the nearest obstacle [m]."""
     data = costmap.data.copy()
     data[(data == INSCRIBED_INFLATED_OBSTACLE) & (distance > inner_radius)] = NARROW
     return Costmap(data, costmap.info)
@@ -56,8 +61,8 @@ def fits_along(costmap: Costmap, poses: Poses, footprint: Footprint) -> bool:
     footprint : Footprint
         Outline of the robot, of which the convex hull counts.
     """
-    hull = convex_outline(np.array(footprint, np.float64))
-    reach = float(np.hypot(hull[:, 0], hull[:, 1]).max())
+    hull = convex_outline(footprint)
+    reach = reach_of(hull)
     points = np.ascontiguousarray(poses[:, :2], np.float64)
     cells = costmap.info.to_cells(points)
     inside = ((cells >= 0) & (cells < costmap.info.shape)).all(axis=1)
@@ -67,18 +72,16 @@ def fits_along(costmap: Costmap, poses: Poses, footprint: Footprint) -> bool:
     obstacles = _obstacles_near(costmap, points[tight], reach + costmap.info.resolution)
     margin = 0.5 * costmap.info.resolution
     headings = _headings(points, SMOOTHED * reach)
-    qx, qy, qz, qw = poses[-1, 3:]
-    goal = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
     tried = [(points[at], float(headings[at])) for at in tight]
     if tight[-1] == len(poses) - 1:
-        tried.append((points[-1], goal))
+        tried.append((points[-1], yaw_of(*poses[-1, 3:].tolist())))
     return not any(_hits(hull, point, heading, obstacles, margin) for point, heading in tried)
 
 
 def fits_at(costmap: Costmap, pose: Pose2D, hull: NDArray[np.float64]) -> bool:
     """Return whether a robot with a convex outline, (n, 2) corners counter-clockwise [m], hits nothing at a pose."""
     point, edge = np.array((pose[:2],)), costmap.info.resolution
-    obstacles = _obstacles_near(costmap, point, float(np.hypot(hull[:, 0], hull[:, 1]).max()) + edge)
+    obstacles = _obstacles_near(costmap, point, reach_of(hull) + edge)
     return not _hits(hull, point[0], pose.theta, obstacles, 0.5 * edge)
 
 

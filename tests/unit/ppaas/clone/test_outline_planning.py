@@ -162,6 +162,16 @@ def test_obstacle_beside_the_robot_in_a_door_is_kept_and_its_own_parts_are_not()
     assert LocalCostmap(build_layers(rooms(2.0))).fits(Pose2D(4.45, 2.5))
 
 
+def test_wall_just_outside_the_window_is_not_a_narrow_passage():
+    window = LocalCostmap(
+        build_layers(walled_map(8, 5, [])),
+        width=2.0, height=2.0, robot_radius=0.6, footprint=body().footprint, inner_radius=0.33,
+    )  # fmt: skip
+    costs = window.update(Pose2D(1.17, 2.5))
+    assert costs.info.cell_of(0.175, 2.52)[1] == 0
+    assert costs.data[20, :9].tolist() == [253] * 5 + [NARROW] * 4
+
+
 def test_local_planner_of_a_disc_is_not_led_through_a_narrow_door():
     """As a plug-in without a footprint, or one whose parameters say that the robot is a disc."""
     parameters = {"global_costmap": {"footprint": OBLONG}, "dwa": {"footprint": []}}
