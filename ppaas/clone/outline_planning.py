@@ -79,19 +79,33 @@ class Outline:
 def by_outline(planner: P, outline: Outline) -> P:
     """Return a planner with the same name and parameters that also plans through narrow passages.
 
-    A planner that prepares maps keeps that of the disc; narrow passages are then planned by `AStar`.
+    A planner that prepares maps keeps that of the disc; narrow passages are then planned by `AStar`. So does one that
+    replans: a twin of it plans narrow passages.
     """
     kind = type(planner)
     parameters: dict[str, Any] = parameters_in_use(planner)
-    other = AStar(allow_unknown=bool(parameters.get("allow_unknown", True))) if kind.traits.indexed else None
+
+    def other() -> Planner:
+        unknown = bool(parameters.get("allow_unknown", True))
+        return AStar(allow_unknown=unknown) if kind.traits.indexed else planner.twin()
 
     class ByOutline(kind):  # type: ignore[misc, valid-type]  # a class, so that its twins plan by the outline too
         """The planner, for an outline."""
 
+        _narrow: Planner | None = None
+
         def plan(self, costmap: Costmap, request: PlanRequest) -> PlanResult:
             """Find a path; raises as the planner does."""
-            found = outline.plan(super().plan, other.plan if other else super().plan, costmap, request)
+            found = outline.plan(super().plan, self._plan_narrow, costmap, request)
             return found if found.planner == kind.name else replace(found, planner=kind.name)
+
+        def _plan_narrow(self, costmap: Costmap, request: PlanRequest) -> PlanResult:
+            if not (kind.traits.indexed or kind.traits.incremental):
+                found: PlanResult = super().plan(costmap, request)
+                return found
+            if self._narrow is None:
+                self._narrow = other()
+            return self._narrow.plan(costmap, request)
 
     made: P = ByOutline(**parameters)
     return made

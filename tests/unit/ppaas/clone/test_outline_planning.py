@@ -23,6 +23,7 @@ from ppaas.geometry import Pose2D, poses_along
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.planners.base import PlanRequest
 from ppaas.planners.registry import PLANNERS
+from ppaas.planners.watch import proceed
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, walled_map
 
@@ -170,6 +171,15 @@ def test_wall_just_outside_the_window_is_not_a_narrow_passage():
     costs = window.update(Pose2D(1.17, 2.5))
     assert costs.info.cell_of(0.175, 2.52)[1] == 0
     assert costs.data[20, :9].tolist() == [253] * 5 + [NARROW] * 4
+
+
+def test_planner_that_replans_keeps_its_field_for_the_disc():
+    """D* Lite repairs its last field: narrow passages must not change it with every plan."""
+    planner, tight = planner_of(body(), "dstar_lite", {}), costmap(rooms(0.95, other=1.6), body())
+    assert planner.plan(tight, PlanRequest(START, GOAL)).length < 5.2
+    assert not len(planner._field.differing(tight, proceed))
+    assert planner.plan(tight, PlanRequest(START, GOAL)).planner == "dstar_lite"
+    assert planner.twin()._narrow is None
 
 
 def test_local_planner_of_a_disc_is_not_led_through_a_narrow_door():
