@@ -1,6 +1,7 @@
 """Selection of the beams of a ``sensor_msgs/LaserScan`` that localization compares with the map."""
 
 import math
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +9,8 @@ from numpy.typing import NDArray
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.messages.sensor_msgs import LaserScan
+
+Row = TypeVar("Row", np.float64, np.int64)
 
 MAX_RANGES = 100_000
 """Largest number of ranges in a scan; real lasers have a few thousand."""
@@ -109,11 +112,15 @@ def choose_beams(points: NDArray[np.float64], max_beams: int) -> NDArray[np.floa
     max_beams : int
         Largest number of points to return.
     """
+    return spread(thinned(points), max_beams)
+
+
+def thinned(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return one of the (n, 2) or (n, 4) points per cell of edge ``SPACING``, in the order of the beams."""
     cells = np.floor(points / SPACING).astype(np.int64)
     _, first = np.unique(cells[:, 0] * (1 << 32) + cells[:, 1], return_index=True)
-    chosen = np.sort(first)
-    beams: NDArray[np.float64] = points[_spread(chosen, max_beams)]
-    return beams
+    kept: NDArray[np.float64] = points[np.sort(first)]
+    return kept
 
 
 def choose_rays(scan: LaserScan, laser: Pose2D, max_beams: int) -> NDArray[np.float64]:
@@ -141,7 +148,7 @@ def choose_rays(scan: LaserScan, laser: Pose2D, max_beams: int) -> NDArray[np.fl
     """
     _check_angles(scan)
     ranges = np.array([math.inf if value is None else value for value in scan.ranges], dtype=np.float64)
-    chosen = _spread(np.flatnonzero(ranges > max(scan.range_min, 0.0)), max_beams)
+    chosen = spread(np.flatnonzero(ranges > max(scan.range_min, 0.0)), max_beams)
     rays = np.empty((len(chosen), 4))
     rays[:, 0], rays[:, 1] = laser.x, laser.y
     rays[:, 2] = scan.angle_min + chosen * scan.angle_increment + laser.theta
@@ -149,7 +156,9 @@ def choose_rays(scan: LaserScan, laser: Pose2D, max_beams: int) -> NDArray[np.fl
     return rays
 
 
-def _spread(indices: NDArray[np.int64], most: int) -> NDArray[np.int64]:
-    if len(indices) <= most:
-        return indices
-    return indices[np.linspace(0, len(indices) - 1, most).round().astype(np.int64)]
+def spread(rows: NDArray[Row], most: int) -> NDArray[Row]:
+    """Return at most ``most`` rows of an array, spread evenly."""
+    if len(rows) <= most:
+        return rows
+    chosen: NDArray[Row] = rows[np.linspace(0, len(rows) - 1, most).round().astype(np.int64)]
+    return chosen

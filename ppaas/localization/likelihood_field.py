@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.geometry import Pose2D
-from ppaas.localization.beams import choose_beams, scan_points
+from ppaas.localization.beams import choose_beams, scan_points, spread, thinned
 from ppaas.localization.distance_filter import ends_at_people
 from ppaas.localization.kernels import likelihood_field
 from ppaas.localization.parameters import AmclParameters
@@ -24,6 +24,13 @@ class LikelihoodField(SensorModel):
         super().__init__(layers, parameters, threads)
         self._layers = layers
         self._table: tuple[float, NDArray[np.int64]] | None = None
+
+    def beams_and_hits(
+        self, scan: LaserScan, laser: Pose2D, most: int
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the results of `beams` and of `hits`, which are chosen from the same points."""
+        points = thinned(scan_points(self._limited(scan), laser))
+        return spread(points, self._parameters.laser_max_beams), spread(points, most)
 
     def informative(self, beams: NDArray[np.float64], pose: Pose2D) -> NDArray[np.float64]:
         """Return the beams that do not end at people who crowd around the robot."""

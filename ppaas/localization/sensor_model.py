@@ -76,6 +76,12 @@ class SensorModel(ABC):
         """
         return choose_beams(scan_points(self._limited(scan), laser), most)
 
+    def beams_and_hits(
+        self, scan: LaserScan, laser: Pose2D, most: int
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the results of `beams` and of `hits`."""
+        return self.beams(scan, laser), self.hits(scan, laser, most)
+
     def _limited(self, scan: LaserScan) -> LaserScan:
         return msgspec.structs.replace(scan, range_min=self._range_min(scan), range_max=self.range_max(scan))
 

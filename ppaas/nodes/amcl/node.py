@@ -195,7 +195,7 @@ class AmclNode(Node):
         if self._update_asked or self._filter.needs_update(odom):
             self._update(scan, odom, stamp)
         elif self._tracker.due(odom, self.context.elapsed()):
-            self._align(scan, odom)
+            self._align(self._filter.sensor.hits(scan.scan, scan.laser, POINTS), odom)
         # The scan's own stamp to the nanosecond, as in ROS: a client finds the pose of a scan by it.
         self._publish_pose(odom, stamp, scan.scan.header.stamp if scan.stamp else Time.of(stamp))
         self._report("")
@@ -216,20 +216,20 @@ class AmclNode(Node):
     def _update(self, scan: RobotScan, odom: Pose2D, stamp: float) -> None:
         self._update_asked = False
         sensor = self._filter.sensor
+        beams, hits = sensor.beams_and_hits(scan.scan, scan.laser, POINTS)
         self._filter.spread_heading(self._tracker.note_update(self.context.elapsed()))
-        estimate = self._filter.update(odom, sensor.beams(scan.scan, scan.laser), sensor.range_max(scan.scan))
+        estimate = self._filter.update(odom, beams, sensor.range_max(scan.scan))
         self._map_to_odom = estimate.pose @ odom.inverse()
-        self._align(scan, odom)
+        self._align(hits, odom)
         self.context.publish(topics.PARTICLE_CLOUD.name, ParticleCloud(self._filter.particles, stamp))
         self._start_search()
 
-    def _align(self, scan: RobotScan, odom: Pose2D) -> None:
-        """Correct the pose of the particles by aligning the scan with the map; one that may be anywhere has none."""
+    def _align(self, hits: NDArray[np.float64], odom: Pose2D) -> None:
+        """Correct the pose of the particles by aligning a scan with the map; one that may be anywhere has none."""
         if self._filter.searching:
             self._tracker.forget()
             return
-        points = self._filter.sensor.hits(scan.scan, scan.laser, POINTS)
-        pose = self._tracker.align(self._filter.expected(odom), odom, points, self.context.elapsed())
+        pose = self._tracker.align(self._filter.expected(odom), odom, hits, self.context.elapsed())
         if pose is not None:
             self._filter.correct(odom, pose)
             self._map_to_odom = pose @ odom.inverse()
