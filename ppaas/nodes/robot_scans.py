@@ -113,9 +113,6 @@ class WaitingScans:
         self._scans: list[RobotScan] = []
         self._newest = float("-inf")
 
-    def __len__(self) -> int:
-        return len(self._scans)
-
     def add(self, scan: RobotScan, newest: float | None) -> None:
         """Add a scan; ``newest`` is the stamp of the newest odometry, None without odometry [s]."""
         ahead = 0.0 if newest is None else scan.stamp - newest

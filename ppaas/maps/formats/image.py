@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from ppaas.errors import InvalidMap
 from ppaas.maps.buffer import Buffer
 from ppaas.maps.formats.netpbm import netpbm_size
-from ppaas.maps.formats.pbm import MAGIC as PBM
 from ppaas.maps.formats.pbm import PbmRows, open_pbm
 from ppaas.maps.formats.pgm import PgmRows, open_pgm
 from ppaas.maps.formats.pictures import open_picture, picture_size
@@ -58,7 +57,7 @@ FORMATS = (
     ImageFormat("PGM", (b"P2", b"P5"), "image/x-portable-graymap", (".pgm", ".pnm"), open_pgm, netpbm_size),
     ImageFormat("PNG", (PNG,), "image/png", (".png",), open_png, png_size),
     ImageFormat("PPM", (b"P3", b"P6"), "image/x-portable-pixmap", (".ppm",), open_pgm, netpbm_size),
-    ImageFormat("PBM", PBM, "image/x-portable-bitmap", (".pbm",), open_pbm, netpbm_size),
+    ImageFormat("PBM", (b"P1", b"P4"), "image/x-portable-bitmap", (".pbm",), open_pbm, netpbm_size),
     _picture("BMP", b"BM", media_type="image/bmp", endings=(".bmp",)),
     _picture("JPEG", b"\xff\xd8\xff", media_type="image/jpeg", endings=(".jpg", ".jpeg")),
     _picture("TIFF", b"II*\0", b"MM\0*", media_type="image/tiff", endings=(".tif", ".tiff")),

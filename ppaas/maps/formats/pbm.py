@@ -10,8 +10,6 @@ from ppaas.errors import InvalidMap
 from ppaas.maps.buffer import Buffer
 from ppaas.maps.formats.netpbm import Header, binary_pixels, check_count, read_header, text_blocks
 
-MAGIC = (b"P1", b"P4")
-
 MAX_BITS = 1 << 28
 """Largest number of pixels, of which each becomes a byte: about as many as the largest upload of a PGM has."""
 

@@ -16,8 +16,6 @@ from ppaas.maps.formats.netpbm import BLOCK, Header, binary_pixels, check_count,
 Pixels = NDArray[np.uint8]
 """(height, width) grey values, 0 black to 255 white, or (height, width, 3) of red, green, blue; row 0 is the top."""
 
-MAGIC = (b"P2", b"P5", b"P3", b"P6")
-
 _NO_NUMBER = re.compile(rb"[^\d\s]|\d{6}")
 
 

@@ -38,15 +38,19 @@ def open_png(image: Buffer) -> PillowRows:
     InvalidMap
         The file is broken or truncated, has a wrong checksum, or is too large.
     """
+    data = image[: len(image)]
+    check_chunks(data)
     with pillow_errors(_NAME):
-        _opened(image).verify()  # checksums, which decoding ignores
-        return PillowRows(_opened(image), _NAME)
+        _opened(data).verify()  # checksums, which decoding ignores; Pillow then has to open the file again
+        return PillowRows(_opened(data), _NAME)
 
 
 def png_size(image: Buffer) -> tuple[int, int]:
     """Return the height and width in the header of a PNG file; ``InvalidMap`` if it is broken or too large."""
+    data = image[: len(image)]
+    check_chunks(data)
     with pillow_errors(_NAME):
-        width, height = _opened(image).size
+        width, height = _opened(data).size
         return height, width
 
 
@@ -66,12 +70,11 @@ def check_chunks(image: Buffer) -> None:
         raise InvalidMap("the PNG has too many chunks: save the map's image again")
 
 
-def _opened(image: Buffer) -> "PngImageFile":
+def _opened(data: bytes) -> "PngImageFile":
     """Return the file with its header read, and checked before memory is allocated for the pixels."""
     # Imported here, since only PNG maps need Pillow.
     from PIL.PngImagePlugin import PngImageFile  # noqa: PLC0415
 
-    check_chunks(image)
-    file = PngImageFile(io.BytesIO(image))
+    file = PngImageFile(io.BytesIO(data))
     check_size(_NAME, *file.size)
     return file
