@@ -17,13 +17,15 @@ BIN := $(VENV)/bin
 LOCKED := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
 NODE_TESTS := tests/e2e/roslib
+RUST_TESTS := tests/e2e/roslibrust/Cargo.toml
+CLIENTS := build/clients
 LOCKS := deploy/bootstrap.lock deploy/requirements.lock
 UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	--no-emit-index-url --no-emit-find-links --custom-compile-command "make lock"
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser proxies kernels test test-servers test-docker test-ray joints chaos schemathesis lint bench bench-cassandra performance lock sbom clean
+.PHONY: help setup demo browser proxies kernels test test-clients test-servers test-docker test-ray joints chaos schemathesis lint bench bench-cassandra performance lock sbom clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -56,6 +58,13 @@ kernels: $(INSTALLED) ## Compile all kernels into the cache, if they are not the
 test: $(INSTALLED) $(NODE_TESTS)/node_modules browser proxies kernels ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
 	$(BIN)/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadscope --no-loadscope-reorder $(PYTEST_ARGS)
+
+test-clients: $(INSTALLED) $(NODE_TESTS)/node_modules $(CLIENTS)/roslibpy-1 ## Drive robots with unmodified clients: roslibpy, roslib, roslibrust, ROS#'s frames
+	@echo "test-clients: builds roslibrust, minutes the first time"
+	@if command -v cargo >/dev/null && cargo fetch --quiet --locked --manifest-path $(RUST_TESTS); then \
+		cargo build --quiet --locked --offline --manifest-path $(RUST_TESTS) --target-dir $(CLIENTS)/roslibrust; \
+		else echo "test-clients: no roslibrust; install cargo and connect to crates.io, or its test is skipped" >&2; fi
+	$(BIN)/python -m pytest -m clients $(PYTEST_ARGS)
 
 test-servers: $(INSTALLED) ## Run the tests over a real Cassandra and a real HDFS, killed in the middle (wants Java 17 and Maven)
 	@echo "test-servers: starts the servers on this machine; the first time Maven fetches their jars into build/"
@@ -127,11 +136,18 @@ $(LOCKED): $(LOCKS)
 	$(BIN)/uv pip install --quiet --compile-bytecode --python $(BIN)/python --require-hashes -r deploy/requirements.lock
 	@touch $@
 
-# roslib, for the test that drives a robot with it; where there is no Node, that test skips and says so.
+# roslib, for the tests that drive a robot with it; where there is no Node, those tests skip and say so.
 $(NODE_TESTS)/node_modules: $(NODE_TESTS)/package-lock.json
 	@echo "setup: roslib, by the versions of $<"
 	@npm ci --silent --no-audit --no-fund --prefix $(NODE_TESTS) && touch $@ || \
-		echo "setup: no roslib; install Node 20 with npm, or the test of roslib is skipped" >&2
+		echo "setup: no roslib; install Node 20 with npm, or the tests of roslib are skipped" >&2
+
+# roslibpy for ROS 1, in a folder of its own: the one for ROS 2 is in the environment.
+$(CLIENTS)/roslibpy-1: tests/support/clients/roslibpy_1.lock $(LOCKED)
+	@echo "setup: roslibpy, by the version of $<"
+	@rm -rf $@
+	$(BIN)/uv pip install --quiet --python $(BIN)/python --target $@ --no-deps --require-hashes -r $<
+	@touch $@
 
 $(INSTALLED): $(LOCKED) pyproject.toml benchmarks/pyproject.toml
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation --editable . --editable benchmarks
