@@ -1,6 +1,6 @@
-"""All stores, each of which keeps the contracts of stores, and two clients of rosbridge at a place without sockets."""
+"""All stores, and two rosbridge clients at a place without sockets."""
 
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import cast
 
@@ -8,7 +8,9 @@ import pytest
 
 from storage.ports import MapStore, Store
 from storage.urls.opening import open_map_store, open_store
-from tests.support.endpoints.still_place import StillClient, StillPlace
+from tests.support.endpoints.still_place_fixtures import client, other, place
+
+__all__ = ["client", "map_store", "other", "place", "store"]
 
 
 @pytest.fixture(params=["memory:", "sqlite://{folder}/store.db", pytest.param("cassandra", marks=pytest.mark.servers)])
@@ -26,22 +28,3 @@ def map_store(request: pytest.FixtureRequest, tmp_path: Path) -> MapStore:
     if request.param == "hdfs":
         return cast(MapStore, request.getfixturevalue("hdfs_store"))
     return open_map_store(request.param.format(folder=tmp_path))
-
-
-@pytest.fixture
-async def place() -> StillPlace:
-    return StillPlace()
-
-
-@pytest.fixture
-async def client(place: StillPlace) -> AsyncIterator[StillClient]:
-    made = StillClient(place)
-    yield made
-    made.session.end()
-
-
-@pytest.fixture
-async def other(place: StillPlace) -> AsyncIterator[StillClient]:
-    made = StillClient(place, "operator")
-    yield made
-    made.session.end()

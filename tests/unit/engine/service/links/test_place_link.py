@@ -1,21 +1,13 @@
 """Place links, with containers that connect and disconnect at the other end of a real socket."""
 
 import asyncio
-from collections.abc import AsyncIterator
 
 import pytest
 
 from engine.protocols import robot_link
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import PPaaSError, Unavailable
-from tests.support.engine.place_peers import NODES, SERVICES, TOPICS, FakeContainer, RecordingClient, close_links
-
-
-@pytest.fixture(autouse=True)
-async def links() -> AsyncIterator[None]:
-    """Close the links that a test left open."""
-    yield
-    await close_links()
+from tests.support.engine.place_peers import NODES, SERVICES, TOPICS, FakeContainer, RecordingClient
 
 
 async def test_place_is_ready_after_the_hello_of_a_container() -> None:

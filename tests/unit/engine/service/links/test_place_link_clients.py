@@ -1,22 +1,14 @@
 """Topics and services that the clients of a place link advertise to each other."""
 
 import asyncio
-from collections.abc import AsyncIterator
 
 import pytest
 
 from engine.protocols import robot_link
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import Conflict, NotFound, NotPermitted, Unavailable
-from tests.support.engine.place_peers import FakeContainer, RecordingClient, close_links
+from tests.support.engine.place_peers import FakeContainer, RecordingClient
 from tests.support.waiting import until
-
-
-@pytest.fixture(autouse=True)
-async def links() -> AsyncIterator[None]:
-    """Close the links that a test left open."""
-    yield
-    await close_links()
 
 
 async def test_subscription_before_the_advertisement_gets_the_messages() -> None:

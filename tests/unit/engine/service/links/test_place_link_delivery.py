@@ -1,21 +1,12 @@
 """Messages over a place link that must arrive, also if the container is replaced."""
 
-from collections.abc import AsyncIterator
-
 import pytest
 
 from engine.protocols import robot_link
 from engine.service.links.place_link import PlaceLink
 from engine.service.links.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from ppaas.errors import QuotaExceeded
-from tests.support.engine.place_peers import FakeContainer, RecordingClient, close_links
-
-
-@pytest.fixture(autouse=True)
-async def links() -> AsyncIterator[None]:
-    """Close the links that a test left open."""
-    yield
-    await close_links()
+from tests.support.engine.place_peers import FakeContainer, RecordingClient
 
 
 async def test_goal_sent_without_a_container_reaches_the_next() -> None:
