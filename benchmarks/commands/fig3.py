@@ -25,10 +25,11 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Measure paths of all lengths, and draw the chart if it is requested."""
     import uvloop  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
-    from benchmarks.planners import grids, path_lengths, tables  # noqa: PLC0415
+    from benchmarks.planners import path_lengths, tables  # noqa: PLC0415
+    from robots.client.map_files import read_map_file  # noqa: PLC0415
 
     check_plot(arguments)
-    map_ = path_lengths.default_map() if arguments.map is None else grids.map_from_file(arguments.map)
+    map_ = path_lengths.default_map() if arguments.map is None else read_map_file(arguments.map)
     told = event_loop.run(path_lengths.measure(map_, arguments.cores, progress), uvloop.new_event_loop)
     if arguments.plot is not None:
         draw(arguments.plot, path_lengths.chart(told))

@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidMap, InvalidParameter
-from ppaas.maps.formats.movingai import parse_map
 from ppaas.maps.formats.pgm import parse_pgm
-from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridInfo, GridMap
+from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridInfo
 from ppaas.planners.ends import Cell
 from ppaas.planners.weights import FACTOR, NEUTRAL, passable
-from robots.client.map_files import read_map_file, yaml_of
+from robots.client.map_files import is_movingai, read_map_file, yaml_of
 from robots.plans.offline import PlannedRobot, costmap_for
 
 LARGEST = 32768
@@ -90,8 +89,8 @@ def from_file(path: Path) -> Grid:
     InvalidMap
         The file cannot be read, or has another format.
     """
-    if path.suffix == ".map":
-        grid = map_from_file(path)
+    if is_movingai(path):
+        grid = read_map_file(path)
         costs = np.where(grid.data >= OCCUPIED_THRESHOLD, LETHAL_OBSTACLE, FREE_SPACE).astype(np.uint8)
         return _grid(path.stem, costs, grid.info)
     if path.suffix.lower() == ".pgm" and not yaml_of(path).exists():
@@ -113,17 +112,6 @@ def tiled(grid: Grid, copies: int) -> Grid:
     if copies == 1:
         return grid
     return _grid(f"{copies} by {copies} times {grid.name}", np.tile(grid.costmap.data, (copies, copies)))
-
-
-def map_from_file(path: Path) -> GridMap:
-    """Read a MovingAI map, or a map of map_server by its YAML file or image.
-
-    Raises
-    ------
-    InvalidMap
-        The file cannot be read, or has another format.
-    """
-    return parse_map(_bytes(path)) if path.suffix == ".map" else read_map_file(path)
 
 
 def goal_in(costmap: Costmap, goal: Cell | None = None) -> Cell:
