@@ -1,12 +1,13 @@
-"""Reserve of disk space: a file that is removed when the disk is full, so that making room stays possible.
+"""Reserve of disk space: a file that is removed when the disk is full, so that space can still be freed.
 
 While the reserve is set aside, everything is stored. When the disk is full, it is given up: tokens can then still be
 issued and revoked, and data removed, but nothing else is stored (``storage.disk_space.guarded``) until there is space
-for a new reserve. All processes of a cloud on this machine see that in the file system itself.
+for a new reserve. All processes of a cloud on this machine check for the file itself.
 """
 
 import os
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Literal, NamedTuple
@@ -48,14 +49,14 @@ class DiskReserve:
     ----------
     folder : Path
         The data folder.
-    measure : callable, optional
-        Measures the disk of a folder.
+    measure : callable
+        Measures the disk of a folder; raises ``OSError`` if it cannot be measured.
     """
 
-    def __init__(self, folder: Path, measure: "type[DiskSpace] | None" = None) -> None:
+    def __init__(self, folder: Path, measure: Callable[[Path], DiskSpace] = DiskSpace.of) -> None:
         self._folder = folder
         self._file = folder / RESERVE
-        self._measure = (measure or DiskSpace).of
+        self._measure = measure
         self._lock = threading.Lock()
 
     def size(self, space: DiskSpace) -> int:

@@ -45,7 +45,7 @@ class VersionSweep:
         """Delete the files of the removed publications that no other has, then their entries."""
         if not latest.removed or latest.record is None:
             return
-        entries = {number: entry for number in latest.removed for number, entry in self._entries_of(number)}
+        entries = {number: entry for one in latest.removed for number, entry in self._entries_of(one)}
         folder = files_path(self._map, latest.era)
         unused = self._files(entry.present for entry in entries.values()) - self._used(latest)
         for name in unused:

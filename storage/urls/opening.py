@@ -17,7 +17,7 @@ from storage.ports import MapStore, Store
 from storage.urls.backends import MAP_STORES, STORES, Backend
 from storage.urls.passwords import with_password
 
-S = TypeVar("S")
+S = TypeVar("S", Store, MapStore)
 
 
 def open_store(url: str, *, outbox: Path | None = None, reserve: Path | None = None) -> Store:
@@ -40,9 +40,7 @@ def open_store(url: str, *, outbox: Path | None = None, reserve: Path | None = N
         The store cannot be opened now; the message says why and what to do.
     """
     url = with_password(url)
-    store = _open(url, STORES)
-    if reserve is not None and _on_same_disk(url, reserve):
-        return cast(Store, GuardedStore(store, DiskReserve(reserve)))
+    store = _guarded(_open(url, STORES), url, reserve)
     if outbox is None or not STORES[url.partition(":")[0]].remote:
         return store
     # Imported here because only remote stores need them.
@@ -55,10 +53,7 @@ def open_store(url: str, *, outbox: Path | None = None, reserve: Path | None = N
 def open_map_store(url: str, *, reserve: Path | None = None) -> MapStore:
     """Open the store of maps; parameters and errors are those of ``open_store``."""
     url = with_password(url)
-    store = _open(url, MAP_STORES)
-    if reserve is not None and _on_same_disk(url, reserve):
-        return cast(MapStore, GuardedStore(store, DiskReserve(reserve)))
-    return store
+    return _guarded(_open(url, MAP_STORES), url, reserve)
 
 
 def local_path(url: str) -> Path | None:
@@ -67,6 +62,13 @@ def local_path(url: str) -> Path | None:
     backend = STORES.get(scheme) or MAP_STORES.get(scheme)
     arguments = () if backend is None else backend.arguments(url)
     return next((path for path in arguments if isinstance(path, Path)), None)
+
+
+def _guarded(store: S, url: str, reserve: Path | None) -> S:
+    """Return the store, guarded if its URL is on the disk of the reserve."""
+    if reserve is None or not _on_same_disk(url, reserve):
+        return store
+    return cast(S, GuardedStore(store, DiskReserve(reserve)))
 
 
 def _on_same_disk(url: str, reserve: Path) -> bool:

@@ -29,7 +29,7 @@ def disk() -> Disk:
 
 @pytest.fixture
 def reserve(tmp_path: Path, disk: Disk) -> DiskReserve:
-    return DiskReserve(tmp_path, disk)  # type: ignore[arg-type]
+    return DiskReserve(tmp_path, disk.of)
 
 
 def test_little_space_and_a_full_disk_are_one_line_each_and_so_is_their_end(

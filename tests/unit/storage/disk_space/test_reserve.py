@@ -26,7 +26,7 @@ def disk() -> Disk:
 
 @pytest.fixture
 def reserve(tmp_path: Path, disk: Disk) -> DiskReserve:
-    return DiskReserve(tmp_path, disk)  # type: ignore[arg-type]
+    return DiskReserve(tmp_path, disk.of)
 
 
 def test_space_is_set_aside_at_the_start(reserve: DiskReserve, tmp_path: Path) -> None:
@@ -66,7 +66,7 @@ def test_a_disk_on_which_no_file_can_be_created_is_full(reserve: DiskReserve, di
 
 
 def test_every_process_sees_that_the_reserve_was_given_up(reserve: DiskReserve, disk: Disk, tmp_path: Path) -> None:
-    other = DiskReserve(tmp_path, disk)  # type: ignore[arg-type]
+    other = DiskReserve(tmp_path, disk.of)
     reserve.keep()
     assert not other.is_full()
     disk.others = 99 * MB + MB // 2
