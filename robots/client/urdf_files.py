@@ -3,6 +3,7 @@
 import os
 import re
 from collections.abc import Iterable
+from functools import cache
 from html import unescape
 from pathlib import Path
 
@@ -48,17 +49,18 @@ def read_urdf_file(path: Path, folders: Iterable[Path] = ()) -> bytes:
         text = ""
     if not text or len(data) > MAX_URDF:
         return data  # the cloud refuses it with a reason
-    places = [*folders, *_near(path), *_installed()]
-    return _with_boxes(text, places).encode()
+    return _with_boxes(text, [*folders, *_near(path), *_installed()]).encode()
 
 
-def _with_boxes(text: str, places: list[Path]) -> str:
+def _with_boxes(text: str, folders: list[Path]) -> str:
+    box_of = cache(lambda file: _text(_read(file)))  # wheels share a mesh
+
     def boxed(mesh: re.Match[str]) -> str:
         name = _FILENAME.search(mesh["attributes"])
         if name is None or "bounding_box" in mesh["attributes"]:
             return mesh[0]
-        file = _found(unescape(name[1] or name[2] or ""), places)
-        return mesh[0] if file is None else f'<mesh bounding_box="{_text(_read(file))}"{mesh["attributes"]}>'
+        file = _found(unescape(name[1] or name[2] or ""), folders)
+        return mesh[0] if file is None else f'<mesh bounding_box="{box_of(file)}"{mesh["attributes"]}>'
 
     if _COLLISION.search(text):
         return _COLLISION.sub(lambda collision: _MESH.sub(boxed, collision[0]), text)
@@ -74,17 +76,17 @@ def _read(file: Path) -> Extent:
         raise InvalidInput(f"cannot read the mesh {str(file)!r}: {error}") from error
 
 
-def _found(name: str, places: list[Path]) -> Path | None:
-    """Return the file of a mesh by its name in a URDF, None if it is not found or no mesh by its ending."""
+def _found(name: str, folders: list[Path]) -> Path | None:
+    """Return the file of a mesh by its name in a URDF, None if it is not found, or has no ending of a mesh."""
     if name.lower().rpartition(".")[2] not in READERS:
         return None
     scheme, separator, rest = name.partition("://")
     inner = Path((rest if separator else name).lstrip("/"))
     if not separator or scheme == "file":
-        candidates = [Path("/") / inner if separator or name.startswith("/") else place / inner for place in places]
+        candidates = [Path("/") / inner if separator or name.startswith("/") else folder / inner for folder in folders]
     else:
         below = Path(*inner.parts[1:])
-        candidates = [place / part for part in (inner, below, Path(inner.name)) for place in places]
+        candidates = [folder / part for part in (inner, below, Path(inner.name)) for folder in folders]
     return next((file for file in candidates if file.is_file()), None)
 
 
@@ -98,7 +100,7 @@ def _installed() -> list[Path]:
     """Return the folders in which ROS finds packages."""
     first = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
     second = [f"{prefix}/share" for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if prefix]
-    return [Path(place) for place in (*first, *second) if place]
+    return [Path(folder) for folder in (*first, *second) if folder]
 
 
 def _text(extent: Extent) -> str:
