@@ -1,12 +1,11 @@
 """Navigation client: sends goals to one robot on behalf of REST, and follows its pose and its goals.
 
 It is a client of the robot's place, as an operator's socket is. A result is lost if the container is killed before it
-sent it; Move Base repeats the status of its goals, which then tells how the goal ended, or that it is unknown.
+sends it. Move Base repeats the status of its goals, which then contains the end of the goal, or lacks the goal.
 """
 
 import asyncio
 import secrets
-from collections import OrderedDict
 
 import msgspec
 
@@ -71,7 +70,7 @@ class NavigationClient:
         self.place = place
         self.localized = asyncio.Event()
         self._clock = clock
-        self._goals: OrderedDict[str, GoalView] = OrderedDict()
+        self._goals: dict[str, GoalView] = {}
         self._sequences: dict[int, str] = {}
         self._seen: dict[str, float] = {}
         self._pose: tuple[float, float, float] | None = None

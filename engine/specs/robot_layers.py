@@ -28,9 +28,11 @@ def layers_of(spec: ContainerSpec) -> LayerSpec:
 
 
 def filters_of(layers: LayerSpec) -> dict[str, Any]:
-    """Return what the costs of a robot's map depend on besides its radius, by name, as conditions of its plans."""
+    """Return the settings, besides the radius, on which the costs of a robot's map depend: conditions of its plans."""
     mask = layers.masks.get(KEEPOUT_FILTER)
     filters: dict[str, Any] = {} if mask is None else {KEEPOUT_FILTER: f"{mask.id}@{mask.version}"}
     if layers.heights is not None:
         filters[VOXEL_LAYER] = layers.heights
-    return filters | {COSTMAP: changed} if (changed := layers.costs.changed) else filters
+    if layers.costs.changed:
+        filters[COSTMAP] = layers.costs.changed
+    return filters
