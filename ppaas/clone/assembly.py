@@ -152,7 +152,7 @@ def _move_base(
             layers=layers, surroundings=surroundings, planner=planner, path_planners=path_planners,
             controller=controller, recoveries=recovering, parameters=driving, threads=threads,
             processor=processor, passive_safety=PassiveSafety(body.robot_radius, body.limits.acc_lim_x),
-            speed_filter=speed_filter,
+            top_speed=body.limits.max_vel_x, speed_filter=speed_filter,
         )  # fmt: skip
 
     return move_base

@@ -8,7 +8,9 @@ import msgspec
 # ROS types that Python's types do not tell apart. Fields without such a note are float64, int32, string or bool.
 Float32 = Annotated[float, msgspec.Meta(extra={"ros": "float32"})]
 Int8 = Annotated[int, msgspec.Meta(extra={"ros": "int8"})]
+Int16 = Annotated[int, msgspec.Meta(extra={"ros": "int16"})]
 UInt8 = Annotated[int, msgspec.Meta(extra={"ros": "uint8"})]
+UInt16 = Annotated[int, msgspec.Meta(extra={"ros": "uint16"})]
 UInt32 = Annotated[int, msgspec.Meta(extra={"ros": "uint32"})]
 Covariance = Annotated[list[float], msgspec.Meta(extra={"length": 36})]
 """6 × 6 covariance matrix, row-major."""

@@ -7,8 +7,8 @@ from msgspec import field
 
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus
 from ppaas.messages.geometry_msgs import PoseStamped
-from ppaas.messages.message import Message, UInt32
-from ppaas.messages.std_msgs import Header
+from ppaas.messages.message import Float32, Int16, Message, UInt32
+from ppaas.messages.std_msgs import Duration, Header
 
 
 class FollowWaypointsError(IntEnum):
@@ -87,6 +87,24 @@ class FollowWaypointsActionResult(Message):
     header: Header
     status: GoalStatus
     result: FollowWaypointsResult = field(default_factory=FollowWaypointsResult)
+
+
+class NavigateToPoseFeedback(Message):
+    """``nav2_msgs/NavigateToPoseFeedback``; the remaining distance is that along the path [m]."""
+
+    current_pose: PoseStamped
+    navigation_time: Duration
+    estimated_time_remaining: Duration
+    number_of_recoveries: Int16 = 0
+    distance_remaining: Float32 = 0.0
+
+
+class NavigateToPoseActionFeedback(Message):
+    """``nav2_msgs/NavigateToPoseActionFeedback``."""
+
+    header: Header
+    status: GoalStatus
+    feedback: NavigateToPoseFeedback
 
 
 class SpeedLimit(Message):

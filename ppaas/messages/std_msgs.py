@@ -32,6 +32,12 @@ class Duration(Message):
     secs: int = 0
     nsecs: int = 0
 
+    @classmethod
+    def of(cls, seconds: float) -> "Duration":
+        """Return a duration in seconds as a message."""
+        whole = math.floor(seconds)
+        return cls(whole, int((seconds - whole) * 1e9))
+
     def seconds(self) -> float:
         """Return the duration in seconds."""
         return self.secs + self.nsecs * 1e-9

@@ -117,6 +117,7 @@ class MoveBase:
         self._recoveries = tuple(recoveries)
         self._recovery_index = 0
         self._recovery_begins = False
+        self._recoveries_begun = 0
         self._trigger = Trigger.PLANNING
 
     def handle(self, event: Event) -> list[Order]:
@@ -161,7 +162,7 @@ class MoveBase:
             self._finish(now, Status.PREEMPTED, f"Replaced by another goal: {goal.id}")
         self.goals.accept(goal)
         self._origins.clear()
-        self._recovery_index = 0
+        self._recovery_index = self._recoveries_begun = 0
         self._last_valid_control = now
         self._oscillation.reset(now)
         self._restart_planning(now)
@@ -190,7 +191,7 @@ class MoveBase:
             return
         active = self.goals.active
         assert active is not None
-        self._orders.append(PublishFeedback(active.goal, event.pose))
+        self._orders.append(PublishFeedback(active.goal, event.pose, self._recoveries_begun))
         left = self._oscillation.has_left(event.now, event.pose)
         # A motion by a recovery behaviour does not mean that the robot has recovered.
         if left and self._trigger in STUCK and self.state is not State.CLEARING:
@@ -341,6 +342,7 @@ class MoveBase:
         self._stop()
         self.state = State.CLEARING
         self._recovery_begins = True
+        self._recoveries_begun += 1
         self._say(f"recovering by {self._recoveries[self._recovery_index]}{': ' if reason else ''}{reason}")
 
     def _recovered(self, event: RecoveryEnded) -> None:

@@ -82,10 +82,11 @@ class PublishStatus:
 
 @dataclass(frozen=True, slots=True)
 class PublishFeedback:
-    """Publish the robot's pose as feedback of the active goal."""
+    """Publish the robot's pose, and the number of recoveries begun so far, as feedback of the active goal."""
 
     goal: Goal
     pose: Pose2D
+    recoveries: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ from ppaas.messages.nav2_msgs import (
     FollowWaypointsActionFeedback,
     FollowWaypointsActionGoal,
     FollowWaypointsActionResult,
+    NavigateToPoseActionFeedback,
     SpeedLimit,
 )
 from ppaas.messages.nav_msgs import OccupancyGrid, Odometry, Path
@@ -56,6 +57,7 @@ MOVE_BASE_CURRENT_GOAL = Topic("move_base/current_goal", PoseStamped)
 MOVE_BASE_STATUS = Topic("move_base/status", GoalStatusArray, stream=True)
 MOVE_BASE_FEEDBACK = Topic("move_base/feedback", MoveBaseActionFeedback, stream=True)
 MOVE_BASE_RESULT = Topic("move_base/result", MoveBaseActionResult, published_once=True, depth=1000, lasting=True)
+NAVIGATE_TO_POSE_FEEDBACK = Topic("navigate_to_pose/feedback", NavigateToPoseActionFeedback, stream=True)
 CMD_VEL = Topic("cmd_vel", Twist, stream=True, depth=1, expiry=0.5)
 PLAN = Topic("plan", Path, stream=True, depth=1)
 ROBOTS = Topic("robots", RobotStates, stream=True)

@@ -11,6 +11,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import msgspec
 
@@ -20,6 +21,8 @@ from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.message import Message
 from ppaas.messages.move_base_msgs import MoveBaseFeedback
+from ppaas.messages.nav2_msgs import NavigateToPoseFeedback
+from ppaas.messages.std_msgs import Duration
 from ppaas.wire.arguments import as_object
 from ppaas.wire.names import is_ros2_type, ros1_type
 
@@ -68,7 +71,14 @@ class Action(ABC):
         Name of the action that has the topics.
     ros2 : bool
         Whether the client expects times spelled as in ROS 2.
+
+    Attributes
+    ----------
+    progress_topic : str
+        Topic of messages for `learn`; empty if there is none.
     """
+
+    progress_topic: ClassVar[str] = ""
 
     def __init__(self, topics: str, *, ros2: bool) -> None:
         self.topics = topics
@@ -87,6 +97,9 @@ class Action(ABC):
     @abstractmethod
     def feedback(self, sent: SentGoal, feedback: bytes, now: float) -> bytes:
         """Return the ``values`` of an ``action_feedback``."""
+
+    def learn(self, progress: bytes) -> None:
+        """Take the feedback of a message of ``progress_topic`` about the goal; later feedback has its content."""
 
     @abstractmethod
     def result(self, result: bytes, status: Status, text: str) -> bytes:
@@ -122,7 +135,9 @@ class NavigateToPoseGoal(Message):
 
 class _NavigateToPoseFeedback(msgspec.Struct):
     current_pose: PoseStamped
-    navigation_time: dict[str, int]
+    navigation_time: Duration
+    estimated_time_remaining: Duration
+    number_of_recoveries: int
     distance_remaining: float
 
 
@@ -132,10 +147,17 @@ class _NavigateToPoseResult(msgspec.Struct):
 
 
 class NavigateToPose(Action):
-    """Nav2's action, executed by Move Base. The remaining distance is measured along the straight line."""
+    """Nav2's action, executed by Move Base, for one goal.
+
+    What is not in Move Base's feedback comes from its topic ``navigate_to_pose/feedback``: the distance along the path,
+    the estimated time and the recoveries. Until the first such message the distance is that of the straight line.
+    """
+
+    progress_topic: ClassVar[str] = f"{NAVIGATE_TO_POSE}/feedback"
 
     def __init__(self) -> None:
         super().__init__(MOVE_BASE, ros2=True)
+        self._progress: NavigateToPoseFeedback | None = None
 
     def goal(self, arguments: bytes) -> bytes:
         """Return Move Base's goal.
@@ -150,22 +172,36 @@ class NavigateToPose(Action):
             raise InvalidInput("behavior trees are not supported: leave behavior_tree empty")
         return _encoder.encode({"target_pose": requested.pose})
 
+    def learn(self, progress: bytes) -> None:
+        """Take the newest progress of the goal."""
+        self._progress = decode(NavigateToPoseFeedback, progress)
+
     def feedback(self, sent: SentGoal, feedback: bytes, now: float) -> bytes:
-        """Return the robot's pose, its time under way, and its distance from the goal (null in another frame)."""
-        current = decode(MoveBaseFeedback, feedback).base_position
-        target = decode(_MoveBaseGoal, sent.goal).target_pose
-        here, goal = current.pose.position, target.pose.position
-        same_frame = current.header.frame_id == target.header.frame_id.removeprefix("/")
-        distance = math.dist((here.x, here.y), (goal.x, goal.y)) if same_frame else math.nan
-        seconds, fraction = divmod(max(now - sent.at, 0.0), 1.0)
-        navigation_time = {"sec": int(seconds), "nanosec": int(fraction * 1e9)}
-        return _encoder.encode(_NavigateToPoseFeedback(current, navigation_time, distance))
+        """Return the robot's pose, its time under way, and what remains (a null distance if that is not known)."""
+        current, known = decode(MoveBaseFeedback, feedback).base_position, self._progress
+        return _encoder.encode(
+            _NavigateToPoseFeedback(
+                current,
+                Duration.of(max(now - sent.at, 0.0)),
+                known.estimated_time_remaining if known else Duration(),
+                known.number_of_recoveries if known else 0,
+                known.distance_remaining if known else _straight(current, sent.goal),
+            )
+        )
 
     def result(self, result: bytes, status: Status, text: str) -> bytes:
         """Return Nav2's error code and a text; 0 and empty if the goal succeeded."""
         if status is Status.SUCCEEDED:
             return _encoder.encode(_NavigateToPoseResult(0, ""))
         return _encoder.encode(_NavigateToPoseResult(NAV2_UNKNOWN, text))
+
+
+def _straight(current: PoseStamped, sent: bytes) -> float:
+    """Return the distance from a pose to a goal of Move Base [m], NaN if their frames differ."""
+    target = decode(_MoveBaseGoal, sent).target_pose
+    here, goal = current.pose.position, target.pose.position
+    same_frame = current.header.frame_id == target.header.frame_id.removeprefix("/")
+    return math.dist((here.x, here.y), (goal.x, goal.y)) if same_frame else math.nan
 
 
 class _MoveBaseGoal(Message):

@@ -104,7 +104,9 @@ class GoalTracker:
         found: set[str] = set()
         for goal in self._goals.values():
             name = goal.action.topics
-            found |= {f"{name}/status", f"{name}/result"} | ({f"{name}/feedback"} if goal.operation.feedback else set())
+            found |= {f"{name}/status", f"{name}/result"}
+            if goal.operation.feedback:
+                found |= {f"{name}/feedback", goal.action.progress_topic or f"{name}/feedback"}
         return found
 
     # -- requests of the client ----------------------------------------------------------------------------------------
@@ -193,7 +195,9 @@ class GoalTracker:
         elif what == "feedback":
             feedback = decode(_Feedback, payload)
             goal = self._goals.get(feedback.status.goal_id.id)
-            if goal is not None and goal.action.topics == name and goal.operation.feedback:
+            if goal is not None and goal.action.progress_topic == topic:
+                goal.action.learn(bytes(feedback.feedback))
+            elif goal is not None and goal.action.topics == name and goal.operation.feedback:
                 yield GoalFrame(_feedback(goal, bytes(feedback.feedback), now), final=False)
 
     def _on_statuses(self, name: str, statuses: GoalStatusArray, now: float) -> Iterator[GoalFrame]:

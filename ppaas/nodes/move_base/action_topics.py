@@ -8,12 +8,17 @@ from ppaas.messages.move_base_msgs import (
     MoveBaseActionResult,
     MoveBaseFeedback,
 )
-from ppaas.messages.std_msgs import Header, Time
+from ppaas.messages.nav2_msgs import NavigateToPoseActionFeedback, NavigateToPoseFeedback
+from ppaas.messages.std_msgs import Duration, Header, Time
 from ppaas.navigation.action_goals import ActionGoal, G, GoalList
 from ppaas.navigation.events import Goal
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context
 from ppaas.nodes.frames import MAP
+from ppaas.nodes.move_base.goal_progress import GoalProgress
+
+PROGRESS_PERIOD = 0.5
+"""Period of Nav2's feedback, which changes slowly [s]."""
 
 
 class ActionTopics:
@@ -27,6 +32,7 @@ class ActionTopics:
 
     def __init__(self, context: Context) -> None:
         self._context = context
+        self._next_progress = float("-inf")
 
     def _header(self, frame_id: str = "") -> Header:
         return Header(stamp=Time.of(self._context.now()), frame_id=frame_id)
@@ -38,6 +44,7 @@ class ActionTopics:
     def current_goal(self, goal: Goal) -> None:
         """Publish the goal that the robot drives to."""
         self._context.publish(topics.MOVE_BASE_CURRENT_GOAL.name, self.stamped(goal.pose))
+        self._next_progress = float("-inf")
 
     def status(self, goals: GoalList[Goal]) -> None:
         """Publish the status of all goals."""
@@ -48,6 +55,22 @@ class ActionTopics:
         status = status_of(goal, Status.ACTIVE, text)
         feedback = MoveBaseFeedback(self.stamped(pose))
         self._context.publish(topics.MOVE_BASE_FEEDBACK.name, MoveBaseActionFeedback(self._header(), status, feedback))
+
+    def progress(self, goal: Goal, pose: Pose2D, progress: GoalProgress, recoveries: int) -> None:
+        """Publish the feedback of ``navigate_to_pose``, unless it was published less than a period ago."""
+        now = self._context.elapsed()
+        if now < self._next_progress:
+            return
+        self._next_progress = now + PROGRESS_PERIOD
+        feedback = NavigateToPoseFeedback(
+            self.stamped(pose),
+            Duration.of(progress.spent(now)),
+            Duration.of(progress.remaining()),
+            recoveries,
+            progress.distance,
+        )
+        message = NavigateToPoseActionFeedback(self._header(), status_of(goal, Status.ACTIVE, ""), feedback)
+        self._context.publish(topics.NAVIGATE_TO_POSE_FEEDBACK.name, message)
 
     def result(self, goal: Goal, status: Status, text: str) -> None:
         """Publish the result of a goal."""

@@ -34,6 +34,7 @@ from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Ti
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import expect, pose_in
 from ppaas.nodes.move_base.action_topics import ActionTopics
+from ppaas.nodes.move_base.goal_progress import GoalProgress
 from ppaas.nodes.move_base.order_executor import OrderExecutor
 from ppaas.nodes.move_base.robot_planner import RobotPlanner
 from ppaas.nodes.move_base.speed_limits import SpeedFilter, SpeedLimits
@@ -50,12 +51,13 @@ STATUS_PERIOD = 1.0
 
 
 class MoveBaseState(msgspec.Struct):
-    """Checkpoint of Move Base: the active goal, and the last speed limit received."""
+    """Checkpoint of Move Base: the active goal and for how long [s], and the last speed limit received."""
 
     goal: events.Goal | None
     counter: int
     speed_limit: float = 0.0
     percentage: bool = False
+    seconds: float = 0.0
 
 
 class MoveBaseNode(Node):
@@ -87,6 +89,8 @@ class MoveBaseNode(Node):
         Finds stored plans.
     passive_safety : PassiveSafety
         Slows the robot down in front of approaching people.
+    top_speed : float
+        Fastest speed of the robot, with which the remaining time is estimated at first [m/s].
     speed_filter : SpeedFilter, optional
         Speed limits by place.
     """
@@ -103,6 +107,7 @@ class MoveBaseNode(Node):
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.CMD_VEL, topics.PLAN, topics.MOVE_BASE_CURRENT_GOAL,
         topics.MOVE_BASE_STATUS, topics.MOVE_BASE_FEEDBACK, topics.MOVE_BASE_RESULT,
+        topics.NAVIGATE_TO_POSE_FEEDBACK,
     )  # fmt: skip
     services: ClassVar[tuple[Service, ...]] = (
         Service("move_base/make_plan", GetPlan),
@@ -124,6 +129,7 @@ class MoveBaseNode(Node):
         threads: Threads,
         processor: PlanProcessor,
         passive_safety: PassiveSafety,
+        top_speed: float,
         speed_filter: SpeedFilter | None = None,
     ) -> None:
         super().__init__(context)
@@ -136,11 +142,12 @@ class MoveBaseNode(Node):
         self._period = 1.0 / parameters.controller_frequency
         self._machine = MoveBase(parameters, [name for name, _ in recoveries])
         self._topics = ActionTopics(context)
+        self._progress = GoalProgress(top_speed)
         self._executor = OrderExecutor(
             context, self._feed, self._machine.goals,
             costmap=layers.costmap, surroundings=surroundings, planner=self._planner, controller=controller,
             recoveries=[recovery for _, recovery in recoveries], topics=self._topics, limits=self._limits,
-            passive_safety=passive_safety, period=self._period, threads=threads,
+            passive_safety=passive_safety, period=self._period, threads=threads, progress=self._progress,
         )  # fmt: skip
         self._paths = PathServices(
             context, layers.costmap, parameters.base_global_planner, threads, processor=processor, tuned=path_planners
@@ -281,7 +288,8 @@ class MoveBaseNode(Node):
         """Return the active goal and the speed limit as JSON."""
         active, limit = self._machine.goals.active, self._limits.received
         goal = active.goal if active else None
-        return msgspec.json.encode(MoveBaseState(goal, self._counter, limit.speed_limit, limit.percentage))
+        spent = self._progress.spent(self.context.elapsed()) if active else 0.0
+        return msgspec.json.encode(MoveBaseState(goal, self._counter, limit.speed_limit, limit.percentage, spent))
 
     def restore(self, state: bytes) -> None:
         """Continue to the goal of a checkpoint, with a new plan from the robot's current pose."""
@@ -290,3 +298,4 @@ class MoveBaseNode(Node):
         self._limits.take(nav2_msgs.SpeedLimit(restored.speed_limit, restored.percentage))
         if restored.goal is not None:
             self._feed(events.GoalReceived(self.context.elapsed(), restored.goal))
+            self._progress.resume(restored.seconds)

@@ -13,6 +13,7 @@ from ppaas.navigation.action_goals import GoalList
 from ppaas.navigation.passive_safety import PassiveSafety
 from ppaas.nodes.base import Context
 from ppaas.nodes.move_base.action_topics import ActionTopics
+from ppaas.nodes.move_base.goal_progress import GoalProgress
 from ppaas.nodes.move_base.robot_planner import Detour, NoPlan, Planned, RobotPlanner
 from ppaas.nodes.move_base.speed_limits import SpeedLimits
 from ppaas.nodes.move_base.surroundings import Surroundings
@@ -50,6 +51,8 @@ class OrderExecutor:
         Period of the control cycle [s].
     threads : callable
         Returns the largest number of threads that kernels may use now.
+    progress : GoalProgress
+        Progress to the active goal.
 
     Attributes
     ----------
@@ -73,6 +76,7 @@ class OrderExecutor:
         passive_safety: PassiveSafety,
         period: float,
         threads: Threads,
+        progress: GoalProgress,
     ) -> None:
         self.sent = Velocity()
         self._context = context
@@ -88,6 +92,7 @@ class OrderExecutor:
         self._passive_safety = passive_safety
         self._period = period
         self._threads = threads
+        self._progress = progress
 
     def execute(self, order: orders.Order) -> None:
         """Execute one order."""
@@ -113,13 +118,19 @@ class OrderExecutor:
         active = self._goals.active
         match order:
             case orders.PublishGoal():
+                self._progress.begin(order.goal.pose, self._context.elapsed())
                 self._topics.current_goal(order.goal)
             case orders.PublishStatus():
                 self._topics.status(self._goals)
             case orders.PublishFeedback():
-                self._topics.feedback(order.goal, order.pose, active.text if active else "")
+                self._feed_back(order, active.text if active else "")
             case orders.PublishResult():
                 self._topics.result(order.goal, order.status, order.text)
+
+    def _feed_back(self, order: orders.PublishFeedback, text: str) -> None:
+        self._topics.feedback(order.goal, order.pose, text)
+        self._progress.update(order.pose, self._surroundings.velocity.linear, self._context.elapsed())
+        self._topics.progress(order.goal, order.pose, self._progress, order.recoveries)
 
     def _send(self, velocity: Velocity) -> None:
         self.sent = velocity
@@ -128,6 +139,7 @@ class OrderExecutor:
     def _follow(self, order: orders.FollowPlan) -> None:
         try:
             self._controller.set_plan(order.poses)
+            self._progress.follow(order.poses)
         except PPaaSError as error:
             self._feed(events.ControlFailed(self._context.elapsed(), str(error)))
 

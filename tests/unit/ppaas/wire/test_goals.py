@@ -131,6 +131,34 @@ def test_distance_remaining_is_null_for_a_goal_in_another_frame() -> None:
     assert client.frames[0]["values"]["distance_remaining"] is None
 
 
+def test_navigate_to_pose_estimates_time_and_distance_by_the_progress_of_move_base() -> None:
+    client = Client()
+    args = {"pose": pose(4.0, frame="odom")}
+    message = client.send(10.0, action="navigate_to_pose", action_type=NAV2, args=args, feedback=True)
+    assert client.goals.topics() == {
+        "move_base/status", "move_base/result", "move_base/feedback", "navigate_to_pose/feedback",
+    }  # fmt: skip
+    status = {"goal_id": message["goal_id"], "status": 1}
+    progress = {
+        "current_pose": pose(0.9),
+        "navigation_time": {"secs": 1, "nsecs": 0},
+        "estimated_time_remaining": {"secs": 8, "nsecs": 5},
+        "number_of_recoveries": 2,
+        "distance_remaining": 3.5,
+    }
+    client.receive("navigate_to_pose/feedback", 12.0, header={}, status=status, feedback=progress)
+    assert client.frames == []
+    client.receive("move_base/feedback", 12.5, status=status, feedback={"base_position": pose(1.0)})
+    [frame] = client.frames
+    assert frame["values"]["current_pose"]["pose"]["position"]["x"] == 1.0
+    assert {key: value for key, value in frame["values"].items() if key != "current_pose"} == {
+        "navigation_time": {"sec": 2, "nanosec": 500000000},
+        "estimated_time_remaining": {"sec": 8, "nanosec": 5},
+        "number_of_recoveries": 2,
+        "distance_remaining": 3.5,
+    }
+
+
 def test_unknown_action_type_is_passed_on() -> None:
     client = Client()
     kinds = {"action": "fetch", "action_type": "toy_interfaces/action/Fetch"}
