@@ -3,8 +3,8 @@
 from ppaas.messages.geometry_msgs import TransformStamped
 from ppaas.messages.message import Message
 
-MOST_FRAMES = 1000
-"""Limit of the frames in a merged message, equal to ``ppaas.transforms.spatial.MAX_FRAMES``."""
+MAX_FRAMES = 1000
+"""Limit of frames of one robot; further frames are ignored."""
 
 
 class TFMessage(Message):
@@ -16,4 +16,4 @@ class TFMessage(Message):
 def merged(earlier: TFMessage, later: TFMessage) -> TFMessage:
     """Return the transforms of two messages, the later one of each child frame."""
     frames = {each.child_frame_id.lstrip("/"): each for each in (*earlier.transforms, *later.transforms)}
-    return TFMessage(list(frames.values())[:MOST_FRAMES])
+    return TFMessage(list(frames.values())[:MAX_FRAMES])

@@ -12,7 +12,7 @@ JOINT_TYPES = ("fixed", "continuous", "revolute", "prismatic", "floating", "plan
 TURNING = ("continuous", "revolute")
 
 MAX_LINKS = 1000
-"""Limit of links and of joints, equal to ``ppaas.transforms.spatial.MAX_FRAMES``."""
+"""Limit of links and of joints, equal to ``ppaas.messages.tf2_msgs.MAX_FRAMES``."""
 
 MAX_SHAPES = 2000
 """Limit of shapes of all links together."""

@@ -12,10 +12,8 @@ from typing import NamedTuple
 
 from ppaas.errors import TransformError
 from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
+from ppaas.messages.tf2_msgs import MAX_FRAMES
 from ppaas.transforms.connections import not_connected
-
-MAX_FRAMES = 1000
-"""Limit of frames of one robot; further frames are ignored."""
 
 
 class Rigid(NamedTuple):

@@ -7,7 +7,8 @@ import msgspec
 from ppaas.errors import TransformError
 from ppaas.messages.geometry_msgs import TransformStamped
 from ppaas.messages.std_msgs import Header
-from ppaas.transforms.spatial import MAX_FRAMES, Rigid
+from ppaas.messages.tf2_msgs import MAX_FRAMES
+from ppaas.transforms.spatial import Rigid
 
 KEPT = 200
 """Largest number of static frames in a checkpoint."""

@@ -13,9 +13,10 @@ from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
 from ppaas.messages.std_msgs import Header, Time
+from ppaas.messages.tf2_msgs import MAX_FRAMES
 from ppaas.robot_model.shapes import placed
 from ppaas.transforms.planar import transform_message
-from ppaas.transforms.spatial import MAX_FRAMES, LatestFrames, Rigid
+from ppaas.transforms.spatial import LatestFrames, Rigid
 
 METRES = st.floats(-10.0, 10.0)
 TURNS = st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: math.hypot(*q) > 0.1)
