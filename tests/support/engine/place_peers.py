@@ -74,6 +74,13 @@ class FakeContainer:
         hello = robot_link.Hello(name, "", 42, applied, TOPICS, SERVICES, NODES)
         return cls(far, asyncio.create_task(place.serve(hello, near)))
 
+    @classmethod
+    async def ready(cls, place: PlaceLink, name: str) -> "FakeContainer":
+        """Connect a container to a place link, and wait until the place is ready."""
+        container = await cls.dial(place, name)
+        await place.ready(5)
+        return container
+
     async def next(self) -> robot_link.ToContainer | None:
         """Return the next frame, or None if the place link has closed the connection."""
         async with asyncio.timeout(5):

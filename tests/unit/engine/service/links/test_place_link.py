@@ -14,8 +14,7 @@ async def test_place_is_ready_after_the_hello_of_a_container() -> None:
     place = PlaceLink("robot:a/r")
     with pytest.raises(Unavailable):
         await place.ready(0.01)
-    container = await FakeContainer.dial(place, "c1")
-    await place.ready(5)
+    container = await FakeContainer.ready(place, "c1")
     assert (place.container, place.pid) == ("c1", 42)
     await container.die()
     assert place.container is None
@@ -23,8 +22,7 @@ async def test_place_is_ready_after_the_hello_of_a_container() -> None:
 
 async def test_offers_of_the_container_are_known_also_those_of_run_time() -> None:
     place = PlaceLink("robot:a/r")
-    container = await FakeContainer.dial(place, "c1")
-    await place.ready(5)
+    container = await FakeContainer.ready(place, "c1")
     assert (list(place.topics.values()), list(place.services.values())) == (TOPICS, SERVICES)
     client = RecordingClient()
     number = place.join(client)
@@ -46,8 +44,7 @@ async def test_subscriptions_are_repeated_for_the_next_container() -> None:
     place = PlaceLink("robot:a/r")
     listener = RecordingClient()
     client = place.join(listener)
-    first = await FakeContainer.dial(place, "c1")
-    await place.ready(5)
+    first = await FakeContainer.ready(place, "c1")
     place.subscribe("map", client)
     assert await first.next() == robot_link.Subscribe("map", client)
     await first.die()
@@ -63,8 +60,7 @@ async def test_latched_message_for_one_client_does_not_reach_others() -> None:
     place = PlaceLink("robot:a/r")
     listeners = [RecordingClient(), RecordingClient()]
     numbers = [place.join(listener) for listener in listeners]
-    container = await FakeContainer.dial(place, "c1")
-    await place.ready(5)
+    container = await FakeContainer.ready(place, "c1")
     for number in numbers:
         place.subscribe("map", number)
     container.stream.write(robot_link.Published("map", b"{}", numbers[1]))
@@ -76,8 +72,7 @@ async def test_latched_message_for_one_client_does_not_reach_others() -> None:
 async def test_subscription_ends_with_its_last_client() -> None:
     place = PlaceLink("robot:a/r")
     one, two = place.join(RecordingClient()), place.join(RecordingClient())
-    container = await FakeContainer.dial(place, "c1")
-    await place.ready(5)
+    container = await FakeContainer.ready(place, "c1")
     place.subscribe("map", one)
     place.subscribe("map", two)
     place.leave(one)
@@ -91,8 +86,7 @@ async def test_call_is_answered_or_fails_with_its_container() -> None:
     place = PlaceLink("robot:a/r")
     with pytest.raises(Unavailable):
         await place.call("make_plan", b"{}", 1.0)
-    container = await FakeContainer.dial(place, "c1")
-    await place.ready(5)
+    container = await FakeContainer.ready(place, "c1")
     answered = asyncio.create_task(place.call("make_plan", b"{}", 5.0))
     refused = asyncio.create_task(place.call("make_plan", b"{}", 5.0))
     lost = asyncio.create_task(place.call("make_plan", b"{}", 5.0))
@@ -112,16 +106,14 @@ async def test_call_is_answered_or_fails_with_its_container() -> None:
 async def test_ended_subscription_is_not_repeated_for_the_next_container() -> None:
     place = PlaceLink("robot:a/r")
     client = place.join(RecordingClient())
-    first = await FakeContainer.dial(place, "c1")
-    await place.ready(5)
+    first = await FakeContainer.ready(place, "c1")
     place.subscribe("map", client)
     place.unsubscribe("map", client)
     first.stream.write(robot_link.Published("map", b"{}"))  # sent before the unsubscription arrived
     first.stream.write(robot_link.Published("goal", b"{}"))
     await first.die()
     place.subscribe("goal", client)
-    second = await FakeContainer.dial(place, "c2")
-    await place.ready(5)
+    second = await FakeContainer.ready(place, "c2")
     place.unsubscribe("goal", client)
     assert [await second.next(), await second.next()] == [
         robot_link.Subscribe("goal", 0),
@@ -134,8 +126,7 @@ async def test_frames_of_a_replaced_container_are_ignored() -> None:
     place = PlaceLink("robot:a/r")
     listener = RecordingClient()
     client = place.join(listener)
-    first = await FakeContainer.dial(place, "c1")
-    await place.ready(5)
+    first = await FakeContainer.ready(place, "c1")
     place.subscribe("goal", client)
     place.deliver("goal", b"1", client, must_arrive=True)
     call = asyncio.create_task(place.call("make_plan", b"{}", 5.0))
@@ -164,8 +155,7 @@ async def test_frames_of_a_replaced_container_are_ignored() -> None:
 
 async def test_closed_place_states_the_reason_after_its_container_exited() -> None:
     place = PlaceLink("robot:a/r")
-    container = await FakeContainer.dial(place, "c1")
-    await place.ready(5)
+    container = await FakeContainer.ready(place, "c1")
     place.close(Unavailable("over"))
     assert await container.next() == robot_link.Shutdown()
     await container.die()

@@ -15,8 +15,7 @@ async def test_subscription_before_the_advertisement_gets_the_messages() -> None
     place = PlaceLink("robot:a/r")
     listener = RecordingClient()
     subscriber, publisher = place.join(listener), place.join(RecordingClient())
-    container = await FakeContainer.dial(place, "c1")
-    await place.ready(5)
+    container = await FakeContainer.ready(place, "c1")
     place.subscribe("chatter", subscriber, "std_msgs/String")
     assert place.topic_type("chatter") is None
     with pytest.raises(NotFound, match="known: goal, map"):
@@ -32,8 +31,7 @@ async def test_subscription_before_the_advertisement_gets_the_messages() -> None
 async def test_topic_of_the_clone_keeps_its_type_and_recipient() -> None:
     place = PlaceLink("robot:a/r")
     client = place.join(RecordingClient())
-    container = await FakeContainer.dial(place, "c1")
-    await place.ready(5)
+    container = await FakeContainer.ready(place, "c1")
     with pytest.raises(Conflict, match="has type std_msgs/String"):
         place.advertise("goal", "std_msgs/Bool", client, None, latch=False)
     with pytest.raises(Conflict, match="has type nav_msgs/OccupancyGrid"):
@@ -49,8 +47,7 @@ async def test_topic_of_the_clone_keeps_its_type_and_recipient() -> None:
 async def test_clone_takes_over_a_topic_of_a_client() -> None:
     place = PlaceLink("robot:a/r")
     client = place.join(RecordingClient())
-    container = await FakeContainer.dial(place, "c1")
-    await place.ready(5)
+    container = await FakeContainer.ready(place, "c1")
     place.advertise("tf_view", "tf2_msgs/TFMessage", client, None, latch=True)
     place.publish("tf_view", b"{}", client, must_arrive=True, latch=True)
     container.stream.write(
@@ -67,8 +64,7 @@ async def test_call_reaches_the_client_that_advertises_the_service() -> None:
     place = PlaceLink("robot:a/r")
     provider = RecordingClient()
     number, caller = place.join(provider), place.join(RecordingClient())
-    container = await FakeContainer.dial(place, "c1")
-    await place.ready(5)
+    container = await FakeContainer.ready(place, "c1")
     with pytest.raises(Conflict, match="provided by the clone"):
         place.advertise_service("make_plan", "nav_msgs/GetPlan", number)
     place.advertise_service("lights", "std_srvs/SetBool", number)
@@ -88,8 +84,7 @@ async def test_pending_call_fails_if_the_clone_takes_the_service_over() -> None:
     place = PlaceLink("robot:a/r")
     robot = RecordingClient()
     number = place.join(robot)
-    container = await FakeContainer.dial(place, "c1")
-    await place.ready(5)
+    container = await FakeContainer.ready(place, "c1")
     for service in ("drive", "lights"):
         place.advertise_service(service, "std_srvs/Trigger", number)
     driving, lighting = (asyncio.create_task(place.call(service, b"{}", 5.0)) for service in ("drive", "lights"))
@@ -113,8 +108,7 @@ async def test_refusal_reaches_only_the_sender_of_the_message() -> None:
     sender, other = RecordingClient(), RecordingClient()
     number = place.join(sender)
     place.join(other)
-    container = await FakeContainer.dial(place, "c1")
-    await place.ready(5)
+    container = await FakeContainer.ready(place, "c1")
     container.stream.write(robot_link.MessageRefused(number, "goal", robot_link.Refusal("invalid-input", "NaN")))
     await sender.notified()
     assert [error.slug for error in sender.errors] == ["invalid-input"]

@@ -22,8 +22,7 @@ async def test_goal_sent_without_a_container_reaches_the_next() -> None:
 async def test_unacknowledged_messages_are_resent_in_order() -> None:
     place = PlaceLink("robot:a/r")
     client = place.join(RecordingClient())
-    first = await FakeContainer.dial(place, "c1")
-    await place.ready(5)
+    first = await FakeContainer.ready(place, "c1")
     for number in (b"1", b"2", b"3"):
         place.deliver("goal", number, client, must_arrive=True)
     for _ in range(3):
