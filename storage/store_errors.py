@@ -14,7 +14,7 @@ def unusable(place: object, advice: str, public: str = NO_STORE) -> Unavailable:
     place : object
         File or address of the store.
     advice : str
-        What is wrong and what to do, for operators.
+        Description of the fault, with advice, for operators.
     public : str
         The same for clients.
     """

@@ -28,7 +28,7 @@ class _Issued:
 
 
 class SocketTickets:
-    """Unused tickets, in memory: those of one cloud are worth nothing to another.
+    """Unused tickets, in memory: no other cloud takes them.
 
     Parameters
     ----------

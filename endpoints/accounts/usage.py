@@ -54,7 +54,7 @@ class Usage:
     Attributes
     ----------
     stored : StoredBytes
-        What users have stored.
+        Stored bytes of the users.
     """
 
     def __init__(self) -> None:

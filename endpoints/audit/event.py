@@ -42,7 +42,7 @@ class AuditEvent(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     reason : str, optional
         Slug of the problem.
     details : dict
-        What was changed, as far as it is no secret.
+        Changes that were made, without secrets.
     repeats : int
         Number of similar events of the last minute that are not listed, because there were too many.
     """
@@ -85,7 +85,7 @@ class AuditLog(Protocol):
 
     @property
     def fault(self) -> str | None:
-        """Why events cannot be stored now; None if they can."""
+        """Fault that keeps events from being stored now; None if there is none."""
         ...
 
     def record(self, event: AuditEvent) -> None:

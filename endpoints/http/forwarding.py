@@ -93,7 +93,7 @@ class TrustedProxies:
 
 
 def _with_host(scope: Scope, host: str | None) -> Scope:
-    """Return a scope with another Host, of which a list has that of the client first."""
+    """Return a scope with another Host; of a list, the first is the one that the client sent."""
     if not host:
         return scope
     first = host.partition(",")[0].strip().encode("latin-1")

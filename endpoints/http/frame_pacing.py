@@ -110,8 +110,8 @@ class FramePacer:
     clock : callable
         Returns monotonic time [s].
     cpu_clock : callable
-        Returns the CPU time of the thread [s]. Reading it is a call of the system, so only connections of which a turn
-        once took long are measured.
+        Returns the CPU time of the thread [s]. Reading it is a system call, so it is read only for connections that
+        once had a long turn.
 
     Attributes
     ----------

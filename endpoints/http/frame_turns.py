@@ -40,7 +40,7 @@ class TurnQueue:
         return bool(self._waiting)
 
     def add(self, taker: TurnTaker) -> None:
-        """Let a connection have its turn in the next iteration of the loop, or after those that wait already."""
+        """Add a connection; its turn is in the next iteration of the loop, or after those that wait already."""
         if not self._waiting:
             self._loop.call_soon(self._run)
         self._waiting.append(taker)

@@ -6,8 +6,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 class HeadRequests:
     """ASGI middleware that answers HEAD like GET, without the body.
 
-    The server drops the body of the answer. A body that is sent in parts is not read to its end: the application is
-    told that the client has disconnected.
+    The server drops the body of the answer. A body that is sent in parts is not read to its end: after the first part,
+    the application receives the message that the client has disconnected.
     """
 
     def __init__(self, app: ASGIApp) -> None:

@@ -24,7 +24,7 @@ class BadHead(Exception):
     status : int
         HTTP status of the answer.
     text : str
-        What is wrong, and what to do.
+        Description of the fault, with advice.
     """
 
     def __init__(self, status: int, text: str) -> None:
@@ -53,7 +53,7 @@ def check_head(version: str, headers: Sequence[tuple[bytes, bytes]], *, websocke
     if version not in _VERSIONS:
         raise BadHead(505, f"HTTP/{version} is not supported: use HTTP/1.1")
     if websocket and version != "1.1":
-        raise BadHead(400, "the handshake of a WebSocket needs HTTP/1.1; a proxy in between may have to be told so")
+        raise BadHead(400, "the handshake of a WebSocket needs HTTP/1.1: configure any proxy in between for it")
     if websocket and any(
         (name == b"content-length" and value != b"0") or name == b"transfer-encoding" for name, value in headers
     ):

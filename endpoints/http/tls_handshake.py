@@ -1,6 +1,7 @@
 """Connections by TLS, bounded in time and number before their handshake is complete.
 
-A server of asyncio makes the protocol of a connection when its handshake is complete. Until then nobody would count it.
+A server of asyncio makes the protocol of a connection when its handshake is complete. Until then it would not be
+counted.
 """
 
 import asyncio

@@ -22,8 +22,8 @@ TAGS = [
     {"name": "models", "description": "Robot models that robot files may name."},
     {"name": "planners", "description": "Planners that robot files and path requests may name."},
     {"name": "machines", "description": "Machines of the cloud, for administrators."},
-    {"name": "health", "description": "Whether the stores of the cloud are reachable."},
-    {"name": "audit", "description": "Who did what, for administrators."},
+    {"name": "health", "description": "State of the stores, the disk and the audit log."},
+    {"name": "audit", "description": "Audit log of changes and refusals, for administrators."},
     {"name": "containers", "description": "Running containers: the caller's own, or all for an administrator."},
 ]
 

@@ -19,7 +19,7 @@ PATIENCE = 3.0
 
 @dataclass(frozen=True, slots=True)
 class StoreState:
-    """Whether a store answers, the reason if not, and the number of plans that wait for it on this machine."""
+    """State of a store: whether it answers, the reason if not, and the number of plans that wait for it here."""
 
     answers: bool
     reason: str | None = None
@@ -36,7 +36,7 @@ class DiskState:
 
     @property
     def reason(self) -> str | None:
-        """What is wrong, and what an administrator can do; None if there is enough space."""
+        """Description of the shortage, with advice for an administrator; None if there is enough space."""
         if self.state == "ok":
             return None
         left = f"{self.free >> 20} MiB of {self.total >> 20} MiB are left"

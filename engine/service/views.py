@@ -132,7 +132,7 @@ class GoalView(msgspec.Struct, frozen=True):
     state : str
         ``lost`` if the robot's clone does not know the goal any more.
     text : str
-        Why the robot waits, or why the goal ended.
+        Reason for a wait, or for the end of the goal.
     sent, ended : float
         Times [s since the epoch]; ``ended`` is None while the goal is active.
     """
@@ -157,7 +157,7 @@ class RobotState(msgspec.Struct, frozen=True):
     pose_at : float, optional
         Time at which the pose was received [s since the epoch].
     localization : str
-        Why localization does not use the robot's scans; empty if it does.
+        Reason why localization does not use the robot's scans; empty if it does.
     goals : tuple of GoalView
         Goals that have not ended, oldest first.
     """

@@ -39,7 +39,7 @@ _NOT_SERVED = {
     "png": "send JSON",
     "auth": "send the token in the address, or in a header of the handshake",
 }
-"""Operations of rosbridge that are not served, and what to do instead."""
+"""Operations of rosbridge that are refused, each with advice."""
 
 
 def decode_operation(frame: str | bytes) -> ClientOperation | RefusedOperation:
