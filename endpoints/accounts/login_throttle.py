@@ -2,17 +2,18 @@
 
 Failures are counted for a user at an address, for a user at all addresses, and for an address with all users. Beyond a
 number of failures each doubles the wait, up to a limit, so that nobody guesses more than a few passwords an hour (NIST
-SP 800-63B-4, section 3.2.2; OWASP ASVS 5.0, 6.3.1). Attempts during the wait are refused unseen, and do not extend it.
+SP 800-63B-4, section 3.2.2; OWASP ASVS 5.0, 6.3.1). Attempts during the wait are refused without a check of the
+password, and do not extend it.
 
 The owner of an account is not locked out: a user who has logged in from an address before is delayed by the failures of
 this user at this address only.
 """
 
-from collections import OrderedDict
 from collections.abc import Hashable
 from dataclasses import dataclass
 
 from endpoints.accounts.fair_queue import Origin
+from ppaas.bounded_dict import BoundedDict
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import TooManyAttempts
 
@@ -48,7 +49,7 @@ class FailureCounter:
 
     def __init__(self, allowance: Allowance) -> None:
         self._allowance = allowance
-        self._failures: OrderedDict[Hashable, tuple[int, float]] = OrderedDict()
+        self._failures: BoundedDict[Hashable, tuple[int, float]] = BoundedDict(MAX_COUNTED)
 
     def wait(self, key: Hashable, now: float) -> float:
         """Return the time until the next attempt is allowed [s], at most 0 if it is allowed now."""
@@ -63,9 +64,6 @@ class FailureCounter:
         count, last = self._failures.get(key, (0, now))
         count = 1 if now - last >= FORGET else count + 1
         self._failures[key] = (count, now)
-        self._failures.move_to_end(key)
-        if len(self._failures) > MAX_COUNTED:
-            self._failures.popitem(last=False)
         return count
 
     def clear(self, key: Hashable) -> None:
@@ -87,7 +85,7 @@ class LoginThrottle:
         self._of_pair = FailureCounter(USER_AT_ADDRESS)
         self._of_user = FailureCounter(USER)
         self._of_address = FailureCounter(ADDRESS)
-        self._known: OrderedDict[tuple[str, str], None] = OrderedDict()
+        self._known: BoundedDict[tuple[str, str], None] = BoundedDict(MAX_COUNTED)
 
     def admit(self, user: str, address: str) -> Origin:
         """Return the origin of an attempt.
@@ -118,6 +116,3 @@ class LoginThrottle:
         pair = origin.user, origin.address
         self._of_pair.clear(pair)
         self._known[pair] = None
-        self._known.move_to_end(pair)
-        if len(self._known) > MAX_COUNTED:
-            self._known.popitem(last=False)

@@ -1,7 +1,8 @@
-"""Tokens that could not be stored: kept in memory for a while, so that somebody can log in and repair the store."""
+"""Tokens that could not be stored: kept in memory for a while, so that an administrator can log in and make room."""
 
 import threading
 
+from ppaas.bounded_dict import BoundedDict
 from storage.records import Token
 
 UNSAVED_LIFETIME = 900.0
@@ -16,14 +17,12 @@ class UnsavedTokens:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._tokens: dict[str, Token] = {}
+        self._tokens: BoundedDict[str, Token] = BoundedDict(MAX_UNSAVED)
 
     def add(self, token: Token) -> None:
         """Keep a token until it expires, is removed, or many newer ones were added."""
         with self._lock:
             self._tokens[token.hash] = token
-            if len(self._tokens) > MAX_UNSAVED:
-                del self._tokens[next(iter(self._tokens))]
 
     def find(self, token_hash: str) -> Token | None:
         """Return a token, expired or not; None if it is not one of these."""
@@ -37,4 +36,6 @@ class UnsavedTokens:
     def remove_all(self, user: str, *, keep: str | None = None) -> None:
         """Remove the tokens of a user, except one."""
         with self._lock:
-            self._tokens = {name: token for name, token in self._tokens.items() if token.user != user or name == keep}
+            for token in list(self._tokens.values()):
+                if token.user == user and token.hash != keep:
+                    del self._tokens[token.hash]

@@ -1,8 +1,8 @@
 """Log of what clients did wrong: one warning each, and a few per second for one address."""
 
 import logging
-from collections import OrderedDict
 
+from ppaas.bounded_dict import BoundedDict
 from ppaas.clock import Clock, monotonic
 
 PER_SECOND = 3
@@ -29,19 +29,17 @@ class RefusalLog:
     def __init__(self, logger: logging.Logger, clock: Clock = monotonic) -> None:
         self._logger = logger
         self._clock = clock
-        self._seen: OrderedDict[str, tuple[float, int]] = OrderedDict()
+        self._seen: BoundedDict[str, tuple[float, int]] = BoundedDict(MAX_ADDRESSES)
 
     def add(self, address: str, text: str) -> None:
         """Log a warning about a client at this address, unless there were `PER_SECOND` within the last second."""
         now = self._clock()
-        began, count = self._seen.pop(address, (now, 0))
+        began, count = self._seen.get(address, (now, 0))
         if now - began >= 1.0:
             if count > PER_SECOND:
                 self._logger.warning("%s: %d more warnings like these were not logged", address, count - PER_SECOND)
             began, count = now, 0
         self._seen[address] = (began, count + 1)
-        if len(self._seen) > MAX_ADDRESSES:
-            self._seen.popitem(last=False)
         if count < PER_SECOND:
             self._logger.warning("%s: %s", address, text[:MAX_TEXT].translate(_CONTROL))
 

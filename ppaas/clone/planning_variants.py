@@ -1,11 +1,11 @@
 """Variants of a planning container: costmaps and planners for requests with parameters of their own."""
 
-from collections import OrderedDict
 from collections.abc import Mapping
 from typing import Any
 
 import msgspec
 
+from ppaas.bounded_dict import BoundedDict
 from ppaas.clone.body_planners import planner_of
 from ppaas.clone.robot_body import COSTMAP, costmap_parameters, robot_body
 from ppaas.costmap.build_layers import recosted
@@ -87,8 +87,8 @@ class PlanningVariants:
         radius = robot_body(PLANNING_MODEL).robot_radius
         self._usual = Variant(layers.costmap, reuse.processor(layers.costmap, radius))
         self._usual_key = (radius, CostParameters())
-        self._planners: OrderedDict[tuple[str, bytes], Planner] = OrderedDict()
-        self._variants: OrderedDict[tuple[float, CostParameters], Variant] = OrderedDict()
+        self._planners: BoundedDict[tuple[str, bytes], Planner] = BoundedDict(MOST_PLANNERS)
+        self._variants: BoundedDict[tuple[float, CostParameters], Variant] = BoundedDict(MOST_COSTMAPS)
 
     @property
     def usual(self) -> Variant:
@@ -99,10 +99,7 @@ class PlanningVariants:
         """Return a planner with these parameters; ``Variants`` describes the errors."""
         costs, own = split(given)
         key = PLANNERS.own_name(name), msgspec.json.encode((costs, own), order="sorted")
-        made = self._planners.pop(key, None) or planner_with(_body(costs), name, own)
-        self._planners[key] = made
-        if len(self._planners) > MOST_PLANNERS:
-            self._planners.popitem(last=False)
+        made = self._planners[key] = self._planners.get(key) or planner_with(_body(costs), name, own)
         return made
 
     def allows_unknown(self, given: Given) -> bool:
@@ -116,10 +113,7 @@ class PlanningVariants:
         key = _body(parameters).robot_radius, costmap_parameters({COSTMAP: parameters}).costs
         if key == self._usual_key:
             return self._usual
-        made = self._variants.pop(key, None) or self._make(*key)
-        self._variants[key] = made
-        if len(self._variants) > MOST_COSTMAPS:
-            self._variants.popitem(last=False)
+        made = self._variants[key] = self._variants.get(key) or self._make(*key)
         return made
 
     def _make(self, radius: float, costs: CostParameters) -> Variant:

@@ -7,7 +7,6 @@ and no lock is held. Files that a killed writer left in ``.incoming`` are remove
 
 import posixpath
 import uuid
-from collections import OrderedDict
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
@@ -15,6 +14,7 @@ from threading import Lock
 
 from hdfs import HdfsError
 
+from ppaas.bounded_dict import BoundedDict
 from ppaas.clock import epoch
 from ppaas.errors import Unavailable
 from storage.disk_errors import disk_errors
@@ -52,7 +52,7 @@ class HdfsMapStore(LoggedMapStore):
 
     def __init__(self, url: str) -> None:
         super().__init__(HdfsDisk(HdfsAddress.parse(url)))
-        self._heads: OrderedDict[str, MapRecord] = OrderedDict()
+        self._heads: BoundedDict[str, MapRecord] = BoundedDict(_MAX_HEADS)
         self._lock = Lock()
 
     def map_head(self, map_id: str) -> MapRecord:
@@ -66,9 +66,6 @@ class HdfsMapStore(LoggedMapStore):
                 return self._heads[map_id]
         with self._lock:
             self._heads[map_id] = head
-            self._heads.move_to_end(map_id)
-            if len(self._heads) > _MAX_HEADS:
-                self._heads.popitem(last=False)
         return head
 
 
