@@ -196,22 +196,9 @@ class Accounts:
     async def user_of(self, token_hash: str) -> User:
         """Return the user of a token, given by its id; raises as ``authenticate`` does."""
         now = self._clock()
-        known = self._cache.get(token_hash, now)
-        if known is not None:
-            return known
-        forgotten = self._cache.forgotten
-        try:
-            stored, user = await run_in_threadpool(self._token_and_user, token_hash)
-        except Unavailable:
-            known = self._cache.last_known(token_hash, now)
-            if known is None:
-                raise
-            return known
-        if stored.expires <= now:
-            raise _unknown_token()
-        if self._cache.forgotten == forgotten:  # otherwise the token may have been removed meanwhile
-            self._cache.put(token_hash, user, now, stored.expires)
-        return user
+        return await self._cache.read(
+            token_hash, now, lambda: run_in_threadpool(self._user_and_expiry, token_hash, now)
+        )
 
     async def change(
         self,
@@ -241,7 +228,7 @@ class Accounts:
         try:
             return await run_in_threadpool(self._change, user_id, changes, limits or {}, keep_token)
         finally:
-            self._cache.forget(user_id)
+            self._cache.forget_user(user_id)
 
     async def check_password(self, user_id: str, password: str, address: str = "") -> None:
         """Raise ``NotPermitted`` unless this is the user's password, ``TooManyAttempts`` as ``sign_in`` does."""
@@ -260,17 +247,16 @@ class Accounts:
 
     async def revoke(self, user_id: str, token: str) -> None:
         """Revoke a token of a user by its id; ``NotFound`` if the user has no such token."""
-        unsaved = self._unsaved.find(token)
-        stored = unsaved if unsaved is not None else await run_in_threadpool(self._store.token, token)
+        stored = self._unsaved.find(token)
+        if stored is None:
+            stored = await run_in_threadpool(self._store.token, token)
         if stored.user != user_id:
             raise NotFound("token", token)
         try:
-            if unsaved is not None:
-                self._unsaved.remove(token)
-            else:
+            if not self._unsaved.remove(token):
                 await run_in_threadpool(self._store.remove_token, token)
         finally:
-            self._cache.forget(user_id)
+            self._cache.forget_user(user_id)
 
     async def revoke_all(self, user_id: str) -> None:
         """Revoke all tokens of a user; ``NotFound`` if the user does not exist."""
@@ -278,7 +264,7 @@ class Accounts:
         try:
             await run_in_threadpool(self._remove_tokens, user_id)
         finally:
-            self._cache.forget(user_id)
+            self._cache.forget_user(user_id)
 
     def _remove_tokens(self, user_id: str) -> None:
         self._unsaved.remove_all(user_id)
@@ -292,7 +278,7 @@ class Accounts:
             await run_in_threadpool(self._store.remove_user, user_id)
             self._unsaved.remove_all(user_id)
         finally:
-            self._cache.forget(user_id)
+            self._cache.forget_user(user_id)
 
     async def is_known(self, user_id: str) -> bool:
         """Return whether a user exists; False also if the store is unreachable."""
@@ -321,12 +307,15 @@ class Accounts:
             self._unsaved.remove_all(user_id, keep=keep_token)
         return changed
 
-    def _token_and_user(self, token_hash: str) -> tuple[Token, User]:
+    def _user_and_expiry(self, token_hash: str, now: float) -> tuple[User, float]:
         try:
             token = self._unsaved.find(token_hash) or self._store.token(token_hash)
-            return token, self._store.user(token.user)
+            user = self._store.user(token.user)
         except NotFound as error:
             raise _unknown_token() from error
+        if token.expires <= now:
+            raise _unknown_token()
+        return user, token.expires
 
 
 def token_id(token: str) -> str:

@@ -1,74 +1,43 @@
 """Cache of map records, so that not every path request waits for the store."""
 
-from collections import OrderedDict
+import math
 
 from starlette.concurrency import run_in_threadpool
 
 from ppaas.clock import Clock, monotonic
-from ppaas.errors import Unavailable
 from storage.ports import MapStore
 from storage.records import MapRecord
-
-RETRY = 5.0
-"""Time after which an unreachable store is queried again for the same map [s]; a query may take as long to fail."""
+from storage.store_cache import LIFETIME, PATIENCE, SIZE, StoreCache
 
 
-class MapHeadCache:
-    """Heads of recently requested maps; for use on one event loop.
+class MapHeadCache(StoreCache[MapRecord]):
+    """Heads of recently requested maps.
 
     Parameters
     ----------
-    size : int
-        Largest number of entries; the least recently used is evicted first.
-    lifetime : float
-        Time for which an entry is valid [s]; changes by another process are seen after this time at the latest.
+    size, lifetime, patience
+        As of ``StoreCache``.
     clock : callable
         Returns monotonic time [s].
-    patience : float
-        Time for which an entry is used while the store is unreachable [s].
     """
 
     def __init__(
         self,
-        size: int = 4096,
-        lifetime: float = 30.0,
+        size: int = SIZE,
+        lifetime: float = LIFETIME,
         clock: Clock = monotonic,
-        patience: float = 24 * 3600.0,
+        patience: float = PATIENCE,
     ) -> None:
-        self._size = size
-        self._lifetime = lifetime
-        self._patience = patience
+        super().__init__(size, lifetime, patience)
         self._clock = clock
-        self._known: OrderedDict[str, tuple[MapRecord, float, float]] = OrderedDict()
-        self._invalidations = 0
 
     async def head(self, store: MapStore, map_id: str) -> MapRecord:
         """Return a map without its files; ``NotFound`` if it does not exist.
 
         While the store is unreachable, the last known head is returned, if there is one.
         """
-        now = self._clock()
-        head, until, _ = self._known.get(map_id, (None, now, now))
-        if head is not None and now < until:
-            self._known.move_to_end(map_id)
-            return head
-        invalidations = self._invalidations
-        try:
-            head = await run_in_threadpool(store.map_head, map_id)
-        except Unavailable:
-            head, _, last = self._known.get(map_id, (None, now, now))
-            if head is None or now >= last:
-                raise
-            self._known[map_id] = head, now + RETRY, last
-            return head
-        if self._invalidations == invalidations:  # otherwise the map may have changed meanwhile
-            self._known[map_id] = head, now + self._lifetime, now + self._patience
-            self._known.move_to_end(map_id)
-            while len(self._known) > self._size:
-                self._known.popitem(last=False)
-        return head
 
-    def forget(self, map_id: str) -> None:
-        """Drop a map from the cache because it was published, changed or removed."""
-        self._invalidations += 1
-        self._known.pop(map_id, None)
+        async def load() -> tuple[MapRecord, float]:
+            return await run_in_threadpool(store.map_head, map_id), math.inf
+
+        return await self.read(map_id, self._clock(), load)
