@@ -51,6 +51,7 @@ AMCL_STATUS = Topic("amcl/status", String, latched=True, stream=True, depth=1, r
 # -- Move Base ---------------------------------------------------------------------------------------------------------
 
 SIMPLE_GOAL = Topic("move_base_simple/goal", PoseStamped, many_publishers=True)
+GOAL_POSE = Topic("goal_pose", PoseStamped)
 MOVE_BASE_GOAL = Topic("move_base/goal", MoveBaseActionGoal, many_publishers=True)
 MOVE_BASE_CANCEL = Topic("move_base/cancel", GoalID, many_publishers=True)
 MOVE_BASE_CURRENT_GOAL = Topic("move_base/current_goal", PoseStamped)

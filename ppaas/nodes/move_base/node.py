@@ -100,7 +100,7 @@ class MoveBaseNode(Node):
         0.6, rates={topics.SCAN.name: topics.SCAN_RATE, topics.ODOM.name: topics.ODOM_RATE}
     )
     subscribes: ClassVar[tuple[Topic, ...]] = (
-        topics.SIMPLE_GOAL, topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL,
+        topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL,
         topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.ROBOTS, topics.PEOPLE, topics.SPEED_LIMIT,
         topics.AMCL_STATUS,
     )  # fmt: skip

@@ -67,7 +67,7 @@ class WaypointFollowerNode(Node):
     demands: ClassVar[Demands] = Demands(0.02)
     subscribes: ClassVar[tuple[Topic, ...]] = (
         topics.WAYPOINTS_GOAL, topics.WAYPOINTS_CANCEL,
-        topics.MOVE_BASE_GOAL, topics.SIMPLE_GOAL, topics.MOVE_BASE_CANCEL, topics.MOVE_BASE_RESULT,
+        topics.MOVE_BASE_GOAL, topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.MOVE_BASE_CANCEL, topics.MOVE_BASE_RESULT,
         topics.TF, topics.TF_STATIC,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (

@@ -37,7 +37,7 @@ def test_a_clone_has_the_topics_and_services_of_ros():
         "follow_waypoints/status", "follow_waypoints/feedback", "follow_waypoints/result", "tf2_web_republisher/goal",
         "tf2_web_republisher/cancel", "tf2_web_republisher/status", "tf2_web_republisher/feedback",
         "tf2_web_republisher/result",
-        "navigate_to_pose/feedback",
+        "goal_pose", "navigate_to_pose/feedback",
     } == set(graph.topics)  # fmt: skip
     assert set(graph.services) == {
         "static_map", "keepout_filter_mask", "speed_filter_mask", "move_base/make_plan", "move_base/compute_path",

@@ -212,6 +212,17 @@ def test_cancelling_all_move_base_goals_ends_the_list(at):
     assert touring.goals == ["tour/0/0"]
 
 
+@pytest.mark.parametrize("topic", ["move_base_simple/goal", "goal_pose"])
+def test_pose_that_is_published_during_a_pause_ends_the_list(topic):
+    touring = tour(waypoint_pause_duration=1000)
+    touring.send([A, B])
+    touring.until("pausing at waypoint 0")
+    touring.driving.graph.inject(topic, stamped(C))
+    assert touring.outcome == (
+        Status.PREEMPTED, error("UNKNOWN"), "The list ended at waypoint 0: Replaced by another goal: a simple goal",
+    )  # fmt: skip
+
+
 def test_goal_refused_by_move_base_does_not_end_a_pausing_list():
     touring = tour(waypoint_pause_duration=1000)
     touring.send([A, B])

@@ -1,0 +1,108 @@
+"""What clients of Nav2 send over rosbridge, to a real clone with a simulated robot.
+
+The members of the kind are the topics and actions of Nav2's BasicNavigator and of rviz's panel, each with the field
+names of ROS 2: ``goal_pose``, ``navigate_to_pose``.
+"""
+
+from collections.abc import AsyncIterator
+from typing import Any
+
+import pytest
+
+from ppaas.geometry import Pose2D
+from tests.support.endpoints.driven_place import DrivenPlace
+from tests.support.endpoints.still_place import StillClient
+from tests.support.world.closed_loop import ClosedLoop
+from tests.support.world.planar_world import World, walled_map
+
+START = Pose2D(1.0, 1.0, 0.0)
+
+Json = dict[str, Any]
+
+
+def stamped(x: float, y: float, frame: str = "map", z: float = 0.0, w: float = 1.0) -> Json:
+    """Return a pose with the stamp of ROS 2."""
+    return {
+        "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": frame},
+        "pose": {
+            "position": {"x": x, "y": y, "z": 0.0},
+            "orientation": {"x": 0.0, "y": 0.0, "z": z, "w": w},
+        },
+    }
+
+
+def goal(action: str, kind: str, **args: Any) -> Json:
+    return {"action": f"/{action}", "action_type": f"nav2_msgs/action/{kind}", "id": action, "args": args}
+
+
+def seconds(duration: Json) -> float:
+    assert set(duration) == {"sec", "nanosec"}
+    return float(duration["sec"] + duration["nanosec"] * 1e-9)
+
+
+@pytest.fixture
+async def driven() -> DrivenPlace:
+    place = DrivenPlace(ClosedLoop(World(walled_map(6, 4, []), START)))
+    place.run(0.3)
+    return place
+
+
+@pytest.fixture
+async def navigator(driven: DrivenPlace) -> AsyncIterator[StillClient]:
+    made = StillClient(driven, "operator")
+    yield made
+    made.session.end()
+
+
+# -- goal_pose ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("topic", ["/goal_pose", "goal_pose", "/move_base_simple/goal"])
+async def test_a_pose_that_is_published_is_a_goal(driven: DrivenPlace, navigator: StillClient, topic: str) -> None:
+    navigator.say(op="advertise", topic=topic, type="geometry_msgs/msg/PoseStamped")
+    navigator.say(op="publish", topic=topic, msg=stamped(1.6, 1.0))
+    driven.carry()
+    driven.driving.run(30.0)
+    assert driven.driving.last_status() == 3
+    assert driven.driving.world.pose.x == pytest.approx(1.6, abs=0.2)
+    assert navigator.received() == []
+
+
+@pytest.mark.parametrize(
+    ("pose", "reason"),
+    [
+        (stamped(2.0, 1.0, frame="mars"), "transform: a goal cannot be transformed into 'map'"),
+        (stamped(2.0, 1.0, w=0.0), "invalid-input: the orientation of a goal is all zero"),
+        (stamped(2.0, 1.0, frame=""), "invalid-input: a goal needs header.frame_id"),
+    ],
+)
+async def test_a_pose_that_is_no_goal_is_refused_with_the_reason(
+    driven: DrivenPlace, navigator: StillClient, pose: Json, reason: str
+) -> None:
+    navigator.say(op="publish", topic="/goal_pose", msg=pose)
+    driven.carry()
+    [frame] = navigator.received()
+    assert (frame["op"], frame["level"]) == ("status", "error")
+    assert frame["msg"].startswith(reason)
+
+
+# -- navigate_to_pose --------------------------------------------------------------------------------------------------
+
+
+async def test_navigate_to_pose_reports_the_fields_of_nav2(driven: DrivenPlace, navigator: StillClient) -> None:
+    ended = driven.result(navigator, goal("navigate_to_pose", "NavigateToPose", pose=stamped(3.0, 2.5)))
+    assert (ended["status"], ended["result"]) == (4, True)
+    assert (ended["values"]["error_code"], ended["values"]["error_msg"]) == (0, "")
+    feedback = ended["feedback"]
+    assert {frozenset(each) for each in feedback} == {
+        frozenset({
+            "current_pose", "navigation_time", "estimated_time_remaining", "number_of_recoveries", "distance_remaining",
+        })
+    }  # fmt: skip
+    left = [each["distance_remaining"] for each in feedback]
+    assert left[1] == pytest.approx(2.5, abs=0.3)
+    assert left[-1] < 0.3
+    times = [seconds(each["estimated_time_remaining"]) for each in feedback]
+    assert 3.0 < times[1] < 8.0
+    assert times[-1] < 3.0
+    assert all(each["number_of_recoveries"] == 0 for each in feedback)
