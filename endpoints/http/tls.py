@@ -6,8 +6,10 @@ import logging
 import socket
 import ssl
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
+from engine.processes.background import repeat
 from ppaas.errors import InvalidInput
 
 logger = logging.getLogger(__name__)
@@ -48,12 +50,11 @@ class ServerTls:
                 "together, the key not encrypted"
             ) from error
         self._failed: Stamp | None = None
+        self._reported = False
 
     async def watch(self, period: float = PERIOD) -> None:
         """Load the files again whenever they change, until cancelled."""
-        while True:
-            await asyncio.sleep(period)
-            await asyncio.to_thread(self.reload_if_changed)
+        await repeat(partial(asyncio.to_thread, self.reload_if_changed), period)
 
     def reload_if_changed(self) -> None:
         """Load the files if they have changed; if they are unusable, keep the certificate, and log it once.
@@ -99,7 +100,7 @@ class ServerTls:
 
 
 def warn_if_open_to_others(listeners: Sequence[socket.socket]) -> None:
-    """Log a warning if other hosts can connect, because passwords and tokens cross the network as they are."""
+    """Log a warning if other hosts can connect, because passwords and tokens then cross the network unencrypted."""
     hosts = [str(listener.getsockname()[0]) for listener in listeners]
     others = [host for host in hosts if not ipaddress.ip_address(host.partition("%")[0]).is_loopback]
     if others:

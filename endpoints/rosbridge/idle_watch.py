@@ -1,9 +1,9 @@
 """Idle watch: disconnects idle robots, so that their containers are free for others."""
 
-import asyncio
 from collections import Counter
 
 from endpoints.rosbridge.session_registry import SessionRegistry
+from engine.processes.background import repeat
 from engine.service.links.place_link import PlaceLink
 from engine.service.robot_sessions import RobotSessions
 from ppaas.clock import Clock, monotonic
@@ -44,9 +44,8 @@ class IdleWatch:
 
     async def run(self) -> None:
         """Check all places periodically until cancelled."""
-        while self._idle:
-            await asyncio.sleep(self._idle / CHECKS)
-            await self.check()
+        if self._idle:
+            await repeat(self.check, self._idle / CHECKS)
 
     async def check(self) -> None:
         """Close places that have been idle for too long."""

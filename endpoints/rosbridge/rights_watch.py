@@ -5,16 +5,14 @@ maps drop what this process changes at once; what another process changes is see
 """
 
 import asyncio
-import logging
 
 from endpoints.rosbridge.attachment import Attachment
 from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
+from engine.processes.background import repeat
 from engine.service.links.place_link import PlaceLink
 from engine.service.robot_sessions import RobotSessions
 from ppaas.errors import NotAuthenticated, NotFound, NotPermitted, Unavailable
-
-logger = logging.getLogger(__name__)
 
 PERIOD = 0.5
 """Interval of the checks [s]."""
@@ -40,12 +38,7 @@ class RightsWatch:
 
     async def run(self) -> None:
         """Check all sessions periodically until cancelled."""
-        while True:
-            await asyncio.sleep(PERIOD)
-            try:
-                await self.check()
-            except Exception:
-                logger.exception("the rights of connected clients could not be checked; the next check follows")
+        await repeat(self.check, PERIOD)
 
     async def check(self) -> None:
         """Check all sessions once; a right that cannot be checked now, as its store is unreachable, remains."""

@@ -3,7 +3,9 @@
 import asyncio
 import logging
 from collections.abc import Callable
+from functools import partial
 
+from engine.processes.background import repeat
 from engine.processes.occasional_log import OccasionalLog
 from storage.disk_space.reserve import DiskReserve, SpaceState
 from storage.ports import Store
@@ -44,9 +46,8 @@ class DiskWatch:
 
     async def run(self) -> None:
         """Check the disk until cancelled."""
-        while self._reserve is not None:
-            await asyncio.to_thread(self.check)
-            await asyncio.sleep(PERIOD)
+        if self._reserve is not None:
+            await repeat(partial(asyncio.to_thread, self.check), PERIOD)
 
     def check(self) -> SpaceState:
         """Check the disk once; return its state. Blocks."""

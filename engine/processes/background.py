@@ -1,11 +1,28 @@
-"""Background tasks: their failures are logged, and their owner can wait for them."""
+"""Background tasks: their failures are logged, and their owner can wait for them. Some repeat a check."""
 
 import asyncio
 import logging
-from collections.abc import Coroutine
+from collections.abc import Awaitable, Callable, Coroutine
 from typing import Any
 
 logger = logging.getLogger(__name__)
+
+
+async def repeat(check: Callable[[], Awaitable[object]], period: float) -> None:
+    """Run a check, and again after each period [s], until cancelled.
+
+    A check that fails is repeated, too. The first of several failures in a row is logged as an error.
+    """
+    failed = False
+    while True:
+        try:
+            await check()
+            failed = False
+        except Exception:
+            level = logging.DEBUG if failed else logging.ERROR
+            logger.log(level, "a check failed; it is repeated every %g s", period, exc_info=True)
+            failed = True
+        await asyncio.sleep(period)
 
 
 class Background:
