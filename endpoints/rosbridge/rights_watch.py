@@ -5,6 +5,7 @@ maps drop what this process changes at once; what another process changes is see
 """
 
 import asyncio
+from collections import defaultdict
 
 from endpoints.rosbridge.attachment import Attachment
 from endpoints.rosbridge.session_registry import SessionRegistry
@@ -42,14 +43,16 @@ class RightsWatch:
 
     async def check(self) -> None:
         """Check all sessions once; a right that cannot be checked now, as its store is unreachable, remains."""
-        by_token: dict[str, list[Attachment]] = {}
-        places: set[tuple[str, PlaceLink]] = set()
+        by_token: defaultdict[str, list[Attachment]] = defaultdict(list)
+        by_map: defaultdict[str, set[tuple[str, PlaceLink]]] = defaultdict(set)
         for attachment in self._sessions.attachments():
-            by_token.setdefault(attachment.token, []).append(attachment)
-            places.add((attachment.user, attachment.retained.place))
+            by_token[attachment.token].append(attachment)
+            place = attachment.retained.place
+            for map_id in self._robots.map_ids(place):
+                by_map[map_id].add((attachment.user, place))
         await asyncio.gather(
             *(self._check_token(token, attachments) for token, attachments in by_token.items()),
-            *(self._check_maps(user, place) for user, place in places),
+            *(self._check_map(map_id, places) for map_id, places in by_map.items()),
         )
 
     async def _check_token(self, token: str, attachments: list[Attachment]) -> None:
@@ -61,11 +64,11 @@ class RightsWatch:
         except Unavailable:
             return
 
-    async def _check_maps(self, user: str, place: PlaceLink) -> None:
-        for map_id in self._robots.map_ids(place):
-            try:
-                head = await self._services.map_cache.head(self._services.map_store, map_id)
-            except (NotFound, Unavailable):
-                continue  # a map in use is not removed, except by another process: what is loaded stays usable
+    async def _check_map(self, map_id: str, places: set[tuple[str, PlaceLink]]) -> None:
+        try:
+            head = await self._services.map_cache.head(self._services.map_store, map_id)
+        except (NotFound, Unavailable):
+            return  # a map in use is not removed, except by another process: what is loaded stays usable
+        for user, place in places:
             if not head.readable_by(user):
                 await self._robots.let_go(place, NotPermitted(f"map {map_id!r} is no longer shared with {user!r}"))
