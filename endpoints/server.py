@@ -21,6 +21,7 @@ import msgspec
 import uvloop
 
 from endpoints.audit.cloud_audit import cloud_audit
+from endpoints.http.connection_table import ConnectionTable
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.open_files import connection_table, raise_file_limit
 from endpoints.http.tls import ServerTls, warn_if_open_to_others
@@ -87,7 +88,6 @@ def run_server(arguments: argparse.Namespace) -> int:
     logging.basicConfig(
         level=arguments.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s", datefmt="%H:%M:%S"
     )
-    raise_file_limit()  # before the machine is started, which inherits the limit
     permit_only(arguments.allow)
     settle_stores(arguments)
     try:
@@ -202,7 +202,10 @@ async def _serve(arguments: argparse.Namespace) -> None:
             warn_if_open_to_others(listeners)
         engine = Engine(cloud_config(arguments))
         stack.push_async_callback(engine.close)
-        web = await _run_unless_stopped(stop, _start(engine, arguments, stack, tls))
+        connections = connection_table(  # before the machine is started, which inherits the limit of files
+            raise_file_limit(), arguments.max_connections, arguments.max_connections_per_address
+        )
+        web = await _run_unless_stopped(stop, _start(engine, arguments, stack, tls, connections))
         if web is not None:
             url = url_of(listeners[0], "http" if tls is None else "https")
             await _run(web, listeners, stop, url, arguments.ready_file)
@@ -228,7 +231,11 @@ async def _run_unless_stopped(stop: asyncio.Event, work: Coroutine[Any, Any, T])
 
 
 async def _start(
-    engine: Engine, arguments: argparse.Namespace, stack: contextlib.AsyncExitStack, tls: ServerTls | None
+    engine: Engine,
+    arguments: argparse.Namespace,
+    stack: contextlib.AsyncExitStack,
+    tls: ServerTls | None,
+    connections: ConnectionTable,
 ) -> "Web":
     """Start the local machine, and meanwhile the web server."""
     machine = asyncio.create_task(engine.start())
@@ -242,9 +249,7 @@ async def _start(
             idle=arguments.idle,
             dead=arguments.dead,
             log_level=arguments.log_level,
-            connections=connection_table(
-                raise_file_limit(), arguments.max_connections, arguments.max_connections_per_address
-            ),
+            connections=connections,
             settings=front_settings(arguments),
             audit=audit,
             tls=tls,
