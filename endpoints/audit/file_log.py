@@ -9,6 +9,7 @@ from pathlib import Path
 from endpoints.audit.event import AuditEvent, AuditQuery
 from endpoints.audit.files import FILES, MAX_SIZE, AuditFiles
 from endpoints.audit.flood_guard import FloodGuard
+from engine.processes.private_files import PRIVATE
 from ppaas.clock import monotonic
 from ppaas.errors import InvalidInput, Unavailable
 
@@ -65,7 +66,7 @@ class FileAuditLog:
         self.fault: str | None = None
         try:
             self._files.append([])
-            path.chmod(0o600)
+            path.chmod(PRIVATE)
         except OSError as error:
             raise InvalidInput(f"cannot write the audit log: {error}; make {path} a file of this user") from error
         self._thread = threading.Thread(target=self._run, name="audit log", daemon=True)

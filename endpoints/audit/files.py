@@ -10,6 +10,7 @@ from pathlib import Path
 import msgspec
 
 from endpoints.audit.event import AuditEvent, AuditQuery, select
+from engine.processes.private_files import PRIVATE
 
 MAX_SIZE = 16 << 20
 """Size at which a file is rotated [bytes]."""
@@ -20,7 +21,6 @@ FILES = 8
 BLOCK = 1 << 16
 """Number of bytes that are read at once; also the longest line."""
 
-PRIVATE = 0o600
 _FLAGS = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
 
 _decoder = msgspec.json.Decoder(AuditEvent)
@@ -62,9 +62,8 @@ class AuditFiles:
         """Return events, newest first; raises ``OSError`` if the files cannot be read."""
         with contextlib.ExitStack() as stack:
             with self._locked(fcntl.LOCK_SH) as file:  # no file is rotated meanwhile
-                files = [os.dup(file), *map(_open, filter(Path.exists, self._rotated))]
-            for each in files:
-                stack.callback(os.close, each)
+                files = [_closed_by(stack, os.dup(file))]
+                files += [_closed_by(stack, _open(path)) for path in self._rotated if path.exists()]
             return select(_newest_first(files, query, before), query, before, limit)
 
     @contextlib.contextmanager
@@ -110,9 +109,11 @@ class AuditFiles:
             return self._known[2]
         for event in _events(_lines(file, state.st_size)):
             return event.number
-        with contextlib.suppress(FileNotFoundError), _opened(self._rotated[:1]) as [previous]:
-            for event in _events(_lines(previous, os.fstat(previous).st_size)):
-                return event.number
+        with contextlib.ExitStack() as stack:
+            for path in filter(Path.exists, self._rotated[:1]):
+                previous = _closed_by(stack, _open(path))
+                for event in _events(_lines(previous, os.fstat(previous).st_size)):
+                    return event.number
         return 0
 
 
@@ -128,14 +129,10 @@ def _open(path: Path) -> int:
     return os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
 
 
-@contextlib.contextmanager
-def _opened(paths: Sequence[Path]) -> Iterator[list[int]]:
-    files = [_open(path) for path in paths]
-    try:
-        yield files
-    finally:
-        for file in files:
-            os.close(file)
+def _closed_by(stack: contextlib.ExitStack, file: int) -> int:
+    """Return an open file, which is closed with the stack."""
+    stack.callback(os.close, file)
+    return file
 
 
 def _is_at(file: int, path: Path) -> bool:

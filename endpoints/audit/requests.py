@@ -83,7 +83,6 @@ class _AuditedSocket:
         self._receive = receive
         self._send = send
         self._opened: float | None = None
-        self._answered = False
         self._end: dict[str, Any] = {}
 
     async def serve(self, app: ASGIApp) -> None:

@@ -133,3 +133,20 @@ def test_a_file_that_was_removed_begins_anew(path: Path) -> None:
     path.unlink()
     files.append([event()])
     assert numbers(files) == [1]
+
+
+def test_a_file_that_cannot_be_opened_leaves_no_other_open(path: Path) -> None:
+    files = AuditFiles(path)
+    files.append([event()])
+    path.with_name("audit.jsonl.1").symlink_to(path)
+    before = open_files()
+    for _ in range(5):
+        with pytest.raises(OSError):
+            files.read(ALL)
+    assert open_files() == before
+
+
+def open_files() -> set[str]:
+    """Return the files that this process has open, by number."""
+    with os.scandir("/proc/self/fd") as found:
+        return {entry.name for entry in found}
