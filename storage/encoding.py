@@ -45,7 +45,7 @@ def decode(data: bytes, kind: type[R]) -> R:
 
 
 def decode_readable(rows: Iterable[bytes], kind: type[R], limit: int | None = None) -> list[R]:
-    """Return the records that can be read, at most ``limit``; a damaged one is logged, and hides no other."""
+    """Return the records that can be read, at most ``limit``; damaged ones are left out and logged."""
     found: list[R] = []
     for data in rows:
         if limit is not None and len(found) >= limit:

@@ -1,4 +1,4 @@
-"""Frames in a bag of ROS: odometry, the robot, its lasers, and the map, by whatever names."""
+"""Frames in a bag of ROS: those of the odometry, the robot, its lasers and the map, under any names."""
 
 import math
 from collections.abc import Iterable
@@ -54,7 +54,7 @@ class BagFrames:
             self._add(TransformStamped(_header(message.header), child, moved), static=False)
 
     def join(self) -> None:
-        """Find the frame of the robot. As in a clone, frames of that name which nothing connects are one frame."""
+        """Find the frame of the robot, and merge unconnected frames of its names with it, as a clone does."""
         known = self._tree.frames()
         likely = [frame for name in BASES for frame in known if unprefixed(frame) == name]
         likely += [child for _, child in (self._source,) if child not in likely] if self._source else []
@@ -89,7 +89,7 @@ class BagFrames:
         return self._names.map or next(known, MAP)
 
     def missing(self) -> str:
-        """Return what odometry the bag lacks, and what it has, in words."""
+        """Return a text that names the missing odometry and the frames of the bag."""
         return (
             f"odometry ({self.odom} → {self.base}) at the time of any of them; its frames are "
             f"{', '.join(self._tree.frames()) or 'none'}: name those of the robot by --odom-frame and --base-frame"
@@ -106,7 +106,7 @@ class BagFrames:
         return self._tree.lookup(self.map, self.base, stamp) if self.map in self._tree.frames() else None
 
     def mount(self, frame: str) -> Rigid | None:
-        """Return the pose of a laser in the robot's frame, None if the bag does not say."""
+        """Return the pose of a laser in the robot's frame, None if the bag has no transform to it."""
         return self._body.lookup(self.base, frame) if frame and self._body.connected(self.base, frame) else None
 
 

@@ -8,7 +8,7 @@ BAGS = (".bag", ".mcap", ".db3")
 
 
 def read_recording(path: Path, frames: RecordedFrames | None = None) -> Recording:
-    """Read a bag of ROS or a log; ``frames`` names what to read of a bag.
+    """Read a bag of ROS or a log; ``frames`` names the topic and the frames to read from a bag.
 
     Raises
     ------

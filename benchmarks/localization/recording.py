@@ -12,7 +12,7 @@ from ppaas.messages.sensor_msgs import LaserScan
 
 @dataclass(frozen=True, slots=True)
 class RecordedFrames:
-    """Names in a bag; None for what the bag itself says.
+    """Topic and frames to read from a bag; None takes the names from the bag itself.
 
     Parameters
     ----------

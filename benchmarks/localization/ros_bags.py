@@ -126,7 +126,7 @@ def _stamp(scan: Any) -> float:
 
 
 def _level(message: Any, bag: BagFrames) -> LevelScan:
-    """Return a scan as a level laser sends it, with the pose of the laser; the origin if the bag does not say."""
+    """Return a scan as a level laser sends it, with the pose of the laser; the origin without a transform to it."""
     scan = LaserScan(
         Header(frame_id=message.header.frame_id), angle_min=message.angle_min, angle_max=message.angle_max,
         angle_increment=message.angle_increment, range_min=message.range_min, range_max=message.range_max,

@@ -11,7 +11,7 @@ from robots.sim.courses import GoalRules
 from robots.sim.shortest_paths import PathWalk, ShortestPaths
 
 AHEAD, CREEP_AHEAD = 0.5, 0.15
-"""Lookahead distance along the path, and that of a robot that creeps, which so touches no wall [m]."""
+"""Lookahead distances along the path, of a robot that drives and of one that creeps [m]."""
 SPEED, TURN = 0.5, 1.5
 """Maximum velocities [m/s, rad/s]."""
 CREEP, CREEP_TURN = 0.01, 0.01

@@ -1,4 +1,4 @@
-"""Use of free room: waiting places are filled, and containers leave machines that are being drained, a few at once."""
+"""Use of free capacity: fills waiting places, and moves containers from machines that are drained, a few at once."""
 
 from engine.master.machine import Machine
 from engine.master.orders import Leave, Order
@@ -10,7 +10,7 @@ MOVES = 4
 
 
 def use_room(state: MasterState) -> list[Order]:
-    """Return orders that use room which has become free."""
+    """Return orders that fill waiting places and continue draining, after capacity has become free."""
     filled = [order for key in tuple(state.waiting) for order in state.fill(key, state.places[key])]
     return [*filled, *move_on(state)]
 

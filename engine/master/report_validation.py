@@ -22,7 +22,7 @@ MOST_NETWORK = 1e12
 
 
 def check_registration(register: control_link.Register) -> None:
-    """Check that a machine may be as it registered.
+    """Check that the values of a registration are possible.
 
     Raises
     ------

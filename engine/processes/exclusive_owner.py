@@ -1,4 +1,4 @@
-"""Exclusive owner of a folder or file: one process, until it ends, however it ends."""
+"""Exclusive ownership of a folder or file by one process, until the process exits or is killed."""
 
 import fcntl
 import logging
@@ -35,7 +35,7 @@ class Owner(msgspec.Struct, frozen=True):
 
 @contextmanager
 def sole_owner(lock: Path, what: str, advice: str) -> Iterator[None]:
-    """Hold a lock for the time of the block.
+    """Hold a lock during the ``with`` block.
 
     The lock belongs to the open file (flock(2)): the kernel releases it when the process ends, also by SIGKILL, and
     processes that it starts do not inherit it. The file itself stays.

@@ -1,4 +1,4 @@
-"""Refusals: errors that are sent to another process, without what only operators may read."""
+"""Refusals: errors as another process receives them, without the texts that only operators may read."""
 
 import logging
 

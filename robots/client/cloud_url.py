@@ -1,4 +1,4 @@
-"""URL of a cloud, as all clients take it: REST, WebSocket and commands alike."""
+"""URL of a cloud, for the REST client, the WebSocket client and the commands."""
 
 from dataclasses import dataclass
 from urllib.parse import urlsplit

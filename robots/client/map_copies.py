@@ -1,7 +1,7 @@
-"""Copies of maps in a folder: which files a fetch may write, and under which names.
+"""Copies of maps in a folder: the files that a fetch may write, and their names.
 
-A fetch never writes over a file that it did not make, or that was changed since. It notes what it made, by name, map
-and hash, in a file of the folder.
+A fetch never overwrites a file that no fetch made, or that was changed since. The name, map and hash of each fetched
+file are noted in a file of the folder.
 """
 
 import hashlib
@@ -84,7 +84,7 @@ class MapCopies:
         return self._image_name(parts["yaml"].read_bytes(), parts[part])
 
     def _image_name(self, record: bytes, image: Path) -> str:
-        """Return the name that the record gives the image, unless it is taken or not that of an image."""
+        """Return the image name of the YAML record; another one if that is taken, or not the name of an image."""
         given = PurePath(parse_yaml(record).image).name
         is_image = PurePath(given).suffix.lower() in ENDINGS and not given.startswith(".")
         if is_image and given.isprintable() and self._is_ours(given, image):
@@ -93,7 +93,7 @@ class MapCopies:
             return self._map + format_of(file.read(_MAGIC)).endings[0]
 
     def _is_ours(self, name: str, new: Path) -> bool:
-        """Return whether nothing is lost if a file of the folder gets the content of another."""
+        """Return whether a file may take this name: it is free, or its file is equal or an unchanged copy."""
         path = self._folder / name
         if not os.path.lexists(path):
             return True
@@ -119,7 +119,7 @@ class MapCopies:
 
 
 def _name_image(yaml: Path, name: str) -> None:
-    """Make a record name its image so, if it names another file."""
+    """Write a name of the image into a YAML file, unless it has that name already."""
     record = yaml.read_bytes()
     if PurePath(parse_yaml(record).image) != PurePath(name):
         yaml.write_bytes(with_image(record, name))

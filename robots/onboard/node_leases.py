@@ -49,7 +49,7 @@ class NodeLeases:
         return tuple(self._held)
 
     def synchronized(self) -> frozenset[str]:
-        """Return the names of those whose lease was renewed at least once."""
+        """Return the names of the nodes whose lease was renewed at least once."""
         return frozenset(node for node, lease in self._held.items() if lease.synchronized)
 
     async def take(self, node: str) -> str:

@@ -1,1 +1,1 @@
-"""Space on the disk of the local stores: measured, reserved for what must not fail, and refused to the rest."""
+"""Disk space of the local stores: measures it, and reserves some for writes that must not fail."""

@@ -1,7 +1,7 @@
 """Stores on a local disk that store nothing new while the disk is full.
 
-What makes room, or withdraws a right, still works: tokens, passwords, roles and limits of users, the readers of maps,
-and all removals. These need little space, which the reserve provides (``storage.disk_space.reserve``).
+Calls that free space or withdraw a right still work: tokens, passwords, roles and limits of users, the readers of maps,
+and all removals. They need little space, which the reserve provides (``storage.disk_space.reserve``).
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""How messages of rosbridge clients are read: rosbridge_suite's conversion as a table, and the definitions of ROS.
+"""Messages of rosbridge clients: rosbridge_suite's conversion as a table, and the definitions of ROS.
 
 The table is that of ``rosbridge_library/internal/message_conversion.py`` of ``RobotWebTools/rosbridge_suite``, which
 ``test_rosbridge_specification.py`` explains. Members of the kind: fields, headers and stamps that are left out, null or

@@ -1,4 +1,4 @@
-"""Local nodes over real sockets and processes: where they run, and what happens when they are killed."""
+"""Local nodes over real sockets and processes: their homes, and their return to the cloud after a kill."""
 
 import asyncio
 import os

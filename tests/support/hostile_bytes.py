@@ -1,4 +1,4 @@
-"""Bytes that nobody means well with: mutations of good files, and a meter of the work that a parser does with them."""
+"""Hostile bytes: mutations of good files, and a meter of the work that a parser does with them."""
 
 import sys
 import tracemalloc

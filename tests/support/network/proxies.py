@@ -82,7 +82,7 @@ class RunningProxy:
 
     @property
     def log(self) -> str:
-        """What it logged of requests and errors."""
+        """Log of requests and errors."""
         return "".join(file.read_text() for file in sorted(self.folder.glob("*.log")))
 
 

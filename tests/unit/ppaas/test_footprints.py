@@ -1,4 +1,4 @@
-"""Footprints as users write them: lists and text, open and closed, with commas or spaces; and what is none."""
+"""Footprints as users write them: lists and text, open and closed, with commas or spaces; and invalid values."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Errors of stores tell operators the file or the address, and clients neither.
+"""Errors of stores name the file or the address to operators, but not to clients.
 
 The kind: a text that tells strangers how a server is built. Its members: files of the stores and of drafts, addresses
 of Cassandra and HDFS, shared memory of layers and indexes, each by REST, in frames of rosbridge, and over the links

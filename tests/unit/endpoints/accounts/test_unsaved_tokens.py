@@ -1,4 +1,4 @@
-"""Logins while the store takes nothing: an administrator has to get in to make room."""
+"""Logins while the store refuses writes: an administrator must be able to log in and free space."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What the audit log records of REST requests and WebSockets.
+"""Audit records of REST requests and WebSockets.
 
 Kinds of events: logins good, failed and throttled; tokens revoked; users created, changed, removed, logged out; maps
 published, shared, rolled back, removed; robots put, changed, removed; machines and containers changed; sockets that

@@ -1,4 +1,4 @@
-"""What a stranger sends before a request is complete is limited in size, number and time.
+"""Incomplete requests of strangers are limited in size, number and time.
 
 The kind: input that a parser holds, or a state in which a client can make the server wait. Its members here: a header
 without end, many headers, a target without end, trailers and chunk extensions without end, blank lines, pipelined

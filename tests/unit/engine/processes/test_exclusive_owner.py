@@ -1,4 +1,4 @@
-"""One owner of a folder: it is named to others, and its end frees the folder, however it ends.
+"""A folder has one owner: errors name it, and its exit frees the folder, also after SIGKILL.
 
 The kind is "one folder, one cloud". Its members: the data folder of a cloud, an SQLite store outside of it, and the
 folder of a machine that joined a cloud. The files in a data folder (outbox, settings and records of machines) are of

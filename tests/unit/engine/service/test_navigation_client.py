@@ -1,4 +1,4 @@
-"""Tests of the navigation client: goals and pose of a robot, followed for REST."""
+"""Navigation client: goals and pose of a robot, followed for REST."""
 
 import json
 from typing import Any

@@ -1,4 +1,4 @@
-"""Tests of navigation for REST: which robots are followed, and for how long."""
+"""Navigation by REST: the robots that are followed, and the time until they no longer are."""
 
 import pytest
 

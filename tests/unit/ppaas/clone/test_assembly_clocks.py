@@ -1,4 +1,4 @@
-"""A clone while clocks of its robot are set: it goes on at once, or says in words what it sees.
+"""A clone while clocks of its robot are set: it continues at once, or its status names the cause.
 
 Members of the kind: the robot's clock is set back or ahead by parts of a second (a leap second), by seconds (NTP), by
 an hour (daylight saving time written into stamps), or to another year (no battery); the clock of the base or of the

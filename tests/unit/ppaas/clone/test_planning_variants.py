@@ -1,4 +1,4 @@
-"""Variants of a planning container: what its requests with parameters plan with.
+"""Variants of a planning container: planners and costmaps of requests with parameters.
 
 The kind, and its members: every parameter of planners and of the global costmap, in a robot's file, a request over REST
 and on the command line; unknown ones and wrong types are refused with a list of those that exist.

@@ -1,4 +1,4 @@
-"""URLs of a cloud, which all clients take alike.
+"""URLs of a cloud, which all clients read in the same way.
 
 The kind: an address that one client takes and another drops, changes or misreads. Its members are a path, with and
 without a slash at its end, schemes of HTTP and WebSocket, IPv6 hosts, redirects, and parts that have no meaning: a

@@ -1,4 +1,4 @@
-"""Copies of maps: a fetch writes over nothing that it did not make.
+"""Copies of maps: a fetch overwrites only files that a fetch made.
 
 The kind, and its members: two maps whose images have one name; a user's own YAML file, image or octomap of the same
 name; a copy that was edited; links and folders in the way; names that are no names of images (hidden files, programs,

@@ -1,4 +1,4 @@
-"""Map files as people keep them: the paths and names that map_server finds, and plain advice for the rest.
+"""Map files of users: the paths and names that map_server finds, and plain advice for all others.
 
 The kind, and its members: image paths with ``./``, folders, ``..``, blanks, an absolute path, a home folder, bytes of
 another code page; endings in upper case, and ``.yml``; the image in place of its YAML file; a path of another computer,

@@ -1,4 +1,4 @@
-"""Leases of local nodes: what the node monitor is told, and with which states."""
+"""Leases of local nodes: requests to the node monitor, and the states in them."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Stores on a full disk: nothing new is stored, and what withdraws a right or makes room still works."""
+"""Stores on a full disk: nothing new is stored, and calls that withdraw a right or free space still work."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A record that cannot be read breaks nothing but itself.
+"""A record that cannot be read affects no other record.
 
 The kind is "damaged records". Its members: heads of maps (``tests/unit/storage/files/test_log_entries.py``), files of
 maps (by their hash), users, tokens and robots in lists, plans in the outbox.
