@@ -7,7 +7,6 @@ height of a ``TransformStamped`` is ignored, and ``set_message`` refuses a trans
 import bisect
 import logging
 import math
-from itertools import pairwise
 from operator import itemgetter
 
 from ppaas.errors import TransformError
@@ -192,10 +191,12 @@ class TransformTree:
 
         The transform to ``below`` itself does not count. Returns None if no transform moves.
         """
-        chain = self._chain(frame)
-        if below in chain:
-            chain = chain[: chain.index(below)]
-        return next((parent for child, parent in reversed(list(pairwise(chain))) if child in self._moving), None)
+        highest, parent = None, self._parents.get(frame)
+        while parent is not None and below not in (frame, parent):
+            if frame in self._moving:
+                highest = parent
+            frame, parent = parent, self._parents.get(parent)
+        return highest
 
     def moving_between(self, target: str, source: str) -> list[str]:
         """Return the frames between two frames whose transform to their parent moves.
