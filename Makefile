@@ -64,7 +64,7 @@ test-clients: $(INSTALLED) $(NODE_TESTS)/node_modules $(CLIENTS)/roslibpy-1 ## D
 	@if command -v cargo >/dev/null && cargo fetch --quiet --locked --manifest-path $(RUST_TESTS); then \
 		cargo build --quiet --locked --offline --manifest-path $(RUST_TESTS) --target-dir $(CLIENTS)/roslibrust; \
 		else echo "test-clients: no roslibrust; install cargo and connect to crates.io, or its test is skipped" >&2; fi
-	$(BIN)/python -m pytest -m clients $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -m clients tests/e2e/test_clients.py $(PYTEST_ARGS)
 
 test-servers: $(INSTALLED) ## Run the tests over a real Cassandra and a real HDFS, killed in the middle (wants Java 17 and Maven)
 	@echo "test-servers: starts the servers on this machine; the first time Maven fetches their jars into build/"
