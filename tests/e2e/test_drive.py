@@ -2,6 +2,8 @@
 
 import asyncio
 import math
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 
 import pytest
 
@@ -10,33 +12,40 @@ from ppaas.maps.grid import GridMap
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, GetPlanResponse, Path
 from ppaas.messages.std_msgs import Header
+from robots.client.rest import RestClient
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
-from tests.support.cloud.drive import driving
+from tests.support.cloud.drive import Drive, driving
 from tests.support.waiting import until
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
 
 
-async def test_a_turtlebot_drives_to_its_goal_without_a_collision(cloud: RunningCloud, office_map: GridMap) -> None:
+@asynccontextmanager
+async def driving_in_office(
+    cloud: RunningCloud, office_map: GridMap, robot: str, start: Pose2D
+) -> AsyncIterator[tuple[RestClient, Drive]]:
+    """Publish the office map, register a robot on it, and connect the robot."""
     rest = await cloud.admin()
     await publish_map(rest, "office", office_map)
+    token = await register_robot(rest, robot, "office", start)
+    async with driving(cloud.url, token, robot, office_map, start) as drive:
+        yield rest, drive
+
+
+async def test_a_turtlebot_drives_to_its_goal_without_a_collision(cloud: RunningCloud, office_map: GridMap) -> None:
     start = free_pose(office_map, seed=1)
     goal = reachable_pose(office_map, start, seed=2, at_least=4.0)
-    token = await register_robot(rest, "tb1", "office", start)
-    async with driving(cloud.url, token, "tb1", office_map, start) as drive:
+    async with driving_in_office(cloud, office_map, "tb1", start) as (_, drive):
         assert await drive.go(goal) <= 0.25
         assert drive.scorer.collisions(0) == 0
         await until(lambda: drive.commands[-1][1].linear.x == 0.0)
 
 
 async def test_a_plan_can_be_requested_without_moving(cloud: RunningCloud, office_map: GridMap) -> None:
-    rest = await cloud.admin()
-    await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=6)
     goal = reachable_pose(office_map, start, seed=7, at_least=4.0)
-    token = await register_robot(rest, "thinker", "office", start)
-    async with driving(cloud.url, token, "thinker", office_map, start) as drive:
+    async with driving_in_office(cloud, office_map, "thinker", start) as (_, drive):
         header = Header(frame_id="map")
         request = GetPlanRequest(PoseStamped(header, Pose.of(start)), PoseStamped(header, Pose.of(goal)))
         response = await drive.operator.call("move_base/make_plan", GetPlan, request)
@@ -47,24 +56,18 @@ async def test_a_plan_can_be_requested_without_moving(cloud: RunningCloud, offic
 
 
 async def test_plans_are_published_to_operators(cloud: RunningCloud, office_map: GridMap) -> None:
-    rest = await cloud.admin()
-    await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=8)
-    token = await register_robot(rest, "planner", "office", start)
     plans: list[Path] = []
-    async with driving(cloud.url, token, "planner", office_map, start) as drive:
+    async with driving_in_office(cloud, office_map, "planner", start) as (_, drive):
         await drive.operator.subscribe("plan", Path, plans.append)
         await drive.go(reachable_pose(office_map, start, seed=9, at_least=2.0))
     assert len(plans[0].poses) > 10
 
 
 async def test_a_program_drives_a_robot_by_rest(cloud: RunningCloud, office_map: GridMap) -> None:
-    rest = await cloud.admin()
-    await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=10)
     goal = reachable_pose(office_map, start, seed=11, at_least=2.0)
-    token = await register_robot(rest, "fleet1", "office", start)
-    async with driving(cloud.url, token, "fleet1", office_map, start) as drive:
+    async with driving_in_office(cloud, office_map, "fleet1", start) as (rest, drive):
         sent = await rest.post("/v1/robots/fleet1/goals", {"pose": list(goal)})
         while sent["state"] in ("pending", "active"):
             await asyncio.sleep(0.2)
