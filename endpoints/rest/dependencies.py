@@ -5,12 +5,14 @@ from typing import Annotated
 
 from fastapi import Depends, Request
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
+from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.authentication import authenticate
+from endpoints.accounts.caller import caller_of
 from endpoints.rest.paging import Paging
 from endpoints.services.services import Services
 from ppaas.errors import InvalidParameter, NotFound, NotPermitted
-from storage.records import MapRecord, User
+from storage.records import MapRecord, RobotRecord, User
 
 _bearer = HTTPBearer(auto_error=False, description="Token from POST /v1/tokens.")
 
@@ -39,10 +41,18 @@ async def current_user(
     _documented: Annotated[HTTPAuthorizationCredentials | None, Depends(_bearer)],
 ) -> User:
     """Return the user of a request; ``NotAuthenticated`` without a valid token."""
+    # Again, also after a route that did so before it read the body: the token may have been revoked meanwhile.
     return await authenticate(request, services.accounts)
 
 
 Caller = Annotated[User, Depends(current_user)]
+
+
+def used_token(request: Request) -> str:
+    """Return the id of the token of a request that was authenticated."""
+    caller = caller_of(request.scope)
+    assert caller is not None
+    return caller.token
 
 
 async def current_admin(user: Caller) -> User:
@@ -67,6 +77,11 @@ async def readable_head(services: Services, user: User, map_id: str) -> MapRecor
     if not may_read(user, head):
         raise NotFound("map", map_id)
     return head
+
+
+async def own_robot(services: Services, user: User, robot_id: str) -> RobotRecord:
+    """Return a robot of a user; ``NotFound`` if the user has no such robot."""
+    return await run_in_threadpool(services.store.robot, user.id, robot_id)
 
 
 def robots_in(services: Services, user: str | None = None, *, map_id: str | None = None) -> list[str]:

@@ -8,7 +8,7 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import ValidationError
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.rest.dependencies import Caller, Paged, Provided, readable_head, robots_in
+from endpoints.rest.dependencies import Caller, Paged, Provided, own_robot, readable_head, robots_in
 from endpoints.rest.merge_patch import merge
 from endpoints.rest.names import RobotId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
@@ -67,7 +67,7 @@ async def change_robot(
     user: Caller,
 ) -> RobotRecord:
     """Change a robot's file by a JSON merge patch (RFC 7396); the type `application/json` is accepted too."""
-    before = await run_in_threadpool(services.store.robot, user.id, robot_id)
+    before = await own_robot(services, user, robot_id)
     file = _merge(before, change.model_dump(exclude_unset=True))
     if file.map != before.map:
         await readable_head(services, user, file.map)

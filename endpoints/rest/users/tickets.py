@@ -2,10 +2,8 @@
 
 from fastapi import APIRouter, Request
 
-from endpoints.accounts.accounts import token_id
-from endpoints.accounts.authentication import token_of
 from endpoints.accounts.socket_tickets import LIFETIME
-from endpoints.rest.dependencies import Caller, Provided
+from endpoints.rest.dependencies import Caller, Provided, used_token
 from endpoints.rest.openapi import KNOWN
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.rest.users.schemas import TicketAnswer
@@ -16,5 +14,5 @@ router = APIRouter(prefix="/tickets", tags=["tokens"], route_class=StrictRoute)
 @router.post("", status_code=201, response_model=TicketAnswer, responses=KNOWN)
 async def issue_ticket(request: Request, services: Provided, user: Caller) -> dict[str, object]:
     """Create a ticket, which stands for the token of this request in one handshake of a WebSocket (`?ticket=`)."""
-    ticket = services.accounts.tickets.issue(user.id, token_id(token_of(request)))
+    ticket = services.accounts.tickets.issue(user.id, used_token(request))
     return {"ticket": ticket, "expires_in": LIFETIME}

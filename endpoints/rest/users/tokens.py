@@ -3,11 +3,11 @@
 from fastapi import APIRouter, Request, Response
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.accounts.accounts import IssuedToken, token_id
-from endpoints.accounts.authentication import address_of, token_of
+from endpoints.accounts.accounts import IssuedToken
+from endpoints.accounts.authentication import address_of
 from endpoints.accounts.caller import note_caller
 from endpoints.audit.notes import note_object
-from endpoints.rest.dependencies import Caller, Paged, Provided
+from endpoints.rest.dependencies import Caller, Paged, Provided, used_token
 from endpoints.rest.names import TokenId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
@@ -45,7 +45,7 @@ async def log_in(credentials: Credentials, services: Provided, request: Request,
 @router.get("", response_model=Page[TokenSummary], responses=KNOWN)
 async def list_tokens(request: Request, services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
     """List the caller's tokens by id."""
-    used = token_id(token_of(request))
+    used = used_token(request)
     after = paging.key(str, "")
     found = await run_in_threadpool(services.store.tokens, user.id, after=after, limit=paging.fetch_limit)
     return paging.page([_summary(token, used) for token in found], lambda token: token.id)
@@ -54,7 +54,7 @@ async def list_tokens(request: Request, services: Provided, user: Caller, paging
 @router.delete("/{token}", status_code=204, responses=KNOWN | problems(404))
 async def revoke_token(token: TokenId, request: Request, services: Provided, user: Caller) -> None:
     """Revoke a token of the caller; `current` logs out."""
-    await services.accounts.revoke(user.id, token_id(token_of(request)) if token == CURRENT else token)
+    await services.accounts.revoke(user.id, used_token(request) if token == CURRENT else token)
 
 
 def _summary(token: Token, used: str) -> TokenSummary:

@@ -5,11 +5,11 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Query, Request
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.accounts.accounts import ME, token_id
-from endpoints.accounts.authentication import address_of, token_of
+from endpoints.accounts.accounts import ME
+from endpoints.accounts.authentication import address_of
 from endpoints.accounts.usage import owned_maps, robot_count
 from endpoints.audit.notes import note_object
-from endpoints.rest.dependencies import Admin, Caller, Paged, Provided, robots_in
+from endpoints.rest.dependencies import Admin, Caller, Paged, Provided, robots_in, used_token
 from endpoints.rest.names import UserId
 from endpoints.rest.openapi import ADMIN, BODY, KNOWN, problems
 from endpoints.rest.paging import Page
@@ -61,7 +61,7 @@ async def change_user(
     """
     target = _target_user(user_id, user)
     await _check_may_change(services, user, target, change, address_of(request))
-    used = token_id(token_of(request))
+    used = used_token(request)
     changed = await services.accounts.change(
         target, role=change.role, password=change.password, keep_token=used, limits=_limits(change)
     )
