@@ -4,7 +4,7 @@ import json
 from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from endpoints.rest.names import Name
 from endpoints.rest.nesting import MAX_NESTING, is_deeper
@@ -53,6 +53,10 @@ def plain_json(value: dict[str, Any]) -> dict[str, Any]:
     return value
 
 
+FreeForm = Annotated[dict[str, Any], AfterValidator(plain_json)]
+"""Free-form object: parameters or properties."""
+
+
 class RequestBody(BaseModel):
     """Base of request bodies: unknown fields are rejected."""
 
@@ -80,6 +84,6 @@ class Problem(BaseModel):
     type: str = Field(examples=["urn:ppaas:problem:goal-occupied"])
     title: str
     status: int
-    detail: str = Field(description="What is wrong and what to do about it")
+    detail: str = Field(description="Description of the error, with advice")
     code: int | None = Field(None, description="Error code of planning errors, as in Nav2's ComputePathToPose, 201–208")
     errors: list[Fault] | None = Field(None, description="All errors of an invalid request")

@@ -1,9 +1,10 @@
 """JSON schema of audit events."""
 
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import Field
 
+from endpoints.audit.event import Outcome
 from endpoints.rest.schemas import ResponseBody
 
 
@@ -21,8 +22,8 @@ class AuditAnswer(ResponseBody):
         examples=["remove_map"],
     )
     object: str | None = Field(description="Object of the action", examples=["maps/office"])
-    outcome: Literal["ok", "refused", "failed"]
+    outcome: Outcome
     status: int | None = Field(description="HTTP status")
     reason: str | None = Field(description="Slug of the problem", examples=["not-permitted"])
-    details: dict[str, Any] = Field(description="What was changed, as far as it is no secret")
+    details: dict[str, Any] = Field(description="Changes that were made, without secrets")
     repeats: int = Field(description="Number of similar events of the last minute that are not listed")

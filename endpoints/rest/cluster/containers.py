@@ -3,14 +3,13 @@
 from typing import Annotated
 
 from fastapi import APIRouter, Body
-from pydantic import BaseModel, ConfigDict
 
 from endpoints.rest.cluster.schemas import ContainerAnswer
 from endpoints.rest.dependencies import Caller, Paged, Provided
 from endpoints.rest.names import ContainerId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
-from endpoints.rest.schemas import Cores
+from endpoints.rest.schemas import Cores, RequestBody
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
 from engine.service.views import ContainerView
@@ -20,10 +19,8 @@ from storage.records import User
 router = APIRouter(prefix="/containers", tags=["containers"], route_class=StrictRoute)
 
 
-class ContainerChange(BaseModel):
+class ContainerChange(RequestBody):
     """Changes of a running container."""
-
-    model_config = ConfigDict(extra="forbid")
 
     cores: Cores
 

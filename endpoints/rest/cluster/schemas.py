@@ -7,6 +7,7 @@ from pydantic import BaseModel, Field, StrictBool
 from endpoints.rest.names import Name
 from endpoints.rest.schemas import Number, RequestBody, ResponseBody
 from engine.specs.machine_settings import MAX_CONTAINERS, MOST_CONTAINERS, MOST_LABELS, MOST_OVERSUBSCRIPTION
+from storage.disk_space.reserve import SpaceState
 
 MAX_MEMORY = 1 << 53
 """Largest memory limit [bytes]: the largest integer that JavaScript represents exactly."""
@@ -90,7 +91,7 @@ class ContainerAnswer(ResponseBody):
 
 
 class StoreHealth(ResponseBody):
-    """Whether a store is reachable."""
+    """State of a store, or of the audit log."""
 
     state: Literal["ok", "away"]
     reason: str | None = Field(description="Reason of the failure, for administrators")
@@ -99,8 +100,8 @@ class StoreHealth(ResponseBody):
 class DiskHealth(ResponseBody):
     """Space on the disk of the data folder."""
 
-    state: Literal["ok", "low", "full"] = Field(description="While it is full, nothing new is stored")
-    reason: str | None = Field(description="What is wrong, and what to do")
+    state: SpaceState = Field(description="While it is full, nothing new is stored")
+    reason: str | None = Field(description="Reason why it is low or full, with advice; null if it is ok")
     free: int = Field(description="Free space [bytes]")
     total: int = Field(description="Size of the disk [bytes]")
 

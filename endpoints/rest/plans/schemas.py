@@ -5,15 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, Field, StrictBool
 
 from endpoints.rest.names import MapId, PluginName
-from endpoints.rest.schemas import (
-    Labels,
-    Number,
-    Pose,
-    RequestBody,
-    ResponseBody,
-    Triple,
-    plain_json,
-)
+from endpoints.rest.schemas import FreeForm, Labels, Number, Pose, RequestBody, ResponseBody, Triple
 from engine.service.path_requests import MAX_COORDINATE
 from ppaas.plans.stored import LARGEST_TOLERANCE
 from storage.records import PlanOrigin
@@ -57,8 +49,6 @@ def place_of(text: str) -> tuple[float, float]:
     return x, y
 
 
-RequestParameters = Annotated[dict[str, Any], AfterValidator(plain_json)]
-
 Place = Annotated[str, AfterValidator(_place), Field(max_length=64, examples=["2,-3.5"])]
 
 
@@ -78,7 +68,7 @@ class PlanFile(RequestBody):
     )
     queue: StrictBool = Field(False, description="Whether to wait in the queue (202) if no container is available now")
     labels: Labels = Field({})
-    parameters: RequestParameters = Field(
+    parameters: FreeForm = Field(
         {},
         description="Parameters of the planner and of the global costmap that differ from the usual ones, as in a "
         "robot's file: `allow_unknown`, `inflation_radius`, `cost_scaling_factor`, `lethal_cost_threshold`, "
@@ -94,7 +84,7 @@ class CostFile(RequestBody):
     goals: Poses
     timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time limit of the whole request [s]")
     labels: Labels = Field({})
-    parameters: RequestParameters = Field(
+    parameters: FreeForm = Field(
         {},
         description="`allow_unknown`, and parameters of the global costmap, as for a path",
         examples=[{"allow_unknown": False, "robot_radius": 0.3}],
@@ -190,9 +180,7 @@ class PlanPut(RequestBody):
     poses: Rows = Field(description="x, y, z [m], qx, qy, qz, qw a row, in the frame of the map")
     cost: Annotated[Number, Field(ge=0.0)] = 0.0
     seconds: Annotated[Number, Field(ge=0.0, description="Time the planner took [s]")] = 0.0
-    parameters: Annotated[dict[str, Any], AfterValidator(plain_json)] = Field(
-        {}, description="Parameters of the planner"
-    )
+    parameters: FreeForm = Field({}, description="Parameters of the planner")
 
 
 class PlanChange(PlanPut):

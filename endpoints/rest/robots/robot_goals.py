@@ -3,54 +3,47 @@
 from typing import Annotated
 
 from fastapi import APIRouter, Path
-from pydantic import BaseModel, ConfigDict, Field
-from starlette.concurrency import run_in_threadpool
+from pydantic import ConfigDict, Field
 
-from endpoints.rest.dependencies import Caller, Paged, Provided
+from endpoints.rest.dependencies import Caller, Paged, Provided, own_robot
 from endpoints.rest.names import Name, RobotId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
-from endpoints.rest.schemas import Pose, Triple, triple
+from endpoints.rest.schemas import Pose, RequestBody, ResponseBody, Triple, triple
 from endpoints.rest.strict_json import StrictRoute
-from endpoints.services.services import Services
 from engine.service.views import GoalState, GoalView, RobotState
 from ppaas.geometry import Pose2D
-from storage.records import User
 
 router = APIRouter(prefix="/robots/{robot_id}", tags=["robots"], route_class=StrictRoute)
 
 GoalId = Annotated[Name, Path(examples=["rest-8f0c2d51a9be"])]
 
 
-class GoalAnswer(BaseModel):
+class GoalAnswer(ResponseBody):
     """Goal of a robot."""
-
-    model_config = ConfigDict(from_attributes=True)
 
     id: str
     pose: Triple
     state: GoalState = Field(description="`lost`: the robot's clone does not know the goal any more; send it again")
-    text: str = Field(description="Why the robot waits, or why the goal ended")
+    text: str = Field(description="Reason for a wait, or for the end of the goal")
     sent: float = Field(description="Time at which it was sent [s since the epoch]")
     ended: float | None = Field(description="Time at which it ended [s since the epoch]; null while it is active")
 
 
-class StateAnswer(BaseModel):
+class StateAnswer(ResponseBody):
     """Pose and active goals of a robot."""
-
-    model_config = ConfigDict(from_attributes=True)
 
     connected: bool = Field(description="Whether the robot has a container")
     pose: Triple | None = Field(description="Estimated pose in the frame of the map; null before localization")
     pose_at: float | None = Field(description="Time at which the pose was received [s since the epoch]")
-    localization: str = Field(description="Why localization does not use the robot's scans; empty if it does")
+    localization: str = Field(description="Reason why localization does not use the robot's scans; empty if it does")
     goals: list[GoalAnswer] = Field(description="Goals that have not ended, oldest first")
 
 
-class GoalRequest(BaseModel):
+class GoalRequest(RequestBody):
     """Goal to send."""
 
-    model_config = ConfigDict(extra="forbid", json_schema_extra={"examples": [{"pose": [4.0, 1.5, 1.57]}]})
+    model_config = ConfigDict(json_schema_extra={"examples": [{"pose": [4.0, 1.5, 1.57]}]})
 
     pose: Pose
 
@@ -58,21 +51,21 @@ class GoalRequest(BaseModel):
 @router.get("/state", response_model=StateAnswer, responses=KNOWN | problems(404))
 async def show_state(robot_id: RobotId, services: Provided, user: Caller) -> RobotState:
     """Show the pose and the active goals of a robot."""
-    await _check_exists(services, user, robot_id)
+    await own_robot(services, user, robot_id)
     return await services.cloud.navigation.state(user.id, robot_id)
 
 
 @router.post("/goals", status_code=201, response_model=GoalAnswer, responses=KNOWN | BODY | problems(404, 429, 503))
 async def send_goal(robot_id: RobotId, request: GoalRequest, services: Provided, user: Caller) -> GoalView:
     """Send a connected robot to a pose; its earlier goal is cancelled, as in ROS."""
-    await _check_exists(services, user, robot_id)
+    await own_robot(services, user, robot_id)
     return services.cloud.navigation.send_goal(user.id, robot_id, Pose2D(*triple(request.pose)))
 
 
 @router.get("/goals", response_model=Page[GoalAnswer], responses=KNOWN | problems(404))
 async def list_goals(robot_id: RobotId, services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
     """List the goals that were sent by REST since the robot connected, by time; ended goals are kept for a while."""
-    await _check_exists(services, user, robot_id)
+    await own_robot(services, user, robot_id)
     after = paging.key(float, 0.0)
     goals = [goal for goal in services.cloud.navigation.goals(user.id, robot_id) if goal.sent > after]
     return paging.page(goals, lambda goal: goal.sent)
@@ -81,7 +74,7 @@ async def list_goals(robot_id: RobotId, services: Provided, user: Caller, paging
 @router.get("/goals/{goal_id}", response_model=GoalAnswer, responses=KNOWN | problems(404))
 async def show_goal(robot_id: RobotId, goal_id: GoalId, services: Provided, user: Caller) -> GoalView:
     """Show a goal."""
-    await _check_exists(services, user, robot_id)
+    await own_robot(services, user, robot_id)
     return services.cloud.navigation.goal(user.id, robot_id, goal_id)
 
 
@@ -90,16 +83,12 @@ async def show_goal(robot_id: RobotId, goal_id: GoalId, services: Provided, user
 )
 async def cancel_goal(robot_id: RobotId, goal_id: GoalId, services: Provided, user: Caller) -> GoalView:
     """Cancel a goal; it ends as `canceled` once the robot's clone has stopped it."""
-    await _check_exists(services, user, robot_id)
+    await own_robot(services, user, robot_id)
     return services.cloud.navigation.cancel_goal(user.id, robot_id, goal_id)
 
 
 @router.delete("/goals", status_code=202, responses=KNOWN | problems(404, 503))
 async def cancel_goals(robot_id: RobotId, services: Provided, user: Caller) -> None:
     """Cancel all goals of a robot, also those that were not sent by REST: the robot stops."""
-    await _check_exists(services, user, robot_id)
+    await own_robot(services, user, robot_id)
     services.cloud.navigation.cancel_goals(user.id, robot_id)
-
-
-async def _check_exists(services: Services, user: User, robot_id: str) -> None:
-    await run_in_threadpool(services.store.robot, user.id, robot_id)

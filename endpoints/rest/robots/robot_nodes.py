@@ -3,13 +3,13 @@
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Path
-from pydantic import BaseModel, ConfigDict, Field
-from starlette.concurrency import run_in_threadpool
+from pydantic import Field
 
-from endpoints.rest.dependencies import Caller, Paged, Provided
+from endpoints.rest.dependencies import Caller, Paged, Provided, own_robot
 from endpoints.rest.names import Name, RobotId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
+from endpoints.rest.schemas import RequestBody, ResponseBody
 from endpoints.rest.strict_json import StrictRoute
 from ppaas.messages.ppaas_msgs import NodeHome
 
@@ -19,10 +19,8 @@ Home = Literal["cloud", "robot"]
 NodeName = Annotated[Name, Path(examples=["move_base"])]
 
 
-class NodeAnswer(BaseModel):
+class NodeAnswer(ResponseBody):
     """Node of a robot."""
-
-    model_config = ConfigDict(from_attributes=True)
 
     node: str
     home: Home = Field(description="Home of the node: where it runs")
@@ -31,10 +29,8 @@ class NodeAnswer(BaseModel):
     reasons: list[str] = Field(description="Reasons of the decision, most important first")
 
 
-class NodeRequest(BaseModel):
+class NodeRequest(RequestBody):
     """Home to run a node in."""
-
-    model_config = ConfigDict(extra="forbid")
 
     home: Home | None = Field(default=None, description="Home of the node; null: the node monitor decides")
 
@@ -42,7 +38,7 @@ class NodeRequest(BaseModel):
 @router.get("", response_model=Page[NodeAnswer], responses=KNOWN | problems(404, 503))
 async def list_nodes(robot_id: RobotId, services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
     """List the nodes of a connected robot by name, with their homes and the reasons."""
-    await run_in_threadpool(services.store.robot, user.id, robot_id)
+    await own_robot(services, user, robot_id)
     homes = sorted(await services.cloud.node_homes(user.id, robot_id), key=lambda home: home.node)
     after = paging.key(str, "")
     return paging.page([home for home in homes if home.node > after], lambda home: home.node)
@@ -53,5 +49,5 @@ async def run_node(
     robot_id: RobotId, node: NodeName, request: NodeRequest, services: Provided, user: Caller
 ) -> NodeHome:
     """Move a node of a robot to a home, or let the node monitor choose its home."""
-    await run_in_threadpool(services.store.robot, user.id, robot_id)
+    await own_robot(services, user, robot_id)
     return await services.cloud.run_node(user.id, robot_id, node, request.home or "")

@@ -2,19 +2,15 @@
 
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import BeforeValidator, Field
 
 from endpoints.rest.names import Name, PluginName
 from endpoints.rest.nesting import showable
-from endpoints.rest.schemas import Cores, Description, Labels, Pose, RequestBody, ResponseBody, Triple, plain_json
+from endpoints.rest.schemas import Cores, Description, FreeForm, Labels, Pose, RequestBody, ResponseBody, Triple
 from engine.specs.machine_settings import MOST_LABELS
 
-Properties = Annotated[
-    dict[str, Any], AfterValidator(plain_json), Field(description="Any other properties, stored unchanged")
-]
-Parameters = Annotated[
-    dict[str, Any], AfterValidator(plain_json), Field(description="Parameters of the clone's nodes, by node")
-]
+Properties = Annotated[FreeForm, Field(description="Any other properties, stored unchanged")]
+Parameters = Annotated[FreeForm, Field(description="Parameters of the clone's nodes, by node")]
 
 Stored = Annotated[dict[str, Any], BeforeValidator(showable)]
 
