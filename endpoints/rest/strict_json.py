@@ -14,6 +14,7 @@ from fastapi.routing import APIRoute
 from endpoints.accounts.authentication import authenticate
 from endpoints.http.parsed_body import note_body
 from endpoints.rest.dependencies import current_user, services_of
+from endpoints.rest.media_types import is_format, media_type_of
 from endpoints.rest.nesting import is_deeper
 from ppaas.errors import MalformedMessage, MessageTooLarge
 
@@ -62,7 +63,7 @@ class StrictRoute(APIRoute):
         async def strict(request: Request) -> Response:
             if wants_token:
                 await authenticate(request, (await services_of(request)).accounts)
-            if takes_body and _has_body(request) and not is_json(request.headers.get("content-type", "")):
+            if takes_body and _has_body(request) and not is_format(media_type_of(request), "json"):
                 raise HTTPException(415, "send JSON with the header 'Content-Type: application/json'")
             return await serve(StrictRequest(request.scope, request.receive))
 
@@ -87,12 +88,6 @@ def parse(body: bytes) -> Any:
 
 def _too_deep() -> MalformedMessage:
     return MalformedMessage(f"the body is nested too deeply: at most {MAX_DEPTH} levels are allowed")
-
-
-def is_json(content_type: str) -> bool:
-    """Return whether a media type is JSON."""
-    media_type = content_type.partition(";")[0].strip().lower()
-    return media_type == "application/json" or (media_type.startswith("application/") and media_type.endswith("+json"))
 
 
 def _has_body(request: Request) -> bool:

@@ -13,6 +13,7 @@ from starlette.concurrency import run_in_threadpool
 
 from endpoints.rest.maps.body_stream import consume
 from endpoints.rest.maps.multipart import FormReader, Writer
+from endpoints.rest.media_types import media_type_of
 from endpoints.rest.schemas import MAX_DESCRIPTION, MAX_READERS
 from ppaas.errors import InvalidMap, InvalidParameter
 from ppaas.maps.formats.map_yaml import MAX_YAML, Rules, with_rules
@@ -99,13 +100,12 @@ async def read_form(request: Request, store: MapStore) -> AsyncIterator[tuple[Ma
     Unavailable
         The disk is full.
     """
-    content_type = request.headers.get("content-type", "")
-    if content_type.partition(";")[0].strip().lower() != MULTIPART:
+    if media_type_of(request) != MULTIPART:
         raise HTTPException(415, f"send a form with the header 'Content-Type: {MULTIPART}'")
     with ExitStack() as stack:
         upload = await run_in_threadpool(stack.enter_context, store.stage())
         files = _Files(upload)
-        with FormReader(content_type, files.open, MAX_FIELDS) as reader:
+        with FormReader(request.headers["content-type"], files.open, MAX_FIELDS) as reader:
             await consume(request.stream(), reader.write)
             reader.end()
         form = _form(reader)

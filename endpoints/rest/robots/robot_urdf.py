@@ -7,6 +7,7 @@ from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 
 from endpoints.rest.dependencies import Caller, Provided
+from endpoints.rest.media_types import is_format, media_type_of
 from endpoints.rest.names import RobotId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.robots.schemas import UrdfAnswer
@@ -38,7 +39,8 @@ async def put_urdf(
 
     Footprint and velocity limits from it are used as soon as the robot connects again.
     """
-    if not _is_xml(request.headers.get("content-type", "")):
+    kind = media_type_of(request)
+    if not (kind == "text/xml" or is_format(kind, "xml")):
         raise HTTPException(415, f"send XML with the header 'Content-Type: {XML}'")
     urdf = await request.body()
     described = await run_in_threadpool(describe, urdf)
@@ -66,8 +68,3 @@ async def remove_urdf(robot_id: RobotId, services: Provided, user: Caller) -> No
 def _put(services: Services, user: str, robot_id: str, urdf: bytes) -> bool:
     with services.usage.new_urdf(services, user, robot_id, len(urdf)):
         return services.store.put_urdf(user, robot_id, urdf)
-
-
-def _is_xml(content_type: str) -> bool:
-    media_type = content_type.partition(";")[0].strip().lower()
-    return media_type in (XML, "text/xml") or (media_type.startswith("application/") and media_type.endswith("+xml"))
