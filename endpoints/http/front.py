@@ -15,7 +15,7 @@ from starlette.websockets import WebSocket
 from endpoints.http.forwarding import PathPrefix, TrustedProxies, prefix_of
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.origins import may_open
-from endpoints.http.problems import problem, problem_response
+from endpoints.http.problems import problem_response, status_problem
 from endpoints.http.websocket_protocol import CONNECTION
 from ppaas.errors import NotPermitted, PPaaSError, rebuild
 
@@ -124,10 +124,8 @@ async def _deny(socket: WebSocket, error: PPaaSError) -> None:
 
 def _compressed(coding: bytes) -> Response:
     """Return the refusal of a compressed body (RFC 9110, 15.5.16)."""
-    return problem(
+    return status_problem(
         415,
-        "unsupported-media-type",
-        "Unsupported Media Type",
         f"Content-Encoding {coding.decode('latin-1')[:64]!a} is not supported: send the body without compression",
         {"Accept-Encoding": "identity", "Connection": "close"},
     )

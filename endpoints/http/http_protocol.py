@@ -12,11 +12,10 @@ from functools import partial
 from typing import Any, ClassVar, cast
 
 import httptools
-from starlette.responses import Response
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from endpoints.http.connection_table import ConnectionTable
-from endpoints.http.problems import problem
+from endpoints.http.problems import status_problem
 from endpoints.http.request_head import (
     HEAD_SECONDS,
     MAX_HEAD,
@@ -351,9 +350,9 @@ def http_protocol(connections: ConnectionTable) -> type[DirectHttp]:
 
 
 def _answer(status: int, text: str) -> bytes:
-    title = http.HTTPStatus(status).phrase
-    response: Response = problem(status, title.lower().replace(" ", "-"), title, text, {"Connection": "close"})
-    lines = [b"HTTP/1.1 %d %s" % (status, title.encode()), *(b"%s: %s" % header for header in response.raw_headers)]
+    response = status_problem(status, text, {"Connection": "close"})
+    phrase = http.HTTPStatus(status).phrase.encode()
+    lines = [b"HTTP/1.1 %d %s" % (status, phrase), *(b"%s: %s" % header for header in response.raw_headers)]
     return b"\r\n".join(lines) + b"\r\n\r\n" + bytes(response.body)
 
 

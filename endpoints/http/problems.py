@@ -94,6 +94,12 @@ def problem(
     return response
 
 
+def status_problem(status: int, detail: str, headers: Mapping[str, str] | None = None) -> Response:
+    """Return the problem response of an HTTP status, with the name of the status as title and slug."""
+    title = http.HTTPStatus(status).phrase
+    return problem(status, title.lower().replace(" ", "-").replace("'", ""), title, detail, headers)
+
+
 def problem_response(error: errors.PPaaSError, *, to_admin: bool = False) -> Response:
     """Return the response of an error; planning errors have their Nav2 ``code`` (201–208).
 
@@ -168,12 +174,10 @@ async def _http_error(request: Request, error: Exception) -> Response:
     # FastAPI reports any error while reading a body, such as a too large body, as an error of parsing.
     if isinstance(error.__cause__, errors.PPaaSError):
         return problem_response(error.__cause__)
-    title = http.HTTPStatus(error.status_code).phrase
-    slug = title.lower().replace(" ", "-").replace("'", "")
     headers = dict(error.headers or {})
     if error.status_code == http.HTTPStatus.METHOD_NOT_ALLOWED:
         headers["Allow"] = ", ".join(sorted(_allowed(request))) or headers.get("Allow", "")
-    return problem(error.status_code, slug, title, str(error.detail), headers)
+    return status_problem(error.status_code, str(error.detail), headers)
 
 
 def _allowed(request: Request) -> set[str]:
