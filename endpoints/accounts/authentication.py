@@ -1,9 +1,13 @@
-"""Authentication of HTTP requests by bearer token, and of the handshakes of WebSockets, also by ticket.
+"""Authentication of HTTP requests by token, and of the handshakes of WebSockets, also by ticket.
 
 Tokens are taken from the header alone, because addresses are written to logs and histories (RFC 6750, 5.3; RFC 9700,
-4.3.2). WebSockets of browsers, which cannot send the header, offer a subprotocol or give a ticket. A token in the
-address of a WebSocket is taken, too, because clients of rosbridge may know no other way.
+4.3.2). Clients that are given an address alone, ``ws://USER:TOKEN@HOST``, send user and token in the header, too, as
+Basic credentials (RFC 7617). WebSockets of browsers, which cannot send the header, offer a subprotocol or give a
+ticket. A token in the query of a WebSocket's address is taken, too, because clients of rosbridge may know no other way.
 """
+
+import base64
+from typing import NamedTuple
 
 from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocket
@@ -20,17 +24,29 @@ PROTOCOL = "ppaas"
 """Subprotocol that the cloud selects beside one with a token, if it is offered."""
 
 
+class Credentials(NamedTuple):
+    """Token of a request, and the user whose token the client says it is; None if it says none."""
+
+    token: str
+    user: str | None = None
+
+
 def token_of(connection: HTTPConnection) -> str:
-    """Return the bearer token of the header of a request.
+    """Return the token of the header of a request; raises as ``credentials_of``."""
+    return credentials_of(connection).token
+
+
+def credentials_of(connection: HTTPConnection) -> Credentials:
+    """Return the credentials in the header of a request.
 
     Raises
     ------
     NotAuthenticated
-        There is no token, or only one in the address.
+        There is no token, or only one in the address; or the Basic credentials are not a user and a token.
     """
-    token = bearer_of(connection.headers.get("authorization", ""))
-    if token:
-        return token
+    found = parse_credentials(connection.headers.get("authorization", ""))
+    if found is not None:
+        return found
     if "token" in connection.query_params:
         raise NotAuthenticated(
             "a token in the address is not taken, as addresses are logged: send it as 'Authorization: Bearer TOKEN'"
@@ -52,11 +68,47 @@ def bearer_of(authorization: str) -> str | None:
     return token.strip() or None if scheme.lower() == "bearer" else None
 
 
+def parse_credentials(authorization: str) -> Credentials | None:
+    """Return the credentials of an ``Authorization`` header, Bearer or Basic; None for another scheme, or no token.
+
+    Raises
+    ------
+    NotAuthenticated
+        The Basic credentials are not a user and a token.
+    """
+    scheme, _, text = authorization.partition(" ")
+    if scheme.lower() == "basic":
+        return _parse_basic(text.strip())
+    token = bearer_of(authorization)
+    return None if token is None else Credentials(token)
+
+
+def _parse_basic(text: str) -> Credentials:
+    """Return the credentials of the scheme Basic (RFC 7617). No error quotes them: either may be a token."""
+    try:
+        user, _, token = base64.b64decode(text, validate=True).decode().partition(":")
+    except ValueError:  # neither base64 nor UTF-8
+        user = token = ""
+    if not user or not token:
+        raise NotAuthenticated(
+            "Basic credentials must be USER:TOKEN, as in ws://USER:TOKEN@HOST/?robot=ID: the name of a user, and in "
+            "place of the password a token of this user from POST /v1/tokens"
+        )
+    return Credentials(token, user)
+
+
 async def authenticate(connection: HTTPConnection, accounts: Accounts) -> User:
-    """Return the user of a connection; ``NotAuthenticated`` if the token is missing, unknown or expired."""
-    token = token_of(connection)
-    connection.state.user = user = await accounts.authenticate(token)
-    note_caller(connection.scope, user.id, token_id(token))
+    """Return the user of a connection; ``NotAuthenticated`` if the token is missing, unknown, expired or another's."""
+    credentials = credentials_of(connection)
+    connection.state.user = user = await _user_of(credentials, accounts)
+    note_caller(connection.scope, user.id, token_id(credentials.token))
+    return user
+
+
+async def _user_of(credentials: Credentials, accounts: Accounts) -> User:
+    user = await accounts.authenticate(credentials.token)
+    if credentials.user not in (None, user.id):
+        raise NotAuthenticated("the token is not one of the user named before it: give the user who got the token")
     return user
 
 
@@ -68,22 +120,23 @@ async def authenticate_socket(socket: WebSocket, accounts: Accounts) -> tuple[Us
     Raises
     ------
     NotAuthenticated
-        There is none, or it is unknown or expired.
+        There is none, it is unknown or expired, or it is not one of the user that the header names.
     """
     query = socket.query_params
-    token = bearer_of(socket.headers.get("authorization", ""))
-    if token is None and query.get("ticket"):
+    credentials = parse_credentials(socket.headers.get("authorization", ""))
+    if credentials is None and query.get("ticket"):
         used = accounts.tickets.redeem(query["ticket"])
         user = await accounts.user_of(used)
         note_caller(socket.scope, user.id, used)
         return user, used
-    token = token or _offered_token(socket) or query.get("token", "").strip()
-    if not token:
+    credentials = credentials or Credentials(_offered_token(socket) or query.get("token", "").strip())
+    if not credentials.token:
         raise NotAuthenticated(
-            "no token: log in with POST /v1/tokens and send it as 'Authorization: Bearer TOKEN'; browsers get a ticket "
-            "with POST /v1/tickets and add '&ticket=TICKET' to the address"
+            "no token: log in with POST /v1/tokens and send it as 'Authorization: Bearer TOKEN', or connect to "
+            "ws://USER:TOKEN@HOST/?robot=ID; browsers get a ticket with POST /v1/tickets and add '&ticket=TICKET' to "
+            "the address"
         )
-    user, used = await accounts.authenticate(token), token_id(token)
+    user, used = await _user_of(credentials, accounts), token_id(credentials.token)
     note_caller(socket.scope, user.id, used)
     return user, used
 
@@ -95,7 +148,7 @@ def subprotocol_of(socket: WebSocket) -> str | None:
     return PROTOCOL if PROTOCOL in offered else next(iter(carriers), None)
 
 
-def _offered_token(socket: WebSocket) -> str | None:
+def _offered_token(socket: WebSocket) -> str:
     offered: list[str] = socket.scope.get("subprotocols", [])
     tokens = (protocol[len(BEARER_PROTOCOL) :] for protocol in offered if protocol.startswith(BEARER_PROTOCOL))
-    return next(filter(None, tokens), None)
+    return next(filter(None, tokens), "")

@@ -2,16 +2,19 @@
 
 The kind: secrets in addresses, which servers, proxies and browsers write to logs and histories. Its members are
 requests of REST, and the handshakes of our own clients, of the dashboard and of other browsers. Clients of rosbridge
-that can send an address alone remain.
+that can send an address alone remain. Of those, many send the user info of an address (``ws://USER:TOKEN@HOST``) as
+Basic credentials in the header: websocket-client, Go, JavaScript, curl.
 """
 
+import base64
 from collections.abc import Mapping
 
 import pytest
+from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocket
 
 from endpoints.accounts.accounts import Accounts, token_id
-from endpoints.accounts.authentication import authenticate_socket, subprotocol_of
+from endpoints.accounts.authentication import authenticate, authenticate_socket, subprotocol_of, token_of
 from endpoints.accounts.passwords import Passwords
 from ppaas.clock import ManualClock
 from ppaas.errors import NotAuthenticated
@@ -59,6 +62,61 @@ async def test_a_handshake_may_carry_its_token_in_four_ways(accounts: Accounts, 
         assert (user.id, used) == ("ann", token_id(token))
 
 
+def basic(text: str, scheme: str = "Basic") -> dict[str, str]:
+    return {"authorization": f"{scheme} {base64.b64encode(text.encode()).decode()}"}
+
+
+def request(headers: Mapping[str, str]) -> HTTPConnection:
+    lines = [(name.encode(), value.encode()) for name, value in headers.items()]
+    return HTTPConnection({"type": "http", "path": "/v1/maps", "query_string": b"", "headers": lines})
+
+
+@pytest.mark.parametrize("scheme", ["Basic", "basic", "BASIC"])
+async def test_user_and_token_of_an_address_come_as_basic_credentials(
+    accounts: Accounts, token: str, scheme: str
+) -> None:
+    headers = basic(f"ann:{token}", scheme)
+    user, used = await authenticate_socket(handshake(headers=headers), accounts)
+    assert (user.id, used) == ("ann", token_id(token))
+    assert (await authenticate(request(headers), accounts)).id == "ann"
+    assert token_of(request(headers)) == token
+
+
+async def test_the_user_of_basic_credentials_must_be_that_of_the_token(accounts: Accounts, token: str) -> None:
+    for user in ("bob", "Ann", token):
+        headers = basic(f"{user}:{token}")
+        with pytest.raises(NotAuthenticated, match="not one of the user named before it") as refused:
+            await authenticate_socket(handshake(headers=headers), accounts)
+        assert token not in str(refused.value)
+        with pytest.raises(NotAuthenticated, match="not one of the user named before it"):
+            await authenticate(request(headers), accounts)
+
+
+async def test_a_password_is_no_token(accounts: Accounts, token: str) -> None:
+    with pytest.raises(NotAuthenticated, match="unknown or expired"):
+        await authenticate_socket(handshake(headers=basic(f"ann:{PASSWORD}")), accounts)
+
+
+@pytest.mark.parametrize("text", ["", "ann", ":", "ann:", ":token", "tok\udcff".encode("utf-8", "surrogatepass")])
+async def test_basic_credentials_without_user_or_token_are_refused_with_their_form(
+    accounts: Accounts, text: str | bytes
+) -> None:
+    encoded = base64.b64encode(text if isinstance(text, bytes) else text.encode()).decode()
+    for value in (encoded, "%%%", "YW5u\u00e9"):
+        headers = {"authorization": f"Basic {value}"}
+        with pytest.raises(NotAuthenticated, match="must be USER:TOKEN, as in ws://USER:TOKEN@HOST"):
+            await authenticate_socket(handshake("token=x", headers=headers), accounts)
+        with pytest.raises(NotAuthenticated, match="must be USER:TOKEN"):
+            await authenticate(request(headers), accounts)
+
+
+async def test_credentials_of_another_scheme_count_as_none(accounts: Accounts, token: str) -> None:
+    socket = handshake(f"token={token}", headers={"authorization": "Negotiate YII="})
+    assert (await authenticate_socket(socket, accounts))[0].id == "ann"
+    with pytest.raises(NotAuthenticated, match="no token"):
+        await authenticate(request({"authorization": "Negotiate YII="}), accounts)
+
+
 async def test_a_ticket_is_good_for_one_handshake(accounts: Accounts, token: str) -> None:
     ticket = accounts.tickets.issue("ann", token_id(token))
     await authenticate_socket(handshake(f"ticket={ticket}"), accounts)
@@ -84,7 +142,7 @@ async def test_a_ticket_of_a_revoked_token_is_refused(accounts: Accounts, token:
     [handshake(), handshake("token=&ticket="), handshake(offered=("ppaas.bearer.",)), handshake("token=%20")],
 )
 async def test_a_handshake_without_a_token_is_told_each_way(accounts: Accounts, socket: WebSocket) -> None:
-    with pytest.raises(NotAuthenticated, match=r"Authorization: Bearer TOKEN.*POST /v1/tickets"):
+    with pytest.raises(NotAuthenticated, match=r"Authorization: Bearer TOKEN.*ws://USER:TOKEN@HOST.*POST /v1/tickets"):
         await authenticate_socket(socket, accounts)
 
 
