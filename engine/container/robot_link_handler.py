@@ -31,7 +31,7 @@ MAX_UNSENT = 100
 """Number of messages on ``published_once`` topics that are kept without an endpoint, for the next subscriber."""
 
 MAX_WAITING = 1 << 20
-"""Bytes queued for a slow endpoint above which messages on topics that are not latched are dropped."""
+"""Bytes queued for a slow endpoint above which messages are dropped whose topic is not latched, or is repeated."""
 
 
 def payload_bytes(payload: Payload) -> bytes:
@@ -199,7 +199,7 @@ class Container:
         if kind.published_once:
             self._held.append(robot_link.Published(topic, payload_bytes(payload)))
             self._dirty.set()
-        elif kind.latched or self._endpoint.waiting <= MAX_WAITING:
+        elif (kind.latched and not kind.repeated) or self._endpoint.waiting <= MAX_WAITING:
             self._endpoint.write(robot_link.Published(topic, payload_bytes(payload)))
 
     def _send_or_keep(self, messages: Iterable[robot_link.Published]) -> None:

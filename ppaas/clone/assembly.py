@@ -26,6 +26,7 @@ from ppaas.nodes.map_server.costmap_filters import (
     SpeedFilterParameters,
 )
 from ppaas.nodes.map_server.node import MapServerNode
+from ppaas.nodes.move_base.costmap_topics import CostmapTopics
 from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.nodes.move_base.people import SocialLayerParameters
 from ppaas.nodes.move_base.speed_limits import SpeedFilter
@@ -150,6 +151,9 @@ def _move_base(
         return MoveBaseNode(
             context,
             layers=layers, surroundings=surroundings, planner=planner, path_planners=path_planners,
+            costmap_topics=CostmapTopics(
+                context, surroundings, layers.costmap, body=body, publish_frequency=local.publish_frequency
+            ),
             controller=controller, recoveries=recovering, parameters=driving, threads=threads,
             processor=processor, passive_safety=PassiveSafety(body.robot_radius, body.limits.acc_lim_x),
             top_speed=body.limits.max_vel_x, speed_filter=speed_filter,

@@ -6,12 +6,16 @@ from ppaas.costmap.local_costmap import LocalCostmap
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.costmap.obstacle_layer import RAYTRACE_RANGE
 from ppaas.costmap.obstacle_memory import ObstacleMemory
+from ppaas.errors import InvalidParameter
 from ppaas.nodes.frames import FrameNames
 from ppaas.nodes.move_base.people import SeenPeople, SocialLayerParameters
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.parameters import Parameters
 from ppaas.perception.tracking import MovingObjects
 from ppaas.robot_model.known_models import RobotModel
+
+MAX_PUBLISH_FREQUENCY = 10.0
+"""Limit of the rate at which the local costmap is published [Hz]."""
 
 
 class LocalCostmapParameters(Parameters, frozen=True):
@@ -20,6 +24,7 @@ class LocalCostmapParameters(Parameters, frozen=True):
     ``footprint_padding`` is added to the robot's radius around observed obstacles: the centre of a cell is marked, so
     an obstacle may be half a cell nearer than marked. ``obstacle_range`` is 2.5 m in costmap_2d, less than
     ``raytrace_range``; here it is larger, because beams that clear cells but may not mark them would erase obstacles.
+    ``publish_frequency`` is the rate at which subscribers get the costmap and the footprint [Hz]; 0 for never.
     """
 
     width: float = 6.0
@@ -29,6 +34,14 @@ class LocalCostmapParameters(Parameters, frozen=True):
     cost_scaling_factor: float = COST_SCALING_FACTOR
     obstacle_range: float = 3.2
     raytrace_range: float = RAYTRACE_RANGE
+    publish_frequency: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check the range of the rate; the window checks the others."""
+        if not 0.0 <= self.publish_frequency <= MAX_PUBLISH_FREQUENCY:
+            raise InvalidParameter(
+                f"publish_frequency must be from 0 to {MAX_PUBLISH_FREQUENCY:g} Hz, not {self.publish_frequency}"
+            )
 
 
 def surroundings_of(

@@ -6,7 +6,7 @@ A field that a message needs has no default: a client that omits it gets an erro
 from msgspec import field
 
 from ppaas.geometry import Pose2D, quaternion_of, yaw_of
-from ppaas.messages.message import Covariance, Message
+from ppaas.messages.message import Covariance, Float32, Message
 from ppaas.messages.std_msgs import Header
 
 
@@ -16,6 +16,14 @@ class Point(Message):
     x: float
     y: float
     z: float = 0.0
+
+
+class Point32(Message):
+    """``geometry_msgs/Point32`` [m]."""
+
+    x: Float32
+    y: Float32
+    z: Float32 = 0.0
 
 
 class Vector3(Message):
@@ -79,6 +87,19 @@ class PoseWithCovarianceStamped(Message):
 
     header: Header
     pose: PoseWithCovariance
+
+
+class Polygon(Message):
+    """``geometry_msgs/Polygon``: corners in order; the first is not repeated."""
+
+    points: list[Point32]
+
+
+class PolygonStamped(Message):
+    """``geometry_msgs/PolygonStamped``."""
+
+    header: Header
+    polygon: Polygon
 
 
 class Twist(Message):

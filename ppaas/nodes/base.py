@@ -48,6 +48,9 @@ class Topic(NamedTuple):
         Only the robot publishes it, not its operators: only the robot can measure it.
     shared : bool
         The container sends it to the other robots on the map.
+    repeated : bool
+        Although it is latched, a message that a slow connection cannot take may be dropped: another follows while
+        somebody subscribes.
     local : bool
         Not sent to the cloud while a node on the robot subscribes to it.
     many_publishers : bool
@@ -67,6 +70,7 @@ class Topic(NamedTuple):
     lasting: bool = False
     robot_only: bool = False
     shared: bool = False
+    repeated: bool = False
     local: bool = False
     many_publishers: bool = False
     merge: Callable[[Any, Any], Any] | None = None
@@ -122,6 +126,10 @@ class Context(Protocol):
 
     def undeclare(self, node: "Node", name: str) -> None:
         """Remove a topic that this node declared; nothing more may be published on it."""
+        ...
+
+    def forget(self, topic: str) -> None:
+        """Drop the last message of a latched topic, which is out of date."""
         ...
 
     def has_subscribers(self, topic: str) -> bool:

@@ -100,6 +100,11 @@ class NodeContext:
         """Remove a topic that the node declared."""
         self._executor.undeclare(node, name)
 
+    def forget(self, topic: str) -> None:
+        """Drop the last message of a latched topic."""
+        if not self._ended:
+            self._executor.forget(topic)
+
     def has_subscribers(self, topic: str) -> bool:
         """Return whether a topic has subscribers now."""
         return self._executor.has_subscribers(topic)

@@ -131,7 +131,10 @@ class TopicBus:
                 node.on_message(topic.name, self._latched[topic.name])
 
     def _unsubscribe(self, node: Node) -> None:
-        """Remove the subscriptions of a node and the topics that it declared."""
+        """Remove the subscriptions of a node, the topics that it declared, and its messages that it would repeat."""
+        for topic in node.publishes:
+            if topic.repeated:
+                self.forget(topic.name)
         for topic in node.subscribes:
             self._subscribers[topic.name] = [other for other in self._subscribers[topic.name] if other is not node]
         for declared in [topic for topic, owner in self._owners.items() if owner is node]:
@@ -172,6 +175,10 @@ class TopicBus:
         self._drain()
         if refusals:
             raise refusals[0]
+
+    def forget(self, topic: str) -> None:
+        """Drop the last message of a latched topic; later subscribers get the next one."""
+        self._latched.pop(topic, None)
 
     def latched(self, topic: str) -> Payload | None:
         """Return the last message of a latched topic, or None."""

@@ -4,7 +4,13 @@ Nodes, containers, endpoints, agents and robots all look up the policy of a topi
 """
 
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
-from ppaas.messages.geometry_msgs import PoseArray, PoseStamped, PoseWithCovarianceStamped, Twist
+from ppaas.messages.geometry_msgs import (
+    PolygonStamped,
+    PoseArray,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    Twist,
+)
 from ppaas.messages.message import Message
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult
 from ppaas.messages.nav2_msgs import (
@@ -61,8 +67,18 @@ MOVE_BASE_RESULT = Topic("move_base/result", MoveBaseActionResult, published_onc
 NAVIGATE_TO_POSE_FEEDBACK = Topic("navigate_to_pose/feedback", NavigateToPoseActionFeedback, stream=True)
 CMD_VEL = Topic("cmd_vel", Twist, stream=True, depth=1, expiry=0.5)
 PLAN = Topic("plan", Path, stream=True, depth=1)
+LOCAL_PLAN = Topic("local_plan", Path, stream=True, depth=1)
 ROBOTS = Topic("robots", RobotStates, stream=True)
 SPEED_LIMIT = Topic("speed_limit", SpeedLimit)
+
+# -- costmaps of Move Base, by the names of Nav2 and of ROS 1 ----------------------------------------------------------
+
+GLOBAL_COSTMAP = Topic("global_costmap/costmap", OccupancyGrid, latched=True, stream=True, depth=1, repeated=True)
+LOCAL_COSTMAP = GLOBAL_COSTMAP._replace(name="local_costmap/costmap")
+MOVE_BASE_GLOBAL_COSTMAP = GLOBAL_COSTMAP._replace(name="move_base/global_costmap/costmap")
+MOVE_BASE_LOCAL_COSTMAP = GLOBAL_COSTMAP._replace(name="move_base/local_costmap/costmap")
+LOCAL_FOOTPRINT = GLOBAL_COSTMAP._replace(name="local_costmap/published_footprint", type=PolygonStamped)
+MOVE_BASE_FOOTPRINT = LOCAL_FOOTPRINT._replace(name="move_base/local_costmap/footprint")
 
 # -- waypoint follower -------------------------------------------------------------------------------------------------
 

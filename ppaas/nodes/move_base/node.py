@@ -34,6 +34,7 @@ from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Ti
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import expect, pose_in
 from ppaas.nodes.move_base.action_topics import ActionTopics
+from ppaas.nodes.move_base.costmap_topics import PUBLISHED, CostmapTopics
 from ppaas.nodes.move_base.goal_progress import GoalProgress
 from ppaas.nodes.move_base.order_executor import OrderExecutor
 from ppaas.nodes.move_base.robot_planner import RobotPlanner
@@ -89,6 +90,8 @@ class MoveBaseNode(Node):
         Finds stored plans.
     passive_safety : PassiveSafety
         Slows the robot down in front of approaching people.
+    costmap_topics : CostmapTopics
+        Publishes costmaps and the footprint.
     top_speed : float
         Fastest speed of the robot, with which the remaining time is estimated at first [m/s].
     speed_filter : SpeedFilter, optional
@@ -105,7 +108,7 @@ class MoveBaseNode(Node):
         topics.AMCL_STATUS,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
-        topics.CMD_VEL, topics.PLAN, topics.MOVE_BASE_CURRENT_GOAL,
+        topics.CMD_VEL, topics.PLAN, topics.LOCAL_PLAN, topics.MOVE_BASE_CURRENT_GOAL, *PUBLISHED,
         topics.MOVE_BASE_STATUS, topics.MOVE_BASE_FEEDBACK, topics.MOVE_BASE_RESULT,
         topics.NAVIGATE_TO_POSE_FEEDBACK,
     )  # fmt: skip
@@ -129,6 +132,7 @@ class MoveBaseNode(Node):
         threads: Threads,
         processor: PlanProcessor,
         passive_safety: PassiveSafety,
+        costmap_topics: CostmapTopics,
         top_speed: float,
         speed_filter: SpeedFilter | None = None,
     ) -> None:
@@ -136,6 +140,7 @@ class MoveBaseNode(Node):
         self._limits = SpeedLimits(speed_filter)
         self._progress_checker = ProgressChecker()
         self._layers = layers
+        self._costmap_topics = costmap_topics
         self._surroundings = surroundings
         self._planner = RobotPlanner(context, planner, layers.costmap, parameters, threads=threads, processor=processor)
         surroundings.mark_ahead(not controller.predicts)
@@ -168,8 +173,9 @@ class MoveBaseNode(Node):
         return self._surroundings.costs
 
     def start(self) -> None:
-        """Start publishing the status of goals."""
+        """Start publishing the status of goals, and costmaps while somebody subscribes."""
         self.context.every(STATUS_PERIOD, lambda: self._topics.status(self._machine.goals))
+        self.context.every(self._costmap_topics.period, self._costmap_topics.publish)
 
     # -- messages and calls --------------------------------------------------------------------------------------------
 

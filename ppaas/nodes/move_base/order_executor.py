@@ -14,6 +14,7 @@ from ppaas.navigation.passive_safety import PassiveSafety
 from ppaas.nodes.base import Context
 from ppaas.nodes.move_base.action_topics import ActionTopics
 from ppaas.nodes.move_base.goal_progress import GoalProgress
+from ppaas.nodes.move_base.local_plan import publish_local_plan
 from ppaas.nodes.move_base.robot_planner import Detour, NoPlan, Planned, RobotPlanner
 from ppaas.nodes.move_base.speed_limits import SpeedLimits
 from ppaas.nodes.move_base.surroundings import Surroundings
@@ -155,6 +156,7 @@ class OrderExecutor:
         except PPaaSError as error:
             return events.ControlFailed(self._context.elapsed(), str(error))
         velocity = self._passive_safety.slowed(velocity, pose, around.walkers(self._context.elapsed()))
+        publish_local_plan(self._context, pose, velocity)
         return events.VelocityComputed(self._context.elapsed(), velocity, reached)
 
     def _recover(self, order: orders.Recover) -> events.Event:

@@ -141,6 +141,22 @@ async def test_slow_endpoint_loses_droppable_messages_only(peers: ContainerPeers
     assert got["echo"] < count / 2
 
 
+async def test_slow_endpoint_loses_latched_messages_of_topics_that_repeat_them(peers: ContainerPeers) -> None:
+    graph, topic = peers.home.graph, Topic("repeated", String, latched=True, stream=True, repeated=True)
+    graph.declare(peers.node, topic)
+    peers.endpoint.write(robot_link.Subscribe("repeated", 1))
+    assert isinstance(await receive(peers.endpoint), robot_link.TopicAdded)
+    assert await peers.heard() == ""
+    for number in range(60):
+        graph.publish("repeated", String(f"{number} {'x' * 100_000}"))
+    assert MAX_WAITING < peers.container._endpoint.waiting < 2 * MAX_WAITING
+    peers.endpoint.write(robot_link.ServiceCall(99, "heard", b"{}"))
+    got = 0
+    while isinstance(await receive(peers.endpoint), robot_link.Published):
+        got += 1
+    assert 0 < got < 30
+
+
 async def test_topics_declared_at_run_time_are_announced_and_delivered(peers: ContainerPeers) -> None:
     graph, topic = peers.home.graph, Topic("fleeting", String)
     peers.endpoint.write(robot_link.Subscribe("fleeting", 1))

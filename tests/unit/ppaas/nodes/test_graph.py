@@ -251,6 +251,32 @@ def test_has_subscribers_counts_nodes_and_taps():
     assert not graph.has_subscribers("out")
 
 
+def test_a_last_message_that_is_out_of_date_can_be_dropped() -> None:
+    graph = Graph()
+    doubler = graph.add(Doubler)
+    graph.inject("in", std_msgs.Float64(1.0))
+    for _ in range(2):
+        doubler.context.forget("last")
+        assert graph.latched("last") is None
+    assert graph.add(Listener).heard == []
+    graph.inject("in", std_msgs.Float64(2.0))
+    assert graph.latched("last") == std_msgs.Float64(4.0)
+    graph.remove("doubler")
+    doubler.context.forget("last")
+    assert graph.latched("last") == std_msgs.Float64(4.0), "a node that has left changes nothing"
+
+
+def test_a_node_that_leaves_takes_the_messages_with_it_that_it_would_repeat() -> None:
+    class Repeater(Doubler):
+        publishes = (OUT, LAST._replace(repeated=True))
+
+    graph = Graph()
+    graph.add(Repeater)
+    graph.inject("in", std_msgs.Float64(1.0))
+    graph.remove("doubler")
+    assert graph.latched("last") is None
+
+
 def test_watcher_is_notified_of_declared_and_undeclared_topics():
     graph, events = Graph(), []
     doubler = graph.add(Doubler)
