@@ -5,15 +5,16 @@ from collections.abc import Callable
 
 import msgspec
 
+from endpoints.rosbridge.namespaces import namespace_hint
 from endpoints.rosbridge.rosapi import introspect
 from engine.service.links.open_calls import Outcome
 from engine.service.links.place_link import PlaceLink
-from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, UnknownType
+from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, UnknownType, rebuild
 from ppaas.messages import service_type
 from ppaas.messages.message import Message
 from ppaas.wire import rosapi
 from ppaas.wire.arguments import as_object
-from ppaas.wire.names import callee, normalise, ros1_type
+from ppaas.wire.names import is_ros2_type, ros1_type
 from ppaas.wire.operations import (
     AdvertiseService,
     CallService,
@@ -29,6 +30,8 @@ CALL_TIMEOUT = 60.0
 
 MAX_CALLS = 32
 """Largest number of pending calls of one client."""
+
+_PARAMETER_NAMES = "rosapi/get_param_names"
 
 Shortcut = Callable[[str, bytes], bytes | None]
 """Called with the name of a service and the arguments; returns the response at once, or None if it does not handle this
@@ -77,8 +80,10 @@ class ClientCalls:
         try:
             if len(self._calls) >= MAX_CALLS:
                 raise QuotaExceeded(f"a client may have at most {MAX_CALLS} pending calls: wait for a response")
-            service, arguments = callee(operation.service), bytes(operation.args)
-            values = self._shortcut(service, arguments) or introspect(self._place, service, arguments)
+            service, arguments = self._wire.names.callee(operation.service), bytes(operation.args)
+            values = self._shortcut(service, arguments) or introspect(
+                self._place, service, arguments, self._wire.names, ros2=is_ros2_type(operation.type)
+            )
             if values is None:
                 self._begin(operation, service)
             else:
@@ -91,14 +96,17 @@ class ClientCalls:
         self._answer(CallService(refused.name, refused.id), refused.error)
 
     def _begin(self, operation: CallService, service: str) -> None:
-        kind = _request_type(self._place.service_type(service) or operation.type)
+        known = self._place.service_type(service)
+        if known is None and (hint := namespace_hint(service, {**self._place.services, **rosapi.SERVICES})):
+            raise rebuild(NotFound.slug, f"unknown service {service!r}{hint}")
+        kind = _request_type(known or operation.type)
         requested = operation.timeout or 0.0
         timeout = min(requested, CALL_TIMEOUT) if requested > 0.0 else CALL_TIMEOUT
         number = next(self._numbers)
 
         def done(outcome: Outcome) -> None:
             self._calls.pop(number, None)
-            self._answer(operation, outcome)
+            self._answer(operation, _spelled(operation, service, outcome))
 
         arguments = as_object(bytes(operation.args), kind)
         self._calls[number] = self._place.begin_call(service, arguments, timeout, done)
@@ -122,7 +130,7 @@ class ClientCalls:
         PPaaSError
             The name or type is invalid, the clone has this service, or the client offers too many.
         """
-        service = normalise(operation.service)
+        service = self._wire.names.resolve(operation.service)
         if service in rosapi.SERVICES:
             raise Conflict(f"service {service!r} belongs to the cloud: choose another name")
         self._place.advertise_service(service, ros1_type(operation.type), self._client)
@@ -136,7 +144,7 @@ class ClientCalls:
         NotFound
             The client does not offer it.
         """
-        service = normalise(operation.service)
+        service = self._wire.names.resolve(operation.service)
         self._place.client_services.unadvertise(service, self._client)
         self._spellings.pop(service, None)
 
@@ -160,6 +168,16 @@ class ClientCalls:
         values = bytes(operation.values)
         answer = values if operation.result else error_of_text(_reason(values, operation.service))
         self._place.client_services.answer(int(number), self._client, answer)
+
+
+def _spelled(operation: CallService, service: str, outcome: Outcome) -> Outcome:
+    """Return an outcome with the names of parameters as the client expects them."""
+    if service != _PARAMETER_NAMES or not is_ros2_type(operation.type) or isinstance(outcome, PPaaSError):
+        return outcome
+    try:
+        return rosapi.parameter_names_in_ros2(outcome)
+    except PPaaSError as error:
+        return error
 
 
 def _request_type(name: str | None) -> type[Message] | None:

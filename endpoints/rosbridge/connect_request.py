@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from endpoints.rosbridge.namespaces import parse_namespace
 from endpoints.rosbridge.roles import Role, role_of
 from ppaas.errors import InvalidParameter
 from ppaas.wire.resumption import RESUME, SESSION, ResumptionPoint, parse_name, parse_point
@@ -15,7 +16,7 @@ class ConnectRequest:
     Parameters
     ----------
     robot : str
-        Id of the robot.
+        Id of the robot; empty if the client names none, which the only robot of its user need not be.
     role : {"robot", "operator"}
         Role of the client.
     session : str, optional
@@ -30,6 +31,8 @@ class ConnectRequest:
         Whether errors are reported to the client from the start.
     queue : bool
         Whether the client waits in the queue if no container is available now, and is notified of its position.
+    namespace : str, optional
+        Namespace of the robot's names in the client's software.
     """
 
     robot: str
@@ -40,6 +43,7 @@ class ConnectRequest:
     hold: bool = True
     status: bool = False
     queue: bool = False
+    namespace: str | None = None
 
 
 def parse_connect_request(query: Mapping[str, str]) -> ConnectRequest:
@@ -48,12 +52,12 @@ def parse_connect_request(query: Mapping[str, str]) -> ConnectRequest:
     Raises
     ------
     InvalidParameter
-        The robot is missing, or a parameter is invalid.
+        A parameter is invalid.
     """
     role = role_of(query.get("role", "robot"))
-    robot = query.get("robot", "")
-    if not robot:
-        raise InvalidParameter("the parameter 'robot' is missing: open ws://HOST/?robot=ID")
+    robot = query.get("robot")
+    if robot == "":
+        raise InvalidParameter("the parameter 'robot' is empty: open ws://HOST/?robot=ID")
     session, resume = query.get(SESSION), query.get(RESUME)
     if resume is not None and session is None:
         raise InvalidParameter(f"{RESUME!r} needs the name of a session: also give 'session'")
@@ -63,7 +67,7 @@ def parse_connect_request(query: Mapping[str, str]) -> ConnectRequest:
     if hold == "0" and role == "robot":
         raise InvalidParameter("hold=0 is for operators only: a robot always holds its place")
     return ConnectRequest(
-        robot=robot,
+        robot=robot or "",
         role=role,
         session=parse_name(session) if session is not None else None,
         resume=parse_point(resume) if resume is not None else None,
@@ -71,4 +75,5 @@ def parse_connect_request(query: Mapping[str, str]) -> ConnectRequest:
         hold=hold == "1",
         status=query.get("status") == "1",
         queue=query.get("queue") == "1",
+        namespace=parse_namespace(query["namespace"]) if "namespace" in query else None,
     )

@@ -2,15 +2,15 @@
 
 from collections.abc import Callable
 
+from endpoints.rosbridge.namespaces import with_hint
 from endpoints.rosbridge.outbox import FrameOutbox
 from engine.service.links.place_link import PlaceLink
 from ppaas.clock import monotonic
-from ppaas.errors import PPaaSError
+from ppaas.errors import NotFound, PPaaSError
 from ppaas.nodes.base import DEFAULT_DEPTH
-from ppaas.wire.actions import find_action, topics_of
+from ppaas.wire.actions import Action, actions, find_action, topics_of
 from ppaas.wire.cancel_goal import CANCEL_GOAL, UNKNOWN_GOAL_ID, cancel_message, cancel_response
 from ppaas.wire.goals import GoalFrame, GoalTracker, refusal
-from ppaas.wire.names import callee
 from ppaas.wire.operations import CancelActionGoal, RefusedOperation, SendActionGoal
 from ppaas.wire.rosbridge import RosbridgeSession
 
@@ -52,7 +52,7 @@ class ClientGoals:
     def start(self, operation: SendActionGoal) -> None:
         """Send a goal; it always ends with exactly one result."""
         try:
-            action = find_action(callee(operation.action), operation.action_type, self._place.topic_types())
+            action = self._find(self._wire.names.callee(operation.action), operation.action_type)
             goal, message = self._goals.send(operation, action, monotonic())
         except PPaaSError as error:
             self._send(refusal(operation, error))
@@ -62,6 +62,13 @@ class ClientGoals:
             self._goals.posted(goal, self._publish(f"{action.topics}/goal", message))
         except PPaaSError as error:
             self._forward(self._goals.give_up(goal, error))
+
+    def _find(self, name: str, kind: str) -> Action:
+        topics = self._place.topic_types()
+        try:
+            return find_action(name, kind, topics)
+        except NotFound as error:
+            raise with_hint(error, name, actions(topics)) from error
 
     def cancel(self, operation: CancelActionGoal) -> None:
         """Cancel a goal.

@@ -1,5 +1,7 @@
 """Robot WebSocket: ``ws://HOST/?robot=ID&role=robot|operator&session=NAME``, speaking rosbridge v2.
 
+A client whose user has one robot need not name it.
+
 A connection is refused before the handshake is complete, with an HTTP problem.
 """
 
@@ -7,15 +9,18 @@ import asyncio
 import contextlib
 import logging
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from endpoints.accounts.authentication import authenticate_socket, subprotocol_of
+from endpoints.audit.notes import note_object
 from endpoints.http.problems import problem_response
 from endpoints.http.websocket_protocol import connection_of
 from endpoints.rosbridge.attachment import Attachment
 from endpoints.rosbridge.connect_request import parse_connect_request
+from endpoints.rosbridge.only_robot import only_robot
 from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
 from ppaas.errors import NotAuthenticated, NotPermitted, PPaaSError
@@ -124,6 +129,9 @@ async def serve_robot_socket(socket: WebSocket, services: Services, sessions: Se
     try:
         request = parse_connect_request(socket.query_params)
         user, token = await authenticate_socket(socket, services.accounts)
+        if not request.robot:
+            request = replace(request, robot=await only_robot(services.store, user.id))
+            note_object(socket.scope, f"robots/{request.robot}")
         connection.name = f"{request.role} {user.id}/{request.robot[:64]}"
         services.cloud.set_limits(user.id, user.limits)
         attachment = await sessions.attach(user.id, token, request, connection.probe)

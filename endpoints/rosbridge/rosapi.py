@@ -3,17 +3,15 @@
 from engine.service.links.place_link import PlaceLink
 from ppaas.clock import epoch
 from ppaas.wire import rosapi
+from ppaas.wire.names import CLIENTS, NameScope
 from ppaas.wire.rosapi import GraphView, NodeView
 
 ITSELF = "rosapi"
 """Node that offers the services of rosapi."""
 
-CLIENTS = "rosbridge_websocket"
-"""Node that represents all clients together, as in rosbridge."""
 
-
-def view_of(place: PlaceLink) -> GraphView:
-    """Return the graph of a place.
+def view_of(place: PlaceLink, names: NameScope | None = None) -> GraphView:
+    """Return the graph of a place; ``names`` reads the names in a client's requests.
 
     A client need not advertise topics that the clone knows. Topics that the clone subscribes to and none of its nodes
     publishes therefore count as published by the clients.
@@ -24,15 +22,37 @@ def view_of(place: PlaceLink) -> GraphView:
     services = {service.name: service.type for service in place.services.values()}
     clients = NodeView([topic for topic in topics if topic not in given], place.heard(), offered)
     nodes = {**clone, ITSELF: NodeView(services=rosapi.SERVICES), CLIENTS: clients}
-    return GraphView(epoch(), topics, {**offered, **services, **rosapi.SERVICES}, nodes)
+    return GraphView(
+        epoch(),
+        topics,
+        services={**offered, **services, **rosapi.SERVICES},
+        nodes=nodes,
+        names=names or NameScope(),
+    )
 
 
-def introspect(place: PlaceLink, service: str, arguments: bytes) -> bytes | None:
+def introspect(
+    place: PlaceLink, service: str, arguments: bytes, names: NameScope | None = None, *, ros2: bool = False
+) -> bytes | None:
     """Return the response of a rosapi service; None if the service is not one of rosapi.
+
+    Parameters
+    ----------
+    place : PlaceLink
+    service : str
+        Name of the service, resolved.
+    arguments : bytes
+        Request as JSON.
+    names : NameScope, optional
+        Reads the names in the request.
+    ros2 : bool
+        Whether the client expects types as spelled in ROS 2.
 
     Raises
     ------
     InvalidInput
         The arguments are invalid, or name an unknown type.
     """
-    return rosapi.answer(service, arguments, view_of(place)) if service in rosapi.SERVICES else None
+    if service not in rosapi.SERVICES:
+        return None
+    return rosapi.answer(service, arguments, view_of(place, names), ros2=ros2)

@@ -11,6 +11,7 @@ from typing import Any
 
 from endpoints.rosbridge.calls import ClientCalls
 from endpoints.rosbridge.goals import ClientGoals
+from endpoints.rosbridge.namespaces import namespace_hint, with_hint
 from endpoints.rosbridge.outbox import FrameOutbox
 from endpoints.rosbridge.roles import Role, check_may_publish
 from endpoints.rosbridge.spelling import spelling_at
@@ -20,7 +21,7 @@ from ppaas.errors import InvalidInput, MalformedMessage, NotFound, PPaaSError, r
 from ppaas.nodes.base import DEFAULT_DEPTH
 from ppaas.nodes.topics import policy_of
 from ppaas.wire import operations
-from ppaas.wire.names import normalise, ros1_type
+from ppaas.wire.names import ros1_type
 from ppaas.wire.rosbridge import RosbridgeSession
 
 logger = logging.getLogger(__name__)
@@ -124,13 +125,16 @@ class ClientSession:
             self._report_error(error, operation_id=getattr(operation, "id", None))
 
     def _refuse(self, refused: operations.RefusedOperation) -> None:
-        """Answer a call or a goal whose frame could not be read; report the error of any other frame."""
+        """Answer a call or a goal whose frame could not be read; report the error of any other frame.
+
+        A client that tries to log in is told how, whatever its status level: rosbridge would end the connection.
+        """
         if refused.op == "call_service":
             self._calls.refuse(refused)
         elif refused.op == "send_action_goal":
             self._goals.refuse(refused)
         else:
-            self._report_error(refused.error, operation_id=refused.id)
+            self._report_error(refused.error, operation_id=refused.id, always=refused.op == "auth")
 
     def _answer_here(self, service: str, arguments: bytes) -> bytes | None:
         if service in PATH_SERVICES:
@@ -138,23 +142,26 @@ class ClientSession:
         return self._goals.cancel_all(service, arguments)
 
     def _publish(self, operation: operations.Publish) -> None:
-        topic = normalise(operation.topic)
+        topic = self._wire.names.resolve(operation.topic)
         check_may_publish(self._role, topic)
         must_arrive, latch = not policy_of(topic).stream, operation.latch is True
-        self._place.publish(topic, bytes(operation.msg), self._client, must_arrive=must_arrive, latch=latch)
+        try:
+            self._place.publish(topic, bytes(operation.msg), self._client, must_arrive=must_arrive, latch=latch)
+        except NotFound as error:
+            raise with_hint(error, topic, self._place.topics) from error
 
     def _advertise(self, operation: operations.Advertise) -> None:
-        topic = normalise(operation.topic)
+        topic = self._wire.names.resolve(operation.topic)
         check_may_publish(self._role, topic)
         self._place.advertise(
             topic, ros1_type(operation.type), self._client, operation.id, latch=operation.latch is True
         )
 
     def _unadvertise(self, operation: operations.Unadvertise) -> None:
-        self._place.unadvertise(normalise(operation.topic), self._client, operation.id)
+        self._place.unadvertise(self._wire.names.resolve(operation.topic), self._client, operation.id)
 
     def _subscribe(self, operation: operations.Subscribe) -> None:
-        topic = normalise(operation.topic)
+        topic = self._wire.names.resolve(operation.topic)
         try:
             kind = ros1_type(operation.type) if operation.type else None
             self._place.subscribe(topic, self._client, kind)
@@ -166,11 +173,12 @@ class ClientSession:
             text = "throttle_rate and queue_length are not negative: 0 is used instead"
             self._report(rebuild(InvalidInput.slug, text), "warning", operation.id)
         if self._place.topic_type(topic) is None:
-            text = f"topic {topic!r} does not exist yet; its messages arrive as soon as a client advertises it"
+            hint = namespace_hint(topic, self._place.topics)
+            text = f"topic {topic!r} does not exist yet; its messages arrive as soon as a client advertises it{hint}"
             self._report(rebuild(NotFound.slug, text), "warning", operation.id)
 
     def _unsubscribe(self, operation: operations.Unsubscribe) -> None:
-        self._unsubscribe_if_unused(normalise(operation.topic))
+        self._unsubscribe_if_unused(self._wire.names.resolve(operation.topic))
 
     def _unsubscribe_if_unused(self, topic: str) -> None:
         if not self._wire.hears(topic) and not self._goals.hears(topic):
@@ -184,15 +192,19 @@ class ClientSession:
         except PPaaSError as error:  # a response must not be dropped: the client is disconnected instead
             self.closed(error)
 
-    def _report_error(self, error: PPaaSError, about: str = "", operation_id: operations.Id = None) -> None:
+    def _report_error(
+        self, error: PPaaSError, about: str = "", operation_id: operations.Id = None, *, always: bool = False
+    ) -> None:
         first = (error.slug, about) not in self._logged and len(self._logged) < MAX_LOGGED
         if first:
             self._logged.add((error.slug, about))
         logger.log(logging.WARNING if first else logging.DEBUG, "%s: %s: %s", self.name, error.slug, error)
-        self._report(error, "error", operation_id)
+        self._report(error, "error", operation_id, always=always)
 
-    def _report(self, error: PPaaSError, level: operations.Level, operation_id: operations.Id) -> None:
-        status = self._wire.status(error, operation_id, level)
+    def _report(
+        self, error: PPaaSError, level: operations.Level, operation_id: operations.Id, *, always: bool = False
+    ) -> None:
+        status = self._wire.status(error, operation_id, level, always=always)
         if status is not None:
             self.outbox.put("", status, DEFAULT_DEPTH)
 

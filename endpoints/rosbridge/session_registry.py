@@ -12,6 +12,7 @@ from functools import partial
 from endpoints.http.websocket_protocol import Probe
 from endpoints.rosbridge.attachment import Attachment, RetainedSession, SessionKey
 from endpoints.rosbridge.connect_request import ConnectRequest
+from endpoints.rosbridge.namespaces import scope_of
 from endpoints.rosbridge.session import ClientSession
 from engine.processes.background import Background
 from engine.service.links.place_link import PlaceLink
@@ -19,6 +20,7 @@ from engine.service.plan_rate import PlanRate
 from engine.service.robot_sessions import LINGER, RobotSessions
 from ppaas.errors import Conflict, Unavailable
 from ppaas.wire import rosbridge
+from ppaas.wire.operations import Level
 
 READY_TIMEOUT = 15.0
 """Time limit until the container of a place is ready [s]."""
@@ -163,7 +165,8 @@ class SessionRegistry:
         return not request.counts or (request.resume is not None and request.resume.id == retained.id)
 
     def _begin(self, user: str, request: ConnectRequest, place: PlaceLink, key: SessionKey | None) -> RetainedSession:
-        wire = rosbridge.RosbridgeSession("info" if request.queue else "error" if request.status else "none")
+        level: Level = "info" if request.queue else "error" if request.status else "none"
+        wire = rosbridge.RosbridgeSession(level, scope_of(request.robot, request.namespace))
         count_plan = partial(self._plan_rate.take, user)
         session = ClientSession(place, request.role, wire, f"{request.role} {user}/{request.robot}", count_plan)
         session.outbox.repeats = request.counts

@@ -7,7 +7,7 @@ from msgspec import field
 
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus
 from ppaas.messages.geometry_msgs import PoseStamped
-from ppaas.messages.message import Float32, Int16, Message, UInt32
+from ppaas.messages.message import Float32, Int16, Message, UInt16, UInt32
 from ppaas.messages.std_msgs import Duration, Header
 
 
@@ -87,6 +87,20 @@ class FollowWaypointsActionResult(Message):
     header: Header
     status: GoalStatus
     result: FollowWaypointsResult = field(default_factory=FollowWaypointsResult)
+
+
+class NavigateToPoseGoal(Message):
+    """``nav2_msgs/NavigateToPoseGoal``."""
+
+    pose: PoseStamped
+    behavior_tree: str = ""
+
+
+class NavigateToPoseResult(Message):
+    """``nav2_msgs/NavigateToPoseResult``."""
+
+    error_code: UInt16 = 0
+    error_msg: str = ""
 
 
 class NavigateToPoseFeedback(Message):

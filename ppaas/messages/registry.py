@@ -47,8 +47,13 @@ _SERVICES: dict[str, ServiceType] = {
 }
 
 
+PACKAGES_OF_ROS_2 = {"rosapi_msgs": "rosapi", "tf2_web_republisher_interfaces": "tf2_web_republisher"}
+"""Packages whose messages have a package of their own in ROS 2, and what they are called in ROS 1."""
+
+
 def _ros1_spelling(name: str) -> str:
-    return name.replace("/msg/", "/", 1).replace("/srv/", "/", 1)
+    package, _, rest = name.replace("/msg/", "/", 1).replace("/srv/", "/", 1).partition("/")
+    return f"{PACKAGES_OF_ROS_2.get(package, package)}/{rest}"
 
 
 def message_type(name: str) -> type[Message]:
@@ -89,3 +94,8 @@ def type_name(message: Message | type[Message]) -> str:
 def message_types() -> tuple[str, ...]:
     """Return the sorted names of all message types."""
     return tuple(sorted(_TYPES))
+
+
+def service_types() -> tuple[str, ...]:
+    """Return the sorted names of all service types."""
+    return tuple(sorted(_SERVICES))

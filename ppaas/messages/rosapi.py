@@ -1,12 +1,12 @@
 """``rosapi``: introspection of topics, services, nodes and types, and access to parameters.
 
-``GetParam``, ``SetParam`` and ``DeleteParam`` respond as newer versions of rosapi do, with ``successful`` and
-``reason``. Older clients ignore these fields.
+Those of ROS 1 and of ROS 2, where the package is ``rosapi_msgs``. ``GetParam``, ``SetParam`` and ``DeleteParam``
+respond as newer versions of rosapi do, with ``successful`` and ``reason``. Older clients ignore these fields.
 """
 
 from msgspec import field
 
-from ppaas.messages.message import Empty, Message, ServiceType
+from ppaas.messages.message import Empty, Message, ServiceType, UInt8
 from ppaas.messages.std_msgs import Time
 
 
@@ -41,6 +41,12 @@ class ServiceRequest(Message):
     """A request that names a service."""
 
     service: str
+
+
+class ActionRequest(Message):
+    """A request that names an action."""
+
+    action: str
 
 
 class NodeRequest(Message):
@@ -94,7 +100,7 @@ class TopicsForTypeResponse(Message):
 
 
 class TypeResponse(Message):
-    """``rosapi/TopicType`` and ``rosapi/ServiceType`` response; empty if the topic or service does not exist."""
+    """``rosapi/TopicType``, ``ServiceType`` and ``ActionType`` response; empty if there is nothing of that name."""
 
     type: str
 
@@ -155,6 +161,19 @@ class DetailsResponse(Message):
     typedefs: list[TypeDef]
 
 
+class InterfacesResponse(Message):
+    """``rosapi_msgs/Interfaces`` response."""
+
+    interfaces: list[str]
+
+
+class GetROSVersionResponse(Message):
+    """``rosapi_msgs/GetROSVersion`` response."""
+
+    version: UInt8
+    distro: str
+
+
 class GetTimeResponse(Message):
     """``rosapi/GetTime`` response."""
 
@@ -213,6 +232,12 @@ GetActionServers = ServiceType("rosapi/GetActionServers", Empty, GetActionServer
 MessageDetails = ServiceType("rosapi/MessageDetails", TypeRequest, DetailsResponse)
 ServiceRequestDetails = ServiceType("rosapi/ServiceRequestDetails", TypeRequest, DetailsResponse)
 ServiceResponseDetails = ServiceType("rosapi/ServiceResponseDetails", TypeRequest, DetailsResponse)
+ActionType = ServiceType("rosapi/ActionType", ActionRequest, TypeResponse)
+ActionGoalDetails = ServiceType("rosapi/ActionGoalDetails", TypeRequest, DetailsResponse)
+ActionResultDetails = ServiceType("rosapi/ActionResultDetails", TypeRequest, DetailsResponse)
+ActionFeedbackDetails = ServiceType("rosapi/ActionFeedbackDetails", TypeRequest, DetailsResponse)
+Interfaces = ServiceType("rosapi/Interfaces", Empty, InterfacesResponse)
+GetROSVersion = ServiceType("rosapi/GetROSVersion", Empty, GetROSVersionResponse)
 GetTime = ServiceType("rosapi/GetTime", Empty, GetTimeResponse)
 GetParam = ServiceType("rosapi/GetParam", GetParamRequest, GetParamResponse)
 SetParam = ServiceType("rosapi/SetParam", SetParamRequest, ParamChangedResponse)
@@ -224,6 +249,7 @@ GetParamNames = ServiceType("rosapi/GetParamNames", Empty, GetParamNamesResponse
 SERVICES = (
     Topics, TopicsAndRawTypes, TopicsForType, TopicType, Publishers, Subscribers, Services, ServicesForType,
     TypeOfService, ServiceProviders, ServiceNode, Nodes, NodeDetails, GetActionServers, MessageDetails,
-    ServiceRequestDetails, ServiceResponseDetails, GetTime, GetParam, SetParam, DeleteParam, HasParam, SearchParam,
+    ServiceRequestDetails, ServiceResponseDetails, ActionType, ActionGoalDetails, ActionResultDetails,
+    ActionFeedbackDetails, Interfaces, GetROSVersion, GetTime, GetParam, SetParam, DeleteParam, HasParam, SearchParam,
     GetParamNames,
 )  # fmt: skip

@@ -21,7 +21,7 @@ from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.message import Message
 from ppaas.messages.move_base_msgs import MoveBaseFeedback
-from ppaas.messages.nav2_msgs import NavigateToPoseFeedback
+from ppaas.messages.nav2_msgs import NavigateToPoseFeedback, NavigateToPoseGoal, NavigateToPoseResult
 from ppaas.messages.std_msgs import Duration
 from ppaas.wire.arguments import as_object
 from ppaas.wire.names import is_ros2_type, ros1_type
@@ -126,24 +126,12 @@ class PlainAction(Action):
         return result
 
 
-class NavigateToPoseGoal(Message):
-    """``nav2_msgs/action/NavigateToPose`` goal."""
-
-    pose: PoseStamped
-    behavior_tree: str = ""
-
-
 class _NavigateToPoseFeedback(msgspec.Struct):
     current_pose: PoseStamped
     navigation_time: Duration
     estimated_time_remaining: Duration
     number_of_recoveries: int
     distance_remaining: float
-
-
-class _NavigateToPoseResult(msgspec.Struct):
-    error_code: int
-    error_msg: str
 
 
 class NavigateToPose(Action):
@@ -192,8 +180,8 @@ class NavigateToPose(Action):
     def result(self, result: bytes, status: Status, text: str) -> bytes:
         """Return Nav2's error code and a text; 0 and empty if the goal succeeded."""
         if status is Status.SUCCEEDED:
-            return _encoder.encode(_NavigateToPoseResult(0, ""))
-        return _encoder.encode(_NavigateToPoseResult(NAV2_UNKNOWN, text))
+            return _encoder.encode(NavigateToPoseResult(0, ""))
+        return _encoder.encode(NavigateToPoseResult(NAV2_UNKNOWN, text))
 
 
 def _straight(current: PoseStamped, sent: bytes) -> float:

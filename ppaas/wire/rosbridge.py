@@ -15,7 +15,7 @@ import msgspec
 from ppaas.errors import MalformedMessage, PPaaSError, QuotaExceeded
 from ppaas.messages.time_spelling import to_ros2
 from ppaas.wire.fragments import FragmentAssembler
-from ppaas.wire.names import is_ros2_type, normalise, ros2_spelling
+from ppaas.wire.names import NameScope, is_ros2_type, ros2_spelling
 from ppaas.wire.operation_decoder import decode_operation
 from ppaas.wire.operations import (
     LEVELS,
@@ -63,6 +63,8 @@ class RosbridgeSession:
     ----------
     level : {"none", "error", "warning", "info"}
         Initial status level, as if the client had sent ``set_level``.
+    names : NameScope, optional
+        Reads the names that the client spells.
 
     Attributes
     ----------
@@ -70,8 +72,9 @@ class RosbridgeSession:
         Called with the topic and the type of a subscription; returns what spells messages for it, or None.
     """
 
-    def __init__(self, level: Level = "none") -> None:
+    def __init__(self, level: Level = "none", names: NameScope | None = None) -> None:
         self._level: Level = level
+        self.names = names or NameScope()
         self.spelling_of: Callable[[str, str | None], Respell | None] = lambda _topic, kind: ros2_spelling(kind)
         self._fragments = FragmentAssembler()
         self._subscriptions: dict[str, TopicSubscriptions] = {}
@@ -111,7 +114,7 @@ class RosbridgeSession:
             self._unsubscribe(operation)
 
     def _subscribe(self, operation: Subscribe) -> None:
-        topic = normalise(operation.topic)
+        topic = self.names.resolve(operation.topic)
         if sum(map(len, self._subscriptions.values())) >= MAX_SUBSCRIPTIONS:
             raise QuotaExceeded(f"a client may have at most {MAX_SUBSCRIPTIONS} subscriptions: unsubscribe some first")
         throttle, queue_length = max(operation.throttle_rate or 0.0, 0.0) / 1000.0, max(operation.queue_length or 0, 0)
@@ -120,7 +123,7 @@ class RosbridgeSession:
         self._forget_late()
 
     def _unsubscribe(self, operation: Unsubscribe) -> None:
-        topic = normalise(operation.topic)
+        topic = self.names.resolve(operation.topic)
         subscriptions = self._subscriptions.get(topic)
         if subscriptions is None:
             return
@@ -198,9 +201,21 @@ class RosbridgeSession:
         """Return the frame that requests the client to serve a call; ``service`` is spelled as the client did."""
         return _encoder.encode(_ServiceRequest(service, str(call), msgspec.Raw(arguments)))
 
-    def status(self, error: PPaaSError, operation_id: Id = None, level: Level = "error") -> bytes | None:
-        """Return the frame that reports an error, or None if the client's status level excludes it."""
-        if LEVELS.index(self._level) < LEVELS.index(level):
+    def status(
+        self, error: PPaaSError, operation_id: Id = None, level: Level = "error", *, always: bool = False
+    ) -> bytes | None:
+        """Return the frame that reports an error, or None if the client's status level excludes it.
+
+        Parameters
+        ----------
+        error : PPaaSError
+        operation_id : str or int, optional
+            Id of the operation that caused it.
+        level : {"error", "warning", "info"}
+        always : bool
+            Whether to report it whatever level the client has: it would wait for an answer in vain otherwise.
+        """
+        if not always and LEVELS.index(self._level) < LEVELS.index(level):
             return None
         return _encoder.encode(_Status(level, f"{error.slug}: {error.public}", operation_id))
 

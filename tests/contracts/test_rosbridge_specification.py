@@ -130,6 +130,22 @@ async def test_2_any_other_operation_is_refused_with_a_reason(client: StillClien
         assert error_of(says(client, op=op, id="x"))["id"] == "x"
 
 
+async def test_a_client_that_tries_to_log_in_is_told_how_whatever_its_status_level(place: StillPlace) -> None:
+    """``auth`` of rosauth, with the fields that roslib and roslibpy send; rosbridge_suite of ROS 2 does not know it.
+
+    A socket is logged in by its handshake, so that no stranger has one; a MAC of one secret for all is not taken.
+    """
+    silent = StillClient(place, level="none")
+    mac = {"mac": "19d9", "client": "c", "dest": "d", "rand": "r", "t": 0, "level": "admin", "end": 0}
+    silent.session.take(json.dumps({"op": "auth", "id": 4} | mac))
+    frame = error_of(silent.received())
+    assert frame["id"] == 4
+    for way in ("Authorization: Bearer TOKEN", "ws://USER:TOKEN@HOST", "ticket", "&token=TOKEN"):
+        assert way in frame["msg"]
+    assert says(silent, op="publish", topic="/nowhere") == []
+    silent.session.end()
+
+
 # -- 3.1 Data encoding and transformation ------------------------------------------------------------------------------
 
 

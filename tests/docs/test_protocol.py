@@ -54,7 +54,7 @@ from ppaas.wire.goals import GRACE, MAX_GOALS
 from ppaas.wire.names import MAX_NAME
 from ppaas.wire.operations import RefusedOperation
 from ppaas.wire.resumption import ID_HEADER, STATE_HEADER, TAKEN_HEADER
-from ppaas.wire.rosapi import SERVICES
+from ppaas.wire.rosapi import DISTRIBUTION, ROS_VERSION, SERVICES
 from ppaas.wire.rosbridge import MAX_SUBSCRIPTIONS, RosbridgeSession
 from ppaas.wire.rosbridge_client import RosbridgeClientSession
 from robots.cli.command_parser import CommandParser
@@ -125,7 +125,8 @@ def test_numbers_of_waypoints_are_those_of_the_code() -> None:
 
 def test_the_rosapi_services_are_those_of_the_code() -> None:
     [paragraph] = re.findall(r"Introspection\*\* follows rosapi.*?get_time`", text_of(PROTOCOL), re.DOTALL)
-    assert {f"rosapi/{name}" for name in re.findall(r"`(\w+)`", paragraph)} == set(SERVICES)
+    assert {f"rosapi/{name}" for name in re.findall(r"`(\w+)`", paragraph)} - {f"rosapi/{DISTRIBUTION}"} == set(SERVICES)
+    assert f"`get_ros_version` ({ROS_VERSION}, distribution" in paragraph
 
 
 def test_errors_have_the_documented_status_and_type() -> None:

@@ -11,6 +11,7 @@ from endpoints.rosbridge.session import ClientSession
 from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
 from engine.service.links.place_link import PlaceLink
+from ppaas.wire.names import NameScope
 from ppaas.wire.rosbridge import RosbridgeSession
 from tests.support.engine.engine_links import HELLO_NODES, HELLO_SERVICES, HELLO_TOPICS
 from tests.support.network.still_socket import sent
@@ -78,8 +79,10 @@ class StillClient:
         role: Role = "robot",
         level: str = "info",
         count_plan: Callable[[], None] = lambda: None,
+        names: NameScope | None = None,
     ) -> None:
-        self.session = ClientSession(place, role, RosbridgeSession(level), role, count_plan)  # type: ignore[arg-type]
+        wire = RosbridgeSession(level, names)  # type: ignore[arg-type]
+        self.session = ClientSession(place, role, wire, role, count_plan)
 
     def say(self, **frame: Any) -> None:
         """Send a frame."""

@@ -7,16 +7,21 @@ from typing import Any
 
 import pytest
 from starlette.websockets import WebSocket
+from websockets.asyncio.client import connect
+from websockets.exceptions import InvalidStatus
+from websockets.typing import Origin
 
 from endpoints.rosbridge import session, session_registry
 from endpoints.rosbridge.calls import MAX_CALLS
+from endpoints.rosbridge.only_robot import MAX_LISTED
 from endpoints.rosbridge.outbox import FrameOutbox
 from endpoints.rosbridge.robot_socket import MAX_REASON
 from endpoints.rosbridge.session import MAX_LOGGED
 from engine.protocols import control_link, robot_link
 from ppaas.errors import NotFound, Unavailable
 from ppaas.wire.rosbridge import RosbridgeSession
-from tests.support.endpoints.robot_world import KEY, World, closed, hear, next_of, refusal, say
+from tests.support.endpoints.robot_world import KEY, PASSWORD, World, closed, hear, next_of, refusal, say
+from tests.support.storage import records
 from tests.support.waiting import until
 
 # -- before the handshake is done --------------------------------------------------------------------------------------
@@ -40,6 +45,57 @@ async def test_invalid_requests_are_refused_before_the_handshake(
     got, problem = await refusal(world.url(**query))
     assert (got, problem["type"]) == (status, f"urn:ppaas:problem:{slug}")
     assert not world.machine.has_orders()
+
+
+async def test_the_only_robot_of_a_user_need_not_be_named(world: World) -> None:
+    """The kind: addresses that clients cannot extend, or that people shorten, since there is only one right value."""
+    url = f"ws://127.0.0.1:{world.port}/?token={world.token}"
+    connecting = asyncio.ensure_future(connect(url, open_timeout=10))
+    container = await world.machine.boot(await world.machine.started())
+    async with await connecting as robot:
+        await say(robot, op="publish", topic="/goal", msg={"data": "x"})
+        assert (await next_of(container, robot_link.Deliver)).topic == "goal"
+        async with connect(f"{url}&role=operator", open_timeout=10):
+            assert {attachment.request.robot for attachment in world.clients.attachments()} == {"tb1"}
+    await container.stream.close()
+
+
+async def test_one_of_several_robots_must_be_named_and_the_refusal_lists_them(world: World) -> None:
+    for number in range(MAX_LISTED):
+        world.services.store.put_robot(records.robot(f"tb{number + 2:02}", user="ann", map="house"))
+    status, problem = await refusal(f"ws://127.0.0.1:{world.port}/?token={world.token}")
+    assert (status, problem["type"]) == (422, "urn:ppaas:problem:invalid-parameter")
+    assert "?robot=ID with one of tb02, tb03" in problem["detail"] and problem["detail"].endswith(", …")
+    assert not world.machine.has_orders()
+
+
+async def test_a_user_without_robots_is_told_how_to_register_one(world: World) -> None:
+    await world.services.accounts.register("bob", PASSWORD)
+    token = await world.services.accounts.login("bob", PASSWORD)
+    status, problem = await refusal(f"ws://127.0.0.1:{world.port}/?token={token}")
+    assert status == 422
+    assert "no robot yet" in problem["detail"] and "ppaas robot put" in problem["detail"]
+
+
+async def test_user_and_token_in_an_address_log_in_and_appear_in_no_log(
+    world: World, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.DEBUG, "endpoints")
+    address = f"127.0.0.1:{world.port}/?robot=tb1&role=operator&hold=0"
+    async with world.robot(), connect(f"ws://ann:{world.token}@{address}", open_timeout=10) as operator:
+        await operator.send("{")
+    for wrong in (f"bob:{world.token}", f"ann:{PASSWORD.replace(' ', '')}"):
+        assert (await refusal(f"ws://{wrong}@{address}"))[0] == 401
+    assert world.token not in caplog.text
+
+
+async def test_a_page_that_has_a_token_is_still_a_page_of_another_host(world: World) -> None:
+    """Pages cannot send a bearer token, but browsers send the user info of an address as Basic credentials."""
+    with pytest.raises(InvalidStatus) as refused:
+        await connect(
+            f"ws://ann:{world.token}@127.0.0.1:{world.port}/?robot=tb1", origin=Origin("https://evil.example")
+        )
+    assert refused.value.response.status_code == 403
 
 
 async def test_a_second_robot_is_refused_and_the_first_stays_connected(world: World) -> None:

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from collections.abc import Callable
 
 import msgspec
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from endpoints.rosbridge.calls import ClientCalls
 from endpoints.rosbridge.rosapi import introspect, view_of
 from engine.protocols import robot_link
+from engine.service.links.open_calls import Done
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import Conflict, PPaaSError
 from ppaas.wire.operations import AdvertiseService, CallService
@@ -86,3 +88,27 @@ async def test_clients_call_rosapi_and_cannot_advertise_its_services(place: Plac
     assert (decoded["1"]["service"], set(decoded["1"]["values"]["time"])) == ("/rosapi/get_time", {"secs", "nsecs"})
     assert decoded["2"]["result"] is False
     assert "no/Such" in decoded["2"]["values"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "names"),
+    [
+        ("rosapi_msgs/srv/GetParamNames", ["/move_base:a", "/b"]),
+        ("rosapi/srv/GetParamNames", ["/move_base:a", "/b"]),
+        ("rosapi/GetParamNames", ["/move_base/a", "/b"]),
+        (None, ["/move_base/a", "/b"]),
+    ],
+)
+async def test_names_of_parameters_are_those_of_the_ros_that_the_client_names(
+    place: PlaceLink, kind: str | None, names: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frames: list[bytes] = []
+    calls = ClientCalls(place, place.join(Client()), RosbridgeSession(), frames.append, lambda *_: None)
+
+    def call(service: str, payload: bytes, timeout: float, done: Done) -> Callable[[], object]:
+        done(b'{"names":["/move_base/a","/b"]}')
+        return lambda: None
+
+    monkeypatch.setattr(place, "begin_call", call)
+    calls.start(CallService("/rosapi/get_param_names", "1", type=kind))
+    assert json.loads(frames[0])["values"] == {"names": names}

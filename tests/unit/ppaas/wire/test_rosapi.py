@@ -6,7 +6,8 @@ import pytest
 
 from ppaas.errors import MalformedMessage, UnknownType
 from ppaas.messages import service_type
-from ppaas.wire.rosapi import SERVICES, GraphView, NodeView, answer
+from ppaas.wire.names import NameScope
+from ppaas.wire.rosapi import SERVICES, GraphView, NodeView, answer, parameter_names_in_ros2
 
 ACTION = {f"tour/{part}": "toy_msgs/TourActionGoal" for part in ("goal", "cancel", "status", "feedback", "result")}
 VIEW = GraphView(
@@ -123,6 +124,116 @@ def test_arguments_that_are_left_out_are_empty(arguments):
 def test_every_service_has_a_known_type_and_answers_an_empty_graph(service):
     kind = service_type(SERVICES[service])
     fields = kind.request.__struct_encode_fields__
-    arguments = dict.fromkeys(fields, "nav_msgs/GetMap" if "service" in service else "nav_msgs/Path")
+    name = {"service": "nav_msgs/GetMap", "action": "nav2_msgs/FollowWaypoints"}
+    wanted = [kind for word, kind in name.items() if word in service] or ["nav_msgs/Path"]
+    arguments = dict.fromkeys(fields, wanted[0])
     response = json.loads(answer(service, json.dumps(arguments).encode(), GraphView(0.0)))
     assert list(response) == list(kind.response.__struct_encode_fields__)
+
+
+# -- ROS 2 -------------------------------------------------------------------------------------------------------------
+
+ROS_2 = {
+    "action_feedback_details", "action_goal_details", "action_result_details", "action_servers", "action_type",
+    "get_ros_version", "get_time", "interfaces", "message_details", "node_details", "nodes", "publishers",
+    "service_node", "service_providers", "service_request_details", "service_response_details", "service_type",
+    "services", "services_for_type", "subscribers", "topic_type", "topics", "topics_and_raw_types", "topics_for_type",
+}  # fmt: skip
+"""Services of rosapi in ROS 2 (rosbridge_suite 2.4), without those of parameters, which a node serves."""
+
+
+def in_ros2(service: str, view: GraphView = VIEW, /, **arguments: str) -> dict[str, object]:
+    text = json.dumps(arguments).encode()
+    response: dict[str, object] = json.loads(answer(f"rosapi/{service}", text, view, ros2=True))
+    return response
+
+
+def test_all_services_of_ros_2_are_served():
+    assert {f"rosapi/{name}" for name in ROS_2} <= set(SERVICES)
+
+
+@pytest.mark.parametrize("package", ["rosapi", "rosapi_msgs/srv", "rosapi_msgs", "rosapi/srv"])
+def test_types_of_services_may_be_spelled_as_in_ros_1_or_ros_2(package):
+    assert service_type(f"{package}/TopicType") is service_type("rosapi/TopicType")
+    view = GraphView(0.0, services={"rosapi/topics": "rosapi/Topics"})
+    assert ask("services_for_type", view, type=f"{package}/Topics") == {"services": ["/rosapi/topics"]}
+
+
+@pytest.mark.parametrize(
+    ("service", "arguments", "expected"),
+    [
+        ("topic_type", {"topic": "/scan"}, {"type": "sensor_msgs/msg/LaserScan"}),
+        ("topic_type", {"topic": "/nothing"}, {"type": ""}),
+        ("service_type", {"service": "/static_map"}, {"type": "nav_msgs/srv/GetMap"}),
+        ("service_type", {"service": "/nothing"}, {"type": ""}),
+        ("topics_for_type", {"type": "geometry_msgs/msg/Twist"}, {"topics": ["/cmd_vel"]}),
+        ("nodes", {}, {"nodes": ["/map_server", "/move_base", "/watcher"]}),
+        ("action_type", {"action": "/tour"}, {"type": "toy_msgs/action/Tour"}),
+        ("action_type", {"action": "/dock"}, {"type": "nav2_msgs/action/DockRobot"}),
+        ("action_type", {"action": "/nothing"}, {"type": ""}),
+        ("action_servers", {}, {"action_servers": ["/dock", "/tour"]}),
+        ("get_ros_version", {}, {"version": 2, "distro": "ppaas"}),
+    ],
+)
+def test_clients_of_ros_2_get_the_types_of_ros_2(service, arguments, expected):
+    view = GraphView(VIEW.now, VIEW.topics, VIEW.services, {"dock": "nav2_msgs/DockRobot"}, VIEW.nodes)
+    assert in_ros2(service, view, **arguments) == expected
+
+
+def test_types_of_rosapi_itself_are_spelled_as_in_ros_2():
+    view = GraphView(0.0, services={"rosapi/topics": "rosapi/Topics"})
+    assert in_ros2("service_type", view, service="/rosapi/topics") == {"type": "rosapi_msgs/srv/Topics"}
+    assert ask("service_type", view, service="/rosapi/topics") == {"type": "rosapi/Topics"}
+
+
+def test_lists_of_topics_have_the_types_of_ros_2():
+    for service in ("topics", "topics_and_raw_types"):
+        response = in_ros2(service)
+        types = dict(zip(response["topics"], response["types"], strict=True))
+        assert (types["/scan"], types["/mine"]) == ("sensor_msgs/msg/LaserScan", "my_msgs/msg/Thing")
+
+
+def test_all_interfaces_are_listed_once_and_those_of_services_and_actions_are_no_messages():
+    interfaces = ask("interfaces")["interfaces"]
+    assert len(interfaces) == len(set(interfaces))
+    assert {
+        "geometry_msgs/msg/Twist", "std_srvs/srv/Empty", "std_msgs/msg/Empty", "rosapi_msgs/msg/TypeDef",
+        "rosapi_msgs/srv/Topics", "nav2_msgs/action/NavigateToPose", "move_base_msgs/action/MoveBase",
+    } <= set(interfaces)  # fmt: skip
+    assert not [name for name in interfaces if name.endswith(("Request", "Response"))]
+
+
+@pytest.mark.parametrize("kind", ["nav2_msgs/action/FollowWaypoints", "nav2_msgs/FollowWaypointsAction"])
+def test_details_of_an_action_are_those_of_its_goals_results_and_feedback(kind):
+    first = {part: ask(f"action_{part}_details", type=kind)["typedefs"][0] for part in ("goal", "result", "feedback")}
+    assert {part: typedef["fieldnames"] for part, typedef in first.items()} == {
+        "goal": ["number_of_loops", "goal_index", "poses"],
+        "result": ["missed_waypoints", "error_code", "error_msg"],
+        "feedback": ["current_waypoint"],
+    }
+
+
+def test_details_of_an_unknown_action_are_refused_with_the_known_ones():
+    with pytest.raises(UnknownType, match=r"unknown action type 'a_msgs/action/B'; known: .*NavigateToPose"):
+        ask("action_goal_details", type="a_msgs/action/B")
+
+
+def test_names_in_requests_may_be_below_the_namespace_of_the_robot():
+    view = GraphView(VIEW.now, VIEW.topics, VIEW.services, {}, VIEW.nodes, NameScope(["tb1"]))
+    assert ask("topic_type", view, topic="/tb1/scan") == {"type": "sensor_msgs/LaserScan"}
+    assert ask("service_node", view, service="tb1/static_map") == {"node": "/map_server"}
+    assert ask("node_details", view, node="/tb1/map_server")["services"] == ["/static_map"]
+    assert ask("action_type", view, action="/tb1/tour") == {"type": "toy_msgs/action/Tour"}
+    assert ask("topic_type", view, topic="a b") == {"type": ""}
+
+
+def test_parameters_of_ros_2_are_named_by_their_node():
+    names = b'{"names":["/move_base/controller_frequency","/dwa/a/b","/free"]}'
+    found = json.loads(parameter_names_in_ros2(names))
+    assert found == {"names": ["/move_base:controller_frequency", "/dwa:a/b", "/free"]}
+
+
+def test_all_listed_actions_have_details():
+    for kind in [name for name in ask("interfaces")["interfaces"] if "/action/" in name]:
+        for part in ("goal", "result", "feedback"):
+            assert ask(f"action_{part}_details", type=kind)["typedefs"]
