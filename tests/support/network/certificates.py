@@ -11,7 +11,7 @@ from engine.remote import certificates
 
 
 class TestAuthority:
-    """Authority that issues certificates for 127.0.0.1; ``file`` has its own certificate."""
+    """Authority that issues certificates for localhost and 127.0.0.1; ``file`` has its own certificate."""
 
     __test__ = False
 
@@ -25,9 +25,10 @@ class TestAuthority:
     def issue(self, name: str) -> tuple[Path, Path]:
         """Return the files of a new certificate and of its key; they replace those of the same name."""
         key = certificates.new_key()
-        address = x509.SubjectAlternativeName([x509.IPAddress(ipaddress.ip_address("127.0.0.1"))])
+        address = x509.IPAddress(ipaddress.ip_address("127.0.0.1"))
+        hosts = x509.SubjectAlternativeName([x509.DNSName("localhost"), address])
         builder = certificates._begin(name, "authority of a test", key.public_key(), ca=False)
-        made = builder.add_extension(address, critical=False).sign(self._key, hashes.SHA256())
+        made = builder.add_extension(hosts, critical=False).sign(self._key, hashes.SHA256())
         files = self._folder / f"{name}.pem", self._folder / f"{name}.key"
         files[0].write_bytes(made.public_bytes(Encoding.PEM))
         files[1].write_bytes(certificates.key_pem(key))
