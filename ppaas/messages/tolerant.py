@@ -33,6 +33,7 @@ from ppaas.messages.rosapi import GetParamRequest
 from ppaas.messages.sensor_msgs import CameraInfo
 from ppaas.messages.std_msgs import Duration, Header, Time
 from ppaas.messages.tolerant_json import MAX_TOLERATED, read_json
+from ppaas.messages.typedefs import message_of, plain, struct_of
 
 M = TypeVar("M", bound=Message)
 
@@ -84,18 +85,17 @@ class _MessageReader:
     """Reader of one message type; ``limit`` is the size of the largest message that is read [bytes of JSON]."""
 
     def __init__(self, cls: type[Message]) -> None:
-        described = inspect.type_info(cls)
-        assert isinstance(described, inspect.StructType)
+        described = struct_of(cls)
         self._cls = cls
         self._strict = described.forbid_unknown_fields
         self._fields = {field.encode_name: field for field in described.fields}
-        has_bytes = any(isinstance(_plain(field.type), inspect.BytesType) for field in described.fields)
+        has_bytes = any(isinstance(plain(field.type)[0], inspect.BytesType) for field in described.fields)
         self.limit = MAX_WITH_BYTES if has_bytes else MAX_TOLERATED
         self._names = {name: name for name in self._fields} | dict(OTHER_SPELLINGS.get(cls, {}))
         self._read = {name: _read_of(field.type) for name, field in self._fields.items()}
         self._missing = {name: _default_of(field.type) for name, field in self._fields.items() if field.required}
         self._null_is_left_out = {
-            name for name, field in self._fields.items() if cls is Header or _message_of(field.type) is not None
+            name for name, field in self._fields.items() if cls is Header or message_of(plain(field.type)[0])
         }
 
     def read(self, value: object, place: str) -> dict[str, object]:
@@ -124,40 +124,20 @@ class _MessageReader:
 _reader_of = cache(_MessageReader)
 
 
-def _plain(kind: inspect.Type) -> inspect.Type:
-    """Return a type without its annotations; of a choice of types, the first, which is that of ROS."""
-    while True:
-        if isinstance(kind, inspect.Metadata):
-            kind = kind.type
-        elif isinstance(kind, inspect.UnionType):
-            kind = kind.types[0]
-        else:
-            return kind
-
-
-def _message_of(kind: inspect.Type) -> type[Message] | None:
-    plain = _plain(kind)
-    return plain.cls if isinstance(plain, inspect.StructType) and issubclass(plain.cls, Message) else None
-
-
-def _length_of(kind: inspect.Type) -> int | None:
-    notes = kind.extra if isinstance(kind, inspect.Metadata) else None
-    return (notes or {}).get("length")
-
-
 def _read_of(kind: inspect.Type) -> _Read | None:
     """Return the reader of values of a type; None if they are in their strict form already."""
-    plain, message = _plain(kind), _message_of(kind)
+    bare, length, _ = plain(kind)
+    message = message_of(bare)
     if message in (Time, Duration):
         return partial(_read_time, message)
     if message is not None:
         return lambda value, place: _reader_of(message).read(value, place)
-    if isinstance(plain, inspect.BytesType):
+    if isinstance(bare, inspect.BytesType):
         return _read_bytes
-    if isinstance(plain, inspect.ListType):
-        if _length_of(kind) == COVARIANCE:
+    if isinstance(bare, inspect.ListType):
+        if length == COVARIANCE:
             return _read_covariance
-        item = _read_of(plain.item_type)
+        item = _read_of(bare.item_type)
         return partial(_read_list, item) if item is not None else None
     return None
 
@@ -194,13 +174,13 @@ def _read_list(read: _Read, value: object, place: str) -> object:
 
 def _default_of(kind: inspect.Type) -> Callable[[], object] | None:
     """Return the maker of the default that a type has in ROS; None if it is not a type of ROS."""
-    plain, message = _plain(kind), _message_of(kind)
+    bare, length, _ = plain(kind)
+    message = message_of(bare)
     if message is not None:
         return lambda: _reader_of(message).read({}, "$")
-    if isinstance(plain, inspect.ListType):
-        length = _length_of(kind) or 0
-        return lambda: [0.0] * length
-    zero = _ZERO.get(type(plain))
+    if isinstance(bare, inspect.ListType):
+        return lambda: [0.0] * max(length, 0)
+    zero = _ZERO.get(type(bare))
     return None if zero is None else lambda: zero
 
 

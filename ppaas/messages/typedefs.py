@@ -86,24 +86,34 @@ def _text(message: type[Message]) -> str:
 
 @cache
 def _fields(message: type[Message]) -> tuple[_Field, ...]:
-    described = inspect.type_info(message)
-    assert isinstance(described, inspect.StructType)
-    types = {field.encode_name: field.type for field in described.fields}
+    types = {field.encode_name: field.type for field in struct_of(message).fields}
     return tuple(_field(name, types[name]) for name in message.field_names())
 
 
 def _field(name: str, kind: inspect.Type) -> _Field:
-    kind, length, ros = _plain(kind)
+    kind, length, ros = plain(kind)
     if isinstance(kind, inspect.ListType):
-        item, _, ros = _plain(kind.item_type)
+        item, _, ros = plain(kind.item_type)
         kind, length = item, max(length, ANY_LENGTH)
     elif isinstance(kind, inspect.BytesType):
         length = max(length, ANY_LENGTH)
-    message = kind.cls if isinstance(kind, inspect.StructType) and issubclass(kind.cls, Message) else None
+    message = message_of(kind)
     return _Field(name, _name(message) if message else ros or _PRIMITIVES[type(kind)], length, message)
 
 
-def _plain(kind: inspect.Type) -> tuple[inspect.Type, int, str]:
+def struct_of(message: type[Message]) -> inspect.StructType:
+    """Return the description of a message type."""
+    described = inspect.type_info(message)
+    assert isinstance(described, inspect.StructType)
+    return described
+
+
+def message_of(kind: inspect.Type) -> type[Message] | None:
+    """Return the message type that a type without annotations is; None if it is another one."""
+    return kind.cls if isinstance(kind, inspect.StructType) and issubclass(kind.cls, Message) else None
+
+
+def plain(kind: inspect.Type) -> tuple[inspect.Type, int, str]:
     """Return a type without its annotations, the annotated array length, and the annotated ROS type."""
     length, ros = NO_ARRAY, ""
     while True:
