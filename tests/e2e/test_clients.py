@@ -83,6 +83,7 @@ def check(operated: Operated, ros: int, grid: GridMap) -> None:
     found, errors = operated.found
     assert errors == b"", errors.decode()
     assert {"/cmd_vel", "/map", "/scan"} <= set(found["topics"])
+    assert {"/move_base/make_plan", "/rosapi/topics"} <= set(found["services"])
     assert found["cells"] == [grid.data.size, grid.data.size]
     assert found["pose"] == pytest.approx([operated.start.x, operated.start.y], abs=0.3)
     assert found["plan"] > 2

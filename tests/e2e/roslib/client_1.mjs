@@ -36,10 +36,12 @@ const there = goalAt("near");
 there.goal.send();
 const second = await there.end;
 const topics = await new Promise((resolve, reject) => ros.getTopics(resolve, reject));
+const services = await new Promise((resolve, reject) => ros.getServices(resolve, reject));
 client.dispose();
 console.log(JSON.stringify({
   version: JSON.parse(readFileSync(new URL("node_modules/roslib-1/package.json", import.meta.url))).version,
   topics: topics.topics,
+  services,
   cells: [grid.info.width * grid.info.height, grid.data.length],
   pose: [position.x, position.y],
   plan: (await plan).poses.length,

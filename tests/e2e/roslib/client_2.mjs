@@ -43,9 +43,11 @@ navigate.cancelGoal(away.id);
 const first = await away.end;
 const second = await send("near").end;
 const topics = await new Promise((resolve, reject) => ros.getTopics(resolve, reject));
+const services = await new Promise((resolve, reject) => ros.getServices(resolve, reject));
 console.log(JSON.stringify({
   version: JSON.parse(readFileSync(new URL("node_modules/roslib/package.json", import.meta.url))).version,
   topics: topics.topics,
+  services,
   cells: [grid.info.width * grid.info.height, grid.data.length],
   pose: [position.x, position.y],
   plan: (await plan).poses.length,

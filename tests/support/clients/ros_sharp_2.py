@@ -36,6 +36,7 @@ ends = [end_of(away)]
 ends.append(end_of(send("near")))
 found = {
     "topics": ros.call_service("/rosapi/topics", {})["topics"],
+    "services": ros.call_service("/rosapi/services", {})["services"],
     "cells": [grid["info"]["width"] * grid["info"]["height"], len(grid["data"])],
     "pose": [pose["pose"]["pose"]["position"][axis] for axis in "xy"],
     "plan": len(plans.get(timeout=20)["poses"]),

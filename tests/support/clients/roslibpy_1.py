@@ -48,6 +48,7 @@ ends.append(end_of(there))
 found = {
     "version": roslibpy.__version__,
     "topics": ros.get_topics(),
+    "services": ros.get_services(),
     "cells": [grid["info"]["width"] * grid["info"]["height"], len(grid["data"])],
     "pose": [pose["pose"]["pose"]["position"][axis] for axis in "xy"],
     "plan": len(plans.get(timeout=20)["poses"]),

@@ -72,9 +72,12 @@ async fn main() -> Result<()> {
     let second = end_of(&results, "there").await;
 
     let topics: Vec<String> = ros.list_topics().await?.into_iter().map(|topic| topic.name).collect();
+    // Calls rosapi/service_type once for each service, all at once.
+    let services = ros.list_services().await?.into_iter().filter(|service| !service.type_name.is_empty());
     let fields = serde_json::to_value(moving).expect("feedback as JSON");
     let found = json!({
         "topics": topics,
+        "services": services.map(|service| service.name).collect::<Vec<_>>(),
         "cells": [grid.info.width * grid.info.height, grid.data.len()],
         "pose": [place.x, place.y],
         "plan": next(&plans).await.poses.len(),
