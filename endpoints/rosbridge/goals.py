@@ -4,12 +4,13 @@ from collections.abc import Callable
 
 from endpoints.rosbridge.namespaces import with_hint
 from endpoints.rosbridge.outbox import FrameOutbox
+from endpoints.rosbridge.sent_goals import SentGoals
 from engine.service.links.place_link import PlaceLink
 from ppaas.clock import monotonic
 from ppaas.errors import NotFound, PPaaSError
 from ppaas.nodes.base import DEFAULT_DEPTH
 from ppaas.wire.actions import Action, actions, find_action, topics_of
-from ppaas.wire.cancel_goal import CANCEL_GOAL, UNKNOWN_GOAL_ID, cancel_message, cancel_response
+from ppaas.wire.cancel_goal import CANCEL_GOAL, UNKNOWN_GOAL_ID, cancel_message, cancel_response, cancelled_until
 from ppaas.wire.goals import GoalFrame, GoalTracker, refusal
 from ppaas.wire.operations import CancelActionGoal, RefusedOperation, SendActionGoal
 from ppaas.wire.rosbridge import RosbridgeSession
@@ -41,6 +42,7 @@ class ClientGoals:
         self._outbox = outbox
         self._send = send
         self._goals = GoalTracker(f"goal-{client}")
+        self._sent = SentGoals(place, client, outbox, send)
         self._topics: set[str] = set()
 
     def hears(self, topic: str) -> bool:
@@ -52,7 +54,11 @@ class ClientGoals:
     def start(self, operation: SendActionGoal) -> None:
         """Send a goal; it always ends with exactly one result."""
         try:
-            action = self._find(self._wire.names.callee(operation.action), operation.action_type)
+            name = self._wire.names.callee(operation.action)
+            if name in self._place.client_actions:
+                self._sent.start(operation, name)
+                return
+            action = self._find(name, operation.action_type)
             goal, message = self._goals.send(operation, action, monotonic())
         except PPaaSError as error:
             self._send(refusal(operation, error))
@@ -68,7 +74,7 @@ class ClientGoals:
         try:
             return find_action(name, kind, topics)
         except NotFound as error:
-            raise with_hint(error, name, actions(topics)) from error
+            raise with_hint(error, name, [*actions(topics), *self._place.client_actions.types()]) from error
 
     def cancel(self, operation: CancelActionGoal) -> None:
         """Cancel a goal.
@@ -80,6 +86,8 @@ class ClientGoals:
         QuotaExceeded
             Too many messages to the clone are unacknowledged.
         """
+        if self._sent.cancel(operation):
+            return
         action, message = self._goals.cancel(operation)
         self._publish(f"{action}/cancel", message)
 
@@ -102,11 +110,15 @@ class ClientGoals:
         """
         if not service.endswith(CANCEL_GOAL):
             return None
-        action = topics_of(service.removesuffix(CANCEL_GOAL), self._place.topic_types())
-        message = cancel_message(arguments)
+        name, message = service.removesuffix(CANCEL_GOAL), cancel_message(arguments)
+        offered = name in self._place.client_actions
+        action = name if offered else topics_of(name, self._place.topic_types())
         if message is None:
             return cancel_response(UNKNOWN_GOAL_ID)
-        self._publish(f"{action}/cancel", message)
+        if offered:
+            self._place.client_actions.cancel_all(action, cancelled_until(message))
+        else:
+            self._publish(f"{action}/cancel", message)
         return cancel_response(0)
 
     def refuse(self, refused: RefusedOperation) -> None:

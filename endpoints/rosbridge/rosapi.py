@@ -26,6 +26,7 @@ def view_of(place: PlaceLink, names: NameScope | None = None) -> GraphView:
         epoch(),
         topics,
         services={**offered, **services, **rosapi.SERVICES},
+        actions=place.client_actions.types(),
         nodes=nodes,
         names=names or NameScope(),
     )

@@ -12,6 +12,7 @@ from typing import Any
 from endpoints.rosbridge.calls import ClientCalls
 from endpoints.rosbridge.goals import ClientGoals
 from endpoints.rosbridge.namespaces import namespace_hint, with_hint
+from endpoints.rosbridge.offered_actions import OfferedActions
 from endpoints.rosbridge.outbox import FrameOutbox
 from endpoints.rosbridge.roles import Role, check_may_publish
 from endpoints.rosbridge.spelling import spelling_at
@@ -82,6 +83,7 @@ class ClientSession:
         self._delayed_timer: asyncio.TimerHandle | None = None
         self._client = place.join(self)
         self._goals = ClientGoals(place, self._client, wire, self.outbox, self._answer)
+        self._actions = OfferedActions(place, self._client, wire, self.outbox.put_answer)
         self._calls = ClientCalls(place, self._client, wire, self._answer, self._answer_here)
         self._handlers: dict[type, Callable[[Any], None]] = {
             operations.Publish: self._publish,
@@ -95,6 +97,10 @@ class ClientSession:
             operations.ServiceResponse: self._calls.respond,
             operations.SendActionGoal: self._goals.start,
             operations.CancelActionGoal: self._goals.cancel,
+            operations.AdvertiseAction: self._actions.advertise,
+            operations.UnadvertiseAction: self._actions.unadvertise,
+            operations.ActionFeedback: self._actions.feedback,
+            operations.ActionResult: self._actions.result,
             operations.SetLevel: lambda _: None,  # handled by the wire, as are the parts of a frame
             operations.Fragment: lambda _: None,
             operations.RefusedOperation: self._refuse,

@@ -4,6 +4,8 @@ Source: ``action_msgs/srv/CancelGoal``. Goals of clients have no UUIDs, so only 
 be cancelled.
 """
 
+import math
+
 import msgspec
 from msgspec import field
 
@@ -48,6 +50,12 @@ def cancel_message(arguments: bytes) -> bytes | None:
     """
     goal = decode(_CancelGoalRequest, as_object(arguments, _CancelGoalRequest)).goal_info
     return None if any(goal.goal_id.uuid) else _encoder.encode(_UpTo(goal.stamp))
+
+
+def cancelled_until(message: bytes) -> float:
+    """Return the time until which goals are cancelled by a message of ``cancel_message`` [s]; without a stamp, all."""
+    stamp = msgspec.json.decode(message, type=_UpTo).stamp
+    return stamp.seconds() or math.inf
 
 
 def cancel_response(return_code: int) -> bytes:

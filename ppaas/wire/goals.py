@@ -10,13 +10,14 @@ from dataclasses import dataclass
 
 import msgspec
 
-from ppaas.errors import Conflict, MalformedMessage, NotFound, PPaaSError, QuotaExceeded
+from ppaas.errors import Conflict, MalformedMessage, NotFound, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.messages.actionlib_msgs import GoalStatus, GoalStatusArray, Status
 from ppaas.messages.codec import decode
 from ppaas.messages.message import Message
 from ppaas.messages.time_spelling import to_ros2
+from ppaas.wire.action_frames import feedback_frame, result_frame
 from ppaas.wire.actions import UNKNOWN, Action, SentGoal, ros2_status
-from ppaas.wire.operations import CancelActionGoal, Id, SendActionGoal
+from ppaas.wire.operations import CancelActionGoal, SendActionGoal
 
 MAX_GOALS = 32
 """Limit of active goals of one client."""
@@ -36,20 +37,6 @@ class _Feedback(Message, forbid_unknown_fields=False):
 class _Result(Message, forbid_unknown_fields=False):
     status: GoalStatus
     result: msgspec.Raw = _EMPTY
-
-
-class _ActionFeedback(msgspec.Struct, tag_field="op", tag="action_feedback"):
-    action: str
-    values: msgspec.Raw
-    id: Id
-
-
-class _ActionResult(msgspec.Struct, tag_field="op", tag="action_result"):
-    action: str
-    values: msgspec.Raw | str
-    status: int
-    result: bool
-    id: Id
 
 
 class _GoalId(msgspec.Struct):
@@ -220,11 +207,10 @@ class GoalTracker:
         operation, number = goal.operation, ros2_status(status)
         if number == UNKNOWN:
             reason = text or "the goal was lost: its result is not known"
-            frame = _ActionResult(operation.action, reason, UNKNOWN, False, operation.id)
-            return GoalFrame(_encoder.encode(frame), final=True)
+            lost = Unavailable(reason)
+            return GoalFrame(result_frame(operation.action, operation.id, UNKNOWN, lost), final=True)
         values = _with_client_times(goal.action, goal.action.result(result, status, text))
-        frame = _ActionResult(operation.action, msgspec.Raw(values), number, True, operation.id)
-        return GoalFrame(_encoder.encode(frame), final=True)
+        return GoalFrame(result_frame(operation.action, operation.id, number, values), final=True)
 
 
 def _status(status: GoalStatus) -> Status:
@@ -240,11 +226,9 @@ def _with_client_times(action: Action, values: bytes) -> bytes:
 
 def _feedback(goal: _Goal, feedback: bytes, now: float) -> bytes:
     values = _with_client_times(goal.action, goal.action.feedback(goal.sent, feedback, now))
-    frame = _ActionFeedback(goal.operation.action, msgspec.Raw(values), goal.operation.id)
-    return _encoder.encode(frame)
+    return feedback_frame(goal.operation.action, goal.operation.id, values)
 
 
 def refusal(operation: SendActionGoal, error: PPaaSError) -> bytes:
     """Return the result frame of a refused goal; its ``values`` are the reason, as for a service."""
-    frame = _ActionResult(operation.action, error.public, UNKNOWN, False, operation.id)
-    return _encoder.encode(frame)
+    return result_frame(operation.action, operation.id, UNKNOWN, error)

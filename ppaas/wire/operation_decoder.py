@@ -35,7 +35,6 @@ _head_decoder = msgspec.json.Decoder(_Head)
 _shown_decoder: msgspec.json.Decoder[Id] = msgspec.json.Decoder(Id)
 
 _NOT_SERVED = {
-    "advertise_action": "a client cannot serve an action of ROS 2; it can serve one of ROS 1, by its topics",
     "png": "send JSON",
     "auth": "this connection is logged in by the token of its handshake, and needs no secret of rosauth; the token "
     "comes as 'Authorization: Bearer TOKEN', in ws://USER:TOKEN@HOST/?robot=ID, as a ticket, or as '&token=TOKEN'",

@@ -129,6 +129,39 @@ class CancelActionGoal(Operation, tag="cancel_action_goal"):
     id: Id = None
 
 
+class AdvertiseAction(Operation, tag="advertise_action"):
+    """Announce that the client executes goals of an action."""
+
+    action: str
+    type: str
+    id: Id = None
+
+
+class UnadvertiseAction(Operation, tag="unadvertise_action"):
+    """Announce that the client no longer executes goals of an action."""
+
+    action: str
+    id: Id = None
+
+
+class ActionFeedback(Operation, tag="action_feedback"):
+    """Feedback of the client on a goal that it executes."""
+
+    action: str
+    id: Id = None
+    values: msgspec.Raw = _EMPTY
+
+
+class ActionResult(Operation, tag="action_result"):
+    """End of a goal that the client executed; if ``result`` is not true, ``values`` may be the reason as text."""
+
+    action: str
+    id: Id = None
+    values: msgspec.Raw = _EMPTY
+    status: int | None = None
+    result: bool | None = None
+
+
 # -- parts of a frame --------------------------------------------------------------------------------------------------
 
 
@@ -163,6 +196,10 @@ ClientOperation = (
     | ServiceResponse
     | SendActionGoal
     | CancelActionGoal
+    | AdvertiseAction
+    | UnadvertiseAction
+    | ActionFeedback
+    | ActionResult
     | SetLevel
     | Fragment
 )

@@ -114,7 +114,8 @@ async def test_1_several_messages_in_one_frame_are_each_taken(client: StillClien
 
 TO_SERVER = (
     "fragment", "advertise", "unadvertise", "publish", "subscribe", "unsubscribe", "advertise_service",
-    "unadvertise_service", "call_service", "service_response", "send_action_goal", "cancel_action_goal",
+    "unadvertise_service", "call_service", "service_response", "advertise_action", "unadvertise_action",
+    "send_action_goal", "cancel_action_goal", "action_feedback", "action_result",
 )  # fmt: skip
 
 

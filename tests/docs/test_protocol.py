@@ -24,6 +24,7 @@ from endpoints.services.request_limits import RequestLimits
 from endpoints.web import MAX_FRAME
 from engine.container.fleet_bridge import SHARE_PERIOD, TELL_PERIOD
 from engine.service.links.client_services import MAX_SERVICES
+from engine.service.links.client_actions import MAX_ACTIONS
 from engine.service.links.client_topics import MAX_LATCHED_BYTES, MAX_TOPICS
 from engine.service.links.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from engine.service.path_requests import DEFAULT_TIMEOUT
@@ -154,7 +155,8 @@ def test_the_limits_are_those_of_the_code() -> None:
     assert limits["subscriptions per client"] == str(MAX_SUBSCRIPTIONS)
     assert limits["calls in progress per client"] == f"{MAX_CALLS}, each for up to {CALL_TIMEOUT:g} s"
     assert limits["goals in progress per client"] == str(MAX_GOALS)
-    offered = f"{MAX_TOPICS} topics, {MAX_SERVICES} services, {MAX_LATCHED_BYTES >> 20} MiB of latched messages"
+    things = f"{MAX_TOPICS} topics, {MAX_SERVICES} services, {MAX_ACTIONS} actions"
+    offered = f"{things}, {MAX_LATCHED_BYTES >> 20} MiB of latched messages"
     assert limits["offered by the clients of a robot"] == offered
     waiting = f"{MAX_UNACKNOWLEDGED}, and {MAX_UNACKNOWLEDGED_BYTES >> 20} MiB"
     assert limits["unacknowledged messages per robot"] == waiting

@@ -11,6 +11,7 @@ from collections.abc import Callable, Collection, Iterable
 from typing import Protocol
 
 from engine.protocols import robot_link
+from engine.service.links.client_actions import ActionProvider, ClientActions
 from engine.service.links.client_services import ClientServices, Provider
 from engine.service.links.client_topics import ClientTopics, check_type
 from engine.service.links.container_link import ContainerLink
@@ -18,6 +19,7 @@ from engine.service.links.open_calls import Done, Outcome
 from ppaas.clock import monotonic
 from ppaas.errors import Conflict, NotFound, PPaaSError
 from ppaas.nodes.frames import BASE_LINK
+from ppaas.wire.actions import actions
 from ppaas.wire.stamped_twists import may_be_named
 
 LIST_PERIOD = 1.0
@@ -61,6 +63,7 @@ class PlaceLink(ContainerLink):
         self._hearers: defaultdict[str, set[int]] = defaultdict(set)
         self.client_topics = ClientTopics()
         self.client_services = ClientServices()
+        self.client_actions = ClientActions()
         self._listed: list[str] = []
         self._listed_until = 0.0
 
@@ -112,10 +115,11 @@ class PlaceLink(ContainerLink):
         return len(self._clients)
 
     def leave(self, client: int) -> None:
-        """Remove a client with its subscriptions, topics and services."""
+        """Remove a client with its subscriptions, topics, services and actions."""
         self._clients.pop(client, None)
         self.client_topics.leave(client)
         self.client_services.leave(client)
+        self.client_actions.leave(client)
         for topic in tuple(self._hearers):
             self.unsubscribe(topic, client)
 
@@ -229,6 +233,24 @@ class PlaceLink(ContainerLink):
         if self._closed is not None:
             raise self._closed
         self.client_services.advertise(service, kind, client, self._clients[client])
+
+    def advertise_action(self, action: str, kind: str, client: int, provider: ActionProvider) -> None:
+        """Advertise an action of a client.
+
+        Raises
+        ------
+        Conflict
+            There is an action of this name already, of the clone or by topics of clients.
+        QuotaExceeded
+            The clients advertise too many actions.
+        PPaaSError
+            The place was closed; the reason for it.
+        """
+        if action in actions(self.topic_types()):
+            raise Conflict(f"there is an action {action!r} already: choose another name")
+        if self._closed is not None:
+            raise self._closed
+        self.client_actions.advertise(action, kind, client, provider)
 
     def service_type(self, service: str) -> str | None:
         """Return the type of a service of the clone or of a client, by its name in ROS 1; None if there is none."""

@@ -1,0 +1,219 @@
+"""Client actions: actions that clients of a place advertise, and the goals that other clients sent to them."""
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+from ppaas.errors import NotFound, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.wire.actions import ABORTED, UNKNOWN
+
+MAX_ACTIONS = 200
+"""Largest number of actions that the clients of one place may advertise."""
+
+
+class ActionProvider(Protocol):
+    """Client that executes goals, as a place sees it. None of its methods may block."""
+
+    def goal_requested(self, goal: int, action: str, payload: bytes) -> None:
+        """Send a goal to the client, which reports feedback and the result to ``ClientActions``.
+
+        Raises
+        ------
+        Unavailable
+            The client is too slow to take goals.
+        """
+        ...
+
+    def goal_cancelled(self, goal: int, action: str) -> None:
+        """Tell the client that a goal is to be cancelled; it still reports the result.
+
+        Raises
+        ------
+        Unavailable
+            The client is too slow to be told.
+        """
+        ...
+
+
+class GoalEnd(NamedTuple):
+    """End of a goal: its status as in ``action_msgs/GoalStatus``, and the result as JSON, or why there is none."""
+
+    status: int
+    result: bytes | PPaaSError
+
+
+@dataclass(frozen=True, slots=True)
+class GoalListener:
+    """Client that sent a goal.
+
+    Parameters
+    ----------
+    client : int
+        Number of the client.
+    feedback : callable
+        Called with each feedback, as JSON.
+    done : callable
+        Called once with the end.
+    """
+
+    client: int
+    feedback: Callable[[bytes], None]
+    done: Callable[[GoalEnd], None]
+
+
+@dataclass(frozen=True, slots=True)
+class _Offer:
+    type: str
+    client: int
+    provider: ActionProvider
+
+
+@dataclass(slots=True)
+class _Goal:
+    action: str
+    offer: _Offer
+    sent: float
+    listener: GoalListener | None
+    cancelled: bool = False
+
+
+class ClientActions:
+    """Actions that the clients of one place advertise."""
+
+    def __init__(self) -> None:
+        self._offers: dict[str, _Offer] = {}
+        self._goals: dict[int, _Goal] = {}
+        self._numbers = itertools.count(1)
+
+    def __contains__(self, action: str) -> bool:
+        """Return whether a client advertises an action."""
+        return action in self._offers
+
+    def types(self) -> dict[str, str]:
+        """Return the actions and their types, ``package/Name``."""
+        return {name: offer.type for name, offer in self._offers.items()}
+
+    # -- advertisements ------------------------------------------------------------------------------------------------
+
+    def advertise(self, action: str, kind: str, client: int, provider: ActionProvider) -> None:
+        """Advertise an action. The newest client takes it over; goals that another has stay with that.
+
+        Raises
+        ------
+        QuotaExceeded
+            The clients of this place advertise too many actions.
+        """
+        if action not in self._offers and len(self._offers) >= MAX_ACTIONS:
+            raise QuotaExceeded(
+                f"the clients of a robot may advertise at most {MAX_ACTIONS} actions: unadvertise one first"
+            )
+        self._offers[action] = _Offer(kind, client, provider)
+
+    def unadvertise(self, action: str, client: int) -> None:
+        """Withdraw an action, and abort its goals.
+
+        Raises
+        ------
+        NotFound
+            The client does not advertise it.
+        """
+        offer = self._offers.get(action)
+        if offer is None or offer.client != client:
+            raise NotFound("offered action", action, [a for a, o in self._offers.items() if o.client == client])
+        del self._offers[action]
+        reason = Unavailable(f"action {action!r} was unadvertised")
+        self._end_all(lambda goal: (goal.offer.client, goal.action) == (client, action), GoalEnd(ABORTED, reason))
+
+    def leave(self, client: int) -> None:
+        """Withdraw all actions of a client, end their goals, and send it nothing more about goals of its own."""
+        self._offers = {name: offer for name, offer in self._offers.items() if offer.client != client}
+        reason = Unavailable("the client that executed the goal has disconnected")
+        self._end_all(lambda goal: goal.offer.client == client, GoalEnd(UNKNOWN, reason))
+        for goal in self._goals.values():
+            if goal.listener is not None and goal.listener.client == client:
+                goal.listener = None
+
+    # -- goals ---------------------------------------------------------------------------------------------------------
+
+    def send(self, action: str, payload: bytes, now: float, listener: GoalListener) -> int:
+        """Send a goal to the client that advertises an action, and return its number.
+
+        Parameters
+        ----------
+        action : str
+            Name of the action, without a leading slash.
+        payload : bytes
+            The goal as JSON.
+        now : float
+            Time since the epoch [s].
+        listener : GoalListener
+            Client that sends it.
+
+        Raises
+        ------
+        Unavailable
+            The client that advertises it is too slow to take goals.
+        """
+        offer, number = self._offers[action], next(self._numbers)
+        self._goals[number] = _Goal(action, offer, now, listener)
+        try:
+            offer.provider.goal_requested(number, action, payload)
+        except Unavailable:
+            del self._goals[number]
+            raise
+        return number
+
+    def cancel(self, number: int) -> None:
+        """Tell the client that executes a goal to cancel it, once; nothing happens if the goal has ended.
+
+        Raises
+        ------
+        Unavailable
+            The client is too slow to be told.
+        """
+        goal = self._goals.get(number)
+        if goal is not None and not goal.cancelled:
+            goal.offer.provider.goal_cancelled(number, goal.action)
+            goal.cancelled = True
+
+    def cancel_all(self, action: str, until: float) -> None:
+        """Cancel the goals of an action that were sent until a time since the epoch [s]."""
+        for number in [n for n, goal in self._goals.items() if goal.action == action and goal.sent <= until]:
+            self.cancel(number)
+
+    def feedback(self, number: int, client: int, values: bytes) -> None:
+        """Take the feedback of a goal from the client that executes it; raises as ``end``."""
+        listener = self._goal_of(number, client).listener
+        if listener is not None:
+            listener.feedback(values)
+
+    def end(self, number: int, client: int, end: GoalEnd) -> None:
+        """Take the result of a goal from the client that executes it.
+
+        Raises
+        ------
+        NotFound
+            No such goal is active.
+        NotPermitted
+            The goal was sent to another client.
+        """
+        self._goal_of(number, client)
+        self._finish(number, end)
+
+    def _goal_of(self, number: int, client: int) -> _Goal:
+        goal = self._goals.get(number)
+        if goal is None:
+            raise NotFound("active goal", str(number))
+        if goal.offer.client != client:
+            raise NotPermitted(f"goal {number} was sent to another client")
+        return goal
+
+    def _end_all(self, which: Callable[[_Goal], bool], end: GoalEnd) -> None:
+        for number in [number for number, goal in self._goals.items() if which(goal)]:
+            self._finish(number, end)
+
+    def _finish(self, number: int, end: GoalEnd) -> None:
+        listener = self._goals.pop(number).listener
+        if listener is not None:
+            listener.done(end)
