@@ -18,7 +18,7 @@ MANY = 0.25
 
 
 def ends_at_people(pose: Pose2D, points: NDArray[np.float64], layers: MapLayers) -> NDArray[np.bool_]:
-    """Return which beams end at people of a crowd; all False if there is no crowd.
+    """Return a mask of the beams that end at people of a crowd; all False without a crowd.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ class ScanMatch:
         self._inside: NDArray[np.int64] | None = None
 
     def fits(self, poses: NDArray[np.float64], points: NDArray[np.float64], wide: float = 1.0) -> NDArray[np.float64]:
-        """Return how well points fit the map as seen from each pose, from 0 to 1.
+        """Return the fit of points to the map as seen from each pose, from 0 to 1.
 
         Parameters
         ----------
@@ -51,7 +51,7 @@ class ScanMatch:
         return self._mean(poses, points, table)
 
     def surface_fits(self, poses: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how well points fit the surfaces of walls as seen from each pose, up to 1.
+        """Return the fit of points to the surfaces of walls as seen from each pose, up to 1.
 
         By `fits`, a pose is as good if the points are deep in a wall, which would pull a robot that sees few walls by
         half of their thickness. Here a point counts as one cell away if it is still in the wall one cell nearer to the

@@ -118,7 +118,7 @@ class SensorModel(ABC):
         return max(scan.range_min, self._parameters.laser_min_range)
 
     def fit(self, particles: NDArray[np.float64], beams: NDArray[np.float64], range_max: float) -> Fit:
-        """Return how well a scan fits.
+        """Return the fit of a scan from each particle.
 
         Parameters
         ----------

@@ -59,7 +59,7 @@ class _Window:
         return abs(self._commanded.linear) >= FAR or abs(self._commanded.angular) >= TURN
 
     def failure(self) -> str:
-        """Return why the base does not follow commands, or an empty text if it does."""
+        """Return the reason for which the base does not follow commands; empty if it follows them."""
         for commanded, measured, least, unit in (
             (self._commanded.linear, self._measured.linear, FAR, "m/s"),
             (self._commanded.angular, self._measured.angular, TURN, "rad/s"),

@@ -23,7 +23,7 @@ NotNegative = Annotated[float, msgspec.Meta(ge=0.0, le=1e6)]
 """Type of a parameter that is at least 0 and finite."""
 
 AffectedMaps = Literal["local", "global", "both"]
-"""Where obstacles are cleared: in the window around the robot, in the memory outside it, or in both."""
+"""Place in which obstacles are cleared: the window around the robot, the memory outside it, or both."""
 
 Clear = Callable[[Pose2D, float, AffectedMaps], None]
 """Clears observed obstacles that are farther from a pose than a distance [m]."""

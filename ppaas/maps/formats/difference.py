@@ -114,7 +114,7 @@ def _part(grid: GridRows, offset: tuple[int, int], first: int, shape: tuple[int,
 
 
 def _outside(other: GridInfo, offset: tuple[int, int], first: int, cells: NDArray[np.int8]) -> NDArray[np.bool_]:
-    """Return which cells of the rows from ``first`` on are known and outside another grid."""
+    """Return a mask of the cells of the rows from ``first`` on that are known and outside another grid."""
     column, row = offset
     known: NDArray[np.bool_] = cells != UNKNOWN
     low, high = -row - first, other.height - row - first

@@ -47,7 +47,7 @@ class HubIndex(Prepared):
         return self._find(self.words, self._scratch, start_row, start_column, goal_row, goal_column)
 
     def free(self) -> NDArray[np.bool_]:
-        """Return which cells of its map are free, (height, width)."""
+        """Return a mask of the free cells of its map, (height, width)."""
         terrain = self.words[self.words[TERRAIN] : self.words[TERRAIN + 1]]
         free = np.empty((int(terrain[ROWS]) - 2, int(terrain[COLUMNS]) - 2), np.uint8)
         free_cells(terrain, free)

@@ -14,10 +14,10 @@ JSON_SECONDS_PER_CELL = 1.4e-6
 This time is not measured here. Computed plans need it too, so reuse saves less than the time of planning."""
 
 CHECK_SECONDS = 2e-4
-"""Assumed time to check any plan [s], and rate at which poses are checked [bytes/s], before the first measurement."""
+"""Assumed time to check any plan, before the first measurement [s]."""
 
 CHECK_BYTES_PER_SECOND = 1e9
-"""What is believed of checking a plan before it was measured: how long any takes [s], and bytes of poses [1/s]."""
+"""Assumed rate at which poses are checked, before the first measurement [bytes/s]."""
 
 FASTEST_RETRIEVAL = Estimate(3e-4, 3e-4, 3e-4, 0.0)
 """Lower limit of the time to get a stored plan [s]: a frame to the machine and back, a thread there, and a store."""
