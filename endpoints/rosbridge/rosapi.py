@@ -1,5 +1,6 @@
 """rosapi of a robot's place: topics, services and nodes of its clone and its clients."""
 
+from endpoints.rosbridge.heartbeat import HEARTBEAT, HEARTBEAT_TYPE
 from engine.service.links.place_link import PlaceLink
 from ppaas.clock import epoch
 from ppaas.wire import rosapi
@@ -17,11 +18,13 @@ def view_of(place: PlaceLink, names: NameScope | None = None) -> GraphView:
     publishes therefore count as published by the clients.
     """
     clone = {node.name: NodeView(node.publishes, node.subscribes, node.services) for node in place.nodes.values()}
-    given = {topic for node in clone.values() for topic in node.publishes}
+    given = {topic for node in clone.values() for topic in node.publishes} | {HEARTBEAT}
     topics, offered = place.topic_types(), place.client_services.types()
+    if clone:
+        topics[HEARTBEAT] = HEARTBEAT_TYPE
     services = {service.name: service.type for service in place.services.values()}
     clients = NodeView([topic for topic in topics if topic not in given], place.heard(), offered)
-    nodes = {**clone, ITSELF: NodeView(services=rosapi.SERVICES), CLIENTS: clients}
+    nodes = {**clone, ITSELF: NodeView([HEARTBEAT], services=rosapi.SERVICES), CLIENTS: clients}
     return GraphView(
         epoch(),
         topics,

@@ -11,11 +11,13 @@ from typing import Any
 
 from endpoints.rosbridge.calls import ClientCalls
 from endpoints.rosbridge.goals import ClientGoals
+from endpoints.rosbridge.heartbeat import HEARTBEAT, HEARTBEAT_TYPE, Heartbeat, check_not_heartbeat
 from endpoints.rosbridge.namespaces import namespace_hint, with_hint
 from endpoints.rosbridge.offered_actions import OfferedActions
 from endpoints.rosbridge.outbox import FrameOutbox
 from endpoints.rosbridge.roles import Role, check_may_publish
 from endpoints.rosbridge.spelling import spelling_at
+from engine.service.links.client_topics import check_type
 from engine.service.links.place_link import PlaceLink
 from ppaas.clock import monotonic
 from ppaas.errors import InvalidInput, MalformedMessage, NotFound, PPaaSError, rebuild
@@ -81,6 +83,7 @@ class ClientSession:
         self.over: asyncio.Future[PPaaSError] = asyncio.get_running_loop().create_future()
         self._logged: set[tuple[str, str]] = set()
         self._delayed_timer: asyncio.TimerHandle | None = None
+        self._heartbeat = Heartbeat(self.published)
         self._client = place.join(self)
         self._goals = ClientGoals(place, self._client, wire, self.outbox, self._answer)
         self._actions = OfferedActions(place, self._client, wire, self.outbox.put_answer)
@@ -108,6 +111,7 @@ class ClientSession:
 
     def end(self) -> None:
         """Leave the place and cancel pending calls."""
+        self._heartbeat.stop()
         self._calls.end()
         self._place.leave(self._client)
         if self._delayed_timer is not None:
@@ -150,6 +154,7 @@ class ClientSession:
     def _publish(self, operation: operations.Publish) -> None:
         topic = self._wire.names.resolve(operation.topic)
         check_may_publish(self._role, topic)
+        check_not_heartbeat(topic)
         must_arrive, latch = not policy_of(topic).stream, operation.latch is True
         try:
             self._place.publish(topic, bytes(operation.msg), self._client, must_arrive=must_arrive, latch=latch)
@@ -159,6 +164,7 @@ class ClientSession:
     def _advertise(self, operation: operations.Advertise) -> None:
         topic = self._wire.names.resolve(operation.topic)
         check_may_publish(self._role, topic)
+        check_not_heartbeat(topic)
         self._place.advertise(
             topic, ros1_type(operation.type), self._client, operation.id, latch=operation.latch is True
         )
@@ -170,7 +176,7 @@ class ClientSession:
         topic = self._wire.names.resolve(operation.topic)
         try:
             kind = ros1_type(operation.type) if operation.type else None
-            self._place.subscribe(topic, self._client, kind)
+            self._hear(topic, kind)
         except PPaaSError:
             self._wire.forget(operation)
             self._unsubscribe_if_unused(topic)
@@ -178,17 +184,27 @@ class ClientSession:
         if (operation.throttle_rate or 0) < 0 or (operation.queue_length or 0) < 0:
             text = "throttle_rate and queue_length are not negative: 0 is used instead"
             self._report(rebuild(InvalidInput.slug, text), "warning", operation.id)
-        if self._place.topic_type(topic) is None:
+        if topic != HEARTBEAT and self._place.topic_type(topic) is None:
             hint = namespace_hint(topic, self._place.topics)
             text = f"topic {topic!r} does not exist yet; its messages arrive as soon as a client advertises it{hint}"
             self._report(rebuild(NotFound.slug, text), "warning", operation.id)
+
+    def _hear(self, topic: str, kind: str | None) -> None:
+        if topic != HEARTBEAT:
+            self._place.subscribe(topic, self._client, kind)
+            return
+        check_type(topic, HEARTBEAT_TYPE, kind or HEARTBEAT_TYPE)
+        self._heartbeat.start()
 
     def _unsubscribe(self, operation: operations.Unsubscribe) -> None:
         self._unsubscribe_if_unused(self._wire.names.resolve(operation.topic))
 
     def _unsubscribe_if_unused(self, topic: str) -> None:
-        if not self._wire.hears(topic) and not self._goals.hears(topic):
-            self._place.unsubscribe(topic, self._client)
+        if self._wire.hears(topic) or self._goals.hears(topic):
+            return
+        if topic == HEARTBEAT:
+            self._heartbeat.stop()
+        self._place.unsubscribe(topic, self._client)
 
     # -- to the client -------------------------------------------------------------------------------------------------
 

@@ -16,6 +16,7 @@ from endpoints.http.problems import STATUS, TYPE, problem_response
 from endpoints.http.websocket_protocol import MESSAGE_TIMEOUT
 from endpoints.rosbridge.attachment import PROBE_TIMEOUT
 from endpoints.rosbridge.calls import CALL_TIMEOUT, MAX_CALLS
+from endpoints.rosbridge.heartbeat import HEARTBEAT, HEARTBEAT_TYPE, PERIOD
 from endpoints.rosbridge.idle_watch import IDLE
 from endpoints.rosbridge.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES
 from endpoints.rosbridge.robot_socket import CLOSED_BY_CLOUD, TAKEN_OVER
@@ -23,8 +24,8 @@ from endpoints.rosbridge.session_registry import MAX_AWAY, READY_TIMEOUT
 from endpoints.services.request_limits import RequestLimits
 from endpoints.web import MAX_FRAME
 from engine.container.fleet_bridge import SHARE_PERIOD, TELL_PERIOD
-from engine.service.links.client_services import MAX_SERVICES
 from engine.service.links.client_actions import MAX_ACTIONS
+from engine.service.links.client_services import MAX_SERVICES
 from engine.service.links.client_topics import MAX_LATCHED_BYTES, MAX_TOPICS
 from engine.service.links.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from engine.service.path_requests import DEFAULT_TIMEOUT
@@ -215,6 +216,8 @@ def test_times_and_limits_of_sessions_are_those_of_the_code() -> None:
     assert options.linger == LINGER
     assert options.idle == IDLE and states(f"say nothing for {IDLE:g} s (`ppaas up --idle`")
     assert states(f"dead within {options.dead:g} s (`ppaas up --dead`)")
+    assert states(f"every {options.dead / 3.0:g} s (a third of `--dead`)")
+    assert states(f"`{HEARTBEAT}` (`{HEARTBEAT_TYPE}`)") and PERIOD == 1.0
     assert states(f"silent for {PROBE_TIMEOUT:g} s")
     assert states(f"closed with code {TAKEN_OVER}")
     assert states(f"the last {MAX_SENT} such frames, and {MAX_SENT_BYTES >> 20} MiB")
