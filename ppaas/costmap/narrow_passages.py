@@ -23,6 +23,9 @@ SMOOTHED = 0.5
 """Part of the robot's reach before and behind a pose over which its heading on a path is taken: where a path from cell
 to cell turns by 45°, a robot drives on."""
 
+AT_ONCE = 32
+"""Largest number of poses in a row that are checked together."""
+
 
 def with_narrow_passages(costmap: Costmap, inner_radius: float, threads: int = 1) -> Costmap:
     """Return a costmap in which cells are free that are farther from obstacles than the disc within the outline.
@@ -62,27 +65,33 @@ def fits_along(costmap: Costmap, poses: Poses, footprint: Footprint) -> bool:
         Outline of the robot, of which the convex hull counts.
     """
     hull = convex_outline(footprint)
-    reach = reach_of(hull)
     points = np.ascontiguousarray(poses[:, :2], np.float64)
     cells = costmap.info.to_cells(points)
     inside = ((cells >= 0) & (cells < costmap.info.shape)).all(axis=1)
     tight = np.flatnonzero(inside)[costmap.data[tuple(cells[inside].T)] >= INSCRIBED_INFLATED_OBSTACLE]
-    if not len(tight):
-        return True
-    obstacles = _obstacles_near(costmap, points[tight], reach + costmap.info.resolution)
-    margin = 0.5 * costmap.info.resolution
-    headings = _headings(points, SMOOTHED * reach)
-    tried = [(points[at], float(headings[at])) for at in tight]
-    if tight[-1] == len(poses) - 1:
-        tried.append((points[-1], yaw_of(*poses[-1, 3:].tolist())))
-    return not any(_hits(hull, point, heading, obstacles, margin) for point, heading in tried)
+    headings = _headings(points, SMOOTHED * reach_of(hull))[tight]
+    if len(tight) and tight[-1] == len(poses) - 1:
+        tight, headings = np.append(tight, tight[-1]), np.append(headings, yaw_of(*poses[-1, 3:].tolist()))
+    # Few poses at once, which are close to each other: the rectangle around all of them may be the whole map.
+    runs = np.split(np.arange(len(tight)), np.flatnonzero(np.diff(tight // AT_ONCE)) + 1)
+    return all(_fits(costmap, hull, points[tight[run]], headings[run]) for run in runs if len(run))
 
 
 def fits_at(costmap: Costmap, pose: Pose2D, hull: NDArray[np.float64]) -> bool:
     """Return whether a robot with a convex outline, (n, 2) corners counter-clockwise [m], hits nothing at a pose."""
-    point, edge = np.array((pose[:2],)), costmap.info.resolution
-    obstacles = _obstacles_near(costmap, point, reach_of(hull) + edge)
-    return not _hits(hull, point[0], pose.theta, obstacles, 0.5 * edge)
+    return _fits(costmap, hull, np.array((pose[:2],)), np.array((pose.theta,)))
+
+
+def _fits(
+    costmap: Costmap, hull: NDArray[np.float64], points: NDArray[np.float64], headings: NDArray[np.float64]
+) -> bool:
+    """Return whether an outline at (n, 2) points [m] with (n,) headings [rad] hits nothing."""
+    edge = costmap.info.resolution
+    obstacles = _obstacles_near(costmap, points, reach_of(hull) + edge)
+    return not any(
+        _hits(hull, point, heading, obstacles, 0.5 * edge)
+        for point, heading in zip(points, headings.tolist(), strict=True)
+    )
 
 
 def _obstacles_near(costmap: Costmap, points: NDArray[np.float64], reach: float) -> NDArray[np.float64]:

@@ -13,6 +13,7 @@ import pytest
 from ppaas.clone.body_planners import planner_of
 from ppaas.clone.outline_planning import SHORTER
 from ppaas.clone.robot_body import robot_body
+from ppaas.costmap import narrow_passages
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.local_costmap import LocalCostmap
@@ -148,6 +149,23 @@ def test_outline_is_checked_along_a_path_on_any_map(turn):
     assert not along((1.5, 2.5), (6.5, 2.8))
     assert not along((3.0, 1.5), (5.0, 3.5))
     assert along((1.5, 1.5), (2.5, 6.0))
+
+
+def test_only_obstacles_near_the_path_are_examined(monkeypatch):
+    """The rectangle around two doors at opposite ends of a map has all the obstacles of the map."""
+    grid, wide = rooms(0.95), []
+    near = narrow_passages._obstacles_near
+
+    def noted(costmap, points, reach):
+        wide.append(float(np.ptp(points, axis=0).max()) + 2.0 * reach)
+        return near(costmap, points, reach)
+
+    monkeypatch.setattr(narrow_passages, "_obstacles_near", noted)
+    way = np.concatenate((np.linspace((1.5, 2.5), (7.4, 2.5), 240), np.linspace((7.4, 2.5), (7.4, 8.5), 240)))
+    assert not fits_along(costmap(grid, body()), poses_along(way), body().footprint)
+    assert fits_along(costmap(grid, body()), poses_along(way[:200]), body().footprint)
+    assert len(wide) > 2
+    assert max(wide) < 2.5
 
 
 def test_obstacle_beside_the_robot_in_a_door_is_kept_and_its_own_parts_are_not():
