@@ -11,6 +11,7 @@ from ppaas.clone.assembly import build_clone
 from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.costmap import Indexes
 from ppaas.nodes.graph import Graph
+from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.thread_budget import Threads
 
@@ -45,6 +46,7 @@ def build_graph(
         build_planning(graph, layers, threads=threads, reuse=reuse)
         return None
     bare = of_clone(robot)
+    text = UrdfText(robot.urdf_text) if robot.urdf_text else None
 
     def build(only: Sequence[str] | None = None) -> None:
         build_clone(
@@ -52,6 +54,7 @@ def build_graph(
             layers,
             model=bare.model,
             urdf=bare.urdf,
+            urdf_text=text,
             initial_pose=bare.initial_pose,
             base_global_planner=bare.base_global_planner,
             base_local_planner=bare.base_local_planner,

@@ -14,8 +14,8 @@ from engine.service.master_driver import MasterDriver
 from engine.specs.containers import MapVersion, RobotConfig
 from engine.specs.filter_masks import mask_versions
 from ppaas.errors import Conflict, NotFound, NotPermitted, PPaaSError, Unavailable
+from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.robot_model.describe import describe
-from ppaas.robot_model.description import RobotDescription
 from storage.ports import MapStore, Store
 from storage.records import MapRecord, RobotRecord
 from storage.versions import OCTOMAP
@@ -151,9 +151,9 @@ class RobotSessions:
         config = replace(config, parameters=parameters, masks=masks, in_space=in_space)
         return PlaceRequest(user, MapVersion(version.id, version.version), record.cores, config, labels=record.labels)
 
-    def _urdf(self, user: str, robot: str) -> RobotDescription | None:
+    def _urdf(self, user: str, robot: str) -> bytes | None:
         try:
-            return describe(self._store.urdf(user, robot))
+            return self._store.urdf(user, robot)
         except NotFound:
             return None
 
@@ -203,7 +203,7 @@ def _check_readable(version: MapRecord, user: str) -> None:
         raise NotPermitted(f"map {version.id!r} is not shared with {user!r}")
 
 
-def robot_config(record: RobotRecord, urdf: RobotDescription | None = None) -> RobotConfig:
+def robot_config(record: RobotRecord, urdf: bytes | None = None) -> RobotConfig:
     """Return the configuration of a robot for its clone."""
     return RobotConfig(
         id=record.id,
@@ -212,5 +212,6 @@ def robot_config(record: RobotRecord, urdf: RobotDescription | None = None) -> R
         base_global_planner=record.base_global_planner,
         base_local_planner=record.base_local_planner,
         parameters=record.parameters,
-        urdf=urdf,
+        urdf=None if urdf is None else describe(urdf),
+        urdf_text=b"" if urdf is None else UrdfText.of(urdf).compressed,
     )

@@ -22,7 +22,7 @@ class Origin(msgspec.Struct, frozen=True):
 
 def marks(spec: ContainerSpec, instance: str) -> dict[str, bytes]:
     """Return the entries that each checkpoint of a container has beside the states of its nodes."""
-    origin = Origin(instance, spec.map, spec.robot, spec.id)
+    origin = Origin(instance, spec.map, _without_urdf(spec.robot), spec.id)
     return {SESSION_STATE: spec.session.encode(), ORIGIN_STATE: msgspec.json.encode(origin)}
 
 
@@ -103,12 +103,17 @@ class CheckpointSelection:
     @staticmethod
     def _is_for(checkpoint: CloneCheckpoint, spec: ContainerSpec) -> bool:
         origin = _origin_of(checkpoint)
-        return origin is not None and (origin.map, origin.robot) == (spec.map, spec.robot)
+        return origin is not None and (origin.map, origin.robot) == (spec.map, _without_urdf(spec.robot))
 
     def _was_cut_off(self, checkpoint: CloneCheckpoint) -> bool:
         origin = _origin_of(checkpoint)
         elsewhere = origin is not None and origin.instance != self._instance
         return elsewhere and 0.0 <= self._clock() - checkpoint.saved <= self._within
+
+
+def _without_urdf(robot: RobotConfig | None) -> RobotConfig | None:
+    """Return a configuration without the text of the URDF, which its description stands for."""
+    return None if robot is None else msgspec.structs.replace(robot, urdf_text=b"")
 
 
 def _with(spec: ContainerSpec, nodes: Mapping[str, bytes]) -> ContainerSpec:

@@ -56,6 +56,8 @@ class RobotConfig(msgspec.Struct, frozen=True):
     ----------
     urdf : RobotDescription, optional
         Description from its URDF.
+    urdf_text : bytes
+        The URDF itself, compressed by zlib; empty if it has none.
     masks : dict of str to MapVersion
         Versions of the masks, by the names of the costmap filters.
     in_space : bool
@@ -69,6 +71,7 @@ class RobotConfig(msgspec.Struct, frozen=True):
     base_local_planner: str
     parameters: dict[str, Any] = {}
     urdf: RobotDescription | None = None
+    urdf_text: bytes = b""
     masks: dict[str, MapVersion] = {}
     in_space: bool = False
 

@@ -33,6 +33,7 @@ from ppaas.nodes.move_base.speed_limits import SpeedFilter
 from ppaas.nodes.parameter_server.node import ParameterServerNode
 from ppaas.nodes.tf.republisher import TfRepublisherNode
 from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherParameters
+from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.nodes.waypoint_follower.node import WaypointFollowerNode, WaypointFollowerParameters
 from ppaas.parameters import FOOTPRINT
 from ppaas.plans.reuse.scope import ReuseParameters
@@ -52,6 +53,7 @@ def build_clone(
     *,
     model: str,
     urdf: RobotDescription | None = None,
+    urdf_text: UrdfText | None = None,
     initial_pose: tuple[float, float, float],
     base_global_planner: str = DEFAULT_PLANNER,
     base_local_planner: str = DEFAULT_CONTROLLER,
@@ -72,6 +74,8 @@ def build_clone(
         Name of the robot model.
     urdf : RobotDescription, optional
         Description from the robot's URDF.
+    urdf_text : UrdfText, optional
+        The URDF itself, for clients that request it.
     initial_pose : tuple of float
         x, y [m], yaw [rad] in the map frame.
     base_global_planner, base_local_planner : str
@@ -111,11 +115,11 @@ def build_clone(
     given.refuse_rest()
     makers: dict[str, Callable[[Context], Node]] = {
         MapServerNode.name: lambda context: MapServerNode(context, layers),
-        StatePublisherNode.name: lambda context: StatePublisherNode(context, body, state, names),
+        StatePublisherNode.name: lambda context: StatePublisherNode(context, body, state, names, urdf_text),
         AmclNode.name: lambda context: AmclNode(context, layers, Pose2D(*initial_pose), amcl, threads, names=names),
         MoveBaseNode.name: move_base,
         WaypointFollowerNode.name: lambda context: WaypointFollowerNode(context, touring),
-        ParameterServerNode.name: lambda context: ParameterServerNode(context, given.in_use),
+        ParameterServerNode.name: lambda context: ParameterServerNode(context, given.in_use, urdf_text),
         TfRepublisherNode.name: TfRepublisherNode,
         **camera,
     }

@@ -52,6 +52,7 @@ MAP = Topic("map", OccupancyGrid, latched=True, depth=1, lasting=True)
 INITIAL_POSE = Topic("initialpose", PoseWithCovarianceStamped)
 AMCL_POSE = Topic("amcl_pose", PoseWithCovarianceStamped, stream=True, shared=True)
 PARTICLE_CLOUD = Topic("particlecloud", PoseArray, stream=True, depth=1)
+ROBOT_DESCRIPTION = Topic("robot_description", String, latched=True, depth=1)
 AMCL_STATUS = Topic("amcl/status", String, latched=True, stream=True, depth=1, robot_only=True)
 
 # -- Move Base ---------------------------------------------------------------------------------------------------------

@@ -47,6 +47,6 @@ class ContainerMonitor:
 
 
 def of_clone(robot: RobotConfig) -> RobotConfig:
-    """Return the configuration for the other nodes: without the parameters of the node monitor."""
+    """Return the configuration for the other nodes: without parameters of the node monitor, and the URDF."""
     others = {name: values for name, values in robot.parameters.items() if name != NAME}
-    return msgspec.structs.replace(robot, parameters=others)
+    return msgspec.structs.replace(robot, parameters=others, urdf_text=b"")

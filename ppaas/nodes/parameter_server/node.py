@@ -10,6 +10,10 @@ from ppaas.messages import rosapi
 from ppaas.messages.message import Message
 from ppaas.nodes.base import Context, Node, Reply, Service
 from ppaas.nodes.parameter_server.tree import ParameterTree, read_value
+from ppaas.nodes.tf.urdf_text import UrdfText
+
+DESCRIPTIONS = (("robot_description",), ("robot_state_publisher", "robot_description"))
+"""Parts of the names of the URDF in ROS 1 and in ROS 2."""
 
 
 class ParameterServerNode(Node):
@@ -24,6 +28,8 @@ class ParameterServerNode(Node):
         The node's context.
     own : dict of dict
         Parameters of each node and plug-in, by its name.
+    urdf : UrdfText, optional
+        URDF of the robot: the parameter ``robot_description``, which in ROS 2 belongs to the state publisher.
     """
 
     name: ClassVar[str] = "parameter_server"
@@ -36,9 +42,9 @@ class ParameterServerNode(Node):
         Service("rosapi/get_param_names", rosapi.GetParamNames),
     )
 
-    def __init__(self, context: Context, own: Mapping[str, Mapping[str, Any]]) -> None:
+    def __init__(self, context: Context, own: Mapping[str, Mapping[str, Any]], urdf: UrdfText | None = None) -> None:
         super().__init__(context)
-        self._tree = ParameterTree(own)
+        self._tree = ParameterTree(own, {} if urdf is None else dict.fromkeys(DESCRIPTIONS, urdf.text))
         self._state: bytes | None = None
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:

@@ -5,7 +5,7 @@ A name is a path. As in ROS 1, a prefix of it is a namespace, whose value is an 
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import msgspec
@@ -106,16 +106,24 @@ class ParameterTree:
     ----------
     own : dict of dict
         Parameters in use by each node, by its name; they are read-only.
+    large : mapping, optional
+        Functions that return the values of further parameters, by the parts of their names. Objects of namespaces do
+        not contain them. Those that are not of a node are defaults: clients may set other values.
     """
 
-    def __init__(self, own: Mapping[str, Mapping[str, Any]]) -> None:
+    def __init__(
+        self,
+        own: Mapping[str, Mapping[str, Any]],
+        large: Mapping[tuple[str, ...], Callable[[], Any]] | None = None,
+    ) -> None:
         self._own = {(node, name): value for node, values in own.items() for name, value in values.items()}
+        self._large = dict(large or {})
         self._nodes = frozenset(own)
         self._free: dict[tuple[str, ...], Any] = {}
 
     def names(self) -> list[str]:
         """Return the names of all parameters, sorted."""
-        return sorted(map(_shown, (*self._own, *self._free)))
+        return sorted(map(_shown, {*self._own, *self._large, *self._free}))
 
     def get(self, name: str) -> Any:
         """Return the value of a parameter, or an object of all parameters in a namespace.
@@ -128,6 +136,8 @@ class ParameterTree:
             The name is invalid.
         """
         path = path_of(name)
+        if path in self._large and path not in self._free:
+            return self._large[path]()
         found: dict[str, Any] = {}
         for key, value in (*self._own.items(), *self._free.items()):
             if key == path:
@@ -148,7 +158,7 @@ class ParameterTree:
             The name is invalid.
         """
         path = path_of(name)
-        return any(key[: len(path)] == path for key in (*self._own, *self._free))
+        return any(key[: len(path)] == path for key in (*self._own, *self._large, *self._free))
 
     def set(self, name: str, value: Any) -> None:
         """Set a free parameter, or several by an object, which replaces the whole namespace.
@@ -179,7 +189,7 @@ class ParameterTree:
             return
         if path[0] in self._nodes:
             known = [_shown(own) for own in self._own if own[0] == path[0]]
-            if path[:2] in self._own or len(path) == 1:
+            if path[:2] in self._own or path in self._large or len(path) == 1:
                 raise InvalidParameter(_fixed(path))
             raise InvalidParameter(f"{path[0]!r} has no parameter {_shown(path)}; known: {', '.join(sorted(known))}")
 
@@ -194,7 +204,8 @@ class ParameterTree:
             The parameter is a node's and therefore read-only.
         """
         path = path_of(name)
-        if any(key[: len(path)] == path for key in self._own):
+        fixed = (*self._own, *(key for key in self._large if key[0] in self._nodes))
+        if any(key[: len(path)] == path for key in fixed):
             raise InvalidParameter(_fixed(path))
         kept = {key: value for key, value in self._free.items() if key[: len(path)] != path}
         if len(kept) == len(self._free):

@@ -13,7 +13,8 @@ from ppaas.nodes.frames import FrameNames, prefixed
 from ppaas.nodes.message_checks import expect, finite_pose
 from ppaas.nodes.tf.body_frames import BodyFrames
 from ppaas.nodes.tf.robot_transforms import RobotTransforms
-from ppaas.nodes.topics import ODOM, TF, TF_STATIC
+from ppaas.nodes.tf.urdf_text import UrdfText
+from ppaas.nodes.topics import ODOM, ROBOT_DESCRIPTION, TF, TF_STATIC
 from ppaas.parameters import Parameters
 from ppaas.robot_model.known_models import RobotModel
 from ppaas.transforms.planar import transform_message
@@ -50,11 +51,13 @@ class StatePublisherNode(Node):
     parameters : StatePublisherParameters
     names : FrameNames, optional
         Names of the robot's frames.
+    urdf : UrdfText, optional
+        URDF of the robot, to be published on ``robot_description``.
     """
 
     name: ClassVar[str] = "robot_state_publisher"
     subscribes: ClassVar[tuple[Topic, ...]] = (ODOM, TF, TF_STATIC)
-    publishes: ClassVar[tuple[Topic, ...]] = (TF, TF_STATIC)
+    publishes: ClassVar[tuple[Topic, ...]] = (TF, TF_STATIC, ROBOT_DESCRIPTION)
 
     def __init__(
         self,
@@ -62,15 +65,19 @@ class StatePublisherNode(Node):
         model: RobotModel,
         parameters: StatePublisherParameters,
         names: FrameNames | None = None,
+        urdf: UrdfText | None = None,
     ) -> None:
         super().__init__(context)
         self._names = names or FrameNames()
         self._body = BodyFrames(model, parameters.laser_frame, self._names)
         self._robot = RobotTransforms()
         self._own: list[TFMessage] = []
+        self._urdf = urdf
 
     def start(self) -> None:
-        """Publish the static transforms of the robot's body."""
+        """Publish the static transforms of the robot's body, and its URDF."""
+        if self._urdf is not None:
+            self.context.publish(ROBOT_DESCRIPTION.name, self._urdf)
         self._publish_static(self._body.at_start())
 
     def on_message(self, topic: str, message: Payload) -> None:

@@ -16,6 +16,7 @@ from engine.service.robot_sessions import RobotSessions
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import MapVersion, RobotConfig
 from ppaas.errors import Conflict, Idle, InvalidParameter, NotFound, NotPermitted, QuotaExceeded, Unavailable
+from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.robot_model.describe import describe
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
@@ -350,6 +351,8 @@ async def test_place_has_the_description_of_the_robots_urdf(
         request = service._master.places[place.key].request
         assert request.robot is not None
         assert request.robot.urdf == description
+        stored = example("turtlebot3_waffle") if robot == "tb1" else None
+        assert request.robot.urdf_text == (UrdfText.of(stored).compressed if stored else b"")
         assert msgspec.msgpack.decode(msgspec.msgpack.encode(request.robot), type=RobotConfig) == request.robot
 
 

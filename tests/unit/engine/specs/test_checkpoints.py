@@ -95,6 +95,15 @@ def test_a_checkpoint_of_another_map_or_configuration_is_removed(
     assert checkpoints.with_checkpoint(first()).checkpoint == {}
 
 
+def test_checkpoints_do_not_contain_the_text_of_the_urdf(store: MemoryStore, checkpoints: CheckpointSelection) -> None:
+    """They are stored four times a second."""
+    described = msgspec.structs.replace(first(), robot=robot_config(urdf_text=b"x" * 100_000))
+    keep(store, described, "that")
+    assert sum(map(len, store.clone("ann", "tb1").nodes.values())) < 2000
+    checkpoints.park("ann", "tb1")
+    assert checkpoints.with_checkpoint(described).checkpoint["amcl"] == STATE["amcl"]
+
+
 def test_parked_robot_continues_once_at_any_time(
     store: MemoryStore, checkpoints: CheckpointSelection, clock: ManualClock
 ) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import msgspec
 import pytest
 
 from engine.container.monitor.node_switch import GraphNodeSwitch
@@ -110,6 +111,7 @@ def test_node_monitor_parameters_do_not_reach_other_nodes(layers: MapLayers) -> 
     said = {"node_monitor": {"priorities": ["network_bandwidth"]}, "amcl": {"seed": 3}}
     robot = RobotConfig("tb1", "turtlebot2", (2.0, 2.0, 0.0), "dijkstra", "dwa", said)
     assert of_clone(robot).parameters == {"amcl": {"seed": 3}}
+    assert of_clone(msgspec.structs.replace(robot, urdf_text=b"text")) == of_clone(robot), "robots have their URDF"
     graph = Graph()
     ContainerMonitor(graph, robot, lambda _: None)
     assert list(graph.nodes) == ["node_monitor"]

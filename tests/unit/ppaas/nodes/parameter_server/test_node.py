@@ -11,6 +11,7 @@ from ppaas.messages.message import Empty, Message
 from ppaas.nodes.base import Checkpoint
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.parameter_server.node import ParameterServerNode
+from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.parameters import Parameters
 from ppaas.plugins import parameters_in_use
 
@@ -111,3 +112,58 @@ class Holder:
 )
 def test_parameters_in_use_include_defaults(of, expected):
     assert parameters_in_use(of) == expected
+
+
+# -- robot_description -------------------------------------------------------------------------------------------------
+
+URDF = '<robot name="tb1"><link name="base_link"/></robot>'
+NAMES = ["/robot_description", "/robot_state_publisher/robot_description"]
+
+
+@pytest.fixture
+def described() -> Graph:
+    made, own = Graph(), {**OWN, "robot_state_publisher": {"laser_frame": ""}}
+    made.add(lambda context: ParameterServerNode(context, own, UrdfText.of(URDF.encode())))
+    return made
+
+
+@pytest.mark.parametrize(
+    "name", ["robot_description", *NAMES, "/robot_state_publisher:robot_description", "robot_description/"]
+)
+def test_the_urdf_is_a_parameter_by_its_names_in_ros_1_and_ros_2(described, name):
+    assert json.loads(ask(described, "get_param", name=name).value) == URDF
+    assert json.loads(ask(described, "get_param", name=name, default="none").value) == URDF
+    assert ask(described, "has_param", name=name).exists
+
+
+def test_the_urdf_is_listed_and_found(described):
+    assert set(NAMES) <= set(ask(described, "get_param_names").names)
+    assert ask(described, "search_param", name="robot_description").global_name == "/robot_description"
+
+
+@pytest.mark.parametrize("name", ["/", "robot_state_publisher"])
+def test_objects_of_namespaces_do_not_contain_it_because_of_its_size(described, name):
+    assert "<robot" not in ask(described, "get_param", name=name).value
+
+
+def test_a_robot_without_a_urdf_has_no_such_parameter(graph):
+    assert not ask(graph, "has_param", name="robot_description").exists
+    with pytest.raises(NotFound, match="/robot_description"):
+        ask(graph, "get_param", name="robot_description")
+
+
+@pytest.mark.parametrize("which", ["graph", "described"])
+def test_a_client_may_set_another_description_and_delete_it(request, which):
+    graph = request.getfixturevalue(which)
+    ask(graph, "set_param", name="robot_description", value='"<robot/>"')
+    assert ask(graph, "get_param", name="robot_description").value == '"<robot/>"'
+    assert ask(graph, "get_param_names").names.count("/robot_description") == 1
+    ask(graph, "delete_param", name="robot_description")
+    assert ask(graph, "has_param", name="robot_description").exists == (which == "described")
+
+
+def test_the_parameter_of_the_node_is_read_only(described):
+    with pytest.raises(InvalidParameter, match="robot_state_publisher/robot_description is read only"):
+        ask(described, "set_param", name="robot_state_publisher/robot_description", value='"<robot/>"')
+    with pytest.raises(InvalidParameter, match="is read only"):
+        ask(described, "delete_param", name="robot_state_publisher/robot_description")

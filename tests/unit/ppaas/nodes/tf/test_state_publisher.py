@@ -18,11 +18,12 @@ from ppaas.messages.geometry_msgs import (
     Vector3,
 )
 from ppaas.messages.nav_msgs import Odometry
-from ppaas.messages.std_msgs import Header, Time
+from ppaas.messages.std_msgs import Header, String, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.frames import FrameListener, FrameNames
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherParameters
+from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.robot_model.known_models import robot_model
 from ppaas.transforms.planar import transform_message
 from tests.support.world.other_robots import link
@@ -190,3 +191,16 @@ def test_names_with_a_prefix_are_those_of_ros_1():
     assert [FrameNames(map="world").is_map(name) for name in ("", "/map", "world", "r1/map", "odom")] == [
         True, True, True, True, False,
     ]  # fmt: skip
+
+
+def test_the_urdf_is_published_for_later_subscribers():
+    graph, heard = Graph(), []
+    body, urdf = robot_model("turtlebot2"), UrdfText.of(b"<robot/>")
+    graph.add(lambda context: StatePublisherNode(context, body, StatePublisherParameters(), urdf=urdf))
+    graph.tap("robot_description", lambda _, message: heard.append(message.to_message()))
+    assert heard == [String("<robot/>")]
+
+
+def test_a_robot_without_a_urdf_publishes_none():
+    graph = publisher()[0]
+    assert graph.latched("robot_description") is None
