@@ -151,6 +151,7 @@ def _move_base(
         surroundings = surroundings_of(
             layers, body, local, social, costs=costs, tolerance=driving.transform_tolerance, names=names
         )
+        surroundings.mark_ahead(not controller.predicts)
         processor = reuse.processor(layers.costmap, body.robot_radius, _reuse(driving))
         return MoveBaseNode(
             context,

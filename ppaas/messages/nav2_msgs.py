@@ -1,4 +1,4 @@
-"""``nav2_msgs``: the action ``FollowWaypoints``, one type per topic as in ROS 1, and speed limits."""
+"""``nav2_msgs``: actions of Nav2, one type per topic as in ROS 1, and speed limits."""
 
 from enum import IntEnum
 from typing import ClassVar
@@ -7,7 +7,8 @@ from msgspec import field
 
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus
 from ppaas.messages.geometry_msgs import PoseStamped
-from ppaas.messages.message import Float32, Int16, Message, UInt16, UInt32
+from ppaas.messages.message import Empty, Float32, Int16, Message, UInt16, UInt32
+from ppaas.messages.nav_msgs import Path
 from ppaas.messages.std_msgs import Duration, Header
 
 
@@ -119,6 +120,90 @@ class NavigateToPoseActionFeedback(Message):
     header: Header
     status: GoalStatus
     feedback: NavigateToPoseFeedback
+
+
+class ComputePathToPoseGoal(Message):
+    """``nav2_msgs/ComputePathToPoseGoal``: the path begins at the robot, or at ``start`` if ``use_start``."""
+
+    goal: PoseStamped
+    start: PoseStamped
+    planner_id: str = ""
+    use_start: bool = False
+
+
+class ComputePathToPoseActionGoal(Message, kw_only=True):
+    """``nav2_msgs/ComputePathToPoseActionGoal``."""
+
+    header: Header = field(default_factory=Header)
+    goal_id: GoalID = field(default_factory=GoalID)
+    goal: ComputePathToPoseGoal
+
+
+class ComputePathToPoseActionFeedback(Message):
+    """``nav2_msgs/ComputePathToPoseActionFeedback``, which is never published."""
+
+    header: Header
+    status: GoalStatus
+    feedback: Empty
+
+
+class ComputePathToPoseResult(Message):
+    """``nav2_msgs/ComputePathToPoseResult``; the path is empty if there is an error."""
+
+    path: Path
+    planning_time: Duration
+    error_code: UInt16 = 0
+    error_msg: str = ""
+
+
+class ComputePathToPoseActionResult(Message):
+    """``nav2_msgs/ComputePathToPoseActionResult``."""
+
+    header: Header
+    status: GoalStatus
+    result: ComputePathToPoseResult
+
+
+class ComputePathThroughPosesGoal(Message):
+    """``nav2_msgs/ComputePathThroughPosesGoal``: the path passes ``goals`` in order and ends at the last."""
+
+    goals: list[PoseStamped]
+    start: PoseStamped
+    planner_id: str = ""
+    use_start: bool = False
+
+
+class ComputePathThroughPosesActionGoal(Message, kw_only=True):
+    """``nav2_msgs/ComputePathThroughPosesActionGoal``."""
+
+    header: Header = field(default_factory=Header)
+    goal_id: GoalID = field(default_factory=GoalID)
+    goal: ComputePathThroughPosesGoal
+
+
+class ComputePathThroughPosesActionFeedback(Message):
+    """``nav2_msgs/ComputePathThroughPosesActionFeedback``, which is never published."""
+
+    header: Header
+    status: GoalStatus
+    feedback: Empty
+
+
+class ComputePathThroughPosesResult(Message):
+    """``nav2_msgs/ComputePathThroughPosesResult``; the path is empty if there is an error."""
+
+    path: Path
+    planning_time: Duration
+    error_code: UInt16 = 0
+    error_msg: str = ""
+
+
+class ComputePathThroughPosesActionResult(Message):
+    """``nav2_msgs/ComputePathThroughPosesActionResult``."""
+
+    header: Header
+    status: GoalStatus
+    result: ComputePathThroughPosesResult
 
 
 class SpeedLimit(Message):

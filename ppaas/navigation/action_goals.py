@@ -71,6 +71,38 @@ class GoalList(Generic[G]):
         return ended
 
 
+class ConcurrentGoals(Generic[G]):
+    """Goals of an action server that works on several at once, and those that ended recently."""
+
+    def __init__(self) -> None:
+        self._active: dict[str, GoalState[G]] = {}
+        self._ended: list[GoalState[G]] = []
+
+    def states(self, now: float) -> list[GoalState[G]]:
+        """Return the goals of the status list: those that ended, then the active ones."""
+        self._ended = [state for state in self._ended if now - state.ended <= STATUS_LIST_TIMEOUT]
+        return [*self._ended, *self._active.values()]
+
+    def knows(self, goal_id: str, now: float) -> bool:
+        """Return whether a goal with this id is active or ended recently."""
+        return any(state.goal.id == goal_id for state in self.states(now))
+
+    @property
+    def active(self) -> list[G]:
+        """The active goals, oldest first."""
+        return [state.goal for state in self._active.values()]
+
+    def accept(self, goal: G, text: str) -> None:
+        """Add an active goal."""
+        self._active[goal.id] = GoalState(goal, Status.ACTIVE, text)
+
+    def end(self, goal: G, now: float, status: Status, text: str) -> None:
+        """End an active goal."""
+        ended = self._active.pop(goal.id)
+        ended.status, ended.text, ended.ended = status, text, now
+        self._ended.append(ended)
+
+
 def cancels(event: CancelReceived, goal: ActionGoal) -> bool:
     """Return whether a cancel applies to a goal: by id, by stamp, or because it cancels all goals."""
     everything = not event.id and event.stamp == 0.0

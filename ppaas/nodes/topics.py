@@ -32,6 +32,7 @@ from ppaas.messages.tf2_web_republisher import (
     TFSubscriptionActionResult,
 )
 from ppaas.nodes.base import Topic
+from ppaas.nodes.nav2_actions import NAV2_ACTIONS
 
 # fmt: off
 # -- sensors -----------------------------------------------------------------------------------------------------------
@@ -101,8 +102,10 @@ TF_REPUBLISHER_RESULT = Topic("tf2_web_republisher/result", TFSubscriptionAction
 NODE_HOMES = Topic("node_monitor/homes", NodeHomes, latched=True)
 # fmt: on
 
-TOPICS = {topic.name: topic for topic in tuple(globals().values()) if isinstance(topic, Topic)}
-"""The topics above by their names."""
+TOPICS = {topic.name: topic for topic in tuple(globals().values()) if isinstance(topic, Topic)} | {
+    topic.name: topic for action in NAV2_ACTIONS for topic in action
+}
+"""The topics above, and those of the actions of Nav2, by their names."""
 
 CLIENT_TOPIC = Topic("", Message)
 """Policy of a topic that is not in the table, such as one that a client advertises."""

@@ -1,7 +1,7 @@
 """What clients of Nav2 send over rosbridge, to a real clone with a simulated robot.
 
 The members of the kind are the topics and actions of Nav2's BasicNavigator and of rviz's panel, each with the field
-names of ROS 2: ``goal_pose``, ``navigate_to_pose``.
+names of ROS 2: ``goal_pose``, ``navigate_to_pose``, ``compute_path_to_pose``, ``compute_path_through_poses``.
 """
 
 from collections.abc import AsyncIterator
@@ -106,3 +106,72 @@ async def test_navigate_to_pose_reports_the_fields_of_nav2(driven: DrivenPlace, 
     assert 3.0 < times[1] < 8.0
     assert times[-1] < 3.0
     assert all(each["number_of_recoveries"] == 0 for each in feedback)
+
+
+# -- compute_path_to_pose, compute_path_through_poses ------------------------------------------------------------------
+
+
+def ends(path: Json) -> list[tuple[float, float]]:
+    assert path["header"]["frame_id"] == "map"
+    positions = [path["poses"][index]["pose"]["position"] for index in (0, -1)]
+    return [(position["x"], position["y"]) for position in positions]
+
+
+@pytest.mark.parametrize(
+    ("args", "start"),
+    [
+        ({"goal": stamped(4.0, 3.0)}, (1.0, 1.0)),
+        ({"goal": stamped(4.0, 3.0), "start": stamped(2.0, 3.0), "planner_id": "", "use_start": False}, (1.0, 1.0)),
+        (
+            {"goal": stamped(4.0, 3.0), "start": stamped(2.0, 3.0), "planner_id": "GridBased", "use_start": True},
+            (2.0, 3.0),
+        ),
+    ],
+)
+async def test_compute_path_to_pose_returns_a_path_and_the_planning_time(
+    driven: DrivenPlace, navigator: StillClient, args: Json, start: tuple[float, float]
+) -> None:
+    ended = driven.result(navigator, goal("compute_path_to_pose", "ComputePathToPose", **args))
+    assert (ended["status"], ended["result"]) == (4, True)
+    assert set(ended["values"]) == {"path", "planning_time", "error_code", "error_msg"}
+    assert ends(ended["values"]["path"]) == [pytest.approx(start, abs=0.05), pytest.approx((4.0, 3.0))]
+    assert seconds(ended["values"]["planning_time"]) > 0.0
+    assert driven.driving.world.pose == START
+
+
+async def test_compute_path_through_poses_returns_one_path(driven: DrivenPlace, navigator: StillClient) -> None:
+    goals = [stamped(4.0, 3.0), stamped(4.0, 1.0)]
+    ended = driven.result(navigator, goal("compute_path_through_poses", "ComputePathThroughPoses", goals=goals))
+    assert (ended["status"], ended["values"]["error_code"]) == (4, 0)
+    assert ends(ended["values"]["path"]) == [pytest.approx((1.0, 1.0), abs=0.05), pytest.approx((4.0, 1.0))]
+
+
+async def test_a_path_that_does_not_exist_is_aborted_with_code_and_text(
+    driven: DrivenPlace, navigator: StillClient
+) -> None:
+    ended = driven.result(navigator, goal("compute_path_to_pose", "ComputePathToPose", goal=stamped(40.0, 3.0)))
+    assert (ended["status"], ended["result"], ended["values"]["error_code"]) == (6, True, 204)
+    assert "outside" in ended["values"]["error_msg"]
+    assert ended["values"]["path"]["poses"] == []
+
+
+@pytest.mark.parametrize(
+    ("args", "reason"),
+    [
+        ({}, "the orientation of pose 1 is all zero"),
+        ({"goal": stamped(1.0, 1.0, frame="")}, "pose 1 needs header.frame_id"),
+        ({"pose": stamped(1.0, 1.0)}, "goal, start, planner_id, use_start"),
+    ],
+)
+async def test_what_is_no_pose_is_refused_with_the_reason(
+    driven: DrivenPlace, navigator: StillClient, args: Json, reason: str
+) -> None:
+    ended = driven.result(navigator, goal("compute_path_to_pose", "ComputePathToPose", **args))
+    assert (ended["status"], ended["result"]) == (0, False)
+    assert reason in ended["values"]
+
+
+async def test_the_actions_of_nav2_are_among_the_action_servers(driven: DrivenPlace, navigator: StillClient) -> None:
+    navigator.say(op="call_service", service="/rosapi/action_servers", id="a")
+    [answer] = navigator.received()
+    assert {"/compute_path_to_pose", "/compute_path_through_poses"} <= set(answer["values"]["action_servers"])

@@ -1,7 +1,7 @@
 """Publishers of the action ``move_base``: status, feedback and results of goals."""
 
 from ppaas.geometry import Pose2D
-from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
+from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import (
     MoveBaseActionFeedback,
@@ -10,9 +10,10 @@ from ppaas.messages.move_base_msgs import (
 )
 from ppaas.messages.nav2_msgs import NavigateToPoseActionFeedback, NavigateToPoseFeedback
 from ppaas.messages.std_msgs import Duration, Header, Time
-from ppaas.navigation.action_goals import ActionGoal, G, GoalList
+from ppaas.navigation.action_goals import GoalList
 from ppaas.navigation.events import Goal
 from ppaas.nodes import topics
+from ppaas.nodes.action_publisher import status_array, status_of
 from ppaas.nodes.base import Context
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.move_base.goal_progress import GoalProgress
@@ -76,14 +77,3 @@ class ActionTopics:
         """Publish the result of a goal."""
         ended = status_of(goal, status, text)
         self._context.publish(topics.MOVE_BASE_RESULT.name, MoveBaseActionResult(self._header(), ended))
-
-
-def status_of(goal: ActionGoal, status: Status, text: str) -> GoalStatus:
-    """Return the status of a goal of any action as a message."""
-    return GoalStatus(GoalID(Time.of(goal.stamp), goal.id), int(status), text)
-
-
-def status_array(goals: GoalList[G], context: Context) -> GoalStatusArray:
-    """Return the status of all goals of an action as a message, stamped with the current time."""
-    listed = [status_of(state.goal, state.status, state.text) for state in goals.states(context.elapsed())]
-    return GoalStatusArray(Header(stamp=Time.of(context.now())), listed)

@@ -1,6 +1,5 @@
 """Node ``move_base``: feeds events to the state machine of Move Base, and executes its orders."""
 
-import contextlib
 import logging
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -11,15 +10,15 @@ import msgspec
 from ppaas.controllers.base import Controller
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.map_layers import MapLayers
-from ppaas.errors import InvalidInput, PPaaSError, TransformError
+from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.messages import nav2_msgs
 from ppaas.messages.actionlib_msgs import GoalID
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.message import Empty, Message
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal
-from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, Odometry
+from ppaas.messages.nav_msgs import GetPlan, Odometry
 from ppaas.messages.people_msgs import People
-from ppaas.messages.ppaas_msgs import ComputePath, ComputePathRequest, RobotStates
+from ppaas.messages.ppaas_msgs import ComputePath, RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import String
 from ppaas.messages.std_srvs import EmptyService
@@ -32,15 +31,16 @@ from ppaas.navigation.progress_checker import ProgressChecker
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Timer, Topic
 from ppaas.nodes.frames import MAP
-from ppaas.nodes.message_checks import expect, pose_in
+from ppaas.nodes.message_checks import pose_in
 from ppaas.nodes.move_base.action_topics import ActionTopics
 from ppaas.nodes.move_base.costmap_topics import PUBLISHED, CostmapTopics
 from ppaas.nodes.move_base.goal_progress import GoalProgress
 from ppaas.nodes.move_base.order_executor import OrderExecutor
+from ppaas.nodes.move_base.path_actions import PathActions, PathGoal
+from ppaas.nodes.move_base.robot_paths import RobotPaths
 from ppaas.nodes.move_base.robot_planner import RobotPlanner
 from ppaas.nodes.move_base.speed_limits import SpeedFilter, SpeedLimits
 from ppaas.nodes.move_base.surroundings import Surroundings
-from ppaas.nodes.planner_server.path_services import PathServices, get_plan_response
 from ppaas.planners.base import Planner
 from ppaas.plans.reuse.processor import PlanProcessor
 from ppaas.recoveries.base import Recovery
@@ -52,13 +52,14 @@ STATUS_PERIOD = 1.0
 
 
 class MoveBaseState(msgspec.Struct):
-    """Checkpoint of Move Base: the active goal and for how long [s], and the last speed limit received."""
+    """Checkpoint of Move Base: the active goal and for how long [s], the last speed limit, and paths in progress."""
 
     goal: events.Goal | None
     counter: int
     speed_limit: float = 0.0
     percentage: bool = False
     seconds: float = 0.0
+    paths: tuple[PathGoal, ...] = ()
 
 
 class MoveBaseNode(Node):
@@ -105,12 +106,12 @@ class MoveBaseNode(Node):
     subscribes: ClassVar[tuple[Topic, ...]] = (
         topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL,
         topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.ROBOTS, topics.PEOPLE, topics.SPEED_LIMIT,
-        topics.AMCL_STATUS,
+        topics.AMCL_STATUS, *PathActions.subscribes,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.CMD_VEL, topics.PLAN, topics.LOCAL_PLAN, topics.MOVE_BASE_CURRENT_GOAL, *PUBLISHED,
         topics.MOVE_BASE_STATUS, topics.MOVE_BASE_FEEDBACK, topics.MOVE_BASE_RESULT,
-        topics.NAVIGATE_TO_POSE_FEEDBACK,
+        topics.NAVIGATE_TO_POSE_FEEDBACK, *PathActions.publishes,
     )  # fmt: skip
     services: ClassVar[tuple[Service, ...]] = (
         Service("move_base/make_plan", GetPlan),
@@ -139,28 +140,25 @@ class MoveBaseNode(Node):
         super().__init__(context)
         self._limits = SpeedLimits(speed_filter)
         self._progress_checker = ProgressChecker()
-        self._layers = layers
         self._costmap_topics = costmap_topics
         self._surroundings = surroundings
         self._planner = RobotPlanner(context, planner, layers.costmap, parameters, threads=threads, processor=processor)
-        surroundings.mark_ahead(not controller.predicts)
         self._period = 1.0 / parameters.controller_frequency
         self._machine = MoveBase(parameters, [name for name, _ in recoveries])
         self._topics = ActionTopics(context)
-        self._progress = GoalProgress(top_speed)
         self._executor = OrderExecutor(
             context, self._feed, self._machine.goals,
             costmap=layers.costmap, surroundings=surroundings, planner=self._planner, controller=controller,
             recoveries=[recovery for _, recovery in recoveries], topics=self._topics, limits=self._limits,
-            passive_safety=passive_safety, period=self._period, threads=threads, progress=self._progress,
+            passive_safety=passive_safety, period=self._period, threads=threads, progress=GoalProgress(top_speed),
         )  # fmt: skip
-        self._paths = PathServices(
-            context, layers.costmap, parameters.base_global_planner, threads, processor=processor, tuned=path_planners
-        )
+        self._paths = RobotPaths(
+            context, surroundings, layers.costmap, parameters.base_global_planner, threads,
+            processor=processor, tuned=path_planners,
+        )  # fmt: skip
         self._cycle: Timer | None = None
-        self._counter = 0
         self._events: deque[events.Event] = deque()
-        self._handling = False
+        self._counter, self._handling = 0, False
 
     @property
     def busy(self) -> bool:
@@ -174,8 +172,12 @@ class MoveBaseNode(Node):
 
     def start(self) -> None:
         """Start publishing the status of goals, and costmaps while somebody subscribes."""
-        self.context.every(STATUS_PERIOD, lambda: self._topics.status(self._machine.goals))
+        self.context.every(STATUS_PERIOD, self._publish_statuses)
         self.context.every(self._costmap_topics.period, self._costmap_topics.publish)
+
+    def _publish_statuses(self) -> None:
+        self._topics.status(self._machine.goals)
+        self._paths.actions.publish_statuses()
 
     # -- messages and calls --------------------------------------------------------------------------------------------
 
@@ -189,6 +191,8 @@ class MoveBaseNode(Node):
         TransformError
             A frame is unknown.
         """
+        if self._paths.actions.take(topic, message):
+            return
         now = self.context.elapsed()
         match message:
             case PoseStamped():
@@ -227,27 +231,7 @@ class MoveBaseNode(Node):
             self._surroundings.clear()
             reply(Empty())
             return
-        if service == "move_base/compute_path":
-            self._paths.compute(expect(request, ComputePathRequest), reply, self._seen(self.context.elapsed()))
-            return
-        self._make_plan(expect(request, GetPlanRequest), reply)
-
-    def _make_plan(self, question: GetPlanRequest, reply: Reply) -> None:
-        """Plan around observed obstacles as for a goal, without following the plan; an active goal continues."""
-        around, now = self._surroundings, self.context.elapsed()
-        goal = pose_in(around.frames.tree, MAP, question.goal, "the goal")
-        # As in move_base, a start without a frame is the robot's pose.
-        here = not question.start.header.frame_id
-        start = around.pose(now) if here else pose_in(around.frames.tree, MAP, question.start, "the start")
-        costmap = self._seen(now)
-        self._paths.plan(start, goal, reply, get_plan_response, tolerance=question.tolerance, costmap=costmap)
-
-    def _seen(self, now: float) -> Costmap:
-        """Return the costmap of the map with the obstacles that the robot sees now."""
-        around = self._surroundings
-        with contextlib.suppress(TransformError):  # without a pose, new scans cannot be used
-            around.look_around(around.pose(now), now)
-        return around.overlay(self._layers.costmap)
+        self._paths.call(request, reply)
 
     def _keep_cycle(self) -> None:
         """Run the control cycle only while a goal is active, so that a waiting robot costs nothing."""
@@ -294,8 +278,11 @@ class MoveBaseNode(Node):
         """Return the active goal and the speed limit as JSON."""
         active, limit = self._machine.goals.active, self._limits.received
         goal = active.goal if active else None
-        spent = self._progress.spent(self.context.elapsed()) if active else 0.0
-        return msgspec.json.encode(MoveBaseState(goal, self._counter, limit.speed_limit, limit.percentage, spent))
+        spent = self._executor.progress.spent(self.context.elapsed()) if active else 0.0
+        paths = self._paths.actions.active
+        return msgspec.json.encode(
+            MoveBaseState(goal, self._counter, limit.speed_limit, limit.percentage, spent, paths)
+        )
 
     def restore(self, state: bytes) -> None:
         """Continue to the goal of a checkpoint, with a new plan from the robot's current pose."""
@@ -304,4 +291,5 @@ class MoveBaseNode(Node):
         self._limits.take(nav2_msgs.SpeedLimit(restored.speed_limit, restored.percentage))
         if restored.goal is not None:
             self._feed(events.GoalReceived(self.context.elapsed(), restored.goal))
-            self._progress.resume(restored.seconds)
+            self._executor.progress.resume(restored.seconds)
+        self._paths.actions.restore(restored.paths)

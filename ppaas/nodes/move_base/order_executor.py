@@ -52,11 +52,11 @@ class OrderExecutor:
         Period of the control cycle [s].
     threads : callable
         Returns the largest number of threads that kernels may use now.
-    progress : GoalProgress
-        Progress to the active goal.
 
     Attributes
     ----------
+    progress : GoalProgress
+        Progress to the active goal, from the parameter of that name.
     sent : Velocity
         The last velocity published.
     """
@@ -93,7 +93,7 @@ class OrderExecutor:
         self._passive_safety = passive_safety
         self._period = period
         self._threads = threads
-        self._progress = progress
+        self.progress = progress
 
     def execute(self, order: orders.Order) -> None:
         """Execute one order."""
@@ -119,7 +119,7 @@ class OrderExecutor:
         active = self._goals.active
         match order:
             case orders.PublishGoal():
-                self._progress.begin(order.goal.pose, self._context.elapsed())
+                self.progress.begin(order.goal.pose, self._context.elapsed())
                 self._topics.current_goal(order.goal)
             case orders.PublishStatus():
                 self._topics.status(self._goals)
@@ -130,8 +130,8 @@ class OrderExecutor:
 
     def _feed_back(self, order: orders.PublishFeedback, text: str) -> None:
         self._topics.feedback(order.goal, order.pose, text)
-        self._progress.update(order.pose, self._surroundings.velocity.linear, self._context.elapsed())
-        self._topics.progress(order.goal, order.pose, self._progress, order.recoveries)
+        self.progress.update(order.pose, self._surroundings.velocity.linear, self._context.elapsed())
+        self._topics.progress(order.goal, order.pose, self.progress, order.recoveries)
 
     def _send(self, velocity: Velocity) -> None:
         self.sent = velocity
@@ -140,7 +140,7 @@ class OrderExecutor:
     def _follow(self, order: orders.FollowPlan) -> None:
         try:
             self._controller.set_plan(order.poses)
-            self._progress.follow(order.poses)
+            self.progress.follow(order.poses)
         except PPaaSError as error:
             self._feed(events.ControlFailed(self._context.elapsed(), str(error)))
 

@@ -1,7 +1,7 @@
 """Path services for robots and programs: ``nav_msgs/GetPlan`` and ``ppaas_msgs/ComputePath``."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import msgspec
 
@@ -9,6 +9,7 @@ from ppaas import planners
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput, InvalidPlanner, NotFound, PPaaSError
 from ppaas.geometry import Pose2D
+from ppaas.messages.message import Message
 from ppaas.messages.nav_msgs import GetPlanResponse
 from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
 from ppaas.nodes.base import Context, Job, Reply
@@ -19,6 +20,7 @@ from ppaas.nodes.planner_server.variants import NO_VARIANTS, Given, Variants, pa
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.path_json import rows_text
 from ppaas.planners.registry import PLANNERS
+from ppaas.planners.through_poses import plan_through
 from ppaas.plans.reuse.processor import PlanProcessor
 from ppaas.thread_budget import Threads
 
@@ -27,9 +29,8 @@ Cancelled = Callable[[], bool]
 MAX_TIMEOUT = 60.0
 """Largest time limit of a plan [s]."""
 
-Response = GetPlanResponse | ComputePathResponse
-ToResponse = Callable[[PlanResult], Response]
-Outcome = Response | PPaaSError
+ToResponse = Callable[[PlanResult], Message]
+Outcome = Message | PPaaSError
 
 
 def get_plan_response(result: PlanResult) -> GetPlanResponse:
@@ -112,12 +113,12 @@ class PathServices:
     def plan(
         self, start: Pose2D, goal: Pose2D, reply: Reply, respond: ToResponse,
         *, planner: str = "", tolerance: float = 0.0, timeout: float = 5.0, costmap: Costmap | None = None,
-        reuse: bool = True, parameters: Given | None = None,
+        reuse: bool = True, parameters: Given | None = None, through: Sequence[Pose2D] = (),
     ) -> Job:  # fmt: skip
         """Plan, and reply with ``respond(result)`` or with the error.
 
         ``costmap`` replaces the costmap of the map alone; ``reuse`` allows a stored plan; ``parameters`` are those of
-        the planner and the global costmap that differ from the usual ones.
+        the planner and the global costmap that differ from the usual ones; the path passes the poses ``through``.
 
         Returns
         -------
@@ -140,14 +141,14 @@ class PathServices:
         chosen, used = self._planner(planner or self._default, parameters), costmap or self._costmap
         planned: tuple[PlanRequest, PlanResult] | None = None
 
-        def work(cancelled: Cancelled) -> Response:
+        def work(cancelled: Cancelled) -> Message:
             nonlocal planned
             request = PlanRequest(start, goal, tolerance, timeout, cancelled, self._threads())
             if parameters:
                 variant = self._variants.variant(parameters)
                 return respond(variant.processor.plan(chosen, variant.costmap, request, reuse=reuse))
-            result = self._processor.plan(chosen, used, request, reuse=reuse)
-            planned = request, result
+            result = plan_through(lambda part: self._processor.plan(chosen, used, part, reuse=reuse), through, request)
+            planned = None if through else (request, result)
             return respond(result)
 
         def done(result: Outcome) -> None:

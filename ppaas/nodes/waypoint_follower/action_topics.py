@@ -15,9 +15,9 @@ from ppaas.messages.std_msgs import Header, Time
 from ppaas.navigation.action_goals import GoalList, GoalState
 from ppaas.navigation.waypoints import Waypoints
 from ppaas.nodes import topics
+from ppaas.nodes.action_publisher import status_array, status_of
 from ppaas.nodes.base import Context
 from ppaas.nodes.frames import MAP
-from ppaas.nodes.move_base.action_topics import status_array, status_of
 
 
 class WaypointTopics:

@@ -10,6 +10,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidParameter, NotFound
 from ppaas.messages.rosapi import GetParamRequest
 from ppaas.nodes.graph import Graph
+from ppaas.nodes.nav2_actions import NAV2_ACTIONS
 from ppaas.robot_model.known_models import robot_model
 from tests.support.world.planar_world import walled_map
 
@@ -38,7 +39,7 @@ def test_a_clone_has_the_topics_and_services_of_ros():
         "follow_waypoints/status", "follow_waypoints/feedback", "follow_waypoints/result", "tf2_web_republisher/goal",
         "tf2_web_republisher/cancel", "tf2_web_republisher/status", "tf2_web_republisher/feedback",
         "tf2_web_republisher/result",
-        "goal_pose", "navigate_to_pose/feedback",
+        "goal_pose", "navigate_to_pose/feedback", *(topic.name for action in NAV2_ACTIONS for topic in action),
     } == set(graph.topics)  # fmt: skip
     assert set(graph.services) == {
         "static_map", "keepout_filter_mask", "speed_filter_mask", "move_base/make_plan", "move_base/compute_path",
@@ -110,7 +111,7 @@ def test_planner_parameters_apply_under_all_its_names():
     values = json.loads(answers[0].value)
     assert values["navfn"] == {"allow_unknown": True, "use_astar": True}
     assert values["astar"]["allow_unknown"] is False
-    paths = graph.nodes["move_base"]._paths
+    paths = graph.nodes["move_base"]._paths.services
     for name in ("navfn", "navfn/NavfnROS", "nav2_navfn_planner/NavfnPlanner"):
         assert paths._planner(name) is paths._planner("navfn")
     assert paths._planner("navfn").use_astar

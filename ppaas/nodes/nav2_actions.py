@@ -1,0 +1,51 @@
+"""Actions of Nav2 that a clone serves by the topics of a ROS 1 action, with their topics."""
+
+from typing import NamedTuple
+
+from ppaas.messages import nav2_msgs
+from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
+from ppaas.messages.message import Message
+from ppaas.nodes.base import Topic
+
+
+class ActionTopics(NamedTuple):
+    """Topics of an action."""
+
+    goal: Topic
+    cancel: Topic
+    status: Topic
+    feedback: Topic
+    result: Topic
+
+
+def _topics(
+    name: str, goal: type[Message], feedback: type[Message], result: type[Message], *, once: bool = True
+) -> ActionTopics:
+    """Return the topics of an action; ``once`` is for results that no restored container may publish again."""
+    return ActionTopics(
+        Topic(f"{name}/goal", goal, many_publishers=True),
+        Topic(f"{name}/cancel", GoalID, many_publishers=True),
+        Topic(f"{name}/status", GoalStatusArray, stream=True),
+        Topic(f"{name}/feedback", feedback, stream=True),
+        Topic(f"{name}/result", result, published_once=once, lasting=once, depth=1000 if once else 64),
+    )
+
+
+# A path is computed again rather than kept: its result need not wait for a checkpoint.
+COMPUTE_PATH_TO_POSE = _topics(
+    "compute_path_to_pose",
+    nav2_msgs.ComputePathToPoseActionGoal,
+    nav2_msgs.ComputePathToPoseActionFeedback,
+    nav2_msgs.ComputePathToPoseActionResult,
+    once=False,
+)
+COMPUTE_PATH_THROUGH_POSES = _topics(
+    "compute_path_through_poses",
+    nav2_msgs.ComputePathThroughPosesActionGoal,
+    nav2_msgs.ComputePathThroughPosesActionFeedback,
+    nav2_msgs.ComputePathThroughPosesActionResult,
+    once=False,
+)
+
+NAV2_ACTIONS = tuple(each for each in tuple(globals().values()) if isinstance(each, ActionTopics))
+"""The actions above."""
