@@ -40,9 +40,11 @@ async def current_user(
     services: Provided,
     _documented: Annotated[HTTPAuthorizationCredentials | None, Depends(_bearer)],
 ) -> User:
-    """Return the user of a request; ``NotAuthenticated`` without a valid token."""
+    """Return the user of a request, whose own limits apply from now on; ``NotAuthenticated`` without a valid token."""
     # Again, also after a route that did so before it read the body: the token may have been revoked meanwhile.
-    return await authenticate(request, services.accounts)
+    user = await authenticate(request, services.accounts)
+    services.cloud.set_limits(user.id, user.limits)
+    return user
 
 
 Caller = Annotated[User, Depends(current_user)]

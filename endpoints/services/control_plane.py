@@ -91,7 +91,7 @@ class ControlPlane(Protocol):
     def set_limits(self, user: str, limits: Limits) -> None:
         """Apply a user's own limits, as they are stored; starts the waiting places that they allow.
 
-        Every request that depends on a quota begins with it, since another process may have changed the limits.
+        Every request of a user begins with it, since another process may have changed the limits.
         """
         ...
 

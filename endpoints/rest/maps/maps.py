@@ -41,7 +41,6 @@ IfMatch = Annotated[
 )
 async def publish_map(request: Request, services: Provided, user: Caller, if_match: IfMatch = None) -> MapAnswer:
     """Publish a map or a new version of it: the two files of map_server, an octree of OctoMap, or all three."""
-    services.cloud.set_limits(user.id, user.limits)
     async with read_form(request, services.map_store) as (form, upload):
         note_object(request.scope, f"maps/{form.id}")
         with _invalidate(services, form.id):

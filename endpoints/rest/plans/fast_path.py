@@ -63,6 +63,7 @@ class PlanFastPath:
         """Return the response to a request; None if FastAPI must serve it from the messages appended here."""
         try:
             user = await self._services.accounts.authenticate(token)
+            self._services.cloud.set_limits(user.id, user.limits)
             request = await _read_request(receive, messages)
             return None if request is None else await plan_and_store(self._services, user, map_id, request)
         except HTTPException:  # of the body that arrives too slowly

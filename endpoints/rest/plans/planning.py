@@ -65,7 +65,6 @@ async def plan_and_store(services: Services, user: User, map_id: str, request: P
         As ``ControlPlane.compute_path``.
     """
     check_timeout(request.timeout, services.limits)
-    services.cloud.set_limits(user.id, user.limits)
     services.cloud.plan_rate.take(user.id)
     head = await readable_head(services, user, map_id)
     answer = await services.cloud.compute_path(user, MapVersion(head.id, head.version), request)

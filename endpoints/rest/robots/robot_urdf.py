@@ -44,7 +44,6 @@ async def put_urdf(
         raise HTTPException(415, f"send XML with the header 'Content-Type: {XML}'")
     urdf = await request.body()
     described = await run_in_threadpool(describe, urdf)
-    services.cloud.set_limits(user.id, user.limits)
     if await run_in_threadpool(_put, services, user.id, robot_id, urdf):
         response.status_code = 201
     return described

@@ -39,7 +39,6 @@ async def put_robot(
     await readable_head(services, user, file.map)
     await _check_masks(services, user, file)
     record = _record(robot_id, user, file)
-    services.cloud.set_limits(user.id, user.limits)
     if await run_in_threadpool(_put, services, record):
         response.status_code = 201
     return record

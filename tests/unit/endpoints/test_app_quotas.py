@@ -10,7 +10,7 @@ import pytest
 from endpoints.services.services import Services
 from ppaas.errors import QuotaExceeded
 from storage.records import Limits
-from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import pgm
 from tests.unit.endpoints.conftest import PASSWORD, LogIn, Publish
@@ -57,6 +57,15 @@ async def test_a_cost_matrix_counts_one_path_per_start(
     assert (await client.post("/v1/maps/house/cost_matrix", headers=ann, json=matrix)).status_code == 200
     problem_of(await client.post("/v1/maps/house/cost_matrix", headers=ann, json=matrix), 429, "quota-exceeded")
     assert (await client.post("/v1/maps/house/plans", headers=ann, json=PATH)).status_code == 201
+
+
+async def test_the_limits_in_the_store_apply_to_a_change_of_size(
+    client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud, limit: Callable[..., None]
+) -> None:
+    ann, cloud.running = await log_in("ann"), [container("c1")]
+    limit("ann", cores=0.5)
+    await client.patch("/v1/containers/c1", headers=ann, json={"cores": 0.25})
+    assert cloud.quotas.limits("ann") == Limits(cores=0.5)
 
 
 async def test_a_quota_of_zero_has_no_retry_after(
