@@ -88,7 +88,10 @@ class ClientSession:
         self._goals = ClientGoals(place, self._client, wire, self.outbox, self._answer)
         self._actions = OfferedActions(place, self._client, wire, self.outbox.put_answer)
         self._calls = ClientCalls(place, self._client, wire, self._answer, self._answer_here)
-        self._handlers: dict[type, Callable[[Any], None]] = {
+        self._handlers = self._handlers_by_operation()
+
+    def _handlers_by_operation(self) -> dict[type, Callable[[Any], None]]:
+        return {
             operations.Publish: self._publish,
             operations.Advertise: self._advertise,
             operations.Unadvertise: self._unadvertise,
