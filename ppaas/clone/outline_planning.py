@@ -4,9 +4,9 @@ Where the disc fits, a robot may turn, so such paths are preferred. A plan throu
 no such path, or if it is a detour. It counts if the outline fits along it.
 """
 
+import dataclasses
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from msgspec.structs import replace
@@ -34,7 +34,7 @@ SHORTER = 0.8
 """Largest part of a detour that a path through narrow passages may take: the robot cannot turn there."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class Outline:
     """Outline of a robot.
 
@@ -51,29 +51,33 @@ class Outline:
 
     def plan(self, usual: Plan, narrow: Plan, costmap: Costmap, request: PlanRequest) -> PlanResult:
         """Plan by ``usual``, and by ``narrow`` through narrow passages if that is needed; raises as ``usual`` does."""
+        began = request.clock()
         try:
             wide = usual(costmap, request)
         except BLOCKED:
-            found = self._through_narrow(narrow, costmap, request)
+            found = self._through_narrow(narrow, costmap, request, began)
             if found is None:
                 raise
             return found
         if not _may_be_shorter(wide, costmap, request):
             return wide
-        found = self._through_narrow(narrow, costmap, request)
-        if found is None or found.length > SHORTER * wide.length:
-            return wide
-        return replace(found, seconds=wide.seconds + found.seconds)
+        found = self._through_narrow(narrow, costmap, request, began)
+        return wide if found is None or found.length > SHORTER * wide.length else found
 
-    def _through_narrow(self, narrow: Plan, costmap: Costmap, request: PlanRequest) -> PlanResult | None:
-        """Return a path through narrow passages along which the outline fits, None without one."""
+    def _through_narrow(self, narrow: Plan, costmap: Costmap, request: PlanRequest, began: float) -> PlanResult | None:
+        """Return a path through narrow passages along which the outline fits, found in the time left, or None."""
+        left = began + request.timeout - request.clock()
+        if left <= 0.0:
+            return None
+        passages = with_narrow_passages(costmap, self.inner_radius, request.threads)
         try:
-            found = narrow(with_narrow_passages(costmap, self.inner_radius, request.threads), request)
+            found = narrow(passages, dataclasses.replace(request, timeout=left))
         except PlanCancelled:
             raise
         except PlanningError:
             return None
-        return found if fits_along(costmap, found.poses, self.footprint) else None
+        fits = fits_along(costmap, found.poses, self.footprint)
+        return replace(found, seconds=request.clock() - began) if fits else None
 
 
 def by_outline(planner: P, outline: Outline) -> P:

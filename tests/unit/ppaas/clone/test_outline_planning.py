@@ -10,8 +10,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from ppaas.clock import ManualClock
 from ppaas.clone.body_planners import planner_of
-from ppaas.clone.outline_planning import SHORTER
+from ppaas.clone.outline_planning import SHORTER, Outline
 from ppaas.clone.robot_body import robot_body
 from ppaas.costmap import narrow_passages
 from ppaas.costmap.build_layers import build_layers
@@ -121,6 +122,30 @@ def test_cancelling_ends_the_second_plan_too():
     asked = iter([False] * 3 + [True] * 1000)
     with pytest.raises(PlanCancelled):
         plan("astar", rooms(0.95), cancelled=lambda: next(asked))
+
+
+@pytest.mark.parametrize(("took", "left"), [(4.0, [1.0]), (5.0, [])])
+def test_both_plans_together_end_within_the_time_limit(took, left):
+    clock, limits = ManualClock(), []
+    tight = costmap(rooms(0.95), body())
+
+    def usual(costmap, request):
+        clock.advance(took)
+        raise NoValidPath("the disc does not fit")
+
+    def narrow(costmap, request):
+        limits.append(request.timeout)
+        clock.advance(0.5)
+        return plan("dijkstra", rooms(0.95))
+
+    outline = Outline(body().footprint, body().inner_radius)
+    request = PlanRequest(START, GOAL, timeout=5.0, clock=clock)
+    if left:
+        assert outline.plan(usual, narrow, tight, request).seconds == took + 0.5
+    else:
+        with pytest.raises(NoValidPath):
+            outline.plan(usual, narrow, tight, request)
+    assert limits == left
 
 
 def test_cells_of_narrow_passages_are_free_and_dear():
