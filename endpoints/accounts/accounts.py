@@ -189,9 +189,7 @@ class Accounts:
 
         While the store is unreachable, recently verified tokens are accepted.
         """
-        if not 0 < len(token) <= MAX_TOKEN:
-            raise _unknown_token()
-        return await self.user_of(token_id(token))
+        return await self.user_of(received_token_id(token))
 
     async def user_of(self, token_hash: str) -> User:
         """Return the user of a token, given by its id; raises as ``authenticate`` does."""
@@ -321,6 +319,13 @@ class Accounts:
 def token_id(token: str) -> str:
     """Return the SHA-256 hash of a token, under which it is stored."""
     return hashlib.sha256(token.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def received_token_id(token: str) -> str:
+    """Return the id of a token that a client sent; ``NotAuthenticated`` if no token is this short or long."""
+    if not 0 < len(token) <= MAX_TOKEN:
+        raise _unknown_token()
+    return token_id(token)
 
 
 def _unknown_token() -> NotAuthenticated:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocket
 
-from endpoints.accounts.accounts import Accounts, token_id
+from endpoints.accounts.accounts import Accounts, received_token_id
 from endpoints.accounts.caller import note_caller
 from ppaas.errors import NotAuthenticated
 from storage.records import User
@@ -29,11 +29,6 @@ class Credentials(NamedTuple):
 
     token: str
     user: str | None = None
-
-
-def token_of(connection: HTTPConnection) -> str:
-    """Return the token of the header of a request; raises as ``credentials_of``."""
-    return credentials_of(connection).token
 
 
 def credentials_of(connection: HTTPConnection) -> Credentials:
@@ -99,17 +94,19 @@ def _parse_basic(text: str) -> Credentials:
 
 async def authenticate(connection: HTTPConnection, accounts: Accounts) -> User:
     """Return the user of a connection; ``NotAuthenticated`` if the token is missing, unknown, expired or another's."""
-    credentials = credentials_of(connection)
-    connection.state.user = user = await _user_of(credentials, accounts)
-    note_caller(connection.scope, user.id, token_id(credentials.token))
+    user, _ = await _user_of(connection, credentials_of(connection), accounts)
+    connection.state.user = user
     return user
 
 
-async def _user_of(credentials: Credentials, accounts: Accounts) -> User:
-    user = await accounts.authenticate(credentials.token)
+async def _user_of(connection: HTTPConnection, credentials: Credentials, accounts: Accounts) -> tuple[User, str]:
+    """Return the user of credentials, and the id of the token; note both."""
+    used = received_token_id(credentials.token)
+    user = await accounts.user_of(used)
     if credentials.user not in (None, user.id):
         raise NotAuthenticated("the token is not one of the user named before it: give the user who got the token")
-    return user
+    note_caller(connection.scope, user.id, used)
+    return user, used
 
 
 async def authenticate_socket(socket: WebSocket, accounts: Accounts) -> tuple[User, str]:
@@ -136,19 +133,24 @@ async def authenticate_socket(socket: WebSocket, accounts: Accounts) -> tuple[Us
             "ws://USER:TOKEN@HOST/?robot=ID; browsers get a ticket with POST /v1/tickets and add '&ticket=TICKET' to "
             "the address"
         )
-    user, used = await _user_of(credentials, accounts), token_id(credentials.token)
-    note_caller(socket.scope, user.id, used)
-    return user, used
+    return await _user_of(socket, credentials, accounts)
 
 
 def subprotocol_of(socket: WebSocket) -> str | None:
     """Return the subprotocol to select: if a token is offered as one, a browser closes a handshake without any."""
-    offered: list[str] = socket.scope.get("subprotocols", [])
-    carriers = [protocol for protocol in offered if protocol.startswith(BEARER_PROTOCOL)]
-    return PROTOCOL if PROTOCOL in offered else next(iter(carriers), None)
+    offered = _offered(socket)
+    return PROTOCOL if PROTOCOL in offered else next(filter(_has_token, offered), None)
 
 
 def _offered_token(socket: WebSocket) -> str:
-    offered: list[str] = socket.scope.get("subprotocols", [])
-    tokens = (protocol[len(BEARER_PROTOCOL) :] for protocol in offered if protocol.startswith(BEARER_PROTOCOL))
+    tokens = (protocol.removeprefix(BEARER_PROTOCOL) for protocol in _offered(socket) if _has_token(protocol))
     return next(filter(None, tokens), "")
+
+
+def _offered(socket: WebSocket) -> list[str]:
+    offered: list[str] = socket.scope.get("subprotocols", [])
+    return offered
+
+
+def _has_token(protocol: str) -> bool:
+    return protocol.startswith(BEARER_PROTOCOL)
