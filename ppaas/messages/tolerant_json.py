@@ -19,7 +19,7 @@ MAX_VALUES, MAX_OBJECTS = 250_000, 20_000
 """Largest numbers of values, and of objects, lists and names among them; with `MAX_TOLERATED` they bound the time."""
 
 _SPACE = re.compile(r"[\ufeff \t\r\n]*")
-_LONG_NUMBER = re.compile(rb"[0-9]{400}")
+_LONG_NUMBER = re.compile(rb"(?<![0-9])[0-9]{400}")  # only from the first digit on: each run is tried once
 """More digits than any float has; the time of reading an integer grows with the square of its digits."""
 
 _decoder = json.JSONDecoder(strict=False)
