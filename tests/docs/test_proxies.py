@@ -62,12 +62,12 @@ def proxy(
 @pytest.fixture
 def rest(proxy: RunningProxy, monkeypatch: pytest.MonkeyPatch) -> RestClient:
     """Return a client that trusts the proxy's certificate."""
-    monkeypatch.setenv("SSL_CERT_FILE", str(proxy.folder / "cert.pem"))
+    monkeypatch.setenv("SSL_CERT_FILE", str(proxy.certificate.authority))
     return RestClient(proxy.url)
 
 
 def browser_of(proxy: RunningProxy, address: str = "127.0.0.1") -> httpx.Client:
-    context = ssl.create_default_context(cafile=str(proxy.folder / "cert.pem"))
+    context = ssl.create_default_context(cafile=str(proxy.certificate.authority))
     return httpx.Client(transport=httpx.HTTPTransport(verify=context, local_address=address), timeout=30)
 
 
@@ -117,8 +117,9 @@ async def test_the_dashboard_and_the_viewer_work_in_a_browser(proxy: RunningProx
     await publish_map(rest, name, GridMap(np.zeros((60, 60), np.int8), GridInfo(0.05, 60, 60)))
     token = await register_robot(rest, name, name, (1.0, 1.0, 0.0))
     sockets: list[WebSocket] = []
-    async with RobotClient(proxy.url, robot=name, token=token), browsing() as browser:
-        context = await browser.new_context(ignore_https_errors=True)
+    browser_started = browsing(proxy.certificate.key_hash)
+    async with RobotClient(proxy.url, robot=name, token=token), browser_started as browser:
+        context = await browser.new_context()
         async with looking(context, OTHER_MAP) as page:
             page.on("websocket", lambda socket: sockets.append(socket))  # noqa: PLW0108 - Playwright notes something on it
             await page.goto(f"{proxy.url}/")

@@ -29,12 +29,20 @@ def chromium() -> str:
 
 
 @asynccontextmanager
-async def browsing() -> AsyncIterator[Browser]:
-    """Start a browser."""
+async def browsing(trusted_key: str = "") -> AsyncIterator[Browser]:
+    """Start a browser.
+
+    Parameters
+    ----------
+    trusted_key : str
+        Base64 of the SHA-256 hash of a public key; certificates with this key are trusted. (With Playwright's
+        ``ignore_https_errors`` each request of a page starts again, on a loaded computer until Chromium gives up.)
+    """
     path = chromium()
     expect.set_options(timeout=1e3 * PATIENCE)
+    arguments = [*ARGUMENTS, f"--ignore-certificate-errors-spki-list={trusted_key}"] if trusted_key else ARGUMENTS
     async with async_playwright() as playwright:
-        browser = await playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
+        browser = await playwright.chromium.launch(executable_path=path, args=arguments)
         try:
             yield browser
         finally:

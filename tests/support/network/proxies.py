@@ -1,7 +1,7 @@
 """Proxies of others, run with the configurations that the documents show."""
 
-import datetime
-import ipaddress
+import base64
+import hashlib
 import os
 import shutil
 import socket
@@ -13,11 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from cryptography import x509
-from cryptography.hazmat.primitives import serialization
-from cryptography.hazmat.primitives.asymmetric import ec
-from cryptography.hazmat.primitives.hashes import SHA256
-from cryptography.x509.oid import NameOID
+from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
+from cryptography.x509 import load_pem_x509_certificate
+
+from tests.support.network.certificates import TestAuthority
 
 HOST = "localhost"
 START_TIMEOUT = 20.0
@@ -25,39 +24,24 @@ START_TIMEOUT = 20.0
 
 @dataclass(frozen=True)
 class Certificate:
-    """Files of a self-signed certificate of this computer: certificate, key, and both."""
+    """Certificate of this computer: files with its authority, with the certificate, with its key, and with both."""
 
+    authority: Path
     certificate: Path
     key: Path
     both: Path
+    key_hash: str
+    """Base64 of the SHA-256 hash of the public key, by which browsers pin it."""
 
 
 def certificate_in(folder: Path) -> Certificate:
     """Create a certificate."""
-    key = ec.generate_private_key(ec.SECP256R1())
-    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, HOST)])
-    now = datetime.datetime.now(datetime.UTC)
-    names = x509.SubjectAlternativeName([x509.DNSName(HOST), x509.IPAddress(ipaddress.ip_address("127.0.0.1"))])
-    made = (
-        x509.CertificateBuilder()
-        .subject_name(name)
-        .issuer_name(name)
-        .public_key(key.public_key())
-        .serial_number(x509.random_serial_number())
-        .not_valid_before(now - datetime.timedelta(days=1))
-        .not_valid_after(now + datetime.timedelta(days=1))
-        .add_extension(names, critical=False)
-        .add_extension(x509.BasicConstraints(ca=True, path_length=None), critical=True)
-        .sign(key, SHA256())
-    )
-    files = Certificate(folder / "cert.pem", folder / "cert.key", folder / "both.pem")
-    plain = serialization.NoEncryption()
-    files.certificate.write_bytes(made.public_bytes(serialization.Encoding.PEM))
-    files.key.write_bytes(
-        key.private_bytes(serialization.Encoding.PEM, serialization.PrivateFormat.TraditionalOpenSSL, plain)
-    )
-    files.both.write_bytes(files.certificate.read_bytes() + files.key.read_bytes())
-    return files
+    authority, both = TestAuthority(folder), folder / "both.pem"
+    certificate, key = authority.issue("proxy")
+    both.write_bytes(certificate.read_bytes() + key.read_bytes())
+    public = load_pem_x509_certificate(certificate.read_bytes()).public_key()
+    pinned = hashlib.sha256(public.public_bytes(Encoding.DER, PublicFormat.SubjectPublicKeyInfo)).digest()
+    return Certificate(authority.file, certificate, key, both, base64.b64encode(pinned).decode())
 
 
 def program(name: str) -> str:
@@ -69,11 +53,12 @@ def program(name: str) -> str:
 
 @dataclass(frozen=True)
 class RunningProxy:
-    """Proxy with its name, its port and its folder, which has its log."""
+    """Proxy with its name, its port, its folder, which has its log, and its certificate."""
 
     name: str
     port: int
     folder: Path
+    certificate: Certificate
 
     @property
     def url(self) -> str:
@@ -108,7 +93,7 @@ def running_proxy(name: str, shown: str, cloud: str, folder: Path) -> Iterator[R
     config.write_text(_complete(name, _replaced(shown, files, port, cloud), folder))
     with (folder / "output.log").open("wb") as output:
         process = subprocess.Popen(_command(name, command, config, folder), stdout=output, stderr=output)
-    proxy = RunningProxy(name, port, folder)
+    proxy = RunningProxy(name, port, folder, files)
     try:
         _wait_until_listening(proxy, process)
         yield proxy
