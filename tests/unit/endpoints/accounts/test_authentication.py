@@ -14,7 +14,7 @@ from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocket
 
 from endpoints.accounts.accounts import Accounts, token_id
-from endpoints.accounts.authentication import authenticate, authenticate_socket, subprotocol_of, token_of
+from endpoints.accounts.authentication import authenticate, authenticate_socket, credentials_of, subprotocol_of
 from endpoints.accounts.passwords import Passwords
 from ppaas.clock import ManualClock
 from ppaas.errors import NotAuthenticated
@@ -79,7 +79,7 @@ async def test_user_and_token_of_an_address_come_as_basic_credentials(
     user, used = await authenticate_socket(handshake(headers=headers), accounts)
     assert (user.id, used) == ("ann", token_id(token))
     assert (await authenticate(request(headers), accounts)).id == "ann"
-    assert token_of(request(headers)) == token
+    assert credentials_of(request(headers)).token == token
 
 
 async def test_the_user_of_basic_credentials_must_be_that_of_the_token(accounts: Accounts, token: str) -> None:
