@@ -26,7 +26,7 @@ SCRIPTS = ROOT / "tests" / "support" / "clients"
 NODE = Path(__file__).parent / "roslib"
 RUST = Path(__file__).parent / "roslibrust"
 BUILT = ROOT / "build" / "clients"
-FEEDBACK = {1: {"base_position"}, 2: {"current_pose", "navigation_time", "distance_remaining"}}
+FEEDBACK = {1: {"base_position"}, 2: {"current_pose", "estimated_time_remaining", "distance_remaining"}}
 """Fields of the feedback of Move Base's action and of Nav2's, by the version of ROS."""
 
 

@@ -57,8 +57,9 @@ def check_driving(found: dict[str, Any]) -> None:
     failure = found["cancelled"]["failed"]
     assert failure.startswith(CANCELED), failure
     assert found["navigateFeedback"] == [
-        ["current_pose", "navigation_time", "distance_remaining"], ["sec", "nanosec"],
-    ]  # fmt: skip
+        ["current_pose", "navigation_time", "estimated_time_remaining", "number_of_recoveries", "distance_remaining"],
+        ["sec", "nanosec"],
+    ]
     assert "moon" in found["refused"]["failed"]
     assert (found["ros1Feedback"], found["ros1Cancelled"]) == (["base_position"], 2)
     frames = found["frames"]
