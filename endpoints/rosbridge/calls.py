@@ -109,6 +109,8 @@ class ClientCalls:
             self._answer(operation, _spelled(operation, service, outcome))
 
         arguments = as_object(bytes(operation.args), kind)
+        if service in rosapi.PARAMETER_SERVICES:
+            arguments = rosapi.without_namespace(arguments, self._wire.names)
         self._calls[number] = self._place.begin_call(service, arguments, timeout, done)
 
     def _answer(self, operation: CallService, outcome: Outcome) -> None:

@@ -88,11 +88,15 @@ class NameScope:
 
     def resolve(self, name: str) -> str:
         """Return a graph name without leading slash and namespace; raises as ``normalise``."""
-        bare = normalise(name)
+        return self.without_namespace(normalise(name))
+
+    def without_namespace(self, name: str) -> str:
+        """Return a name of anything, such as a parameter, without slash and namespace if it has a namespace."""
+        bare = name.removeprefix("/")
         for prefix in self._prefixes:
             if bare.startswith(prefix):
                 return bare.removeprefix(prefix)
-        return bare
+        return name
 
     def callee(self, name: str) -> str:
         """Return the name of a service or an action, resolved.

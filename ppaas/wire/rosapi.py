@@ -94,6 +94,21 @@ def _in_ros2(response: Message, kind: Literal["msg", "srv"]) -> Message:
     return msgspec.structs.replace(response, types=[ros2_type(name, kind) for name in response.types])
 
 
+PARAMETER_SERVICES = frozenset(f"rosapi/{verb}_param" for verb in ("get", "set", "has", "delete", "search"))
+"""Services of the clone whose request names a parameter."""
+
+
+def without_namespace(arguments: bytes, names: NameScope) -> bytes:
+    """Return the request of a service of parameters, JSON, with the name of the parameter without a namespace."""
+    try:
+        request = msgspec.json.decode(arguments, type=dict[str, msgspec.Raw])
+        name = msgspec.json.decode(request["name"], type=str)
+    except (KeyError, msgspec.DecodeError, UnicodeError):
+        return arguments  # the clone says what is wrong
+    bare = names.without_namespace(name)
+    return arguments if bare == name else msgspec.json.encode(request | {"name": bare})
+
+
 def parameter_names_in_ros2(response: bytes) -> bytes:
     """Return a response of ``rosapi/get_param_names``, JSON, with names as in ROS 2: ``/node:name``."""
     names = decode(rosapi.GetParamNamesResponse, response).names

@@ -73,6 +73,32 @@ async def test_services_below_the_namespace_are_those_of_the_clone(join: Join, p
     assert answer["values"] == {"type": "nav_msgs/OccupancyGrid"}
 
 
+@pytest.mark.parametrize(
+    ("name", "bare"),
+    [
+        ("/tb3_1/move_base/x", "move_base/x"), ("/tb3_1/move_base:x", "move_base:x"), ("tb3_1/x", "x"),
+        ("/move_base/x", "/move_base/x"), ("/tb3_12/x", "/tb3_12/x"), ("a b", "a b"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("service", ["get_param", "set_param", "has_param", "delete_param", "search_param"])
+async def test_parameters_below_the_namespace_are_those_of_the_clone(
+    join: Join, place: StillPlace, service: str, name: str, bare: str
+) -> None:
+    client = join()
+    client.say(op="call_service", service=f"/rosapi/{service}", args={"name": name, "value": "1"})
+    [call] = place.far.take(robot_link.ServiceCall)
+    assert json.loads(call.payload) == {"name": bare, "value": "1"}
+
+
+@pytest.mark.parametrize("arguments", [{}, {"name": 7}, {"name": None}, []])
+async def test_requests_that_name_no_parameter_come_to_the_clone_as_they_are(
+    join: Join, place: StillPlace, arguments: Any
+) -> None:
+    join().say(op="call_service", service="/rosapi/get_param", args=arguments)
+    [call] = place.far.take(robot_link.ServiceCall)
+    assert json.loads(call.payload) == (arguments or {})
+
+
 async def test_actions_below_the_namespace_are_those_of_the_clone(join: Join, place: StillPlace) -> None:
     client = join()
     client.say(**GOAL, action="/tb3_1/navigate_to_pose", feedback=True)
