@@ -36,6 +36,12 @@ def read_footprint(given: object) -> object:
     return [corner for number, corner in enumerate(corners) if corner != corners[number - 1]] or list(corners)
 
 
+def check_corners(footprint: Footprint) -> None:
+    """Raise ``InvalidParameter`` if a footprint has fewer than three corners, or one that is not finite."""
+    if len(footprint) < 3 or not all(math.isfinite(number) for corner in footprint for number in corner):
+        raise InvalidParameter("footprint must be a list of at least three corners x, y [m]")
+
+
 def goes_around(corners: Footprint) -> bool:
     """Return whether an outline goes around the origin in one direction."""
     turns = [a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, (*corners[1:], *corners[:1]), strict=True)]

@@ -7,7 +7,7 @@ from typing import Any
 
 from ppaas.costmap.global_parameters import MAX_RADIUS, GlobalCostmapParameters
 from ppaas.errors import InvalidParameter
-from ppaas.footprints import Footprint, goes_around
+from ppaas.footprints import Footprint, check_corners, goes_around
 from ppaas.geometry import Pose2D, convex_outline
 from ppaas.parameters import Parameters, read_parameters
 from ppaas.robot_model.description import RobotDescription, SensorFrame, circumscribed_radius, inscribed_radius
@@ -76,7 +76,7 @@ def robot_body(
         body = _as_described(body, urdf)
     given = costmap_parameters(parameters or {})
     if given.footprint:
-        _check(given.footprint)
+        check_corners(given.footprint)
         body = _with_footprint(body, given.footprint)
     if given.robot_radius is not None:
         body = replace(body, robot_radius=given.robot_radius, inner_radius=None)
@@ -131,11 +131,6 @@ def _laser_of(urdf: RobotDescription) -> SensorFrame | None:
     lasers = [sensor for sensor in urdf.sensors if sensor.kind == LASER]
     poses = dict(urdf.frames)
     return min(lasers, key=lambda laser: round(poses[laser.link].tilt, 2) if laser.link in poses else 0.0, default=None)
-
-
-def _check(footprint: Footprint) -> None:
-    if len(footprint) < 3 or not all(math.isfinite(number) for corner in footprint for number in corner):
-        raise InvalidParameter("footprint must be a list of at least three corners x, y [m]")
 
 
 def _with_footprint(body: RobotModel, footprint: Footprint) -> RobotModel:

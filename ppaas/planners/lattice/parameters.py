@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidParameter
+from ppaas.footprints import check_corners
 from ppaas.geometry import convex_outline
 from ppaas.parameters import Parameters, check_numbers
 
@@ -105,7 +106,5 @@ class LatticeParameters(Parameters, frozen=True, kw_only=True):
         """Return the (n, 2) corners of the convex hull of the footprint, counter-clockwise [m]; empty without one."""
         if not self.footprint:
             return np.empty((0, 2))
-        corners = np.array(self.footprint)
-        if len(corners) < 3 or not np.isfinite(corners).all():
-            raise InvalidParameter("footprint must be a list of at least three corners x, y [m]")
-        return convex_outline(corners)
+        check_corners(self.footprint)
+        return convex_outline(self.footprint)
