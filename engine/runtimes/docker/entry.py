@@ -1,7 +1,8 @@
 """Main program of a Docker container.
 
 ``python -m engine.runtimes.docker.entry [MODULE…] ENTRY`` imports everything in advance, as a fork server does: it is a
-*spare*. Then it dials the machine and waits for its ``Launch``.
+*spare*. Then it dials the machine and waits for its ``Launch``. This module does not load numpy: the first of the
+modules sets its threads.
 """
 
 import importlib
@@ -13,7 +14,6 @@ import sys
 import msgspec
 
 from engine.runtimes.fork_server.child import die_with, resolve, set_up
-from engine.specs.containers import Launch
 
 FOLDER = "/run/ppaas"
 """Folder of the sockets that this container may dial."""
@@ -33,6 +33,8 @@ def main(arguments: list[str]) -> int | None:
     for module in modules:
         importlib.import_module(module)
     entry = resolve(function)
+    from engine.specs.containers import Launch  # noqa: PLC0415 - it loads numpy
+
     with socket.socket(socket.AF_UNIX) as machine:
         machine.connect(f"{FOLDER}/{START}")
         with machine.makefile("rb") as orders:

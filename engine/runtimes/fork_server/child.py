@@ -9,11 +9,12 @@ import signal
 import sys
 from collections.abc import Callable
 from multiprocessing.connection import Connection
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from engine.specs.containers import Launch
+if TYPE_CHECKING:
+    from engine.specs.containers import Launch  # it loads numpy, before the preload has set it up
 
-Main = Callable[[Launch], int | None]
+Main = Callable[["Launch"], int | None]
 
 _THREADS_OF_LIBRARIES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -39,7 +40,7 @@ def resolve(entry: str) -> Main:
     return found
 
 
-def run(entry: str, launch: Launch) -> None:
+def run(entry: str, launch: "Launch") -> None:
     """Set this process up and run the container; the result of ``entry`` becomes the exit status."""
     die_with_parent()
     os.sched_setaffinity(0, launch.cpus)  # inherited by all threads
@@ -48,7 +49,7 @@ def run(entry: str, launch: Launch) -> None:
     sys.exit(resolve(entry)(launch))
 
 
-def set_up(launch: Launch) -> None:
+def set_up(launch: "Launch") -> None:
     """Set up signals and numbers of threads for a container. No other thread may exist yet."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in a terminal is for the agent, which stops its containers
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
