@@ -14,6 +14,7 @@ from ppaas.messages import service_type
 from ppaas.messages.message import Message
 from ppaas.wire import rosapi
 from ppaas.wire.arguments import as_object
+from ppaas.wire.fragments import size_of
 from ppaas.wire.names import is_ros2_type, ros1_type
 from ppaas.wire.operations import (
     AdvertiseService,
@@ -50,13 +51,18 @@ class ClientCalls:
     wire : RosbridgeSession
         Encodes the frames.
     send : callable
-        Called with a frame that must not be dropped.
+        Called with a frame that must not be dropped, and the size of its fragments [characters].
     shortcut : callable
         Called before a call is sent to the place.
     """
 
     def __init__(
-        self, place: PlaceLink, client: int, wire: RosbridgeSession, send: Callable[[bytes], None], shortcut: Shortcut
+        self,
+        place: PlaceLink,
+        client: int,
+        wire: RosbridgeSession,
+        send: Callable[[bytes, int], None],
+        shortcut: Shortcut,
     ) -> None:
         self._place = place
         self._client = client
@@ -120,7 +126,7 @@ class ClientCalls:
             frame = self._wire.answer(operation, outcome)
         except PPaaSError as error:
             frame = self._wire.refuse_call(operation, error)
-        self._send(frame)
+        self._send(frame, size_of(operation))
 
     # -- calls to the client ------------------------------------------------------------------------------------------
 

@@ -11,6 +11,7 @@ from typing import NamedTuple, Protocol
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Unavailable
 from ppaas.nodes.topics import policy_of
+from ppaas.wire.fragments import in_fragments
 
 MAX_KEEP = 1000
 """Largest queue length of a topic; a tenth of the frames that may wait in total."""
@@ -43,6 +44,7 @@ class _QueuedMessage(NamedTuple):
     frame: bytes
     expires: float
     lasts: bool
+    fragment_size: int = 0
 
 
 class FrameOutbox:
@@ -65,6 +67,9 @@ class FrameOutbox:
         self._entries: OrderedDict[int, _QueuedMessage] = OrderedDict()
         self._bytes = 0
         self._by_topic: defaultdict[str, deque[int]] = defaultdict(deque)
+        self._parts: deque[_QueuedMessage] = deque()
+        self._whole: _QueuedMessage | None = None
+        self._fragmented = itertools.count(1)
         self._sink: Sink | None = None
         self._count = 0
         self._sent: deque[tuple[int, _QueuedMessage]] = deque()
@@ -73,20 +78,23 @@ class FrameOutbox:
 
     def __len__(self) -> int:
         """Return the number of waiting frames."""
-        return len(self._entries)
+        return len(self._entries) + len(self._parts)
 
     # -- waiting frames ------------------------------------------------------------------------------------------------
 
-    def put(self, topic: str, frame: bytes, keep: int) -> None:
-        """Add a frame of a topic; beyond ``keep`` waiting frames of it, the oldest is dropped."""
+    def put(self, topic: str, frame: bytes, keep: int, fragment_size: int = 0) -> None:
+        """Add a frame of a topic; beyond ``keep`` waiting frames of it, the oldest is dropped.
+
+        It is sent in fragments if it has more than ``fragment_size`` characters, unless that is 0.
+        """
         waiting = self._by_topic[topic]
         while waiting and (waiting[0] not in self._entries or len(waiting) >= min(max(keep, 1), MAX_KEEP)):
             self._drop(waiting.popleft())
         policy = policy_of(topic)
-        waiting.append(self._add(_QueuedMessage(frame, self._clock() + policy.expiry, policy.lasting)))
+        waiting.append(self._add(_QueuedMessage(frame, self._clock() + policy.expiry, policy.lasting, fragment_size)))
 
-    def put_answer(self, frame: bytes) -> None:
-        """Add a frame that must not be dropped: a response, or a status.
+    def put_answer(self, frame: bytes, fragment_size: int = 0) -> None:
+        """Add a frame that must not be dropped: a response, or a status; for ``fragment_size`` see ``put``.
 
         Raises
         ------
@@ -97,7 +105,7 @@ class FrameOutbox:
             self._make_room()
             if len(self._entries) >= 10 * MAX_KEEP or self._bytes >= MAX_BYTES:
                 raise Unavailable("the client sends requests faster than it reads the responses")
-        self._add(_QueuedMessage(frame, float("inf"), True))
+        self._add(_QueuedMessage(frame, float("inf"), True, fragment_size))
 
     def _add(self, entry: _QueuedMessage) -> int:
         number = next(self._numbers)
@@ -122,19 +130,35 @@ class FrameOutbox:
     # -- sending --------------------------------------------------------------------------------------------------
 
     def connect(self, sink: Sink | None) -> None:
-        """Send through a connection from now on, starting with the waiting frames; with None, let all frames wait."""
+        """Send through a connection from now on, starting with the waiting frames; with None, let all frames wait.
+
+        A message of which only some fragments were sent is sent again, unless its client counts the frames.
+        """
+        if self._parts and self._whole is not None and not self.repeats:
+            self._parts.clear()
+            self._put_first(self._whole)
         self._sink = sink
         self.flush()
 
     def flush(self) -> None:
         """Send waiting frames while the connection is ready; expired frames are skipped."""
         sink = self._sink
-        while sink is not None and self._entries and sink.ready:
-            _, entry = self._entries.popitem(last=False)
-            self._bytes -= len(entry.frame)
-            if self._clock() < entry.expires:
-                self._note_sent(entry)
-                sink.send_frame(entry.frame)
+        while sink is not None and sink.ready and (self._parts or self._entries):
+            if not self._parts:
+                self._take_next()
+                continue
+            entry = self._parts.popleft()
+            self._note_sent(entry)
+            sink.send_frame(entry.frame)
+
+    def _take_next(self) -> None:
+        """Make the next waiting frame, unless it is expired, the one to send, in its fragments."""
+        _, entry = self._entries.popitem(last=False)
+        self._bytes -= len(entry.frame)
+        if self._clock() < entry.expires:
+            frames = in_fragments(entry.frame, entry.fragment_size, f"ppaas-{next(self._fragmented)}")
+            self._parts.extend(_QueuedMessage(frame, entry.expires, entry.lasts) for frame in frames)
+            self._whole = entry if len(frames) > 1 else None
 
     def _note_sent(self, entry: _QueuedMessage) -> None:
         self._count += 1
@@ -153,6 +177,8 @@ class FrameOutbox:
             Number of frames that it received since its session began.
         """
         self._count = received
+        while self._parts:
+            self._put_first(self._parts.pop())
         while self._sent and self._sent[-1][0] > received:
             _, entry = self._sent.pop()
             self._sent_bytes -= len(entry.frame)

@@ -211,9 +211,9 @@ class ClientSession:
 
     # -- to the client -------------------------------------------------------------------------------------------------
 
-    def _answer(self, frame: bytes) -> None:
+    def _answer(self, frame: bytes, fragment_size: int = 0) -> None:
         try:
-            self.outbox.put_answer(frame)
+            self.outbox.put_answer(frame, fragment_size)
         except PPaaSError as error:  # a response must not be dropped: the client is disconnected instead
             self.closed(error)
 
@@ -238,7 +238,8 @@ class ClientSession:
         self._report(rebuild(slug, text), "info", None)
 
     def _put(self, topic: str, frame: bytes) -> None:
-        self.outbox.put(topic, frame, self._wire.queue_length(topic, policy_of(topic).depth))
+        keep = self._wire.queue_length(topic, policy_of(topic).depth)
+        self.outbox.put(topic, frame, keep, self._wire.fragment_size(topic))
 
     # -- from the place ------------------------------------------------------------------------------------------------
 

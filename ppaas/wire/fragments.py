@@ -1,12 +1,14 @@
-"""Fragments of frames, from which the frame of a client is put together.
+"""Fragments of frames: frames of clients are put together from them, and long ones for clients are cut into them.
 
 Source: section 3.1.1 of ``ROSBRIDGE_PROTOCOL.md`` of ``RobotWebTools/rosbridge_suite``.
 """
 
 from dataclasses import dataclass, field
 
+import msgspec
+
 from ppaas.errors import InvalidInput, QuotaExceeded
-from ppaas.wire.operations import Fragment, Id
+from ppaas.wire.operations import CallService, Fragment, Id, Subscribe
 
 MAX_OPEN = 16
 """Largest number of incomplete frames of one client; beyond it, the oldest is dropped."""
@@ -16,6 +18,41 @@ MAX_SIZE = 16 << 20
 
 MAX_FRAGMENTS = 1 << 16
 """Largest number of fragments of one frame."""
+
+
+LEAST_SIZE = 1024
+"""Least length of the fragments of a frame: frames of shorter ones would be mostly envelopes [characters]."""
+
+MOST_PARTS = 1000
+"""Largest number of fragments in which a frame is sent to a client."""
+
+_encoder = msgspec.json.Encoder()
+
+
+def size_of(operation: Subscribe | CallService) -> int:
+    """Return the size from which messages for an operation are sent in fragments [characters]; 0 for never."""
+    return max(int(operation.fragment_size or 0), 0)
+
+
+def in_fragments(frame: bytes, size: int, identity: str) -> list[bytes]:
+    """Return a frame as frames of its fragments, or itself if it is short enough or the size is 0.
+
+    Parameters
+    ----------
+    frame : bytes
+        Text of the frame in UTF-8.
+    size : int
+        Length of a fragment [characters], of which `LEAST_SIZE` is used at least.
+    identity : str
+        Id of the fragments.
+    """
+    size = max(size, LEAST_SIZE) if size else len(frame)
+    text = frame.decode() if len(frame) > size else ""
+    if len(text) <= size:
+        return [frame]
+    size = max(size, -(-len(text) // MOST_PARTS))
+    pieces = [text[begin : begin + size] for begin in range(0, len(text), size)]
+    return [_encoder.encode(Fragment(piece, n, len(pieces), identity)) for n, piece in enumerate(pieces)]
 
 
 @dataclass(slots=True)

@@ -57,7 +57,7 @@ class Unadvertise(Operation, tag="unadvertise"):
 class Subscribe(Operation, tag="subscribe"):
     """Subscribe to a topic: at most one message per ``throttle_rate`` ms, with a queue of ``queue_length`` messages.
 
-    Negative numbers count as 0.
+    Messages of more than ``fragment_size`` characters come in fragments, unless that is 0. Negative numbers count as 0.
     """
 
     topic: str
@@ -65,6 +65,7 @@ class Subscribe(Operation, tag="subscribe"):
     type: str | None = None
     throttle_rate: float | None = 0
     queue_length: int | None = 0
+    fragment_size: float | None = 0
 
 
 class Unsubscribe(Operation, tag="unsubscribe"):
@@ -85,6 +86,7 @@ class CallService(Operation, tag="call_service"):
     args: msgspec.Raw = _EMPTY
     type: str | None = None
     timeout: float | None = None
+    fragment_size: float | None = 0
 
 
 class AdvertiseService(Operation, tag="advertise_service"):

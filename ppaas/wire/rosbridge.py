@@ -14,7 +14,7 @@ import msgspec
 
 from ppaas.errors import MalformedMessage, PPaaSError, QuotaExceeded
 from ppaas.messages.time_spelling import to_ros2
-from ppaas.wire.fragments import FragmentAssembler
+from ppaas.wire.fragments import FragmentAssembler, size_of
 from ppaas.wire.names import NameScope, is_ros2_type, ros2_spelling
 from ppaas.wire.operation_decoder import decode_operation
 from ppaas.wire.operations import (
@@ -118,7 +118,9 @@ class RosbridgeSession:
         if sum(map(len, self._subscriptions.values())) >= MAX_SUBSCRIPTIONS:
             raise QuotaExceeded(f"a client may have at most {MAX_SUBSCRIPTIONS} subscriptions: unsubscribe some first")
         throttle, queue_length = max(operation.throttle_rate or 0.0, 0.0) / 1000.0, max(operation.queue_length or 0, 0)
-        subscription = Subscription(operation.topic, throttle, queue_length, self.spelling_of(topic, operation.type))
+        subscription = Subscription(
+            operation.topic, throttle, queue_length, self.spelling_of(topic, operation.type), size_of(operation)
+        )
         self._subscriptions.setdefault(topic, TopicSubscriptions()).add(operation.id, subscription)
         self._forget_late()
 
@@ -152,6 +154,11 @@ class RosbridgeSession:
         """Return how many messages of a topic are queued for this client before the oldest is dropped."""
         subscriptions = self._subscriptions.get(topic)
         return (subscriptions.queue_length if subscriptions is not None else 0) or default
+
+    def fragment_size(self, topic: str) -> int:
+        """Return the least ``fragment_size`` of the subscriptions to a topic [characters]; 0 if none has one."""
+        subscriptions = self._subscriptions.get(topic)
+        return subscriptions.fragment_size if subscriptions is not None else 0
 
     # -- to the client -----------------------------------------------------------------------------------------------
 

@@ -32,12 +32,15 @@ class Subscription:
         Length of the queue of throttled messages; 0 keeps only the newest message.
     respell : callable, optional
         Spells a message as the client expects.
+    fragment_size : int
+        Length of messages from which they are sent in fragments [characters]; 0 for never.
     """
 
     spelling: str
     throttle: float = 0.0
     queue_length: int = 0
     respell: Respell | None = None
+    fragment_size: int = 0
 
 
 @dataclass(slots=True, eq=False)
@@ -111,6 +114,11 @@ class TopicSubscriptions:
         self._channels = {spelling: self._channels.get(spelling, Channel(spelling)) for spelling in by_spelling}
         for spelling, subscriptions in by_spelling.items():
             self._channels[spelling].settle(subscriptions)
+
+    @property
+    def fragment_size(self) -> int:
+        """Least size from which messages are sent in fragments [characters]; 0 if there is none."""
+        return min((s.fragment_size for s in self._by_id.values() if s.fragment_size), default=0)
 
     @property
     def queue_length(self) -> int:

@@ -182,6 +182,46 @@ async def test_3_1_2_to_3_1_4_compression_and_fragment_size_are_taken_and_json_i
     assert client.received() == [{"op": "publish", "topic": "/map", "msg": {"n": 1}}]
 
 
+def whole(frames: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the frame of some fragments, as a client puts it together."""
+    assert [(frame["op"], frame["num"], frame["total"]) for frame in frames] == [
+        ("fragment", number, len(frames)) for number in range(len(frames))
+    ]
+    assert len({frame["id"] for frame in frames}) == 1
+    made: dict[str, Any] = json.loads("".join(frame["data"] for frame in frames))
+    return made
+
+
+@pytest.mark.parametrize("compression", ["none", "png"])
+async def test_3_4_4_a_message_longer_than_fragment_size_comes_in_fragments(
+    client: StillClient, other: StillClient, place: StillPlace, compression: str
+) -> None:
+    cells = list(range(100)) * 100
+    client.say(op="subscribe", topic="/map", compression=compression, fragment_size=2048)
+    other.say(op="subscribe", topic="/map", compression=compression)
+    place.publish_json("map", {"data": cells})
+    frames = client.received()
+    assert len(frames) > 10 and all(len(frame["data"]) <= 2048 for frame in frames)
+    assert whole(frames) == other.received()[0] == {"op": "publish", "topic": "/map", "msg": {"data": cells}}
+
+
+async def test_3_4_4_the_least_fragment_size_of_several_subscriptions_counts(
+    client: StillClient, place: StillPlace
+) -> None:
+    for number, size in enumerate((0, 4096, 2048, 2147483647)):
+        client.say(op="subscribe", topic="/map", id=f"s{number}", fragment_size=size)
+    place.publish_json("map", {"data": "x" * 4000})
+    assert len(client.received()[0]["data"]) == 2048
+
+
+async def test_3_4_8_a_long_response_comes_in_fragments(client: StillClient, place: StillPlace) -> None:
+    client.say(op="call_service", service="/make_plan", id="c", fragment_size=1024, args={})
+    [call] = place.far.take(robot_link.ServiceCall)
+    place._calls.end(call.call, json.dumps({"text": "y" * 5000}).encode())
+    answer = whole(client.received())
+    assert (answer["id"], answer["result"], answer["values"]) == ("c", True, {"text": "y" * 5000})
+
+
 async def test_3_1_a_binary_frame_is_json(client: StillClient) -> None:
     client.session.take(None)  # what is not UTF-8; UTF-8 is decoded by the connection
     assert "BSON and CBOR" in error_of(client.received())["msg"]

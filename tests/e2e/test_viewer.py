@@ -1,7 +1,11 @@
-"""What a viewer of Nav2 shows of a robot that drives: its model, costmaps, footprint, local plan and commands."""
+"""What a viewer of Nav2 shows of a robot that drives: its model, costmaps, footprint, local plan and commands.
+
+Its WebSocket takes only small frames, so that it asks for fragments.
+"""
 
 import asyncio
 import json
+from collections.abc import AsyncIterator
 from typing import Any
 
 import numpy as np
@@ -9,6 +13,8 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
 from ppaas.maps.grid import GridMap
+from ppaas.wire.fragments import FragmentAssembler
+from ppaas.wire.operations import Fragment
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
 from tests.support.cloud.drive import driving
 from tests.support.world.places import free_pose, reachable_pose
@@ -27,14 +33,32 @@ TOPICS = {
 }
 
 
-async def first_of_each(socket: ClientConnection, topics: set[str]) -> dict[str, Any]:
+MAX_SIZE = 16384
+"""Largest frame that the viewer takes [bytes]."""
+
+OPTIONS = {"compression": "png", "fragment_size": MAX_SIZE // 2}
+
+
+async def frames_of(socket: ClientConnection) -> AsyncIterator[dict[str, Any]]:
+    """Yield the frames that come, those in fragments put together."""
+    assembler = FragmentAssembler()
+    async for text in socket:
+        frame = json.loads(text)
+        if frame["op"] != "fragment":
+            yield frame
+        elif (whole := assembler.add(Fragment(frame["data"], frame["num"], frame["total"], frame["id"]))) is not None:
+            yield json.loads(whole)
+
+
+async def first_of_each(frames: AsyncIterator[dict[str, Any]], topics: set[str]) -> dict[str, Any]:
     """Return the first message of each topic."""
     heard: dict[str, Any] = {}
     async with asyncio.timeout(30):
-        while heard.keys() < topics:
-            frame = json.loads(await socket.recv())
+        async for frame in frames:
             assert frame["op"] == "publish", frame
             heard.setdefault(frame["topic"], frame["msg"])
+            if heard.keys() >= topics:
+                break
     return heard
 
 
@@ -53,16 +77,19 @@ async def test_a_viewer_gets_the_model_costmaps_and_commands_of_a_driving_robot(
     urdf = example("turtlebot3_waffle")
     await rest.put_urdf("shown", urdf)
     url = f"{cloud.ws_url}/?robot=shown&role=operator&status=1&token={token}"
-    async with driving(cloud.url, token, "shown", office_map, start) as drive, connect(url, max_size=None) as viewer:
+    async with (
+        driving(cloud.url, token, "shown", office_map, start) as drive,
+        connect(url, max_size=MAX_SIZE) as viewer,
+    ):
+        frames = frames_of(viewer)
         for topic, kind in TOPICS.items():
-            frame = {"op": "subscribe", "topic": topic, "type": kind, "compression": "png", "fragment_size": 10**9}
-            await viewer.send(json.dumps(frame))
+            await viewer.send(json.dumps({"op": "subscribe", "topic": topic, "type": kind, **OPTIONS}))
         await drive.send(goal)
-        heard = await first_of_each(viewer, set(TOPICS))
-        await viewer.send(json.dumps({"op": "call_service", "service": "/rosapi/get_param", "id": "u",
-                                      "args": {"name": "/robot_state_publisher:robot_description"}}))  # fmt: skip
+        heard = await first_of_each(frames, set(TOPICS))
+        call = {"op": "call_service", "service": "/rosapi/get_param", "id": "u", **OPTIONS}
+        await viewer.send(json.dumps(call | {"args": {"name": "/robot_state_publisher:robot_description"}}))
         async with asyncio.timeout(10):
-            while (answer := json.loads(await viewer.recv())).get("id") != "u":
+            while (answer := await anext(frames)).get("id") != "u":
                 pass
     assert heard["/robot_description"]["data"] == json.loads(answer["values"]["value"]) == urdf.decode()
     whole, window = heard["/global_costmap/costmap"], heard["/local_costmap/costmap"]

@@ -1,5 +1,6 @@
 """Frames waiting for one client are bounded and in order, and expired commands are not sent."""
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -8,6 +9,8 @@ from endpoints.rosbridge.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_B
 from ppaas.clock import ManualClock
 from ppaas.errors import Unavailable
 from ppaas.nodes.topics import CMD_VEL
+from ppaas.wire.fragments import FragmentAssembler
+from ppaas.wire.operations import Fragment
 from tests.support.network.still_socket import Connection, sent
 
 
@@ -149,3 +152,58 @@ def test_sent_frames_are_retained_within_bounds_if_resumable() -> None:
         box.resume(received=0)
     assert sent(outbox) == [str(number) for number in range(10, MAX_SENT + 10)]
     assert sent(silent) == []
+
+
+# -- fragments ---------------------------------------------------------------------------------------------------------
+
+
+def joined(frames: list[str]) -> list[str]:
+    """Return frames with those in fragments put together, as a client does."""
+    assembler = FragmentAssembler()
+    found = [
+        assembler.add(msgspec.json.decode(frame, type=Fragment)) if "fragment" in frame else frame for frame in frames
+    ]
+    return [frame for frame in found if frame is not None]
+
+
+LONG = b"x" * 4096
+
+
+def test_a_long_frame_is_sent_in_fragments_before_the_next() -> None:
+    outbox = FrameOutbox()
+    outbox.put("map", LONG, keep=1, fragment_size=1024)
+    outbox.put_answer(b"short", fragment_size=1024)
+    outbox.put_answer(LONG)
+    frames = sent(outbox)
+    assert len(frames) == 6 and frames[4:] == ["short", LONG.decode()]
+    assert joined(frames[:4]) == [LONG.decode()]
+
+
+def test_fragments_wait_for_a_slow_connection_and_are_not_dropped_by_newer_messages() -> None:
+    outbox, connection = FrameOutbox(), Connection(room=2)
+    outbox.connect(connection)
+    for number in range(5):
+        outbox.put("map", str(number).encode() + LONG, keep=1, fragment_size=1024)
+    assert len(connection.sent) == 2 and len(outbox) == 4
+    connection.room = 99
+    outbox.flush()
+    assert joined(connection.sent) == [str(number) + LONG.decode() for number in (0, 4)]
+
+
+def test_a_message_that_a_lost_connection_has_in_part_is_sent_again() -> None:
+    outbox = FrameOutbox()
+    outbox.put_answer(LONG, fragment_size=1024)
+    outbox.put_answer(b"next")
+    assert joined(sent(outbox, count=3)) == []
+    assert joined(sent(outbox)) == [LONG.decode(), "next"]
+
+
+@pytest.mark.parametrize("received", [0, 1, 2, 3])
+def test_a_client_that_counts_frames_gets_the_fragments_that_it_has_not(received: int) -> None:
+    outbox = FrameOutbox()
+    outbox.repeats = True
+    outbox.put_answer(LONG, fragment_size=1024)
+    outbox.put_answer(b"next")
+    first = sent(outbox, count=3)
+    outbox.resume(received)
+    assert joined(first[:received] + sent(outbox)) == [LONG.decode(), "next"]

@@ -276,7 +276,7 @@ async def test_a_place_closed_during_the_handshake_is_reported(world: World, mon
 async def test_a_client_that_does_not_read_its_answers_is_disconnected(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(self: FrameOutbox, frame: str) -> None:
+    def full(self: FrameOutbox, frame: str, fragment_size: int) -> None:
         raise Unavailable("the client reads too slowly")
 
     async with world.robot() as (robot, container):

@@ -79,7 +79,8 @@ async def test_a_place_without_a_container_lists_only_its_own_nodes() -> None:
 
 async def test_clients_call_rosapi_and_cannot_advertise_its_services(place: PlaceLink) -> None:
     frames: asyncio.Queue[str] = asyncio.Queue()
-    calls = ClientCalls(place, place.join(Client()), RosbridgeSession(), frames.put_nowait, lambda *_: None)
+    send: Callable[[bytes, int], None] = lambda frame, _: frames.put_nowait(frame)  # noqa: E731
+    calls = ClientCalls(place, place.join(Client()), RosbridgeSession(), send, lambda *_: None)
     with pytest.raises(Conflict, match="belongs to the cloud"):
         calls.advertise(AdvertiseService("/rosapi/topics", "rosapi/Topics"))
     calls.start(CallService("/rosapi/get_time", "1"))
@@ -103,7 +104,8 @@ async def test_names_of_parameters_are_those_of_the_ros_that_the_client_names(
     place: PlaceLink, kind: str | None, names: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     frames: list[bytes] = []
-    calls = ClientCalls(place, place.join(Client()), RosbridgeSession(), frames.append, lambda *_: None)
+    send: Callable[[bytes, int], None] = lambda frame, _: frames.append(frame)  # noqa: E731
+    calls = ClientCalls(place, place.join(Client()), RosbridgeSession(), send, lambda *_: None)
 
     def call(service: str, payload: bytes, timeout: float, done: Done) -> Callable[[], object]:
         done(b'{"names":["/move_base/a","/b"]}')

@@ -116,7 +116,7 @@ async def test_a_throttled_topic_still_delivers_the_last_message(place: StillPla
 async def test_an_outbox_full_of_answers_disconnects_its_client(
     client: StillClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(self: FrameOutbox, frame: str) -> None:
+    def full(self: FrameOutbox, frame: str, fragment_size: int) -> None:
         raise Unavailable("full")
 
     monkeypatch.setattr(FrameOutbox, "put_answer", full)

@@ -4,14 +4,15 @@ import json
 import random
 from typing import Any
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput, MalformedMessage, QuotaExceeded
 from ppaas.wire import fragments
-from ppaas.wire.fragments import MAX_FRAGMENTS, MAX_OPEN, FragmentAssembler
-from ppaas.wire.operations import Fragment, Publish, RefusedOperation
+from ppaas.wire.fragments import MAX_FRAGMENTS, MAX_OPEN, FragmentAssembler, in_fragments, size_of
+from ppaas.wire.operations import CallService, Fragment, Publish, RefusedOperation, Subscribe
 from ppaas.wire.rosbridge import RosbridgeSession
 
 
@@ -81,3 +82,33 @@ def test_fragments_within_fragments_are_refused() -> None:
     refused = RosbridgeSession().receive(outer)
     assert isinstance(refused, RefusedOperation)
     assert (type(refused.error), refused.id) == (MalformedMessage, "o")
+
+
+# -- frames to clients -------------------------------------------------------------------------------------------------
+
+
+@given(st.text(min_size=1), st.integers(1, 9))
+def test_a_long_frame_is_cut_into_fragments_that_join_to_it(text: str, size: int) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(fragments, "LEAST_SIZE", 1)
+        parts = in_fragments(text.encode(), size, "f")
+    if len(parts) == 1:
+        assert parts == [text.encode()]
+        return
+    assembler, read = FragmentAssembler(), [msgspec.json.decode(part, type=Fragment) for part in parts]
+    assert all(len(part.data) <= size for part in read)
+    assert [assembler.add(part) for part in read] == [None] * (len(parts) - 1) + [text]
+
+
+@pytest.mark.parametrize(("length", "size", "count"), [
+    (1024, 1, 1), (1025, 1, 2), (4096, 1024, 4), (4096, 4096, 1), (4096, 4095, 2), (4096, 0, 1), (1 << 22, 1024, 1000),
+    (1 << 22, 1 << 20, 4), (100, 2**31, 1),
+])  # fmt: skip
+def test_fragments_are_neither_tiny_nor_many(length: int, size: int, count: int) -> None:
+    assert len(in_fragments(b"x" * length, size, "f")) == count
+
+
+@pytest.mark.parametrize(("given_size", "size"), [(None, 0), (0, 0), (-5, 0), (2048.0, 2048), (2147483647, 2147483647)])
+def test_the_size_of_fragments_is_a_number_from_zero(given_size: float | None, size: int) -> None:
+    assert size_of(Subscribe("map", fragment_size=given_size)) == size
+    assert size_of(CallService("static_map", fragment_size=given_size)) == size
