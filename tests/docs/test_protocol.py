@@ -217,7 +217,7 @@ def test_times_and_limits_of_sessions_are_those_of_the_code() -> None:
     assert options.idle == IDLE and states(f"say nothing for {IDLE:g} s (`ppaas up --idle`")
     assert states(f"dead within {options.dead:g} s (`ppaas up --dead`)")
     assert states(f"every {options.dead / 3.0:g} s (a third of `--dead`)")
-    assert states(f"`{HEARTBEAT}` (`{HEARTBEAT_TYPE}`)") and PERIOD == 1.0
+    assert states(f"`/{HEARTBEAT}` (`{HEARTBEAT_TYPE}`)") and PERIOD == 1.0
     assert states(f"silent for {PROBE_TIMEOUT:g} s")
     assert states(f"closed with code {TAKEN_OVER}")
     assert states(f"the last {MAX_SENT} such frames, and {MAX_SENT_BYTES >> 20} MiB")
