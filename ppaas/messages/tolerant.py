@@ -10,7 +10,8 @@ null                          left out, where it stands for a message, a time, o
 ``uint8[]``                   base64, with or without line breaks, or a list of numbers
 ``sec``, ``nanosec``          ``secs``, ``nsecs``
 ``d``, ``k``, ``r``, ``p``    ``D``, ``K``, ``R``, ``P`` of a CameraInfo
-a TwistStamped for a Twist    its twist, as bases and joysticks of Nav2 send velocities
+a TwistStamped for a Twist    its twist, as bases and joysticks of Nav2 send velocities; a Twist for a TwistStamped has
+                              no frame and the time zero
 an unknown field              refused, with the names of the fields
 ============================  ==========================================================================================
 
@@ -66,13 +67,20 @@ def decode_tolerantly(cls: type[M], data: bytes) -> M:
     reader = _reader_of(cls)
     value = read_json(data, reader.limit)
     try:
-        if cls is Twist and isinstance(value, dict) and "twist" in value:
-            value = _reader_of(TwistStamped).read(value, "$")["twist"]
-        return msgspec.convert(reader.read(value, "$"), cls)
+        return msgspec.convert(reader.read(_velocity(cls, value), "$"), cls)
     except RecursionError as error:
         raise MalformedMessage("it is nested too deeply") from error
     except msgspec.ValidationError as error:
         raise MalformedMessage(_explained(str(error))) from error
+
+
+def _velocity(cls: type[Message], value: object) -> object:
+    """Return a velocity with or without a header as the type that is expected; any other value unchanged."""
+    if cls is Twist and isinstance(value, dict) and "twist" in value:
+        return _reader_of(TwistStamped).read(value, "$")["twist"]
+    if cls is TwistStamped and isinstance(value, dict) and not value.keys().isdisjoint(("linear", "angular")):
+        return {"twist": value}
+    return value
 
 
 def _explained(text: str) -> str:

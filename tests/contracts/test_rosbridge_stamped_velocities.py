@@ -12,7 +12,8 @@ import pytest
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import MalformedMessage
 from ppaas.messages import decode
-from ppaas.messages.geometry_msgs import Twist, Vector3
+from ppaas.messages.geometry_msgs import Twist, TwistStamped, Vector3
+from ppaas.messages.std_msgs import Header
 from tests.support.endpoints.still_place import StillClient, StillPlace, answers, delivered, error_of, says
 
 VELOCITY = {"linear": {"x": 0.25, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": -0.5}}
@@ -89,6 +90,13 @@ def test_a_stamped_velocity_is_read_as_its_twist(header: dict[str, Any]) -> None
     twist = decode(Twist, json.dumps({**header, "twist": VELOCITY}))
     assert twist == Twist(Vector3(x=0.25), Vector3(z=-0.5))
     assert decode(Twist, json.dumps({**header, "twist": {"linear": {"x": 1}}})) == Twist(Vector3(x=1.0))
+
+
+def test_a_plain_velocity_is_read_as_a_stamped_one_without_a_frame() -> None:
+    """A robot whose own Move Base drives it gets velocities from there, and not by the cloud."""
+    assert decode(TwistStamped, json.dumps(VELOCITY)) == TwistStamped(Header(), Twist(Vector3(x=0.25), Vector3(z=-0.5)))
+    with pytest.raises(MalformedMessage, match="not a TwistStamped"):
+        decode(TwistStamped, json.dumps({"linear": {}, "speed": 1}))
 
 
 @pytest.mark.parametrize("message", [{"twist": {"linear": {"x": None}}}, {"twist": {"speed": 1}}, {"twist": 1},
