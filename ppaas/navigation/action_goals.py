@@ -70,6 +70,10 @@ class GoalList(Generic[G]):
         self.active = None
         return ended
 
+    def refuse(self, goal: G, now: float, text: str) -> None:
+        """Add a goal that was aborted before it became active."""
+        self._ended.append(GoalState(goal, Status.ABORTED, text, now))
+
 
 class ConcurrentGoals(Generic[G]):
     """Goals of an action server that works on several at once, and those that ended recently."""

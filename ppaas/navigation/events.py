@@ -46,6 +46,14 @@ class CancelReceived:
 
 
 @dataclass(frozen=True, slots=True)
+class Preempted:
+    """The active goal ends, because the robot does something else for the given reason."""
+
+    now: float
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
 class PlanSucceeded:
     """Planning for the ``RequestPlan`` of this number succeeded; ``origin`` is computed, reused or stitched."""
 
@@ -133,6 +141,7 @@ class RecoveryEnded:
 Event = (
     GoalReceived
     | CancelReceived
+    | Preempted
     | PlanSucceeded
     | PlanFailed
     | PlanDeferred

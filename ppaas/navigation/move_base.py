@@ -38,6 +38,7 @@ from ppaas.navigation.events import (
     PlanDeferred,
     PlanFailed,
     PlanSucceeded,
+    Preempted,
     RecoveryEnded,
     RecoveryStepped,
     VelocityComputed,
@@ -128,6 +129,8 @@ class MoveBase:
                 self._on_goal(event)
             case CancelReceived() if self.goals.cancelled_by(event):
                 self._end(event.now, Status.PREEMPTED, CANCELLED)
+            case Preempted() if self.goals.active is not None:
+                self._end(event.now, Status.PREEMPTED, event.reason)
             case _ if self.goals.active is not None:
                 self._on_progress(event)
         return self._orders

@@ -47,5 +47,9 @@ COMPUTE_PATH_THROUGH_POSES = _topics(
     once=False,
 )
 
+SPIN = _topics("spin", nav2_msgs.SpinActionGoal, nav2_msgs.SpinActionFeedback, nav2_msgs.SpinActionResult)
+BACKUP = _topics("backup", nav2_msgs.BackUpActionGoal, nav2_msgs.BackUpActionFeedback, nav2_msgs.BackUpActionResult)
+WAIT = _topics("wait", nav2_msgs.WaitActionGoal, nav2_msgs.WaitActionFeedback, nav2_msgs.WaitActionResult)
+
 NAV2_ACTIONS = tuple(each for each in tuple(globals().values()) if isinstance(each, ActionTopics))
 """The actions above."""

@@ -12,6 +12,8 @@ RECOVERIES: PluginRegistry[Recovery] = PluginRegistry(
     aliases={
         "clear_costmap_recovery/ClearCostmapRecovery": "clear_costmap_recovery",
         "rotate_recovery/RotateRecovery": "rotate_recovery",
+        "nav2_behaviors/Spin": "rotate_recovery",
+        "nav2_behaviors::Spin": "rotate_recovery",
         "nav2_behaviors/BackUp": "back_up",
         "nav2_behaviors::BackUp": "back_up",
         "nav2_behaviors/Wait": "wait",

@@ -1,7 +1,8 @@
 """What clients of Nav2 send over rosbridge, to a real clone with a simulated robot.
 
 The members of the kind are the topics and actions of Nav2's BasicNavigator and of rviz's panel, each with the field
-names of ROS 2: ``goal_pose``, ``navigate_to_pose``, ``compute_path_to_pose``, ``compute_path_through_poses``.
+names of ROS 2: ``goal_pose``, ``navigate_to_pose``, ``compute_path_to_pose``, ``compute_path_through_poses``,
+``spin``, ``backup``, ``wait``.
 """
 
 from collections.abc import AsyncIterator
@@ -171,7 +172,70 @@ async def test_what_is_no_pose_is_refused_with_the_reason(
     assert reason in ended["values"]
 
 
+# -- spin, backup, wait ------------------------------------------------------------------------------------------------
+
+ALLOWANCE = {"sec": 10, "nanosec": 0}
+
+
+@pytest.mark.parametrize(
+    ("action", "kind", "args", "progress"),
+    [
+        ("spin", "Spin", {"target_yaw": 1.57, "time_allowance": ALLOWANCE}, "angular_distance_traveled"),
+        (
+            "backup", "BackUp",
+            {"target": {"x": 0.3, "y": 0.0, "z": 0.0}, "speed": 0.1, "time_allowance": ALLOWANCE}, "distance_traveled",
+        ),
+        ("wait", "Wait", {"time": {"sec": 1, "nanosec": 500000000}}, "time_left"),
+    ],
+)  # fmt: skip
+async def test_a_behaviour_reports_the_fields_of_nav2(
+    driven: DrivenPlace, navigator: StillClient, action: str, kind: str, args: Json, progress: str
+) -> None:
+    ended = driven.result(navigator, goal(action, kind, **args))
+    assert (ended["status"], ended["result"]) == (4, True)
+    assert {frozenset(each) for each in ended["feedback"]} == {frozenset({progress})}
+    assert set(ended["values"]) == {"total_elapsed_time", "error_code", "error_msg"}
+    assert seconds(ended["values"]["total_elapsed_time"]) > 1.0
+    assert (ended["values"]["error_code"], ended["values"]["error_msg"]) == (0, "")
+
+
+async def test_a_robot_does_not_back_up_into_a_wall(driven: DrivenPlace, navigator: StillClient) -> None:
+    args = {"target": {"x": 3.0}, "speed": 0.3, "time_allowance": ALLOWANCE}
+    ended = driven.result(navigator, goal("backup", "BackUp", **args))
+    assert (ended["status"], ended["result"], ended["values"]["error_code"]) == (6, True, 714)
+    assert "the space behind is not free" in ended["values"]["error_msg"]
+    assert driven.driving.clearance > 0.15
+
+
+async def test_a_behaviour_is_cancelled(driven: DrivenPlace, navigator: StillClient) -> None:
+    navigator.say(op="send_action_goal", **goal("spin", "Spin", target_yaw=6.0))
+    driven.run(1.0)
+    navigator.say(op="cancel_action_goal", action="/spin", id="spin")
+    ended = driven.next_result(navigator, 2.0)
+    assert (ended["status"], ended["result"]) == (5, True)
+    assert driven.driving.command.angular.z == 0.0
+
+
+async def test_an_invalid_behaviour_is_aborted_with_code_and_text(driven: DrivenPlace, navigator: StillClient) -> None:
+    ended = driven.result(navigator, goal("backup", "BackUp", target={"x": 0.3}))
+    assert (ended["status"], ended["values"]["error_code"]) == (6, 713)
+    assert ended["values"]["error_msg"] == "speed must not be 0 m/s"
+
+
+# -- what is served ----------------------------------------------------------------------------------------------------
+
+
 async def test_the_actions_of_nav2_are_among_the_action_servers(driven: DrivenPlace, navigator: StillClient) -> None:
     navigator.say(op="call_service", service="/rosapi/action_servers", id="a")
     [answer] = navigator.received()
-    assert {"/compute_path_to_pose", "/compute_path_through_poses"} <= set(answer["values"]["action_servers"])
+    assert set(answer["values"]["action_servers"]) >= {
+        "/navigate_to_pose", "/compute_path_to_pose", "/compute_path_through_poses", "/spin", "/backup", "/wait",
+    }  # fmt: skip
+
+
+async def test_an_action_that_is_not_served_is_refused_with_those_that_are(
+    driven: DrivenPlace, navigator: StillClient
+) -> None:
+    ended = driven.result(navigator, goal("smooth_path", "SmoothPath"))
+    assert (ended["status"], ended["result"]) == (0, False)
+    assert "unknown action 'smooth_path'; known: backup, " in ended["values"]

@@ -33,6 +33,7 @@ from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Ti
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import pose_in
 from ppaas.nodes.move_base.action_topics import ActionTopics
+from ppaas.nodes.move_base.behaviors import Behaviors, BehaviorState
 from ppaas.nodes.move_base.costmap_topics import PUBLISHED, CostmapTopics
 from ppaas.nodes.move_base.goal_progress import GoalProgress
 from ppaas.nodes.move_base.order_executor import OrderExecutor
@@ -52,7 +53,7 @@ STATUS_PERIOD = 1.0
 
 
 class MoveBaseState(msgspec.Struct):
-    """Checkpoint of Move Base: the active goal and for how long [s], the last speed limit, and paths in progress."""
+    """Checkpoint of Move Base: the active goal and for how long [s], the last speed limit, and other actions."""
 
     goal: events.Goal | None
     counter: int
@@ -60,6 +61,7 @@ class MoveBaseState(msgspec.Struct):
     percentage: bool = False
     seconds: float = 0.0
     paths: tuple[PathGoal, ...] = ()
+    behavior: BehaviorState | None = None
 
 
 class MoveBaseNode(Node):
@@ -106,12 +108,12 @@ class MoveBaseNode(Node):
     subscribes: ClassVar[tuple[Topic, ...]] = (
         topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL,
         topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.ROBOTS, topics.PEOPLE, topics.SPEED_LIMIT,
-        topics.AMCL_STATUS, *PathActions.subscribes,
+        topics.AMCL_STATUS, *PathActions.subscribes, *Behaviors.subscribes,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.CMD_VEL, topics.PLAN, topics.LOCAL_PLAN, topics.MOVE_BASE_CURRENT_GOAL, *PUBLISHED,
         topics.MOVE_BASE_STATUS, topics.MOVE_BASE_FEEDBACK, topics.MOVE_BASE_RESULT,
-        topics.NAVIGATE_TO_POSE_FEEDBACK, *PathActions.publishes,
+        topics.NAVIGATE_TO_POSE_FEEDBACK, *PathActions.publishes, *Behaviors.publishes,
     )  # fmt: skip
     services: ClassVar[tuple[Service, ...]] = (
         Service("move_base/make_plan", GetPlan),
@@ -120,23 +122,12 @@ class MoveBaseNode(Node):
     )
 
     def __init__(
-        self,
-        context: Context,
-        *,
-        layers: MapLayers,
-        surroundings: Surroundings,
-        planner: Planner,
-        path_planners: Mapping[str, Planner],
-        controller: Controller,
-        recoveries: Sequence[tuple[str, Recovery]],
-        parameters: MoveBaseParameters,
-        threads: Threads,
-        processor: PlanProcessor,
-        passive_safety: PassiveSafety,
-        costmap_topics: CostmapTopics,
-        top_speed: float,
+        self, context: Context, *, layers: MapLayers, surroundings: Surroundings, costmap_topics: CostmapTopics,
+        planner: Planner, path_planners: Mapping[str, Planner], controller: Controller,
+        recoveries: Sequence[tuple[str, Recovery]], parameters: MoveBaseParameters, threads: Threads,
+        processor: PlanProcessor, passive_safety: PassiveSafety, top_speed: float,
         speed_filter: SpeedFilter | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         super().__init__(context)
         self._limits = SpeedLimits(speed_filter)
         self._progress_checker = ProgressChecker()
@@ -152,6 +143,10 @@ class MoveBaseNode(Node):
             recoveries=[recovery for _, recovery in recoveries], topics=self._topics, limits=self._limits,
             passive_safety=passive_safety, period=self._period, threads=threads, progress=GoalProgress(top_speed),
         )  # fmt: skip
+        self._behaviors = Behaviors(
+            context, surroundings, [recovery for _, recovery in recoveries],
+            top_speed=top_speed, period=self._period, send=self._executor.send, preempt=self._preempt,
+        )  # fmt: skip
         self._paths = RobotPaths(
             context, surroundings, layers.costmap, parameters.base_global_planner, threads,
             processor=processor, tuned=path_planners,
@@ -162,8 +157,8 @@ class MoveBaseNode(Node):
 
     @property
     def busy(self) -> bool:
-        """Whether a goal is active."""
-        return self._machine.goals.active is not None
+        """Whether a goal is active, or a behaviour runs."""
+        return self._machine.goals.active is not None or self._behaviors.active
 
     @property
     def costs(self) -> Costmap | None:
@@ -178,6 +173,7 @@ class MoveBaseNode(Node):
     def _publish_statuses(self) -> None:
         self._topics.status(self._machine.goals)
         self._paths.actions.publish_statuses()
+        self._behaviors.publish_statuses()
 
     # -- messages and calls --------------------------------------------------------------------------------------------
 
@@ -191,7 +187,7 @@ class MoveBaseNode(Node):
         TransformError
             A frame is unknown.
         """
-        if self._paths.actions.take(topic, message):
+        if self._paths.actions.take(topic, message) or self._behaviors.take(topic, message):
             return
         now = self.context.elapsed()
         match message:
@@ -200,7 +196,7 @@ class MoveBaseNode(Node):
             case MoveBaseActionGoal():
                 self._on_goal(message.goal.target_pose, message.goal_id)
             case GoalID():
-                self._feed(events.CancelReceived(now, message.id, message.stamp.seconds()))
+                self._on_cancel(events.CancelReceived(now, message.id, message.stamp.seconds()))
             case LaserScan() | Odometry() | TFMessage() | RobotStates() | People() | String():
                 self._surroundings.take(topic, message, now, self.context.now())
             case nav2_msgs.SpeedLimit():
@@ -214,8 +210,18 @@ class MoveBaseNode(Node):
         self._counter += 1
         self._planner.head_for(pose)
         name = goal_id.id or f"{self.name}-{self._counter}-{stamp:.3f}"
+        if not self._machine.goals.knows(name, self.context.elapsed()):
+            self._behaviors.preempt(f"Replaced by another goal: {name}")
         self._feed(events.GoalReceived(self.context.elapsed(), events.Goal(name, pose, stamp)))
         self._tick()
+
+    def _on_cancel(self, cancel: events.CancelReceived) -> None:
+        """Cancel the goal; a cancel of all goals stops the robot, so it ends a behaviour too."""
+        self._feed(cancel)
+        self._behaviors.cancel(cancel)
+
+    def _preempt(self, reason: str) -> None:
+        self._feed(events.Preempted(self.context.elapsed(), reason))
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
         """Plan a path without moving, or clear the observed obstacles.
@@ -235,14 +241,15 @@ class MoveBaseNode(Node):
 
     def _keep_cycle(self) -> None:
         """Run the control cycle only while a goal is active, so that a waiting robot costs nothing."""
-        if self._cycle is None and self.busy:
+        driving = self._machine.goals.active is not None
+        if self._cycle is None and driving:
             self._cycle = self.context.every(self._period, self._tick)
-        elif self._cycle is not None and not self.busy:
+        elif self._cycle is not None and not driving:
             self._cycle.stop()
             self._cycle = None
 
     def _tick(self) -> None:
-        if not self.busy:
+        if self._machine.goals.active is None:
             return
         now = self.context.elapsed()
         try:
@@ -279,9 +286,9 @@ class MoveBaseNode(Node):
         active, limit = self._machine.goals.active, self._limits.received
         goal = active.goal if active else None
         spent = self._executor.progress.spent(self.context.elapsed()) if active else 0.0
-        paths = self._paths.actions.active
+        paths, behavior = self._paths.actions.active, self._behaviors.checkpoint()
         return msgspec.json.encode(
-            MoveBaseState(goal, self._counter, limit.speed_limit, limit.percentage, spent, paths)
+            MoveBaseState(goal, self._counter, limit.speed_limit, limit.percentage, spent, paths, behavior)
         )
 
     def restore(self, state: bytes) -> None:
@@ -293,3 +300,4 @@ class MoveBaseNode(Node):
             self._feed(events.GoalReceived(self.context.elapsed(), restored.goal))
             self._executor.progress.resume(restored.seconds)
         self._paths.actions.restore(restored.paths)
+        self._behaviors.restore(restored.behavior)

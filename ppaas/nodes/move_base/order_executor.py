@@ -107,9 +107,9 @@ class OrderExecutor:
             case orders.ComputeVelocity():
                 self._feed(self._compute_velocity(order.pose))
             case orders.SendVelocity():
-                self._send(order.velocity)
+                self.send(order.velocity)
             case orders.Stop():
-                self._send(Velocity())
+                self.send(Velocity())
             case orders.Recover():
                 self._feed(self._recover(order))
             case _:
@@ -133,7 +133,8 @@ class OrderExecutor:
         self.progress.update(order.pose, self._surroundings.velocity.linear, self._context.elapsed())
         self._topics.progress(order.goal, order.pose, self.progress, order.recoveries)
 
-    def _send(self, velocity: Velocity) -> None:
+    def send(self, velocity: Velocity) -> None:
+        """Publish a velocity for the base."""
         self.sent = velocity
         self._context.publish(CMD_VEL.name, Twist(Vector3(x=velocity.linear), Vector3(z=velocity.angular)))
 

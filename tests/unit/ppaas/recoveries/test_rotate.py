@@ -34,3 +34,22 @@ def test_robot_whose_outline_has_no_room_stops_turning_before_it_touches():
     free = Run(create("rotate_recovery"))
     free.fits = lambda _: True
     free.to_the_end()
+
+
+@pytest.mark.parametrize("turn", [1.57, -1.57, -7.0, 0.0])
+def test_a_turn_of_any_angle_ends_there_and_goes_the_way_of_its_sign(turn):
+    run = Run(create("nav2_behaviors/Spin", spin_dist=turn))
+    run.to_the_end()
+    turned = sum(velocity.angular for velocity in run.velocities) * 0.1
+    assert turned == pytest.approx(turn, abs=0.1)
+    assert all(velocity.angular * turn > 0.0 for velocity in run.velocities)
+
+
+def test_only_the_turn_that_remains_has_to_be_free():
+    run = Run(create("rotate_recovery", spin_dist=-0.3))
+    run.fits = lambda pose: pose.theta > -0.5
+    run.to_the_end()
+    blocked = Run(create("rotate_recovery", spin_dist=-1.0))
+    blocked.fits = run.fits
+    with pytest.raises(RecoveryFailed, match="no room"):
+        blocked.to_the_end()
