@@ -90,6 +90,11 @@ class ClientActions:
         """Return whether a client advertises an action."""
         return action in self._offers
 
+    @property
+    def goals(self) -> int:
+        """Number of active goals."""
+        return len(self._goals)
+
     def types(self) -> dict[str, str]:
         """Return the actions and their types, ``package/Name``."""
         return {name: offer.type for name, offer in self._offers.items()}

@@ -14,11 +14,12 @@ from tests.support.endpoints.still_place import TOPICS
 OPS = (
     "publish", "subscribe", "unsubscribe", "advertise", "unadvertise", "call_service", "advertise_service",
     "unadvertise_service", "service_response", "send_action_goal", "cancel_action_goal", "set_level", "fragment",
-    "auth", "png",
+    "advertise_action", "unadvertise_action", "action_feedback", "action_result", "auth", "png",
 )  # fmt: skip
 NAMES = (
     *(topic.name for topic in TOPICS), "/chatter", "chatter", "/lights", "make_plan", "move_base", "/navigate_to_pose",
-    "move_base/_action/cancel_goal", "", "a b", "~", "/" * 9, "ä", "x" * 300,
+    "move_base/_action/cancel_goal", "/dock", "/dock/_action/cancel_goal", "/ppaas/heartbeat", "", "a b", "~", "~/x",
+    "/" * 9, "ä", "x" * 300,
 )  # fmt: skip
 TYPES = (
     "std_msgs/String", "std_msgs/msg/String", "geometry_msgs/Twist", "move_base_msgs/MoveBaseAction",
@@ -40,7 +41,7 @@ FIELDS: dict[str, st.SearchStrategy[Any]] = {
     "msg": JSON, "args": JSON, "values": JSON, "result": st.booleans(), "latch": st.booleans(),
     "feedback": st.booleans(), "level": st.sampled_from(["none", "error", "info", "loud"]),
     "throttle_rate": st.integers(-1, 50), "queue_length": st.integers(-1, 2000), "timeout": NUMBERS,
-    "data": st.text(max_size=5), "num": st.integers(-1, 3), "total": st.integers(0, 3),
+    "status": st.integers(-1, 7), "data": st.text(max_size=5), "num": st.integers(-1, 3), "total": st.integers(0, 3),
 }  # fmt: skip
 
 
@@ -66,13 +67,14 @@ def _one_of(*values: Any) -> Any:
 GOOD: dict[str, Any] = {
     "topic": _one_of(*NAMES[:10], *["/chatter", "chatter"] * 5),
     "service": _one_of("/lights", "make_plan", "lights", "lights"),
-    "action": _one_of("move_base", "/navigate_to_pose"), "type": _one_of(*TYPES[:7], *["std_msgs/String"] * 5),
+    "action": _one_of("move_base", "/navigate_to_pose", "/dock"),
+    "type": _one_of(*TYPES[:7], *["std_msgs/String"] * 5),
     "action_type": _one_of(*TYPES[3:5]), "id": _one_of("1", "2", 3, 4),
     "msg": _one_of({}, {"data": 1}, {"header": {"stamp": {"secs": 1, "nsecs": 2}}}),
     "args": _one_of({}, [], {"target_pose": {}}), "values": _one_of({}, "no", None), "result": _one_of(True, False),
     "latch": _one_of(True, False), "feedback": _one_of(True), "level": _one_of("none", "error", "info"),
     "throttle_rate": _one_of(0, None, 5), "queue_length": _one_of(0, 3), "timeout": _one_of(0.01, -1, 1e300),
-    "data": _one_of('{"op":', "\"publish\"}"), "num": _one_of(0, 1), "total": _one_of(1, 2),
+    "status": _one_of(4, 5, 6), "data": _one_of('{"op":', "\"publish\"}"), "num": _one_of(0, 1), "total": _one_of(1, 2),
 }  # fmt: skip
 
 RUBBISH = st.text(max_size=20) | st.none() | st.sampled_from(["{", "[]", '{"op":1}', "[" * 5000, "\ud800", '"', "\x00"])

@@ -22,7 +22,10 @@ FRAMES = 40
 """Number of frames per example."""
 
 PUBLISHED = st.tuples(st.sampled_from([topic.name for topic in TOPICS]), JSON)
-CLIENT_OPERATIONS = {"publish", "status", "service_response", "call_service", "action_result", "action_feedback"}
+CLIENT_OPERATIONS = {
+    "publish", "status", "service_response", "call_service", "action_result", "action_feedback", "send_action_goal",
+    "cancel_action_goal",
+}  # fmt: skip
 
 
 class Bystander:
@@ -71,7 +74,8 @@ async def test_no_frame_breaks_the_cloud_or_disturbs_another(frames: list[str | 
     assert await bystander.is_served()
     assert {frame["op"] for frame in client.received()} <= CLIENT_OPERATIONS
     client.session.end()
-    assert place.client_topics.types() == place.client_services.types() == {}
+    assert place.client_topics.types() == place.client_services.types() == place.client_actions.types() == {}
+    assert place.client_actions.goals == 0
     assert await bystander.is_served()
     bystander.end()
     assert place._clients == {} and place._hearers == {}
