@@ -112,22 +112,24 @@ async def _user_of(connection: HTTPConnection, credentials: Credentials, account
 async def authenticate_socket(socket: WebSocket, accounts: Accounts) -> tuple[User, str]:
     """Return the user of a handshake, and the id of the token; note both.
 
-    The token is that of the header, else of the ticket, else of a subprotocol, else in the address.
+    The token is that of the header, else of the ticket, else of a subprotocol, else in the address. Basic credentials
+    count last: beside a token they may be for a proxy in between, whose password a browser sends to all behind it.
 
     Raises
     ------
     NotAuthenticated
         There is none, it is unknown or expired, or it is not one of the user that the header names.
     """
-    query = socket.query_params
-    credentials = parse_credentials(socket.headers.get("authorization", ""))
-    if credentials is None and query.get("ticket"):
+    query, authorization = socket.query_params, socket.headers.get("authorization", "")
+    token = bearer_of(authorization)
+    if token is None and query.get("ticket"):
         used = accounts.tickets.redeem(query["ticket"])
         user = await accounts.user_of(used)
         note_caller(socket.scope, user.id, used)
         return user, used
-    credentials = credentials or Credentials(_offered_token(socket) or query.get("token", "").strip())
-    if not credentials.token:
+    token = token or _offered_token(socket) or query.get("token", "").strip()
+    credentials = Credentials(token) if token else parse_credentials(authorization)
+    if credentials is None:
         raise NotAuthenticated(
             "no token: log in with POST /v1/tokens and send it as 'Authorization: Bearer TOKEN', or connect to "
             "ws://USER:TOKEN@HOST/?robot=ID; browsers get a ticket with POST /v1/tickets and add '&ticket=TICKET' to "

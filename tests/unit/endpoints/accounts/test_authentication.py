@@ -105,9 +105,19 @@ async def test_basic_credentials_without_user_or_token_are_refused_with_their_fo
     for value in (encoded, "%%%", "YW5u\u00e9"):
         headers = {"authorization": f"Basic {value}"}
         with pytest.raises(NotAuthenticated, match="must be USER:TOKEN, as in ws://USER:TOKEN@HOST"):
-            await authenticate_socket(handshake("token=x", headers=headers), accounts)
+            await authenticate_socket(handshake("token=%20", headers=headers), accounts)
         with pytest.raises(NotAuthenticated, match="must be USER:TOKEN"):
             await authenticate(request(headers), accounts)
+
+
+async def test_basic_credentials_for_a_proxy_do_not_hide_the_token(accounts: Accounts, token: str) -> None:
+    """nginx with ``auth_basic``, for example: the browser sends the proxy's password with each request behind it."""
+    ticket = accounts.tickets.issue("ann", token_id(token))
+    for password in ("gate:open sesame", "gate", f"ann:{token[:-1]}"):
+        for query, offered in ((f"token={token}", ()), ("", ("ppaas", f"ppaas.bearer.{token}"))):
+            user, _ = await authenticate_socket(handshake(query, offered, basic(password)), accounts)
+            assert user.id == "ann"
+    assert (await authenticate_socket(handshake(f"ticket={ticket}", headers=basic("gate:x")), accounts))[0].id == "ann"
 
 
 async def test_credentials_of_another_scheme_count_as_none(accounts: Accounts, token: str) -> None:
