@@ -60,6 +60,16 @@ class FollowedPath:
         if distance > LOST:
             self._reached, _ = self._nearest(pose, 0, len(self._points))
 
+    @property
+    def lengths(self) -> Floats:
+        """Distance of each pose from the first, along the plan [m]."""
+        return self._along
+
+    @property
+    def reached(self) -> int:
+        """Index of the pose at which the robot was located."""
+        return self._reached
+
     def to_go(self, pose: Pose2D) -> float:
         """Return the remaining distance to the end of the plan [m]."""
         here = self._points[self._reached]

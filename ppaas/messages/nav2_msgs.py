@@ -122,6 +122,50 @@ class NavigateToPoseActionFeedback(Message):
     feedback: NavigateToPoseFeedback
 
 
+class NavigateThroughPosesGoal(Message):
+    """``nav2_msgs/NavigateThroughPosesGoal``: the robot passes all poses and stops at the last."""
+
+    poses: list[PoseStamped]
+    behavior_tree: str = ""
+
+
+class NavigateThroughPosesActionGoal(Message, kw_only=True):
+    """``nav2_msgs/NavigateThroughPosesActionGoal``."""
+
+    header: Header = field(default_factory=Header)
+    goal_id: GoalID = field(default_factory=GoalID)
+    goal: NavigateThroughPosesGoal
+
+
+class NavigateThroughPosesFeedback(NavigateToPoseFeedback):
+    """``nav2_msgs/NavigateThroughPosesFeedback``; the last pose counts among those that remain."""
+
+    number_of_poses_remaining: Int16 = 0
+
+
+class NavigateThroughPosesActionFeedback(Message):
+    """``nav2_msgs/NavigateThroughPosesActionFeedback``."""
+
+    header: Header
+    status: GoalStatus
+    feedback: NavigateThroughPosesFeedback
+
+
+class NavigateThroughPosesResult(Message):
+    """``nav2_msgs/NavigateThroughPosesResult``."""
+
+    error_code: UInt16 = 0
+    error_msg: str = ""
+
+
+class NavigateThroughPosesActionResult(Message):
+    """``nav2_msgs/NavigateThroughPosesActionResult``."""
+
+    header: Header
+    status: GoalStatus
+    result: NavigateThroughPosesResult
+
+
 class ComputePathToPoseGoal(Message):
     """``nav2_msgs/ComputePathToPoseGoal``: the path begins at the robot, or at ``start`` if ``use_start``."""
 

@@ -1,7 +1,8 @@
 """Goals of an action server: the active goal, and those that ended recently."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.navigation.events import CancelReceived
@@ -35,6 +36,14 @@ class GoalState(Generic[G]):
     status: Status
     text: str
     ended: float = float("inf")
+
+
+class GoalStates(Protocol):
+    """Goals that an action server knows."""
+
+    def states(self, now: float) -> Sequence[GoalState[Any]]:
+        """Return the goals of the status list."""
+        ...
 
 
 class GoalList(Generic[G]):

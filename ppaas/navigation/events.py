@@ -21,11 +21,17 @@ class Goal:
         In the map frame.
     stamp : float
         Time of the request, for cancels of all goals up to a time [s].
+    through : tuple of Pose2D
+        Poses to pass on the way, without those that were passed.
+    many : bool
+        Whether it is a goal of ``navigate_through_poses``.
     """
 
     id: str
     pose: Pose2D
     stamp: float
+    through: tuple[Pose2D, ...] = ()
+    many: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +89,14 @@ class PlanDeferred:
     now: float
     number: int
     reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class PosesPassed:
+    """The robot passed this number of the poses on its way."""
+
+    now: float
+    count: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +159,7 @@ Event = (
     | PlanSucceeded
     | PlanFailed
     | PlanDeferred
+    | PosesPassed
     | ControlTick
     | VelocityComputed
     | ControlFailed

@@ -22,6 +22,7 @@ It differs in four ways:
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import Enum
 
 from ppaas.controllers.base import Velocity
@@ -38,6 +39,7 @@ from ppaas.navigation.events import (
     PlanDeferred,
     PlanFailed,
     PlanSucceeded,
+    PosesPassed,
     Preempted,
     RecoveryEnded,
     RecoveryStepped,
@@ -146,6 +148,8 @@ class MoveBase:
                 self._on_no_plan(event)
             case PlanDeferred():
                 self._on_plan_deferred(event)
+            case PosesPassed():
+                self._on_passed(event)
             case VelocityComputed() if self.state is State.CONTROLLING:
                 self._on_velocity(event)
             case ControlFailed() if self.state is State.CONTROLLING:
@@ -185,6 +189,11 @@ class MoveBase:
         if active is not None and active.text != text:
             active.text = text
             self._orders.append(PublishStatus())
+
+    def _on_passed(self, event: PosesPassed) -> None:
+        active = self.goals.active
+        assert active is not None
+        active.goal = replace(active.goal, through=active.goal.through[event.count :])
 
     # -- the control cycle ---------------------------------------------------------------------------------------------
 
@@ -291,7 +300,7 @@ class MoveBase:
         self._pending = self._number
         frequency = self.parameters.planner_frequency
         self._next_plan = now + 1.0 / frequency if frequency > 0.0 else now
-        self._orders.append(RequestPlan(self._number, active.goal.pose))
+        self._orders.append(RequestPlan(self._number, active.goal.pose, active.goal.through))
 
     def _cancel_plan(self) -> None:
         if self._pending is not None:

@@ -10,10 +10,14 @@ from ppaas.navigation.events import Goal
 
 @dataclass(frozen=True, slots=True)
 class RequestPlan:
-    """Plan from the robot's pose; answer with ``PlanSucceeded``, ``PlanFailed`` or ``PlanDeferred``, now or later."""
+    """Plan from the robot's pose through poses to a goal.
+
+    Answer with ``PlanSucceeded``, ``PlanFailed`` or ``PlanDeferred``, now or later.
+    """
 
     number: int
     goal: Pose2D
+    through: tuple[Pose2D, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from typing import Generic, cast
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
 from ppaas.messages.message import Message
 from ppaas.messages.std_msgs import Header, Time
-from ppaas.navigation.action_goals import ActionGoal, ConcurrentGoals, G, GoalList
+from ppaas.navigation.action_goals import ActionGoal, G, GoalStates
 from ppaas.nodes.base import Context
 from ppaas.nodes.nav2_actions import ActionTopics
 
@@ -25,7 +25,7 @@ class ActionPublisher(Generic[G]):
         self._context = context
         self._topics = topics
 
-    def status(self, goals: GoalList[G] | ConcurrentGoals[G]) -> None:
+    def status(self, goals: GoalStates) -> None:
         """Publish the status of all goals."""
         self._context.publish(self._topics.status.name, status_array(goals, self._context))
 
@@ -50,7 +50,7 @@ def status_of(goal: ActionGoal, status: Status, text: str) -> GoalStatus:
     return GoalStatus(GoalID(Time.of(goal.stamp), goal.id), int(status), text)
 
 
-def status_array(goals: GoalList[G] | ConcurrentGoals[G], context: Context) -> GoalStatusArray:
+def status_array(goals: GoalStates, context: Context) -> GoalStatusArray:
     """Return the status of all goals of an action as a message, stamped with the current time."""
     listed = [status_of(state.goal, state.status, state.text) for state in goals.states(context.elapsed())]
     return GoalStatusArray(Header(stamp=Time.of(context.now())), listed)

@@ -31,6 +31,13 @@ def _topics(
     )
 
 
+NAVIGATE_THROUGH_POSES = _topics(
+    "navigate_through_poses",
+    nav2_msgs.NavigateThroughPosesActionGoal,
+    nav2_msgs.NavigateThroughPosesActionFeedback,
+    nav2_msgs.NavigateThroughPosesActionResult,
+)
+
 # A path is computed again rather than kept: its result need not wait for a checkpoint.
 COMPUTE_PATH_TO_POSE = _topics(
     "compute_path_to_pose",

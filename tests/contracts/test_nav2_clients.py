@@ -1,8 +1,8 @@
 """What clients of Nav2 send over rosbridge, to a real clone with a simulated robot.
 
 The members of the kind are the topics and actions of Nav2's BasicNavigator and of rviz's panel, each with the field
-names of ROS 2: ``goal_pose``, ``navigate_to_pose``, ``compute_path_to_pose``, ``compute_path_through_poses``,
-``spin``, ``backup``, ``wait``.
+names of ROS 2: ``goal_pose``, ``navigate_to_pose``, ``navigate_through_poses``, ``compute_path_to_pose``,
+``compute_path_through_poses``, ``spin``, ``backup``, ``wait``.
 """
 
 from collections.abc import AsyncIterator
@@ -107,6 +107,51 @@ async def test_navigate_to_pose_reports_the_fields_of_nav2(driven: DrivenPlace, 
     assert 3.0 < times[1] < 8.0
     assert times[-1] < 3.0
     assert all(each["number_of_recoveries"] == 0 for each in feedback)
+
+
+# -- navigate_through_poses --------------------------------------------------------------------------------------------
+
+
+async def test_navigate_through_poses_reports_the_fields_of_nav2(driven: DrivenPlace, navigator: StillClient) -> None:
+    poses = [stamped(2.5, 1.0), stamped(4.0, 2.5)]
+    ended = driven.result(navigator, goal("navigate_through_poses", "NavigateThroughPoses", poses=poses))
+    assert (ended["status"], ended["result"], ended["values"]) == (4, True, {"error_code": 0, "error_msg": ""})
+    assert {frozenset(each) for each in ended["feedback"]} == {
+        frozenset({
+            "current_pose", "navigation_time", "estimated_time_remaining", "number_of_recoveries", "distance_remaining",
+            "number_of_poses_remaining",
+        })
+    }  # fmt: skip
+    remaining = [each["number_of_poses_remaining"] for each in ended["feedback"]]
+    assert (set(remaining), remaining) == ({1, 2}, sorted(remaining, reverse=True))
+    assert seconds(ended["feedback"][0]["estimated_time_remaining"]) > 4.0
+    assert driven.driving.world.pose.distance_to(Pose2D(4.0, 2.5, 0.0)) < 0.25
+
+
+@pytest.mark.parametrize(
+    ("args", "reason"),
+    [
+        ({"poses": []}, "from 1 to 100 poses, not 0"),
+        ({"poses": [stamped(2.0, 1.0), stamped(2.0, 1.0, w=0.0)]}, "the orientation of pose 2 is all zero"),
+        ({"poses": [stamped(2.0, 1.0)], "behavior_tree": "tree.xml"}, "behavior trees are not supported"),
+        ({"goals": [stamped(2.0, 1.0)]}, "poses, behavior_tree"),
+    ],
+)
+async def test_poses_that_are_no_goal_are_refused_with_the_reason(
+    driven: DrivenPlace, navigator: StillClient, args: Json, reason: str
+) -> None:
+    ended = driven.result(navigator, goal("navigate_through_poses", "NavigateThroughPoses", **args))
+    assert (ended["status"], ended["result"]) == (0, False)
+    assert reason in ended["values"]
+
+
+async def test_navigate_through_poses_is_cancelled_by_its_service(driven: DrivenPlace, navigator: StillClient) -> None:
+    poses = [stamped(2.5, 1.0), stamped(4.0, 2.5)]
+    navigator.say(op="send_action_goal", **goal("navigate_through_poses", "NavigateThroughPoses", poses=poses))
+    driven.run(1.0)
+    navigator.say(op="call_service", service="/navigate_through_poses/_action/cancel_goal", id="c", args={})
+    ended = driven.next_result(navigator, 2.0)
+    assert (ended["status"], ended["result"]) == (5, True)
 
 
 # -- compute_path_to_pose, compute_path_through_poses ------------------------------------------------------------------
@@ -229,7 +274,8 @@ async def test_the_actions_of_nav2_are_among_the_action_servers(driven: DrivenPl
     navigator.say(op="call_service", service="/rosapi/action_servers", id="a")
     [answer] = navigator.received()
     assert set(answer["values"]["action_servers"]) >= {
-        "/navigate_to_pose", "/compute_path_to_pose", "/compute_path_through_poses", "/spin", "/backup", "/wait",
+        "/navigate_to_pose", "/navigate_through_poses", "/compute_path_to_pose", "/compute_path_through_poses",
+        "/spin", "/backup", "/wait",
     }  # fmt: skip
 
 

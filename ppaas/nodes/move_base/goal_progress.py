@@ -1,6 +1,9 @@
 """Progress to the active goal: what Nav2's feedback says besides the robot's pose."""
 
 import math
+from collections.abc import Sequence
+
+import numpy as np
 
 from ppaas.controllers.followed_path import FollowedPath
 from ppaas.geometry import Pose2D, Poses
@@ -12,8 +15,19 @@ SLOWEST = 0.05
 """Speed below which a robot counts as waiting; the remaining time is then estimated with this speed [m/s]."""
 
 
+PASSED = 0.5
+"""Distance along the plan before a pose on the way at which it counts as passed [m]."""
+
+BEYOND = 0.2
+"""Distance beyond the next pose on the way to which the local planner sees the plan [m].
+
+Its end must not be near the robot, which would stop there: a round trip ends where it begins. At the distance `PASSED`
+from a pose, the local planner still sees more than the way on which it slows down.
+"""
+
+
 class GoalProgress:
-    """Distance and time that remain to the active goal.
+    """Distance and time that remain to the active goal, and the poses on the way.
 
     The distance is that along the plan, or along the straight line before the first plan. The time is the distance
     divided by the mean speed of the last seconds; a robot that has just begun counts as fast as it may drive.
@@ -33,13 +47,15 @@ class GoalProgress:
         self._top_speed = max(top_speed, SLOWEST)
         self._goal = Pose2D(0.0, 0.0)
         self._path: FollowedPath | None = None
+        self._poses: Poses = np.empty((0, 7))
+        self._marks: list[float] = []
         self._began = self._updated = 0.0
         self._speed = self._top_speed
         self.distance = 0.0
 
     def begin(self, goal: Pose2D, now: float) -> None:
         """Start to drive to a goal in the map frame."""
-        self._goal, self._path = goal, None
+        self._goal, self._path, self._marks = goal, None, []
         self._began = self._updated = now
         self._speed = self._top_speed
 
@@ -47,9 +63,38 @@ class GoalProgress:
         """Count the time for which the goal was active in another executor [s]."""
         self._began -= spent
 
-    def follow(self, poses: Poses) -> None:
-        """Measure along a new plan (n, 7); raises ``InvalidInput`` as `FollowedPath` does."""
-        self._path = FollowedPath(poses)
+    def follow(self, poses: Poses, through: Sequence[Pose2D] = ()) -> None:
+        """Measure along a new plan (n, 7) that passes poses; raises ``InvalidInput`` as `FollowedPath` does."""
+        self._path, self._poses = FollowedPath(poses), poses
+        self._marks, index = [], 0
+        for pose in through:
+            apart = np.hypot(*(poses[index:, :2] - pose[:2]).T)
+            index += int(np.argmin(apart))
+            self._marks.append(float(self._path.lengths[index]))
+
+    @property
+    def ahead(self) -> Poses:
+        """The plan from the robot to a little beyond the next pose on the way; to its end if there is none."""
+        assert self._path is not None, "there is a plan"
+        first, lengths = self._path.reached, self._path.lengths
+        last = int(np.searchsorted(lengths, self._marks[0] + BEYOND, side="right")) if self._marks else len(lengths)
+        return self._poses[first : max(last, first + 1)]
+
+    def take_passed(self, pose: Pose2D) -> int:
+        """Return how many poses on the way the robot has passed since the last call."""
+        if self._path is None or not self._marks:
+            return 0
+        self._path.locate(pose)
+        covered = float(self._path.lengths[self._path.reached])
+        count = sum(mark - PASSED <= covered for mark in self._marks)
+        self._marks = self._marks[count:]
+        return count
+
+    def take_next(self) -> int:
+        """Count the next pose on the way as passed; return how many there were, 0 or 1."""
+        count = min(len(self._marks), 1)
+        self._marks = self._marks[count:]
+        return count
 
     def update(self, pose: Pose2D, speed: float, now: float) -> None:
         """Take the pose in the map frame and the speed [m/s] of the robot."""

@@ -11,6 +11,7 @@ from ppaas.controllers.base import Controller
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import InvalidInput, PPaaSError
+from ppaas.geometry import Pose2D
 from ppaas.messages import nav2_msgs
 from ppaas.messages.actionlib_msgs import GoalID
 from ppaas.messages.geometry_msgs import PoseStamped
@@ -42,6 +43,8 @@ from ppaas.nodes.move_base.robot_paths import RobotPaths
 from ppaas.nodes.move_base.robot_planner import RobotPlanner
 from ppaas.nodes.move_base.speed_limits import SpeedFilter, SpeedLimits
 from ppaas.nodes.move_base.surroundings import Surroundings
+from ppaas.nodes.move_base.through_goals import poses_of
+from ppaas.nodes.nav2_actions import NAVIGATE_THROUGH_POSES
 from ppaas.planners.base import Planner
 from ppaas.plans.reuse.processor import PlanProcessor
 from ppaas.recoveries.base import Recovery
@@ -108,12 +111,12 @@ class MoveBaseNode(Node):
     subscribes: ClassVar[tuple[Topic, ...]] = (
         topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL,
         topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.ROBOTS, topics.PEOPLE, topics.SPEED_LIMIT,
-        topics.AMCL_STATUS, *PathActions.subscribes, *Behaviors.subscribes,
+        topics.AMCL_STATUS, *NAVIGATE_THROUGH_POSES[:2], *PathActions.subscribes, *Behaviors.subscribes,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.CMD_VEL, topics.PLAN, topics.LOCAL_PLAN, topics.MOVE_BASE_CURRENT_GOAL, *PUBLISHED,
         topics.MOVE_BASE_STATUS, topics.MOVE_BASE_FEEDBACK, topics.MOVE_BASE_RESULT,
-        topics.NAVIGATE_TO_POSE_FEEDBACK, *PathActions.publishes, *Behaviors.publishes,
+        topics.NAVIGATE_TO_POSE_FEEDBACK, *NAVIGATE_THROUGH_POSES[2:], *PathActions.publishes, *Behaviors.publishes,
     )  # fmt: skip
     services: ClassVar[tuple[Service, ...]] = (
         Service("move_base/make_plan", GetPlan),
@@ -195,6 +198,12 @@ class MoveBaseNode(Node):
                 self._on_goal(message, GoalID(message.header.stamp))
             case MoveBaseActionGoal():
                 self._on_goal(message.goal.target_pose, message.goal_id)
+            case nav2_msgs.NavigateThroughPosesActionGoal():
+                poses = poses_of(message.goal, self._surroundings.frames.tree)
+                self._drive(poses[-1], message.goal_id, tuple(poses[:-1]), many=True)
+            case GoalID() if topic == NAVIGATE_THROUGH_POSES.cancel.name:
+                if (active := self._machine.goals.active) is not None and active.goal.many:
+                    self._feed(events.CancelReceived(now, message.id, message.stamp.seconds()))
             case GoalID():
                 self._on_cancel(events.CancelReceived(now, message.id, message.stamp.seconds()))
             case LaserScan() | Odometry() | TFMessage() | RobotStates() | People() | String():
@@ -205,14 +214,16 @@ class MoveBaseNode(Node):
                 raise InvalidInput(f"{self.name} does not accept {type(message).__name__} on topic {topic!r}")
 
     def _on_goal(self, target: PoseStamped, goal_id: GoalID) -> None:
-        pose = pose_in(self._surroundings.frames.tree, MAP, target, "a goal")
+        self._drive(pose_in(self._surroundings.frames.tree, MAP, target, "a goal"), goal_id)
+
+    def _drive(self, pose: Pose2D, goal_id: GoalID, through: tuple[Pose2D, ...] = (), *, many: bool = False) -> None:
         stamp = goal_id.stamp.seconds() or self.context.now()
         self._counter += 1
-        self._planner.head_for(pose)
         name = goal_id.id or f"{self.name}-{self._counter}-{stamp:.3f}"
         if not self._machine.goals.knows(name, self.context.elapsed()):
+            self._planner.head_for(pose)
             self._behaviors.preempt(f"Replaced by another goal: {name}")
-        self._feed(events.GoalReceived(self.context.elapsed(), events.Goal(name, pose, stamp)))
+        self._feed(events.GoalReceived(self.context.elapsed(), events.Goal(name, pose, stamp, through, many)))
         self._tick()
 
     def _on_cancel(self, cancel: events.CancelReceived) -> None:
@@ -258,6 +269,7 @@ class MoveBaseNode(Node):
         except PPaaSError as error:
             self._feed(events.ControlTick(now, None, str(error)))
             return
+        self._executor.see(pose)
         odom = self._surroundings.frames.odometry()
         self._feed(
             events.ControlTick(now, pose, no_progress=self._progress_checker.look(now, self._executor.sent, odom))

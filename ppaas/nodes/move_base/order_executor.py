@@ -140,10 +140,22 @@ class OrderExecutor:
 
     def _follow(self, order: orders.FollowPlan) -> None:
         try:
-            self._controller.set_plan(order.poses)
-            self.progress.follow(order.poses)
+            active = self._goals.active
+            self.progress.follow(order.poses, active.goal.through if active else ())
+            self._controller.set_plan(self.progress.ahead)
         except PPaaSError as error:
             self._feed(events.ControlFailed(self._context.elapsed(), str(error)))
+
+    def see(self, pose: Pose2D) -> None:
+        """Take the pose of the robot, which may pass poses on its way to the goal."""
+        self._pass(self.progress.take_passed(pose))
+
+    def _pass(self, count: int) -> bool:
+        """Lead the local planner on after a number of poses on the way; return whether there were any."""
+        if count:
+            self._feed(events.PosesPassed(self._context.elapsed(), count))
+            self._controller.set_plan(self.progress.ahead)
+        return count > 0
 
     def _compute_velocity(self, pose: Pose2D) -> events.Event:
         around, costs = self._surroundings, self._surroundings.costs
@@ -152,7 +164,9 @@ class OrderExecutor:
         limit = self._limits.at(pose)
         request = ControlRequest(pose, around.velocity, costs, self._period, self._threads(), movers, limit)
         try:
-            reached = self._controller.is_goal_reached(pose, around.velocity)
+            reached = self._controller.is_goal_reached(pose, around.velocity) and not self._pass(
+                self.progress.take_next()
+            )
             velocity = Velocity() if reached else self._controller.compute_velocity(request)
         except PPaaSError as error:
             return events.ControlFailed(self._context.elapsed(), str(error))
@@ -180,7 +194,7 @@ class OrderExecutor:
             self._feed(events.PlanFailed(self._context.elapsed(), order.number, error))
             return
         current = self._surroundings.overlay(self._costmap)
-        self._planner.request(start, order.goal, current, partial(self._on_planned, order.number))
+        self._planner.request(start, order.goal, current, partial(self._on_planned, order.number), order.through)
 
     def _on_planned(self, number: int, result: Planned) -> None:
         now = self._context.elapsed()

@@ -27,12 +27,10 @@ from ppaas.nodes.base import Context, Job, Payload, Topic
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import expect, pose_in
 from ppaas.nodes.move_base.surroundings import Surroundings
+from ppaas.nodes.move_base.through_goals import MAX_POSES
 from ppaas.nodes.nav2_actions import COMPUTE_PATH_THROUGH_POSES, COMPUTE_PATH_TO_POSE
 from ppaas.nodes.planner_server.path_services import PathServices
 from ppaas.planners.base import PlanResult
-
-MAX_POSES = 100
-"""Largest number of poses through which a path is planned."""
 
 UNKNOWN = 200
 """``error_code`` of Nav2's ComputePathToPose for errors that are not of planning."""

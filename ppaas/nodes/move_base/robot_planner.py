@@ -1,6 +1,6 @@
 """Planning for a robot that moves: around what it sees, and telling errors that will pass from those that will not."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ppaas.costmap.costmap import Costmap
@@ -20,6 +20,7 @@ from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.nodes.base import Context, Job
 from ppaas.nodes.planner_server.planner_queue import PlannerQueue
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
+from ppaas.planners.through_poses import plan_through
 from ppaas.plans.reuse.processor import PlanProcessor
 from ppaas.thread_budget import Threads
 
@@ -55,8 +56,9 @@ Planned = PlanResult | Detour | NoPlan | PPaaSError
 
 
 def plan_for_robot(
-    processor: PlanProcessor, planner: Planner, static: Costmap, current: Costmap, request: PlanRequest, *, reuse: bool
-) -> PlanResult | NoPlan:
+    processor: PlanProcessor, planner: Planner, static: Costmap, current: Costmap, request: PlanRequest, *,
+    reuse: bool, through: Sequence[Pose2D] = (),
+) -> PlanResult | NoPlan:  # fmt: skip
     """Plan around observed obstacles; if they block the path, check on the map alone whether the error is final.
 
     Parameters
@@ -67,20 +69,22 @@ def plan_for_robot(
         Called once, or twice if the path is blocked.
     static, current : Costmap
         Costmap of the map alone, and with observed obstacles; the same object if there are none.
+    through : sequence of Pose2D
+        Poses that the path passes.
     """
     try:
-        return processor.plan(planner, current, request, reuse=reuse)
+        return plan_through(lambda part: processor.plan(planner, current, part, reuse=reuse), through, request)
     except BLOCKED as error:
-        return NoPlan(error, final=current is static or _is_blocked(planner, static, request))
+        return NoPlan(error, final=current is static or _is_blocked(planner, static, request, through))
     except FINAL as error:
         return NoPlan(error, final=True)
     except PlanningError as error:
         return NoPlan(error, final=False)
 
 
-def _is_blocked(planner: Planner, static: Costmap, request: PlanRequest) -> bool:
+def _is_blocked(planner: Planner, static: Costmap, request: PlanRequest, through: Sequence[Pose2D]) -> bool:
     try:
-        planner.plan(static, request)
+        plan_through(lambda part: planner.plan(static, part), through, request)
     except BLOCKED:
         return True
     except PlanningError:
@@ -131,14 +135,19 @@ class RobotPlanner:
         """Set the goal, which may be the last one that has moved."""
         self._blocked_paths.head_for(goal)
 
-    def request(self, start: Pose2D, goal: Pose2D, seen: Costmap, done: Callable[[Planned], None]) -> None:
-        """Plan on a costmap with observed obstacles; ``done`` is called with the result."""
+    def request(
+        self, start: Pose2D, goal: Pose2D, seen: Costmap, done: Callable[[Planned], None],
+        through: Sequence[Pose2D] = (),
+    ) -> None:  # fmt: skip
+        """Plan on a costmap with observed obstacles, through poses; ``done`` is called with the result."""
         p = self._parameters
         current = self._blocked_paths.mark(seen, self._now())
 
         def work(cancelled: Callable[[], bool]) -> PlanResult | NoPlan:
             request = PlanRequest(start, goal, p.default_tolerance, p.planner_timeout, cancelled, self._threads())
-            return plan_for_robot(self._processor, self._planner, self._static, current, request, reuse=p.reuse_plans)
+            return plan_for_robot(
+                self._processor, self._planner, self._static, current, request, reuse=p.reuse_plans, through=through
+            )
 
         def planned(result: PlanResult | NoPlan | PPaaSError) -> None:
             longer = self._blocked_paths.take(result, current, start, self._now())

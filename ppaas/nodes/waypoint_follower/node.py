@@ -8,7 +8,11 @@ from ppaas.errors import InvalidInput
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, Status
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
-from ppaas.messages.nav2_msgs import FollowWaypointsActionGoal, FollowWaypointsError
+from ppaas.messages.nav2_msgs import (
+    FollowWaypointsActionGoal,
+    FollowWaypointsError,
+    NavigateThroughPosesActionGoal,
+)
 from ppaas.messages.std_msgs import Header, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.navigation.action_goals import GoalList, cancels
@@ -18,6 +22,7 @@ from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Demands, Node, Payload, Timer, Topic
 from ppaas.nodes.frames import MAP, FrameListener
 from ppaas.nodes.message_checks import pose_in
+from ppaas.nodes.nav2_actions import NAVIGATE_THROUGH_POSES
 from ppaas.nodes.waypoint_follower.action_topics import WaypointTopics
 from ppaas.parameters import Parameters
 
@@ -68,7 +73,7 @@ class WaypointFollowerNode(Node):
     subscribes: ClassVar[tuple[Topic, ...]] = (
         topics.WAYPOINTS_GOAL, topics.WAYPOINTS_CANCEL,
         topics.MOVE_BASE_GOAL, topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.MOVE_BASE_CANCEL, topics.MOVE_BASE_RESULT,
-        topics.TF, topics.TF_STATIC,
+        topics.TF, topics.TF_STATIC, NAVIGATE_THROUGH_POSES.goal,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.WAYPOINTS_STATUS, topics.WAYPOINTS_FEEDBACK, topics.WAYPOINTS_RESULT,
@@ -115,6 +120,9 @@ class WaypointFollowerNode(Node):
                 self._on_other_goal(message.goal.target_pose, message.goal_id.id)
             case PoseStamped():
                 self._on_other_goal(message, "")
+            case NavigateThroughPosesActionGoal():
+                for pose in message.goal.poses[-1:]:
+                    self._on_other_goal(pose, message.goal_id.id)
             case GoalID() if topic == topics.WAYPOINTS_CANCEL.name:
                 self._on_cancel(CancelReceived(now, message.id, message.stamp.seconds()))
             case GoalID():
