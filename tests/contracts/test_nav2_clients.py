@@ -11,11 +11,13 @@ from typing import Any
 import pytest
 
 from ppaas.geometry import Pose2D
+from ppaas.wire.action_types import Part, part_of_action
 from tests.support.endpoints.driven_place import DrivenPlace
 from tests.support.endpoints.still_place import StillClient
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, walled_map
 
+PARTS: tuple[Part, ...] = ("Goal", "Result", "Feedback")
 START = Pose2D(1.0, 1.0, 0.0)
 
 Json = dict[str, Any]
@@ -53,6 +55,43 @@ async def navigator(driven: DrivenPlace) -> AsyncIterator[StillClient]:
     made = StillClient(driven, "operator")
     yield made
     made.session.end()
+
+
+POSE_FEEDBACK = [
+    "current_pose", "navigation_time", "estimated_time_remaining", "number_of_recoveries", "distance_remaining",
+]  # fmt: skip
+MOTION = ["total_elapsed_time", "error_code", "error_msg"]
+ERROR = ["error_code", "error_msg"]
+PATH = ["path", "planning_time", *ERROR]
+
+
+@pytest.mark.parametrize(
+    ("action", "sent", "result", "feedback"),
+    [
+        ("NavigateToPose", ["pose", "behavior_tree"], ERROR, POSE_FEEDBACK),
+        (
+            "NavigateThroughPoses", ["poses", "behavior_tree"], ERROR,
+            [*POSE_FEEDBACK, "number_of_poses_remaining"],
+        ),
+        ("ComputePathToPose", ["goal", "start", "planner_id", "use_start"], PATH, []),
+        ("ComputePathThroughPoses", ["goals", "start", "planner_id", "use_start"], PATH, []),
+        (
+            "Spin", ["target_yaw", "time_allowance", "disable_collision_checks"], MOTION,
+            ["angular_distance_traveled"],
+        ),
+        (
+            "BackUp", ["target", "speed", "time_allowance", "disable_collision_checks"], MOTION,
+            ["distance_traveled"],
+        ),
+        ("Wait", ["time"], MOTION, ["time_left"]),
+    ],
+)  # fmt: skip
+def test_an_action_has_the_fields_of_nav2_in_their_order(
+    action: str, sent: list[str], result: list[str], feedback: list[str]
+) -> None:
+    """Those of Humble, and errors and collision checks of later releases; a list of arguments is in this order."""
+    parts = [list(part_of_action(f"nav2_msgs/action/{action}", part).field_names()) for part in PARTS]
+    assert parts == [sent, result, feedback]
 
 
 # -- goal_pose ---------------------------------------------------------------------------------------------------------

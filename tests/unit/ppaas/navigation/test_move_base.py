@@ -12,8 +12,12 @@ from ppaas.messages.actionlib_msgs import Status
 from ppaas.navigation.events import (
     CancelReceived,
     ControlFailed,
+    Goal,
+    GoalReceived,
     PlanFailed,
     PlanSucceeded,
+    PosesPassed,
+    Preempted,
     RecoveryEnded,
     RecoveryStepped,
     VelocityComputed,
@@ -312,3 +316,45 @@ def test_late_answer_changes_nothing(late):
 def test_parameters_out_of_range_are_refused_by_name(wrong):
     with pytest.raises(InvalidParameter, match=next(iter(wrong))):
         MoveBaseParameters(**wrong)
+
+
+# -- poses on the way, and other things to do --------------------------------------------------------------------------
+
+
+def test_plans_go_through_the_poses_that_were_not_passed():
+    driver = Driver()
+    driver.feed(GoalReceived(driver.now, Goal("a", THERE, driver.now, (HERE, THERE), many=True)))
+    driver.tick()
+    order = driver.one(RequestPlan)
+    assert (order.goal, order.through) == (THERE, (HERE, THERE))
+    driver.feed(PlanSucceeded(driver.now, order.number, PLAN))
+    assert driver.feed(PosesPassed(driver.now, 1)) == []
+    assert driver.machine.goals.active.goal.through == (THERE,)
+    driver.tick(seconds=2.0)
+    assert driver.one(RequestPlan).through == (THERE,)
+
+
+def test_poses_that_are_passed_without_a_goal_are_ignored():
+    assert Driver().feed(PosesPassed(100.0, 1)) == []
+
+
+def test_goal_ends_and_the_robot_stops_if_it_does_something_else():
+    driver = Driver()
+    assert driver.feed(Preempted(driver.now, "why")) == []
+    driver.to_controlling()
+    driver.feed(Preempted(driver.now, "Replaced by another goal: turn"))
+    result = driver.one(PublishResult)
+    assert (result.status, result.text) == (Status.PREEMPTED, "Replaced by another goal: turn")
+    assert driver.of(Stop)
+    assert driver.status() is None
+
+
+def test_feedback_counts_the_recoveries_of_the_goal():
+    driver = Driver()
+    driver.goal()
+    driver.fail_plans_until_recovery()
+    driver.tick()
+    assert driver.one(PublishFeedback).recoveries == 1
+    driver.goal("b")
+    driver.tick()
+    assert driver.one(PublishFeedback).recoveries == 0

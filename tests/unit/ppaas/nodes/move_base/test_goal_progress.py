@@ -72,6 +72,55 @@ def test_a_new_goal_forgets_the_plan_of_the_last_one():
     assert (progress.distance, progress.spent(20.0)) == (1.0, 0.0)
 
 
+# -- poses on the way --------------------------------------------------------------------------------------------------
+
+HALF_WAY, BEND = Pose2D(1.5, 0.0, 0.0), Pose2D(3.0, 0.0, 0.0)
+
+
+def through(*poses: Pose2D) -> GoalProgress:
+    progress = GoalProgress(top_speed=0.5)
+    progress.begin(GOAL, 10.0)
+    progress.follow(corner(), poses)
+    return progress
+
+
+def test_the_local_planner_sees_the_plan_to_a_little_beyond_the_next_pose():
+    progress = through(HALF_WAY, BEND)
+    assert progress.ahead[-1][:2] == pytest.approx((1.7, 0.0), abs=0.11)
+    assert progress.take_next() == 1
+    assert progress.ahead[-1][:2] == pytest.approx((3.0, 0.2), abs=0.11)
+    assert progress.take_next() == 1
+    assert progress.ahead[-1][:2] == pytest.approx(GOAL[:2])
+    assert progress.take_next() == 0
+
+
+def test_without_poses_on_the_way_the_local_planner_sees_the_whole_plan():
+    progress = through()
+    assert np.array_equal(progress.ahead, corner())
+    assert progress.take_passed(HALF_WAY) == 0
+
+
+def test_poses_are_passed_in_order_when_the_robot_comes_near_them_along_the_plan():
+    progress = through(HALF_WAY, BEND)
+    assert progress.take_passed(Pose2D(0.9, 0.0, 0.0)) == 0
+    assert progress.take_passed(Pose2D(1.05, 0.0, 0.0)) == 1
+    assert progress.ahead[0][:2] == pytest.approx((1.0, 0.0), abs=0.06)
+    assert progress.take_passed(Pose2D(2.0, 0.0, 0.0)) == 0
+    assert progress.take_passed(Pose2D(3.0, 0.5, 0.0)) == 1
+
+
+def test_a_pose_that_is_near_but_far_along_the_plan_is_not_passed():
+    there_and_back = np.concatenate([corner(), corner()[::-1]])
+    progress = GoalProgress(top_speed=0.5)
+    progress.begin(HERE, 10.0)
+    progress.follow(there_and_back, (GOAL, HALF_WAY))
+    assert progress.take_passed(HALF_WAY) == 0
+
+
+def test_several_poses_may_be_passed_at_once():
+    assert through(Pose2D(1.2, 0.0, 0.0), HALF_WAY, BEND).take_passed(HALF_WAY) == 2
+
+
 # -- published by Move Base --------------------------------------------------------------------------------------------
 
 
