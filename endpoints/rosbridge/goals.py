@@ -9,6 +9,7 @@ from engine.service.links.place_link import PlaceLink
 from ppaas.clock import monotonic
 from ppaas.errors import NotFound, PPaaSError
 from ppaas.nodes.base import DEFAULT_DEPTH
+from ppaas.nodes.nav2_actions import PATH_GOALS
 from ppaas.wire.actions import Action, actions, find_action, topics_of
 from ppaas.wire.cancel_goal import CANCEL_GOAL, UNKNOWN_GOAL_ID, cancel_message, cancel_response, cancelled_until
 from ppaas.wire.goals import GoalFrame, GoalTracker, refusal
@@ -31,16 +32,20 @@ class ClientGoals:
         Receives feedback.
     send : callable
         Called with a frame that must not be dropped.
+    count_plan : callable
+        Called before a path is requested; raises ``QuotaExceeded`` if the user has requested too many.
     """
 
     def __init__(
-        self, place: PlaceLink, client: int, wire: RosbridgeSession, outbox: FrameOutbox, send: Callable[[bytes], None]
-    ) -> None:
+        self, place: PlaceLink, client: int, wire: RosbridgeSession, outbox: FrameOutbox,
+        send: Callable[[bytes], None], *, count_plan: Callable[[], None],
+    ) -> None:  # fmt: skip
         self._place = place
         self._client = client
         self._wire = wire
         self._outbox = outbox
         self._send = send
+        self._count_plan = count_plan
         self._goals = GoalTracker(f"goal-{client}")
         self._sent = SentGoals(place, client, outbox, send)
         self._topics: set[str] = set()
@@ -126,6 +131,8 @@ class ClientGoals:
         self._send(refusal(SendActionGoal(refused.name, "", refused.id), refused.error))
 
     def _publish(self, topic: str, message: bytes) -> int:
+        if topic in PATH_GOALS:
+            self._count_plan()
         return self._place.publish(topic, message, self._client, must_arrive=True)
 
     # -- from the place ------------------------------------------------------------------------------------------------

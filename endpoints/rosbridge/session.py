@@ -22,6 +22,7 @@ from engine.service.links.place_link import PlaceLink
 from ppaas.clock import monotonic
 from ppaas.errors import InvalidInput, MalformedMessage, NotFound, PPaaSError, rebuild
 from ppaas.nodes.base import DEFAULT_DEPTH
+from ppaas.nodes.nav2_actions import PATH_GOALS
 from ppaas.nodes.topics import policy_of
 from ppaas.wire import operations
 from ppaas.wire.names import ros1_type
@@ -85,7 +86,7 @@ class ClientSession:
         self._delayed_timer: asyncio.TimerHandle | None = None
         self._heartbeat = Heartbeat(self.published)
         self._client = place.join(self)
-        self._goals = ClientGoals(place, self._client, wire, self.outbox, self._answer)
+        self._goals = ClientGoals(place, self._client, wire, self.outbox, self._answer, count_plan=count_plan)
         self._actions = OfferedActions(place, self._client, wire, self.outbox.put_answer)
         self._calls = ClientCalls(place, self._client, wire, self._answer, self._answer_here)
         self._handlers = self._handlers_by_operation()
@@ -158,6 +159,8 @@ class ClientSession:
         topic = self._wire.names.resolve(operation.topic)
         check_may_publish(self._role, topic)
         check_not_heartbeat(topic)
+        if topic in PATH_GOALS:
+            self._count_plan()
         must_arrive, latch = not policy_of(topic).stream, operation.latch is True
         try:
             self._place.publish(topic, bytes(operation.msg), self._client, must_arrive=must_arrive, latch=latch)

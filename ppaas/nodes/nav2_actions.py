@@ -60,3 +60,6 @@ WAIT = _topics("wait", nav2_msgs.WaitActionGoal, nav2_msgs.WaitActionFeedback, n
 
 NAV2_ACTIONS = tuple(each for each in tuple(globals().values()) if isinstance(each, ActionTopics))
 """The actions above."""
+
+PATH_GOALS = frozenset({COMPUTE_PATH_TO_POSE.goal.name, COMPUTE_PATH_THROUGH_POSES.goal.name})
+"""Topics whose messages request paths, as calls of the path services do."""

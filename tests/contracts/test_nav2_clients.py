@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from engine.protocols import robot_link
+from ppaas.errors import QuotaExceeded
 from ppaas.geometry import Pose2D
 from ppaas.wire.action_types import Part, part_of_action
 from tests.support.endpoints.driven_place import DrivenPlace
@@ -254,6 +256,22 @@ async def test_what_is_no_pose_is_refused_with_the_reason(
     ended = driven.result(navigator, goal("compute_path_to_pose", "ComputePathToPose", **args))
     assert (ended["status"], ended["result"]) == (0, False)
     assert reason in ended["values"]
+
+
+@pytest.mark.parametrize("by_topic", [False, True])
+async def test_paths_count_towards_the_quota_of_plans(driven: DrivenPlace, by_topic: bool) -> None:
+    def refuse() -> None:
+        raise QuotaExceeded("120000 plans a minute: try again later")
+
+    limited = StillClient(driven, "operator", count_plan=refuse)
+    if by_topic:
+        limited.say(op="publish", topic="/compute_path_to_pose/goal", msg={"goal": {"goal": stamped(4.0, 3.0)}})
+    else:
+        limited.say(op="send_action_goal", **goal("compute_path_to_pose", "ComputePathToPose", goal=stamped(4.0, 3.0)))
+    [frame] = limited.received()
+    assert "plans a minute" in (frame["msg"] if by_topic else frame["values"])
+    assert driven.far.take(robot_link.Deliver) == []
+    limited.session.end()
 
 
 # -- spin, backup, wait ------------------------------------------------------------------------------------------------
