@@ -90,6 +90,25 @@ AMONG_NODES = {"move_base/result"}
 """Topics between nodes of the clone, which clients need not publish."""
 
 
+TOPIC_TABLE = PROTOCOL, "topic", "type", "direction", "rate and purpose"
+ACTIONS_WITHOUT_TOPICS = {"navigate_to_pose/goal"}
+"""Actions of the page that are executed by the topics of another one."""
+
+
+def topics_of_actions(known: set[str]) -> dict[str, tuple[str, str]]:
+    """Return type and direction of the topics of the page's actions, except those of known actions."""
+    found = {}
+    for name, kind, *_ in table(PROTOCOL, "action", "type", "types of goal, feedback and result", "what it does"):
+        if f"{name}/goal" not in known:
+            base = kind.replace("/action/", "/")
+            found[f"{name}/goal"] = f"{base}ActionGoal", "in"
+            found[f"{name}/cancel"] = "actionlib_msgs/GoalID", "in"
+            found[f"{name}/status"] = "actionlib_msgs/GoalStatusArray", "out"
+            found[f"{name}/feedback"] = f"{base}ActionFeedback", "out"
+            found[f"{name}/result"] = f"{base}ActionResult", "out"
+    return found
+
+
 def test_the_topics_are_those_of_a_clone(graph: Graph) -> None:
     nodes = graph.nodes.values()
     taken = {topic.name for node in nodes for topic in node.subscribes} - AMONG_NODES
@@ -98,8 +117,10 @@ def test_the_topics_are_those_of_a_clone(graph: Graph) -> None:
     for topic in graph.topics.values():
         way = "both" if topic.name in taken & given else "in" if topic.name in taken else "out"
         expected[topic.name] = type_name(topic.type), way + (", latched" if topic.latched else "")
-    listed = table(PROTOCOL, "topic", "type", "direction", "rate and purpose")
-    assert {name: (kind, way) for name, kind, way, _ in listed} == expected
+    listed = {name: (kind, way) for name, kind, way, _ in table(*TOPIC_TABLE)}
+    of_actions = topics_of_actions({*listed, *ACTIONS_WITHOUT_TOPICS})
+    assert listed | of_actions == expected
+    assert not listed.keys() & of_actions.keys()
 
 
 def test_the_services_are_those_of_a_clone(graph: Graph) -> None:
@@ -127,7 +148,9 @@ def test_numbers_of_waypoints_are_those_of_the_code() -> None:
 
 def test_the_rosapi_services_are_those_of_the_code() -> None:
     [paragraph] = re.findall(r"Introspection\*\* follows rosapi.*?get_time`", text_of(PROTOCOL), re.DOTALL)
-    assert {f"rosapi/{name}" for name in re.findall(r"`(\w+)`", paragraph)} - {f"rosapi/{DISTRIBUTION}"} == set(SERVICES)
+    assert {f"rosapi/{name}" for name in re.findall(r"`(\w+)`", paragraph)} - {f"rosapi/{DISTRIBUTION}"} == set(
+        SERVICES
+    )
     assert f"`get_ros_version` ({ROS_VERSION}, distribution" in paragraph
 
 
