@@ -7,7 +7,7 @@ from msgspec import field
 
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus
 from ppaas.messages.geometry_msgs import Point, PoseStamped
-from ppaas.messages.message import Empty, Float32, Int16, Message, UInt16, UInt32
+from ppaas.messages.message import Empty, Float32, Int16, Message, ServiceType, UInt16, UInt32
 from ppaas.messages.nav_msgs import Path
 from ppaas.messages.std_msgs import Duration, Header
 
@@ -151,11 +151,8 @@ class NavigateThroughPosesActionFeedback(Message):
     feedback: NavigateThroughPosesFeedback
 
 
-class NavigateThroughPosesResult(Message):
+class NavigateThroughPosesResult(NavigateToPoseResult):
     """``nav2_msgs/NavigateThroughPosesResult``."""
-
-    error_code: UInt16 = 0
-    error_msg: str = ""
 
 
 class NavigateThroughPosesActionResult(Message):
@@ -233,13 +230,8 @@ class ComputePathThroughPosesActionFeedback(Message):
     feedback: Empty
 
 
-class ComputePathThroughPosesResult(Message):
+class ComputePathThroughPosesResult(ComputePathToPoseResult):
     """``nav2_msgs/ComputePathThroughPosesResult``; the path is empty if there is an error."""
-
-    path: Path
-    planning_time: Duration
-    error_code: UInt16 = 0
-    error_msg: str = ""
 
 
 class ComputePathThroughPosesActionResult(Message):
@@ -327,12 +319,8 @@ class BackUpActionFeedback(Message):
     feedback: BackUpFeedback
 
 
-class BackUpResult(Message):
+class BackUpResult(SpinResult):
     """``nav2_msgs/BackUpResult``."""
-
-    total_elapsed_time: Duration
-    error_code: UInt16 = 0
-    error_msg: str = ""
 
 
 class BackUpActionResult(Message):
@@ -371,12 +359,8 @@ class WaitActionFeedback(Message):
     feedback: WaitFeedback
 
 
-class WaitResult(Message):
+class WaitResult(SpinResult):
     """``nav2_msgs/WaitResult``."""
-
-    total_elapsed_time: Duration
-    error_code: UInt16 = 0
-    error_msg: str = ""
 
 
 class WaitActionResult(Message):
@@ -395,3 +379,20 @@ class SpeedLimit(Message):
     speed_limit: float
     percentage: bool = False
     header: Header = field(default_factory=Header)
+
+
+class ClearEntireCostmapRequest(Message):
+    """``nav2_msgs/ClearEntireCostmap`` request."""
+
+    request: Empty = field(default_factory=Empty)
+
+
+class ClearEntireCostmapResponse(Message):
+    """``nav2_msgs/ClearEntireCostmap`` response."""
+
+    response: Empty = field(default_factory=Empty)
+
+
+ClearEntireCostmap = ServiceType("nav2_msgs/ClearEntireCostmap", ClearEntireCostmapRequest, ClearEntireCostmapResponse)
+
+SERVICES = (ClearEntireCostmap,)

@@ -15,7 +15,7 @@ from ppaas.errors import QuotaExceeded
 from ppaas.geometry import Pose2D
 from ppaas.wire.action_types import Part, part_of_action
 from tests.support.endpoints.driven_place import DrivenPlace
-from tests.support.endpoints.still_place import StillClient
+from tests.support.endpoints.still_place import StillClient, answers
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, walled_map
 
@@ -322,6 +322,21 @@ async def test_an_invalid_behaviour_is_aborted_with_code_and_text(driven: Driven
     ended = driven.result(navigator, goal("backup", "BackUp", target={"x": 0.3}))
     assert (ended["status"], ended["values"]["error_code"]) == (6, 713)
     assert ended["values"]["error_msg"] == "speed must not be 0 m/s"
+
+
+# -- clearing of costmaps ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("arguments", [{}, {"args": {}}, {"args": {"request": {}}}])
+@pytest.mark.parametrize("costmap", ["global_costmap", "local_costmap"])
+async def test_a_costmap_is_cleared_by_the_service_of_nav2(
+    driven: DrivenPlace, navigator: StillClient, costmap: str, arguments: Json
+) -> None:
+    service, kind = f"/{costmap}/clear_entirely_{costmap}", "nav2_msgs/srv/ClearEntireCostmap"
+    navigator.say(op="call_service", service=service, type=kind, id="c", **arguments)
+    driven.carry()
+    [answer] = await answers(navigator)
+    assert (answer["id"], answer["result"], answer["values"]) == ("c", True, {"response": {}})
 
 
 # -- what is served ----------------------------------------------------------------------------------------------------

@@ -47,12 +47,19 @@ from ppaas.nodes.move_base.through_goals import poses_of
 from ppaas.nodes.nav2_actions import NAVIGATE_THROUGH_POSES
 from ppaas.planners.base import Planner
 from ppaas.plans.reuse.processor import PlanProcessor
-from ppaas.recoveries.base import Recovery
+from ppaas.recoveries.base import AffectedMaps, Recovery
 from ppaas.thread_budget import Threads
 
 logger = logging.getLogger(__name__)
 
 STATUS_PERIOD = 1.0
+
+CLEARED: dict[str, AffectedMaps] = {
+    "move_base/clear_costmaps": "both",
+    "global_costmap/clear_entirely_global_costmap": "global",
+    "local_costmap/clear_entirely_local_costmap": "local",
+}
+"""Services that clear observed obstacles, and where."""
 
 
 class MoveBaseState(msgspec.Struct):
@@ -122,6 +129,8 @@ class MoveBaseNode(Node):
         Service("move_base/make_plan", GetPlan),
         Service("move_base/compute_path", ComputePath),
         Service("move_base/clear_costmaps", EmptyService),
+        Service("global_costmap/clear_entirely_global_costmap", nav2_msgs.ClearEntireCostmap),
+        Service("local_costmap/clear_entirely_local_costmap", nav2_msgs.ClearEntireCostmap),
     )
 
     def __init__(
@@ -244,11 +253,12 @@ class MoveBaseNode(Node):
         TransformError
             A frame or the robot's own pose is unknown.
         """
-        if service == "move_base/clear_costmaps":
-            self._surroundings.clear()
-            reply(Empty())
+        maps = CLEARED.get(service)
+        if maps is None:
+            self._paths.call(request, reply)
             return
-        self._paths.call(request, reply)
+        self._surroundings.clear(affected_maps=maps)
+        reply(Empty() if isinstance(request, Empty) else nav2_msgs.ClearEntireCostmapResponse())
 
     def _keep_cycle(self) -> None:
         """Run the control cycle only while a goal is active, so that a waiting robot costs nothing."""

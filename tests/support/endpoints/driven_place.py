@@ -18,6 +18,9 @@ class DrivenPlace(StillPlace):
     def __init__(self, driving: ClosedLoop) -> None:
         super().__init__()
         self.driving = driving
+        self.services = {
+            name: robot_link.ServiceInfo(name, service.type.name) for name, service in driving.graph.services.items()
+        }
         self.topics = {name: topic_info(topic) for name, topic in driving.graph.topics.items()}
         self._wanted: set[str] = set()
         for name in driving.graph.topics:
@@ -39,6 +42,8 @@ class DrivenPlace(StillPlace):
                     self._wanted.discard(frame.topic)
                 case robot_link.Deliver():
                     self._deliver(frame)
+                case robot_link.ServiceCall():
+                    self._call(frame)
 
     def _deliver(self, frame: robot_link.Deliver) -> None:
         graph = self.driving.graph
@@ -47,6 +52,15 @@ class DrivenPlace(StillPlace):
         except PPaaSError as error:
             refusal = robot_link.Refusal(error.slug, str(error))
             self.say(robot_link.MessageRefused(frame.client, frame.topic, refusal, frame.sequence))
+
+    def _call(self, frame: robot_link.ServiceCall) -> None:
+        graph = self.driving.graph
+
+        def reply(result: Payload | PPaaSError) -> None:
+            assert isinstance(result, Message), result
+            self.say(robot_link.ServiceAnswer(frame.call, encode(result)))
+
+        graph.call(frame.service, decode(graph.service(frame.service).type.request, frame.payload), reply)
 
     def run(self, seconds: float) -> None:
         """Simulate for a time [s]."""

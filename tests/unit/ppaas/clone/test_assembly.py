@@ -30,7 +30,8 @@ def test_a_clone_has_the_topics_and_services_of_ros():
         "tf2_web_republisher",
     }  # fmt: skip
     assert {
-        "map", "scan", "odom", "tf", "tf_static", "robot_description", "initialpose", "amcl_pose", "amcl/status", "particlecloud", "cmd_vel",
+        "map", "scan", "odom", "tf", "tf_static", "robot_description", "initialpose", "amcl_pose", "amcl/status",
+        "particlecloud", "cmd_vel",
         "plan", "local_plan", "global_costmap/costmap", "local_costmap/costmap", "move_base/global_costmap/costmap",
         "move_base/local_costmap/costmap", "local_costmap/published_footprint", "move_base/local_costmap/footprint",
         "move_base_simple/goal", "move_base/goal", "move_base/cancel", "move_base/status", "move_base/feedback",
@@ -43,7 +44,8 @@ def test_a_clone_has_the_topics_and_services_of_ros():
     } == set(graph.topics)  # fmt: skip
     assert set(graph.services) == {
         "static_map", "keepout_filter_mask", "speed_filter_mask", "move_base/make_plan", "move_base/compute_path",
-        "move_base/clear_costmaps", "rosapi/get_param", "rosapi/set_param",
+        "move_base/clear_costmaps", "global_costmap/clear_entirely_global_costmap",
+        "local_costmap/clear_entirely_local_costmap", "rosapi/get_param", "rosapi/set_param",
         "rosapi/has_param", "rosapi/delete_param", "rosapi/search_param", "rosapi/get_param_names",
         "republish_tfs", "global_localization", "request_nomotion_update",
     }  # fmt: skip

@@ -9,7 +9,7 @@ from ppaas.messages.codec import decode, encode
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.message import Empty
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
-from ppaas.messages.nav2_msgs import SpeedLimit
+from ppaas.messages.nav2_msgs import ClearEntireCostmapRequest, ClearEntireCostmapResponse, SpeedLimit
 from ppaas.messages.nav_msgs import Path
 from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.std_msgs import Header, Time
@@ -106,6 +106,25 @@ def test_clear_costmaps_removes_seen_obstacles(driving):
     assert around.overlay(static) is not static
     driving.graph.inject("move_base/cancel", GoalID())
     assert call(driving, "move_base/clear_costmaps", Empty()) == Empty()
+    assert around.overlay(static) is static
+
+
+@pytest.mark.parametrize(
+    "service", ["global_costmap/clear_entirely_global_costmap", "local_costmap/clear_entirely_local_costmap"]
+)
+def test_the_services_of_nav2_clear_one_costmap_each(driving, service):
+    cells = driving.world.grid.data.copy()
+    fill(cells, driving.world.grid.info, (2.0, 0.5, 2.2, 1.5))
+    driving.world.truth[:] = cells >= 50
+    driving.send_goal(GOAL)
+    driving.run(0.3)
+    driving.graph.inject("move_base/cancel", GoalID())
+    around, static = driving.graph.nodes["move_base"]._surroundings, driving.layers.costmap
+    driving.world.truth[:] = driving.world.grid.data >= 50
+    assert call(driving, service, ClearEntireCostmapRequest()) == ClearEntireCostmapResponse()
+    assert around.overlay(static) is not static, "the other one keeps its obstacles"
+    for name in ("global_costmap/clear_entirely_global_costmap", "local_costmap/clear_entirely_local_costmap"):
+        call(driving, name, ClearEntireCostmapRequest())
     assert around.overlay(static) is static
 
 
