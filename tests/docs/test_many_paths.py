@@ -48,7 +48,7 @@ def test_a_robot_file_tunes_its_planner_as_described() -> None:
     layers = build_layers(walled_map(4, 3, []))
     named = {"base_global_planner": file["base_global_planner"], "parameters": file["parameters"]}
     build_clone(graph, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), **named)
-    assert graph.nodes["move_base"]._paths._planner("navfn").use_astar  # type: ignore[attr-defined]
+    assert graph.nodes["move_base"]._paths.services._planner("navfn").use_astar  # type: ignore[attr-defined]
 
 
 def test_the_limits_are_those_of_the_code() -> None:

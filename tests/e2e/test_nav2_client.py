@@ -87,7 +87,7 @@ async def test_a_client_of_nav2_plans_drives_turns_and_backs_up(cloud: RunningCl
         await navigator.result()
         remaining = [each["number_of_poses_remaining"] for each in navigator.feedback]
         assert (set(remaining), remaining) == ({1, 2}, sorted(remaining, reverse=True))
-        assert navigator.feedback[0]["estimated_time_remaining"]["sec"] >= 2
+        assert max(each["estimated_time_remaining"]["sec"] for each in navigator.feedback) >= 2
         assert drive.scorer.error(0, last) <= 0.3
 
         before = drive.world.robots[0].base.pose
