@@ -2,9 +2,14 @@
 
 from pathlib import Path
 
-from benchmarks.localization.recording import RecordedFrames, Recording
+from robots.recordings.recording import RecordedFrames, Recording
 
 BAGS = (".bag", ".mcap", ".db3")
+
+
+def is_bag(path: Path) -> bool:
+    """Return whether a path names a bag of ROS: a folder, or a file with the ending of a bag."""
+    return path.is_dir() or path.suffix.lower() in BAGS
 
 
 def read_recording(path: Path, frames: RecordedFrames | None = None) -> Recording:
@@ -15,10 +20,10 @@ def read_recording(path: Path, frames: RecordedFrames | None = None) -> Recordin
     InvalidInput
         The file cannot be read.
     """
-    if path.is_dir() or path.suffix.lower() in BAGS:
-        from benchmarks.localization.ros_bags import read_bag  # noqa: PLC0415 - logs need fewer packages
+    if is_bag(path):
+        from robots.recordings.ros_bags import read_bag  # noqa: PLC0415 - logs need fewer packages
 
         return read_bag(path, frames or RecordedFrames())
-    from benchmarks.localization.carmen_logs import read_log  # noqa: PLC0415
+    from robots.recordings.carmen_logs import read_log  # noqa: PLC0415
 
     return read_log(path)

@@ -11,11 +11,11 @@ import pytest
 from rosbags import rosbag1, rosbag2
 from rosbags.typesys import Stores, get_typestore
 
-from benchmarks.localization.reader import read_recording
-from benchmarks.localization.recording import Look, RecordedFrames
-from benchmarks.localization.ros_bags import ODOMETRY, SCAN, TRANSFORMS, BagMessage, recording_of
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
+from robots.recordings.reader import read_recording
+from robots.recordings.recording import Look, RecordedFrames
+from robots.recordings.ros_bags import ODOMETRY, SCAN, TRANSFORMS, BagMessage, recording_of
 
 BAG = Path("drive.bag")
 

@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from benchmarks.localization.recording import RecordedFrames
 from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
@@ -12,6 +11,7 @@ from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes.frames import BASE_FOOTPRINT, BASE_LINK, MAP, ODOM, unprefixed
 from ppaas.transforms.planar import TransformTree, is_level
 from ppaas.transforms.spatial import LatestFrames, Rigid
+from robots.recordings.recording import RecordedFrames
 
 BASES = (BASE_LINK, BASE_FOOTPRINT)
 """Names of a robot's base frame, each with or without a prefix."""

@@ -5,8 +5,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from benchmarks.localization.bag_frames import BagFrames
-from benchmarks.localization.recording import Look, RecordedFrames, Recording
 from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.localization.beams import check_scan
@@ -14,6 +12,8 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header, Time
 from ppaas.perception.level_scans import LevelScan, level_scan
 from ppaas.transforms.planar import tf_time
+from robots.recordings.bag_frames import BagFrames
+from robots.recordings.recording import Look, RecordedFrames, Recording
 
 SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
 
