@@ -1,0 +1,54 @@
+"""Information of graph edges from that of aligned scans."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+STEP_FLOOR = (0.005, 0.005, 0.002)
+"""Least standard deviations of an edge between successive key frames [m, m, rad]."""
+
+CLOSURE_FLOOR = (0.03, 0.03, 0.008)
+"""Least standard deviations of a loop closure [m, m, rad]."""
+
+CORRELATION = 10.0
+"""Factor of the covariance: neighbouring points lie on one surface, and their errors are not independent."""
+
+LEAST = 1e-3
+"""Information added to directions that a scan does not determine [1/m², 1/rad²]."""
+
+
+def full(information: ArrayLike) -> NDArray[np.float64]:
+    """Return symmetric matrices (..., 3, 3) from their upper triangles (..., 6): xx, xy, xt, yy, yt, tt."""
+    rows = np.asarray(information, np.float64)
+    matrices: NDArray[np.float64] = rows[..., [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(*rows.shape[:-1], 3, 3)
+    return matrices
+
+
+def edge_information(
+    measurements: ArrayLike, information: ArrayLike, floor: tuple[float, float, float], correlation: float = CORRELATION
+) -> NDArray[np.float64]:
+    """Return the information of edges in the frames of their first nodes.
+
+    Parameters
+    ----------
+    measurements : (..., 3) array
+        Pose of each edge's second node in the frame of its first one.
+    information : (..., 6) array
+        Information of that pose in the frame of the second node, as `ppaas.mapping.alignment.Aligned` has it.
+    floor : tuple of float
+        Least standard deviations: `STEP_FLOOR` or `CLOSURE_FLOOR` [m, m, rad].
+    correlation : float
+        Factor of the covariance.
+
+    Returns
+    -------
+    (..., 3, 3) float64 array
+    """
+    covariance = np.linalg.inv(full(information) + LEAST * np.eye(3)) * correlation + np.diag(np.square(floor))
+    theta = np.asarray(measurements, np.float64)[..., 2]
+    rotation = np.zeros(covariance.shape)
+    rotation[..., 0, 0] = rotation[..., 1, 1] = np.cos(theta)
+    rotation[..., 1, 0] = np.sin(theta)
+    rotation[..., 0, 1] = -rotation[..., 1, 0]
+    rotation[..., 2, 2] = 1.0
+    found: NDArray[np.float64] = np.linalg.inv(rotation @ covariance @ rotation.swapaxes(-1, -2))
+    return found
