@@ -1,7 +1,9 @@
 """Information of graph edges from that of aligned scans."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
+
+from ppaas.mapping.planar_poses import rotated, symmetric
 
 STEP_FLOOR = (0.005, 0.005, 0.002)
 """Least standard deviations of an edge between successive key frames [m, m, rad]."""
@@ -16,15 +18,11 @@ LEAST = 1e-3
 """Information added to directions that a scan does not determine [1/m², 1/rad²]."""
 
 
-def full(information: ArrayLike) -> NDArray[np.float64]:
-    """Return symmetric matrices (..., 3, 3) from their upper triangles (..., 6): xx, xy, xt, yy, yt, tt."""
-    rows = np.asarray(information, np.float64)
-    matrices: NDArray[np.float64] = rows[..., [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(*rows.shape[:-1], 3, 3)
-    return matrices
-
-
 def edge_information(
-    measurements: ArrayLike, information: ArrayLike, floor: tuple[float, float, float], correlation: float = CORRELATION
+    measurements: NDArray[np.float64],
+    information: NDArray[np.float64],
+    floor: tuple[float, float, float],
+    correlation: float = CORRELATION,
 ) -> NDArray[np.float64]:
     """Return the information of edges in the frames of their first nodes.
 
@@ -43,12 +41,6 @@ def edge_information(
     -------
     (..., 3, 3) float64 array
     """
-    covariance = np.linalg.inv(full(information) + LEAST * np.eye(3)) * correlation + np.diag(np.square(floor))
-    theta = np.asarray(measurements, np.float64)[..., 2]
-    rotation = np.zeros(covariance.shape)
-    rotation[..., 0, 0] = rotation[..., 1, 1] = np.cos(theta)
-    rotation[..., 1, 0] = np.sin(theta)
-    rotation[..., 0, 1] = -rotation[..., 1, 0]
-    rotation[..., 2, 2] = 1.0
-    found: NDArray[np.float64] = np.linalg.inv(rotation @ covariance @ rotation.swapaxes(-1, -2))
+    covariance = np.linalg.inv(symmetric(information) + LEAST * np.eye(3)) * correlation + np.diag(np.square(floor))
+    found: NDArray[np.float64] = np.linalg.inv(rotated(covariance, measurements[..., 2]))
     return found

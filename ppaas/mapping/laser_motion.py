@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.poses import compose, relative
+from ppaas.mapping.planar_poses import compose, relative
 
 MOST = np.array((3.0, 3.0, 4.0))
 """Largest velocities that the odometry is believed: x, y [m/s], theta [rad/s]; odometry jumps exceed them."""
@@ -53,7 +53,7 @@ def velocities(times: ArrayLike, odometry: ArrayLike, mount: Pose2D) -> NDArray[
     found = np.zeros((len(stamps), 3))
     order = np.argsort(stamps, kind="stable")
     if len(order) > 2:
-        laser = compose(robot[order], np.array(mount))
+        laser = compose(robot[order], np.asarray(mount, np.float64))
         seconds = np.maximum(stamps[order[2:]] - stamps[order[:-2]], LEAST_TIME)
         found[order[1:-1]] = np.clip(relative(laser[:-2], laser[2:]) / seconds[:, np.newaxis], -MOST, MOST)
     return found
