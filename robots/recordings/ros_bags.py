@@ -130,7 +130,7 @@ def _level(message: Any, bag: BagFrames) -> LevelScan:
     scan = LaserScan(
         Header(frame_id=message.header.frame_id), angle_min=message.angle_min, angle_max=message.angle_max,
         angle_increment=message.angle_increment, range_min=message.range_min, range_max=message.range_max,
-        ranges=message.ranges.tolist(),
+        ranges=message.ranges.tolist(), time_increment=float(getattr(message, "time_increment", 0.0)),
     )  # fmt: skip
     check_scan(scan)
     mount = bag.mount(message.header.frame_id.lstrip("/"))
