@@ -42,5 +42,5 @@ def edge_information(
     (..., 3, 3) float64 array
     """
     covariance = np.linalg.inv(symmetric(information) + LEAST * np.eye(3)) * correlation + np.diag(np.square(floor))
-    found: NDArray[np.float64] = np.linalg.inv(rotated(covariance, measurements[..., 2]))
+    found: NDArray[np.float64] = np.asarray(np.linalg.inv(rotated(covariance, measurements[..., 2])), np.float64)
     return found

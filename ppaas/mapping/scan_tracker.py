@@ -5,11 +5,28 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.geometry import Pose2D
+from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.mapping.alignment import TRACKING, Aligned, Prior, align
+from ppaas.mapping.correlative_search import CorrelationGrid, Window
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
+from ppaas.mapping.laser_motion import laser_step
+from ppaas.mapping.odometry_noise import odometry_deviations
 from ppaas.mapping.parameters import SlamParameters
+from ppaas.mapping.planar_poses import compose, relative
 from ppaas.mapping.scan_points import ScanPoints
+
+STANDING = 0.02
+"""Step of the odometry up to which the start is not searched for [m, rad]."""
+
+LEAST_TURN = 0.02
+"""Turn to each side that a search covers, besides twice the deviation of the odometry [rad]."""
+
+AGREEING = 3.0
+"""Standard deviations of the odometry within which the result of a search agrees with it."""
+
+LOOSE = 10.0**0.5
+"""Factor of the standard deviations of the prior where the search disagrees with the odometry."""
 
 
 class Tracked(NamedTuple):
@@ -39,6 +56,9 @@ class Tracked(NamedTuple):
 class ScanTracker:
     """Tracks a laser scan by scan. The first scan is a key frame; its pose is that of the odometry.
 
+    Each scan is expected where the odometry moved the last one. A correlative search finds the start, and the alignment
+    with the last key frames the pose. A scan far enough from the last key frame becomes the next one.
+
     Parameters
     ----------
     geometry : LaserGeometry
@@ -49,6 +69,13 @@ class ScanTracker:
 
     def __init__(self, geometry: LaserGeometry, parameters: SlamParameters) -> None:
         self.key_frames = KeyFrames(geometry, parameters.max_key_frames)
+        self._parameters, self._mount = parameters, geometry.mount
+        self._grid = CorrelationGrid(
+            parameters.correlation_search_space_resolution, parameters.correlation_search_space_smear_deviation
+        )
+        self._scans = 0
+        self._pose = self._odometry = Pose2D(0.0, 0.0, 0.0)
+        self._near = self.key_frames.latest(0)
 
     def add(self, scan: ScanPoints, odometry: Pose2D) -> Tracked:
         """Track the next scan.
@@ -65,7 +92,18 @@ class ScanTracker:
         QuotaExceeded
             The scan is a key frame, and there are as many as allowed.
         """
-        raise NotImplementedError
+        if self._scans:
+            pose, information, ratio, _ = self._align(scan, odometry)
+        else:
+            pose, information, ratio = odometry @ self._mount, np.zeros(6), 1.0
+        is_key = not self._scans or self._is_far(pose)
+        if is_key:
+            self.key_frames.add(scan, self._scans, pose, information)
+        self._pose, self._odometry = pose, odometry
+        self._scans += 1
+        if is_key:
+            self._look_around()
+        return Tracked(pose, is_key, len(self.key_frames) - 1, information, ratio)
 
     def correct(self, poses: NDArray[np.float64]) -> None:
         """Move key frames, as after a closure; later key frames and the current pose move with the last one given.
@@ -75,4 +113,49 @@ class ScanTracker:
         poses : (m, 3) array
             Corrected poses of the first m key frames, m from 1 to the number of key frames.
         """
-        raise NotImplementedError
+        count, stored = len(poses), self.key_frames.poses
+        last = Pose2D(*stored[count - 1].tolist())
+        later = relative(stored[count - 1], stored[count:])
+        stored[:count] = poses
+        stored[count:] = compose(stored[count - 1], later)
+        self._pose = Pose2D(*stored[count - 1].tolist()) @ (last.inverse() @ self._pose)
+        self._look_around()
+
+    def _align(self, scan: ScanPoints, odometry: Pose2D) -> Aligned:
+        moved = self._odometry.inverse() @ odometry
+        prior = Prior(
+            self._pose @ laser_step(self._odometry, odometry, self._mount),
+            odometry_deviations(moved, self._parameters),
+        )
+        start = prior.pose
+        if max(abs(moved.x), abs(moved.y), abs(moved.theta)) > STANDING:
+            start, _ = self._grid.search(scan, start, self._window(prior))
+            prior = _loosened(prior, start)
+        return align(scan, start, self.key_frames, self._near, TRACKING, prior=prior)
+
+    def _window(self, prior: Prior) -> Window:
+        parameters, (along, _, turn) = self._parameters, prior.deviations
+        distance = parameters.correlation_search_space_dimension + 2.0 * along
+        return Window(distance, LEAST_TURN + 2.0 * turn, parameters.coarse_angle_resolution)
+
+    def _is_far(self, pose: Pose2D) -> bool:
+        last = Pose2D(*self.key_frames.poses[-1].tolist())
+        parameters = self._parameters
+        return (
+            last.distance_to(pose) >= parameters.minimum_travel_distance
+            or abs(wrap_angle(pose.theta - last.theta)) >= parameters.minimum_travel_heading
+        )
+
+    def _look_around(self) -> None:
+        """Choose the key frames that the next scans are aligned with."""
+        self._near = self.key_frames.latest(self._parameters.scan_buffer_size)
+        self._grid.draw(self.key_frames, self.key_frames.latest(self._parameters.correlation_scans), self._pose)
+
+
+def _loosened(prior: Prior, start: Pose2D) -> Prior:
+    """Return a wider prior around the start if the search disagrees with the odometry, otherwise the prior."""
+    apart = prior.pose.inverse() @ start
+    if all(abs(off) <= AGREEING * deviation for off, deviation in zip(apart, prior.deviations, strict=True)):
+        return prior
+    along, across, turn = prior.deviations
+    return Prior(start, (LOOSE * along, LOOSE * across, LOOSE * turn))
