@@ -69,8 +69,10 @@ class ScanLog:
 
     def first(self, count: int) -> "ScanLog":
         """Return the log of the first scans."""
-        arrays = (self.stamps, self.odometry, self.ranges, self.first_angles)
-        return ScanLog(*(array[:count] for array in arrays), self.geometry, self.skipped)  # type: ignore[arg-type]
+        stamps, odometry = self.stamps[:count], self.odometry[:count]
+        return replace(
+            self, stamps=stamps, odometry=odometry, ranges=self.ranges[:count], first_angles=self.first_angles[:count]
+        )
 
 
 def joined(
