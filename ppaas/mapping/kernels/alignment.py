@@ -252,6 +252,56 @@ def align(
     return pose, sums[:6].copy(), ratio, pairs
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def linearise(
+    first: NDArray[np.int64],
+    second: NDArray[np.int64],
+    apart: NDArray[np.float64],
+    points: NDArray[np.float32],
+    normals: NDArray[np.float32],
+    valid: NDArray[np.bool_],
+    angle_min: float,
+    per_radian: float,
+    turn: int,
+    gate: float,
+    scale: float,
+    side: int,
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
+    """Return the normal equations of each pair of key frames at their relative pose.
+
+    Parameters
+    ----------
+    first, second : (m,) int64 array
+        Indices of the two key frames; the points of the second are paired with those of the first.
+    apart : (m, 3) float64 array
+        Pose of the second in the frame of the first: x, y [m], theta [rad].
+    points, normals, valid
+        All key frames, stacked.
+    angle_min, per_radian, turn, gate, side
+        See `associate`.
+    scale : float
+        See `add_pairs`.
+
+    Returns
+    -------
+    sums : (m, 9) float64 array
+        In the frame of the second key frame, for points of unit variance.
+    counts : (m, 2) int64 array
+        Numbers of pairs of points, and of points of the second key frame.
+    squares : (m,) float64 array
+        Weighted sums of the squared distances [m²].
+    """
+    sums, squares = np.zeros((first.size, 9)), np.zeros(first.size)
+    counts = np.zeros((first.size, 2), np.int64)
+    for m in range(first.size):
+        i, j = first[m], second[m]
+        counts[m, 0], counts[m, 1], squares[m] = add_pairs(
+            points[j], normals[j], valid[j], points[i], normals[i], apart[m],
+            angle_min, per_radian, turn, gate, scale, side, sums[m],
+        )  # fmt: skip
+    return sums, counts, squares
+
+
 def warm() -> None:
     """Call the kernels once, so that they are compiled or loaded from the cache."""
     scan, valid = np.zeros((1, 2), np.float32), np.zeros(1, np.bool_)
@@ -260,3 +310,5 @@ def warm() -> None:
         scan, scan, valid, one, np.zeros(1, np.int64), np.zeros((1, 3)), frames, frames,
         0.0, 1.0, 6, np.ones(1), 0.03, 8, 0.02, one, one,
     )  # fmt: skip
+    none = np.zeros(1, np.int64)
+    linearise(none, none, np.zeros((1, 3)), frames, frames, valid[np.newaxis], 0.0, 1.0, 6, 1.0, 0.03, 8)
