@@ -14,12 +14,15 @@ from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
 from ppaas.mapping.graph_mapper import CLOSURES, FRONT_END, GraphMapper
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_motion import velocities
+from ppaas.mapping.map_drawing import DEFAULTS as DRAWING
+from ppaas.mapping.map_drawing import draw_map
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.planar_poses import compose, inverse
 from ppaas.mapping.polish import ScanPolisher
 from ppaas.mapping.refinement import refine
 from ppaas.mapping.scan_log import ScanLog
 from ppaas.mapping.scan_points import ScanPoints, prepare
+from ppaas.maps.grid import GridMap
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +48,10 @@ class LogMap:
     def poses(self) -> NDArray[np.float64]:
         """Poses (n, 3) of the robot after the last stage: x, y [m], theta [rad]."""
         return list(self.stages.values())[-1]
+
+    def grid(self, resolution: float = DRAWING.resolution) -> GridMap:
+        """Return the map, drawn with cells of a size [m]; raises ``QuotaExceeded`` if it is too large."""
+        return draw_map(self.mapper.key_frames, self.mapper.key_frames.poses, DRAWING._replace(resolution=resolution))
 
     def summary(self) -> dict[str, Any]:
         """Return the numbers of scans, key frames and closures, and the times."""

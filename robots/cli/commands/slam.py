@@ -100,7 +100,7 @@ def _map(arguments: argparse.Namespace) -> dict[str, Any]:
     frames = RecordedFrames(arguments.scan_topic, arguments.odom_frame, arguments.base_frame)
     log = read_scan_log(arguments.log, arguments.format, frames)
     made = _mapped(log, parameters, arguments.log.name)
-    _write(arguments, log, made)
+    _write(arguments, log, made, parameters.resolution)
     answer = made.summary()
     answer |= {"skipped": log.skipped, "total_seconds": round(sum(made.seconds.values()), 2)}
     if arguments.score is not None:
@@ -121,7 +121,7 @@ def _mapped(log: "ScanLog", parameters: "SlamParameters", name: str) -> "LogMap"
         return map_log(log, parameters, done=lambda scans: progress.update(task, completed=scans))
 
 
-def _write(arguments: argparse.Namespace, log: "ScanLog", made: "LogMap") -> None:
+def _write(arguments: argparse.Namespace, log: "ScanLog", made: "LogMap", resolution: float) -> None:
     """Write the files that were requested."""
     if arguments.trajectory is not None:
         from ppaas.mapping.relations import format_trajectory  # noqa: PLC0415
@@ -132,7 +132,7 @@ def _write(arguments: argparse.Namespace, log: "ScanLog", made: "LogMap") -> Non
     from ppaas.maps.formats.map_files import save_map  # noqa: PLC0415
     from robots.pictures.trajectory import write_trajectory  # noqa: PLC0415
 
-    grid = made.grid()
+    grid = made.grid(resolution)
     if arguments.map is not None:
         image = arguments.map.with_suffix(".pgm")
         record, pixels = save_map(grid, image.name)
