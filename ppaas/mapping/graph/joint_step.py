@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.errors import InvalidGraph
+from ppaas.mapping.graph.normal_equations import NormalEquations
 from ppaas.mapping.planar_poses import PoseArray
 
 
@@ -33,6 +35,9 @@ class LinearisedPairs(NamedTuple):
 class JointSystem:
     """Sparse normal equations of poses; keeps ordering and pattern while the pairs stay the same."""
 
+    def __init__(self) -> None:
+        self._equations: NormalEquations | None = None
+
     def step(self, poses: PoseArray, pairs: LinearisedPairs, damping: float = 1e-6) -> PoseArray:
         """Return the changes (n, 3) to add to x, y, theta of the poses; the first of each connected part is 0.
 
@@ -42,5 +47,17 @@ class JointSystem:
         pairs : LinearisedPairs
         damping : float
             Added to the diagonal of the normal equations.
+
+        Raises
+        ------
+        InvalidGraph
+            The normal equations are not positive definite.
         """
-        raise NotImplementedError
+        equations = self._equations
+        if equations is None or not equations.has_pattern(len(poses), pairs.first, pairs.second):
+            equations = self._equations = NormalEquations(len(poses), pairs.first, pairs.second)
+        equations.linearise(poses, pairs.hessians, pairs.gradients, np.ones(len(pairs.first)))
+        changes = equations.step(damping)
+        if changes is None:
+            raise InvalidGraph("the pairs do not determine the poses: an information matrix is not positive definite")
+        return changes

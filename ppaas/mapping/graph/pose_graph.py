@@ -1,5 +1,6 @@
 """Pose graph: poses of key frames, and measured relative poses between them."""
 
+from collections.abc import Callable
 from enum import IntEnum
 from typing import Any, NamedTuple
 
@@ -40,7 +41,7 @@ class Edges(NamedTuple):
 
     def take(self, which: NDArray[np.bool_] | NDArray[np.int64]) -> "Edges":
         """Return copies of some edges, by a mask or by indices."""
-        return Edges(*(array[which] for array in self))
+        return _of_each(self, lambda array: array[which])
 
 
 _NO_EDGES = Edges(
@@ -74,7 +75,7 @@ class PoseGraph:
     @property
     def edges(self) -> Edges:
         """All edges: read-only views that the next change of the graph may invalidate."""
-        return Edges(*(_read_only(array[: self._edge_count]) for array in self._edges))
+        return _of_each(self._edges, lambda array: _read_only(array[: self._edge_count]))
 
     def add_node(self, pose: ArrayLike) -> int:
         """Append a node and return its index.
@@ -121,11 +122,12 @@ class PoseGraph:
             raise InvalidGraph("an edge needs a measurement of shape (3,) and an information of shape (3, 3)")
         if not (np.isfinite(measured).all() and np.isfinite(weights).all()):
             raise InvalidGraph(f"edge from node {first} to node {second} has a number that is not finite")
-        self._edges = Edges(*(_with_space(array, self._edge_count) for array in self._edges))
-        for array, value in zip(self._edges, (first, second, measured, weights, kind), strict=True):
-            array[self._edge_count] = value
+        self._edges = _of_each(self._edges, lambda array: _with_space(array, self._edge_count))
+        edge, edges = self._edge_count, self._edges
+        edges.first[edge], edges.second[edge], edges.kinds[edge] = first, second, kind
+        edges.measurements[edge], edges.information[edge] = measured, weights
         self._edge_count += 1
-        return self._edge_count - 1
+        return edge
 
     def move_nodes(self, poses: PoseArray) -> None:
         """Replace the poses of all nodes by those of an (n, 3) array."""
@@ -142,6 +144,11 @@ class PoseGraph:
                 raise InvalidGraph(f"edge names node {node}; the graph has {self._node_count} nodes")
         if first == second:
             raise InvalidGraph(f"edge from node {first} to itself")
+
+
+def _of_each(edges: Edges, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Edges:
+    """Return edges whose arrays are results of a function of the arrays of others."""
+    return Edges(*[change(array) for array in edges])
 
 
 def _with_space(array: NDArray[Any], count: int) -> NDArray[Any]:
