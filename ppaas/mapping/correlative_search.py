@@ -71,12 +71,15 @@ class CorrelationGrid:
         )  # fmt: skip
 
     def search(self, scan: ScanPoints, start: Pose2D, window: Window) -> tuple[Pose2D, float]:
-        """Return the pose near a start at which a scan fits the grid best, and its fit from 0 to 1."""
+        """Return the pose near a start at which a scan fits the grid best, and its fit from 0 to 1.
+
+        If the scan fits nowhere, the pose is the start.
+        """
         pose, fit = kernels.search(
             self._grid, self._x0, self._y0, self._resolution, scan.points, scan.valid, STRIDE, np.array(start),
             math.ceil(window.distance / self._resolution), math.ceil(window.turn / window.step), window.step,
         )  # fmt: skip
-        return Pose2D(*pose.tolist()), fit
+        return (Pose2D(*pose.tolist()) if fit > 0.0 else start), fit
 
 
 def _blur(resolution: float, deviation: float) -> NDArray[np.uint8]:
