@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.closing import Closure, ClosureSearch, Searched
+from ppaas.mapping.closures.closing import ClosureSearch
+from ppaas.mapping.closures.closure import Closure, Searched
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submaps
 from ppaas.mapping.edge_information import STEP_FLOOR, edge_information

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.branch_and_bound import Window
-from ppaas.mapping.closures.drift import DriftModel, path_covariances
+from ppaas.mapping.closures.drift import path_covariances
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import Edges
@@ -61,10 +61,7 @@ def find_candidates(
     submap, older = submaps[of], submaps[: max(of - parameters.fewest_submaps_between, 0)]
     if not older:
         return []
-    model = DriftModel(
-        parameters.heading_walk, parameters.heading_bias, parameters.translation_walk, parameters.translation_bias
-    )
-    covariances, _ = path_covariances(poses, edges, submap.middle, model)
+    covariances, _ = path_covariances(poses, edges, submap.middle, parameters.drift)
     centre = poses[submap.first : submap.end, :2].mean(axis=0)
     found = [
         candidate
@@ -87,7 +84,7 @@ def _candidate(
     parameters: ClosureParameters,
 ) -> Candidate | None:
     """Return the candidate for one older submap, or None if it is out of reach."""
-    (x, y, turn), angle = _window(covariance, parameters)
+    (x, y, turn), angle = search_window(covariance, parameters)
     # Nearest key frame of the older submap, in the axes of the window.
     dx, dy = (poses[:, :2] - centre).T
     c, s = math.cos(angle), math.sin(angle)
@@ -99,8 +96,24 @@ def _candidate(
     return Candidate(target, Pose2D(float(centre[0]), float(centre[1]), angle), window, x > parameters.wide_window, far)
 
 
-def _window(covariance: NDArray[np.float64], parameters: ClosureParameters) -> tuple[tuple[float, float, float], float]:
-    """Return half sizes of a window along its axes [m, m, rad], and the direction of its first axis [rad]."""
+def search_window(
+    covariance: NDArray[np.float64], parameters: ClosureParameters
+) -> tuple[tuple[float, float, float], float]:
+    """Return the window of a covariance.
+
+    Parameters
+    ----------
+    covariance : (3, 3) array
+        Covariance of x, y, theta in the map frame.
+    parameters : ClosureParameters
+
+    Returns
+    -------
+    (float, float, float)
+        Half sizes along the long and the short axis, and of the rotation [m, m, rad].
+    float
+        Direction of the long axis [rad].
+    """
     most = (
         parameters.loop_search_maximum_distance,
         parameters.loop_search_maximum_distance,

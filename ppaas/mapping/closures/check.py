@@ -11,7 +11,7 @@ from ppaas.mapping.closures.kernels.visibility import agreement
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.key_frames import KeyFrames, NearFrames
-from ppaas.mapping.planar_poses import compose, relative, wrap_angles
+from ppaas.mapping.planar_poses import relative, wrap_angles
 
 ALIGNED_WITH = 6
 """Number of older key frames that a scan is aligned with."""
@@ -140,9 +140,3 @@ def _agreement(
         one.points, one.valid, two.points, two.valid, pose, geometry.angle_min, geometry.angle_increment, tolerance
     )
     return found
-
-
-def moved_poses(poses: NDArray[np.float64], frame: Pose2D, motion: Pose2D) -> NDArray[np.float64]:
-    """Return poses (m, 3) after a motion that is given in a frame of the map."""
-    moved: NDArray[np.float64] = compose(np.array(frame @ motion @ frame.inverse()), poses)
-    return moved

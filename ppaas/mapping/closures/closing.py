@@ -1,7 +1,6 @@
 """Search for the loop closures of a submap."""
 
-from dataclasses import dataclass, field
-from enum import Enum
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +9,9 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.ambiguity import Rivalry, rival_match
 from ppaas.mapping.closures.branch_and_bound import Match, search
 from ppaas.mapping.closures.candidates import Candidate, find_candidates
-from ppaas.mapping.closures.check import CheckedScan, ScanCheck, moved_poses
+from ppaas.mapping.closures.check import CheckedScan, ScanCheck
+from ppaas.mapping.closures.closure import Closure, Reason, Refusal, Searched
+from ppaas.mapping.closures.contradictions import Contradictions
 from ppaas.mapping.closures.kernels.points import gather, thin
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.pyramid import Blur, LikelihoodPyramid, build_pyramid
@@ -18,6 +19,7 @@ from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.edge_information import CLOSURE_FLOOR, edge_information
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
 from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.planar_poses import compose
 
 REACH = 20.0
 """Points of the latest submap farther than this from its middle are left out, along each axis [m]."""
@@ -33,70 +35,6 @@ WIDE_STRIDE = 3
 
 MORE_WIDE = 3
 """Factor of the number of candidates if most windows are wide."""
-
-
-class Reason(Enum):
-    """Reason for which a candidate was refused."""
-
-    SCORE = "no motion in the window fits well enough"
-    AMBIGUOUS = "another motion fits nearly as well"
-    CHECK = "too few scans passed the check"
-
-
-@dataclass(frozen=True, slots=True)
-class Refusal:
-    """Candidate that was searched and refused.
-
-    Parameters
-    ----------
-    source, target : Submap
-    reason : Reason
-    score : float
-        Score of the best motion, 0 if it was not found.
-    """
-
-    source: Submap
-    target: Submap
-    reason: Reason
-    score: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Closure:
-    """Loop closure between two submaps.
-
-    Parameters
-    ----------
-    source, target : Submap
-        Key frames that were matched, and the older ones.
-    edges : Edges
-        One edge for each scan that passed the check, from an older key frame to a later one.
-    score : float
-        Score of the match, from 0 to 1.
-    wide : bool
-        Whether the window was wide. Such a closure has to agree with others before it is trusted.
-    """
-
-    source: Submap
-    target: Submap
-    edges: Edges
-    score: float
-    wide: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Searched:
-    """Result of a search.
-
-    Parameters
-    ----------
-    closures : list of Closure
-    refusals : list of Refusal
-        Candidates that were searched in vain.
-    """
-
-    closures: list[Closure] = field(default_factory=list)
-    refusals: list[Refusal] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,14 +73,26 @@ class ClosureSearch:
         of : int
             Index of the submap to search for.
         """
-        poses, result = graph.poses, Searched()
-        for pair in self._pairs(poses, graph.edges, submaps, of):
+        poses, edges, result = graph.poses, graph.edges, Searched()
+        for pair in self._pairs(poses, edges, submaps, of):
             found = self._match(frames, poses, pair)
             if isinstance(found, Closure):
                 result.closures.append(found)
             else:
                 result.refusals.append(found)
-        return result
+        return self._settled(result, Contradictions(poses, edges, self._parameters))
+
+    def _settled(self, searched: Searched, contradictions: Contradictions) -> Searched:
+        """Return the closures that do not contradict the best one; none if one that does is nearly as good."""
+        if len(searched.closures) < 2:
+            return searched
+        best, *others = sorted(searched.closures, key=lambda closure: -closure.score)
+        rivals = contradictions.with_best(best, others)
+        if any(rival.score > self._parameters.ambiguous_share * best.score for rival in rivals):
+            refused = [closure.refused(Reason.AMBIGUOUS) for closure in searched.closures]
+            return Searched([], searched.refusals + refused)
+        kept = [closure for closure in searched.closures if closure not in rivals]
+        return Searched(kept, searched.refusals + [rival.refused(Reason.CONTRADICTED) for rival in rivals])
 
     def _pairs(self, poses: NDArray[np.float64], edges: Edges, submaps: list[Submap], of: int) -> list[_Pair]:
         """Return the pairs to match, the most probable first."""
@@ -179,11 +129,13 @@ class ClosureSearch:
         if pair.candidate.wide and self._is_ambiguous(pyramid, points, pair, best):
             return Refusal(pair.source, pair.target, Reason.AMBIGUOUS, best.score)
         own = poses[pair.source.first : pair.source.end]
-        moved = moved_poses(own, pair.candidate.frame, best.motion)
+        frame = pair.candidate.frame
+        motion = frame @ best.motion @ frame.inverse()
+        moved = compose(np.array(motion), own)
         passed = ScanCheck(frames, poses, parameters).run(pair.source, pair.target, moved)
         if len(passed) < parameters.loop_match_minimum_chain_size:
             return Refusal(pair.source, pair.target, Reason.CHECK, best.score)
-        return Closure(pair.source, pair.target, edges_of(passed), best.score, pair.candidate.wide)
+        return Closure(pair.source, pair.target, edges_of(passed), best.score, motion, pair.candidate.wide)
 
     def _is_ambiguous(self, pyramid: LikelihoodPyramid, points: NDArray[np.float64], pair: _Pair, best: Match) -> bool:
         """Return whether another motion fits nearly as well as the best one."""

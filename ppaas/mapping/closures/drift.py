@@ -5,12 +5,11 @@ in Large-scale Cyclic Environments using the Atlas Framework*, IJRR 2004). Error
 beyond, so the covariance is long across the path and narrow along it.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.mapping.closures.kernels.drift import path_moments
+from ppaas.mapping.closures.parameters import DriftModel
 from ppaas.mapping.closures.submaps import travelled
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
 
@@ -19,23 +18,6 @@ CLOSURE_LENGTH = 0.2
 
 LEAST_LENGTH = 1e-3
 """Least length of an edge [m]."""
-
-
-class DriftModel(NamedTuple):
-    """Growth of the uncertainty with the distance travelled.
-
-    Parameters
-    ----------
-    heading_walk, translation_walk : float
-        Standard deviations per square root of a metre [rad/√m, m/√m].
-    heading_bias, translation_bias : float
-        Systematic errors per metre [rad/m, m/m].
-    """
-
-    heading_walk: float
-    heading_bias: float
-    translation_walk: float
-    translation_bias: float
 
 
 def path_covariances(

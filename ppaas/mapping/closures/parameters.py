@@ -1,7 +1,26 @@
 """Parameters of loop closures, named as in slam_toolbox where one of theirs fits."""
 
+from typing import NamedTuple
+
 from ppaas.errors import InvalidParameter
 from ppaas.parameters import Parameters, check_numbers
+
+
+class DriftModel(NamedTuple):
+    """Growth of the uncertainty with the distance travelled.
+
+    Parameters
+    ----------
+    heading_walk, translation_walk : float
+        Standard deviations per square root of a metre [rad/√m, m/√m].
+    heading_bias, translation_bias : float
+        Systematic errors per metre [rad/m, m/m].
+    """
+
+    heading_walk: float
+    heading_bias: float
+    translation_walk: float
+    translation_bias: float
 
 
 class ClosureParameters(Parameters, frozen=True):
@@ -48,6 +67,11 @@ class ClosureParameters(Parameters, frozen=True):
     least_ratio: float = 0.5
     least_confirmed: float = 0.8
     visibility_tolerance: float = 0.3
+
+    @property
+    def drift(self) -> DriftModel:
+        """Growth of the uncertainty with the distance travelled."""
+        return DriftModel(self.heading_walk, self.heading_bias, self.translation_walk, self.translation_bias)
 
     def __post_init__(self) -> None:
         """Check the ranges."""
