@@ -75,10 +75,16 @@ class NormalEquations:
         return changes
 
     def solve(self, right: Floats) -> Floats:
-        """Return x (n, 3, k) with H x = b for b (n, 3, k), after `step`; x is 0 and b is ignored at fixed nodes."""
+        """Return x (n, 3, k) with H x = b for b (n, 3, k), after `step`. x is 0 and b is ignored at fixed nodes."""
         solved = np.zeros(right.shape)
         solved[self._free] = self.factor.solve(right[self._free])
         return solved
+
+    def inverse_diagonal(self) -> Floats:
+        """Return the blocks (n, 3, 3) on the diagonal of the inverse of H, after `step`; 0 at fixed nodes."""
+        blocks = np.zeros((self._count, 3, 3))
+        blocks[self._free] = self.factor.inverse_diagonal()
+        return blocks
 
     def _pattern(self) -> tuple[Ints, Ints, Ints]:
         """Return the pairs of free nodes that edges connect, and the slot of each edge."""
