@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.mapping.laser_geometry import LaserGeometry
-from ppaas.mapping.planar_poses import compose, relative
 from ppaas.mapping.scan_log import ScanLog
+from ppaas.planar_poses import compose, relative
 
 SPEED, TURN = 0.5, 0.9
 """Largest velocities of the robot [m/s, rad/s]."""

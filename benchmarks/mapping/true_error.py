@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.mapping.planar_poses import relative
 from ppaas.mapping.relations import Relations
+from ppaas.planar_poses import relative
 
 NEAR, APART = 3.0, 100
 """Largest distance of the two poses of a relation [m], and smallest number of scans between them."""

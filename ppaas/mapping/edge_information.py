@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.mapping.planar_poses import rotated, symmetric
+from ppaas.planar_poses import rotated, symmetric
 
 STEP_FLOOR = (0.005, 0.005, 0.002)
 """Least standard deviations of an edge between successive key frames [m, m, rad]."""

@@ -20,9 +20,9 @@ from ppaas.mapping.graph.solver import GraphSolver, Robust, Solution, SolverOpti
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.parameters import SlamParameters
-from ppaas.mapping.planar_poses import relative
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.scan_tracker import ScanTracker, Tracked
+from ppaas.planar_poses import relative
 
 FRONT_END, CLOSURES = SlamParameters(), ClosureParameters()
 """Default parameters."""

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.planar_poses import compose, relative
+from ppaas.planar_poses import compose, relative
 
 MOST = np.array((3.0, 3.0, 4.0))
 """Largest velocities that the odometry is believed: x, y [m/s], theta [rad/s]; odometry jumps exceed them."""
@@ -27,8 +27,21 @@ def laser_step(before: Pose2D, after: Pose2D, mount: Pose2D) -> Pose2D:
 
 
 def velocity(step: Pose2D, seconds: float) -> NDArray[np.float64]:
-    """Return the mean velocity (x, y [m/s], theta [rad/s]) of a step of the laser; each at most `MOST`."""
-    found: NDArray[np.float64] = np.clip(np.array(step) / max(seconds, LEAST_TIME), -MOST, MOST)
+    """Return the mean velocity of a step of the laser, in its frame after the step; each component at most `MOST`.
+
+    Parameters
+    ----------
+    step : Pose2D
+        See `laser_step`.
+    seconds : float
+        Duration of the step.
+
+    Returns
+    -------
+    (3,) array
+        x, y [m/s], theta [rad/s].
+    """
+    found: NDArray[np.float64] = np.clip(-np.array(step.inverse()) / max(seconds, LEAST_TIME), -MOST, MOST)
     return found
 
 
@@ -55,5 +68,6 @@ def velocities(times: ArrayLike, odometry: ArrayLike, mount: Pose2D) -> NDArray[
     if len(order) > 2:
         laser = compose(robot[order], np.asarray(mount, np.float64))
         seconds = np.maximum(stamps[order[2:]] - stamps[order[:-2]], LEAST_TIME)
-        found[order[1:-1]] = np.clip(relative(laser[:-2], laser[2:]) / seconds[:, np.newaxis], -MOST, MOST)
+        steps = relative(laser[1:-1], laser[2:]) - relative(laser[1:-1], laser[:-2])
+        found[order[1:-1]] = np.clip(steps / seconds[:, np.newaxis], -MOST, MOST)
     return found

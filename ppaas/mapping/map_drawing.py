@@ -12,8 +12,8 @@ from ppaas.errors import QuotaExceeded
 from ppaas.geometry import Pose2D
 from ppaas.mapping.kernels import occupancy as kernels
 from ppaas.mapping.key_frames import KeyFrames
-from ppaas.mapping.planar_poses import PoseArray
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
+from ppaas.planar_poses import PoseArray
 
 MARGIN = 2
 """Cells around the outermost points."""

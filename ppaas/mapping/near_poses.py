@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.mapping.kernels import neighbours as kernels
-from ppaas.mapping.planar_poses import PoseArray
+from ppaas.planar_poses import PoseArray
 
 MOST_BUCKETS = 1 << 20
 """Largest number of buckets that poses are sorted into; poses far apart get larger ones."""

@@ -17,12 +17,12 @@ from ppaas.mapping.laser_motion import velocities
 from ppaas.mapping.map_drawing import DEFAULTS as DRAWING
 from ppaas.mapping.map_drawing import draw_map
 from ppaas.mapping.parameters import SlamParameters
-from ppaas.mapping.planar_poses import compose, inverse
 from ppaas.mapping.polish import ScanPolisher
 from ppaas.mapping.refinement import refine
 from ppaas.mapping.scan_log import ScanLog
 from ppaas.mapping.scan_points import ScanPoints, prepare
 from ppaas.maps.grid import GridMap
+from ppaas.planar_poses import compose, inverse
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,8 +4,8 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.alignment import AlignmentSettings, Prior, align
 from ppaas.mapping.key_frames import KeyFrames, NearFrames
 from ppaas.mapping.near_poses import nearest_poses
-from ppaas.mapping.planar_poses import PoseArray
 from ppaas.mapping.scan_points import ScanPoints
+from ppaas.planar_poses import PoseArray
 
 POLISHING = AlignmentSettings(gates=(0.15, 0.1, 0.1, 0.1), deviation=0.06)
 """Settings of the alignment: the pose is nearly right, and several key frames repeat one error."""

@@ -14,7 +14,7 @@ from ppaas.mapping.graph.pose_graph import Edges
 from ppaas.mapping.kernels import alignment as kernels
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.near_poses import nearest_poses
-from ppaas.mapping.planar_poses import PoseArray, relative, rotated, symmetric, wrap_angles
+from ppaas.planar_poses import PoseArray, relative, rotated, symmetric, wrap_angles
 
 DAMPING = 1e-3
 """Information added to each pose in a step [1/m², 1/rad²]."""

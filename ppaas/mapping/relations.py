@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
-from ppaas.mapping.planar_poses import relative
+from ppaas.planar_poses import relative
 
 NEAR = 0.3
 """Largest difference of the stamp of a relation and that of a pose [s]; files of relations have few digits."""

@@ -13,8 +13,8 @@ from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.laser_motion import laser_step
 from ppaas.mapping.odometry_noise import odometry_deviations
 from ppaas.mapping.parameters import SlamParameters
-from ppaas.mapping.planar_poses import compose, relative
 from ppaas.mapping.scan_points import ScanPoints
+from ppaas.planar_poses import compose, relative
 
 STANDING = 0.02
 """Step of the odometry up to which the start is not searched for [m, rad]."""

@@ -11,7 +11,7 @@ from ppaas.mapping.closures.kernels.visibility import agreement
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.key_frames import KeyFrames, NearFrames
-from ppaas.mapping.planar_poses import relative, wrap_angles
+from ppaas.planar_poses import relative, wrap_angles
 
 ALIGNED_WITH = 6
 """Number of older key frames that a scan is aligned with."""

@@ -19,7 +19,7 @@ from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.edge_information import CLOSURE_FLOOR, edge_information
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
 from ppaas.mapping.key_frames import KeyFrames
-from ppaas.mapping.planar_poses import compose
+from ppaas.planar_poses import compose
 
 REACH = 20.0
 """Points of the latest submap farther than this from its middle are left out, along each axis [m]."""

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ppaas.mapping.graph.largest_clique import largest_clique
 from ppaas.mapping.graph.odometry_chain import OdometryChain, adjoints, end_covariances
 from ppaas.mapping.graph.pose_graph import Edges, PoseGraph
-from ppaas.mapping.planar_poses import compose, inverse
+from ppaas.planar_poses import compose, inverse
 
 CHI2 = 11.34
 """99 % quantile of the squared Mahalanobis distance with three degrees of freedom."""

@@ -13,7 +13,7 @@ import numpy as np
 from ppaas.errors import InvalidGraph
 from ppaas.geometry import wrap_angle
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
-from ppaas.mapping.planar_poses import rotated, symmetric, upper_triangle, wrap_angles
+from ppaas.planar_poses import rotated, symmetric, upper_triangle, wrap_angles
 
 _NUMBERS = {"VERTEX_SE2": (1, 3), "EDGE_SE2": (2, 9)}
 """Ids and numbers after each tag."""

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidGraph
 from ppaas.mapping.graph.normal_equations import NormalEquations
-from ppaas.mapping.planar_poses import PoseArray
+from ppaas.planar_poses import PoseArray
 
 
 class LinearisedPairs(NamedTuple):

@@ -7,7 +7,7 @@ from ppaas.errors import InvalidGraph
 from ppaas.mapping.graph.normal_equations import NormalEquations
 from ppaas.mapping.graph.pose_graph import PoseGraph
 from ppaas.mapping.graph.solver import Solution
-from ppaas.mapping.planar_poses import PoseArray, relative
+from ppaas.planar_poses import PoseArray, relative
 
 Floats = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from ppaas.mapping.graph.kernels.edges import edge_errors
 from ppaas.mapping.graph.normal_equations import NormalEquations
 from ppaas.mapping.graph.pose_graph import Edges
 from ppaas.mapping.graph.robust_weights import WeightRule
-from ppaas.mapping.planar_poses import PoseArray
+from ppaas.planar_poses import PoseArray
 
 _LEAST_DAMPING, _MOST_DAMPING = 1e-6, 1e6
 """Bounds of the share of the diagonal that is added to it; below, none is added, above, no step is tried."""

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from ppaas.mapping.graph.block_cholesky import BlockCholesky
 from ppaas.mapping.graph.kernels.edges import add_edges, connected_parts
-from ppaas.mapping.planar_poses import PoseArray
+from ppaas.planar_poses import PoseArray
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
-from ppaas.mapping.planar_poses import PoseArray, compose, relative, rotated
+from ppaas.planar_poses import PoseArray, compose, relative, rotated
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -56,7 +56,7 @@ class OdometryChain:
 
 def end_covariances(edges: Edges) -> Floats:
     """Return the covariances (m, 3, 3) of measurements, as small motions in the frames of the second nodes."""
-    inverses: Floats = np.linalg.inv(edges.information + _LEAST_INFORMATION * np.eye(3))
+    inverses: Floats = np.linalg.inv(edges.information + _LEAST_INFORMATION * np.eye(3)).astype(np.float64)
     return rotated(inverses, -edges.measurements[:, 2])
 
 

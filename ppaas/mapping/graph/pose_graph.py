@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ppaas.errors import InvalidGraph
-from ppaas.mapping.planar_poses import PoseArray
+from ppaas.planar_poses import PoseArray
 
 
 class EdgeKind(IntEnum):

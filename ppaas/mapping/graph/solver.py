@@ -10,7 +10,7 @@ from ppaas.mapping.graph.minimisation import Minimisation
 from ppaas.mapping.graph.normal_equations import NormalEquations
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.mapping.graph.robust_weights import CovarianceScaling, FixedWeights, WeightRule, truncated_weights
-from ppaas.mapping.planar_poses import PoseArray, wrap_angles
+from ppaas.planar_poses import PoseArray, wrap_angles
 
 _CONTROL_FACTOR, _LAST_CONTROL = 2.0, 16.0
 """Factor of the control parameter of graduated non-convexity after each step, and its value at the last. The paper

@@ -4,8 +4,8 @@ import math
 
 from benchmarks.mapping.simulated_drive import SimulatedDrive
 from ppaas.geometry import Pose2D
-from ppaas.mapping.planar_poses import relative
 from ppaas.mapping.relations import Relations
+from ppaas.planar_poses import relative
 
 NO_RANGE = 81.91
 

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.mapping.office import office, route
 from benchmarks.mapping.simulated_drive import cast, drive, odometry, simulate
 from ppaas.geometry import Pose2D
-from ppaas.mapping.planar_poses import relative
+from ppaas.planar_poses import relative
 
 ROOM = np.array([(0.0, 0.0, 6.0, 0.0), (6.0, 0.0, 6.0, 4.0), (6.0, 4.0, 0.0, 4.0), (0.0, 4.0, 0.0, 0.0)])
 SQUARE = np.array([(1.0, 1.0), (5.0, 1.0), (5.0, 3.0), (1.0, 3.0)])

@@ -3,8 +3,8 @@
 import numpy as np
 
 from benchmarks.mapping.true_error import absolute_errors, random_relations
-from ppaas.mapping.planar_poses import compose
 from ppaas.mapping.relations import score
+from ppaas.planar_poses import compose
 
 COUNT = 400
 STAMPS = np.arange(COUNT, dtype=np.float64)

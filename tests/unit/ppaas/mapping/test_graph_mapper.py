@@ -11,8 +11,8 @@ from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
 from ppaas.mapping.graph_mapper import GraphMapper
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.parameters import SlamParameters
-from ppaas.mapping.planar_poses import relative
 from ppaas.mapping.scan_points import prepare
+from ppaas.planar_poses import relative
 
 GEOMETRY = LaserGeometry(-1.5, 0.1, 31)
 COUNT = 40

@@ -1,4 +1,4 @@
-"""Arithmetic on arrays of poses in the plane: (…, 3) arrays of x, y [m], theta [rad]."""
+"""Arithmetic on arrays of poses in the plane: (…, 3) arrays of x, y [m], theta [rad]; beside `geometry.Pose2D`."""
 
 import math
 
