@@ -18,6 +18,9 @@ from ppaas.planar_poses import rotated, symmetric, upper_triangle, wrap_angles
 _NUMBERS = {"VERTEX_SE2": (1, 3), "EDGE_SE2": (2, 9)}
 """Ids and numbers after each tag."""
 
+_IGNORED = ("FIX", "ROBOTLASER1", "PARAMS_SE2OFFSET")
+"""Tags of lines that do not change the graph: the first node is fixed, and scans are not read."""
+
 
 @dataclass
 class _Elements:
@@ -30,8 +33,8 @@ class _Elements:
 def parse_g2o(lines: Iterable[str]) -> PoseGraph:
     """Return the graph of the lines of a file; nodes are in order of their ids.
 
-    An edge from an id to the next is odometry, any other a closure. Lines FIX are accepted and have no effect: the
-    first node is fixed.
+    An edge from an id to the next is odometry, any other a closure. Lines FIX have no effect, since the first
+    node is fixed, and neither have scans (ROBOTLASER1).
 
     Raises
     ------
@@ -42,7 +45,7 @@ def parse_g2o(lines: Iterable[str]) -> PoseGraph:
     elements = _Elements()
     for number, line in enumerate(lines, 1):
         words = line.split("#", 1)[0].split()
-        if words and words[0] != "FIX":
+        if words and words[0] not in _IGNORED:
             _read(elements, number, words)
     if not elements.vertices:
         raise InvalidGraph("the graph has no VERTEX_SE2")
