@@ -67,7 +67,7 @@ class CorrelationGrid:
         self._x0, self._y0 = middle.x - self._reach, middle.y - self._reach
         kernels.draw(
             self._grid, self._x0, self._y0, self._resolution, self._blur,
-            near.indices, near.poses, key_frames.points, key_frames.valid,
+            near.indices, near.poses, key_frames.points, key_frames.normals, key_frames.valid,
         )  # fmt: skip
 
     def search(self, scan: ScanPoints, start: Pose2D, window: Window) -> tuple[Pose2D, float]:

@@ -22,11 +22,14 @@ STANDING = 0.02
 LEAST_TURN = 0.02
 """Turn to each side that a search covers, besides twice the deviation of the odometry [rad]."""
 
-AGREEING = 3.0
-"""Standard deviations of the odometry within which the result of a search agrees with it."""
+LOST = 0.4
+"""Part of the points that fit below which the odometry may be wrong."""
 
-LOOSE = 10.0**0.5
-"""Factor of the standard deviations of the prior where the search disagrees with the odometry."""
+BETTER = 0.2
+"""Least increase of that part with which a pose away from the odometry is believed."""
+
+SLIP, SLIP_DEVIATIONS = Window(1.0, 0.6, 0.017), (0.1, 0.1, 0.1)
+"""Window that is searched where the odometry may be wrong, and the deviations of the pose found [m, m, rad]."""
 
 
 class Tracked(NamedTuple):
@@ -130,8 +133,14 @@ class ScanTracker:
         start = prior.pose
         if max(abs(moved.x), abs(moved.y), abs(moved.theta)) > STANDING:
             start, _ = self._grid.search(scan, start, self._window(prior))
-            prior = _loosened(prior, start)
-        return align(scan, start, self.key_frames, self._near, TRACKING, prior=prior)
+        aligned = align(scan, start, self.key_frames, self._near, TRACKING, prior=prior)
+        return aligned if aligned.ratio >= LOST else self._recover(scan, prior.pose, aligned)
+
+    def _recover(self, scan: ScanPoints, expected: Pose2D, aligned: Aligned) -> Aligned:
+        """Search around a pose that the odometry got wrong, as after a slip; return the better of two alignments."""
+        start, _ = self._grid.search(scan, expected, SLIP)
+        again = align(scan, start, self.key_frames, self._near, TRACKING, prior=Prior(start, SLIP_DEVIATIONS))
+        return again if again.ratio >= aligned.ratio + BETTER else aligned
 
     def _window(self, prior: Prior) -> Window:
         parameters, (along, _, turn) = self._parameters, prior.deviations
@@ -150,12 +159,3 @@ class ScanTracker:
         """Choose the key frames that the next scans are aligned with."""
         self._near = self.key_frames.latest(self._parameters.scan_buffer_size)
         self._grid.draw(self.key_frames, self.key_frames.latest(self._parameters.correlation_scans), self._pose)
-
-
-def _loosened(prior: Prior, start: Pose2D) -> Prior:
-    """Return a wider prior around the start if the search disagrees with the odometry, otherwise the prior."""
-    apart = prior.pose.inverse() @ start
-    if all(abs(off) <= AGREEING * deviation for off, deviation in zip(apart, prior.deviations, strict=True)):
-        return prior
-    along, across, turn = prior.deviations
-    return Prior(start, (LOOSE * along, LOOSE * across, LOOSE * turn))

@@ -9,8 +9,36 @@ from numpy.typing import NDArray
 HIGHEST = np.uint8(255)
 """Likelihood of a cell with a point."""
 
+ALIKE, THIN = 0.9, 0.05
+"""Least cosine between the normals of two points on one line, and the largest distance of each from it [m]."""
+
 PENALTY = 0.05
 """Part of the score that is subtracted at the edge of the window, so that equal scores stay near the start."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _stamp(grid: NDArray[np.uint8], column: int, row: int, blur: NDArray[np.uint8]) -> None:
+    """Blend the likelihood around a point into the cells around (row, column), by maximum; not at the edges."""
+    half = blur.shape[0] // 2
+    if not (half <= row < grid.shape[0] - half and half <= column < grid.shape[1] - half):
+        return
+    if grid[row, column] == HIGHEST:  # another point was drawn there
+        return
+    for v in range(2 * half + 1):
+        for u in range(2 * half + 1):
+            cell = row - half + v, column - half + u
+            grid[cell] = max(grid[cell], blur[v, u])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _joins(points: NDArray[np.float32], normals: NDArray[np.float32], before: int, beam: int) -> bool:
+    """Return whether the points of two successive beams lie on one line: both normals are those of the other, too."""
+    dx, dy = points[beam, 0] - points[before, 0], points[beam, 1] - points[before, 1]
+    facing = normals[before, 0] * normals[beam, 0] + normals[before, 1] * normals[beam, 1]
+    off = max(
+        abs(normals[before, 0] * dx + normals[before, 1] * dy), abs(normals[beam, 0] * dx + normals[beam, 1] * dy)
+    )
+    return facing > ALIKE and off < THIN
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -23,9 +51,13 @@ def draw(
     near: NDArray[np.int64],
     poses: NDArray[np.float64],
     points: NDArray[np.float32],
+    normals: NDArray[np.float32],
     valid: NDArray[np.bool_],
 ) -> None:
-    """Draw the points of key frames into an empty grid: each cell gets the highest likelihood of a point near it.
+    """Draw the surfaces seen by key frames: each cell gets the highest likelihood of a point or line near it.
+
+    Points of successive beams on one line are joined. Single points would lie denser close to the laser, and along a
+    corridor the highest score would be that of the pose from which the corridor was seen before.
 
     Parameters
     ----------
@@ -41,30 +73,31 @@ def draw(
         Indices of the key frames.
     poses : (m, 3) float64 array
         Their poses in the map frame: x, y [m], theta [rad].
-    points : (k, b, 2) float32 array
-        Points of all key frames, each in its own frame [m].
+    points, normals : (k, b, 2) float32 array
+        Points [m] and normals of all key frames, each in its own frame; (0, 0) = no normal.
     valid : (k, b) bool array
         Whether each point is one.
     """
-    height, width = grid.shape
-    half = blur.shape[0] // 2
     grid[:, :] = 0
     for m in range(near.size):
-        c, s = math.cos(poses[m, 2]), math.sin(poses[m, 2])
-        for b in range(points.shape[1]):
-            if not valid[near[m], b]:
+        c, s = math.cos(poses[m, 2]) / resolution, math.sin(poses[m, 2]) / resolution
+        x1, y1 = (poses[m, 0] - x0) / resolution, (poses[m, 1] - y0) / resolution
+        scan, facing, is_point = points[near[m]], normals[near[m]], valid[near[m]]
+        last_x, last_y = 0.0, 0.0
+        for b in range(scan.shape[0]):
+            if not is_point[b]:
                 continue
-            px, py = points[near[m], b, 0], points[near[m], b, 1]
-            column = math.floor((c * px - s * py + poses[m, 0] - x0) / resolution)
-            row = math.floor((s * px + c * py + poses[m, 1] - y0) / resolution)
-            if not (half <= row < height - half and half <= column < width - half):
-                continue
-            if grid[row, column] == HIGHEST:  # another point was drawn there
-                continue
-            for v in range(2 * half + 1):
-                for u in range(2 * half + 1):
-                    cell = row - half + v, column - half + u
-                    grid[cell] = max(grid[cell], blur[v, u])
+            x, y = c * scan[b, 0] - s * scan[b, 1] + x1, s * scan[b, 0] + c * scan[b, 1] + y1
+            _stamp(grid, math.floor(x), math.floor(y), blur)
+            if b > 0 and is_point[b - 1] and _joins(scan, facing, b - 1, b):
+                # A point per cell between the two.
+                count = int(max(abs(x - last_x), abs(y - last_y)))
+                for k in range(1, count + 1):
+                    part = k / (count + 1.0)
+                    _stamp(
+                        grid, math.floor(last_x + part * (x - last_x)), math.floor(last_y + part * (y - last_y)), blur
+                    )
+            last_x, last_y = x, y
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -141,5 +174,5 @@ def search(
 def warm() -> None:
     """Call the kernels once, so that they are compiled or loaded from the cache."""
     grid, points, valid = np.zeros((1, 1), np.uint8), np.zeros((1, 1, 2), np.float32), np.ones((1, 1), np.bool_)
-    draw(grid, 0.0, 0.0, 1.0, grid, np.zeros(1, np.int64), np.zeros((1, 3)), points, valid)
+    draw(grid, 0.0, 0.0, 1.0, grid, np.zeros(1, np.int64), np.zeros((1, 3)), points, points, valid)
     search(grid, 0.0, 0.0, 1.0, points[0], valid[0], 1, np.zeros(3), 0, 0, 0.1)
