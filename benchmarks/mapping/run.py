@@ -14,7 +14,7 @@ from benchmarks.mapping.office import office, route
 from benchmarks.mapping.ring import ring_drive
 from benchmarks.mapping.simulated_drive import SimulatedDrive, simulate
 from benchmarks.mapping.true_error import absolute_errors, random_relations
-from ppaas.mapping.offline import LogMap, map_log
+from ppaas.mapping.pipeline.offline import LogMap, map_log
 from ppaas.mapping.relations import Relations, parse_relations, score
 from ppaas.mapping.scan_log import ScanLog
 from robots.recordings.scan_logs import read_scan_log

@@ -10,8 +10,8 @@ from robots.cli.output import show
 from robots.cli.resource import merge_patch
 
 if TYPE_CHECKING:
-    from ppaas.mapping.offline import LogMap
     from ppaas.mapping.parameters import SlamParameters
+    from ppaas.mapping.pipeline.offline import LogMap
     from ppaas.mapping.scan_log import ScanLog
 
 NAME = "slam"
@@ -113,7 +113,7 @@ def _mapped(log: "ScanLog", parameters: "SlamParameters", name: str) -> "LogMap"
     from rich.console import Console  # noqa: PLC0415 - a robot's install lacks rich
     from rich.progress import Progress  # noqa: PLC0415
 
-    from ppaas.mapping.offline import map_log  # noqa: PLC0415
+    from ppaas.mapping.pipeline.offline import map_log  # noqa: PLC0415
 
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from time import perf_counter
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.clock import monotonic
 from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.closing import ClosureSearch
 from ppaas.mapping.closures.closure import Closure, Searched
@@ -206,7 +206,7 @@ class GraphMapper:
         self._tracker.correct(poses)
 
     def _timed(self, part: str, work: Callable[[], Result]) -> Result:
-        begin = perf_counter()
+        begin = monotonic()
         result = work()
-        self.seconds[part] += perf_counter() - begin
+        self.seconds[part] += monotonic() - begin
         return result

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping import graph_mapper
 from ppaas.mapping.closures.closure import Closure, Searched
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
-from ppaas.mapping.graph_mapper import GraphMapper
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.parameters import SlamParameters
+from ppaas.mapping.pipeline import graph_mapper
+from ppaas.mapping.pipeline.graph_mapper import GraphMapper
 from ppaas.mapping.scan_points import prepare
 from ppaas.planar_poses import relative
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.mapping.true_error import absolute_errors, random_relations
-from ppaas.mapping.offline import LogMap, map_log
+from ppaas.mapping.pipeline.offline import LogMap, map_log
 from ppaas.mapping.relations import score
 from ppaas.maps.grid import FREE, OCCUPIED
 from tests.support.world.ring_drive import ring_drive

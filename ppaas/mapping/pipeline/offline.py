@@ -2,21 +2,21 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.clock import monotonic
 from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
-from ppaas.mapping.graph_mapper import CLOSURES, FRONT_END, GraphMapper
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_motion import velocities
 from ppaas.mapping.map_drawing import DEFAULTS as DRAWING
 from ppaas.mapping.map_drawing import draw_map
 from ppaas.mapping.parameters import SlamParameters
+from ppaas.mapping.pipeline.graph_mapper import CLOSURES, FRONT_END, GraphMapper
 from ppaas.mapping.polish import ScanPolisher
 from ppaas.mapping.refinement import refine
 from ppaas.mapping.scan_log import ScanLog
@@ -106,20 +106,20 @@ def map_log(
         There are more key frames than allowed.
     """
     mapper, scans = GraphMapper(log.geometry, parameters, closures), _Scans(log, parameters)
-    clock = perf_counter()
+    clock = monotonic()
     frames, within = _track(log, scans, mapper, done)
     mapper.finish()
-    seconds = {**mapper.seconds, "points": perf_counter() - clock - sum(mapper.seconds.values())}
+    seconds = {**mapper.seconds, "points": monotonic() - clock - sum(mapper.seconds.values())}
     stages = {
         "tracking": compose(_tracked_frames(mapper)[frames], within),
         "closures": compose(mapper.key_frames.poses[frames], within),
     }
-    clock = perf_counter()
+    clock = monotonic()
     mapper.move(refine(mapper.key_frames, mapper.graph.poses, _odometry_edges(mapper)).poses)
     stages["refinement"] = compose(mapper.key_frames.poses[frames], within)
-    seconds["refinement"], clock = perf_counter() - clock, perf_counter()
+    seconds["refinement"], clock = monotonic() - clock, monotonic()
     stages["polish"] = _polished(stages["refinement"], scans, mapper.key_frames)
-    seconds["polish"] = perf_counter() - clock
+    seconds["polish"] = monotonic() - clock
     mount = inverse(np.array(log.geometry.mount))
     return LogMap(mapper, {name: compose(poses, mount) for name, poses in stages.items()}, seconds)
 
