@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from ppaas.clock import monotonic
 from ppaas.geometry import Pose2D
+from ppaas.mapping.closures.agreement import add_closure, agreeing_closures
 from ppaas.mapping.closures.closing import ClosureSearch
 from ppaas.mapping.closures.closure import Closure, Searched
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submaps
 from ppaas.mapping.edge_information import STEP_FLOOR, edge_information
-from ppaas.mapping.graph.consistency import largest_consistent_set
-from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
+from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.mapping.graph.solver import GraphSolver, Robust, Solution, SolverOptions
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
@@ -35,9 +35,6 @@ FINAL = SolverOptions(Robust.SCALING)
 
 TRUSTED = 0.3
 """Least weight of a closure that counts as part of the map; one with less contradicts the others."""
-
-AGREEING = 2
-"""Fewest closures of wide windows that have to agree before any of them is trusted."""
 
 PENDING = 40
 """Largest number of closures that wait for others; the oldest are given up."""
@@ -174,26 +171,18 @@ class GraphMapper:
     def _agreeing(self, wide: list[Closure]) -> list[Closure]:
         """Return the closures of wide windows that agree with each other, and keep the rest for later."""
         self._pending += wide
-        if not wide or len(self._pending) < AGREEING:
+        if not wide:
             return []
-        edges = Edges(*map(np.concatenate, zip(*(closure.edges for closure in self._pending), strict=True)))
-        chosen = self._timed("closures", lambda: largest_consistent_set(self.graph, edges))
-        ends = np.cumsum([len(closure.edges.first) for closure in self._pending])
-        shares = [part.mean() for part in np.split(chosen, ends[:-1])]
-        agreeing = [closure for closure, share in zip(self._pending, shares, strict=True) if share > 0.5]
-        if len({closure.source for closure in agreeing}) < AGREEING:
-            agreeing = []
+        agreeing = self._timed("closures", lambda: agreeing_closures(self.graph, self._pending))
         rest = [closure for closure in self._pending if closure not in agreeing]
         self.counts.lone += max(len(rest) - PENDING, 0)
         self._pending = rest[-PENDING:]
         return agreeing
 
     def _add_closure(self, closure: Closure) -> None:
-        edges = closure.edges
-        for first, second, measurement, information in zip(*edges[:4], strict=True):
-            self.graph.add_edge(int(first), int(second), measurement, information, EdgeKind.CLOSURE)
+        add_closure(self.graph, closure)
         self.counts.closures += 1
-        self.counts.edges += len(edges.first)
+        self.counts.edges += len(closure.edges.first)
 
     def _solve(self, options: SolverOptions) -> Solution:
         solution = self._timed("solver", lambda: self._solver.solve(self.graph, options))

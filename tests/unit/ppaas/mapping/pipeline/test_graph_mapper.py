@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
+from ppaas.mapping.closures import agreement
 from ppaas.mapping.closures.closure import Closure, Searched
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
@@ -81,7 +82,7 @@ def test_closures_of_wide_windows_that_contradict_each_other_are_not_trusted(map
 
 
 def test_closures_that_wait_are_bounded(mapper, monkeypatch):
-    monkeypatch.setattr(graph_mapper, "largest_consistent_set", lambda graph, edges: np.zeros(len(edges.first), bool))
+    monkeypatch.setattr(agreement, "largest_consistent_set", lambda graph, edges: np.zeros(len(edges.first), bool))
     for number in range(graph_mapper.PENDING + 3):
         close(mapper, monkeypatch, closure(30, 2, (float(number), 0.0, 0.0)))
     assert mapper.counts.lone == 3
