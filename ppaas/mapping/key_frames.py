@@ -139,6 +139,16 @@ class KeyFrames:
         self._count += 1
         return index
 
+    def snapshot(self) -> "KeyFrames":
+        """Return the key frames as they are now, for another thread. None may be added to a snapshot.
+
+        It shares the scans, which never change, and has poses of its own.
+        """
+        taken = KeyFrames.__new__(KeyFrames)
+        taken.geometry, taken._most, taken._count = self.geometry, self._count, self._count
+        taken._arrays = self._arrays._replace(poses=self.poses.copy())
+        return taken
+
     def latest(self, count: int) -> NearFrames:
         """Return the last ``count`` key frames, or all if there are fewer, at the poses stored."""
         indices = np.arange(max(0, self._count - count), self._count)

@@ -7,6 +7,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ppaas.errors import QuotaExceeded
 from ppaas.geometry import Pose2D
@@ -65,10 +66,30 @@ def draw_map(key_frames: KeyFrames, poses: PoseArray, settings: DrawingSettings 
     kernels.count_beams(
         ended, passed, info.origin.x, info.origin.y, info.resolution, poses, key_frames.points, key_frames.valid
     )
+    return GridMap(occupancy(ended, passed, settings), info)
+
+
+def occupancy(
+    ended: NDArray[np.uint16], passed: NDArray[np.uint16], settings: DrawingSettings = DEFAULTS
+) -> NDArray[np.int8]:
+    """Return the occupancy of cells.
+
+    Parameters
+    ----------
+    ended, passed : (h, w) uint16 array
+        Numbers of beams that end in each cell, and that pass it.
+    settings : DrawingSettings
+        Thresholds.
+
+    Returns
+    -------
+    (h, w) int8 array
+        `OCCUPIED`, `FREE` or `UNKNOWN`.
+    """
     beams = passed.astype(np.float32) + ended
     cells = np.where(ended >= settings.occupancy_threshold * beams, np.int8(OCCUPIED), np.int8(FREE))
     cells[beams < settings.min_pass_through] = UNKNOWN
-    return GridMap(cells, info)
+    return cells
 
 
 def _extent(key_frames: KeyFrames, poses: PoseArray, resolution: float) -> GridInfo:

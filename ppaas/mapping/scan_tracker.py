@@ -108,6 +108,10 @@ class ScanTracker:
             self._look_around()
         return Tracked(pose, is_key, len(self.key_frames) - 1, information, ratio)
 
+    def rebase(self, odometry: Pose2D) -> None:
+        """Continue from other odometry, as after a reset: the robot is taken not to have moved since the last scan."""
+        self._odometry = odometry
+
     def correct(self, poses: NDArray[np.float64]) -> None:
         """Move key frames, as after a closure; later key frames and the current pose move with the last one given.
 

@@ -133,6 +133,13 @@ class PoseGraph:
         """Replace the poses of all nodes by those of an (n, 3) array."""
         self._poses[: self._node_count] = poses
 
+    def copy(self) -> "PoseGraph":
+        """Return a graph with the same nodes and edges, which changes apart from this one."""
+        copied = PoseGraph()
+        copied._poses, copied._node_count = self.poses.copy(), self._node_count
+        copied._edges, copied._edge_count = _of_each(self.edges, np.copy), self._edge_count
+        return copied
+
     def keep_edges(self, keep: NDArray[np.bool_]) -> None:
         """Remove the edges whose entry of an (m,) mask is false."""
         self._edges = self.edges.take(keep)
