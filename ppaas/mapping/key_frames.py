@@ -156,6 +156,6 @@ class KeyFrames:
 
     def _grow(self, size: int) -> None:
         grown = _Arrays.of(size, self.geometry.beams)
-        for new, old in zip(grown, self._arrays, strict=True):
-            new[: self._count] = old
+        for name in _Arrays._fields:
+            getattr(grown, name)[: self._count] = getattr(self._arrays, name)
         self._arrays = grown

@@ -25,6 +25,9 @@ LEAST_TURN = 0.02
 LOST = 0.4
 """Part of the points that fit below which the odometry may be wrong."""
 
+AGREEING = 3.0
+"""Standard deviations of the odometry within which a pose is believed that few points fit."""
+
 BETTER = 0.2
 """Least increase of that part with which a pose away from the odometry is believed."""
 
@@ -138,13 +141,15 @@ class ScanTracker:
         if max(abs(moved.x), abs(moved.y), abs(moved.theta)) > STANDING:
             start, _ = self._grid.search(scan, start, self._window(prior))
         aligned = align(scan, start, self.key_frames, self._near, TRACKING, prior=prior)
-        return aligned if aligned.ratio >= LOST else self._recover(scan, prior.pose, aligned)
+        return aligned if aligned.ratio >= LOST else self._recover(scan, prior, aligned)
 
-    def _recover(self, scan: ScanPoints, expected: Pose2D, aligned: Aligned) -> Aligned:
-        """Search around a pose that the odometry got wrong, as after a slip; return the better of two alignments."""
-        start, _ = self._grid.search(scan, expected, SLIP)
+    def _recover(self, scan: ScanPoints, prior: Prior, aligned: Aligned) -> Aligned:
+        """Search around a pose that the odometry may have got wrong, as after a slip; return the better alignment."""
+        start, _ = self._grid.search(scan, prior.pose, SLIP)
         again = align(scan, start, self.key_frames, self._near, TRACKING, prior=Prior(start, SLIP_DEVIATIONS))
-        return again if again.ratio >= aligned.ratio + BETTER else aligned
+        if again.ratio >= max(LOST, aligned.ratio + BETTER):
+            return again
+        return aligned if _agrees(prior, aligned.pose) else _expected(prior, aligned)
 
     def _window(self, prior: Prior) -> Window:
         parameters, (along, _, turn) = self._parameters, prior.deviations
@@ -163,3 +168,15 @@ class ScanTracker:
         """Choose the key frames that the next scans are aligned with."""
         self._near = self.key_frames.latest(self._parameters.scan_buffer_size)
         self._grid.draw(self.key_frames, self.key_frames.latest(self._parameters.correlation_scans), self._pose)
+
+
+def _agrees(prior: Prior, pose: Pose2D) -> bool:
+    apart = prior.pose.inverse() @ pose
+    return all(abs(off) <= AGREEING * deviation for off, deviation in zip(apart, prior.deviations, strict=True))
+
+
+def _expected(prior: Prior, aligned: Aligned) -> Aligned:
+    """Return the pose that the odometry expects, for a scan that fits nowhere."""
+    information = np.zeros(6)
+    information[[0, 3, 5]] = 1.0 / np.square(prior.deviations)
+    return aligned._replace(pose=prior.pose, information=information)

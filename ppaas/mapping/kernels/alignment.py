@@ -16,6 +16,9 @@ from ppaas.mapping.kernels.pose import relative, solve
 FACING = 0.7
 """Least cosine between the normals of a pair."""
 
+BETWEEN = 0.7
+"""Largest distance of a point along a line from the line's point, in spacings of the points on it."""
+
 WIDE_GATE = 0.15
 """Gate above which the scale of the weights grows with the gate [m]."""
 
@@ -48,7 +51,11 @@ def associate(
     points: NDArray[np.float32],
     normals: NDArray[np.float32],
 ) -> int:
-    """Return the beam of a key frame whose point is nearest to (x, y) and has a normal; −1 if none is within the gate.
+    """Return the beam of a key frame whose point is nearest to (x, y) and has a normal; −1 if it is beyond the gate.
+
+    Successive points of a wall at a glancing angle lie farther apart than the gate. So for a point between them, only
+    the distance from the line has to be within the gate. The points of the line lie r² / (p · beams per radian) apart,
+    with the range r and the distance p of the line from the laser.
 
     Parameters
     ----------
@@ -70,7 +77,7 @@ def associate(
     reach = math.sqrt(x * x + y * y)
     middle = math.floor((bearing(x, y) - angle_min) * per_radian + 0.5)
     half = min(side, int(gate * abs(per_radian) / (reach + 1e-6)) + 1)
-    nearest, found = gate * gate, -1
+    nearest, found = np.inf, -1
     for at in range(middle - half, middle + half + 1):
         # Beams beyond the ends of the sweep may be those of the other end, one turn away.
         k = at + turn if at < 0 else at - turn if at >= turn else at
@@ -80,6 +87,14 @@ def associate(
         squared = dx * dx + dy * dy
         if squared < nearest:
             nearest, found = squared, k
+    if found >= 0 and nearest > gate * gate:
+        # Between two points of a surface that is seen at a glancing angle, the line counts.
+        nx, ny = normals[found, 0], normals[found, 1]
+        away = nx * (x - points[found, 0]) + ny * (y - points[found, 1])
+        plumb = abs(nx * points[found, 0] + ny * points[found, 1])
+        along = BETWEEN * reach * reach / (abs(per_radian) * plumb + 1e-6)
+        if away * away > gate * gate or nearest > along * along:
+            return -1
     return found
 
 

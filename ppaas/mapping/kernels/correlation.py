@@ -38,7 +38,7 @@ def _joins(points: NDArray[np.float32], normals: NDArray[np.float32], before: in
     off = max(
         abs(normals[before, 0] * dx + normals[before, 1] * dy), abs(normals[beam, 0] * dx + normals[beam, 1] * dy)
     )
-    return facing > ALIKE and off < THIN
+    return bool(facing > ALIKE) and bool(off < THIN)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

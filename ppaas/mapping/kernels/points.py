@@ -9,11 +9,70 @@ from numpy.typing import NDArray
 NEAR, NEAR_GROWTH = 0.10, 0.05
 """Radius of the neighbourhood of a point [m], and its growth with the range [m/m]: points lie farther apart."""
 
+SPARSE, SPARSE_GROWTH = 1.05, 0.4
+"""Radius where the neighbourhood has few points: in spacings of the points, and its limit by the range [m/m]."""
+
 LONG = 4.0
 """Least ratio of the variances along and across a line."""
 
 FEWEST = 3
 """Fewest points of a line."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fit(
+    points: NDArray[np.float32],
+    valid: NDArray[np.bool_],
+    beam: int,
+    side: int,
+    radius: float,
+    thickness: float,
+    normal: NDArray[np.float32],
+) -> bool:
+    """Fit a line to the neighbours of a point within a radius; return whether there are enough of them.
+
+    Parameters
+    ----------
+    points, valid, side, thickness
+        See `prepare`.
+    beam : int
+        Beam of the point.
+    radius : float
+        Largest distance of a neighbour [m].
+    normal : (2,) float32 array
+        Modified: the unit normal towards the laser, if the neighbours lie on a line.
+    """
+    # Total least squares, about the point so that float32 suffices.
+    x, y = points[beam, 0], points[beam, 1]
+    count, sx, sy, sxx, sxy, syy = 0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(max(0, beam - side), min(valid.size, beam + side + 1)):
+        dx, dy = points[k, 0] - x, points[k, 1] - y
+        if valid[k] and dx * dx + dy * dy <= radius * radius:
+            count += 1
+            sx, sy = sx + dx, sy + dy
+            sxx, sxy, syy = sxx + dx * dx, sxy + dx * dy, syy + dy * dy
+    if count < FEWEST:
+        return False
+    sx, sy = sx / count, sy / count
+    sxx, sxy, syy = sxx / count - sx * sx, sxy / count - sx * sy, syy / count - sy * sy
+    along = 0.5 * math.atan2(2.0 * sxy, sxx - syy)
+    nx, ny = -math.sin(along), math.cos(along)
+    across = nx * nx * sxx + 2.0 * nx * ny * sxy + ny * ny * syy
+    if across <= thickness * thickness and sxx + syy - across >= LONG * across:
+        towards = -1.0 if nx * x + ny * y > 0.0 else 1.0
+        normal[0], normal[1] = towards * nx, towards * ny
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _spacing(points: NDArray[np.float32], valid: NDArray[np.bool_], beam: int) -> float:
+    """Return the larger distance from a point to those of the beams beside it [m]; 0 unless both have readings."""
+    if beam == 0 or beam + 1 >= valid.size or not (valid[beam - 1] and valid[beam + 1]):
+        return 0.0
+    return max(
+        math.hypot(points[beam, 0] - points[beam - 1, 0], points[beam, 1] - points[beam - 1, 1]),
+        math.hypot(points[beam, 0] - points[beam + 1, 0], points[beam, 1] - points[beam + 1, 1]),
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -68,30 +127,15 @@ def prepare(
             valid[b] = True
             points[b, 0] = reach * math.cos(angle) + f * beam_motion[0]
             points[b, 1] = reach * math.sin(angle) + f * beam_motion[1]
-    # Normals: total least squares over the neighbours, about the point so that float32 suffices.
+    # Normals. Points of a wall at a glancing angle lie far apart: only where few points are near, its neighbours count.
     for b in range(beams):
         if not valid[b]:
             continue
         radius = NEAR + NEAR_GROWTH * ranges[b]
-        x, y = points[b, 0], points[b, 1]
-        count, sx, sy, sxx, sxy, syy = 0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for k in range(max(0, b - side), min(beams, b + side + 1)):
-            dx, dy = points[k, 0] - x, points[k, 1] - y
-            if valid[k] and dx * dx + dy * dy <= radius * radius:
-                count += 1
-                sx, sy = sx + dx, sy + dy
-                sxx, sxy, syy = sxx + dx * dx, sxy + dx * dy, syy + dy * dy
-        if count < FEWEST:
-            continue
-        sx, sy = sx / count, sy / count
-        sxx, sxy, syy = sxx / count - sx * sx, sxy / count - sx * sy, syy / count - sy * sy
-        along = 0.5 * math.atan2(2.0 * sxy, sxx - syy)
-        nx, ny = -math.sin(along), math.cos(along)
-        across = nx * nx * sxx + 2.0 * nx * ny * sxy + ny * ny * syy
-        if across > thickness * thickness or sxx + syy - across < LONG * across:
-            continue
-        towards = -1.0 if nx * x + ny * y > 0.0 else 1.0
-        normals[b, 0], normals[b, 1] = towards * nx, towards * ny
+        if not _fit(points, valid, b, side, radius, thickness, normals[b]):
+            wide = min(SPARSE * _spacing(points, valid, b), SPARSE_GROWTH * ranges[b])
+            if wide > radius:
+                _fit(points, valid, b, side, wide, thickness, normals[b])
     return points, normals, valid
 
 

@@ -15,8 +15,11 @@ def prepare(ranges, laser, parameters, velocity=(0.0, 0.0, 0.0)):
         points[b] = x + ranges[b] * np.cos(angle), y + ranges[b] * np.sin(angle)
     side = max(2, round(parameters.normal_angle / abs(laser.angle_increment)))
     for b in np.flatnonzero(valid):
-        around = [k for k in range(max(0, b - side), min(beams, b + side + 1)) if valid[k]]
-        near = np.array([points[k] for k in around if np.hypot(*(points[k] - points[b])) <= 0.1 + 0.05 * ranges[b]])
+        around = [points[k] for k in range(max(0, b - side), min(beams, b + side + 1)) if valid[k]]
+        near = within(around, points[b], 0.1 + 0.05 * ranges[b])
+        if len(near) < 3 and 0 < b < beams - 1 and valid[b - 1] and valid[b + 1]:
+            spacing = max(np.hypot(*(points[b] - points[b - 1])), np.hypot(*(points[b + 1] - points[b])))
+            near = within(around, points[b], max(0.1 + 0.05 * ranges[b], min(1.05 * spacing, 0.4 * ranges[b])))
         if len(near) < 3:
             continue
         variances, axes = np.linalg.eigh(np.cov(near.T, bias=True))
@@ -25,3 +28,7 @@ def prepare(ranges, laser, parameters, velocity=(0.0, 0.0, 0.0)):
         normal = axes[:, 0]
         normals[b] = normal if normal @ points[b] < 0.0 else -normal
     return points, normals, valid
+
+
+def within(around, point, radius):
+    return np.array([other for other in around if np.hypot(*(other - point)) <= radius])

@@ -68,7 +68,7 @@ def test_scan_that_fits_nowhere_keeps_the_pose_of_the_odometry():
     other = scan_at((0.0, 0.0, 0.0), walls=segments([(-0.5, -0.5), (0.4, -0.6), (0.2, 0.7)]))
     found = tracker.add(other, Pose2D(*robots[30]))
     assert found.ratio < 0.4
-    assert found.pose == pytest.approx(robots[30], abs=0.2)
+    np.testing.assert_allclose(found.pose, robots[30], atol=0.05)
 
 
 def test_odometry_holds_the_pose_along_a_corridor():
@@ -76,6 +76,14 @@ def test_odometry_holds_the_pose_along_a_corridor():
     tracker = ScanTracker(LASER, PARAMETERS)
     tracked = drive(tracker, robots, robots, walls=CORRIDOR)
     assert np.abs(np.array([found.pose for found in tracked]) - robots).max() < 0.1
+
+
+def test_heading_is_kept_along_a_corridor_although_the_odometry_turns():
+    robots = np.column_stack((np.linspace(0.0, 10.0, 100), np.zeros(100), np.zeros(100)))
+    odometry = robots + np.linspace(0.0, 0.2, 100)[:, None] * (0.0, 0.0, 1.0)
+    tracked = drive(ScanTracker(LASER, PARAMETERS), robots, odometry, walls=CORRIDOR)
+    assert max(abs(found.pose.theta) for found in tracked) < 0.002
+    assert max(abs(found.pose.y) for found in tracked) < 0.02
 
 
 def test_correction_moves_later_key_frames_and_the_current_pose():

@@ -10,7 +10,7 @@ from ppaas.mapping.kernels.pose import relative, solve
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.planar_poses import relative as relative_poses
 from tests.reference.mapping import alignment as twin
-from tests.support.world.room_scans import ALL_ROUND, LASER, scan_at
+from tests.support.world.room_scans import ALL_ROUND, CORRIDOR, LASER, scan_at
 
 seeds = st.integers(0, 2**32 - 1)
 HALF_AND_MORE = LaserGeometry(2.0, math.radians(0.5), 500)
@@ -40,7 +40,8 @@ def test_normal_equations_agree_with_the_twin(laser, seed):
     frame, scan = scan_at(at, laser, noise=0.01), scan_at(at + other, laser, noise=0.01, seed=1)
     apart = relative_poses(at, at + other) + rng.uniform(-0.02, 0.02, 3)
     sums, (pairs, readings, squares) = sums_of(scan, frame, apart, laser)
-    information, gradient, count, square = twin.normal_equations(scan, frame, apart, 0.3, 0.05)
+    increment = abs(laser.angle_increment)
+    information, gradient, count, square = twin.normal_equations(scan, frame, apart, 0.3, 0.05, increment)
     assert readings == scan.valid.sum()
     # A window of 30 beams may miss the nearest point of surfaces that are close to the laser.
     assert abs(pairs - count) <= 0.03 * count + 2
@@ -48,6 +49,16 @@ def test_normal_equations_agree_with_the_twin(laser, seed):
     np.testing.assert_allclose(sums[:6], information[np.triu_indices(3)], atol=0.05 * scale)
     np.testing.assert_allclose(sums[6:], gradient, atol=0.02 * scale * 0.05 + 0.02)
     assert squares == pytest.approx(square, rel=0.2, abs=0.01)
+
+
+def test_point_between_two_points_of_a_glancing_wall_belongs_to_its_line():
+    frame = scan_at((0.0, 0.0, 0.0), walls=CORRIDOR)
+    beam = int(np.flatnonzero(frame.points[:, 0] > 8.0)[0])
+    middle = 0.5 * (frame.points[beam] + frame.points[beam - 1])
+    settings = (0.1, LASER.angle_min, LASER.beams_per_radian, LASER.beams_per_turn, 8, frame.points, frame.normals)
+    assert np.hypot(*(frame.points[beam] - frame.points[beam - 1])) > 0.5
+    assert kernels.associate(*middle, *settings) in (beam, beam - 1)
+    assert kernels.associate(middle[0], middle[1] + 0.12, *settings) == -1
 
 
 @given(seeds)

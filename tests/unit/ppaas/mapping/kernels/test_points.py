@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.scan_points import prepare
 from tests.reference.mapping import scan_points as twin
-from tests.support.world.room_scans import ALL_ROUND, LASER, PARAMETERS, ranges_at
+from tests.support.world.room_scans import ALL_ROUND, CORRIDOR, LASER, PARAMETERS, ranges_at
 
 SLOW = LaserGeometry(-1.5, 0.01, 300, time_increment=3e-4, stamped_at=0.0)
 CLOCKWISE = LaserGeometry(1.5, -0.0125, 240)
@@ -33,3 +33,10 @@ def test_normals_are_of_unit_length_and_face_the_laser():
     assert lines.mean() > 0.8
     np.testing.assert_allclose(np.hypot(*scan.normals[lines].T), 1.0, atol=1e-6)
     assert ((scan.points * scan.normals).sum(axis=1)[lines] < 0.0).all()
+
+
+def test_far_points_of_a_glancing_wall_have_normals():
+    scan = prepare(ranges_at((0.0, 0.0, 0.0), walls=CORRIDOR), LASER, PARAMETERS)
+    far = (scan.points[:, 0] > 6.0) & (scan.points[:, 0] < 15.0)
+    assert far.sum() > 6
+    np.testing.assert_allclose(np.abs(scan.normals[far, 1]), 1.0, atol=1e-3)
