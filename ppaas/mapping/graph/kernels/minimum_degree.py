@@ -4,13 +4,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Elimination = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]
+Ints = NDArray[np.int64]
+Elimination = tuple[Ints, Ints, Ints]
 
 _VARIABLE, _ELEMENT, _ABSORBED = 0, 1, 2
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def minimum_degree(starts: NDArray[np.int64], neighbours: NDArray[np.int64]) -> Elimination:
+def minimum_degree(starts: Ints, neighbours: Ints) -> Elimination:
     """Return an order of elimination with little fill, and the fill.
 
     Amestoy, Davis, Duff, *An approximate minimum degree ordering algorithm*, SIAM J. Matrix Anal. Appl. 17(4), 1996:
@@ -58,37 +59,16 @@ def minimum_degree(starts: NDArray[np.int64], neighbours: NDArray[np.int64]) -> 
         p = head[least]
         _unlink(p, degree[p], head, after, before)
         # Members of the new element: neighbours of the pivot, and members of its elements, which it absorbs.
-        needed = variables[p]
-        for k in range(starts[p], starts[p] + elements[p]):
-            needed += size[links[k]] if state[links[k]] == _ELEMENT else 0
-        if used + needed > members.size:
-            larger = np.empty(2 * members.size + needed, np.int64)
-            larger[:used] = members[:used]
-            members = larger
-        begin = used
+        begin, own = used, links[starts[p] : starts[p] + elements[p] + variables[p]]
+        members = _with_space(members, used, own, state, size)
         marked[p] = step
-        for k in range(starts[p], starts[p] + elements[p] + variables[p]):
-            link = links[k]
-            if state[link] == _VARIABLE:
-                if marked[link] != step:
-                    marked[link] = step
-                    members[used] = link
-                    used += 1
-            elif state[link] == _ELEMENT:
-                state[link] = _ABSORBED
-                for q in range(first_member[link], first_member[link] + size[link]):
-                    node = members[q]
-                    if marked[node] != step:
-                        marked[node] = step
-                        members[used] = node
-                        used += 1
+        used = _gather_members(own, step, state, first_member, size, marked, members, used)
         state[p], first_member[p], size[p] = _ELEMENT, begin, used - begin
         order[step], member_starts[step + 1] = p, used
         # Parts of the other elements that are outside the new one.
         for q in range(begin, used):
             i = members[q]
-            for k in range(starts[i], starts[i] + elements[i]):
-                e = links[k]
+            for e in links[starts[i] : starts[i] + elements[i]]:
                 if state[e] == _ELEMENT:
                     if measured[e] != step:
                         measured[e], outside[e] = step, size[e]
@@ -96,23 +76,9 @@ def minimum_degree(starts: NDArray[np.int64], neighbours: NDArray[np.int64]) -> 
         # Lists and degrees of the members.
         for q in range(begin, used):
             i = members[q]
-            begun, kept = starts[i], 1
-            buffer[0] = p
-            beyond = 0
-            for k in range(begun, begun + elements[i]):
-                e = links[k]
-                if state[e] == _ELEMENT and outside[e] > 0:
-                    buffer[kept] = e
-                    kept += 1
-                    beyond += outside[e]
-                elif state[e] == _ELEMENT:
-                    state[e] = _ABSORBED
-            count = kept
-            for k in range(begun + elements[i], begun + elements[i] + variables[i]):
-                if marked[links[k]] != step and state[links[k]] == _VARIABLE:
-                    buffer[count] = links[k]
-                    count += 1
-            links[begun : begun + count] = buffer[:count]
+            own = links[starts[i] : starts[i] + elements[i] + variables[i]]
+            kept, count, beyond = _kept_links(own, elements[i], p, step, state, marked, outside, buffer)
+            own[:count] = buffer[:count]
             elements[i], variables[i] = kept, count - kept
             _unlink(i, degree[i], head, after, before)
             others = used - begin - 1
@@ -123,7 +89,81 @@ def minimum_degree(starts: NDArray[np.int64], neighbours: NDArray[np.int64]) -> 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _link(node: int, degree: int, head: NDArray[np.int64], after: NDArray[np.int64], before: NDArray[np.int64]) -> None:
+def _with_space(members: Ints, used: int, links: Ints, state: NDArray[np.int8], size: Ints) -> Ints:
+    """Return the members, copied to a larger array if those of a new element may not fit."""
+    needed = links.size
+    for link in links:
+        needed += size[link] if state[link] == _ELEMENT else 0
+    if used + needed <= members.size:
+        return members
+    larger = np.empty(2 * members.size + needed, np.int64)
+    larger[:used] = members[:used]
+    return larger
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _gather_members(
+    links: Ints,
+    step: int,
+    state: NDArray[np.int8],
+    first_member: Ints,
+    size: Ints,
+    marked: Ints,
+    members: Ints,
+    used: int,
+) -> int:
+    """Append the members of a new element, absorb the elements in the pivot's list, and return the new end."""
+    for link in links:
+        if state[link] == _VARIABLE and marked[link] != step:
+            marked[link] = step
+            members[used] = link
+            used += 1
+        elif state[link] == _ELEMENT:
+            state[link] = _ABSORBED
+            for q in range(first_member[link], first_member[link] + size[link]):
+                node = members[q]
+                if marked[node] != step:
+                    marked[node] = step
+                    members[used] = node
+                    used += 1
+    return used
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _kept_links(
+    links: Ints,
+    elements: int,
+    pivot: int,
+    step: int,
+    state: NDArray[np.int8],
+    marked: Ints,
+    outside: Ints,
+    buffer: Ints,
+) -> tuple[int, int, int]:
+    """Write a member's new list into a buffer: the new element, live elements, and nodes that are not members.
+
+    Elements without members outside the new one are absorbed. Returns the number of elements, the length of the list,
+    and the sum of the elements' members outside the new one.
+    """
+    buffer[0] = pivot
+    kept, beyond = 1, 0
+    for e in links[:elements]:
+        if state[e] == _ELEMENT and outside[e] > 0:
+            buffer[kept] = e
+            kept += 1
+            beyond += outside[e]
+        elif state[e] == _ELEMENT:
+            state[e] = _ABSORBED
+    count = kept
+    for node in links[elements:]:
+        if state[node] == _VARIABLE and marked[node] != step:
+            buffer[count] = node
+            count += 1
+    return kept, count, beyond
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _link(node: int, degree: int, head: Ints, after: Ints, before: Ints) -> None:
     """Put a node at the head of the list of its degree."""
     after[node], before[node] = head[degree], -1
     if head[degree] >= 0:
@@ -132,9 +172,7 @@ def _link(node: int, degree: int, head: NDArray[np.int64], after: NDArray[np.int
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _unlink(
-    node: int, degree: int, head: NDArray[np.int64], after: NDArray[np.int64], before: NDArray[np.int64]
-) -> None:
+def _unlink(node: int, degree: int, head: Ints, after: Ints, before: Ints) -> None:
     """Remove a node from the list of its degree."""
     if before[node] >= 0:
         after[before[node]] = after[node]
