@@ -20,7 +20,11 @@ HELP = "make a map of a log or a bag with laser scans and odometry, or score a t
 FORMATS = ("carmen", "flirt", "bag")
 """Formats of recordings; as in `robots.recordings.scan_logs`, which ``ppaas --help`` must not load."""
 
+GRAPH = ".g2o"
+"""Ending of pose graphs."""
+
 COLUMNS = ("scans", "key_frames", "closures", "distrusted_edges", "total_seconds")
+SOLVED = ("nodes", "edges", "chi2", "distrusted_edges", "iterations", "seconds")
 SCORES = ("mean_m", "std_m", "max_m", "mean_deg", "std_deg", "max_deg", "relations", "unmatched")
 
 
@@ -31,13 +35,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "trajectory from the file of --trajectory."
     )
     parser.add_argument(
-        "log", type=Path, nargs="?", metavar="LOG", help="log of CARMEN, also compressed (.bz2), or bag of ROS"
+        "log",
+        type=Path,
+        nargs="?",
+        metavar="LOG",
+        help="log of CARMEN, also compressed (.bz2), bag of ROS, or pose graph to solve (.g2o)",
     )
     parser.add_argument("--format", choices=FORMATS, help="format of LOG (that of its name and lines)")
     parser.add_argument("--map", type=Path, metavar="OUT.yaml", help="write the map, with its image beside it")
     parser.add_argument(
         "--trajectory", type=Path, metavar="OUT.txt", help="write a line 'timestamp x y theta' for every scan"
     )
+    parser.add_argument("--graph", type=Path, metavar="OUT.g2o", help="write the pose graph of the key frames")
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the map and the trajectory")
     parser.add_argument(
         "--score", type=Path, metavar="RELATIONS", help="print errors: lines 't1 t2 x y z roll pitch yaw' are true"
@@ -59,8 +68,11 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     _check_outputs(arguments)
     with event_loop.terminable():
-        answer = _map(arguments)
-    show(answer, [name for name in (*COLUMNS, *SCORES) if name in answer], as_json=arguments.json)
+        if arguments.log.suffix == GRAPH:
+            show(_solve(arguments), SOLVED, as_json=arguments.json)
+        else:
+            columns = COLUMNS if arguments.score is None else (*COLUMNS, *SCORES)
+            show(_map(arguments), columns, as_json=arguments.json)
     return 0
 
 
@@ -70,8 +82,8 @@ def _score_file(arguments: argparse.Namespace) -> None:
 
     if arguments.score is None or arguments.trajectory is None:
         raise InvalidInput("give a LOG to map, or --trajectory and --score to score a trajectory")
-    if arguments.map is not None or arguments.plot is not None:
-        raise InvalidInput("--map and --plot need a LOG")
+    if (arguments.map, arguments.plot, arguments.graph) != (None, None, None):
+        raise InvalidInput("--map, --plot and --graph need a LOG")
     answer = _scored(arguments.score, *parse_trajectory(_text(arguments.trajectory)))
     show(answer, SCORES, as_json=arguments.json)
 
@@ -84,7 +96,9 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         check_picture(arguments.plot)
     if arguments.map is not None and arguments.map.suffix not in (".yaml", ".yml"):
         raise InvalidInput(f"a map is a YAML file; use {arguments.map.stem or 'map'}.yaml, not {str(arguments.map)!r}")
-    for path in (arguments.map, arguments.trajectory, arguments.plot):
+    if arguments.graph is not None and arguments.graph.suffix != GRAPH:
+        raise InvalidInput(f"a graph is a file of g2o; use {arguments.graph.stem or 'graph'}.g2o")
+    for path in (arguments.map, arguments.trajectory, arguments.plot, arguments.graph):
         if path is not None and not path.parent.is_dir():
             raise InvalidInput(f"cannot write {path}: there is no folder {path.parent}")
 
@@ -108,6 +122,18 @@ def _map(arguments: argparse.Namespace) -> dict[str, Any]:
     return answer
 
 
+def _solve(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Solve a pose graph, write it, and return the numbers of its parts and its error."""
+    from robots.cli.verbs.slam_graph import solve_file  # noqa: PLC0415
+
+    if (arguments.map, arguments.plot, arguments.trajectory, arguments.score) != (None, None, None, None):
+        raise InvalidInput(f"{arguments.log} is a pose graph, without scans: only --graph can be written")
+    solved, answer = solve_file(arguments.log)
+    if arguments.graph is not None:
+        _save(arguments.graph, solved)
+    return answer
+
+
 def _mapped(log: "ScanLog", parameters: "SlamParameters", name: str) -> "LogMap":
     """Map the log and show the progress, on a terminal."""
     from rich.console import Console  # noqa: PLC0415 - a robot's install lacks rich
@@ -127,6 +153,10 @@ def _write(arguments: argparse.Namespace, log: "ScanLog", made: "LogMap", resolu
         from ppaas.mapping.relations import format_trajectory  # noqa: PLC0415
 
         _save(arguments.trajectory, format_trajectory(log.stamps, made.poses).encode())
+    if arguments.graph is not None:
+        from ppaas.mapping.graph.g2o import format_g2o  # noqa: PLC0415
+
+        _save(arguments.graph, "".join(format_g2o(made.mapper.graph)).encode())
     if arguments.map is None and arguments.plot is None:
         return
     from ppaas.maps.formats.map_files import save_map  # noqa: PLC0415

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from ppaas.errors import InvalidInput, InvalidParameter
+from ppaas.errors import InvalidGraph, InvalidInput, InvalidParameter
+from ppaas.mapping.graph.g2o import parse_g2o
 from ppaas.mapping.relations import parse_trajectory
 from robots.cli.command_parser import CommandParser
 from robots.cli.commands import slam
@@ -85,6 +86,29 @@ def test_parameters_have_an_effect(tmp_path: Path, log: Path) -> None:
         run(log, "--parameter", "resolutoin=0.1")
 
 
+def test_the_pose_graph_is_written_and_solved_again(
+    tmp_path: Path, log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run(log, "--graph", tmp_path / "out.g2o", "--json")
+    frames = json.loads(capsys.readouterr().out)["key_frames"]
+    run(tmp_path / "out.g2o", "--graph", tmp_path / "again.g2o", "--json")
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["nodes"], answer["edges"], answer["distrusted_edges"]) == (frames, frames - 1, 0)
+    assert answer["chi2"] < 1e-3
+    once, again = (parse_g2o((tmp_path / name).read_text().splitlines()) for name in ("out.g2o", "again.g2o"))
+    np.testing.assert_allclose(again.edges.measurements, once.edges.measurements)
+    run(tmp_path / "out.g2o")
+    assert capsys.readouterr().out.split()[:3] == ["nodes", "edges", "chi2"]
+
+
+def test_a_graph_with_lies_is_refused_with_its_line(tmp_path: Path) -> None:
+    (tmp_path / "bad.g2o").write_text("VERTEX_SE2 0 0 0 0\nEDGE_SE2 0 7 1 0 0 1 0 0 1 0 1\n")
+    with pytest.raises(InvalidGraph, match="2"):
+        run(tmp_path / "bad.g2o")
+    with pytest.raises(InvalidInput, match="without scans"):
+        run(tmp_path / "bad.g2o", "--map", tmp_path / "out.yaml")
+
+
 @pytest.mark.parametrize(
     ("words", "error"),
     [
@@ -96,6 +120,8 @@ def test_parameters_have_an_effect(tmp_path: Path, log: Path) -> None:
         (("missing.log", "--map", "out.png"), r"use out\.yaml"),
         (("missing.log", "--map", "nowhere/out.yaml"), "no folder nowhere"),
         (("missing.log", "--plot", "out.jpg"), r"use out\.png"),
+        (("missing.log", "--graph", "out.txt"), r"use out\.g2o"),
+        (("missing.g2o",), "cannot read the graph"),
     ],
 )
 def test_what_cannot_be_done_is_refused_before_the_work(words: tuple[str, ...], error: str) -> None:
