@@ -10,7 +10,7 @@ from typing import TypeVar
 from engine.container.short_jobs import Outcome, ShortJobs
 from ppaas.errors import PPaaSError
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.jobs import Work
+from ppaas.nodes.jobs import LongWork, Work
 
 logger = logging.getLogger(__name__)
 
@@ -43,8 +43,8 @@ class NodeExecutor:
     def _work(self, work: Work[T], cancelled: Callable[[], bool], done: Done[T]) -> None:
         if self._closed:
             return
-        # A driving robot must not wait for a job on the loop.
-        outcome = None if self.graph.busy else self._short_jobs.attempt(work, cancelled)
+        # A driving robot must not wait for a job on the loop, and no scan for the loop closures of a map.
+        outcome = None if self.graph.busy or isinstance(work, LongWork) else self._short_jobs.attempt(work, cancelled)
         if outcome is not None:
             self._finish(outcome, done)
             return
