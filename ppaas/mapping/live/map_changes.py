@@ -22,16 +22,16 @@ def changed_rectangles(before: NDArray[np.int8], after: NDArray[np.int8], within
     differs: NDArray[np.bool_] = np.not_equal(before[within.slices], after[within.slices])
     if not differs.any():
         return []
-    found = [piece for row in range(0, len(differs), SIDE) for piece in _of_band(differs[row : row + SIDE], row)]
+    found = [piece for row in range(0, differs.shape[0], SIDE) for piece in _of_band(differs[row : row + SIDE], row)]
     return [piece.moved(within.row, within.column) for piece in _stacked(found)]
 
 
 def _of_band(differs: NDArray[np.bool_], row: int) -> list[Rectangle]:
     """Return the runs of squares in a band of rows that have a cell that differs."""
-    columns = differs.any(axis=0)
+    columns: NDArray[np.bool_] = np.logical_or.reduce(differs, axis=0)
     squares = np.add.reduceat(columns, np.arange(0, len(columns), SIDE)) > 0
     edges = np.flatnonzero(np.diff(np.concatenate(([0], squares.astype(np.int8), [0]))))
-    end_row, width = row + len(differs), len(columns)
+    end_row, width = row + differs.shape[0], len(columns)
     return [
         Rectangle(row, begin * SIDE, end_row, min(end * SIDE, width))
         for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
