@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ppaas.mapping.kernels import alignment as kernels
@@ -33,6 +33,7 @@ def test_bearings_are_exact_to_four_milliradians(x, y):
 
 
 @pytest.mark.parametrize("laser", [LASER, ALL_ROUND, HALF_AND_MORE, LaserGeometry(1.5, -0.0125, 240)])
+@settings(max_examples=10)
 @given(seeds)
 def test_normal_equations_agree_with_the_twin(laser, seed):
     rng = np.random.default_rng(seed)

@@ -6,7 +6,7 @@ from ppaas.mapping.kernels import occupancy as kernels
 from tests.reference.mapping import occupancy as twin
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(st.integers(0, 2**32 - 1))
 def test_counts_agree_with_the_twin(seed):
     rng = np.random.default_rng(seed)

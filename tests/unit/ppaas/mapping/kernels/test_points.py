@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ppaas.mapping.laser_geometry import LaserGeometry
@@ -13,6 +13,7 @@ CLOCKWISE = LaserGeometry(1.5, -0.0125, 240)
 
 
 @pytest.mark.parametrize("laser", [LASER, ALL_ROUND, SLOW, CLOCKWISE])
+@settings(max_examples=10)
 @given(st.integers(0, 2**32 - 1))
 def test_points_and_normals_agree_with_the_twin(laser, seed):
     rng = np.random.default_rng(seed)
