@@ -44,6 +44,11 @@ class VoxelBlocks:
         return codes
 
     @property
+    def table(self) -> tuple[Words, Words]:
+        """Codes and slots of the hash table, see `ppaas.mapping.volume.kernels.blocks`."""
+        return self._codes, self._slots
+
+    @property
     def corners(self) -> Words:
         """Least keys of the blocks in the order of their slots, (blocks, 3) x, y, z."""
         mask = (1 << kernels.BITS) - 1

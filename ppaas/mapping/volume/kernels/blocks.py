@@ -75,7 +75,7 @@ collect_serial: Collect = njit(cache=True, nogil=True, error_model="numpy")(seri
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _entry(codes: Words, code: int) -> int:
+def entry_of(codes: Words, code: int) -> int:
     """Return the entry of the table that holds a code, or the empty one where it belongs."""
     mask = len(codes) - 1
     entry = int((code * _FIBONACCI) >> 20) & mask
@@ -100,7 +100,7 @@ def find_slots(codes: Words, slots: Words, wanted: Words, found: Words, used: in
         Number of slots used so far.
     """
     for i in range(len(wanted)):
-        entry = _entry(codes, wanted[i])
+        entry = entry_of(codes, wanted[i])
         if codes[entry] == EMPTY:
             codes[entry], slots[entry] = wanted[i], used
             used += 1
@@ -112,7 +112,7 @@ def find_slots(codes: Words, slots: Words, wanted: Words, found: Words, used: in
 def look_up(codes: Words, slots: Words, wanted: Words, found: Words) -> None:
     """Find the slots of blocks; −1 for those that do not exist. Parameters as in `find_slots`."""
     for i in range(len(wanted)):
-        entry = _entry(codes, wanted[i])
+        entry = entry_of(codes, wanted[i])
         found[i] = slots[entry] if codes[entry] != EMPTY else -1
 
 
