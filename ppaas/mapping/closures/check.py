@@ -85,6 +85,8 @@ class ScanCheck:
             return None
         if abs(wrap_angle(found.pose.theta - start.theta)) > MOST_TURNED:
             return None
+        if weakest_information(found.information) < self._parameters.least_information:
+            return None
         confirmed = confirmed_share(self._frames, source, near, found.pose, self._parameters.visibility_tolerance)
         if confirmed < self._parameters.least_confirmed:
             return None
@@ -98,6 +100,12 @@ class ScanCheck:
         away = np.hypot(others[:, 0] - pose.x, others[:, 1] - pose.y) + turns
         indices = target.first + np.argsort(away, kind="stable")[:ALIGNED_WITH]
         return NearFrames(indices, self._poses[indices])
+
+
+def weakest_information(information: NDArray[np.float64]) -> float:
+    """Return the information (6,) of a position in the direction in which it is least [1/m²]."""
+    xx, xy, yy = information[0], information[1], information[3]
+    return float((xx + yy) / 2.0 - np.hypot((xx - yy) / 2.0, xy))
 
 
 def confirmed_share(frames: KeyFrames, source: int, near: NearFrames, pose: Pose2D, tolerance: float) -> float:

@@ -83,16 +83,17 @@ class ClosureSearch:
         return self._settled(result, Contradictions(poses, edges, self._parameters))
 
     def _settled(self, searched: Searched, contradictions: Contradictions) -> Searched:
-        """Return the closures that do not contradict the best one; none if one that does is nearly as good."""
-        if len(searched.closures) < 2:
+        """Return the closures that do not contradict the best one; none if a match elsewhere is nearly as good."""
+        if not searched.closures:
             return searched
-        best, *others = sorted(searched.closures, key=lambda closure: -closure.score)
-        rivals = contradictions.with_best(best, others)
+        best = max(searched.closures, key=lambda closure: closure.score)
+        rivals = list(contradictions.with_best(best, [*searched.closures, *searched.refusals]))
         if any(rival.score > self._parameters.ambiguous_share * best.score for rival in rivals):
             refused = [closure.refused(Reason.AMBIGUOUS) for closure in searched.closures]
             return Searched([], searched.refusals + refused)
+        refused = [rival.refused(Reason.CONTRADICTED) for rival in rivals if isinstance(rival, Closure)]
         kept = [closure for closure in searched.closures if closure not in rivals]
-        return Searched(kept, searched.refusals + [rival.refused(Reason.CONTRADICTED) for rival in rivals])
+        return Searched(kept, searched.refusals + refused)
 
     def _pairs(self, poses: NDArray[np.float64], edges: Edges, submaps: list[Submap], of: int) -> list[_Pair]:
         """Return the pairs to match, the most probable first."""
@@ -126,15 +127,14 @@ class ClosureSearch:
         best = search(pyramid, points, window, parameters.loop_match_minimum_response_coarse + MORE_SCORE * share)
         if best is None:
             return Refusal(pair.source, pair.target, Reason.SCORE, 0.0)
-        if pair.candidate.wide and self._is_ambiguous(pyramid, points, pair, best):
-            return Refusal(pair.source, pair.target, Reason.AMBIGUOUS, best.score)
-        own = poses[pair.source.first : pair.source.end]
         frame = pair.candidate.frame
         motion = frame @ best.motion @ frame.inverse()
-        moved = compose(np.array(motion), own)
+        if pair.candidate.wide and self._is_ambiguous(pyramid, points, pair, best):
+            return Refusal(pair.source, pair.target, Reason.AMBIGUOUS, best.score, motion)
+        moved = compose(np.array(motion), poses[pair.source.first : pair.source.end])
         passed = ScanCheck(frames, poses, parameters).run(pair.source, pair.target, moved)
         if len(passed) < parameters.loop_match_minimum_chain_size:
-            return Refusal(pair.source, pair.target, Reason.CHECK, best.score)
+            return Refusal(pair.source, pair.target, Reason.CHECK, best.score, motion)
         return Closure(pair.source, pair.target, edges_of(passed), best.score, motion, pair.candidate.wide)
 
     def _is_ambiguous(self, pyramid: LikelihoodPyramid, points: NDArray[np.float64], pair: _Pair, best: Match) -> bool:

@@ -27,12 +27,15 @@ class Refusal:
     reason : Reason
     score : float
         Score of the best motion, 0 if it was not found.
+    motion : Pose2D, optional
+        Motion of the source in the map frame that fits best; None if none was found.
     """
 
     source: Submap
     target: Submap
     reason: Reason
     score: float
+    motion: Pose2D | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,7 +65,7 @@ class Closure:
 
     def refused(self, reason: Reason) -> Refusal:
         """Return the refusal of this closure."""
-        return Refusal(self.source, self.target, reason, self.score)
+        return Refusal(self.source, self.target, reason, self.score, self.motion)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,10 +8,12 @@ from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.mapping.closures.candidates import search_window
-from ppaas.mapping.closures.closure import Closure
+from ppaas.mapping.closures.closure import Closure, Refusal
 from ppaas.mapping.closures.drift import path_covariances
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.graph.pose_graph import Edges
+
+Found = Closure | Refusal
 
 SAME_TURN = 0.1
 """Difference of headings up to which two closures agree in any case [rad]."""
@@ -32,21 +34,20 @@ class Contradictions:
     def __init__(self, poses: NDArray[np.float64], edges: Edges, parameters: ClosureParameters) -> None:
         self._poses, self._edges, self._parameters = poses, edges, parameters
 
-    def with_best(self, best: Closure, others: Iterable[Closure]) -> list[Closure]:
-        """Return the closures that put the submap at a place which drift between the older submaps does not explain.
+    def with_best(self, best: Closure, others: Iterable[Found]) -> Iterator[Found]:
+        """Yield the matches that put the submap at a place which drift between the older submaps does not explain.
 
         Parameters
         ----------
         best : Closure
             Closure with the largest score.
-        others : iterable of Closure
+        others : iterable of Closure and Refusal
         """
-        return list(self._contradicting(best, others))
-
-    def _contradicting(self, best: Closure, others: Iterable[Closure]) -> Iterator[Closure]:
         covariances = None
         for other in others:
-            apart = self._difference(best, other)
+            if other.motion is None:
+                continue
+            apart = self._difference(best, other.motion)
             if math.hypot(apart.x, apart.y) < self._parameters.ambiguous_distance and abs(apart.theta) < SAME_TURN:
                 continue
             if covariances is None:
@@ -55,10 +56,10 @@ class Contradictions:
             if not self._explains(covariances[other.target.middle], apart):
                 yield other
 
-    def _difference(self, best: Closure, other: Closure) -> Pose2D:
-        """Return the difference of the poses of one key frame by two closures, in the axes of the map."""
+    def _difference(self, best: Closure, motion: Pose2D) -> Pose2D:
+        """Return the difference of the poses of one key frame by two matches, in the axes of the map."""
         pose = Pose2D(*self._poses[best.source.middle].tolist())
-        one, two = best.motion @ pose, other.motion @ pose
+        one, two = best.motion @ pose, motion @ pose
         return Pose2D(two.x - one.x, two.y - one.y, wrap_angle(two.theta - one.theta))
 
     def _explains(self, covariance: NDArray[np.float64], apart: Pose2D) -> bool:

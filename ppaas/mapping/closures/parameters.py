@@ -39,7 +39,8 @@ class ClosureParameters(Parameters, frozen=True):
     Others: a submap is ``submap_travel`` long; the latest ``fewest_submaps_between`` are not searched; a window above
     ``wide_window`` takes ``wide_submaps`` submaps to each side, and is refused as ambiguous if another place reaches
     ``ambiguous_share`` of the best score. Scans of a match are aligned with ``checked_scans`` of them: a scan passes if
-    ``least_ratio`` of its points have a pair, and ``least_confirmed`` of those visible are confirmed.
+    ``least_ratio`` of its points have a pair, ``least_confirmed`` of those visible are confirmed, and its position has
+    an information of ``least_information`` [1/m²] in every direction, which it has not along a bare corridor.
     """
 
     loop_search_maximum_distance: float = 40.0
@@ -66,6 +67,7 @@ class ClosureParameters(Parameters, frozen=True):
     checked_scans: int = 5
     least_ratio: float = 0.5
     least_confirmed: float = 0.8
+    least_information: float = 10_000.0
     visibility_tolerance: float = 0.3
 
     @property
