@@ -12,6 +12,9 @@ from ppaas.parameters import check_numbers
 LIVE_KEY_FRAMES = 20_000
 """Default of ``max_key_frames``: 124 MB with 360 beams."""
 
+CLOSURES = ClosureParameters()
+"""Default parameters of the search for closures."""
+
 GMAPPING = {
     "delta": "resolution",
     "linearUpdate": "minimum_travel_distance",
@@ -68,7 +71,7 @@ class GridSlamParameters(SlamParameters, frozen=True):
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        super().__post_init__()
+        # The parent would refuse gmapping's temporalUpdate of -1; its own parameters are checked by `front_end`.
         check_numbers(self, positive=_POSITIVE, signed=("temporalUpdate",))
         if self.occupancy_threshold > 1.0 or (self.occ_thresh or 0.0) > 1.0:
             raise InvalidParameter("occupancy_threshold, or occ_thresh, must be at most 1")
@@ -90,7 +93,8 @@ class GridSlamParameters(SlamParameters, frozen=True):
         if not self.do_loop_closing:
             return None
         shared = set(ClosureParameters.__struct_fields__) & set(self.__struct_fields__)
-        return ClosureParameters(**{name: getattr(self, name) for name in shared})
+        checked = max(CLOSURES.checked_scans, self.loop_match_minimum_chain_size)
+        return ClosureParameters(checked_scans=checked, **{name: getattr(self, name) for name in shared})
 
     def drawing(self) -> DrawingSettings:
         """Return the settings of the map."""
