@@ -17,7 +17,7 @@ class AlignmentSettings(NamedTuple):
     Parameters
     ----------
     gates : tuple of float
-        Largest distance of a pair in each iteration [m].
+        Largest distance of a pair in each iteration, descending [m].
     scale : float
         Distance at which the weight of a pair is a quarter (Geman-McClure) [m]; it grows with gates above 0.15 m.
     deviation : float

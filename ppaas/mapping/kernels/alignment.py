@@ -25,6 +25,9 @@ WIDE_GATE = 0.15
 STEP = 1e-4
 """Step below which an alignment has converged [m, rad]."""
 
+SMALL_STEP = 5e-3
+"""Step below which an alignment needs no wide gate any more [m, rad]."""
+
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
 def bearing(x: float, y: float) -> float:
@@ -212,7 +215,7 @@ def align(
     angle_min, per_radian, turn, side
         See `associate`.
     gates : (i,) float64 array
-        Gate of each iteration [m].
+        Gate of each iteration [m], descending.
     scale : float
         See `add_pairs`; it grows with gates above `WIDE_GATE`.
     deviation : float
@@ -234,7 +237,9 @@ def align(
     """
     pose, sums, apart = start.copy(), np.zeros(9), np.zeros(3)
     ratio, pairs = 0.0, 0
-    for i in range(gates.size):
+    final = np.searchsorted(-gates, -gates[-1])  # first iteration with the last gate
+    i = 0
+    while i < gates.size:
         # Normal equations of all pairs at the current pose.
         sums[:] = 0.0
         ratio, pairs = 0.0, 0
@@ -260,9 +265,11 @@ def align(
         pose[0] -= c * dx - s * dy
         pose[1] -= s * dx + c * dy
         pose[2] -= dt
-        settled = i + 1 < gates.size and gates[i + 1] == gates[i]
-        if settled and dx * dx + dy * dy < STEP * STEP and abs(dt) < STEP:
+        step = max(math.hypot(dx, dy), abs(dt))
+        if i >= final and step < STEP:
             break
+        # A small step at a wide gate: the start was good, and the other wide gates are skipped.
+        i = final if i < final and step < SMALL_STEP else i + 1
     pose[2] = (pose[2] + math.pi) % (2.0 * math.pi) - math.pi
     return pose, sums[:6].copy(), ratio, pairs
 
