@@ -121,7 +121,8 @@ def odometry(true: NDArray[np.float64], random: np.random.Generator) -> NDArray[
 def _scans(walls: NDArray[np.float64], laser: NDArray[np.float64], geometry: LaserGeometry) -> NDArray[np.float64]:
     """Return the exact ranges (n, b); the laser moves steadily during a sweep, in the middle of which its pose is."""
     velocities = np.zeros(laser.shape)
-    velocities[1:-1] = relative(laser[:-2], laser[2:]) / (2.0 * STEP * EVERY)
+    steps = relative(laser[1:-1], laser[2:]) - relative(laser[1:-1], laser[:-2])
+    velocities[1:-1] = steps / (2.0 * STEP * EVERY)
     beams = np.arange(geometry.beams)
     times = (beams - (geometry.beams - 1) / 2.0) * geometry.time_increment
     angles = geometry.angle_min + geometry.angle_increment * beams
