@@ -3,10 +3,14 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.planar_poses import PoseArray, compose, relative
+
+Ends = NDArray[np.int64]
+"""Nodes at the two ends of edges, (m, 2)."""
 
 STEP = 0.5
 """Distance between two nodes [m]."""
@@ -71,11 +75,11 @@ def _ahead(heading: int) -> PoseArray:
     return STEP * np.array([(1, 0), (0, 1), (-1, 0), (0, -1)][heading % 4])
 
 
-def _measured(truth: PoseArray, ends: PoseArray, noise: tuple[float, ...], random: np.random.Generator) -> PoseArray:
+def _measured(truth: PoseArray, ends: Ends, noise: tuple[float, ...], random: np.random.Generator) -> PoseArray:
     return relative(truth[ends[:, 0]], truth[ends[:, 1]]) + random.normal(0.0, noise, (len(ends), 3))
 
 
-def _add(graph: PoseGraph, ends: PoseArray, measured: PoseArray, noise: tuple[float, ...], kind: EdgeKind) -> None:
+def _add(graph: PoseGraph, ends: Ends, measured: PoseArray, noise: tuple[float, ...], kind: EdgeKind) -> None:
     information = np.diag(1.0 / np.square(noise))
     for (first, second), measurement in zip(ends.tolist(), measured, strict=True):
         graph.add_edge(first, second, measurement, information, kind)
