@@ -28,7 +28,7 @@ def test_all_scans_of_a_right_match_pass(frames):
 
 
 def test_no_scan_of_a_wrong_match_passes(frames):
-    moved = POSES[6:] + (1.5, 0.0, 0.0)
+    moved = POSES[6:] + np.array([1.5, 0.0, 0.0])
     assert ScanCheck(frames, POSES, ClosureParameters()).run(SOURCE, TARGET, moved) == []
 
 
