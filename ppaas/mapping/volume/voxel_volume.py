@@ -98,7 +98,7 @@ class VoxelVolume:
 
     def _checked(self, points: NDArray[np.float32], origin: ArrayLike) -> NDArray[np.float32]:
         """Return the position of the sensor; raise an error if the cloud or the position is invalid."""
-        sensor = np.asarray(origin, np.float32)
+        sensor = np.array(origin, np.float32)
         if points.ndim != 2 or points.shape[1] != 3 or points.dtype != np.float32 or sensor.shape != (3,):
             raise InvalidInput(
                 f"a point cloud must be float32 of shape (n, 3) with an origin of 3 numbers, not {points.dtype} of "
