@@ -52,7 +52,7 @@ def test_names_of_slam_toolbox_are_read():
     [
         ({"particles": 30}, "unknown field `particles`; known: .*angularUpdate.*throttle_scans"),
         ({"throttle_scans": 0}, "throttle_scans must be above 0"),
-        ({"delta": -0.05}, "delta must be at least 0"),
+        ({"delta": -0.05}, "delta must be above 0"),
         ({"maxUrange": 0.01}, "minimum_laser_range must be below max_laser_range"),
         ({"occ_thresh": 25.0}, "occ_thresh, must be at most 1"),
         ({"map_update_interval": float("nan")}, "map_update_interval must be finite"),
