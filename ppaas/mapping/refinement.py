@@ -14,10 +14,13 @@ from ppaas.mapping.graph.pose_graph import Edges
 from ppaas.mapping.kernels import alignment as kernels
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.near_poses import nearest_poses
-from ppaas.planar_poses import PoseArray, relative, rotated, symmetric, wrap_angles
+from ppaas.planar_poses import PoseArray, relative, rotated, symmetric, upper_triangle, wrap_angles
 
 DAMPING = 1e-3
 """Information added to each pose in a step [1/m², 1/rad²]."""
+
+LEAST_PART = 0.01
+"""Least part of the information of the best direction that a direction of the position must have."""
 
 
 class RefinementSettings(NamedTuple):
@@ -146,6 +149,7 @@ class _Refinement:
         # Pairs that do not overlap any more stay in the system with weight 0, so that its pattern stays the same.
         overlap = self._overlap(counts)
         sums *= (overlap * settings.evidence / settings.deviation**2)[:, np.newaxis]
+        _forget_undetermined(sums)
         self.used = int(overlap.sum())
         self.distance = float(np.sqrt(squares[overlap].sum() / max(counts[overlap, 0].sum(), 1)))
         return self._system.step(poses, self._joined(poses, sums), DAMPING)
@@ -194,3 +198,26 @@ def _pairs_of(poses: PoseArray, settings: RefinementSettings) -> tuple[NDArray[n
         keys += [before * count + after, after * count + before]
     found = np.unique(np.concatenate(keys))
     return found // count, found % count
+
+
+def _forget_undetermined(sums: NDArray[np.float64]) -> None:
+    """Remove the direction in which scans hardly determine the position, as along a corridor, from normal equations.
+
+    The noise of the normals looks like information along a corridor. Over many pairs it would outweigh the odometry.
+    As in Zhang, Kaess and Singh, *On Degeneracy of Optimization-based State Estimation Problems* (ICRA 2016).
+
+    Parameters
+    ----------
+    sums : (m, 9) array
+        Modified: see `ppaas.mapping.kernels.alignment`.
+    """
+    xx, xy, yy = sums[:, 0], sums[:, 1], sums[:, 3]
+    middle, half = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
+    weak = middle - half < LEAST_PART * (middle + half)
+    # The axis of the smaller eigenvalue of the 2 × 2 block of the position.
+    angle = 0.5 * np.arctan2(2.0 * xy, xx - yy) + 0.5 * np.pi
+    kept = np.tile(np.eye(3), (len(sums), 1, 1))
+    axis = np.stack((np.cos(angle), np.sin(angle)), axis=-1)
+    kept[weak, :2, :2] -= axis[weak, :, np.newaxis] * axis[weak, np.newaxis]
+    sums[:, :6] = upper_triangle(kept @ symmetric(sums[:, :6]) @ kept)
+    sums[:, 6:] = np.einsum("mij,mj->mi", kept, sums[:, 6:])

@@ -8,7 +8,7 @@ from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.polish import ScanPolisher
 from ppaas.mapping.refinement import refine
 from ppaas.planar_poses import relative
-from tests.support.world.room_scans import LASER, scan_at
+from tests.support.world.room_scans import CORRIDOR, LASER, scan_at
 
 rng = np.random.default_rng(1)
 TRUE = np.column_stack((np.linspace(-2.0, 2.0, 15), rng.uniform(-0.3, 0.3, 15), rng.uniform(-0.5, 0.5, 15)))
@@ -49,6 +49,17 @@ def test_odometry_holds_poses_that_scans_do_not_determine(frames):
     refined = refine(empty, TRUE + OFF, odometry_of(TRUE, 0.01))
     assert np.abs(refined.poses - TRUE).max() < 0.01
     assert refined.pairs == 0
+
+
+def test_noise_does_not_change_the_length_of_a_corridor():
+    true = np.column_stack((0.3 * np.arange(30), np.zeros(30), np.zeros(30)))
+    frames = KeyFrames(LASER)
+    for number, pose in enumerate(true):
+        scan = scan_at(pose, walls=CORRIDOR, noise=0.01, seed=number)
+        frames.add(scan, number, Pose2D(*pose), np.zeros(6))
+    refined = refine(frames, true, odometry_of(true, 0.01))
+    assert np.abs(refined.poses - true).max() < 0.03
+    assert refined.pairs > 200
 
 
 def test_single_key_frame_stays():
