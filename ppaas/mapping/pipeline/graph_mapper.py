@@ -30,8 +30,8 @@ FRONT_END, CLOSURES = SlamParameters(), ClosureParameters()
 CLOSING = SolverOptions(Robust.SCALING, iterations=6)
 """Options of the solve after closures were found; poses are near the solution, since few edges are new."""
 
-FINAL = SolverOptions(Robust.SCALING)
-"""Options of the last solve."""
+FINAL = SolverOptions(Robust.GRADUATED, iterations=60)
+"""Options of the last solve, in which closures that contradict the others lose all weight."""
 
 TRUSTED = 0.3
 """Least weight of a closure that counts as part of the map; one with less contradicts the others."""
