@@ -9,6 +9,7 @@
     │   ├── UnknownType             unknown ROS message or service type
     │   ├── InvalidMap              invalid map file, occupancy grid or voxel grid
     │   ├── InvalidUrdf             invalid robot description (URDF)
+    │   ├── InvalidGraph            invalid pose graph, or file of one
     │   └── InvalidParameter        unknown, of the wrong type, or out of range
     ├── NotFound                    unknown map, robot, planner, topic …
     ├── Conflict                    the resource exists already, or is in use
@@ -83,6 +84,12 @@ class InvalidUrdf(InvalidInput):
     """The URDF of a robot is invalid."""
 
     slug = "invalid-urdf"
+
+
+class InvalidGraph(InvalidInput):
+    """A pose graph or the text of one is invalid."""
+
+    slug = "invalid-graph"
 
 
 class InvalidParameter(InvalidInput):

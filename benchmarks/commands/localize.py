@@ -103,10 +103,11 @@ def _drive(arguments: argparse.Namespace, grid: Any, progress: "Progress") -> di
 def _play(arguments: argparse.Namespace, progress: "Progress") -> dict[str, Any]:
     from benchmarks.harness.maps import read_map  # noqa: PLC0415
     from benchmarks.localization import replay  # noqa: PLC0415
+    from benchmarks.localization.drift import drifting  # noqa: PLC0415
     from benchmarks.localization.log_map import map_of  # noqa: PLC0415
     from benchmarks.localization.picture import write_picture  # noqa: PLC0415
-    from benchmarks.localization.reader import read_recording  # noqa: PLC0415
-    from benchmarks.localization.recording import RecordedFrames, drifting  # noqa: PLC0415
+    from robots.recordings.reader import read_recording  # noqa: PLC0415
+    from robots.recordings.recording import RecordedFrames  # noqa: PLC0415
 
     if arguments.kidnap or arguments.jam or arguments.stand or arguments.creep or arguments.update:
         raise InvalidInput("--kidnap, --jam, --stand, --creep and --update cannot be used with a recording")

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.localization.recording import Look
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.localization.beams import scan_points
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
+from robots.recordings.recording import Look
 
 RESOLUTION = 0.05
 FARTHEST = 20.0

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.localization.localizer import Localizer
-from benchmarks.localization.recording import Look, Recording
 from benchmarks.localization.run import LOST, LOST_TURN, found_after, held_from
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidInput
@@ -20,6 +19,7 @@ from ppaas.maps.grid import GridMap
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist, TwistWithCovariance
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.std_msgs import Header, Time
+from robots.recordings.recording import Look, Recording
 
 
 @dataclass(frozen=True, slots=True)

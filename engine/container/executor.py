@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import logging
+import sys
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
@@ -10,7 +11,7 @@ from typing import TypeVar
 from engine.container.short_jobs import Outcome, ShortJobs
 from ppaas.errors import PPaaSError
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.jobs import Work
+from ppaas.nodes.jobs import TURN, LongWork, Work
 
 logger = logging.getLogger(__name__)
 
@@ -43,8 +44,11 @@ class NodeExecutor:
     def _work(self, work: Work[T], cancelled: Callable[[], bool], done: Done[T]) -> None:
         if self._closed:
             return
-        # A driving robot must not wait for a job on the loop.
-        outcome = None if self.graph.busy else self._short_jobs.attempt(work, cancelled)
+        # A driving robot must not wait for a job on the loop, and a scan not for the loop closures of a map.
+        long = isinstance(work, LongWork)
+        if long:
+            sys.setswitchinterval(TURN)
+        outcome = None if self.graph.busy or long else self._short_jobs.attempt(work, cancelled)
         if outcome is not None:
             self._finish(outcome, done)
             return

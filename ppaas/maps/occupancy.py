@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ppaas.errors import InvalidMap
 from ppaas.maps.grid import OCCUPIED, UNKNOWN, GridInfo, GridMap
 from ppaas.messages.geometry_msgs import Pose
+from ppaas.messages.map_msgs import OccupancyGridUpdate
 from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid
 from ppaas.messages.std_msgs import Header, Time
 
@@ -43,8 +44,29 @@ def to_message(grid: GridMap, frame_id: str = "map", stamp: Time | None = None) 
     stamp = stamp or Time()
     info = grid.info
     meta = MapMetaData(info.resolution, info.width, info.height, Pose.of(info.origin), stamp)
-    text = np.take(_TEXT, grid.data.view(np.uint8)).tobytes().translate(None, b" ")
-    return OccupancyGrid(Header(stamp=stamp, frame_id=frame_id), meta, msgspec.Raw(b"[%b]" % text[:-1]))
+    return OccupancyGrid(Header(stamp=stamp, frame_id=frame_id), meta, _as_json(grid.data))
+
+
+def to_update(cells: NDArray[np.int8], row: int, column: int, header: Header) -> OccupancyGridUpdate:
+    """Return the message of a rectangle of cells that changed.
+
+    Parameters
+    ----------
+    cells : (h, w) int8 array
+        New values, from −1 to 100.
+    row, column : int
+        Lower-left cell of the rectangle.
+    header : Header
+        Frame of the map, and time of the change.
+
+    Raises
+    ------
+    InvalidMap
+        A cell is not from −1 to 100.
+    """
+    _check_range(cells)
+    height, width = cells.shape
+    return OccupancyGridUpdate(header, column, row, width, height, _as_json(np.ascontiguousarray(cells)))
 
 
 def from_message(message: OccupancyGrid) -> GridMap:
@@ -66,6 +88,11 @@ def from_message(message: OccupancyGrid) -> GridMap:
         raise InvalidMap(f"info gives {info.width}×{info.height} cells, but data has {data.size}")
     _check_range(data)
     return GridMap(data.astype(np.int8).reshape(info.shape), info)
+
+
+def _as_json(cells: NDArray[np.int8]) -> msgspec.Raw:
+    text = np.take(_TEXT, cells.view(np.uint8)).tobytes().translate(None, b" ")
+    return msgspec.Raw(b"[%b]" % text[:-1])
 
 
 def _check_range(data: NDArray[np.integer]) -> None:

@@ -1,4 +1,4 @@
-"""OctoMap files: reading of binary (``.bt``) and full (``.ot``) octrees, and writing of binary ones.
+"""OctoMap files: reading and writing of binary (``.bt``) and full (``.ot``) octrees.
 
 Both begin with a line that names the format. The lines ``id``, ``size`` (number of nodes) and ``res`` (metres) follow
 in any order, possibly with comments, then the line ``data`` and immediately the nodes.
@@ -25,6 +25,8 @@ OctoMap writes no time stamps of an ``OcTreeStamped``, and takes the id ``1`` of
 Trees without occupancies (``CountingOcTree``) are not read.
 """
 
+_COMMENT = b"# (feel free to add / change comments, but leave the first line as it is!)"
+_NODE = np.dtype([("log_odds", "<f4"), ("children", "u1")])
 _HEADER_LINES = 100
 _FAULTS = {
     kernels.TRUNCATED: "the file is truncated",
@@ -91,7 +93,33 @@ def binary_octomap(tree: OcTree) -> bytes:
     body: NDArray[np.uint8] = np.zeros(2 * (nodes - len(tree.corners)), np.uint8)
     if nodes:
         kernels.write_binary(tree.corners, tree.depths, tree.occupied.view(np.uint8), shared_depths(tree.corners), body)
-    return b"%b\nid OcTree\nsize %d\nres %b\ndata\n%b" % (BINARY, nodes, repr(tree.resolution).encode(), body.tobytes())
+    return _header_text(BINARY, tree) + body.tobytes()
+
+
+def full_octomap(tree: OcTree, log_odds: NDArray[np.float32]) -> bytes:
+    """Return the full OctoMap file (``.ot``) of an octree.
+
+    Parameters
+    ----------
+    tree : OcTree
+        The octree.
+    log_odds : (n,) float32 array
+        Log-odds of its leaves.
+    """
+    nodes: NDArray[np.void] = np.zeros(tree.nodes, _NODE)
+    if tree.nodes:
+        values, children = np.empty(tree.nodes, np.float32), np.zeros(tree.nodes, np.uint8)
+        kernels.number_nodes(tree.corners, tree.depths, log_odds, shared_depths(tree.corners), values, children)
+        nodes["log_odds"], nodes["children"] = values, children
+    return _header_text(FULL, tree) + nodes.tobytes()
+
+
+def _header_text(first: bytes, tree: OcTree) -> bytes:
+    """Return the header of a file, byte by byte as OctoMap writes it, unless six digits would change the resolution."""
+    short = f"{tree.resolution:g}"
+    resolution = short if float(short) == tree.resolution else repr(tree.resolution)
+    lines = (first, _COMMENT, b"#", b"id OcTree", b"size %d" % tree.nodes, b"res " + resolution.encode(), b"data", b"")
+    return b"\n".join(lines)
 
 
 def _parse_header(data: Buffer) -> tuple[_Header, memoryview]:

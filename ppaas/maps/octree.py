@@ -144,7 +144,7 @@ def octree_of(grid: VoxelGrid) -> OcTree:
         raise InvalidMap(f"an octree of this resolution reaches {far:g} m from its origin: move the map nearer to it")
     known = np.argwhere(grid.data != UNKNOWN)
     occupied = grid.data[known[:, 0], known[:, 1], known[:, 2]] == OCCUPIED
-    codes = _morton_codes(known[:, ::-1] + lowest.astype(np.int64))
+    codes = morton_codes(known[:, ::-1] + lowest.astype(np.int64))
     order = np.argsort(codes)
     return _merged(grid.info.resolution, codes[order], occupied[order])
 
@@ -179,7 +179,7 @@ def shared_depths(begins: Keys) -> NDArray[np.int64]:
     return np.concatenate((np.zeros(min(1, len(begins)), np.int64), shared))
 
 
-def _morton_codes(keys: NDArray[np.int64]) -> NDArray[np.int64]:
+def morton_codes(keys: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the Morton codes of keys: their bits interleaved as …zyxzyx. Their order is depth-first order."""
     codes = np.zeros(len(keys), np.int64)
     for bit in range(DEPTH):
@@ -189,7 +189,7 @@ def _morton_codes(keys: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _keys_of(codes: NDArray[np.int64]) -> Keys:
-    """Return the keys of Morton codes, the inverse of ``_morton_codes``."""
+    """Return the keys of Morton codes, the inverse of ``morton_codes``."""
     keys = np.zeros((len(codes), 3), np.uint16)
     for bit in range(DEPTH):
         for axis in range(3):

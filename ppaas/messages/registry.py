@@ -6,6 +6,7 @@ from ppaas.errors import UnknownType
 from ppaas.messages import (
     actionlib_msgs,
     geometry_msgs,
+    map_msgs,
     move_base_msgs,
     nav2_msgs,
     nav_msgs,
@@ -13,6 +14,7 @@ from ppaas.messages import (
     ppaas_msgs,
     rosapi,
     sensor_msgs,
+    slam_toolbox,
     std_msgs,
     std_srvs,
     tf2_msgs,
@@ -22,7 +24,7 @@ from ppaas.messages.message import Message, ServiceType
 
 _PACKAGES: tuple[ModuleType, ...] = (
     std_msgs, geometry_msgs, nav_msgs, sensor_msgs, actionlib_msgs, move_base_msgs, nav2_msgs, tf2_msgs, ppaas_msgs,
-    people_msgs, std_srvs, rosapi, tf2_web_republisher,
+    people_msgs, std_srvs, rosapi, tf2_web_republisher, map_msgs, slam_toolbox,
 )  # fmt: skip
 
 

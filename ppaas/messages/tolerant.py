@@ -32,8 +32,8 @@ from ppaas.messages.geometry_msgs import Twist, TwistStamped
 from ppaas.messages.message import Message
 from ppaas.messages.rosapi import GetParamRequest
 from ppaas.messages.sensor_msgs import CameraInfo
+from ppaas.messages.spellings.tolerant_json import MAX_TOLERATED, read_json
 from ppaas.messages.std_msgs import Duration, Header, Time
-from ppaas.messages.tolerant_json import MAX_TOLERATED, read_json
 from ppaas.messages.typedefs import message_of, plain, struct_of
 
 M = TypeVar("M", bound=Message)

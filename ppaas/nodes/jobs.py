@@ -1,7 +1,7 @@
 """Jobs and timers of a graph's nodes."""
 
 from collections.abc import Callable
-from typing import Protocol, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 from ppaas.errors import PPaaSError
 
@@ -9,6 +9,30 @@ T = TypeVar("T")
 
 Work = Callable[[Callable[[], bool]], T]
 """Function of a job. Its argument returns whether the job is cancelled. It may be run again from the beginning."""
+
+
+TURN = 5e-4
+"""Switch interval of the interpreter while long jobs run beside a graph [s]. Each call of a kernel waits that long for
+the other thread; with Python's default of 5 ms, some scans waited 30 ms for the loop closures of a map."""
+
+
+class LongWork(Generic[T]):
+    """Function of a job that takes long: an executor never runs it on the graph's thread.
+
+    The executor also sets the interpreter's switch interval to `TURN`, so that the graph's thread waits less for it.
+
+    Parameters
+    ----------
+    work : callable
+        The function.
+    """
+
+    def __init__(self, work: Work[T]) -> None:
+        self._work = work
+
+    def __call__(self, cancelled: Callable[[], bool]) -> T:
+        """Run the function."""
+        return self._work(cancelled)
 
 
 class Worker(Protocol):

@@ -11,6 +11,7 @@ from ppaas.messages.geometry_msgs import (
     PoseWithCovarianceStamped,
     Twist,
 )
+from ppaas.messages.map_msgs import OccupancyGridUpdate
 from ppaas.messages.message import Message
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult
 from ppaas.messages.nav2_msgs import (
@@ -20,11 +21,11 @@ from ppaas.messages.nav2_msgs import (
     NavigateToPoseActionFeedback,
     SpeedLimit,
 )
-from ppaas.messages.nav_msgs import OccupancyGrid, Odometry, Path
+from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid, Odometry, Path
 from ppaas.messages.people_msgs import People
 from ppaas.messages.ppaas_msgs import NodeHomes, RobotStates
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan
-from ppaas.messages.std_msgs import String
+from ppaas.messages.std_msgs import Float64, String
 from ppaas.messages.tf2_msgs import TFMessage, merged
 from ppaas.messages.tf2_web_republisher import (
     TFSubscriptionActionFeedback,
@@ -55,6 +56,14 @@ AMCL_POSE = Topic("amcl_pose", PoseWithCovarianceStamped, stream=True, shared=Tr
 PARTICLE_CLOUD = Topic("particlecloud", PoseArray, stream=True, depth=1)
 ROBOT_DESCRIPTION = Topic("robot_description", String, latched=True, depth=1)
 AMCL_STATUS = Topic("amcl/status", String, latched=True, stream=True, depth=1, robot_only=True)
+
+# -- mapping -----------------------------------------------------------------------------------------------------------
+
+MAP_METADATA = Topic("map_metadata", MapMetaData, latched=True, depth=1)
+MAP_UPDATES = Topic("map_updates", OccupancyGridUpdate, depth=100)
+SLAM_POSE = Topic("pose", PoseWithCovarianceStamped, stream=True)
+ENTROPY = Topic("entropy", Float64, stream=True, depth=1)
+GRID_SLAM_STATUS = Topic("grid_slam/status", String, latched=True, stream=True, depth=1, robot_only=True)
 
 # -- Move Base ---------------------------------------------------------------------------------------------------------
 

@@ -14,7 +14,7 @@ from ppaas.errors import Conflict, MalformedMessage, NotFound, PPaaSError, Quota
 from ppaas.messages.actionlib_msgs import GoalStatus, GoalStatusArray, Status
 from ppaas.messages.codec import decode
 from ppaas.messages.message import Message
-from ppaas.messages.time_spelling import to_ros2
+from ppaas.messages.spellings.time_spelling import to_ros2
 from ppaas.wire.action_frames import feedback_frame, result_frame
 from ppaas.wire.actions import UNKNOWN, Action, SentGoal, ros2_status
 from ppaas.wire.operations import CancelActionGoal, SendActionGoal

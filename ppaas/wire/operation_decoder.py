@@ -7,7 +7,7 @@ to a call or a goal gets one.
 import msgspec
 
 from ppaas.errors import MalformedMessage
-from ppaas.messages.tolerant_json import split_json, to_standard_json
+from ppaas.messages.spellings.tolerant_json import split_json, to_standard_json
 from ppaas.wire.operations import CLIENT_OPERATIONS, CallService, ClientOperation, Id, RefusedOperation
 
 _decoder: msgspec.json.Decoder[ClientOperation] = msgspec.json.Decoder(ClientOperation)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 import msgspec
 
 from ppaas.errors import MalformedMessage, PPaaSError, QuotaExceeded
-from ppaas.messages.time_spelling import to_ros2
+from ppaas.messages.spellings.time_spelling import to_ros2
 from ppaas.wire.fragments import FragmentAssembler, size_of
 from ppaas.wire.names import NameScope, is_ros2_type, ros2_spelling
 from ppaas.wire.operation_decoder import decode_operation

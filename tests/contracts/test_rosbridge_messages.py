@@ -27,10 +27,10 @@ from ppaas.messages.message import Message
 from ppaas.messages.nav_msgs import GetPlanRequest, Odometry
 from ppaas.messages.rosapi import GetParamRequest
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan, RegionOfInterest
+from ppaas.messages.spellings.tolerant_json import MAX_TOLERATED
 from ppaas.messages.std_msgs import Bool, Duration, Header, String, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.messages.tolerant import MAX_WITH_BYTES
-from ppaas.messages.tolerant_json import MAX_TOLERATED
 from ppaas.messages.typedefs import typedefs
 from ppaas.nodes.graph import Graph
 

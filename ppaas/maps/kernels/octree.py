@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 Bytes = NDArray[np.uint8]
 Corners = NDArray[np.uint16]
 Ints = NDArray[np.int64]
+Floats = NDArray[np.float32]
 
 DEEPEST = 16
 """Depth of the finest voxels."""
@@ -179,6 +180,40 @@ def write_binary(corners: Corners, depths: Bytes, occupied: Bytes, shared: Ints,
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def number_nodes(
+    corners: Corners, depths: Bytes, log_odds: Floats, shared: Ints, values: Floats, children: Bytes
+) -> None:
+    """Find the nodes of a full file in depth-first order. The log-odds of an inner node are the greatest below it.
+
+    Parameters
+    ----------
+    corners, depths, shared
+        Leaves in depth-first order, as in ``write_binary``.
+    log_odds : (n,) float32 array
+        Log-odds of the leaves.
+    values : (m,) float32 array
+        Out: log-odds of all nodes.
+    children : (m,) uint8 array
+        In: zeros. Out: children of all nodes, one bit each.
+    """
+    places = np.zeros(DEEPEST + 1, np.int64)  # number of the current node at each depth
+    used = 1
+    values[0] = -np.inf
+    for leaf in range(len(corners)):
+        for depth in range(shared[leaf] + 1, depths[leaf] + 1):  # nodes below the common ancestor
+            bit = DEEPEST - depth
+            child = 0
+            for axis in range(3):
+                child |= (corners[leaf, axis] >> bit & 1) << axis
+            children[places[depth - 1]] |= 1 << child
+            places[depth] = used
+            values[used] = -np.inf
+            used += 1
+        for depth in range(depths[leaf] + 1):
+            values[places[depth]] = max(values[places[depth]], log_odds[leaf])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def fill_cubes(voxels: NDArray[np.uint8], corners: Ints, edges: Ints, values: Bytes) -> None:
     """Fill cubes with values, clipped to the grid.
 
@@ -213,5 +248,7 @@ def warm() -> None:
     read_full(np.frombuffer(bytes(5), np.uint8), 0, corners, depths, occupied, counts)
     shared = np.zeros(leaves, np.int64)
     write_binary(corners[:leaves], depths[:leaves], occupied[:leaves], shared, np.zeros(2, np.uint8))
+    values = np.zeros(9, np.float32)
+    number_nodes(corners[:leaves], depths[:leaves], values[:leaves], shared, values, np.zeros(9, np.uint8))
     one = np.ones(1, np.int64)
     fill_cubes(np.zeros((1, 1, 1), np.uint8), np.zeros((1, 3), np.int64), one, occupied[:1])

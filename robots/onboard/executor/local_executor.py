@@ -26,7 +26,7 @@ from ppaas.messages.message import Message
 from ppaas.messages.nav_msgs import OccupancyGrid
 from ppaas.nodes.base import Checkpoint, Payload
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.jobs import Work
+from ppaas.nodes.jobs import TURN, LongWork, Work
 from ppaas.nodes.map_server.node import KEEPOUT_MASK, SPEED_MASK
 from robots.onboard.executor import protocol
 from robots.onboard.executor.warm_up import warm_up
@@ -157,6 +157,8 @@ class LocalExecutor:
         def schedule_finish(ended: "Future[T]") -> None:
             self._loop.call_soon_threadsafe(self._finish, ended, done)
 
+        if isinstance(work, LongWork):
+            sys.setswitchinterval(TURN)
         self._executor.submit(work, cancelled).add_done_callback(schedule_finish)
 
     def _finish(self, ended: "Future[T]", done: Callable[[T | PPaaSError], None]) -> None:

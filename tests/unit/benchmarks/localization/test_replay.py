@@ -5,15 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.localization.carmen_logs import read_log
+from benchmarks.localization.drift import drifting
 from benchmarks.localization.log_map import map_of
 from benchmarks.localization.picture import ERROR, draw
-from benchmarks.localization.recording import Recording, drifting
 from benchmarks.localization.replay import Replay, play, summary
 from benchmarks.localization.run import LOST
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN
+from robots.recordings.carmen_logs import read_log
+from robots.recordings.recording import Recording
 from tests.support.world.drive_log import ROOM, graph_log
 
 

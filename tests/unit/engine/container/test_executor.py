@@ -1,6 +1,7 @@
 """Node executor of the cloud, with real threads for its jobs and timers on a real loop."""
 
 import asyncio
+import sys
 import threading
 from collections.abc import AsyncIterator
 from typing import Any
@@ -9,6 +10,7 @@ import pytest
 
 from engine.container.executor import JOB_THREADS, NodeExecutor
 from ppaas.errors import NoValidPath, PPaaSError
+from ppaas.nodes.jobs import TURN, LongWork
 from tests.support.waiting import until
 
 
@@ -50,6 +52,20 @@ async def test_job_runs_in_a_prepared_thread_and_reports_on_the_loop() -> None:
     assert threading.get_ident() not in prepared
     assert results.threads == {threading.get_ident()}
     home.close()
+
+
+async def test_long_work_never_runs_on_the_loop(home: NodeExecutor) -> None:
+    results, before = Results(), sys.getswitchinterval()
+    try:
+        for _ in range(3):  # after a short job, the next would be tried on the loop
+            home.graph.start(LongWork(lambda cancelled: threading.get_ident()), results)
+            done = len(results.values) + 1
+            await until(lambda done=done: len(results.values) >= done)
+        assert threading.get_ident() not in results.values
+        assert results.threads == {threading.get_ident()}
+        assert sys.getswitchinterval() == pytest.approx(TURN)
+    finally:
+        sys.setswitchinterval(before)
 
 
 async def test_job_error_is_its_result(home: NodeExecutor, caplog: pytest.LogCaptureFixture) -> None:

@@ -4,6 +4,7 @@ from engine.container.monitor.node import NodeMonitorNode
 from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
 from ppaas.costmap.build_layers import build_layers
 from ppaas.nodes.graph import Graph
+from ppaas.nodes.grid_slam.node import GridSlamNode
 from ppaas.nodes.topics import CLIENT_TOPIC, TOPICS, policy_of
 from tests.support.world.planar_world import walled_map
 
@@ -12,7 +13,7 @@ def test_table_has_exactly_the_topics_of_a_clone() -> None:
     graph = Graph()
     layers = build_layers(walled_map(4, 3, []))
     build_clone(graph, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), parameters={DEPTH_CAMERA: {}})
-    monitor = {topic.name: topic for topic in NodeMonitorNode.publishes}
+    monitor = {topic.name: topic for topic in (*NodeMonitorNode.publishes, *GridSlamNode.publishes)}
     assert graph.topics | monitor == TOPICS
 
 

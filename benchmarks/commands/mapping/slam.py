@@ -1,0 +1,74 @@
+"""``ppaas bench slam``: accuracy, speed and memory of mapping a log, offline."""
+
+import argparse
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ppaas.bounded_numbers import whole
+from ppaas.errors import InvalidInput
+from robots.cli.benches import Measured
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+    from benchmarks.mapping.run import SlamJob
+
+HELP = "mapping of logs and of a simulated office: errors against true relations and poses, times, memory"
+
+MOST_SEEDS = 100
+SLOW_SWEEP = 0.1
+"""Time of a scan of the slow laser [s]."""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.description = (
+        "Without LOG, an office is mapped with a fast and with a slow laser. True relations of a log are read from the "
+        "file beside it that ends with .relations."
+    )
+    parser.add_argument("logs", type=Path, nargs="*", metavar="LOG", help="log of CARMEN, or bag of ROS")
+    parser.add_argument(
+        "--data", type=Path, metavar="FOLDER",
+        help="map all logs of FOLDER/laser/raw, too, as of the folder that $PPAAS_DATA names",
+    )  # fmt: skip
+    parser.add_argument(
+        "--offices", type=whole(least=0, most=MOST_SEEDS), default=1, metavar="N",
+        help="number of offices with different furniture and noise (%(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--jobs", type=whole(most=os.cpu_count() or 1), default=1, metavar="N",
+        help="number of processes; more than one makes each slower (%(default)s)",
+    )  # fmt: skip
+
+
+def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
+    """Return the results, and their table."""
+    from benchmarks.mapping import suite  # noqa: PLC0415 - ``ppaas bench --help`` loads this module
+    from benchmarks.mapping.run import row  # noqa: PLC0415
+
+    jobs = _jobs(arguments)
+    task = progress.add_task("map", total=len(jobs))
+    results = suite.measure(jobs, arguments.jobs, lambda: progress.advance(task))
+    return Measured({"logs": results}, [row(result) for result in results])
+
+
+def _jobs(arguments: argparse.Namespace) -> "list[SlamJob]":
+    from benchmarks.mapping.run import SlamJob  # noqa: PLC0415
+
+    logs = list(arguments.logs)
+    if arguments.data is not None:
+        folder = arguments.data / "laser" / "raw"
+        found = sorted(folder.glob("*.clf*"))
+        if not found:
+            raise InvalidInput(f"{folder} has no log: no file *.clf or *.clf.bz2")
+        logs += found
+    for log in logs:
+        if not log.exists():
+            raise InvalidInput(f"there is no log {log}")
+    jobs = [SlamJob(log) for log in logs]
+    for seed in range(arguments.offices):
+        jobs += [SlamJob(seed=seed), SlamJob(seed=seed, sweep=SLOW_SWEEP)]
+    if not jobs:
+        raise InvalidInput("nothing to map: give a LOG, --data or --offices above 0")
+    return jobs

@@ -1,0 +1,150 @@
+"""Simulated drive through walls: true poses, the odometry of bad wheels, and the scans of a laser."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.mapping.laser_geometry import LaserGeometry
+from ppaas.mapping.scan_log import ScanLog
+from ppaas.planar_poses import compose, relative
+
+SPEED, TURN = 0.5, 0.9
+"""Largest velocities of the robot [m/s, rad/s]."""
+STEP, EVERY = 0.05, 4
+"""Time of a control cycle [s], and number of cycles between two scans."""
+ARRIVED = 0.12
+"""Distance at which the robot heads for the next way point [m]."""
+NOISE, DIGITS = 0.005, 0.01
+"""Standard deviation of ranges, and the steps in which they are reported [m]."""
+FARTHEST, MISSING = 40.0, 0.02
+"""Maximum range [m], and part of the beams without a reading."""
+TOO_LONG, JITTER = 0.02, 0.05
+"""Relative error of the distance by the odometry: systematic, and random in each step."""
+TURN_NOISE = 0.15
+"""Relative random error of the turn by the odometry in each step."""
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatedDrive:
+    """Log of a simulated drive.
+
+    Parameters
+    ----------
+    log : ScanLog
+    true : (n, 3) float64 array
+        True pose of the robot at each scan: x, y [m], theta [rad].
+    """
+
+    log: ScanLog
+    true: NDArray[np.float64]
+
+    def first(self, count: int) -> "SimulatedDrive":
+        """Return the first scans of the drive."""
+        return SimulatedDrive(self.log.first(count), self.true[:count])
+
+    @property
+    def metres(self) -> float:
+        """Driven distance [m]."""
+        return float(np.hypot(*np.diff(self.true[:, :2], axis=0).T).sum())
+
+
+def simulate(
+    walls: NDArray[np.float64],
+    way_points: NDArray[np.float64],
+    seed: int,
+    *,
+    sweep: float = 0.0,
+    beams: int = 180,
+    mount: Pose2D = Pose2D(0.1, 0.0),
+) -> SimulatedDrive:
+    """Drive along way points and scan the walls.
+
+    Parameters
+    ----------
+    walls : (n, 4) array
+        Segments: x0, y0, x1, y1 [m].
+    way_points : (m, 2) array
+        x, y [m].
+    seed : int
+        Seed of all noise.
+    sweep : float
+        Time that the laser takes for the beams of a scan [s].
+    beams : int
+        Number of beams over 180 degrees.
+    mount : Pose2D
+        Pose of the laser on the robot.
+    """
+    random = np.random.default_rng(seed)
+    true = drive(way_points)[::EVERY]
+    geometry = LaserGeometry(-math.pi / 2.0, math.pi / beams, beams, mount, sweep / beams)
+    ranges = _scans(walls, compose(true, np.array(mount)), geometry)
+    ranges += NOISE * random.standard_normal(ranges.shape)
+    ranges = np.round(ranges / DIGITS) * DIGITS
+    ranges[(random.random(ranges.shape) < MISSING) | (ranges > FARTHEST)] = np.nan
+    stamps = STEP * EVERY * np.arange(len(true), dtype=np.float64)
+    first_angles = np.full(len(true), geometry.angle_min)
+    return SimulatedDrive(
+        ScanLog(stamps, odometry(true, random), ranges.astype(np.float32), first_angles, geometry), true
+    )
+
+
+def drive(way_points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the pose of a robot in each control cycle, which turns to each way point and drives to it."""
+    (x, y), theta = way_points[0].tolist(), 0.0
+    poses = [(x, y, theta)]
+    for goal_x, goal_y in way_points[1:].tolist():
+        while math.hypot(goal_x - x, goal_y - y) > ARRIVED:
+            off = wrap_angle(math.atan2(goal_y - y, goal_x - x) - theta)
+            speed = SPEED * max(0.0, math.cos(off)) ** 3 if abs(off) < 1.2 else 0.0
+            theta = wrap_angle(theta + STEP * max(-TURN, min(TURN, 2.5 * off)))
+            x, y = x + STEP * speed * math.cos(theta), y + STEP * speed * math.sin(theta)
+            poses.append((x, y, theta))
+    return np.array(poses)
+
+
+def odometry(true: NDArray[np.float64], random: np.random.Generator) -> NDArray[np.float64]:
+    """Return the poses (n, 3) that bad wheels report for true poses; the first is the origin."""
+    steps = relative(true[:-1], true[1:])
+    forward, turn = np.abs(steps[:, 0]), np.abs(steps[:, 2])
+    noise = random.standard_normal(steps.shape)
+    steps[:, :2] = (1.0 + TOO_LONG) * steps[:, :2] + noise[:, :2] * (JITTER * forward + 0.001)[:, None]
+    steps[:, 2] += noise[:, 2] * (TURN_NOISE * turn + 0.05 * forward + 0.002)
+    poses = np.zeros(true.shape)
+    for row, step in enumerate(steps):
+        poses[row + 1] = compose(poses[row], step)
+    return poses
+
+
+def _scans(walls: NDArray[np.float64], laser: NDArray[np.float64], geometry: LaserGeometry) -> NDArray[np.float64]:
+    """Return the exact ranges (n, b); the laser moves steadily during a sweep, in the middle of which its pose is."""
+    velocities = np.zeros(laser.shape)
+    steps = relative(laser[1:-1], laser[2:]) - relative(laser[1:-1], laser[:-2])
+    velocities[1:-1] = steps / (2.0 * STEP * EVERY)
+    beams = np.arange(geometry.beams)
+    times = (beams - (geometry.beams - 1) / 2.0) * geometry.time_increment
+    angles = geometry.angle_min + geometry.angle_increment * beams
+    ranges = np.empty((len(laser), geometry.beams))
+    for row, (pose, velocity) in enumerate(zip(laser, velocities, strict=True)):
+        moved = compose(pose, times[:, None] * velocity)
+        ranges[row] = cast(walls, moved[:, :2], moved[:, 2] + angles)
+    return ranges
+
+
+def cast(walls: NDArray[np.float64], origins: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the distance from each origin (b, 2) to the nearest wall in a direction (b,) [m]; infinite without one."""
+    begin, along = walls[:, :2], walls[:, 2:] - walls[:, :2]
+    directions = np.column_stack((np.cos(angles), np.sin(angles)))
+    # Cross products of vectors (x, y) and (u, v): x v − y u. The ray is o + r d, the wall a + t e, so
+    # r = (a − o) × e / d × e and t = (a − o) × d / d × e.
+    turned = np.stack((along[:, 1], -along[:, 0]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        per = 1.0 / (directions @ turned)
+        distance = ((begin * turned.T).sum(axis=1) - origins @ turned) * per
+        crossed = np.stack((directions[:, 1], -directions[:, 0]), axis=1)
+        place = (crossed @ begin.T - (origins * crossed).sum(axis=1)[:, None]) * per
+    hit = (distance > 0.0) & (place >= 0.0) & (place <= 1.0)
+    nearest: NDArray[np.float64] = np.where(hit, distance, np.inf).min(axis=1)
+    return nearest

@@ -1,0 +1,1 @@
+"""Mapping: 2D graph SLAM from laser scans and odometry."""

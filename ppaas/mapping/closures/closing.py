@@ -1,0 +1,175 @@
+"""Search for the loop closures of a submap."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.geometry import Pose2D
+from ppaas.mapping.closures.ambiguity import Rivalry, rival_match
+from ppaas.mapping.closures.branch_and_bound import Match, search
+from ppaas.mapping.closures.candidates import Candidate, find_candidates
+from ppaas.mapping.closures.check import CheckedScan, ScanCheck
+from ppaas.mapping.closures.closure import Closure, Reason, Refusal, Searched
+from ppaas.mapping.closures.contradictions import Contradictions
+from ppaas.mapping.closures.kernels.points import gather, thin
+from ppaas.mapping.closures.parameters import ClosureParameters
+from ppaas.mapping.closures.pyramid import Blur, LikelihoodPyramid, build_pyramid
+from ppaas.mapping.closures.submaps import Submap
+from ppaas.mapping.edge_information import CLOSURE_FLOOR, edge_information
+from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
+from ppaas.mapping.key_frames import KeyFrames
+from ppaas.planar_poses import compose
+
+REACH = 20.0
+"""Points of the latest submap farther than this from its middle are left out, along each axis [m]."""
+
+THIN, THIN_WIDE = 0.15, 0.2
+"""Size of the cells of which one point is kept, in narrow and in wide windows [m]."""
+
+FULL_SCORE_WINDOW, MORE_SCORE = 5.0, 0.1
+"""Half size of a window that needs the full addition to the least score [m], and that addition."""
+
+WIDE_STRIDE = 3
+"""Targets of wide windows overlap, so that every third is enough."""
+
+MORE_WIDE = 3
+"""Factor of the number of candidates if most windows are wide."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Pair:
+    """Key frames to match, and the window to match them in."""
+
+    source: Submap
+    target: Submap
+    candidate: Candidate
+
+
+class ClosureSearch:
+    """Search for loop closures.
+
+    Parameters
+    ----------
+    parameters : ClosureParameters, optional
+    """
+
+    def __init__(self, parameters: ClosureParameters | None = None) -> None:
+        self._parameters = parameters = parameters or ClosureParameters()
+        self._rivalry = Rivalry(parameters.ambiguous_share, parameters.ambiguous_distance)
+        self._blur = Blur(parameters.loop_search_space_resolution, parameters.loop_search_space_smear_deviation)
+
+    def search(self, frames: KeyFrames, graph: PoseGraph, submaps: list[Submap], of: int) -> Searched:
+        """Return the closures between a submap and older ones.
+
+        Parameters
+        ----------
+        frames : KeyFrames
+            Scans of the key frames; their poses are taken from the graph.
+        graph : PoseGraph
+            One node per key frame.
+        submaps : list of Submap
+            Finished submaps.
+        of : int
+            Index of the submap to search for.
+        """
+        poses, edges, result = graph.poses, graph.edges, Searched()
+        for pair in self._pairs(poses, edges, submaps, of):
+            found = self._match(frames, poses, pair)
+            if isinstance(found, Closure):
+                result.closures.append(found)
+            else:
+                result.refusals.append(found)
+        return self._settled(result, Contradictions(poses, edges, self._parameters))
+
+    def _settled(self, searched: Searched, contradictions: Contradictions) -> Searched:
+        """Return the closures that do not contradict the best one; none if a match elsewhere is nearly as good."""
+        if not searched.closures:
+            return searched
+        best = max(searched.closures, key=lambda closure: closure.score)
+        rivals = list(contradictions.with_best(best, [*searched.closures, *searched.refusals]))
+        if any(rival.score > self._parameters.ambiguous_share * best.score for rival in rivals):
+            refused = [closure.refused(Reason.AMBIGUOUS) for closure in searched.closures]
+            return Searched([], searched.refusals + refused)
+        refused = [rival.refused(Reason.CONTRADICTED) for rival in rivals if isinstance(rival, Closure)]
+        kept = [closure for closure in searched.closures if closure not in rivals]
+        return Searched(kept, searched.refusals + refused)
+
+    def _pairs(self, poses: NDArray[np.float64], edges: Edges, submaps: list[Submap], of: int) -> list[_Pair]:
+        """Return the pairs to match, the most probable first."""
+        parameters = self._parameters
+        candidates = find_candidates(poses, edges, submaps, of, parameters)
+        most = parameters.candidates
+        if sum(candidate.wide for candidate in candidates) > len(candidates) / 2:
+            most *= MORE_WIDE
+        pairs = (self._pair(candidate, submaps, of) for candidate in candidates[:most])
+        return [pair for pair in pairs if pair is not None]
+
+    def _pair(self, candidate: Candidate, submaps: list[Submap], of: int) -> _Pair | None:
+        """Return the key frames to match for a candidate; None where its neighbour covers it."""
+        between, at = self._parameters.fewest_submaps_between, candidate.target
+        if not candidate.wide:
+            last = min(at + 1, of - between - 1)
+            return _Pair(submaps[of], Submap(submaps[max(0, at - 1)].first, submaps[last].end), candidate)
+        side = self._parameters.wide_submaps
+        if at % WIDE_STRIDE or at > of - 2 * between - 2:
+            return None
+        source = Submap(submaps[max(0, of - 2)].first, submaps[of].end)
+        last = min(at + side, of - 2 - between - 1)
+        return _Pair(source, Submap(submaps[max(0, at - side)].first, submaps[last].end), candidate)
+
+    def _match(self, frames: KeyFrames, poses: NDArray[np.float64], pair: _Pair) -> Closure | Refusal:
+        """Return the closure of a pair, or why there is none."""
+        parameters, window = self._parameters, pair.candidate.window
+        points = self._points(frames, poses, pair)
+        pyramid = self._pyramid(frames, poses, pair)
+        share = min(1.0, window.x / FULL_SCORE_WINDOW)
+        best = search(pyramid, points, window, parameters.loop_match_minimum_response_coarse + MORE_SCORE * share)
+        if best is None:
+            return Refusal(pair.source, pair.target, Reason.SCORE, 0.0)
+        frame = pair.candidate.frame
+        motion = frame @ best.motion @ frame.inverse()
+        if pair.candidate.wide and self._is_ambiguous(pyramid, points, pair, best):
+            return Refusal(pair.source, pair.target, Reason.AMBIGUOUS, best.score, motion)
+        moved = compose(np.array(motion), poses[pair.source.first : pair.source.end])
+        passed = ScanCheck(frames, poses, parameters).run(pair.source, pair.target, moved)
+        if len(passed) < parameters.loop_match_minimum_chain_size:
+            return Refusal(pair.source, pair.target, Reason.CHECK, best.score, motion)
+        return Closure(pair.source, pair.target, edges_of(passed), best.score, motion, pair.candidate.wide)
+
+    def _is_ambiguous(self, pyramid: LikelihoodPyramid, points: NDArray[np.float64], pair: _Pair, best: Match) -> bool:
+        """Return whether another motion fits nearly as well as the best one."""
+        return rival_match(pyramid, points, pair.candidate.window, best, self._rivalry) is not None
+
+    def _points(self, frames: KeyFrames, poses: NDArray[np.float64], pair: _Pair) -> NDArray[np.float64]:
+        """Return the thinned points of the latest key frames in the frame of the search."""
+        size = THIN_WIDE if pair.candidate.wide else THIN
+        return thin(_gathered(frames, poses, pair.source, pair.candidate.frame), size, REACH)
+
+    def _pyramid(self, frames: KeyFrames, poses: NDArray[np.float64], pair: _Pair) -> LikelihoodPyramid:
+        """Return the pyramid of the older key frames in the frame of the search."""
+        window = pair.candidate.window
+        points = _gathered(frames, poses, pair.target, pair.candidate.frame)
+        beyond = REACH * np.sqrt(2.0)
+        reach = (window.x + beyond, window.y + beyond)
+        return build_pyramid(points, reach, self._blur, window.levels(self._blur.resolution))
+
+
+def _gathered(frames: KeyFrames, poses: NDArray[np.float64], submap: Submap, frame: Pose2D) -> NDArray[np.float64]:
+    """Return the points of a submap's key frames in a frame of the map."""
+    chosen = slice(submap.first, submap.end)
+    found: NDArray[np.float64] = gather(frames.points[chosen], frames.valid[chosen], poses[chosen], np.array(frame))
+    return found
+
+
+def edges_of(scans: list[CheckedScan]) -> Edges:
+    """Return the edges of scans that passed the check, from the older key frames to the later ones."""
+    measurements = np.array([scan.measurement for scan in scans])
+    information = np.array([scan.information for scan in scans])
+    return Edges(
+        np.array([scan.target for scan in scans]),
+        np.array([scan.source for scan in scans]),
+        measurements,
+        edge_information(measurements, information, CLOSURE_FLOOR),
+        np.full(len(scans), EdgeKind.CLOSURE, np.uint8),
+    )

@@ -1,0 +1,97 @@
+"""Normal equations of the poses of a graph, with one fixed node in each connected part."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.mapping.graph.block_cholesky import BlockCholesky
+from ppaas.mapping.graph.kernels.edges import add_edges, connected_parts
+from ppaas.planar_poses import PoseArray
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+
+class NormalEquations:
+    """Equations H d = −b for the changes d of poses; the pattern of H and the elimination are planned once.
+
+    The first node of each connected part is fixed.
+
+    Parameters
+    ----------
+    count : int
+        Number of nodes.
+    first, second : (m,) array
+        Nodes of the edges; several edges may connect the same nodes.
+    """
+
+    def __init__(self, count: int, first: Ints, second: Ints) -> None:
+        self._count, self._first, self._second = count, first.copy(), second.copy()
+        self.parts = connected_parts(count, self._first, self._second)
+        """Smallest node of the connected part of each node, (n,)."""
+        self._free = np.flatnonzero(self.parts != np.arange(count))
+        self._rows = np.full(count, -1, np.int64)
+        self._rows[self._free] = np.arange(len(self._free))
+        lower, upper, self._slots = self._pattern()
+        self.factor = BlockCholesky(len(self._free), lower, upper)
+        self._diagonal = np.zeros((len(self._free), 3, 3))
+        self._off_diagonal = np.zeros((len(lower), 3, 3))
+        self._right = np.zeros((len(self._free), 3))
+
+    def has_pattern(self, count: int, first: Ints, second: Ints) -> bool:
+        """Return whether these equations are for this number of nodes and these edges."""
+        return count == self._count and np.array_equal(first, self._first) and np.array_equal(second, self._second)
+
+    def linearise(self, poses: PoseArray, hessians: Floats, gradients: Floats, weights: Floats) -> None:
+        """Set up the equations.
+
+        Parameters
+        ----------
+        poses : (n, 3) array
+        hessians, gradients : (m, 3, 3), (m, 3) array
+            Second and first derivatives of half the squared error of each edge by the relative pose of its nodes.
+        weights : (m,) array
+            Factors of both.
+        """
+        for array in (self._diagonal, self._off_diagonal, self._right):
+            array[:] = 0.0
+        edges = (self._first, self._second, hessians, gradients, weights, self._rows, self._slots)
+        add_edges(poses, *edges, self._diagonal, self._off_diagonal, self._right)
+
+    def step(self, damping: float, relative_damping: float = 0.0) -> PoseArray | None:
+        """Return the changes (n, 3) of the poses, or None if the damped H is not positive definite.
+
+        Parameters
+        ----------
+        damping : float
+            Added to the diagonal of H.
+        relative_damping : float
+            Share of the diagonal of H that is added to it (Marquardt).
+        """
+        added = damping + relative_damping * np.diagonal(self._diagonal, axis1=1, axis2=2)
+        if not self.factor.factorise(self._diagonal, self._off_diagonal, added):
+            return None
+        changes = np.zeros((self._count, 3))
+        changes[self._free] = self.factor.solve(-self._right)
+        return changes
+
+    def solve(self, right: Floats) -> Floats:
+        """Return x (n, 3, k) with H x = b for b (n, 3, k), after `step`. x is 0 and b is ignored at fixed nodes."""
+        solved = np.zeros(right.shape)
+        solved[self._free] = self.factor.solve(right[self._free])
+        return solved
+
+    def inverse_diagonal(self) -> Floats:
+        """Return the blocks (n, 3, 3) on the diagonal of the inverse of H, after `step`; 0 at fixed nodes."""
+        blocks = np.zeros((self._count, 3, 3))
+        blocks[self._free] = self.factor.inverse_diagonal()
+        return blocks
+
+    def _pattern(self) -> tuple[Ints, Ints, Ints]:
+        """Return the pairs of free nodes that edges connect, and the slot of each edge."""
+        first, second = self._rows[self._first], self._rows[self._second]
+        lower, upper = np.minimum(first, second), np.maximum(first, second)
+        free = lower >= 0
+        keys, inverse = np.unique(lower[free] * len(self._free) + upper[free], return_inverse=True)
+        slots = np.zeros(len(first), np.int64)
+        slots[free] = inverse
+        return keys // max(1, len(self._free)), keys % max(1, len(self._free)), np.where(first <= second, slots, ~slots)

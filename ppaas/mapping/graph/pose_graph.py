@@ -1,0 +1,173 @@
+"""Pose graph: poses of key frames, and measured relative poses between them."""
+
+from collections.abc import Callable
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ppaas.errors import InvalidGraph
+from ppaas.planar_poses import PoseArray
+
+
+class EdgeKind(IntEnum):
+    """Origin of an edge; the solver trusts odometry, and may reduce the weight of a closure."""
+
+    ODOMETRY = 0
+    CLOSURE = 1
+
+
+class Edges(NamedTuple):
+    """Edges as arrays, one entry an edge.
+
+    Attributes
+    ----------
+    first, second : (m,) int64 array
+        Nodes at the two ends.
+    measurements : (m, 3) float64 array
+        Pose of the second node in the frame of the first: x, y [m], theta [rad].
+    information : (m, 3, 3) float64 array
+        Inverse covariances of the measurements, in the frame of the first node.
+    kinds : (m,) uint8 array
+        `EdgeKind` of each edge.
+    """
+
+    first: NDArray[np.int64]
+    second: NDArray[np.int64]
+    measurements: PoseArray
+    information: NDArray[np.float64]
+    kinds: NDArray[np.uint8]
+
+    def take(self, which: NDArray[np.bool_] | NDArray[np.int64]) -> "Edges":
+        """Return copies of some edges, by a mask or by indices."""
+        return _of_each(self, lambda array: array[which])
+
+
+_NO_EDGES = Edges(
+    np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3, 3)), np.empty(0, np.uint8)
+)
+
+
+class PoseGraph:
+    """Nodes and edges; both grow at the end in amortised constant time. Node 0 fixes the frame."""
+
+    def __init__(self) -> None:
+        self._poses: PoseArray = np.empty((0, 3))
+        self._edges = _NO_EDGES
+        self._node_count = self._edge_count = 0
+
+    @property
+    def node_count(self) -> int:
+        """Number of nodes."""
+        return self._node_count
+
+    @property
+    def edge_count(self) -> int:
+        """Number of edges."""
+        return self._edge_count
+
+    @property
+    def poses(self) -> PoseArray:
+        """Poses of the nodes, (n, 3): a read-only view that the next change of the graph may invalidate."""
+        return _read_only(self._poses[: self._node_count])
+
+    @property
+    def edges(self) -> Edges:
+        """All edges: read-only views that the next change of the graph may invalidate."""
+        return _of_each(self._edges, lambda array: _read_only(array[: self._edge_count]))
+
+    def add_node(self, pose: ArrayLike) -> int:
+        """Append a node and return its index.
+
+        Parameters
+        ----------
+        pose : (3,) array or Pose2D
+            x, y [m], theta [rad].
+
+        Raises
+        ------
+        InvalidGraph
+            The pose is not finite.
+        """
+        row = np.asarray(pose, np.float64)
+        if row.shape != (3,) or not np.isfinite(row).all():
+            raise InvalidGraph(f"pose of a node must be three finite numbers, got {pose!r}")
+        self._poses = _with_space(self._poses, self._node_count)
+        self._poses[self._node_count] = row
+        self._node_count += 1
+        return self._node_count - 1
+
+    def add_edge(self, first: int, second: int, measurement: ArrayLike, information: ArrayLike, kind: EdgeKind) -> int:
+        """Append an edge and return its index.
+
+        Parameters
+        ----------
+        first, second : int
+            Nodes at its ends.
+        measurement : (3,) array or Pose2D
+            Pose of the second node in the frame of the first: x, y [m], theta [rad].
+        information : (3, 3) array
+            Inverse covariance of the measurement, in the frame of the first node.
+        kind : EdgeKind
+
+        Raises
+        ------
+        InvalidGraph
+            A node does not exist, the ends are the same, or a number is not finite.
+        """
+        measured, weights = np.asarray(measurement, np.float64), np.asarray(information, np.float64)
+        self._check_ends(first, second)
+        if measured.shape != (3,) or weights.shape != (3, 3):
+            raise InvalidGraph("an edge needs a measurement of shape (3,) and an information of shape (3, 3)")
+        if not (np.isfinite(measured).all() and np.isfinite(weights).all()):
+            raise InvalidGraph(f"edge from node {first} to node {second} has a number that is not finite")
+        self._edges = _of_each(self._edges, lambda array: _with_space(array, self._edge_count))
+        edge, edges = self._edge_count, self._edges
+        edges.first[edge], edges.second[edge], edges.kinds[edge] = first, second, kind
+        edges.measurements[edge], edges.information[edge] = measured, weights
+        self._edge_count += 1
+        return edge
+
+    def move_nodes(self, poses: PoseArray) -> None:
+        """Replace the poses of all nodes by those of an (n, 3) array."""
+        self._poses[: self._node_count] = poses
+
+    def copy(self) -> "PoseGraph":
+        """Return a graph with the same nodes and edges, which changes apart from this one."""
+        copied = PoseGraph()
+        copied._poses, copied._node_count = self.poses.copy(), self._node_count
+        copied._edges, copied._edge_count = _of_each(self.edges, np.copy), self._edge_count
+        return copied
+
+    def keep_edges(self, keep: NDArray[np.bool_]) -> None:
+        """Remove the edges whose entry of an (m,) mask is false."""
+        self._edges = self.edges.take(keep)
+        self._edge_count = len(self._edges.first)
+
+    def _check_ends(self, first: int, second: int) -> None:
+        for node in (first, second):
+            if not 0 <= node < self._node_count:
+                raise InvalidGraph(f"edge names node {node}; the graph has {self._node_count} nodes")
+        if first == second:
+            raise InvalidGraph(f"edge from node {first} to itself")
+
+
+def _of_each(edges: Edges, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Edges:
+    """Return edges whose arrays are results of a function of the arrays of others."""
+    return Edges(*[change(array) for array in edges])
+
+
+def _with_space(array: NDArray[Any], count: int) -> NDArray[Any]:
+    """Return the array, copied to one of twice the length if its first ``count`` rows fill it."""
+    if count < len(array):
+        return array
+    larger = np.empty((max(64, 2 * count), *array.shape[1:]), array.dtype)
+    larger[:count] = array
+    return larger
+
+
+def _read_only(array: NDArray[Any]) -> NDArray[Any]:
+    view = array.view()
+    view.flags.writeable = False
+    return view

@@ -1,0 +1,161 @@
+"""Key frames: the scans that the map consists of, stacked in growing arrays."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.errors import QuotaExceeded
+from ppaas.geometry import Pose2D
+from ppaas.mapping.laser_geometry import LaserGeometry
+from ppaas.mapping.scan_points import ScanPoints
+
+FIRST_SIZE = 64
+"""Number of key frames that the arrays have space for at first."""
+
+GROWTH = 1.5
+"""Factor by which full arrays grow."""
+
+
+class NearFrames(NamedTuple):
+    """Key frames that a scan is aligned with.
+
+    Parameters
+    ----------
+    indices : (m,) int64 array
+        Indices into the arrays of the key frames.
+    poses : (m, 3) float64 array
+        Poses at which they are held: x, y [m], theta [rad] of the laser in the map frame.
+    """
+
+    indices: NDArray[np.int64]
+    poses: NDArray[np.float64]
+
+
+class _Arrays(NamedTuple):
+    """Arrays of the properties of `KeyFrames` of the same names, with spare rows."""
+
+    poses: NDArray[np.float64]
+    information: NDArray[np.float64]
+    scans: NDArray[np.int64]
+    points: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    valid: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, size: int, beams: int) -> "_Arrays":
+        """Return arrays of zeros with space for ``size`` frames."""
+        return cls(
+            np.zeros((size, 3)),
+            np.zeros((size, 6)),
+            np.zeros(size, np.int64),
+            np.zeros((size, beams, 2), np.float32),
+            np.zeros((size, beams, 2), np.float32),
+            np.zeros((size, beams), np.bool_),
+        )
+
+
+class KeyFrames:
+    """Key frames of one laser, in the order of their scans. A frame takes 80 bytes, and 17 bytes per beam.
+
+    The arrays returned are views of those stored; only `add` replaces them.
+
+    Parameters
+    ----------
+    geometry : LaserGeometry
+        Laser of all scans.
+    most : int
+        Largest number of key frames.
+    """
+
+    def __init__(self, geometry: LaserGeometry, most: int = 100_000) -> None:
+        self.geometry = geometry
+        self._most, self._count = most, 0
+        self._arrays = _Arrays.of(min(FIRST_SIZE, most), geometry.beams)
+
+    def __len__(self) -> int:
+        return self._count
+
+    @property
+    def poses(self) -> NDArray[np.float64]:
+        """Poses of the laser in the map frame, (k, 3): x, y [m], theta [rad]; may be written to."""
+        return self._arrays.poses[: self._count]
+
+    @property
+    def information(self) -> NDArray[np.float64]:
+        """Information of each frame's pose when it was tracked, (k, 6), in its own frame; 0 of the first."""
+        return self._arrays.information[: self._count]
+
+    @property
+    def scans(self) -> NDArray[np.int64]:
+        """Index of the scan that each frame is, (k,), ascending."""
+        return self._arrays.scans[: self._count]
+
+    @property
+    def points(self) -> NDArray[np.float32]:
+        """Points of the scans, (k, b, 2), each in its own frame [m]."""
+        return self._arrays.points[: self._count]
+
+    @property
+    def normals(self) -> NDArray[np.float32]:
+        """Normals of the scans, (k, b, 2), each in its own frame; (0, 0) = none."""
+        return self._arrays.normals[: self._count]
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """Whether each beam has a reading, (k, b)."""
+        return self._arrays.valid[: self._count]
+
+    def scan_points(self, index: int) -> ScanPoints:
+        """Return the scan of one key frame."""
+        return ScanPoints(self.points[index], self.normals[index], self.valid[index])
+
+    def add(self, scan: ScanPoints, number: int, pose: Pose2D, information: NDArray[np.float64]) -> int:
+        """Append a key frame and return its index.
+
+        Parameters
+        ----------
+        scan : ScanPoints
+            Points of the scan; copied.
+        number : int
+            Index of the scan.
+        pose : Pose2D
+            Pose of the laser in the map frame.
+        information : (6,) array
+            Information of the pose in the frame of the scan.
+
+        Raises
+        ------
+        QuotaExceeded
+            There are as many key frames as allowed.
+        """
+        if self._count >= self._most:
+            raise QuotaExceeded(f"the map has {self._most} key frames, the most allowed: raise max_key_frames")
+        if self._count == len(self._arrays.poses):
+            self._grow(min(int(GROWTH * self._count) + 1, self._most))
+        index, arrays = self._count, self._arrays
+        arrays.points[index], arrays.normals[index], arrays.valid[index] = scan
+        arrays.poses[index], arrays.scans[index], arrays.information[index] = pose, number, information
+        self._count += 1
+        return index
+
+    def snapshot(self) -> "KeyFrames":
+        """Return the key frames as they are now, for another thread. None may be added to a snapshot.
+
+        It shares the scans, which never change, and has poses of its own.
+        """
+        taken = KeyFrames.__new__(KeyFrames)
+        taken.geometry, taken._most, taken._count = self.geometry, self._count, self._count
+        taken._arrays = self._arrays._replace(poses=self.poses.copy())
+        return taken
+
+    def latest(self, count: int) -> NearFrames:
+        """Return the last ``count`` key frames, or all if there are fewer, at the poses stored."""
+        indices = np.arange(max(0, self._count - count), self._count)
+        return NearFrames(indices, self.poses[indices])
+
+    def _grow(self, size: int) -> None:
+        grown = _Arrays.of(size, self.geometry.beams)
+        for name in _Arrays._fields:
+            getattr(grown, name)[: self._count] = getattr(self._arrays, name)
+        self._arrays = grown

@@ -1,0 +1,108 @@
+"""Closing work: the search for the loop closures of a submap and the solve, on copies, in another thread."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ppaas.errors import QuotaExceeded
+from ppaas.mapping.closures.agreement import add_closure, agreeing_closures
+from ppaas.mapping.closures.closing import ClosureSearch
+from ppaas.mapping.closures.closure import Closure, Searched
+from ppaas.mapping.closures.submaps import Submap
+from ppaas.mapping.graph.pose_graph import PoseGraph
+from ppaas.mapping.graph.solver import GraphSolver, Robust, SolverOptions
+from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.live.map_canvas import MapCanvas, Rectangle
+from ppaas.mapping.map_drawing import DrawingSettings
+from ppaas.planar_poses import PoseArray
+
+CLOSING = SolverOptions(Robust.SCALING, iterations=6)
+"""Options of the solve; poses are near the solution, since few edges are new."""
+
+
+@dataclass(frozen=True, slots=True)
+class Closed:
+    """Result of a search.
+
+    Parameters
+    ----------
+    searched : Searched
+        All closures found, and those refused.
+    trusted : list of Closure
+        Closures that enter the graph.
+    waiting : list of Closure
+        Closures of wide windows that wait for others to agree with.
+    poses : (k, 3) array, optional
+        Poses of the key frames after the solve; None if no closure is trusted.
+    canvas : MapCanvas, optional
+        Map of these key frames at these poses; None if it would be too large.
+    """
+
+    searched: Searched
+    trusted: list[Closure]
+    waiting: list[Closure]
+    poses: PoseArray | None = None
+    canvas: MapCanvas | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ClosingWork:
+    """Search for the closures of one submap. It changes nothing that is given, and may be run again.
+
+    Parameters
+    ----------
+    frames : KeyFrames
+        Snapshot.
+    graph : PoseGraph
+        Copy of the graph, one node per key frame.
+    submaps : list of Submap
+        Finished submaps, the last of which is searched for.
+    waiting : list of Closure
+        Closures of earlier submaps that wait for others.
+    search : ClosureSearch
+    solver : GraphSolver
+        Used by one thread at once.
+    drawing : DrawingSettings
+    extent : Rectangle or None
+        Extent of the map, which is kept.
+    """
+
+    frames: KeyFrames
+    graph: PoseGraph
+    submaps: list[Submap]
+    waiting: list[Closure]
+    search: ClosureSearch
+    solver: GraphSolver
+    drawing: DrawingSettings
+    extent: Rectangle | None
+
+    def __call__(self, cancelled: Callable[[], bool]) -> Closed | None:
+        """Return the closures and the corrected poses; None if the work was cancelled."""
+        searched = self.search.search(self.frames, self.graph, self.submaps, len(self.submaps) - 1)
+        wide = [closure for closure in searched.closures if closure.wide]
+        waiting = self.waiting + wide
+        agreeing = agreeing_closures(self.graph, waiting) if wide else []
+        trusted = [closure for closure in searched.closures if not closure.wide] + agreeing
+        rest = [closure for closure in waiting if closure not in agreeing]
+        if cancelled():
+            return None
+        if not trusted:
+            return Closed(searched, [], rest)
+        poses = self._solved(trusted)
+        return Closed(searched, trusted, rest, poses, self._drawn(poses))
+
+    def _solved(self, trusted: list[Closure]) -> PoseArray:
+        graph = self.graph.copy()
+        for closure in trusted:
+            add_closure(graph, closure)
+        return self.solver.solve(graph, CLOSING).poses
+
+    def _drawn(self, poses: PoseArray) -> MapCanvas | None:
+        """Return the map at the corrected poses, of which this thread has a copy of its own."""
+        frames = self.frames.snapshot()
+        frames.poses[:] = poses
+        try:
+            canvas = MapCanvas(self.drawing, self.extent)
+            canvas.draw(frames, 0)
+        except QuotaExceeded:
+            return None
+        return canvas

@@ -1,0 +1,151 @@
+"""Map canvas: an occupancy grid that grows, and to which key frames are added one by one."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.errors import QuotaExceeded
+from ppaas.geometry import Pose2D
+from ppaas.mapping.kernels import occupancy as kernels
+from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.map_drawing import DEFAULTS, MARGIN, MOST_CELLS, DrawingSettings, occupancy
+from ppaas.maps.grid import UNKNOWN, GridInfo
+
+BLOCK = 128
+"""The canvas grows by blocks of this edge, so that its corner seldom moves [cells]."""
+
+
+class Rectangle(NamedTuple):
+    """Cells of a grid.
+
+    Parameters
+    ----------
+    row, column : int
+        Lower-left cell.
+    end_row, end_column : int
+        Row and column after the last.
+    """
+
+    row: int
+    column: int
+    end_row: int
+    end_column: int
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """Slices of the array of the grid."""
+        return slice(self.row, self.end_row), slice(self.column, self.end_column)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width [cells]."""
+        return self.end_row - self.row, self.end_column - self.column
+
+    def around(self, other: "Rectangle") -> "Rectangle":
+        """Return the smallest rectangle around this one and another."""
+        low, high = map(min, self[:2], other[:2]), map(max, self[2:], other[2:])
+        return Rectangle(*low, *high)
+
+    def moved(self, rows: int, columns: int) -> "Rectangle":
+        """Return the rectangle moved by some rows and columns."""
+        return Rectangle(self.row + rows, self.column + columns, self.end_row + rows, self.end_column + columns)
+
+
+class MapCanvas:
+    """Occupancy grid of the key frames drawn so far. A cell takes 5 bytes.
+
+    Parameters
+    ----------
+    settings : DrawingSettings
+        Resolution and thresholds.
+    extent : Rectangle, optional
+        Least extent, in cells from the origin of the map frame.
+
+    Attributes
+    ----------
+    extent : Rectangle or None
+        Extent in cells from the origin of the map frame; None before the first key frame.
+    cells : (h, w) int8 array
+        Occupancy; modified by `draw`.
+    """
+
+    def __init__(self, settings: DrawingSettings = DEFAULTS, extent: Rectangle | None = None) -> None:
+        self.extent: Rectangle | None = None
+        self.cells: NDArray[np.int8] = np.empty((0, 0), np.int8)
+        self._settings = settings
+        self._ended = self._passed = np.empty((0, 0), np.uint16)
+        self._touched: Rectangle | None = None
+        if extent is not None:
+            self._grow(extent)
+
+    @property
+    def info(self) -> GridInfo:
+        """Geometry of the grid; there must be a key frame."""
+        assert self.extent is not None
+        resolution, (height, width) = self._settings.resolution, self.extent.shape
+        origin = Pose2D(self.extent.column * resolution, self.extent.row * resolution, 0.0)
+        return GridInfo(resolution, width, height, origin)
+
+    def take_touched(self) -> Rectangle | None:
+        """Return the cells of the grid that may have changed since the last call; None if none."""
+        if self._touched is None or self.extent is None:
+            return None
+        touched, self._touched = self._touched.moved(-self.extent.row, -self.extent.column), None
+        return touched
+
+    def draw(self, key_frames: KeyFrames, first: int) -> None:
+        """Add the key frames from an index on, at their poses.
+
+        Raises
+        ------
+        QuotaExceeded
+            The map would have more than `MOST_CELLS` cells; it is left unchanged.
+        """
+        poses, points, valid = key_frames.poses[first:], key_frames.points[first:], key_frames.valid[first:]
+        if not len(poses):
+            return
+        seen = self._around(*kernels.bounds(poses, points, valid))
+        self._grow(seen)
+        info = self.info
+        kernels.count_beams(
+            self._ended, self._passed, info.origin.x, info.origin.y, info.resolution, poses, points, valid
+        )
+        assert self.extent is not None
+        part = seen.moved(-self.extent.row, -self.extent.column).slices
+        self.cells[part] = occupancy(self._ended[part], self._passed[part], self._settings)
+        self._touched = seen if self._touched is None else seen.around(self._touched)
+
+    def _around(self, x0: float, y0: float, x1: float, y1: float) -> Rectangle:
+        """Return the cells of a rectangle [m], with a margin."""
+        column, row, last_column, last_row = (
+            math.floor(value / self._settings.resolution) for value in (x0, y0, x1, y1)
+        )
+        return Rectangle(row - MARGIN, column - MARGIN, last_row + MARGIN + 1, last_column + MARGIN + 1)
+
+    def _grow(self, needed: Rectangle) -> None:
+        """Extend the arrays to the blocks around some cells."""
+        low = (value // BLOCK * BLOCK for value in needed[:2])
+        high = (-(-value // BLOCK) * BLOCK for value in needed[2:])
+        extent = Rectangle(*low, *high)
+        if self.extent is not None:
+            extent = extent.around(self.extent)
+        if extent == self.extent:
+            return
+        height, width = extent.shape
+        if height * width > MOST_CELLS:
+            raise QuotaExceeded(
+                f"the map would have {width} × {height} cells, and at most {MOST_CELLS} are allowed: "
+                "choose a coarser resolution or a smaller max_laser_range"
+            )
+        self.cells = self._extended(self.cells, extent, UNKNOWN)
+        self._ended = self._extended(self._ended, extent, 0)
+        self._passed = self._extended(self._passed, extent, 0)
+        self.extent = extent
+
+    def _extended(self, array: NDArray[np.generic], extent: Rectangle, value: int) -> NDArray:  # type: ignore[type-arg]
+        grown = np.full(extent.shape, value, array.dtype)
+        if self.extent is not None:
+            grown[self.extent.moved(-extent.row, -extent.column).slices] = array
+        return grown

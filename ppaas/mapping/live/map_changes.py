@@ -1,0 +1,48 @@
+"""Changes of a map: rectangles that cover the cells in which two grids differ."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.mapping.live.map_canvas import Rectangle
+
+SIDE = 64
+"""Edge of the squares that are compared as a whole [cells]."""
+
+
+def changed_rectangles(before: NDArray[np.int8], after: NDArray[np.int8], within: Rectangle) -> list[Rectangle]:
+    """Return rectangles that do not overlap and cover all cells that differ.
+
+    Parameters
+    ----------
+    before, after : (h, w) int8 array
+        Grids of one geometry.
+    within : Rectangle
+        Cells to compare.
+    """
+    differs: NDArray[np.bool_] = np.not_equal(before[within.slices], after[within.slices])
+    if not differs.any():
+        return []
+    found = [piece for row in range(0, differs.shape[0], SIDE) for piece in _of_band(differs[row : row + SIDE], row)]
+    return [piece.moved(within.row, within.column) for piece in _stacked(found)]
+
+
+def _of_band(differs: NDArray[np.bool_], row: int) -> list[Rectangle]:
+    """Return the runs of squares in a band of rows that have a cell that differs."""
+    columns: NDArray[np.bool_] = np.logical_or.reduce(differs, axis=0)
+    squares = np.add.reduceat(columns, np.arange(0, len(columns), SIDE)) > 0
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], squares.astype(np.int8), [0]))))
+    end_row, width = row + differs.shape[0], len(columns)
+    return [
+        Rectangle(row, begin * SIDE, end_row, min(end * SIDE, width))
+        for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+    ]
+
+
+def _stacked(pieces: list[Rectangle]) -> list[Rectangle]:
+    """Join rectangles with the one directly below if it has the same columns."""
+    joined: dict[tuple[int, int, int], Rectangle] = {}
+    for piece in pieces:
+        below = joined.pop((piece.row, piece.column, piece.end_column), None)
+        grown = piece if below is None else piece._replace(row=below.row)
+        joined[piece.end_row, piece.column, piece.end_column] = grown
+    return list(joined.values())

@@ -1,0 +1,158 @@
+"""Offline mapping: a map and the poses of all scans, of a recorded drive."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.clock import monotonic
+from ppaas.geometry import Pose2D
+from ppaas.mapping.closures.parameters import ClosureParameters
+from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
+from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.laser_motion import velocities
+from ppaas.mapping.map_drawing import DEFAULTS as DRAWING
+from ppaas.mapping.map_drawing import draw_map
+from ppaas.mapping.parameters import SlamParameters
+from ppaas.mapping.pipeline.graph_mapper import CLOSURES, FRONT_END, GraphMapper
+from ppaas.mapping.polish import ScanPolisher
+from ppaas.mapping.refinement import refine
+from ppaas.mapping.scan_log import ScanLog
+from ppaas.mapping.scan_points import ScanPoints, prepare
+from ppaas.maps.grid import GridMap
+from ppaas.planar_poses import compose, inverse
+
+
+@dataclass(frozen=True, slots=True)
+class LogMap:
+    """Result of mapping a log.
+
+    Parameters
+    ----------
+    mapper : GraphMapper
+        Key frames and pose graph; poses are those of the laser.
+    stages : dict of str to array
+        Poses (n, 3) of the robot at each scan, in the map frame, after each stage: ``tracking`` alone, with
+        ``closures``, after the ``refinement`` of key frames, and after the ``polish`` of each scan.
+    seconds : dict of str to float
+        Time of each part [s].
+    """
+
+    mapper: GraphMapper
+    stages: dict[str, NDArray[np.float64]]
+    seconds: dict[str, float]
+
+    @property
+    def poses(self) -> NDArray[np.float64]:
+        """Poses (n, 3) of the robot after the last stage: x, y [m], theta [rad]."""
+        return list(self.stages.values())[-1]
+
+    def grid(self, resolution: float = DRAWING.resolution) -> GridMap:
+        """Return the map, drawn with cells of a size [m]; raises ``QuotaExceeded`` if it is too large."""
+        return draw_map(self.mapper.key_frames, self.mapper.key_frames.poses, DRAWING._replace(resolution=resolution))
+
+    def summary(self) -> dict[str, Any]:
+        """Return the numbers of scans, key frames and closures, and the times."""
+        counts = self.mapper.counts
+        return {
+            "scans": len(self.poses),
+            "key_frames": len(self.mapper.key_frames),
+            "closures": counts.closures,
+            "closure_edges": counts.edges,
+            "distrusted_edges": counts.distrusted,
+            "lone_closures": counts.lone,
+            "refused": dict(counts.refused),
+            "seconds": {name: round(value, 3) for name, value in self.seconds.items()},
+        }
+
+
+class _Scans:
+    """Points of the scans of a log, calculated when needed, as they are larger than the ranges."""
+
+    def __init__(self, log: ScanLog, parameters: SlamParameters) -> None:
+        self._log, self._parameters = log, parameters
+        self._velocities: NDArray[np.float64] = np.zeros((len(log), 3))
+        if log.geometry.time_increment > 0.0:
+            self._velocities = velocities(log.stamps, log.odometry, log.geometry.mount)
+
+    def __getitem__(self, scan: int) -> ScanPoints:
+        log = self._log
+        return prepare(log.ranges[scan], log.geometry_of(scan), self._parameters, self._velocities[scan])
+
+
+def map_log(
+    log: ScanLog,
+    parameters: SlamParameters = FRONT_END,
+    closures: ClosureParameters = CLOSURES,
+    done: Callable[[int], None] | None = None,
+) -> LogMap:
+    """Map a log.
+
+    Parameters
+    ----------
+    log : ScanLog
+    parameters : SlamParameters
+        Of the front end.
+    closures : ClosureParameters
+        Of the search for loop closures.
+    done : callable, optional
+        Called with the number of scans tracked, after each.
+
+    Raises
+    ------
+    QuotaExceeded
+        There are more key frames than allowed.
+    """
+    mapper, scans = GraphMapper(log.geometry, parameters, closures), _Scans(log, parameters)
+    clock = monotonic()
+    frames, within = _track(log, scans, mapper, done)
+    mapper.finish()
+    seconds = {**mapper.seconds, "points": monotonic() - clock - sum(mapper.seconds.values())}
+    stages = {
+        "tracking": compose(_tracked_frames(mapper)[frames], within),
+        "closures": compose(mapper.key_frames.poses[frames], within),
+    }
+    clock = monotonic()
+    mapper.move(refine(mapper.key_frames, mapper.graph.poses, _odometry_edges(mapper)).poses)
+    stages["refinement"] = compose(mapper.key_frames.poses[frames], within)
+    seconds["refinement"], clock = monotonic() - clock, monotonic()
+    stages["polish"] = _polished(stages["refinement"], scans, mapper.key_frames)
+    seconds["polish"] = monotonic() - clock
+    mount = inverse(np.array(log.geometry.mount))
+    return LogMap(mapper, {name: compose(poses, mount) for name, poses in stages.items()}, seconds)
+
+
+def _track(
+    log: ScanLog, scans: _Scans, mapper: GraphMapper, done: Callable[[int], None] | None
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Add all scans to a mapper; return the last key frame (n,) at each scan, and the pose (n, 3) in its frame."""
+    frames, within = np.empty(len(log), np.int64), np.zeros((len(log), 3))
+    for number, odometry in enumerate(log.odometry.tolist()):
+        found = mapper.add(scans[number], Pose2D(*odometry))
+        frames[number] = found.key_frame
+        if not found.is_key:
+            frame = Pose2D(*mapper.key_frames.poses[found.key_frame].tolist())
+            within[number] = frame.inverse() @ found.pose
+        if done is not None:
+            done(number + 1)
+    return frames, within
+
+
+def _tracked_frames(mapper: GraphMapper) -> NDArray[np.float64]:
+    """Return the poses (k, 3) of the key frames by tracking alone, without closures."""
+    poses = [Pose2D(*mapper.key_frames.poses[0].tolist())]
+    for step in _odometry_edges(mapper).measurements.tolist():
+        poses.append(poses[-1] @ Pose2D(*step))
+    return np.array(poses)
+
+
+def _odometry_edges(mapper: GraphMapper) -> Edges:
+    edges = mapper.graph.edges
+    return edges.take(edges.kinds == EdgeKind.ODOMETRY)
+
+
+def _polished(poses: NDArray[np.float64], scans: _Scans, key_frames: KeyFrames) -> NDArray[np.float64]:
+    polisher = ScanPolisher(key_frames, key_frames.poses, poses)
+    return np.array([polisher.polish(number, scans[number]) for number in range(len(poses))])

@@ -1,0 +1,223 @@
+"""Joint refinement of key frames: distances from points to lines of all overlapping pairs are minimized at once.
+
+As bundle adjustment: the pairs of points are found at the current poses, their normal equations are summed up per pair
+of key frames, and one sparse system gives the step of all poses.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.mapping.graph.joint_step import JointSystem, LinearisedPairs
+from ppaas.mapping.graph.pose_graph import Edges
+from ppaas.mapping.kernels import alignment as kernels
+from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.near_poses import nearest_poses
+from ppaas.planar_poses import PoseArray, relative, rotated, symmetric, upper_triangle, wrap_angles
+
+DAMPING = 1e-3
+"""Information added to each pose in a step [1/m², 1/rad²]."""
+
+LEAST_PART = 0.01
+"""Least part of the information of the best direction that a direction of the position must have."""
+
+
+class RefinementSettings(NamedTuple):
+    """Settings of a refinement.
+
+    Parameters
+    ----------
+    gates : tuple of float
+        Largest distance of two points of a pair in each iteration [m].
+    pair_again : tuple of int
+        Iterations at whose start the overlapping pairs of key frames are found.
+    radius : float
+        Largest distance of two key frames of a pair; see `nearest_poses` [m].
+    near : int
+        Number of nearest key frames that each one is paired with.
+    following : int
+        Number of key frames before and after that each one is paired with.
+    least_ratio : float
+        Least part of the points that have a pair.
+    scale : float
+        Distance at which the weight is a quarter [m]; it grows with gates above 0.15 m.
+    deviation : float
+        Standard deviation of a distance [m].
+    evidence : float
+        Part of the points that count as independent.
+    beams : int
+        See `ppaas.mapping.alignment.AlignmentSettings`.
+    step : float
+        Largest step of a coordinate below which the refinement has converged [m, rad].
+    """
+
+    gates: tuple[float, ...] = (0.3, 0.2, 0.15, 0.1)
+    pair_again: tuple[int, ...] = (0, 2)
+    radius: float = 4.0
+    near: int = 24
+    following: int = 3
+    least_ratio: float = 0.3
+    scale: float = 0.03
+    deviation: float = 0.02
+    evidence: float = 0.1
+    beams: int = 8
+    step: float = 2e-4
+
+
+DEFAULTS = RefinementSettings()
+
+
+class Refined(NamedTuple):
+    """Result of a refinement.
+
+    Parameters
+    ----------
+    poses : (k, 3) float64 array
+        Poses of the key frames; the first one has not moved.
+    pairs : int
+        Number of pairs of key frames that overlap.
+    iterations : int
+        Number of steps.
+    distance : float
+        Weighted root mean square of the distances of the points from the lines, before the last step [m].
+    """
+
+    poses: PoseArray
+    pairs: int
+    iterations: int
+    distance: float
+
+
+def refine(
+    key_frames: KeyFrames, poses: PoseArray, odometry: Edges, settings: RefinementSettings = DEFAULTS
+) -> Refined:
+    """Return poses of the key frames at which all overlapping scans fit best.
+
+    Parameters
+    ----------
+    key_frames : KeyFrames
+        Scans of the map.
+    poses : (k, 3) array
+        Their poses, with all closures applied: errors larger than the first gate are not repaired.
+    odometry : Edges
+        Edges of the graph to keep, weighted by their information: those of the odometry, not closures.
+    settings : RefinementSettings
+        Gates, weights and pairs.
+
+    Raises
+    ------
+    InvalidGraph
+        The normal equations are not positive definite.
+    """
+    work = _Refinement(key_frames, odometry, settings)
+    moved, count = poses.copy(), 0
+    if len(poses) < 2:
+        return Refined(moved, 0, 0, 0.0)
+    for count, gate in enumerate(settings.gates, start=1):
+        if count - 1 in settings.pair_again:
+            work.find_pairs(moved)
+        step = work.step(moved, gate)
+        moved += step
+        if np.abs(step).max() < settings.step:
+            break
+    moved[:, 2] = wrap_angles(moved[:, 2])
+    return Refined(moved, work.used, count, work.distance)
+
+
+class _Refinement:
+    """Pairs of key frames, and the steps that they give."""
+
+    def __init__(self, key_frames: KeyFrames, odometry: Edges, settings: RefinementSettings) -> None:
+        self._frames, self._odometry, self._settings = key_frames, odometry, settings
+        self._system = JointSystem()
+        self._first = self._second = np.empty(0, np.int64)
+        self.used, self.distance = 0, 0.0
+
+    def find_pairs(self, poses: PoseArray) -> None:
+        """Choose the pairs of key frames: nearest ones, and those that follow each other, if their scans overlap."""
+        settings = self._settings
+        self._first, self._second = _pairs_of(poses, settings)
+        _, counts, _ = self._linearise(poses, settings.gates[0])
+        overlap = self._overlap(counts)
+        self._first, self._second = self._first[overlap], self._second[overlap]
+
+    def step(self, poses: PoseArray, gate: float) -> PoseArray:
+        """Return the changes of all poses."""
+        settings = self._settings
+        sums, counts, squares = self._linearise(poses, gate)
+        # Pairs that do not overlap any more stay in the system with weight 0, so that its pattern stays the same.
+        overlap = self._overlap(counts)
+        sums *= (overlap * settings.evidence / settings.deviation**2)[:, np.newaxis]
+        _forget_undetermined(sums)
+        self.used = int(overlap.sum())
+        self.distance = float(np.sqrt(squares[overlap].sum() / max(counts[overlap, 0].sum(), 1)))
+        return self._system.step(poses, self._joined(poses, sums), DAMPING)
+
+    def _joined(self, poses: PoseArray, sums: NDArray[np.float64]) -> LinearisedPairs:
+        """Return the models of pairs, turned into the frames of their first key frames, and those of the odometry."""
+        turns = poses[self._second, 2] - poses[self._first, 2]
+        c, s = np.cos(turns), np.sin(turns)
+        gradients = np.stack((c * sums[:, 6] - s * sums[:, 7], s * sums[:, 6] + c * sums[:, 7], sums[:, 8]), axis=-1)
+        edges = self._odometry
+        errors = relative(poses[edges.first], poses[edges.second]) - edges.measurements
+        errors[:, 2] = wrap_angles(errors[:, 2])
+        return LinearisedPairs(
+            np.concatenate((self._first, edges.first)),
+            np.concatenate((self._second, edges.second)),
+            np.concatenate((rotated(symmetric(sums[:, :6]), turns), edges.information)),
+            np.concatenate((gradients, np.einsum("mij,mj->mi", edges.information, errors))),
+        )
+
+    def _linearise(
+        self, poses: PoseArray, gate: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
+        frames, settings = self._frames, self._settings
+        geometry = frames.geometry
+        found: tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]] = kernels.linearise(
+            self._first, self._second, relative(poses[self._first], poses[self._second]),
+            frames.points, frames.normals, frames.valid,
+            geometry.angle_min, geometry.beams_per_radian, geometry.beams_per_turn,
+            gate, settings.scale * max(1.0, gate / kernels.WIDE_GATE), settings.beams,
+        )  # fmt: skip
+        return found
+
+    def _overlap(self, counts: NDArray[np.int64]) -> NDArray[np.bool_]:
+        overlap: NDArray[np.bool_] = counts[:, 0] >= self._settings.least_ratio * np.maximum(counts[:, 1], 1)
+        return overlap
+
+
+def _pairs_of(poses: PoseArray, settings: RefinementSettings) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return ordered pairs of different key frames, each once."""
+    count = len(poses)
+    near = nearest_poses(poses, poses, settings.near + 1, settings.radius)
+    first, second = np.repeat(np.arange(count), near.shape[1]), near.ravel()
+    keys = [(first * count + second)[(second >= 0) & (second != first)]]
+    for k in range(1, min(settings.following, count - 1) + 1):
+        before, after = np.arange(count - k), np.arange(k, count)
+        keys += [before * count + after, after * count + before]
+    found = np.unique(np.concatenate(keys))
+    return found // count, found % count
+
+
+def _forget_undetermined(sums: NDArray[np.float64]) -> None:
+    """Remove the direction in which scans hardly determine the position, as along a corridor, from normal equations.
+
+    The noise of the normals looks like information along a corridor. Over many pairs it would outweigh the odometry.
+    As in Zhang, Kaess and Singh, *On Degeneracy of Optimization-based State Estimation Problems* (ICRA 2016).
+
+    Parameters
+    ----------
+    sums : (m, 9) array
+        Modified: see `ppaas.mapping.kernels.alignment`.
+    """
+    xx, xy, yy = sums[:, 0], sums[:, 1], sums[:, 3]
+    middle, half = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
+    weak = middle - half < LEAST_PART * (middle + half)
+    # The axis of the smaller eigenvalue of the 2 × 2 block of the position.
+    angle = 0.5 * np.arctan2(2.0 * xy, xx - yy) + 0.5 * np.pi
+    kept = np.tile(np.eye(3), (len(sums), 1, 1))
+    axis = np.stack((np.cos(angle), np.sin(angle)), axis=-1)
+    kept[weak, :2, :2] -= axis[weak, :, np.newaxis] * axis[weak, np.newaxis]
+    sums[:, :6] = upper_triangle(kept @ symmetric(sums[:, :6]) @ kept)
+    sums[:, 6:] = np.einsum("mij,mj->mi", kept, sums[:, 6:])

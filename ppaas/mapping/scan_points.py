@@ -1,0 +1,74 @@
+"""Scans as points and normals in the laser frame, corrected for the motion of the laser during the sweep."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ppaas.errors import InvalidInput
+from ppaas.mapping.kernels import points as kernels
+from ppaas.mapping.laser_geometry import LaserGeometry
+from ppaas.mapping.parameters import SlamParameters
+
+STILL = (0.0, 0.0, 0.0)
+"""Velocity of a laser at rest."""
+
+FEWEST_SIDE = 2
+"""Fewest beams to each side of a point that a line is fitted to."""
+
+
+class ScanPoints(NamedTuple):
+    """Scan in the frame of the laser, one row per beam.
+
+    Parameters
+    ----------
+    points : (b, 2) float32 array
+        x, y of the end of each beam [m]; 0 without a reading.
+    normals : (b, 2) float32 array
+        Unit normal of the surface at each point, towards the laser; (0, 0) where no line fits its neighbours.
+    valid : (b,) bool array
+        Whether the beam has a reading.
+    """
+
+    points: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    valid: NDArray[np.bool_]
+
+
+def prepare(
+    ranges: ArrayLike, geometry: LaserGeometry, parameters: SlamParameters, velocity: ArrayLike = STILL
+) -> ScanPoints:
+    """Return the points and normals of a scan.
+
+    Parameters
+    ----------
+    ranges : (b,) array
+        Ranges [m]; NaN, and values outside (``minimum_laser_range``, ``max_laser_range``), are not readings.
+    geometry : LaserGeometry
+        Directions and times of the beams.
+    parameters : SlamParameters
+        Ranges and the fit of lines.
+    velocity : (3,) array
+        Velocity of the laser in its own frame during the sweep: x, y [m/s], theta [rad/s]; see `laser_motion`.
+
+    Raises
+    ------
+    InvalidInput
+        The number of ranges is not the number of beams.
+    """
+    values = np.asarray(ranges, np.float32)
+    if values.shape != (geometry.beams,):
+        raise InvalidInput(f"a scan of this laser must have {geometry.beams} ranges, not {values.size}")
+    return ScanPoints(
+        *kernels.prepare(
+            values,
+            geometry.angle_min,
+            geometry.angle_increment,
+            parameters.minimum_laser_range,
+            parameters.max_laser_range,
+            np.asarray(velocity, np.float64) * geometry.time_increment,
+            geometry.stamped_at * (geometry.beams - 1),
+            max(FEWEST_SIDE, round(parameters.normal_angle / abs(geometry.angle_increment))),
+            parameters.normal_thickness,
+        )
+    )

@@ -1,0 +1,182 @@
+"""Scan tracker: the pose of each scan from odometry and the last key frames, and the choice of new key frames."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.mapping.alignment import TRACKING, Aligned, Prior, align
+from ppaas.mapping.correlative_search import CorrelationGrid, Window
+from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.laser_geometry import LaserGeometry
+from ppaas.mapping.laser_motion import laser_step
+from ppaas.mapping.odometry_noise import odometry_deviations
+from ppaas.mapping.parameters import SlamParameters
+from ppaas.mapping.scan_points import ScanPoints
+from ppaas.planar_poses import compose, relative
+
+STANDING = 0.02
+"""Step of the odometry up to which the start is not searched for [m, rad]."""
+
+LEAST_TURN = 0.02
+"""Turn to each side that a search covers, besides twice the deviation of the odometry [rad]."""
+
+LOST = 0.4
+"""Part of the points that fit below which the odometry may be wrong."""
+
+AGREEING = 3.0
+"""Standard deviations of the odometry within which a pose is believed that few points fit."""
+
+BETTER = 0.2
+"""Least increase of that part with which a pose away from the odometry is believed."""
+
+SLIP, SLIP_DEVIATIONS = Window(1.0, 0.6, 0.017), (0.1, 0.1, 0.1)
+"""Window that is searched where the odometry may be wrong, and the deviations of the pose found [m, m, rad]."""
+
+
+class Tracked(NamedTuple):
+    """Pose of a scan.
+
+    Parameters
+    ----------
+    pose : Pose2D
+        Pose of the laser in the map frame.
+    is_key : bool
+        Whether the scan became a key frame, the last one.
+    key_frame : int
+        Index of the last key frame, from which the pose hangs when closures move it.
+    information : (6,) float64 array
+        Information of the pose in the frame of the scan, with that of the odometry; 0 of the first scan.
+    ratio : float
+        Part of the points that fit the key frames; 1 of the first scan.
+    """
+
+    pose: Pose2D
+    is_key: bool
+    key_frame: int
+    information: NDArray[np.float64]
+    ratio: float
+
+
+class ScanTracker:
+    """Tracks a laser scan by scan. The first scan is a key frame; its pose is that of the odometry.
+
+    Each scan is expected where the odometry moved the last one. A correlative search finds the start, and the alignment
+    with the last key frames the pose. A scan far enough from the last key frame becomes the next one.
+
+    Parameters
+    ----------
+    geometry : LaserGeometry
+        Laser, and its place on the robot.
+    parameters : SlamParameters
+        Search window, odometry noise and spacing of key frames.
+    """
+
+    def __init__(self, geometry: LaserGeometry, parameters: SlamParameters) -> None:
+        self.key_frames = KeyFrames(geometry, parameters.max_key_frames)
+        self._parameters, self._mount = parameters, geometry.mount
+        self._grid = CorrelationGrid(
+            parameters.correlation_search_space_resolution, parameters.correlation_search_space_smear_deviation
+        )
+        self._scans = 0
+        self._pose = self._odometry = Pose2D(0.0, 0.0, 0.0)
+        self._near = self.key_frames.latest(0)
+
+    def add(self, scan: ScanPoints, odometry: Pose2D) -> Tracked:
+        """Track the next scan.
+
+        Parameters
+        ----------
+        scan : ScanPoints
+            Points of the scan; see `ppaas.mapping.scan_points.prepare`.
+        odometry : Pose2D
+            Pose of the **robot** in the frame of the odometry at the time of the scan.
+
+        Raises
+        ------
+        QuotaExceeded
+            The scan is a key frame, and there are as many as allowed.
+        """
+        if self._scans:
+            pose, information, ratio, _ = self._align(scan, odometry)
+        else:
+            pose, information, ratio = odometry @ self._mount, np.zeros(6), 1.0
+        is_key = not self._scans or self._is_far(pose)
+        if is_key:
+            self.key_frames.add(scan, self._scans, pose, information)
+        self._pose, self._odometry = pose, odometry
+        self._scans += 1
+        if is_key:
+            self._look_around()
+        return Tracked(pose, is_key, len(self.key_frames) - 1, information, ratio)
+
+    def rebase(self, odometry: Pose2D) -> None:
+        """Continue from other odometry, as after a reset: the robot is taken not to have moved since the last scan."""
+        self._odometry = odometry
+
+    def correct(self, poses: NDArray[np.float64]) -> None:
+        """Move key frames, as after a closure; later key frames and the current pose move with the last one given.
+
+        Parameters
+        ----------
+        poses : (m, 3) array
+            Corrected poses of the first m key frames, m from 1 to the number of key frames.
+        """
+        count, stored = len(poses), self.key_frames.poses
+        last = Pose2D(*stored[count - 1].tolist())
+        later = relative(stored[count - 1], stored[count:])
+        stored[:count] = poses
+        stored[count:] = compose(stored[count - 1], later)
+        self._pose = Pose2D(*stored[count - 1].tolist()) @ (last.inverse() @ self._pose)
+        self._look_around()
+
+    def _align(self, scan: ScanPoints, odometry: Pose2D) -> Aligned:
+        moved = self._odometry.inverse() @ odometry
+        prior = Prior(
+            self._pose @ laser_step(self._odometry, odometry, self._mount),
+            odometry_deviations(moved, self._parameters),
+        )
+        start = prior.pose
+        if max(abs(moved.x), abs(moved.y), abs(moved.theta)) > STANDING:
+            start, _ = self._grid.search(scan, start, self._window(prior))
+        aligned = align(scan, start, self.key_frames, self._near, TRACKING, prior=prior)
+        return aligned if aligned.ratio >= LOST else self._recover(scan, prior, aligned)
+
+    def _recover(self, scan: ScanPoints, prior: Prior, aligned: Aligned) -> Aligned:
+        """Search around a pose that the odometry may have got wrong, as after a slip; return the better alignment."""
+        start, _ = self._grid.search(scan, prior.pose, SLIP)
+        again = align(scan, start, self.key_frames, self._near, TRACKING, prior=Prior(start, SLIP_DEVIATIONS))
+        if again.ratio >= max(LOST, aligned.ratio + BETTER):
+            return again
+        return aligned if _agrees(prior, aligned.pose) else _expected(prior, aligned)
+
+    def _window(self, prior: Prior) -> Window:
+        parameters, (along, _, turn) = self._parameters, prior.deviations
+        distance = parameters.correlation_search_space_dimension + 2.0 * along
+        return Window(distance, LEAST_TURN + 2.0 * turn, parameters.coarse_angle_resolution)
+
+    def _is_far(self, pose: Pose2D) -> bool:
+        last = Pose2D(*self.key_frames.poses[-1].tolist())
+        parameters = self._parameters
+        return (
+            last.distance_to(pose) >= parameters.minimum_travel_distance
+            or abs(wrap_angle(pose.theta - last.theta)) >= parameters.minimum_travel_heading
+        )
+
+    def _look_around(self) -> None:
+        """Choose the key frames that the next scans are aligned with."""
+        self._near = self.key_frames.latest(self._parameters.scan_buffer_size)
+        self._grid.draw(self.key_frames, self.key_frames.latest(self._parameters.correlation_scans), self._pose)
+
+
+def _agrees(prior: Prior, pose: Pose2D) -> bool:
+    apart = prior.pose.inverse() @ pose
+    return all(abs(off) <= AGREEING * deviation for off, deviation in zip(apart, prior.deviations, strict=True))
+
+
+def _expected(prior: Prior, aligned: Aligned) -> Aligned:
+    """Return the pose that the odometry expects, for a scan that fits nowhere."""
+    information = np.zeros(6)
+    information[[0, 3, 5]] = 1.0 / np.square(prior.deviations)
+    return aligned._replace(pose=prior.pose, information=information)

@@ -1,0 +1,111 @@
+"""Blocks of voxels that grow with the map, in a hash table."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.errors import QuotaExceeded
+from ppaas.mapping.volume.kernels import blocks as kernels
+
+Words = NDArray[np.int64]
+
+_FIRST = 64
+"""Number of blocks that memory is allocated for at first."""
+
+
+class VoxelBlocks:
+    """Blocks of 8 × 8 × 8 log-odds, and the table that finds them.
+
+    Parameters
+    ----------
+    most : int
+        Largest number of blocks.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._used = 0
+        self._log_odds = np.full((_FIRST, kernels.VOXELS), np.nan, np.float32)
+        self._codes, self._slots = _table(2 * _FIRST)
+
+    def __len__(self) -> int:
+        return self._used
+
+    @property
+    def log_odds(self) -> NDArray[np.float32]:
+        """Log-odds of all voxels, (blocks, 512): voxel (x, y, z) of a block at 64 · z + 8 · y + x; NaN if unknown."""
+        return self._log_odds[: self._used]
+
+    @property
+    def codes(self) -> Words:
+        """Codes of the blocks in the order of their slots, (blocks,)."""
+        codes = np.empty(self._used, np.int64)
+        full = self._codes != kernels.EMPTY
+        codes[self._slots[full]] = self._codes[full]
+        return codes
+
+    @property
+    def table(self) -> tuple[Words, Words]:
+        """Codes and slots of the hash table, see `ppaas.mapping.volume.kernels.blocks`."""
+        return self._codes, self._slots
+
+    @property
+    def corners(self) -> Words:
+        """Least keys of the blocks in the order of their slots, (blocks, 3) x, y, z."""
+        mask = (1 << kernels.BITS) - 1
+        shifts = np.arange(3) * kernels.BITS
+        return np.asarray((self.codes[:, None] >> shifts & mask) * kernels.EDGE)
+
+    def add(self, codes: Words) -> Words:
+        """Return the slots of blocks, (n,); blocks that do not exist yet are added.
+
+        Parameters
+        ----------
+        codes : (n,) int64 array
+            Codes of different blocks.
+
+        Raises
+        ------
+        QuotaExceeded
+            There would be too many blocks; none is added.
+        """
+        found = self.find(codes)
+        needed = self._used + int((found < 0).sum())
+        if needed > self._most:
+            raise QuotaExceeded(
+                f"the map would have {needed} blocks of 8 × 8 × 8 voxels, and max_blocks allows {self._most}: choose a "
+                "coarser resolution or a smaller sensor_model.max_range"
+            )
+        if needed > self._used:
+            self._reserve(needed)
+            kernels.find_slots(self._codes, self._slots, codes, found, self._used)
+            self._used = needed
+        return found
+
+    def find(self, codes: Words) -> Words:
+        """Return the slots of blocks, (n,); −1 for those that do not exist."""
+        found = np.empty(len(codes), np.int64)
+        kernels.look_up(self._codes, self._slots, codes, found)
+        return found
+
+    def _reserve(self, needed: int) -> None:
+        if needed > len(self._log_odds):
+            rows = min(max(needed, len(self._log_odds) * 3 // 2), self._most)
+            grown = np.empty((rows, kernels.VOXELS), np.float32)
+            grown[: self._used] = self.log_odds
+            grown[self._used :] = np.nan
+            self._log_odds = grown
+        if 2 * needed > len(self._codes):
+            codes = self.codes
+            self._codes, self._slots = _table(4 * needed)
+            kernels.find_slots(self._codes, self._slots, codes, np.empty(len(codes), np.int64), 0)
+
+
+def codes_of(blocks: Words) -> Words:
+    """Return the codes of blocks, (n,), from their indices (n, 3) along x, y, z: least keys divided by 8."""
+    return np.asarray((blocks << np.arange(3) * kernels.BITS).sum(axis=1))
+
+
+def _table(entries: int) -> tuple[Words, Words]:
+    """Return the arrays of an empty table with at least this number of entries."""
+    size = 1 << (entries - 1).bit_length()
+    return np.full(size, kernels.EMPTY, np.int64), np.zeros(size, np.int64)

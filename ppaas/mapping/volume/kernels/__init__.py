@@ -1,0 +1,5 @@
+"""Kernels of 3D mapping: rays through voxels, updates of blocks, leaves of octrees, points of depth images."""
+
+from ppaas.kernel_cache import watch_all_kernels
+
+watch_all_kernels()

@@ -1,0 +1,107 @@
+"""Laser of a map: the beams that all scans of the map have, and the points of a scan."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.errors import InvalidInput
+from ppaas.geometry import Pose2D
+from ppaas.mapping.laser_geometry import LaserGeometry
+from ppaas.mapping.laser_motion import laser_step, velocity
+from ppaas.mapping.parameters import SlamParameters
+from ppaas.mapping.scan_points import ScanPoints, prepare
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.nodes.robot_scans import RobotScan
+
+SAME_STEP = 1e-3
+"""Relative difference of angle increments up to which two scans have the same beams."""
+
+MOST_OFF = 4
+"""Largest difference of the numbers of beams, and of the first beam; some drivers send a beam more or less."""
+
+
+class MappingLaser:
+    """Laser whose scans a map is made of.
+
+    Parameters
+    ----------
+    scan : RobotScan
+        First scan, which determines the beams.
+    parameters : SlamParameters
+
+    Raises
+    ------
+    InvalidInput
+        The beams are not those of a laser.
+    """
+
+    def __init__(self, scan: RobotScan, parameters: SlamParameters) -> None:
+        first = scan.scan
+        self.frame = scan.frame
+        self.geometry = LaserGeometry(
+            first.angle_min, first.angle_increment, len(first.ranges), scan.laser, max(first.time_increment, 0.0), 0.0
+        )
+        self._parameters = parameters
+        self._last: tuple[Pose2D, float] | None = None
+
+    def check(self, scan: RobotScan) -> None:
+        """Check that a scan has the beams of this laser.
+
+        Raises
+        ------
+        InvalidInput
+            It is of another laser, or has other beams.
+        """
+        if scan.frame != self.frame:
+            raise InvalidInput(f"the map is made of the scans of laser {self.frame!r}: {scan.frame!r} is not used")
+        geometry, given = self.geometry, scan.scan
+        step, count = geometry.angle_increment, len(given.ranges)
+        off = abs(given.angle_min - geometry.angle_min) / abs(step)
+        if (
+            abs(given.angle_increment - step) > SAME_STEP * abs(step)
+            or max(off, abs(count - geometry.beams)) > MOST_OFF
+        ):
+            raise InvalidInput(
+                f"the scan has {count} ranges from {given.angle_min:g} in steps of {given.angle_increment:g} rad; "
+                f"the map is made of scans with {geometry.beams} from {geometry.angle_min:g} in steps of {step:g}: "
+                "call 'clear' to start a map with other scans"
+            )
+
+    def points(self, scan: RobotScan, odometry: Pose2D, stamp: float) -> ScanPoints:
+        """Return the points of a scan, corrected for the motion since the last one.
+
+        Parameters
+        ----------
+        scan : RobotScan
+            It has passed `check`.
+        odometry : Pose2D
+            Pose of the robot in the odometry frame at the time of the scan.
+        stamp : float
+            That time [s].
+        """
+        geometry, given = self.geometry, scan.scan
+        shift = round((given.angle_min - geometry.angle_min) / geometry.angle_increment)
+        ranges = np.full(geometry.beams, np.nan, np.float32)
+        begin, end = max(shift, 0), min(shift + len(given.ranges), geometry.beams)
+        ranges[begin:end] = _readings(given)[begin - shift : end - shift]
+        moved = replace(geometry, angle_min=given.angle_min - shift * geometry.angle_increment)
+        return prepare(ranges, moved, self._parameters, self._velocity(odometry, stamp))
+
+    def forget_motion(self) -> None:
+        """Take the laser to be at rest during the next scan, as after a reset of the odometry."""
+        self._last = None
+
+    def _velocity(self, odometry: Pose2D, stamp: float) -> NDArray[np.float64]:
+        last, self._last = self._last, (odometry, stamp)
+        if last is None or self.geometry.time_increment == 0.0 or stamp <= last[1]:
+            return np.zeros(3)
+        return velocity(laser_step(last[0], odometry, self.geometry.mount), stamp - last[1])
+
+
+def _readings(scan: LaserScan) -> NDArray[np.float32]:
+    """Return the ranges (b,) of a scan; NaN where there is no reading."""
+    ranges = np.array(scan.ranges, np.float32)
+    with np.errstate(invalid="ignore"):
+        ranges[~((ranges > max(scan.range_min, 0.0)) & (ranges < scan.range_max))] = np.nan
+    return ranges

@@ -1,0 +1,320 @@
+"""Node ``grid_slam``: makes a map of an unknown place and localizes the robot in it."""
+
+import logging
+from collections.abc import Callable
+from functools import partial
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.errors import PPaaSError, QuotaExceeded, Unavailable
+from ppaas.geometry import Pose2D
+from ppaas.mapping.live.closing_work import Closed
+from ppaas.mapping.live.live_mapper import LiveMapper
+from ppaas.mapping.scan_tracker import Tracked
+from ppaas.maps.grid import GridMap
+from ppaas.maps.occupancy import to_message
+from ppaas.messages.geometry_msgs import Pose
+from ppaas.messages.message import Empty, Message
+from ppaas.messages.nav_msgs import GetMap, GetMapResponse, MapMetaData, OccupancyGrid
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.slam_toolbox import (
+    Clear,
+    Pause,
+    PauseResponse,
+    SaveMap,
+    SaveMapRequest,
+    SaveMapResponse,
+    SaveMapResult,
+)
+from ppaas.messages.std_msgs import Float64, Header, String, Time
+from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.nodes import topics
+from ppaas.nodes.amcl.continuity import Continuity
+from ppaas.nodes.amcl.messages import pose_message
+from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Topic
+from ppaas.nodes.frames import MAP, FrameListener
+from ppaas.nodes.grid_slam.laser import MappingLaser
+from ppaas.nodes.grid_slam.map_publisher import MapPublisher
+from ppaas.nodes.grid_slam.messages import entropy_of, robot_covariance
+from ppaas.nodes.grid_slam.parameters import GridSlamParameters
+from ppaas.nodes.jobs import LongWork
+from ppaas.nodes.message_checks import expect
+from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
+from ppaas.transforms.planar import transform_message
+
+logger = logging.getLogger(__name__)
+
+DYNAMIC_MAP = Service("dynamic_map", GetMap)
+SAVE_MAP = Service("save_map", SaveMap)
+CLEAR = Service("clear", Clear)
+PAUSE = Service("pause", Pause)
+
+MAP_PERIOD = 1.0
+"""Time between two publications of changes of the map [s]."""
+
+FIRST_INFORMATION = np.array((1e8, 0.0, 0.0, 1e8, 0.0, 1e8))
+"""Information of the first pose, which defines the map frame: 0.1 mm, 0.1 mrad [1/m², 1/rad²]."""
+
+MapSaver = Callable[[str, GridMap, Callable[[PPaaSError | None], None]], None]
+"""Saves a map by its name, then calls back with None or the error, now or later."""
+
+
+class GridSlamNode(Node):
+    """Subscribes to scans and ``tf``; publishes the map, ``pose``, ``entropy``, and ``tf`` map → odom with each scan.
+
+    It behaves as gmapping and slam_toolbox. The map frame is the odometry frame at the first scan. Scans are tracked as
+    they come. Loop closures are searched for in jobs; their results move the key frames, the map and the robot.
+
+    Scans wait until odometry has reached their stamps. If the odometry is reset, the robot is assumed not to have
+    moved. While no scan can be used, or the map is not complete, ``grid_slam/status`` gives the reason.
+
+    Parameters
+    ----------
+    context : Context
+        The node's context.
+    parameters : GridSlamParameters
+        Named as in slam_toolbox and gmapping.
+    save : callable, optional
+        Saves a map for ``save_map``; without it the service is unavailable.
+    """
+
+    name: ClassVar[str] = "grid_slam"
+    demands: ClassVar[Demands] = Demands(0.3, rates={topics.SCAN.name: topics.SCAN_RATE})
+    subscribes: ClassVar[tuple[Topic, ...]] = (topics.SCAN, topics.TF, topics.TF_STATIC)
+    publishes: ClassVar[tuple[Topic, ...]] = (
+        topics.TF, topics.MAP, topics.MAP_METADATA, topics.MAP_UPDATES, topics.SLAM_POSE, topics.ENTROPY,
+        topics.GRID_SLAM_STATUS,
+    )  # fmt: skip
+    services: ClassVar[tuple[Service, ...]] = (DYNAMIC_MAP, SAVE_MAP, CLEAR, PAUSE)
+
+    def __init__(self, context: Context, parameters: GridSlamParameters, save: MapSaver | None = None) -> None:
+        super().__init__(context)
+        self._parameters, self._save = parameters, save
+        self._front_end, self._least_interval = parameters.front_end(), parameters.least_interval
+        self._frames = FrameListener(parameters.frames())
+        self._scans, self._waiting = ScanReader(self._frames, warns=True), WaitingScans()
+        self._publisher = MapPublisher(context, parameters.map_update_interval)
+        self._continuity = Continuity()
+        self._paused, self._reported = parameters.paused_new_measurements, ""
+        self._map_error = ""
+        self._laser: MappingLaser | None = None
+        self._mapper: LiveMapper | None = None
+        self._map_to_odom = Pose2D(0.0, 0.0, 0.0)
+        self._count, self._used_at = 0, float("-inf")
+
+    def start(self) -> None:
+        """Publish changes of the map from now on."""
+        self.context.every(MAP_PERIOD, self._publish_map)
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        """Handle a scan or a transform.
+
+        Raises
+        ------
+        InvalidInput
+            A number is not finite, the beams are not those of the map, or the scan is older than the last.
+        TransformError
+            The frame of a scan is unknown, or its stamp is older than what tf keeps.
+        QuotaExceeded
+            The map has as many key frames as allowed.
+        """
+        if topic == topics.SCAN.name:
+            self._on_scan(expect(message, LaserScan))
+            return
+        try:
+            self._frames.hear(topic, expect(message, TFMessage), self.context.elapsed(), self.context.now())
+        finally:
+            self._process_waiting()
+
+    def on_call(self, service: str, request: Message, reply: Reply) -> None:
+        """Reply with the map, save it, clear it, or pause and resume.
+
+        Raises
+        ------
+        Unavailable
+            Maps cannot be saved here.
+        """
+        if service == DYNAMIC_MAP.name:
+            grid = self._grid()
+            reply(GetMapResponse(_nothing() if grid is None else to_message(grid, MAP, Time.of(self.context.now()))))
+        elif service == SAVE_MAP.name:
+            assert isinstance(request, SaveMapRequest)
+            self._save_map(request.name.data, reply)
+        elif service == CLEAR.name:
+            self._clear()
+            reply(Empty())
+        else:
+            self._paused = not self._paused
+            reply(PauseResponse(self._paused))
+
+    # -- scans ---------------------------------------------------------------------------------------------------------
+
+    def _on_scan(self, message: LaserScan) -> None:
+        try:
+            self._waiting.add(self._checked(message), self._frames.newest())
+            errors = self._process_waiting()
+            if errors:
+                raise errors[-1]
+        except PPaaSError as error:
+            self._report(f"scans are refused: {error}")
+            raise
+
+    def _checked(self, message: LaserScan) -> RobotScan:
+        scan, newest = self._scans.read(message, self.context.elapsed()), self._frames.newest()
+        if self._laser is not None:
+            self._laser.check(scan)
+        if scan.stamp:
+            self._continuity.check_stamp(scan.stamp, newest, scan.frame)
+        if newest is None:
+            self._report("scans wait for odometry: publish the transform of the robot in the odometry frame on 'tf'")
+        return scan
+
+    def _process_waiting(self) -> list[PPaaSError]:
+        """Use the scans that odometry has reached; return the errors of those that cannot be used."""
+        newest, errors = self._frames.newest(), list[PPaaSError]()
+        for scan in self._waiting.ready(newest, self.context.elapsed()):
+            assert newest is not None
+            try:
+                self._process(scan, scan.stamp or newest)
+            except PPaaSError as error:
+                errors.append(error)
+        if self._waiting.ahead:
+            self._report(
+                f"scans are stamped {self._waiting.ahead:.1f} s ahead of the newest odometry: stamp both with the same "
+                "clock"
+            )
+        return errors
+
+    def _process(self, scan: RobotScan, stamp: float) -> None:
+        odom = self._frames.odometry(stamp)
+        before = self._continuity.note(odom, stamp, self.context.elapsed(), scan.frame)
+        if before is not None:
+            self._on_odometry_reset(before, odom)
+        moment = scan.scan.header.stamp if scan.stamp else Time.of(stamp)
+        if self._is_due(stamp):
+            self._track(scan, odom, stamp, moment)
+        self._publish_transform(stamp)
+        self._report("mapping is paused: call 'pause' to resume it" if self._paused else self._map_error)
+
+    def _is_due(self, stamp: float) -> bool:
+        """Return whether a scan is to be used; count it."""
+        self._count += 1
+        if self._paused or (self._count - 1) % self._parameters.throttle_scans:
+            return False
+        if abs(stamp - self._used_at) < self._least_interval:
+            return False
+        self._used_at = stamp
+        return True
+
+    def _track(self, scan: RobotScan, odom: Pose2D, stamp: float, moment: Time) -> None:
+        laser, mapper = self._started(scan)
+        laser.check(scan)
+        tracked = mapper.add(laser.points(scan, odom, stamp), odom)
+        robot = tracked.pose @ laser.geometry.mount.inverse()
+        self._map_to_odom = robot @ odom.inverse()
+        covariance = _covariance(tracked, robot)
+        self.context.publish(topics.SLAM_POSE.name, pose_message(robot, covariance, moment))
+        self.context.publish(topics.ENTROPY.name, Float64(entropy_of(covariance)))
+        if tracked.is_key:
+            self._close_loops()
+
+    def _started(self, scan: RobotScan) -> tuple[MappingLaser, LiveMapper]:
+        """Return the laser and the mapper, made for the first scan."""
+        if self._laser is None or self._mapper is None:
+            parameters = self._parameters
+            self._laser = MappingLaser(scan, self._front_end)
+            self._mapper = LiveMapper(
+                self._laser.geometry, self._front_end, parameters.closures(), parameters.drawing()
+            )
+        return self._laser, self._mapper
+
+    def _on_odometry_reset(self, before: Pose2D, odom: Pose2D) -> None:
+        self._map_to_odom = self._map_to_odom @ before @ odom.inverse()
+        if self._mapper is not None and self._laser is not None:
+            self._mapper.rebase(odom)
+            self._laser.forget_motion()
+
+    def _publish_transform(self, stamp: float) -> None:
+        parameters = self._parameters
+        if self._mapper is not None and parameters.transform_publish_period > 0.0:
+            good_until = Time.of(stamp + parameters.transform_timeout)
+            correction = transform_message(MAP, self._frames.odom, self._map_to_odom, good_until)
+            self.context.publish(topics.TF.name, TFMessage([correction]))
+
+    def _report(self, text: str) -> None:
+        """Publish the reason for which scans or parts of the map are left out, if it has changed; empty if none is."""
+        if text != self._reported:
+            self._reported = text
+            self.context.publish(topics.GRID_SLAM_STATUS.name, String(text))
+
+    # -- closures ------------------------------------------------------------------------------------------------------
+
+    def _close_loops(self) -> None:
+        """Start the search for closures that is due, in a job: no scan waits for it."""
+        mapper = self._mapper
+        if mapper is not None and (work := mapper.next_work()) is not None:
+            self.context.start(LongWork(work), partial(self._on_closed, mapper))
+
+    def _on_closed(self, mapper: LiveMapper, closed: Closed | PPaaSError | None) -> None:
+        if mapper is not self._mapper:
+            return  # the map was cleared meanwhile
+        if isinstance(closed, PPaaSError):
+            logger.warning("a search for loop closures failed: %s", closed)
+            closed = None
+        motion = mapper.apply(closed)
+        if motion is not None:
+            self._map_to_odom = motion @ self._map_to_odom
+        self._close_loops()
+
+    # -- map -----------------------------------------------------------------------------------------------------------
+
+    def _publish_map(self) -> None:
+        if self._mapper is None:
+            return
+        try:
+            canvas = self._mapper.draw()
+        except QuotaExceeded as error:
+            self._map_error = f"the map is not complete: {error}"
+            self._report(self._map_error)
+            return
+        self._publisher.publish(canvas)
+
+    def _grid(self) -> GridMap | None:
+        """Return a copy of the map; None if there is none yet.
+
+        Raises
+        ------
+        QuotaExceeded
+            The map would be too large.
+        """
+        if self._mapper is None:
+            return None
+        canvas = self._mapper.draw()
+        return None if canvas.extent is None else GridMap(canvas.cells.copy(), canvas.info)
+
+    def _save_map(self, name: str, reply: Reply) -> None:
+        if self._save is None:
+            raise Unavailable("maps cannot be saved here: get the map by 'dynamic_map'")
+        grid = self._grid()
+        if grid is None:
+            reply(SaveMapResponse(SaveMapResult.RESULT_NO_MAP_RECEIEVD))
+            return
+        self._save(name, grid, lambda error: reply(error or SaveMapResponse(SaveMapResult.RESULT_SUCCESS)))
+
+    def _clear(self) -> None:
+        """Forget the map; the next scan starts another one, in the frame of the odometry."""
+        self._laser = self._mapper = None
+        self._map_to_odom, self._count, self._used_at = Pose2D(0.0, 0.0, 0.0), 0, float("-inf")
+        self._map_error = ""
+        self._publisher.forget()
+
+
+def _covariance(tracked: Tracked, robot: Pose2D) -> NDArray[np.float64]:
+    information = tracked.information if tracked.information.any() else FIRST_INFORMATION
+    return robot_covariance(information, tracked.pose, robot)
+
+
+def _nothing() -> OccupancyGrid:
+    return OccupancyGrid(Header(frame_id=MAP), MapMetaData(0.0, 0, 0, Pose.of(Pose2D(0.0, 0.0))), [])

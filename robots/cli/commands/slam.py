@@ -1,0 +1,192 @@
+"""Command ``ppaas slam``: makes a map of a recorded drive, and scores trajectories."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ppaas.errors import InvalidInput
+from robots.cli import event_loop
+from robots.cli.output import show
+from robots.cli.resource import merge_patch
+
+if TYPE_CHECKING:
+    from ppaas.mapping.parameters import SlamParameters
+    from ppaas.mapping.pipeline.offline import LogMap
+    from ppaas.mapping.scan_log import ScanLog
+
+NAME = "slam"
+HELP = "make a map of a log or a bag with laser scans and odometry, or score a trajectory"
+
+FORMATS = ("carmen", "flirt", "bag")
+"""Formats of recordings; as in `robots.recordings.scan_logs`, which ``ppaas --help`` must not load."""
+
+GRAPH = ".g2o"
+"""Ending of pose graphs."""
+
+COLUMNS = ("scans", "key_frames", "closures", "distrusted_edges", "total_seconds")
+SOLVED = ("nodes", "edges", "chi2", "distrusted_edges", "iterations", "seconds")
+SCORES = ("mean_m", "std_m", "max_m", "mean_deg", "std_deg", "max_deg", "relations", "unmatched")
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = (
+        "Poses are those of the robot, in the frame of the odometry at the start. Without LOG, --score reads the "
+        "trajectory from the file of --trajectory."
+    )
+    parser.add_argument(
+        "log",
+        type=Path,
+        nargs="?",
+        metavar="LOG",
+        help="log of CARMEN, also compressed (.bz2), bag of ROS, or pose graph to solve (.g2o)",
+    )
+    parser.add_argument("--format", choices=FORMATS, help="format of LOG (that of its name and lines)")
+    parser.add_argument("--map", type=Path, metavar="OUT.yaml", help="write the map, with its image beside it")
+    parser.add_argument(
+        "--trajectory", type=Path, metavar="OUT.txt", help="write a line 'timestamp x y theta' for every scan"
+    )
+    parser.add_argument("--graph", type=Path, metavar="OUT.g2o", help="write the pose graph of the key frames")
+    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the map and the trajectory")
+    parser.add_argument(
+        "--score", type=Path, metavar="RELATIONS", help="print errors: lines 't1 t2 x y z roll pitch yaw' are true"
+    )
+    parser.add_argument(
+        "--parameter", action="append", metavar="NAME=VALUE", help="parameter of mapping, as max_laser_range=20"
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON")
+    bag = parser.add_argument_group("bags of ROS", "default: what the transforms and the odometry of the bag say")
+    bag.add_argument("--scan-topic", metavar="TOPIC", help="use the scans of this topic alone, as /scan_front")
+    bag.add_argument("--odom-frame", metavar="FRAME", help="frame of the odometry, as odom_combined")
+    bag.add_argument("--base-frame", metavar="FRAME", help="frame of the robot, as robot1/base_footprint")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Execute the command."""
+    if arguments.log is None:
+        _score_file(arguments)
+        return 0
+    _check_outputs(arguments)
+    with event_loop.terminable():
+        if arguments.log.suffix == GRAPH:
+            show(_solve(arguments), SOLVED, as_json=arguments.json)
+        else:
+            columns = COLUMNS if arguments.score is None else (*COLUMNS, *SCORES)
+            show(_map(arguments), columns, as_json=arguments.json)
+    return 0
+
+
+def _score_file(arguments: argparse.Namespace) -> None:
+    """Score a trajectory that was written before."""
+    from ppaas.mapping.relations import parse_trajectory  # noqa: PLC0415 - here and below: ``ppaas --help`` loads this
+
+    if arguments.score is None or arguments.trajectory is None:
+        raise InvalidInput("give a LOG to map, or --trajectory and --score to score a trajectory")
+    if (arguments.map, arguments.plot, arguments.graph) != (None, None, None):
+        raise InvalidInput("--map, --plot and --graph need a LOG")
+    answer = _scored(arguments.score, *parse_trajectory(_text(arguments.trajectory)))
+    show(answer, SCORES, as_json=arguments.json)
+
+
+def _check_outputs(arguments: argparse.Namespace) -> None:
+    """Raise ``InvalidInput`` for files that could not be written, before the work of mapping."""
+    if arguments.plot is not None:
+        from robots.pictures.path import check_picture  # noqa: PLC0415
+
+        check_picture(arguments.plot)
+    if arguments.map is not None and arguments.map.suffix not in (".yaml", ".yml"):
+        raise InvalidInput(f"a map is a YAML file; use {arguments.map.stem or 'map'}.yaml, not {str(arguments.map)!r}")
+    if arguments.graph is not None and arguments.graph.suffix != GRAPH:
+        raise InvalidInput(f"a graph is a file of g2o; use {arguments.graph.stem or 'graph'}.g2o")
+    for path in (arguments.map, arguments.trajectory, arguments.plot, arguments.graph):
+        if path is not None and not path.parent.is_dir():
+            raise InvalidInput(f"cannot write {path}: there is no folder {path.parent}")
+
+
+def _map(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Map the log, write the files, and return the answer."""
+    from ppaas.mapping.parameters import SlamParameters  # noqa: PLC0415
+    from ppaas.parameters import read_parameters  # noqa: PLC0415
+    from robots.recordings.recording import RecordedFrames  # noqa: PLC0415
+    from robots.recordings.scan_logs import read_scan_log  # noqa: PLC0415
+
+    parameters = read_parameters(SlamParameters, "slam", merge_patch(arguments.parameter or []))
+    frames = RecordedFrames(arguments.scan_topic, arguments.odom_frame, arguments.base_frame)
+    log = read_scan_log(arguments.log, arguments.format, frames)
+    made = _mapped(log, parameters, arguments.log.name)
+    _write(arguments, log, made, parameters.resolution)
+    answer = made.summary()
+    answer |= {"skipped": log.skipped, "total_seconds": round(sum(made.seconds.values()), 2)}
+    if arguments.score is not None:
+        answer |= _scored(arguments.score, log.stamps, made.poses)
+    return answer
+
+
+def _solve(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Solve a pose graph, write it, and return the numbers of its parts and its error."""
+    from robots.cli.verbs.slam_graph import solve_file  # noqa: PLC0415
+
+    if (arguments.map, arguments.plot, arguments.trajectory, arguments.score) != (None, None, None, None):
+        raise InvalidInput(f"{arguments.log} is a pose graph, without scans: only --graph can be written")
+    solved, answer = solve_file(arguments.log)
+    if arguments.graph is not None:
+        _save(arguments.graph, solved)
+    return answer
+
+
+def _mapped(log: "ScanLog", parameters: "SlamParameters", name: str) -> "LogMap":
+    """Map the log and show the progress, on a terminal."""
+    from rich.console import Console  # noqa: PLC0415 - a robot's install lacks rich
+    from rich.progress import Progress  # noqa: PLC0415
+
+    from ppaas.mapping.pipeline.offline import map_log  # noqa: PLC0415
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task(f"map {name}", total=len(log))
+        return map_log(log, parameters, done=lambda scans: progress.update(task, completed=scans))
+
+
+def _write(arguments: argparse.Namespace, log: "ScanLog", made: "LogMap", resolution: float) -> None:
+    """Write the files that were requested."""
+    if arguments.trajectory is not None:
+        from ppaas.mapping.relations import format_trajectory  # noqa: PLC0415
+
+        _save(arguments.trajectory, format_trajectory(log.stamps, made.poses).encode())
+    if arguments.graph is not None:
+        from ppaas.mapping.graph.g2o import format_g2o  # noqa: PLC0415
+
+        _save(arguments.graph, "".join(format_g2o(made.mapper.graph)).encode())
+    if arguments.map is None and arguments.plot is None:
+        return
+    from ppaas.maps.formats.map_files import save_map  # noqa: PLC0415
+    from robots.pictures.trajectory import write_trajectory  # noqa: PLC0415
+
+    grid = made.grid(resolution)
+    if arguments.map is not None:
+        image = arguments.map.with_suffix(".pgm")
+        record, pixels = save_map(grid, image.name)
+        _save(image, pixels)
+        _save(arguments.map, record)
+    if arguments.plot is not None:
+        write_trajectory(arguments.plot, grid, made.poses)
+
+
+def _scored(path: Path, stamps: Any, poses: Any) -> dict[str, Any]:
+    from ppaas.mapping.relations import parse_relations, score  # noqa: PLC0415
+
+    return score(parse_relations(_text(path)), stamps, poses).summary()
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text("ascii")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InvalidInput(f"cannot read the file: {error}") from error
+
+
+def _save(path: Path, content: bytes) -> None:
+    try:
+        path.write_bytes(content)
+    except OSError as error:
+        raise InvalidInput(f"cannot write the file: {error}") from error

@@ -1,0 +1,1 @@
+"""Recordings of robots: logs of CARMEN, graphs of poses with scans, and bags of ROS."""

@@ -1,0 +1,127 @@
+"""Frames in a bag of ROS: those of the odometry, the robot, its lasers and the map, under any names."""
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from ppaas.errors import TransformError
+from ppaas.geometry import Pose2D
+from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
+from ppaas.messages.std_msgs import Header, Time
+from ppaas.nodes.frames import BASE_FOOTPRINT, BASE_LINK, MAP, ODOM, unprefixed
+from ppaas.transforms.planar import TransformTree, is_level
+from ppaas.transforms.spatial import LatestFrames, Rigid
+from robots.recordings.recording import RecordedFrames
+
+BASES = (BASE_LINK, BASE_FOOTPRINT)
+"""Names of a robot's base frame, each with or without a prefix."""
+
+
+class BagFrames:
+    """Transforms of a bag at all times.
+
+    Parameters
+    ----------
+    names : RecordedFrames
+        Names that the user gives.
+
+    Attributes
+    ----------
+    base : str
+        Frame of the robot.
+    """
+
+    def __init__(self, names: RecordedFrames) -> None:
+        self._names = names
+        self._tree = TransformTree(math.inf)
+        self._body = LatestFrames()
+        self._source: tuple[str, str] | None = None
+        self.base = names.base or BASE_LINK
+
+    def add_transforms(self, transforms: Iterable[Any], *, static: bool) -> None:
+        """Add transforms; those that are not rigid are left out."""
+        for each in transforms:
+            self._add(_stamped(each.header, each.child_frame_id, each.transform), static=static)
+
+    def add_odometry(self, topic: str, message: Any) -> None:
+        """Add odometry, unless transforms move its frame. Of several topics, the first counts."""
+        child = message.child_frame_id.lstrip("/")
+        if self._source is None and self._tree.newest(child) is None:
+            self._source = topic, child
+        if self._source == (topic, child):
+            pose = message.pose.pose
+            moved = Transform(_vector(pose.position), _quaternion(pose.orientation))
+            self._add(TransformStamped(_header(message.header), child, moved), static=False)
+
+    def join(self) -> None:
+        """Find the frame of the robot, and merge unconnected frames of its names with it, as a clone does."""
+        known = self._tree.frames()
+        likely = [frame for name in BASES for frame in known if unprefixed(frame) == name]
+        likely += [child for _, child in (self._source,) if child not in likely] if self._source else []
+        moving = (frame for frame in likely if self._tree.moving_parent(frame, self.map) is not None)
+        self.base = self._names.base or next(moving, self.base)
+        for frame in likely:
+            if not self._body.connected(self.base, frame) and self._body.root(frame) == frame:
+                joint = TransformStamped(Header(frame_id=self.base), frame, Rigid().to_message())
+                self._add(joint, static=True)
+
+    def _add(self, transform: TransformStamped, *, static: bool) -> None:
+        try:
+            Rigid.of(transform.transform)
+            # Cameras and wheels are not level: they only matter where a laser is mounted on them.
+            if is_level(transform.transform.rotation):
+                self._tree.set_message(transform, static=static)
+            self._body.hear((transform,))
+        except TransformError:
+            return
+
+    # -- names ---------------------------------------------------------------------------------------------------------
+
+    @property
+    def odom(self) -> str:
+        """Frame of the odometry."""
+        return self._names.odom or self._tree.moving_parent(self.base, self.map) or ODOM
+
+    @property
+    def map(self) -> str:
+        """Frame of the true poses."""
+        known = (frame for frame in self._tree.frames() if unprefixed(frame) == MAP)
+        return self._names.map or next(known, MAP)
+
+    def missing(self) -> str:
+        """Return a text that names the missing odometry and the frames of the bag."""
+        return (
+            f"odometry ({self.odom} → {self.base}) at the time of any of them; its frames are "
+            f"{', '.join(self._tree.frames()) or 'none'}: name those of the robot by --odom-frame and --base-frame"
+        )
+
+    # -- poses ---------------------------------------------------------------------------------------------------------
+
+    def odometry(self, stamp: float) -> Pose2D:
+        """Return the pose of the robot in the odometry frame; raises ``TransformError`` if there is none at a time."""
+        return self._tree.lookup(self.odom, self.base, stamp)
+
+    def true_pose(self, stamp: float) -> Pose2D | None:
+        """Return the true pose of the robot, None if the bag has none; raises as `odometry`."""
+        return self._tree.lookup(self.map, self.base, stamp) if self.map in self._tree.frames() else None
+
+    def mount(self, frame: str) -> Rigid | None:
+        """Return the pose of a laser in the robot's frame, None if the bag has no transform to it."""
+        return self._body.lookup(self.base, frame) if frame and self._body.connected(self.base, frame) else None
+
+
+def _stamped(header: Any, child: str, transform: Any) -> TransformStamped:
+    moved = Transform(_vector(transform.translation), _quaternion(transform.rotation))
+    return TransformStamped(_header(header), child, moved)
+
+
+def _header(header: Any) -> Header:
+    return Header(stamp=Time(header.stamp.sec, header.stamp.nanosec), frame_id=header.frame_id)
+
+
+def _vector(at: Any) -> Vector3:
+    return Vector3(at.x, at.y, at.z)
+
+
+def _quaternion(q: Any) -> Quaternion:
+    return Quaternion(x=q.x, y=q.y, z=q.z, w=q.w)

@@ -1,0 +1,29 @@
+"""Reads recordings: bags of ROS and logs, by the names of the files."""
+
+from pathlib import Path
+
+from robots.recordings.recording import RecordedFrames, Recording
+
+BAGS = (".bag", ".mcap", ".db3")
+
+
+def is_bag(path: Path) -> bool:
+    """Return whether a path names a bag of ROS: a folder, or a file with the ending of a bag."""
+    return path.is_dir() or path.suffix.lower() in BAGS
+
+
+def read_recording(path: Path, frames: RecordedFrames | None = None) -> Recording:
+    """Read a bag of ROS or a log; ``frames`` names the topic and the frames to read from a bag.
+
+    Raises
+    ------
+    InvalidInput
+        The file cannot be read.
+    """
+    if is_bag(path):
+        from robots.recordings.ros_bags import read_bag  # noqa: PLC0415 - logs need fewer packages
+
+        return read_bag(path, frames or RecordedFrames())
+    from robots.recordings.carmen_logs import read_log  # noqa: PLC0415
+
+    return read_log(path)

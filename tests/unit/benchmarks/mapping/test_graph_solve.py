@@ -1,0 +1,65 @@
+import argparse
+
+import numpy as np
+import pytest
+
+from benchmarks.commands.mapping import graph as command
+from benchmarks.mapping import graph_solve
+from ppaas.errors import InvalidInput
+from ppaas.mapping.graph.g2o import format_g2o
+from ppaas.mapping.graph.kernels.edges import edge_errors
+from ppaas.mapping.graph.normal_equations import NormalEquations
+from ppaas.mapping.graph.solver import Robust
+from tests.support.world.pose_graphs import walk
+
+
+class _Progress:
+    def __init__(self) -> None:
+        self.done = 0
+
+    def add_task(self, name: str, total: int) -> int:
+        return 0
+
+    def advance(self, task: int) -> None:
+        self.done += 1
+
+
+@pytest.fixture(autouse=True)
+def _small(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(graph_solve, "NODES", 300)
+    monkeypatch.setattr(graph_solve, "CLOSURES", 300)
+
+
+def test_step_of_superlu_is_that_of_the_solver() -> None:
+    graph, _, _ = walk(60, 40)
+    edges = graph.edges
+    equations = NormalEquations(graph.node_count, edges.first, edges.second)
+    errors = np.array([np.zeros(3)] * graph.edge_count)
+    edge_errors(graph.poses, *edges[:4], errors, np.empty(graph.edge_count))
+    gradients = np.einsum("mij,mj->mi", edges.information, errors)
+    equations.linearise(graph.poses, edges.information, gradients, np.ones(graph.edge_count))
+    assert graph_solve.superlu_step(graph) == pytest.approx(equations.step(0.0), abs=1e-6)
+
+
+def test_synthetic_graphs_and_files_are_solved(tmp_path) -> None:
+    (tmp_path / "small.g2o").write_text("".join(format_g2o(walk(50, 20).graph)))
+    parser, progress = argparse.ArgumentParser(), _Progress()
+    command.configure(parser)
+    measured = command.measure(parser.parse_args([str(tmp_path / "small.g2o"), "--false", "5"]), progress)
+    assert progress.done == len(measured.rows) == 5
+    assert [result["method"] for result in measured.result["graphs"]] == [
+        "none", "graduated", "scaling", "graduated", "graduated",
+    ]  # fmt: skip
+    assert measured.result["graphs"][1]["mean_m"] < 0.1
+    assert measured.rows[4]["graph"] == "small" and measured.rows[4]["error m"] == ""
+
+
+def test_results_have_the_methods_name() -> None:
+    assert graph_solve.measure(*graph_solve.walks(0), Robust.SCALING)["method"] == "scaling"
+
+
+def test_missing_file_is_refused() -> None:
+    parser = argparse.ArgumentParser()
+    command.configure(parser)
+    with pytest.raises(InvalidInput, match="no file"):
+        command.measure(parser.parse_args(["missing.g2o"]), _Progress())

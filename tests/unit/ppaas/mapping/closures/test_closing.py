@@ -1,0 +1,103 @@
+import itertools
+
+import numpy as np
+import pytest
+
+from ppaas.geometry import Pose2D
+from ppaas.mapping.closures.closing import ClosureSearch
+from ppaas.mapping.closures.closure import Closure, Reason, Refusal
+from ppaas.mapping.closures.contradictions import Contradictions
+from ppaas.mapping.closures.parameters import ClosureParameters
+from ppaas.mapping.closures.submaps import Submap, Submaps
+from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
+from ppaas.mapping.key_frames import KeyFrames
+from ppaas.planar_poses import compose, relative
+from tests.support.world.room_scans import CORRIDOR, LASER, ROOM, scan_at
+
+PARAMETERS = ClosureParameters()
+
+
+def drive(true, walls, drift):
+    """Return key frames, graph and submaps of a drive whose odometry turns by ``drift`` more in each step [rad]."""
+    frames, graph, submaps = KeyFrames(LASER), PoseGraph(), Submaps(1.5)
+    for k, pose in enumerate(true):
+        step = (*relative(true[k - 1], pose), 0.0, 0.0, drift) if k else np.zeros(3)
+        estimate = compose(graph.poses[-1], step) if k else pose
+        frames.add(scan_at(pose, walls=walls), k, Pose2D(*estimate.tolist()), np.zeros(6))
+        graph.add_node(estimate)
+        if k:
+            graph.add_edge(k - 1, k, step, np.eye(3), EdgeKind.ODOMETRY)
+        submaps.add(step)
+    submaps.finish()
+    return frames, graph, submaps.finished
+
+
+def loop():
+    """Return poses around the box of the room, and along the start again."""
+    corners = [(-3.0, -2.0), (3.0, -2.0), (3.0, 2.3), (-3.0, 2.3), (-3.0, -2.0), (3.0, -2.0)]
+    poses = []
+    for (x0, y0), (x1, y1) in itertools.pairwise(corners):
+        heading, n = np.arctan2(y1 - y0, x1 - x0), round(np.hypot(x1 - x0, y1 - y0) / 0.25)
+        poses += [(x0 + (x1 - x0) * k / n, y0 + (y1 - y0) * k / n, heading) for k in range(n)]
+    return np.array(poses)
+
+
+@pytest.fixture(scope="module")
+def closed():
+    true = loop()
+    frames, graph, submaps = drive(true, ROOM, 0.001)
+    return true, graph, ClosureSearch().search(frames, graph, submaps, len(submaps) - 1)
+
+
+def test_closures_of_a_second_visit_are_exact(closed):
+    true, _graph, found = closed
+    assert found.closures
+    for closure in found.closures:
+        edges = closure.edges
+        exact = relative(true[edges.first], true[edges.second])
+        np.testing.assert_allclose(edges.measurements[:, :2], exact[:, :2], atol=0.03)
+        assert (edges.kinds == EdgeKind.CLOSURE).all()
+        assert (edges.first < edges.second).all()
+        assert (np.linalg.eigvalsh(edges.information) > 0.0).all()
+
+
+def test_motion_of_a_closure_corrects_the_drift(closed):
+    true, graph, found = closed
+    closure = max(found.closures, key=lambda closure: closure.score)
+    k, drifted = closure.source.middle, graph.poses[closure.source.middle]
+    corrected = compose(np.array(closure.motion), drifted)
+    assert np.hypot(*(corrected - true[k])[:2]) < np.hypot(*(drifted - true[k])[:2]) + 0.05
+
+
+def test_bare_corridor_closes_no_loop():
+    there = np.stack((np.arange(0.0, 8.0, 0.25), np.zeros(32), np.zeros(32)), axis=1)
+    true = np.concatenate((there, there))
+    frames, graph, submaps = drive(true, CORRIDOR, 0.0)
+    found = ClosureSearch().search(frames, graph, submaps, len(submaps) - 1)
+    assert found.closures == []
+    assert {refusal.reason for refusal in found.refusals} <= {Reason.CHECK, Reason.SCORE, Reason.AMBIGUOUS}
+
+
+def test_first_submap_has_nothing_to_search():
+    frames, graph, submaps = drive(loop()[:12], ROOM, 0.0)
+    assert ClosureSearch().search(frames, graph, submaps, 0).refusals == []
+
+
+def closure(target, motion, score=0.8):
+    edges = Edges(np.zeros(0, int), np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros(0, np.uint8))
+    return Closure(Submap(50, 60), target, edges, score, Pose2D(*motion), True)
+
+
+def test_matches_with_one_area_at_two_places_contradict():
+    graph = PoseGraph()
+    for k in range(60):
+        graph.add_node((float(k), 0.0, 0.0))
+    for k in range(59):
+        graph.add_edge(k, k + 1, (1.0, 0.0, 0.0), np.eye(3), EdgeKind.ODOMETRY)
+    compare = Contradictions(graph.poses, graph.edges, PARAMETERS)
+    best = closure(Submap(0, 5), (0.0, 0.0, 0.0))
+    near, shifted = closure(Submap(5, 10), (0.1, 0.1, 0.0)), closure(Submap(5, 10), (12.0, 0.0, 0.0))
+    # Drift over 35 m explains 1.2 m across the path.
+    drifted = closure(Submap(35, 40), (0.0, 1.2, 0.0))
+    missed = Refusal(best.source, Submap(5, 10), Reason.SCORE, 0.0)
+    assert list(compare.with_best(best, [best, near, shifted, drifted, missed])) == [shifted]

@@ -1,0 +1,109 @@
+"""Live mapper: one search at a time, on copies, whose result is applied when it is done."""
+
+import numpy as np
+import pytest
+
+from ppaas.geometry import Pose2D
+from ppaas.mapping.closures.closure import Closure, Searched
+from ppaas.mapping.closures.submaps import Submap
+from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
+from ppaas.mapping.laser_geometry import LaserGeometry
+from ppaas.mapping.live.closing_work import Closed
+from ppaas.mapping.live.live_mapper import WAITING, LiveMapper
+from ppaas.mapping.parameters import SlamParameters
+from ppaas.mapping.scan_points import prepare
+
+GEOMETRY = LaserGeometry(-1.5, 0.1, 31)
+BLIND = prepare(np.full(31, np.nan), GEOMETRY, SlamParameters())
+
+
+def closure(source: int, target: int, x: float, *, wide: bool = False) -> Closure:
+    edges = Edges(
+        np.array([target]), np.array([source]), np.array([(x, 0.0, 0.0)]), np.diag((900.0, 900.0, 9000.0))[None],
+        np.array([EdgeKind.CLOSURE], np.uint8),
+    )  # fmt: skip
+    return Closure(Submap(source, source + 1), Submap(target, target + 1), edges, 0.9, Pose2D(0.0, 0.0), wide)
+
+
+def drive(mapper: LiveMapper, count: int) -> None:
+    """Drive 0.5 m per scan along x; every scan is a key frame."""
+    begin = len(mapper.key_frames)
+    for number in range(begin, begin + count):
+        mapper.add(BLIND, Pose2D(0.5 * number, 0.0))
+
+
+@pytest.fixture
+def mapper(monkeypatch) -> LiveMapper:
+    found = LiveMapper(GEOMETRY)
+    monkeypatch.setattr(found._search, "search", lambda *_: Searched())
+    drive(found, 40)
+    return found
+
+
+def never() -> bool:
+    return False
+
+
+def test_submaps_are_searched_one_after_the_other(mapper):
+    lengths = []
+    while (work := mapper.next_work()) is not None:
+        assert mapper.next_work() is None
+        lengths.append(len(work.submaps))
+        assert mapper.apply(work(never)) is None
+    assert lengths == [1, 2, 3, 4, 5, 6]
+
+
+def test_work_changes_nothing_and_may_be_run_again(mapper, monkeypatch):
+    work = mapper.next_work()
+    monkeypatch.setattr(mapper._search, "search", lambda *_: Searched([closure(30, 2, 14.1)]))
+    poses, edges = mapper.key_frames.poses.copy(), mapper.graph.edge_count
+    first, second = work(never), work(never)
+    np.testing.assert_array_equal(first.poses, second.poses)
+    np.testing.assert_array_equal(first.canvas.cells, second.canvas.cells)
+    np.testing.assert_array_equal(mapper.key_frames.poses, poses)
+    np.testing.assert_array_equal(work.frames.poses, poses)
+    assert mapper.graph.edge_count == work.graph.edge_count == edges
+
+
+def test_a_result_moves_the_frames_that_came_meanwhile_along(mapper, monkeypatch):
+    work = mapper.next_work()
+    monkeypatch.setattr(mapper._search, "search", lambda *_: Searched([closure(30, 2, 14.1)]))
+    closed = work(never)
+    drive(mapper, 100)
+    motion = mapper.apply(closed)
+    poses = mapper.key_frames.poses
+    np.testing.assert_array_equal(poses[:40], closed.poses)
+    np.testing.assert_allclose(np.diff(poses[39:], axis=0), [(0.5, 0.0, 0.0)] * 100, atol=1e-5)
+    np.testing.assert_array_equal(poses, mapper.graph.poses)
+    np.testing.assert_allclose(poses[0], (0.0, 0.0, 0.0))
+    assert motion.x == pytest.approx(poses[-1, 0] - 0.5 * 139, abs=1e-5)
+    assert mapper.closed == 1
+    assert mapper.draw() is closed.canvas
+
+
+def test_cancelled_and_failed_work_is_given_up(mapper):
+    assert mapper.next_work()(lambda: True) is None
+    assert mapper.apply(None) is None
+    assert mapper.next_work() is not None
+
+
+def test_lone_closures_of_wide_windows_wait_and_are_bounded(mapper, monkeypatch):
+    monkeypatch.setattr(mapper._search, "search", lambda *_: Searched([closure(30, 2, 14.1, wide=True)]))
+    closed = mapper.next_work()(never)
+    assert (closed.trusted, len(closed.waiting), closed.poses) == ([], 1, None)
+    mapper.apply(Closed(Searched(), [], closed.waiting * (WAITING + 5)))
+    assert len(mapper.next_work().waiting) == WAITING
+
+
+def test_without_parameters_no_loops_are_closed():
+    mapper = LiveMapper(GEOMETRY, closures=None)
+    drive(mapper, 40)
+    assert mapper.next_work() is None
+
+
+def test_a_snapshot_does_not_see_later_frames(mapper):
+    taken, poses = mapper.key_frames.snapshot(), mapper.key_frames.poses.copy()
+    drive(mapper, 100)
+    mapper.key_frames.poses[:] += 1.0
+    assert len(taken) == 40
+    np.testing.assert_array_equal(taken.poses, poses)

@@ -1,0 +1,80 @@
+"""Offline mapping of a simulated drive with true poses."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.mapping.true_error import absolute_errors, random_relations
+from ppaas.mapping.pipeline.offline import LogMap, map_log
+from ppaas.mapping.relations import score
+from ppaas.maps.grid import FREE, OCCUPIED
+from tests.support.world.ring_drive import ring_drive
+
+
+@pytest.fixture(scope="module")
+def made() -> LogMap:
+    return map_log(ring_drive().log)
+
+
+def test_poses_are_within_a_centimetre_of_the_truth(made):
+    drive = ring_drive()
+    assert absolute_errors(drive.true, drive.log.odometry).max() > 0.3
+    assert absolute_errors(drive.true, made.poses).max() < 0.03
+    relations = random_relations(drive.log.stamps, drive.true, 1, most=300)
+    found = score(relations, drive.log.stamps, made.poses)
+    assert found.translations.mean() < 0.01
+    assert np.degrees(found.rotations).mean() < 0.1
+
+
+def test_each_stage_improves_the_poses(made):
+    true = ring_drive().true
+    errors = [absolute_errors(true, poses).mean() for poses in made.stages.values()]
+    assert list(made.stages) == ["tracking", "closures", "refinement", "polish"]
+    assert errors[-1] <= errors[1] < errors[0]
+
+
+def test_the_first_pose_is_that_of_the_odometry(made):
+    np.testing.assert_allclose(made.stages["closures"][0], ring_drive().log.odometry[0], atol=1e-9)
+
+
+def test_loops_are_closed_and_counted(made):
+    summary = made.summary()
+    assert summary["scans"] == len(ring_drive().log)
+    assert 50 < summary["key_frames"] < summary["scans"]
+    assert summary["closures"] > 3
+    assert summary["distrusted_edges"] == 0
+    assert set(summary["seconds"]) == {"tracking", "closures", "solver", "points", "refinement", "polish"}
+
+
+def test_the_map_shows_the_ring(made):
+    grid = made.grid(0.05)
+    true, poses = ring_drive().true, made.poses
+    # Walls are 0.05 m cells at the true place, moved by the first pose: the odometry starts at the origin.
+    c, s = math.cos(-true[0, 2]), math.sin(-true[0, 2])
+    for wall, expected in (((6.0, 0.0), OCCUPIED), ((12.0, 6.0), OCCUPIED), ((6.0, 1.2), FREE), ((1.2, 6.0), FREE)):
+        x, y = np.array(wall) - true[0, :2]
+        at = poses[0, :2] + (c * x - s * y, s * x + c * y)
+        column, row = np.floor((at - grid.info.origin[:2]) / 0.05).astype(int)
+        around = grid.data[row - 1 : row + 2, column - 1 : column + 2]
+        assert (around == expected).any(), wall
+
+
+def test_progress_counts_every_scan():
+    counts = []
+    map_log(ring_drive().log.first(20), done=counts.append)
+    assert counts == list(range(1, 21))
+
+
+def test_a_log_of_one_scan_has_a_map():
+    made = map_log(ring_drive().log.first(1))
+    assert made.poses.shape == (1, 3)
+    assert (made.grid().data == OCCUPIED).any()
+
+
+def test_scans_without_readings_keep_the_odometry():
+    log = ring_drive().log.first(30)
+    blind = replace(log, ranges=np.full_like(log.ranges, np.nan))
+    made = map_log(blind)
+    np.testing.assert_allclose(made.poses, log.odometry, atol=1e-6)

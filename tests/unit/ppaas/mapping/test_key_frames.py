@@ -1,0 +1,45 @@
+import numpy as np
+import pytest
+
+from ppaas.errors import QuotaExceeded
+from ppaas.geometry import Pose2D
+from ppaas.mapping.key_frames import KeyFrames
+from tests.support.world.room_scans import LASER, scan_at
+
+SCAN = scan_at((0.0, 0.0, 0.0))
+
+
+def add(frames, count):
+    for k in range(count):
+        frames.add(SCAN, 3 * k, Pose2D(0.1 * k, 0.0, 0.0), np.full(6, float(k)))
+
+
+def test_frames_stay_when_the_arrays_grow():
+    frames = KeyFrames(LASER)
+    add(frames, 200)
+    assert len(frames) == 200
+    np.testing.assert_array_equal(frames.scans, 3 * np.arange(200))
+    np.testing.assert_allclose(frames.poses[:, 0], 0.1 * np.arange(200))
+    np.testing.assert_array_equal(frames.information[:, 5], np.arange(200))
+    for stored, given in zip(frames.scan_points(150), SCAN, strict=True):
+        np.testing.assert_array_equal(stored, given)
+    assert frames.points.shape == frames.normals.shape == (200, 181, 2)
+    assert frames.valid.shape == (200, 181)
+
+
+def test_latest_frames_are_the_last_ones_at_the_poses_stored():
+    frames = KeyFrames(LASER)
+    assert frames.latest(3).poses.shape == (0, 3)
+    add(frames, 5)
+    np.testing.assert_array_equal(frames.latest(3).indices, (2, 3, 4))
+    np.testing.assert_array_equal(frames.latest(9).indices, np.arange(5))
+    frames.poses[4] = (1.0, 2.0, 3.0)
+    np.testing.assert_array_equal(frames.latest(1).poses, [(1.0, 2.0, 3.0)])
+
+
+def test_number_of_frames_is_limited():
+    frames = KeyFrames(LASER, 70)
+    add(frames, 70)
+    with pytest.raises(QuotaExceeded, match="70 key frames"):
+        add(frames, 1)
+    assert len(frames) == 70

@@ -1,0 +1,58 @@
+import numpy as np
+import pytest
+
+from ppaas.errors import QuotaExceeded
+from ppaas.geometry import Pose2D
+from ppaas.mapping import map_drawing
+from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.map_drawing import DrawingSettings, draw_map
+from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN
+from tests.support.world.room_scans import ALL_ROUND, scan_at
+
+POSES = np.array([(x, y, x + y) for x in np.arange(-3.0, 3.5, 0.5) for y in (-2.0, -1.0, 0.0, 0.7)])
+
+
+@pytest.fixture(scope="module")
+def frames():
+    frames = KeyFrames(ALL_ROUND)
+    for number, pose in enumerate(POSES):
+        frames.add(scan_at(pose, ALL_ROUND, noise=0.005, seed=number), number, Pose2D(*pose), np.zeros(6))
+    return frames
+
+
+def test_walls_are_occupied_and_the_inside_is_free(frames):
+    grid = draw_map(frames, POSES)
+    info = grid.info
+    rows, columns = np.nonzero(grid.data == OCCUPIED)
+    x, y = info.origin.x + (columns + 0.5) * info.resolution, info.origin.y + (rows + 0.5) * info.resolution
+    near = np.minimum.reduce([np.abs(x + 4.0), np.abs(x - 4.0), np.abs(x - 6.0), np.abs(y + 3.0), np.abs(y - 3.0)])
+    near = np.minimum(near, np.minimum(np.abs(y - 1.0), np.maximum(np.abs(x + 0.5) - 0.5, np.abs(y - 1.75) - 0.25)))
+    assert near.max() < 0.06
+    assert len(rows) > 0.8 * 32.0 / info.resolution
+    inside = grid.data[int((-2.5 - info.origin.y) / 0.05) : int((0.8 - info.origin.y) / 0.05)]
+    inside = inside[:, int((-3.8 - info.origin.x) / 0.05) : int((3.8 - info.origin.x) / 0.05)]
+    assert (inside == FREE).mean() > 0.99
+    assert (grid.data[[0, -1]] == UNKNOWN).all()
+
+
+def test_person_who_left_leaves_no_trace(frames):
+    passing = KeyFrames(ALL_ROUND)
+    for number, pose in enumerate(POSES):
+        scan = frames.scan_points(number)
+        points = scan.points.copy()
+        if number == 20:
+            points[100:110] *= 0.5
+        passing.add(scan._replace(points=points), number, Pose2D(*pose), np.zeros(6))
+    grid, same = draw_map(passing, POSES), draw_map(frames, POSES)
+    assert ((grid.data == OCCUPIED) != (same.data == OCCUPIED)).sum() <= 3
+
+
+def test_cells_seen_by_too_few_beams_are_unknown(frames):
+    least, many = (draw_map(frames, POSES, DrawingSettings(min_pass_through=n)).data for n in (1, 200))
+    assert (many == UNKNOWN).sum() > (least == UNKNOWN).sum()
+
+
+def test_map_of_too_many_cells_is_refused(frames, monkeypatch):
+    monkeypatch.setattr(map_drawing, "MOST_CELLS", 1000)
+    with pytest.raises(QuotaExceeded, match="coarser resolution"):
+        draw_map(frames, POSES)

@@ -1,0 +1,73 @@
+"""Logs of CARMEN, and graphs of poses with their scans."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from ppaas.errors import InvalidInput
+from ppaas.geometry import Pose2D
+from robots.recordings.carmen_logs import read_log
+from robots.recordings.log_lines import NO_READING
+from tests.support.world.drive_log import START, graph_log
+
+FLASER = "FLASER 5 1.0 2.0 3.0 4.0 81.91 1.1 2.0 0.5 1.0 2.0 0.5 100.0 host 0.1\n"
+
+
+def log(folder: Path, text: str) -> Path:
+    path = folder / "drive.log"
+    path.write_text(text)
+    return path
+
+
+def test_a_graph_has_true_poses_odometry_and_scans(tmp_path: Path) -> None:
+    recording = read_log(log(tmp_path, graph_log(6)))
+    assert len(recording.looks) == 6
+    assert recording.looks[0].true == START
+    assert recording.looks[0].odom == Pose2D(0.0, 0.0)
+    assert recording.looks[0].laser.distance_to(Pose2D(0.0, 0.0)) < 1e-9
+    assert [look.stamp for look in recording.looks[:2]] == [10.0, 10.5]
+    drifted = START @ recording.looks[-1].odom
+    assert 0.0 < drifted.distance_to(recording.looks[-1].true) < 0.1
+    assert len(recording.looks[0].scan.ranges) == 180
+
+
+def test_a_carmen_scan_covers_180_degrees_and_locates_the_laser(tmp_path: Path) -> None:
+    recording = read_log(log(tmp_path, "NEFF 3\n" + FLASER))
+    (look,) = recording.looks
+    assert look.true == look.odom == Pose2D(1.0, 2.0, 0.5)
+    assert recording.looks[0].laser.distance_to(Pose2D(0.1 * math.cos(0.5), -0.1 * math.sin(0.5))) < 1e-9
+    assert (look.scan.angle_min, look.scan.angle_increment) == (-math.pi / 2.0, math.pi / 4.0)
+    assert look.scan.ranges == [1.0, 2.0, 3.0, 4.0, 81.91]
+    assert look.scan.range_max == NO_READING
+
+
+def test_stamps_with_too_few_digits_are_replaced_by_numbers(tmp_path: Path) -> None:
+    recording = read_log(log(tmp_path, FLASER * 3))
+    assert [look.stamp for look in recording.looks] == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("", "no scan"),
+        ("ODOM 0 0 0\n", "no scan"),
+        ("FLASER 5 1.0 2.0\n", "line 1 .* is not a valid FLASER"),
+        ("\nFLASER many 1.0 2.0\n", "line 2 .* is not a valid FLASER"),
+        (FLASER.replace("0.5 100", "nan 100"), "not finite"),
+        ("ROBOTLASER1 0 0 1 1 1 1 0 -3\n", "is not a valid ROBOTLASER1"),
+        ("VERTEX2 0 0\n", "is not a valid VERTEX2"),
+        ("VERTEX2 0 0 0 0\nVERTEX2 1 0 0 0\n" + FLASER, "1 scans and 2 poses"),
+        ("EDGE2 1 2 0 0 0\n" + FLASER * 3, "no EDGE2 from 0 to 1"),
+    ],
+)
+def test_a_malformed_log_is_refused_with_its_line(tmp_path: Path, text: str, error: str) -> None:
+    with pytest.raises(InvalidInput, match=error):
+        read_log(log(tmp_path, text))
+
+
+def test_a_binary_or_missing_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "drive.log").write_bytes(b"\xff\xfe\x00")
+    for path in (tmp_path / "drive.log", tmp_path / "nowhere.log"):
+        with pytest.raises(InvalidInput, match="cannot read the log"):
+            read_log(path)
