@@ -3,7 +3,7 @@ import argparse
 import numpy as np
 import pytest
 
-from benchmarks.commands.mapping import graph as command
+from benchmarks.commands import slam as command
 from benchmarks.mapping import graph_solve
 from ppaas.errors import InvalidInput
 from ppaas.mapping.graph.g2o import format_g2o
@@ -45,7 +45,7 @@ def test_synthetic_graphs_and_files_are_solved(tmp_path) -> None:
     (tmp_path / "small.g2o").write_text("".join(format_g2o(walk(50, 20).graph)))
     parser, progress = argparse.ArgumentParser(), _Progress()
     command.configure(parser)
-    measured = command.measure(parser.parse_args([str(tmp_path / "small.g2o"), "--false", "5"]), progress)
+    measured = command.measure(parser.parse_args(["--graphs", str(tmp_path / "small.g2o"), "--false", "5"]), progress)
     assert progress.done == len(measured.rows) == 5
     assert [result["method"] for result in measured.result["graphs"]] == [
         "none", "graduated", "scaling", "graduated", "graduated",
@@ -62,4 +62,4 @@ def test_missing_file_is_refused() -> None:
     parser = argparse.ArgumentParser()
     command.configure(parser)
     with pytest.raises(InvalidInput, match="no file"):
-        command.measure(parser.parse_args(["missing.g2o"]), _Progress())
+        command.measure(parser.parse_args(["--graphs", "missing.g2o"]), _Progress())

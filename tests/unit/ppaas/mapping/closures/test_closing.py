@@ -20,8 +20,9 @@ PARAMETERS = ClosureParameters()
 def drive(true, walls, drift):
     """Return key frames, graph and submaps of a drive whose odometry turns by ``drift`` more in each step [rad]."""
     frames, graph, submaps = KeyFrames(LASER), PoseGraph(), Submaps(1.5)
+    turn = np.array([0.0, 0.0, drift])
     for k, pose in enumerate(true):
-        step = (*relative(true[k - 1], pose), 0.0, 0.0, drift) if k else np.zeros(3)
+        step = relative(true[k - 1], pose) + turn if k else np.zeros(3)
         estimate = compose(graph.poses[-1], step) if k else pose
         frames.add(scan_at(pose, walls=walls), k, Pose2D(*estimate.tolist()), np.zeros(6))
         graph.add_node(estimate)

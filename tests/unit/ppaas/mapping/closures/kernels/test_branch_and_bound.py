@@ -19,7 +19,8 @@ seeds = st.integers(0, 2**32 - 1)
 def scene(seed):
     """Return a grid of 20 by 30 cells of 0.1 m, and points that partly lie outside of it."""
     rng = np.random.default_rng(seed)
-    walls, corner = (*rng.uniform(0.0, 3.0, (25, 2)), -1.5, -1.0), np.array([-1.5, -1.0])
+    corner = np.array([-1.5, -1.0])
+    walls = rng.uniform(0.0, 3.0, (25, 2)) + corner
     grid = pyramid.blurred_grid(walls, *corner, 0.1, 20, 30, BLUR)
     return grid, walls, corner, rng.uniform(-1.3, 1.3, (12, 2))
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from benchmarks.mapping.run import SlamJob
 
-HELP = "mapping of logs and of a simulated office: errors against true relations and poses, times, memory"
+HELP = "mapping of logs and of a simulated office, and the solver of pose graphs: errors, times, memory"
 
 MOST_SEEDS = 100
 SLOW_SWEEP = 0.1
@@ -40,10 +40,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--jobs", type=whole(most=os.cpu_count() or 1), default=1, metavar="N",
         help="number of processes; more than one makes each slower (%(default)s)",
     )  # fmt: skip
+    parser.add_argument(
+        "--graphs", type=Path, nargs="*", metavar="FILE",
+        help="measure the solver instead, on synthetic graphs of 11,456 nodes and on graphs in the format of g2o",
+    )  # fmt: skip
+    parser.add_argument(
+        "--false", type=whole(least=0, most=1000), default=60, metavar="N",
+        help="number of false closures of a synthetic graph (%(default)s)",
+    )  # fmt: skip
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return the results, and their table."""
+    if arguments.graphs is not None:
+        return _measure_graphs(arguments.graphs, arguments.false, progress)
     from benchmarks.mapping import suite  # noqa: PLC0415 - ``ppaas bench --help`` loads this module
     from benchmarks.mapping.run import row  # noqa: PLC0415
 
@@ -51,6 +61,14 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     task = progress.add_task("map", total=len(jobs))
     results = suite.measure(jobs, arguments.jobs, lambda: progress.advance(task))
     return Measured({"logs": results}, [row(result) for result in results])
+
+
+def _measure_graphs(files: list[Path], false: int, progress: "Progress") -> Measured:
+    from benchmarks.mapping import graph_solve, graph_suite  # noqa: PLC0415
+
+    task = progress.add_task("solve", total=len(graph_suite.SYNTHETIC) + len(files))
+    results = graph_suite.measure(files, false, lambda: progress.advance(task))
+    return Measured({"graphs": results}, [graph_solve.row(result) for result in results])
 
 
 def _jobs(arguments: argparse.Namespace) -> "list[SlamJob]":

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.commands.mapping import slam
+from benchmarks.commands import slam
 from benchmarks.mapping import suite
 from benchmarks.mapping.run import SlamJob
 from ppaas.errors import InvalidInput
