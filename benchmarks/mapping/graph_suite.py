@@ -9,7 +9,6 @@ from ppaas.errors import InvalidInput
 from ppaas.mapping.graph.g2o import parse_g2o
 from ppaas.mapping.graph.solver import Robust
 
-
 SYNTHETIC = ((False, Robust.NONE), (False, Robust.GRADUATED), (True, Robust.SCALING), (True, Robust.GRADUATED))
 """Solves of the synthetic graphs: whether there are false closures, and the method."""
 
