@@ -1,7 +1,6 @@
 """Navigation in ``ppaas robot``: sends a robot to a pose, stops it, and shows its pose and goals."""
 
 import argparse
-import asyncio
 from typing import Any
 
 from ppaas.errors import PPaaSError, Unavailable
@@ -41,6 +40,8 @@ async def go(arguments: argparse.Namespace) -> None:
     PPaaSError
         With ``--wait``, the goal was not reached; the text has the reason.
     """
+    import asyncio  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
     client, path = logged_in(arguments), path_of("robots", arguments.id, "goals")
     goal = await client.post(path, {"pose": [arguments.x, arguments.y, arguments.yaw]})
     while arguments.wait and goal["state"] in ACTIVE:

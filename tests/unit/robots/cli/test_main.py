@@ -16,6 +16,7 @@ from tests.support.sources import pyproject
 COMMANDS = pyproject()["project"]["entry-points"]["ppaas.commands"]
 HEAVY = [
     "numpy", "msgspec", "websockets", "http.client", "fastapi", "uvicorn", "zenoh", "numba", "pymunk", "rich", "yaml",
+    "asyncio",
 ]  # fmt: skip
 
 
