@@ -2,8 +2,10 @@
 
 import logging
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
+from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.localization.beams import check_scan, excess_of
 from ppaas.messages.sensor_msgs import LaserScan
@@ -120,6 +122,32 @@ class WaitingScans:
             self.ahead = ahead
             return
         self._scans = [*self._scans[-(MOST_WAITING - 1) :], scan]
+
+    @property
+    def problem(self) -> str:
+        """Reason why scans are dropped, and what to do; empty as long as others are used."""
+        if not self.ahead:
+            return ""
+        return f"scans are stamped {self.ahead:.1f} s ahead of the newest odometry: stamp both with the same clock"
+
+    def process(self, newest: float | None, now: float, use: Callable[[RobotScan, float], None]) -> list[PPaaSError]:
+        """Use the scans that odometry has reached, and return the errors of those that cannot be used.
+
+        Parameters
+        ----------
+        newest, now : float
+            See `ready`.
+        use : callable
+            Called with each scan and its time [s].
+        """
+        errors: list[PPaaSError] = []
+        for scan in self.ready(newest, now):
+            assert newest is not None
+            try:
+                use(scan, scan.stamp or newest)
+            except PPaaSError as error:
+                errors.append(error)
+        return errors
 
     def ready(self, newest: float | None, now: float) -> list[RobotScan]:
         """Remove and return the scans that odometry has reached, in the order of their stamps.

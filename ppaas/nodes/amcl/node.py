@@ -172,18 +172,9 @@ class AmclNode(Node):
 
     def _process_waiting(self) -> list[PPaaSError]:
         """Use the scans that odometry has reached; return the errors of those that cannot be used."""
-        newest, errors = self._frames.newest(), list[PPaaSError]()
-        for scan in self._waiting.ready(newest, self.context.elapsed()):
-            assert newest is not None
-            try:
-                self._process(scan, scan.stamp or newest)
-            except PPaaSError as error:
-                errors.append(error)
-        if self._waiting.ahead:
-            self._report(
-                f"scans are stamped {self._waiting.ahead:.1f} s ahead of the newest odometry: stamp both with the same "
-                "clock"
-            )
+        errors = self._waiting.process(self._frames.newest(), self.context.elapsed(), self._process)
+        if self._waiting.problem:
+            self._report(self._waiting.problem)
         return errors
 
     def _process(self, scan: RobotScan, stamp: float) -> None:
