@@ -5,12 +5,43 @@ import numpy as np
 from ppaas.mapping.closures.closure import Closure
 from ppaas.mapping.graph.consistency import largest_consistent_set
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
+from ppaas.mapping.graph.solver import Robust, SolverOptions
 
 AGREEING = 2
 """Fewest closures of wide windows that have to agree before any of them is trusted."""
 
 LEAST_SHARE = 0.5
 """Part of the edges of a closure that has to be consistent with the other closures."""
+
+
+WAITING = 40
+"""Largest number of closures that wait for others; the oldest are given up."""
+
+CLOSING = SolverOptions(Robust.SCALING, iterations=6)
+"""Options of the solve after closures were found; poses are near the solution, since few edges are new."""
+
+
+def divide(graph: PoseGraph, found: list[Closure], waiting: list[Closure]) -> tuple[list[Closure], list[Closure]]:
+    """Divide closures into those that are trusted and those of wide windows that wait for others to agree with.
+
+    Parameters
+    ----------
+    graph : PoseGraph
+        One node per key frame.
+    found : list of Closure
+        Closures of a search; those of narrow windows are trusted.
+    waiting : list of Closure
+        Closures of earlier searches that wait.
+
+    Returns
+    -------
+    trusted, rest : list of Closure
+    """
+    wide = [closure for closure in found if closure.wide]
+    waiting = waiting + wide
+    agreeing = agreeing_closures(graph, waiting) if wide else []
+    trusted = [closure for closure in found if not closure.wide] + agreeing
+    return trusted, [closure for closure in waiting if closure not in agreeing]
 
 
 def agreeing_closures(graph: PoseGraph, closures: list[Closure]) -> list[Closure]:

@@ -4,19 +4,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ppaas.errors import QuotaExceeded
-from ppaas.mapping.closures.agreement import add_closure, agreeing_closures
+from ppaas.mapping.closures.agreement import CLOSING, add_closure, divide
 from ppaas.mapping.closures.closing import ClosureSearch
 from ppaas.mapping.closures.closure import Closure, Searched
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import PoseGraph
-from ppaas.mapping.graph.solver import GraphSolver, Robust, SolverOptions
+from ppaas.mapping.graph.solver import GraphSolver
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.live.map_canvas import MapCanvas, Rectangle
 from ppaas.mapping.map_drawing import DrawingSettings
 from ppaas.planar_poses import PoseArray
-
-CLOSING = SolverOptions(Robust.SCALING, iterations=6)
-"""Options of the solve; poses are near the solution, since few edges are new."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,11 +75,7 @@ class ClosingWork:
     def __call__(self, cancelled: Callable[[], bool]) -> Closed | None:
         """Return the closures and the corrected poses; None if the work was cancelled."""
         searched = self.search.search(self.frames, self.graph, self.submaps, len(self.submaps) - 1)
-        wide = [closure for closure in searched.closures if closure.wide]
-        waiting = self.waiting + wide
-        agreeing = agreeing_closures(self.graph, waiting) if wide else []
-        trusted = [closure for closure in searched.closures if not closure.wide] + agreeing
-        rest = [closure for closure in waiting if closure not in agreeing]
+        trusted, rest = divide(self.graph, searched.closures, self.waiting)
         if cancelled():
             return None
         if not trusted:

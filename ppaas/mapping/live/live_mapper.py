@@ -1,16 +1,14 @@
 """Live mapper: tracks scans at once, while loops are closed by work that another thread may run."""
 
-import numpy as np
-
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.agreement import add_closure
+from ppaas.mapping.closures.agreement import WAITING, add_closure
 from ppaas.mapping.closures.closing import ClosureSearch
 from ppaas.mapping.closures.closure import Closure
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submaps
-from ppaas.mapping.edge_information import STEP_FLOOR, edge_information
-from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
+from ppaas.mapping.graph.pose_graph import PoseGraph
 from ppaas.mapping.graph.solver import GraphSolver
+from ppaas.mapping.key_frame_graph import append_key_frame
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.live.closing_work import Closed, ClosingWork
@@ -19,10 +17,6 @@ from ppaas.mapping.map_drawing import DEFAULTS, DrawingSettings
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.scan_tracker import ScanTracker, Tracked
-from ppaas.planar_poses import relative
-
-WAITING = 40
-"""Largest number of closures that wait for others; the oldest are given up."""
 
 FRONT_END, CLOSURES = SlamParameters(), ClosureParameters()
 """Default parameters."""
@@ -91,7 +85,7 @@ class LiveMapper:
         """
         tracked = self._tracker.add(scan, odometry)
         if tracked.is_key:
-            self._add_key_frame()
+            self._submaps.add(append_key_frame(self.graph, self.key_frames))
         return tracked
 
     def rebase(self, odometry: Pose2D) -> None:
@@ -134,16 +128,6 @@ class LiveMapper:
         if closed.canvas is not None:
             self._canvas, self._drawn = closed.canvas, len(closed.poses)
         return Pose2D(*self.key_frames.poses[-1].tolist()) @ before.inverse()
-
-    def _add_key_frame(self) -> None:
-        frames, graph = self.key_frames, self.graph
-        node = graph.add_node(frames.poses[-1])
-        step = np.zeros(3)
-        if node:
-            step = relative(frames.poses[node - 1], frames.poses[node])
-            information = edge_information(step, frames.information[node], STEP_FLOOR)
-            graph.add_edge(node - 1, node, step, information, EdgeKind.ODOMETRY)
-        self._submaps.add(step)
 
     # -- map -----------------------------------------------------------------------------------------------------------
 

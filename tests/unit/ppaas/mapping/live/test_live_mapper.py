@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
+from ppaas.mapping.closures.agreement import WAITING
 from ppaas.mapping.closures.closure import Closure, Searched
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.live.closing_work import Closed
-from ppaas.mapping.live.live_mapper import WAITING, LiveMapper
+from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import prepare
 

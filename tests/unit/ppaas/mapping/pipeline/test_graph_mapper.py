@@ -10,7 +10,6 @@ from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.parameters import SlamParameters
-from ppaas.mapping.pipeline import graph_mapper
 from ppaas.mapping.pipeline.graph_mapper import GraphMapper
 from ppaas.mapping.scan_points import prepare
 from ppaas.planar_poses import relative
@@ -83,6 +82,6 @@ def test_closures_of_wide_windows_that_contradict_each_other_are_not_trusted(map
 
 def test_closures_that_wait_are_bounded(mapper, monkeypatch):
     monkeypatch.setattr(agreement, "largest_consistent_set", lambda graph, edges: np.zeros(len(edges.first), bool))
-    for number in range(graph_mapper.PENDING + 3):
+    for number in range(agreement.WAITING + 3):
         close(mapper, monkeypatch, closure(30, 2, (float(number), 0.0, 0.0)))
     assert mapper.counts.lone == 3
