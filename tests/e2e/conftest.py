@@ -1,6 +1,7 @@
 """One real cloud for all journeys that do not break it."""
 
 import asyncio
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -9,6 +10,17 @@ import pytest
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
 from tests.support.cloud.cloud import RunningCloud, running_cloud
+
+ROSLIB = Path(__file__).parent / "roslib"
+
+
+@pytest.fixture
+def node() -> str:
+    """Return the command of Node; ``make test`` installs roslib if Node is installed."""
+    found = shutil.which("node")
+    if found is None or not (ROSLIB / "node_modules" / "roslib").is_dir():
+        pytest.skip("Node, or roslib in it, is not installed: install Node 20 or newer and run make test")
+    return found
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,5 @@
 """An unmodified roslib in Node is an operator of the cloud: introspection, driving, services."""
 
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +14,6 @@ pytestmark = pytest.mark.journey
 
 FOLDER = Path(__file__).parent / "roslib"
 CANCELED = "GoalError: Action was canceled"
-
-
-@pytest.fixture
-def node() -> str:
-    """Return the command of Node; ``make test`` installs roslib if Node is installed."""
-    found = shutil.which("node")
-    if found is None or not (FOLDER / "node_modules" / "roslib").is_dir():
-        pytest.skip("Node, or roslib in it, is not installed: install Node 20 or newer and run make test")
-    return found
 
 
 async def test_roslib_drives_a_robot_by_topics_actions_and_services(

@@ -5,7 +5,6 @@ They know an address alone: user and token are in it, and the user's only robot 
 
 import asyncio
 import json
-import shutil
 from pathlib import Path
 
 import pytest
@@ -19,15 +18,6 @@ pytestmark = pytest.mark.journey
 
 FOLDER = Path(__file__).parent / "roslib"
 PASSWORD = "correct horse"
-
-
-@pytest.fixture
-def node() -> str:
-    """Return the command of Node; ``make test`` installs roslib if Node is installed."""
-    found = shutil.which("node")
-    if found is None or not (FOLDER / "node_modules" / "roslib").is_dir():
-        pytest.skip("Node, or roslib in it, is not installed: install Node 20 or newer and run make test")
-    return found
 
 
 async def test_a_robot_offers_an_action_to_its_operator(node: str, cloud: RunningCloud, office_map: GridMap) -> None:
