@@ -169,7 +169,7 @@ class Unavailable(PPaaSError):
     Parameters
     ----------
     text : str
-        The failure, and what to do about it.
+        Description of the failure, and a remedy.
     public : str, optional
         Text for clients, if the text names a file, an address or another secret of the server.
     """

@@ -52,7 +52,7 @@ class SlamJob:
 
 @dataclass(frozen=True, slots=True)
 class _Truth:
-    """What is known about a log: relations, and true poses (n, 3) of a simulated one."""
+    """Ground truth of a log: its relations, and the true poses (n, 3) if it is simulated."""
 
     relations: Relations | None
     poses: NDArray[np.float64] | None

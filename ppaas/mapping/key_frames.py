@@ -103,7 +103,7 @@ class KeyFrames:
 
     @property
     def valid(self) -> NDArray[np.bool_]:
-        """Whether each beam has a reading, (k, b)."""
+        """Mask of the beams with a reading, (k, b)."""
         return self._arrays.valid[: self._count]
 
     def scan_points(self, index: int) -> ScanPoints:

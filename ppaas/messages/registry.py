@@ -50,7 +50,7 @@ _SERVICES: dict[str, ServiceType] = {
 
 
 PACKAGES_OF_ROS_2 = {"rosapi_msgs": "rosapi", "tf2_web_republisher_interfaces": "tf2_web_republisher"}
-"""Packages whose messages have a package of their own in ROS 2, and what they are called in ROS 1."""
+"""ROS 1 names of the packages that have another name in ROS 2, by that name."""
 
 
 def _ros1_spelling(name: str) -> str:

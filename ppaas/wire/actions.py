@@ -165,7 +165,7 @@ class NavigateToPose(Action):
         self._progress = decode(NavigateToPoseFeedback, progress)
 
     def feedback(self, sent: SentGoal, feedback: bytes, now: float) -> bytes:
-        """Return the robot's pose, its time under way, and what remains (a null distance if that is not known)."""
+        """Return pose, navigation time, and remaining time and distance; the distance is null if unknown."""
         current, known = decode(MoveBaseFeedback, feedback).base_position, self._progress
         return _encoder.encode(
             _NavigateToPoseFeedback(

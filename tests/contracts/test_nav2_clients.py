@@ -1,4 +1,4 @@
-"""What clients of Nav2 send over rosbridge, to a real clone with a simulated robot.
+"""Requests of Nav2 clients over rosbridge, sent to a real clone with a simulated robot.
 
 The members of the kind are the topics and actions of Nav2's BasicNavigator and of rviz's panel, each with the field
 names of ROS 2: ``goal_pose``, ``navigate_to_pose``, ``navigate_through_poses``, ``compute_path_to_pose``,

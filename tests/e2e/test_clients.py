@@ -31,7 +31,7 @@ FEEDBACK = {1: {"base_position"}, 2: {"current_pose", "estimated_time_remaining"
 
 
 class Client(NamedTuple):
-    """The version of ROS of a client, the command that runs it, its path of Python, and what it needs to be there."""
+    """Client library: its version of ROS, the command that runs it, its PYTHONPATH, and the file that it needs."""
 
     ros: int
     command: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""What a viewer of Nav2 shows of a robot that drives: its model, costmaps, footprint, local plan and commands.
+"""A Nav2 viewer displays a robot that drives: its model, costmaps, footprint, local plan and commands.
 
 Its WebSocket takes only small frames, so that it asks for fragments.
 """

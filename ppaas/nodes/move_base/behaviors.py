@@ -77,7 +77,7 @@ class Behaviors:
 
     @property
     def active(self) -> bool:
-        """Whether a behaviour runs."""
+        """True while a behaviour runs."""
         return self._run is not None
 
     def publish_statuses(self) -> None:

@@ -76,7 +76,7 @@ class LatchedTopics:
 
     @property
     def has_last(self) -> bool:
-        """Whether a topic with subscribers has a last message."""
+        """True if a topic with subscribers has a last message."""
         return bool(self._up_to_date)
 
     def is_due(self, now: float) -> bool:

@@ -169,7 +169,7 @@ class MoveBaseNode(Node):
 
     @property
     def busy(self) -> bool:
-        """Whether a goal is active, or a behaviour runs."""
+        """True while a goal is active or a behaviour runs."""
         return self._machine.goals.active is not None or self._behaviors.active
 
     @property

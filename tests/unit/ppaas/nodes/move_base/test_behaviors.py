@@ -18,7 +18,7 @@ FAR = Pose2D(4.0, 3.0, 0.0)
 
 
 class Behaving:
-    """A clone, and what it says about behaviours."""
+    """Clone that records the feedback and results of behaviours."""
 
     def __init__(self, start: Pose2D = START, *, seen: tuple[float, ...] = (), **clone: object) -> None:
         world = World(walled_map(6, 4, []), start)
