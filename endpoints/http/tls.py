@@ -24,7 +24,8 @@ Stamp = tuple[tuple[int, int, int], ...]
 class ServerTls:
     """Certificate and key of the server, and the context that uses them.
 
-    Connections that are open keep the certificate that they began with.
+    Connections that are open keep the certificate that they began with. A context that is in use is never changed,
+    since OpenSSL may be in the middle of a handshake with it: each handshake takes the newest context.
 
     Parameters
     ----------
@@ -43,12 +44,13 @@ class ServerTls:
         self._certificate, self._key = certificate, key
         try:
             self._loaded = self._stamp()
-            self.context = self._new_context()
+            self.context = self._newest = self._new_context()
         except (OSError, ValueError) as error:
             raise InvalidInput(
                 f"cannot use the certificate {certificate} with the key {key}: {error}; give files in PEM that belong "
                 "together, the key not encrypted"
             ) from error
+        self.context.sni_callback = self._use_newest
         self._failed: Stamp | None = None
         self._reported = False
 
@@ -65,8 +67,7 @@ class ServerTls:
             stamp = self._stamp()
             if stamp == self._loaded:
                 return
-            self._new_context()  # raises before the context in use is changed
-            self._load(self.context)
+            self._newest = self._new_context()
         except (OSError, ValueError) as error:
             self._note_failure(error)
             return
@@ -92,11 +93,12 @@ class ServerTls:
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
         context.minimum_version = ssl.TLSVersion.TLSv1_2
         context.set_alpn_protocols(["http/1.1"])
-        self._load(context)
+        context.load_cert_chain(self._certificate, self._key, password=_no_password)
         return context
 
-    def _load(self, context: ssl.SSLContext) -> None:
-        context.load_cert_chain(self._certificate, self._key, password=_no_password)
+    def _use_newest(self, connection: ssl.SSLSocket | ssl.SSLObject, _name: str | None, _first: ssl.SSLContext) -> None:
+        """Let a handshake use the newest certificate; OpenSSL calls it for each, also if the client names no host."""
+        connection.context = self._newest
 
 
 def warn_if_open_to_others(listeners: Sequence[socket.socket]) -> None:

@@ -82,6 +82,21 @@ async def test_the_files_are_watched(authority: TestAuthority) -> None:
         watching.cancel()
 
 
+async def test_no_handshake_fails_while_the_files_are_read_again(authority: TestAuthority) -> None:
+    tls = ServerTls(*authority.issue("cloud"))
+    async with echo_server(tls) as port:
+        watching = asyncio.create_task(asyncio.to_thread(read_again, tls, 300))
+        while not watching.done():
+            (await connect(port, authority))[1].close()
+        await watching
+
+
+def read_again(tls: ServerTls, times: int) -> None:
+    for number in range(times):
+        tls._loaded = ((number, 0, 0),)  # not the stamp of any file
+        tls.reload_if_changed()
+
+
 async def test_tls_1_1_is_refused(authority: TestAuthority) -> None:
     async with echo_server(ServerTls(*authority.issue("cloud"))) as port:
         with pytest.raises((ssl.SSLError, ConnectionError)), pytest.warns(DeprecationWarning):
