@@ -5,6 +5,7 @@ Each ROS package is one module. ``decode`` and ``encode`` use the JSON of rosbri
 
 from ppaas.messages import (
     actionlib_msgs,
+    explore_msgs,
     geometry_msgs,
     map_msgs,
     move_base_msgs,
@@ -31,6 +32,7 @@ __all__ = [
     "actionlib_msgs",
     "decode",
     "encode",
+    "explore_msgs",
     "geometry_msgs",
     "map_msgs",
     "message_type",

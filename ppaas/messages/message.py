@@ -1,9 +1,10 @@
-"""Base classes of ROS messages and service types."""
+"""Base classes of ROS messages and service types, and descriptions of their fields."""
 
 from enum import IntEnum
 from typing import Annotated, ClassVar, NamedTuple, Protocol
 
 import msgspec
+from msgspec import inspect
 
 # ROS types that Python's types do not tell apart. Fields without such a note are float64, int32, string or bool.
 Float32 = Annotated[float, msgspec.Meta(extra={"ros": "float32"})]
@@ -60,3 +61,34 @@ class ServiceType(NamedTuple):
 
 class Empty(Message):
     """``std_msgs/Empty``, and the empty request or response of a service."""
+
+
+NO_ARRAY = -1
+"""Annotated length of a field that is not an array."""
+
+
+def struct_of(message: type[Message]) -> inspect.StructType:
+    """Return the description of a message type."""
+    described = inspect.type_info(message)
+    assert isinstance(described, inspect.StructType)
+    return described
+
+
+def message_of(kind: inspect.Type) -> type[Message] | None:
+    """Return the message type that a type without annotations is; None if it is another one."""
+    return kind.cls if isinstance(kind, inspect.StructType) and issubclass(kind.cls, Message) else None
+
+
+def plain(kind: inspect.Type) -> tuple[inspect.Type, int, str]:
+    """Return a type without its annotations, the annotated array length, and the annotated ROS type."""
+    length, ros = NO_ARRAY, ""
+    while True:
+        if isinstance(kind, inspect.Metadata):
+            notes = kind.extra or {}
+            kind, length, ros = kind.type, notes.get("length", length), notes.get("ros", ros)
+        elif isinstance(
+            kind, inspect.UnionType
+        ):  # a number or null, or a list or encoded JSON: the first is ROS's type
+            kind = kind.types[0]
+        else:
+            return kind, length, ros

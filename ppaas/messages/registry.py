@@ -5,6 +5,7 @@ from types import ModuleType
 from ppaas.errors import UnknownType
 from ppaas.messages import (
     actionlib_msgs,
+    explore_msgs,
     geometry_msgs,
     map_msgs,
     move_base_msgs,
@@ -24,7 +25,7 @@ from ppaas.messages.message import Message, ServiceType
 
 _PACKAGES: tuple[ModuleType, ...] = (
     std_msgs, geometry_msgs, nav_msgs, sensor_msgs, actionlib_msgs, move_base_msgs, nav2_msgs, tf2_msgs, ppaas_msgs,
-    people_msgs, std_srvs, rosapi, tf2_web_republisher, map_msgs, slam_toolbox,
+    people_msgs, std_srvs, rosapi, tf2_web_republisher, map_msgs, slam_toolbox, explore_msgs,
 )  # fmt: skip
 
 

@@ -18,11 +18,11 @@ from ppaas.messages import decode, encode, message_type, message_types, rosapi, 
 from ppaas.messages.message import Empty, Message, ServiceType
 from ppaas.messages.registry import service_types
 from ppaas.messages.std_msgs import Time
-from ppaas.messages.typedefs import full_text, typedefs
 from ppaas.wire.action_types import known_actions, part_of_action, type_of_action
 from ppaas.wire.actions import actions
 from ppaas.wire.arguments import as_object
 from ppaas.wire.names import NameScope, ros1_type, ros2_type
+from ppaas.wire.typedefs import full_text, typedefs
 
 ROS_VERSION = 2
 """Answer to a client that wants to know which spellings it may use: this question is of ROS 2."""

@@ -31,8 +31,8 @@ from ppaas.messages.spellings.tolerant_json import MAX_TOLERATED
 from ppaas.messages.std_msgs import Bool, Duration, Header, String, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.messages.tolerant import MAX_WITH_BYTES
-from ppaas.messages.typedefs import typedefs
 from ppaas.nodes.graph import Graph
+from ppaas.wire.typedefs import typedefs
 
 Json = Any
 

@@ -9,12 +9,11 @@ from typing import NamedTuple
 
 from msgspec import inspect
 
-from ppaas.messages.message import Message
+from ppaas.messages.message import NO_ARRAY, Message, message_of, plain, struct_of
 from ppaas.messages.registry import type_name
 from ppaas.messages.rosapi import TypeDef
 from ppaas.messages.std_msgs import Duration, Time
 
-NO_ARRAY = -1
 ANY_LENGTH = 0
 _RULE = "=" * 80
 
@@ -99,33 +98,6 @@ def _field(name: str, kind: inspect.Type) -> _Field:
         length = max(length, ANY_LENGTH)
     message = message_of(kind)
     return _Field(name, _name(message) if message else ros or _PRIMITIVES[type(kind)], length, message)
-
-
-def struct_of(message: type[Message]) -> inspect.StructType:
-    """Return the description of a message type."""
-    described = inspect.type_info(message)
-    assert isinstance(described, inspect.StructType)
-    return described
-
-
-def message_of(kind: inspect.Type) -> type[Message] | None:
-    """Return the message type that a type without annotations is; None if it is another one."""
-    return kind.cls if isinstance(kind, inspect.StructType) and issubclass(kind.cls, Message) else None
-
-
-def plain(kind: inspect.Type) -> tuple[inspect.Type, int, str]:
-    """Return a type without its annotations, the annotated array length, and the annotated ROS type."""
-    length, ros = NO_ARRAY, ""
-    while True:
-        if isinstance(kind, inspect.Metadata):
-            notes = kind.extra or {}
-            kind, length, ros = kind.type, notes.get("length", length), notes.get("ros", ros)
-        elif isinstance(
-            kind, inspect.UnionType
-        ):  # a number or null, or a list or encoded JSON: the first is ROS's type
-            kind = kind.types[0]
-        else:
-            return kind, length, ros
 
 
 _PRIMITIVES: dict[type[inspect.Type], str] = {

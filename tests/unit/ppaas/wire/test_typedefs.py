@@ -10,7 +10,7 @@ from ppaas.messages.registry import type_name
 from ppaas.messages.rosapi import TypeDef
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header, Time
-from ppaas.messages.typedefs import full_text, typedefs
+from ppaas.wire.typedefs import full_text, typedefs
 
 HEADER = TypeDef(
     "std_msgs/Header", ["seq", "stamp", "frame_id"], ["uint32", "time", "string"], [-1] * 3, ["0", "{}", ""]
