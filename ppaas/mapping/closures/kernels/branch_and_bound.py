@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ppaas.mapping.closures.kernels.pyramid import FULL_LEVELS, PADDING, block_shift
+from ppaas.mapping.closures.kernels.pyramid import FULL_LEVELS, PADDING, block_shift, build_levels
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -234,3 +234,10 @@ def best_motion(
                 stack[i, 0], stack[i, 1], stack[i, 2], stack[i, 3], stack[i, 4] = a, cu, cv, level - 1, bound
                 depth += 1
     return best_a, best_u - half[0], best_v - half[1], best
+
+
+def warm() -> None:
+    """Call the kernel once, so that it is compiled or loaded from the cache."""
+    values, sizes = build_levels(np.ones((4, 4), np.uint8), FULL_LEVELS + 1)
+    corner, half = np.zeros(2), np.ones(2, np.int64)
+    best_motion(values, sizes, corner, 0.1, np.zeros((1, 2)), np.zeros(1), half, 0, np.zeros(5))

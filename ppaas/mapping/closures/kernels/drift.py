@@ -104,3 +104,8 @@ def path_moments(
             _push(keys, nodes, size, moments[other, 0], other)
             size += 1
     return moments
+
+
+def warm() -> None:
+    """Call the kernel once, so that it is compiled or loaded from the cache."""
+    path_moments(0, np.array((0, 1, 2)), np.array((1, 0)), np.ones(2), np.array((1.0, -1.0)), np.zeros((2, 2)))

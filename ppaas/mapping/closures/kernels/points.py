@@ -81,3 +81,10 @@ def thin(points: NDArray[np.float64], size: float, reach: float) -> NDArray[np.f
             out[m, 0], out[m, 1] = sums[cell, 0] / sums[cell, 2], sums[cell, 1] / sums[cell, 2]
             m += 1
     return out[:m].copy()
+
+
+def warm() -> None:
+    """Call the kernels once, so that they are compiled or loaded from the cache."""
+    points, valid, poses = np.zeros((1, 1, 2), np.float32), np.ones((1, 1), np.bool_), np.zeros((1, 3))
+    poses.flags.writeable = False  # as those of a pose graph
+    thin(gather(points, valid, poses, np.zeros(3)), 1.0, 1.0)

@@ -144,3 +144,10 @@ def build_levels(grid: NDArray[np.uint8], levels: int) -> tuple[NDArray[np.uint8
         found = _window_maxima(blocks, window)
         values[sizes[level, 0] : sizes[level, 0] + found.size] = found.ravel()
     return values, sizes
+
+
+def warm() -> None:
+    """Call the kernels once, so that they are compiled or loaded from the cache."""
+    blur = np.full((1, 1), 255, np.uint8)
+    blur.flags.writeable = False
+    build_levels(blurred_grid(np.zeros((1, 2)), 0.0, 0.0, 0.1, 1, 1, blur), 1)

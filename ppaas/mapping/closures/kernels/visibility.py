@@ -66,3 +66,9 @@ def agreement(
         elif r <= farthest + tolerance:
             confirmed += 1
     return confirmed, contradicted
+
+
+def warm() -> None:
+    """Call the kernel once, so that it is compiled or loaded from the cache."""
+    points, valid = np.ones((4, 2), np.float32), np.ones(4, np.bool_)
+    agreement(points, valid, points, valid, np.zeros(3), 0.0, 0.5, 0.3)

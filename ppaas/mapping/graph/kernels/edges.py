@@ -142,3 +142,19 @@ def connected_parts(count: int, first: Ints, second: Ints) -> Ints:
     for i in range(count):
         roots[i] = roots[roots[i]]
     return roots
+
+
+def warm() -> None:
+    """Call the kernels once, so that they are compiled or loaded from the cache."""
+    poses, first, second = np.zeros((2, 3)), np.zeros(1, np.int64), np.ones(1, np.int64)
+    measurements, information = np.zeros((1, 3)), np.eye(3)[np.newaxis]
+    ends = first.copy(), second.copy()
+    for array in (first, second, measurements, information):
+        array.flags.writeable = False  # as those of a pose graph
+    edge_errors(poses, first, second, measurements, information, np.zeros((1, 3)), np.zeros(1))
+    rows, slots, blocks = np.array((-1, 0)), np.zeros(1, np.int64), np.zeros((1, 3, 3))
+    for hessians in (information, information.copy()):
+        add_edges(
+            poses, *ends, hessians, np.zeros((1, 3)), np.ones(1), rows, slots, blocks, blocks.copy(), np.zeros((1, 3))
+        )
+    connected_parts(2, *ends)

@@ -170,3 +170,11 @@ def front_rows(
         if at > below:
             children[owner[rows[below]]] += 1
     return row_starts, rows, children
+
+
+def warm() -> None:
+    """Call the kernels once, so that they are compiled or loaded from the cache."""
+    order, member_starts, members = np.array((0, 1)), np.array((0, 1, 1)), np.array((1,))
+    parents, counts = elimination_tree(order, member_starts, members), np.array((2, 1))
+    steps = postorder(parents, counts)
+    front_rows(*supernodes(parents, counts, 4, 0.25), steps, order, member_starts, members)

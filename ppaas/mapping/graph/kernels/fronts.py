@@ -253,3 +253,21 @@ def _backward(panel: Floats, part: Floats) -> None:
             for r in range(c + 1, size):
                 total += column[r] * part[r, k]
             part[c, k] = (part[c, k] - total) / column[c]
+
+
+def one_block() -> tuple[Ints, Ints, Ints, Ints, Ints]:
+    """Return the fronts of a matrix of one block: starts, row_starts, rows, children, panel_starts."""
+    ends = np.array((0, 1))
+    return ends, ends, np.zeros(1, np.int64), np.zeros(1, np.int64), 9 * ends
+
+
+def warm() -> None:
+    """Call the kernels once, so that they are compiled or loaded from the cache."""
+    starts, row_starts, rows, children, panel_starts = one_block()
+    none, blocks, panels = np.zeros(0, np.int64), np.eye(3)[np.newaxis], np.zeros(9)
+    stack = np.zeros(stack_size(starts, row_starts, children))
+    entries = np.zeros(2, np.int64), none, none
+    factorise(
+        starts, row_starts, rows, children, panel_starts, *entries, blocks, blocks, np.zeros((1, 3)), stack, panels
+    )
+    solve(starts, row_starts, rows, panel_starts, panels, np.ones((1, 3, 1)))

@@ -180,3 +180,8 @@ def _unlink(node: int, degree: int, head: Ints, after: Ints, before: Ints) -> No
         head[degree] = after[node]
     if after[node] >= 0:
         before[after[node]] = before[node]
+
+
+def warm() -> None:
+    """Call the kernel once, so that it is compiled or loaded from the cache."""
+    minimum_degree(np.array((0, 1, 2)), np.array((1, 0)))

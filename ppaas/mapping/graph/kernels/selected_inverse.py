@@ -9,6 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.mapping.graph.kernels.fronts import one_block
+
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
@@ -106,3 +108,9 @@ def _square_of_inverse(factor: Floats, result: Floats) -> None:
             for r in range(d, width):
                 total += columns[c, r] * columns[d, r]
             result[c, d] = result[d, c] = total
+
+
+def warm() -> None:
+    """Call the kernel once, so that it is compiled or loaded from the cache."""
+    starts, row_starts, rows, _, panel_starts = one_block()
+    inverse_diagonal(starts, row_starts, rows, panel_starts, np.eye(3).ravel())
