@@ -18,7 +18,9 @@ from storage.opened_maps import OpenMap
 from storage.plan_query import PlanStoreQuery
 from storage.records import (
     CloneCheckpoint,
+    MapChange,
     MapRecord,
+    MapReview,
     MapVersionRecord,
     PlanPart,
     PlanPassage,
@@ -119,10 +121,79 @@ class MapStore(Protocol):
         """
         ...
 
+    def propose(self, upload: StagedUpload, publication: Publication, *, base: str, change: MapChange) -> MapReview:
+        """Store the uploaded files as a version that waits for a review; the current version stays.
+
+        Proposing files again that wait already adds nothing, so a proposal may be retried.
+
+        Parameters
+        ----------
+        upload : StagedUpload
+            The files.
+        publication : Publication
+            Author, time and reason; readers and description are not used.
+        base : str
+            Version that the files were made from.
+        change : MapChange
+            Difference from it.
+
+        Raises
+        ------
+        NotFound
+            The map does not exist.
+        Conflict
+            For the reasons of ``publish``, or the files are those of the current version.
+        QuotaExceeded
+            Too many versions of the map wait already, or they are too large.
+        """
+        ...
+
+    def reviews(self, map_id: str) -> list[MapReview]:
+        """Return the reviews of a map, newest first: all that wait, and the last that were closed.
+
+        Raises
+        ------
+        NotFound
+            The map does not exist.
+        """
+        ...
+
+    def approve(self, number: int, publication: Publication, *, force: bool = False) -> MapRecord:
+        """Make a version that waits the current one, atomically; return the map's head.
+
+        The version is listed with the author and the message of its proposal; the publication says who approves it,
+        when and why (``message``). An approval may be retried.
+
+        Raises
+        ------
+        NotFound
+            The map does not exist, or has no review of that number.
+        Conflict
+            For the reasons of ``publish``; the review was refused; or, without ``force``, the current version is
+            another than the one that the proposal was made from.
+        """
+        ...
+
+    def refuse(self, number: int, publication: Publication) -> MapReview:
+        """Close a review without publishing, and remove the files that no version has; return it.
+
+        The publication says who refuses it, when and why (``message``). A refusal may be retried.
+
+        Raises
+        ------
+        NotFound
+            The map does not exist, or has no review of that number.
+        Conflict
+            For the reasons of ``publish``, or the review was approved.
+        """
+        ...
+
     def open_map(
         self, map_id: str, version: str | None = None, *, only: Collection[str] = PARTS
     ) -> AbstractContextManager[OpenMap]:
         """Open a version of a map for reading: the current one by default, and all files or ``only`` some.
+
+        A version that waits for its review can be opened too.
 
         Raises
         ------

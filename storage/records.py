@@ -90,6 +90,68 @@ class MapRecord(msgspec.Struct, frozen=True):
         return user == self.owner or user in self.readers or "*" in self.readers
 
 
+ReviewState = Literal["waiting", "approved", "refused"]
+
+CellBox = tuple[int, int, int, int]
+"""Rectangle of cells: column and row of its lower-left cell, width, height."""
+
+
+class MapChange(msgspec.Struct, frozen=True):
+    """Cells that differ between a proposed version of a map and the version that it was made from.
+
+    A cell that was unknown and is free or occupied now counts as ``known`` too. ``rectangles`` cover the cells that
+    changed; they are in cells of the proposed grid.
+    """
+
+    occupied: int = 0
+    free: int = 0
+    known: int = 0
+    unknown: int = 0
+    rectangles: tuple[CellBox, ...] = ()
+
+
+class MapReview(msgspec.Struct, frozen=True):
+    """A version of a map that waits beside the current one until it is approved or refused.
+
+    Parameters
+    ----------
+    number : int
+        Ascending number among the changes of the map, with gaps.
+    version, base : str
+        The proposed version, and the version that it was made from.
+    created : float
+        Time of the proposal [s since the epoch].
+    author, message : str
+        User who proposed it, and why.
+    files : dict of str to MapFile
+        Its files; empty once the review is closed.
+    change : MapChange
+        Difference from ``base``.
+    state : str
+        ``waiting``, ``approved`` or ``refused``.
+    closed, closed_by, reason : optional
+        When it was approved or refused [s since the epoch], by which user, and why.
+    """
+
+    number: int
+    version: str
+    base: str
+    created: float
+    author: str
+    message: str = ""
+    files: dict[str, MapFile] = {}
+    change: MapChange = MapChange()
+    state: ReviewState = "waiting"
+    closed: float | None = None
+    closed_by: str = ""
+    reason: str = ""
+
+    @property
+    def waits(self) -> bool:
+        """Whether it is neither approved nor refused."""
+        return self.state == "waiting"
+
+
 class Publication(msgspec.Struct, frozen=True):
     """The metadata of a publication.
 

@@ -24,6 +24,8 @@ REFUSED = frozenset(
         "put_link",
         "stage",
         "publish",
+        "propose",
+        "approve",
         "roll_back",
     }
 )

@@ -6,14 +6,15 @@ from collections.abc import Iterable
 import msgspec
 
 from ppaas.errors import NotFound
-from storage.records import MapFile, MapRecord, MapVersionRecord, Publication
+from storage.records import MapFile, MapRecord, MapReview, MapVersionRecord, Publication
 from storage.staged_uploads import StagedUpload
 
 
 class LogEntry(msgspec.Struct, frozen=True):
     """One entry of the log: the map's metadata and current version; None for a map that was removed.
 
-    ``removed`` are the numbers of publications whose entries and files are being removed.
+    ``removed`` are the numbers of publications whose entries and files are being removed. ``reviews`` are those that
+    wait and the last closed ones, oldest first.
     """
 
     era: int
@@ -22,11 +23,14 @@ class LogEntry(msgspec.Struct, frozen=True):
     description: str = ""
     present: MapVersionRecord | None = None
     removed: tuple[int, ...] = ()
+    reviews: tuple[MapReview, ...] = ()
 
     @classmethod
-    def of(cls, record: MapRecord, era: int, removed: Iterable[int] = ()) -> "LogEntry":
+    def of(
+        cls, record: MapRecord, era: int, removed: Iterable[int] = (), reviews: tuple[MapReview, ...] = ()
+    ) -> "LogEntry":
         """Return the entry for a record."""
-        return cls(era, record.owner, record.readers, record.description, record.present, tuple(removed))
+        return cls(era, record.owner, record.readers, record.description, record.present, tuple(removed), reviews)
 
     def record(self, map_id: str) -> MapRecord | None:
         """Return the record of the entry; None if the map was removed."""
@@ -68,6 +72,7 @@ class LatestEntry(msgspec.Struct, frozen=True):
     era: int
     record: MapRecord | None
     removed: frozenset[int] = frozenset()
+    reviews: tuple[MapReview, ...] = ()
 
     def head(self, map_id: str) -> MapRecord:
         """Return the record; ``NotFound`` if the map does not exist."""

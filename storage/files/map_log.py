@@ -12,6 +12,9 @@ no change is lost, no lock is held, and a killed writer leaves at most files tha
 too. A later map of the same id continues the log with an era and a folder of its own, so the old files can be deleted
 at any time.
 
+A version that waits for its review is part of the entries too, so that its approval is one entry; see
+``storage.files.reviewed_maps``.
+
 A removal of versions is an entry too, which lists the publications. Their files are deleted after it, and their entries
 last, so that an interrupted removal is finished by the next one. A writer may just be publishing the same files again,
 so a file is first moved aside. It is moved back if the log names it by then, and the writer looks for its files after
@@ -42,7 +45,7 @@ from storage.files.verified import open_verified
 from storage.files.version_sweep import VersionSweep
 from storage.names import check_name, is_name
 from storage.opened_maps import OpenMap
-from storage.records import MapRecord, MapVersionRecord, Publication
+from storage.records import MapRecord, MapReview, MapVersionRecord, Publication
 from storage.staged_uploads import StagedUpload
 from storage.versions import (
     PARTS,
@@ -165,8 +168,7 @@ class LoggedMapStore:
             removed = latest.removed.union(one.number for one in listed)
             if not removed or self._append(latest, head, latest.era, removed):
                 break
-        sweep = VersionSweep(self._disk, map_id, read=self._read, newest=self._latest, history=self._history)
-        sweep.run(self._latest(map_id))
+        self._sweep_of(map_id).run(self._latest(map_id))
 
     def remove_map(self, map_id: str) -> None:
         """Remove a map and its versions; ``NotFound`` if it does not exist."""
@@ -191,7 +193,7 @@ class LoggedMapStore:
             except FileNotFoundError:
                 continue  # the map was removed and published again after the names were read
             unfinished = frozenset(entry.removed).intersection(numbers)
-            return LatestEntry(max(numbers), entry.era, entry.record(map_id), unfinished)
+            return LatestEntry(max(numbers), entry.era, entry.record(map_id), unfinished, entry.reviews)
         raise _unstable(map_id)
 
     def _readable_head(self, map_id: str) -> MapRecord | None:
@@ -244,12 +246,19 @@ class LoggedMapStore:
                 return one
         raise no_such_version(head.id, version)
 
+    def _find_any(self, latest: LatestEntry, head: MapRecord, version: str) -> MapVersionRecord:
+        """Return a publication of a version, or the version as it waits for its review."""
+        for one in latest.reviews:
+            if one.waits and one.version == version:
+                return MapVersionRecord(one.number, version, one.created, one.author, one.message, files=one.files)
+        return self._find(latest, head, version)
+
     def _open(self, stack: ExitStack, map_id: str, version: str | None, only: Collection[str]) -> OpenMap:
         for _ in range(_ATTEMPTS):
             latest = self._latest(map_id)
             record = latest.head(map_id)
             if version not in (None, record.version):
-                found = self._find(latest, record, version or "")
+                found = self._find_any(latest, record, version or "")
                 record = msgspec.structs.replace(record, present=found)
             try:
                 return open_verified(stack, self._disk, files_path(map_id, latest.era), record, only)
@@ -271,10 +280,23 @@ class LoggedMapStore:
             if file.sha256 not in names:
                 self._disk.place(upload.path(part), f"{folder}/{file.sha256}")
 
-    def _append(self, latest: LatestEntry, record: MapRecord, era: int, removed: Collection[int] | None = None) -> bool:
-        unfinished = latest.removed if removed is None else removed
-        data = encode_entry(LogEntry.of(record, era, sorted(unfinished) if era == latest.era else ()))
-        return self._disk.create(entry_path(record.id, latest.number + 1), data)
+    def _append(
+        self,
+        latest: LatestEntry,
+        record: MapRecord,
+        era: int,
+        removed: Collection[int] | None = None,
+        reviews: tuple[MapReview, ...] | None = None,
+    ) -> bool:
+        """Create the next entry; return whether no other writer did. Without them, its lists are those of the last."""
+        entry = LogEntry.of(record, era)
+        if era == latest.era:
+            unfinished = latest.removed if removed is None else removed
+            entry = LogEntry.of(record, era, sorted(unfinished), latest.reviews if reviews is None else reviews)
+        return self._disk.create(entry_path(record.id, latest.number + 1), encode_entry(entry))
+
+    def _sweep_of(self, map_id: str) -> VersionSweep:
+        return VersionSweep(self._disk, map_id, read=self._read, newest=self._latest, history=self._history)
 
     def _sweep(self, map_id: str, era: int) -> None:
         """Remove entries and files of former maps of this id; no reader looks before the first entry of the era."""

@@ -14,12 +14,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from storage.disk_errors import disk_errors
-from storage.files.map_log import LoggedMapStore
+from storage.files.reviewed_maps import ReviewedMapStore
 
 _INCOMING = ".incoming"
 
 
-class FileMapStore(LoggedMapStore):
+class FileMapStore(ReviewedMapStore):
     """A ``MapStore`` in a folder.
 
     Parameters

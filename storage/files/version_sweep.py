@@ -1,10 +1,10 @@
 """Deletes the files and log entries of removed versions (``storage.files.map_log``)."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 
 from storage.files.disk import Disk
 from storage.files.log_entries import LatestEntry, LogEntry, entry_path, files_path
-from storage.records import MapRecord, MapVersionRecord
+from storage.records import MapRecord, MapReview, MapVersionRecord
 
 History = Callable[[LatestEntry, MapRecord], Iterator[MapVersionRecord]]
 
@@ -46,8 +46,14 @@ class VersionSweep:
         if not latest.removed or latest.record is None:
             return
         entries = {number: entry for one in latest.removed for number, entry in self._entries_of(one)}
+        self.delete(self._files(entry.present for entry in entries.values()), latest)
+        for number in sorted(entries, reverse=True):
+            self._disk.remove(entry_path(self._map, number))
+
+    def delete(self, names: Collection[str], latest: LatestEntry) -> None:
+        """Delete those of the files that neither a publication nor a waiting review has."""
         folder = files_path(self._map, latest.era)
-        unused = self._files(entry.present for entry in entries.values()) - self._used(latest)
+        unused = set(names) - self._used(latest)
         for name in unused:
             self._disk.move(f"{folder}/{name}", f"{folder}/.removed-{name}")
         used = self._used(self._newest(self._map))
@@ -56,8 +62,6 @@ class VersionSweep:
                 self._disk.move(f"{folder}/.removed-{name}", f"{folder}/{name}")
             else:
                 self._disk.remove(f"{folder}/.removed-{name}")
-        for number in sorted(entries, reverse=True):
-            self._disk.remove(entry_path(self._map, number))
 
     def _entries_of(self, publication: int) -> Iterator[tuple[int, LogEntry]]:
         """Yield the entry of a publication, and those that changed the metadata while it was current."""
@@ -73,8 +77,10 @@ class VersionSweep:
             number += 1
 
     def _used(self, latest: LatestEntry) -> set[str]:
-        return set() if latest.record is None else self._files(self._history(latest, latest.record))
+        if latest.record is None:
+            return set()
+        return self._files(self._history(latest, latest.record)) | self._files(latest.reviews)
 
     @staticmethod
-    def _files(versions: Iterable[MapVersionRecord | None]) -> set[str]:
+    def _files(versions: Iterable[MapVersionRecord | MapReview | None]) -> set[str]:
         return {file.sha256 for version in versions if version is not None for file in version.files.values()}

@@ -18,7 +18,7 @@ from ppaas.bounded_dict import BoundedDict
 from ppaas.clock import epoch
 from ppaas.errors import Unavailable
 from storage.disk_errors import disk_errors
-from storage.files.map_log import LoggedMapStore
+from storage.files.reviewed_maps import ReviewedMapStore
 from storage.hdfs.address import HdfsAddress
 from storage.hdfs.errors import hdfs_errors
 from storage.records import MapRecord
@@ -33,7 +33,7 @@ _MAX_HEADS = 4096
 """Largest number of heads that are cached for the time when HDFS is unreachable."""
 
 
-class HdfsMapStore(LoggedMapStore):
+class HdfsMapStore(ReviewedMapStore):
     """A ``MapStore`` in HDFS.
 
     While HDFS is unreachable, cached heads of maps are returned: nobody can change them meanwhile, and a robot whose

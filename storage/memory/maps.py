@@ -6,11 +6,11 @@ from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 from storage.disk_errors import disk_errors
-from storage.files.map_log import LoggedMapStore
+from storage.files.reviewed_maps import ReviewedMapStore
 from storage.staged_uploads import temporary_folder
 
 
-class MemoryMapStore(LoggedMapStore):
+class MemoryMapStore(ReviewedMapStore):
     """A ``MapStore`` in memory."""
 
     def __init__(self) -> None:

@@ -1,6 +1,7 @@
-"""Kinds of records that a migration copies between map stores: maps with all their publications."""
+"""Kinds of records that a migration copies between map stores: maps with their publications and waiting reviews."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from itertools import chain
 from typing import Any
 
@@ -8,18 +9,22 @@ import msgspec
 
 from storage.migration.copying import PAGE, Key, RecordKind, by_pages, each
 from storage.ports import MapStore
-from storage.records import MapRecord, MapVersionRecord, Publication
-from storage.staged_uploads import blocks
+from storage.records import MapRecord, MapReview, MapVersionRecord, Publication
+from storage.staged_uploads import StagedUpload, blocks
 
 
 class MapLog(msgspec.Struct, frozen=True):
-    """A map and its publications, oldest first. They are numbered from zero, because each store has its own numbers."""
+    """A map with its publications and the reviews that wait, oldest first.
+
+    They are numbered from zero, because each store has its own numbers.
+    """
 
     id: str
     owner: str
     readers: tuple[str, ...]
     description: str
     publications: tuple[MapVersionRecord, ...]
+    reviews: tuple[MapReview, ...] = ()
 
 
 def _ids(store: MapStore) -> Iterator[list[Key]]:
@@ -35,13 +40,19 @@ def _log(store: MapStore, key: Key) -> MapLog:
     )
     versions = reversed(list(chain.from_iterable(newest_first)))
     publications = (msgspec.structs.replace(version, number=number) for number, version in enumerate(versions))
-    return MapLog(head.id, head.owner, tuple(head.readers), head.description, tuple(publications))
+    listed = reversed(store.reviews(head.id))
+    waiting = (review for review in listed if review.waits and review.version != head.version)
+    reviews = (msgspec.structs.replace(review, number=number) for number, review in enumerate(waiting))
+    readers = tuple(head.readers)
+    return MapLog(head.id, head.owner, readers, head.description, tuple(publications), tuple(reviews))
 
 
 def _add(source: MapStore, target: MapStore, logs: Sequence[MapLog]) -> None:
     for log in logs:
         for publication in log.publications:
             _publish(source, target, log, publication)
+        for review in log.reviews:
+            _propose(source, target, log, review)
 
 
 def _publish(source: MapStore, target: MapStore, log: MapLog, publication: MapVersionRecord) -> MapRecord:
@@ -57,31 +68,46 @@ def _publish(source: MapStore, target: MapStore, log: MapLog, publication: MapVe
     )
     if publication.restored:
         return target.roll_back(publication.version, repeated)
-    with source.open_map(log.id, publication.version) as opened, target.stage() as upload:
-        for part, buffer in opened.buffers.items():
-            upload.add(part, blocks(buffer))
+    with _uploaded(source, target, log.id, publication.version) as upload:
         return target.publish(upload, repeated)
 
 
+def _propose(source: MapStore, target: MapStore, log: MapLog, review: MapReview) -> None:
+    proposal = Publication(log.id, review.author, review.created, review.message, log.owner)
+    with _uploaded(source, target, log.id, review.version) as upload:
+        target.propose(upload, proposal, base=review.base, change=review.change)
+
+
+@contextmanager
+def _uploaded(source: MapStore, target: MapStore, map_id: str, version: str) -> Iterator[StagedUpload]:
+    with source.open_map(map_id, version) as opened, target.stage() as upload:
+        for part, buffer in opened.buffers.items():
+            upload.add(part, blocks(buffer))
+        yield upload
+
+
 def _is_partial(log: MapLog, there: MapLog) -> bool:
-    """Return whether the target has the same map without its last publications, that is an interrupted copy."""
+    """Return whether the target has the same map without its last publications or reviews: an interrupted copy."""
     first = log.publications[: len(there.publications)]
-    return len(there.publications) < len(log.publications) and there == msgspec.structs.replace(log, publications=first)
+    reviews = log.reviews[: len(there.reviews)]
+    return there != log and there == msgspec.structs.replace(log, publications=first, reviews=reviews)
 
 
 def _replace(source: MapStore, target: MapStore, log: MapLog, there: MapLog) -> None:
-    rest = log.publications[len(there.publications) :]
-    if there.owner != log.owner or there.publications + rest != log.publications:
+    rest, reviews = log.publications[len(there.publications) :], log.reviews[len(there.reviews) :]
+    same = there.publications + rest == log.publications and there.reviews + reviews == log.reviews
+    if there.owner != log.owner or not same:
         target.remove_map(log.id)
-        rest = log.publications
-    _add(source, target, [msgspec.structs.replace(log, publications=rest)])
+        rest, reviews = log.publications, log.reviews
+    _add(source, target, [msgspec.structs.replace(log, publications=rest, reviews=reviews)])
     target.change_map(log.id, readers=log.readers, description=log.description)
 
 
 def _verify(store: MapStore, keys: Sequence[Any]) -> None:
-    """Open each version of the maps; the store compares the files with their hashes."""
+    """Open each version of the maps, published or waiting; the store compares the files with their hashes."""
     for key in keys:
-        for version in dict.fromkeys(publication.version for publication in _log(store, key).publications):
+        log = _log(store, key)
+        for version in dict.fromkeys(one.version for one in (*log.publications, *log.reviews)):
             with store.open_map(key, version):
                 pass
 
@@ -89,4 +115,4 @@ def _verify(store: MapStore, keys: Sequence[Any]) -> None:
 MAP_KINDS: tuple[RecordKind[MapStore], ...] = (
     RecordKind("maps", _ids, each(_log), _add, _replace, _is_partial, _verify),
 )
-"""Maps are one kind; an interrupted copy has the first publications of a map."""
+"""Maps are one kind; an interrupted copy has the first publications and reviews of a map."""

@@ -1,7 +1,7 @@
 """Comparison of two grids, which are read block by block."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -9,10 +9,17 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.formats.map_files import GridRows
-from ppaas.maps.grid import UNKNOWN, GridInfo
+from ppaas.maps.grid import OCCUPIED_THRESHOLD, UNKNOWN, GridInfo
 
 _ALIGNED = 1e-3
 """Largest distance between the corners of corresponding cells of two aligned grids [cells]."""
+
+
+SQUARE = 64
+"""Edge of the squares of which rectangles around changed cells are made [cells]."""
+
+MOST_RECTANGLES = 16
+"""Largest number of rectangles of a difference."""
 
 
 class Rectangle(NamedTuple):
@@ -22,6 +29,34 @@ class Rectangle(NamedTuple):
     row: int
     width: int
     height: int
+
+
+@dataclass(slots=True)
+class CellCounts:
+    """Numbers of cells that became occupied, free, known (from unknown) and unknown."""
+
+    occupied: int = 0
+    free: int = 0
+    known: int = 0
+    unknown: int = 0
+
+    def add(self, old: NDArray[np.int8], new: NDArray[np.int8]) -> None:
+        """Count the cells of two equal windows."""
+        was, now = _kinds(old), _kinds(new)
+        differs = was != now
+        self.occupied += int(np.count_nonzero(differs & (now == _OCCUPIED)))
+        self.free += int(np.count_nonzero(differs & (now == _FREE)))
+        self.known += int(np.count_nonzero(differs & (was == _UNKNOWN)))
+        self.unknown += int(np.count_nonzero(differs & (now == _UNKNOWN)))
+
+
+_FREE, _OCCUPIED, _UNKNOWN = 0, 1, 2
+
+
+def _kinds(cells: NDArray[np.int8]) -> NDArray[np.int8]:
+    kinds: NDArray[np.int8] = (cells >= OCCUPIED_THRESHOLD).astype(np.int8)
+    kinds[cells == UNKNOWN] = _UNKNOWN
+    return kinds
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,12 +73,18 @@ class Difference:
         Corners of the bounding box, x, y [m] in the map frame, counter-clockwise from (column, row).
     aligned : bool
         Whether the cells of both grids coincide. If not, the whole newer grid counts as changed.
+    counts : CellCounts
+        Kinds of the changes.
+    rectangles : list of Rectangle
+        Up to `MOST_RECTANGLES` rectangles, in cells of the newer grid, which cover all changed cells.
     """
 
     changed: int
     rectangle: Rectangle | None
     corners: NDArray[np.float64] | None
     aligned: bool
+    counts: CellCounts = field(default_factory=CellCounts)
+    rectangles: list[Rectangle] = field(default_factory=list)
 
 
 def difference(old: GridRows, new: GridRows) -> Difference:
@@ -57,16 +98,30 @@ def difference(old: GridRows, new: GridRows) -> Difference:
     offset = _offset(old.info, new.info)
     if offset is None:
         whole = Rectangle(0, 0, new.info.width, new.info.height)
-        return Difference(whole.width * whole.height, whole, _corners(new.info, whole), aligned=False)
+        counts = CellCounts()
+        for _, cells in new.blocks():
+            counts.add(np.full_like(cells, UNKNOWN), cells)
+        return Difference(
+            whole.width * whole.height, whole, _corners(new.info, whole), aligned=False, counts=counts,
+            rectangles=[whole],
+        )  # fmt: skip
     column, row = offset
-    found = _ChangedCells()
+    found, counts = _ChangedCells(), CellCounts()
     for first, cells in new.blocks():
-        found.add(cells != _part(old, (-column, -row), first, cells.shape), first, 0)
+        before = _part(old, (-column, -row), first, cells.shape)
+        differs = cells != before
+        if differs.any():
+            found.add(differs, first, 0)
+            counts.add(before, cells)
     for first, cells in old.blocks():
-        found.add(_outside(new.info, offset, first, cells), first + row, column)
+        outside = _outside(new.info, offset, first, cells)
+        found.add(outside, first + row, column)
+        counts.unknown += int(np.count_nonzero(outside))
     rectangle = found.rectangle()
     corners = None if rectangle is None else _corners(new.info, rectangle)
-    return Difference(found.changed, rectangle, corners, aligned=True)
+    return Difference(
+        found.changed, rectangle, corners, aligned=True, counts=counts, rectangles=found.rectangles()
+    )  # fmt: skip
 
 
 def old_rows(old: GridRows, new: GridInfo, first: int, last: int) -> NDArray[np.int8]:
@@ -124,10 +179,11 @@ def _outside(other: GridInfo, offset: tuple[int, int], first: int, cells: NDArra
 
 
 class _ChangedCells:
-    """Number and bounding box of the changed cells found so far."""
+    """Number, bounding box and squares of the changed cells found so far."""
 
     def __init__(self) -> None:
         self.changed = 0
+        self._squares: set[tuple[int, int]] = set()
         self._columns: list[int] = []
         self._rows: list[int] = []
 
@@ -140,6 +196,9 @@ class _ChangedCells:
         for bounds, start, axis in ((self._columns, left, 0), (self._rows, first, 1)):
             where = np.flatnonzero(differs.any(axis=axis))
             bounds += [start + int(where[0]), start + int(where[-1])]
+        rows, columns = np.nonzero(differs)
+        squares = np.unique(np.stack(((rows + first) // SQUARE, (columns + left) // SQUARE)), axis=1)
+        self._squares.update(zip(*squares.tolist(), strict=True))
 
     def rectangle(self) -> Rectangle | None:
         """Return the bounding box of all changed cells; None if there are none."""
@@ -147,6 +206,39 @@ class _ChangedCells:
             return None
         column, row = min(self._columns), min(self._rows)
         return Rectangle(column, row, max(self._columns) - column + 1, max(self._rows) - row + 1)
+
+    def rectangles(self) -> list[Rectangle]:
+        """Return rectangles that cover the changed cells: of small squares if they are few, else of larger ones."""
+        around = self.rectangle()
+        squares, side = self._squares, SQUARE
+        while around is not None and len(found := _joined(squares, side)) > MOST_RECTANGLES:
+            squares, side = {(row // 2, column // 2) for row, column in squares}, 2 * side
+        return [] if around is None else [_clipped(one, around) for one in found]
+
+
+def _joined(squares: set[tuple[int, int]], side: int) -> list[Rectangle]:
+    """Return the squares of a grid joined to runs of a row, and equal runs of neighbouring rows to rectangles."""
+    runs: list[list[int]] = []
+    for row, column in sorted(squares):
+        if runs and runs[-1][0] == row and runs[-1][2] == column:
+            runs[-1][2] += 1
+        else:
+            runs.append([row, column, column + 1])
+    stacked: dict[tuple[int, int, int], tuple[int, int]] = {}
+    for row, begin, end in runs:
+        low, _ = stacked.pop((begin, end, row), (row, row))
+        stacked[begin, end, row + 1] = low, row + 1
+    return [
+        Rectangle(begin * side, low * side, (end - begin) * side, (high - low) * side)
+        for (begin, end, _), (low, high) in stacked.items()
+    ]
+
+
+def _clipped(one: Rectangle, around: Rectangle) -> Rectangle:
+    column, row = max(one.column, around.column), max(one.row, around.row)
+    right = min(one.column + one.width, around.column + around.width)
+    top = min(one.row + one.height, around.row + around.height)
+    return Rectangle(column, row, right - column, top - row)
 
 
 def _corners(info: GridInfo, rectangle: Rectangle) -> NDArray[np.float64]:

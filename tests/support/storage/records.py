@@ -10,8 +10,10 @@ from storage.memory.maps import MemoryMapStore
 from storage.ports import MapStore
 from storage.records import (
     CloneCheckpoint,
+    MapChange,
     MapFile,
     MapRecord,
+    MapReview,
     PlanRecord,
     Publication,
     RobotRecord,
@@ -98,6 +100,18 @@ def put_map(store: MapStore, given: GivenMap, **said: Any) -> MapRecord:
         for part, data in given.files.items():
             upload.add(part, [data])
         return store.publish(upload, Publication(given.id, created=given.created, owner=given.owner, **told))
+
+
+def propose(store: MapStore, given: GivenMap, base: str | None = None, **said: Any) -> MapReview:
+    """Propose a version of a map, made from its current version by default."""
+    told = {"author": given.owner, "created": given.created, "owner": given.owner} | said
+    change = MapChange(occupied=3, rectangles=((0, 1, 2, 3),))
+    with store.stage() as upload:
+        for part, data in given.files.items():
+            upload.add(part, [data])
+        return store.propose(
+            upload, Publication(given.id, **told), base=base or store.map_head(given.id).version, change=change
+        )
 
 
 def found_map(store: MapStore, map_id: str = "house", version: str | None = None) -> GivenMap:

@@ -24,7 +24,7 @@ from storage.sqlite.store import SqliteStore
 from storage.urls.opening import open_map_store, open_store
 from tests.support.sources import ROOT
 from tests.support.storage.full_store import fill, fill_maps
-from tests.support.storage.records import found_map, house, plan, put_map, robot, token, user
+from tests.support.storage.records import found_map, house, pgm, plan, propose, put_map, robot, token, user
 
 SIZES = {"users": 3, "tokens": 3, "robots": 13, "URDFs": 2, "checkpoints": 1, "plans": 80, "history": 3, "links": 1}
 
@@ -153,6 +153,17 @@ def test_maps_are_copied_with_all_their_publications(map_stores: tuple[Any, Any]
     found = check(MAP_KINDS, source, target)["maps"]
     assert (found.records, found.same, found.beyond, found.is_good) == (2, 2, 0, True)
     assert migrate(MAP_KINDS, source, target)["maps"].copied == 0
+
+
+def test_versions_that_wait_are_copied(map_stores: tuple[Any, Any]) -> None:
+    source, target = map_stores
+    migrate(MAP_KINDS, source, target)
+    for number in (77, 78):
+        propose(source, house(image=pgm(value=number)), author="bob", message="a new wall")
+    assert migrate(MAP_KINDS, source, target)["maps"].copied == 1
+    waiting = [[msgspec.structs.replace(one, number=0) for one in store.reviews("house")] for store in map_stores]
+    assert waiting[0] == waiting[1]
+    assert check(MAP_KINDS, source, target)["maps"].is_good
 
 
 def test_later_publications_in_the_source_are_copied_by_the_next_run(map_stores: tuple[Any, Any]) -> None:

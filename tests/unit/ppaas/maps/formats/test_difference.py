@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from ppaas.errors import InvalidMap
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats import map_files
-from ppaas.maps.formats.difference import difference, old_rows
+from ppaas.maps.formats.difference import MOST_RECTANGLES, CellCounts, difference, old_rows
 from ppaas.maps.formats.map_files import open_grid, save_map
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
 
@@ -45,8 +45,30 @@ def test_difference_equals_a_comparison_cell_by_cell(old, new, block):
     left, low = (min(at[axis] for at in changed) for axis in (0, 1))
     right, high = (max(at[axis] for at in changed) + 1 for axis in (0, 1))
     assert found.rectangle == (left - new[1], low - new[2], right - left, high - low)
+    assert found.rectangles == [found.rectangle]
+    kinds = [(before.get(at, UNKNOWN), after.get(at, UNKNOWN)) for at in changed]
+    became = {kind: sum(now == kind for _, now in kinds) for kind in (OCCUPIED, FREE, UNKNOWN)}
+    known = sum(was == UNKNOWN for was, _ in kinds)
+    assert found.counts == CellCounts(became[OCCUPIED], became[FREE], known, became[UNKNOWN])
     np.testing.assert_allclose(found.corners[0], [0.5 * left, 0.5 * low], atol=1e-9)
     np.testing.assert_allclose(found.corners[2], [0.5 * right, 0.5 * high], atol=1e-9)
+
+
+@given(st.sets(st.tuples(st.integers(0, 299), st.integers(0, 299)), min_size=1, max_size=60))
+@settings(max_examples=25)
+def test_few_rectangles_cover_all_changed_cells(changed):
+    before = np.zeros((300, 300), np.int8)
+    after = before.copy()
+    after[tuple(np.array(list(changed)).T)] = OCCUPIED
+    found = difference(opened(before), opened(after))
+    covered = np.zeros(before.shape, int)
+    for column, row, width, height in found.rectangles:
+        covered[row : row + height, column : column + width] += 1
+    assert len(found.rectangles) <= MOST_RECTANGLES
+    assert covered.max() == 1
+    assert covered[before != after].all()
+    if len(changed) == 1:
+        assert found.rectangles == [found.rectangle]
 
 
 def test_a_turned_map_is_compared_in_its_own_frame():
