@@ -139,6 +139,42 @@ class KeyFrames:
         self._count += 1
         return index
 
+    def extend(
+        self,
+        poses: NDArray[np.float64],
+        information: NDArray[np.float64],
+        numbers: NDArray[np.int64],
+        scans: ScanPoints,
+    ) -> None:
+        """Append copies of k key frames.
+
+        Parameters
+        ----------
+        poses : (k, 3) array
+            Poses of the laser in the map frame.
+        information : (k, 6) array
+            Information of the poses in the frames of the scans.
+        numbers : (k,) array
+            Indices of the scans.
+        scans : ScanPoints
+            Their points, normals and readings, stacked: (k, b, 2), (k, b, 2), (k, b).
+
+        Raises
+        ------
+        QuotaExceeded
+            There would be more key frames than allowed.
+        """
+        begin, end = self._count, self._count + len(poses)
+        if end > self._most:
+            raise QuotaExceeded(
+                f"the map has {end} key frames, and at most {self._most} are allowed: raise max_key_frames"
+            )
+        if end > len(self._arrays.poses):
+            self._grow(end)
+        for stored, given in zip(self._arrays, (poses, information, numbers, *scans), strict=True):
+            stored[begin:end] = given
+        self._count = end
+
     def snapshot(self) -> "KeyFrames":
         """Return the key frames as they are now, for another thread. None may be added to a snapshot.
 
@@ -157,5 +193,5 @@ class KeyFrames:
     def _grow(self, size: int) -> None:
         grown = _Arrays.of(size, self.geometry.beams)
         for name in _Arrays._fields:
-            getattr(grown, name)[: self._count] = getattr(self._arrays, name)
+            getattr(grown, name)[: self._count] = getattr(self._arrays, name)[: self._count]
         self._arrays = grown

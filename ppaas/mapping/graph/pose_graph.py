@@ -133,6 +133,26 @@ class PoseGraph:
         """Replace the poses of all nodes by those of an (n, 3) array."""
         self._poses[: self._node_count] = poses
 
+    @classmethod
+    def of(cls, poses: PoseArray, edges: Edges) -> "PoseGraph":
+        """Return a graph with copies of these nodes and edges.
+
+        Raises
+        ------
+        InvalidGraph
+            A node does not exist, the ends of an edge are the same, or a number is not finite.
+        """
+        graph, ends = cls(), np.concatenate((edges.first, edges.second))
+        if not all(np.isfinite(numbers).all() for numbers in (poses, edges.measurements, edges.information)):
+            raise InvalidGraph("the graph has a pose or an edge with a number that is not finite")
+        if len(ends) and not 0 <= ends.min() <= ends.max() < len(poses):
+            raise InvalidGraph(f"an edge names node {ends.max()}; the graph has {len(poses)} nodes")
+        if np.any(edges.first == edges.second):
+            raise InvalidGraph("the graph has an edge from a node to itself")
+        graph._poses, graph._node_count = poses.copy(), len(poses)
+        graph._edges, graph._edge_count = _of_each(edges, np.copy), len(edges.first)
+        return graph
+
     def copy(self) -> "PoseGraph":
         """Return a graph with the same nodes and edges, which changes apart from this one."""
         copied = PoseGraph()

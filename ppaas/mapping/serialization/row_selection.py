@@ -1,0 +1,42 @@
+"""Row selection: the rows of key frames and edges that a mapping consists of."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
+from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.scan_points import ScanPoints
+from ppaas.mapping.serialization.rows import FrameRows
+
+
+def divided_edges(graph: PoseGraph) -> tuple[NDArray[np.int64], Edges]:
+    """Divide the edges of a graph.
+
+    Returns
+    -------
+    steps : (k,) int64 array
+        Index of the odometry edge to each node from the one before; -1 if there is none.
+    others : Edges
+        All other edges.
+    """
+    edges = graph.edges
+    found = np.flatnonzero((edges.kinds == EdgeKind.ODOMETRY) & (edges.second == edges.first + 1))
+    steps = np.full(graph.node_count, -1)
+    steps[edges.second[found]] = found
+    rest = np.ones(graph.edge_count, np.bool_)
+    rest[steps[steps >= 0]] = False
+    return steps, edges.take(rest)
+
+
+def frame_rows(frames: KeyFrames, graph: PoseGraph, steps: NDArray[np.int64], first: int, end: int) -> FrameRows:
+    """Return the rows of the key frames from ``first`` to before ``end``; ``steps`` are those of `divided_edges`."""
+    edges, part = graph.edges, slice(first, end)
+    stepped = steps[part] >= 0
+    measurements, information = np.zeros((end - first, 3)), np.zeros((end - first, 3, 3))
+    measurements[stepped] = edges.measurements[steps[part][stepped]]
+    information[stepped] = edges.information[steps[part][stepped]]
+    scans = ScanPoints(frames.points[part], frames.normals[part], frames.valid[part])
+    return FrameRows(
+        first, frames.poses[part], frames.information[part], frames.scans[part],
+        stepped, measurements, information, scans,
+    )  # fmt: skip
