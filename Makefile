@@ -13,6 +13,10 @@ DEMO_ARGS ?=
 CYCLONEDX := cyclonedx-bom==7.5.0
 SHIPPED := cloud sim ray hdfs cassandra docker plot bags
 
+# Python keeps what it has compiled, also where the environment says otherwise: the many processes of `make test`
+# would compile the same modules and tests again. Without a value the variable has no effect.
+export PYTHONDONTWRITEBYTECODE :=
+
 BIN := $(VENV)/bin
 LOCKED := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
