@@ -6,6 +6,7 @@ first four a cloud is shared or the machine is strained, so they stay together; 
 The browser stays with those that make networks: it drops what it was fetching whenever the computer gets another one.
 """
 
+from functools import cache
 from pathlib import PurePath
 
 SHARES: dict[str, tuple[str, ...]] = {  # the first that a file is part of
@@ -37,6 +38,7 @@ LONG = (
 """Files that begin before the rest: whatever is long and last is waited for by all processes but one."""
 
 
+@cache
 def share_of(file: PurePath) -> str:
     """Return the share of a test file, given below the root: one of ``SHARES``, else a share of its own."""
     for share, places in SHARES.items():
@@ -45,6 +47,7 @@ def share_of(file: PurePath) -> str:
     return file.as_posix()
 
 
+@cache
 def place_in_line(file: PurePath) -> int:
     """Return where a file's share stands in line: the longest first."""
     line = [*SHARES, *LONG]

@@ -1,7 +1,7 @@
 import math
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ppaas.geometry import Pose2D
@@ -11,8 +11,11 @@ from tests.reference.driving import localization as twin
 from tests.support.world.scattered_walls import distances
 
 seeds = st.integers(0, 2**32 - 1)
+few = settings(max_examples=30)
+"""Each example has 400 rays, which take the twins a tenth of a second."""
 
 
+@few
 @given(seeds, st.floats(-math.pi, math.pi))
 def test_explained_rays_agree_with_the_twin_except_at_corners(seed, yaw):
     rng = np.random.default_rng(seed)
@@ -34,6 +37,7 @@ def test_explained_rays_agree_with_the_twin_except_at_corners(seed, yaw):
     np.testing.assert_allclose(sums, found.sum(axis=1))
 
 
+@few
 @given(seeds, st.floats(-math.pi, math.pi), st.floats(0.3, 5.0))
 def test_distances_to_walls_agree_with_the_twin_except_at_corners(seed, yaw, most):
     rng = np.random.default_rng(seed)
@@ -46,6 +50,7 @@ def test_distances_to_walls_agree_with_the_twin_except_at_corners(seed, yaw, mos
     assert (np.abs(np.minimum(found, most) - np.minimum(twins, most)) < 0.06).mean() > 0.9
 
 
+@few
 @given(seeds, st.floats(-math.pi, math.pi), st.floats(0.0, 0.5))
 def test_stopped_short_agrees_with_the_twin_except_at_corners(seed, yaw, beyond):
     rng = np.random.default_rng(seed)
