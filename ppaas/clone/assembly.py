@@ -2,12 +2,17 @@
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
+
+import msgspec
 
 from ppaas.clone.node_parameters import NodeParameters
 from ppaas.clone.plugins import DEFAULT_CONTROLLER, DEFAULT_PLANNER, controller_for, planners_of, recoveries_of
 from ppaas.clone.robot_body import COSTMAP, VOXEL_LAYER, VoxelLayerParameters, costmap_parameters, robot_body
 from ppaas.clone.surroundings import LocalCostmapParameters, surroundings_of
+from ppaas.costmap.build_layers import build_layers
+from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.global_parameters import CostParameters, GlobalCostmapParameters
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import Unavailable
@@ -27,7 +32,7 @@ from ppaas.nodes.map_server.costmap_filters import (
 )
 from ppaas.nodes.map_server.node import MapServerNode
 from ppaas.nodes.move_base.costmap_topics import CostmapTopics
-from ppaas.nodes.move_base.node import MoveBaseNode
+from ppaas.nodes.move_base.node import MappingMoveBaseNode, MoveBaseNode, Processors
 from ppaas.nodes.move_base.people import SocialLayerParameters
 from ppaas.nodes.move_base.speed_limits import SpeedFilter
 from ppaas.nodes.parameter_server.node import ParameterServerNode
@@ -36,6 +41,7 @@ from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherPar
 from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.nodes.waypoint_follower.node import WaypointFollowerNode, WaypointFollowerParameters
 from ppaas.parameters import FOOTPRINT
+from ppaas.plans.reuse.processor import PlanProcessor
 from ppaas.plans.reuse.scope import ReuseParameters
 from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.plugins import parameters_in_use
@@ -101,14 +107,13 @@ def build_clone(
         The layers lack a mask that the parameters require.
     """
     given = NodeParameters(parameters or {})
-    body, costs = robot_body(model, urdf, parameters), costmap_parameters(parameters or {}).costs
-    _note_body(given, body)
+    body, costs = _body(given, model, urdf, parameters), costmap_parameters(parameters or {}).costs
     driving = _driving(given, base_global_planner, base_local_planner)
     amcl = given.read(AmclParameters, "amcl")
     state = given.read(StatePublisherParameters, "robot_state_publisher")
     names = FrameNames.of(amcl.odom_frame_id, amcl.base_frame_id, amcl.global_frame_id, amcl.tf_prefix)
     move_base = _move_base(
-        given, driving, body, layers, names, costs=costs, threads=threads, reuse=reuse or ReuseSetup()
+        given, driving, body, layers, names, costs=costs, threads=threads, reuse=reuse or ReuseSetup(), maps=False
     )
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
     camera = _camera(given)
@@ -137,7 +142,9 @@ def _move_base(
     costs: CostParameters,
     threads: Threads,
     reuse: ReuseSetup,
+    maps: bool,
 ) -> Callable[[Context], MoveBaseNode]:
+    """Return the maker of Move Base; with ``maps`` its map comes from topics, after these layers."""
     controller = controller_for(driving, given, body)
     if not parameters_in_use(controller).get(FOOTPRINT):
         body = replace(body, inner_radius=None)  # it drives a disc, which must not be led through narrow passages
@@ -145,32 +152,45 @@ def _move_base(
     recovering = recoveries_of(driving, given)
     local = given.read(LocalCostmapParameters, "local_costmap")
     social = given.read(SocialLayerParameters, "social_layer")
-    speed_filter = _filters(given, layers)
+    speed_filters = partial(_filters, *_masks(given))
+    speed_filters(layers)
+    build = partial(build_layers, robot_radius=body.robot_radius, **msgspec.structs.asdict(costs)) if maps else None
 
     def move_base(context: Context) -> MoveBaseNode:
         surroundings = surroundings_of(
             layers, body, local, social, costs=costs, tolerance=driving.transform_tolerance, names=names
         )
         surroundings.mark_ahead(not controller.predicts)
-        processor = reuse.processor(layers.costmap, body.robot_radius, _reuse(driving))
-        return MoveBaseNode(
-            context,
-            layers=layers, surroundings=surroundings, planner=planner, path_planners=path_planners,
-            costmap_topics=CostmapTopics(
-                context, surroundings, layers.costmap, body=body, publish_frequency=local.publish_frequency
-            ),
+        return (MappingMoveBaseNode if maps else MoveBaseNode)(
+            context, surroundings=surroundings, planner=planner, path_planners=path_planners,
+            costmap_topics=CostmapTopics(context, surroundings, body=body, publish_frequency=local.publish_frequency),
             controller=controller, recoveries=recovering, parameters=driving, threads=threads,
-            processor=processor, passive_safety=PassiveSafety(body.robot_radius, body.limits.acc_lim_x),
-            top_speed=body.limits.max_vel_x, speed_filter=speed_filter,
+            processors=_processors(reuse, body, driving), version=None if maps else reuse.version,
+            passive_safety=PassiveSafety(body.robot_radius, body.limits.acc_lim_x),
+            top_speed=body.limits.max_vel_x, speed_filters=speed_filters, build=build,
         )  # fmt: skip
 
     return move_base
 
 
-def _filters(given: NodeParameters, layers: MapLayers) -> SpeedFilter | None:
-    """Check that the layers contain the masks required; the keepout mask is already part of the costmap."""
+def _processors(reuse: ReuseSetup, body: RobotModel, driving: MoveBaseParameters) -> Processors:
+    """Return the maker of processors for a map of a version; without a version nothing is reused or stored."""
+    parameters = ReuseParameters(driving.reuse_tolerance, driving.reuse_bound)
+
+    def processor(costmap: Costmap, version: str | None) -> PlanProcessor:
+        setup = ReuseSetup() if version is None else replace(reuse, version=version)
+        return setup.processor(costmap, body.robot_radius, parameters)
+
+    return processor
+
+
+def _masks(given: NodeParameters) -> tuple[KeepoutFilterParameters, SpeedFilterParameters]:
     keepout = given.read(KeepoutFilterParameters, KEEPOUT_FILTER)
-    speed = given.read(SpeedFilterParameters, SPEED_FILTER)
+    return keepout, given.read(SpeedFilterParameters, SPEED_FILTER)
+
+
+def _filters(keepout: KeepoutFilterParameters, speed: SpeedFilterParameters, layers: MapLayers) -> SpeedFilter | None:
+    """Check that the layers contain the masks required; the keepout mask is already part of the costmap."""
     masks = ((KEEPOUT_FILTER, keepout.wanted, layers.keepout), (SPEED_FILTER, speed.wanted, layers.speed))
     for name, wanted, mask in masks:
         if wanted and mask is None:
@@ -190,17 +210,17 @@ def _camera(given: NodeParameters) -> dict[str, Callable[[Context], Node]]:
     return {DEPTH_CAMERA: lambda context: DepthImageToLaserScanNode(context, parameters)}
 
 
-def _note_body(given: NodeParameters, body: RobotModel) -> None:
-    """Record the parameters of the body among those in use."""
+def _body(
+    given: NodeParameters, model: str, urdf: RobotDescription | None, parameters: Mapping[str, Any] | None
+) -> RobotModel:
+    """Return the body, and record its parameters among those in use."""
+    body = robot_body(model, urdf, parameters)
     given.read(GlobalCostmapParameters, COSTMAP, {"robot_radius": body.robot_radius, "footprint": body.footprint})
     given.read(VoxelLayerParameters, VOXEL_LAYER, {"max_obstacle_height": body.height})
+    return body
 
 
 def _driving(given: NodeParameters, planner: str, controller: str) -> MoveBaseParameters:
     """Return the parameters of Move Base; the plug-ins of the robot's file are the defaults."""
     base = {"base_global_planner": planner, "base_local_planner": controller}
     return given.read(MoveBaseParameters, "move_base", base)
-
-
-def _reuse(driving: MoveBaseParameters) -> ReuseParameters:
-    return ReuseParameters(driving.reuse_tolerance, driving.reuse_bound)

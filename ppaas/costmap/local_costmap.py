@@ -97,17 +97,37 @@ class LocalCostmap:
             inflation_radius=inflation_radius,
             cost_scaling_factor=cost_scaling_factor,
         )
-        self._obstacles = ObstacleLayer(
-            *_cells_of(height, width, layers.grid.info.resolution),
-            layers.grid.info.resolution,
-            obstacle_range=obstacle_range,
-            raytrace_range=raytrace_range,
-            inf_is_valid=inf_is_valid,
+        self._size = height, width
+        self._sensing = partial(
+            ObstacleLayer, obstacle_range=obstacle_range, raytrace_range=raytrace_range, inf_is_valid=inf_is_valid
         )
-        self._costs = self._obstacles.cells.copy()
-        self._newly_lethal = False
         self._social = social
-        self._near_people = False
+        self._begin()
+
+    def _begin(self) -> None:
+        """Start with a window in which nothing was seen."""
+        resolution = self._layers.grid.info.resolution
+        self._obstacles = self._sensing(*_cells_of(*self._size, resolution), resolution)
+        self._costs = self._obstacles.cells.copy()
+        self._newly_lethal = self._near_people = False
+
+    @property
+    def layers(self) -> MapLayers:
+        """Layers of the map."""
+        return self._layers
+
+    def use_layers(self, layers: MapLayers) -> None:
+        """Replace the map; costs are those of the next `update`.
+
+        What the laser saw is kept if the cells of both maps coincide, and forgotten otherwise.
+        """
+        shift = self._layers.grid.info.shift_to(layers.grid.info)
+        self._layers = layers
+        if shift is None:
+            self._begin()
+        else:
+            self._obstacles.row += shift[0]
+            self._obstacles.column += shift[1]
 
     @property
     def obstacles(self) -> ObstacleLayer:

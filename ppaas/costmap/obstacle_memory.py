@@ -50,7 +50,7 @@ class ObstacleMemory:
         cost_scaling_factor: float = COST_SCALING_FACTOR,
     ) -> None:
         self._layers = layers
-        self._margin = math.ceil(max(robot_radius, inflation_radius) / layers.grid.info.resolution) + 1
+        self._reach = max(robot_radius, inflation_radius)
         self._inflate = partial(
             inflate,
             inscribed_radius=robot_radius,
@@ -63,6 +63,12 @@ class ObstacleMemory:
     def cells(self) -> NDArray[np.int64]:
         """(n, 2) int64 array: row, column of the remembered cells."""
         return self._cells
+
+    def use_layers(self, layers: MapLayers) -> None:
+        """Replace the map. Cells that the new map does not cover, or in which it has an obstacle too, are forgotten."""
+        centres = self._layers.grid.info.to_world(self._cells)
+        self._layers = layers
+        self._cells = self._new(np.unique(layers.grid.info.to_cells(centres), axis=0), ())
 
     def update(self, seen: ObstacleLayer, others: Iterable[Disc] = ()) -> None:
         """Add the obstacles in the window of the local costmap, and remove cells that it has seen.
@@ -89,8 +95,9 @@ class ObstacleMemory:
         cells = self._cells
         if not len(cells):
             return costmap
-        top, left = np.maximum(cells.min(axis=0) - self._margin, 0)
-        bottom, right = np.minimum(cells.max(axis=0) + self._margin + 1, costmap.info.shape)
+        margin = math.ceil(self._reach / costmap.info.resolution) + 1
+        top, left = np.maximum(cells.min(axis=0) - margin, 0)
+        bottom, right = np.minimum(cells.max(axis=0) + margin + 1, costmap.info.shape)
         lethal = np.zeros((bottom - top, right - left), np.uint8)
         lethal[cells[:, 0] - top, cells[:, 1] - left] = 1
         costs = self._inflate(distance_serial(lethal, costmap.info.resolution))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ppaas.errors import InvalidMap
-from ppaas.geometry import Pose2D
+from ppaas.geometry import Pose2D, wrap_angle
 
 FREE = 0
 OCCUPIED = 100
@@ -18,6 +18,9 @@ OCCUPIED_THRESHOLD = 65
 
 MAX_CELLS = 1 << 30
 ORIGIN = Pose2D(0.0, 0.0, 0.0)
+
+SAME_CELL, SAME_ANGLE = 1e-3, 1e-6
+"""Displacement and difference of angle up to which the cells of two grids coincide [cells, rad]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +95,19 @@ class GridInfo:
         row, column = (c * y - s * x) / self.resolution, (c * x + s * y) / self.resolution
         inside = 0.0 <= row < self.height and 0.0 <= column < self.width
         return (int(row), int(column)) if inside else None
+
+    def shift_to(self, other: "GridInfo") -> tuple[int, int] | None:
+        """Return how many rows and columns to add to a cell of this grid to get the same cell of another grid.
+
+        None if the cells of both grids do not coincide: their resolutions or angles differ, or they are displaced by a
+        part of a cell.
+        """
+        apart = other.origin.inverse() @ self.origin
+        row, column = apart.y / self.resolution, apart.x / self.resolution
+        off = max(abs(row - round(row)), abs(column - round(column)), abs(self.resolution / other.resolution - 1.0))
+        if off > SAME_CELL or abs(wrap_angle(apart.theta)) > SAME_ANGLE:
+            return None
+        return round(row), round(column)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,5 +1,6 @@
 """Conversion between grids and ``nav_msgs/OccupancyGrid``."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -79,15 +80,32 @@ def from_message(message: OccupancyGrid) -> GridMap:
     """
     meta = message.info
     info = GridInfo(meta.resolution, meta.width, meta.height, meta.origin.planar())
+    return GridMap(_cells_of(message.data, info.height, info.width), info)
+
+
+def from_update(message: OccupancyGridUpdate) -> tuple[int, int, NDArray[np.int8]]:
+    """Return row and column of the lower-left cell of a change, and its (h, w) cells.
+
+    Raises
+    ------
+    InvalidMap
+        A cell is not an integer from −1 to 100, or there are not width × height cells.
+    """
+    if not (message.width and message.height):
+        raise InvalidMap(f"an update must have cells, not {message.width}×{message.height}")
+    return message.y, message.x, _cells_of(message.data, message.height, message.width)
+
+
+def _cells_of(cells: Sequence[int] | msgspec.Raw, height: int, width: int) -> NDArray[np.int8]:
     try:
-        cells = _CELLS.decode(message.data) if isinstance(message.data, msgspec.Raw) else message.data
-        data = np.fromiter(cells, np.int64, len(cells))
+        values = _CELLS.decode(cells) if isinstance(cells, msgspec.Raw) else cells
+        data = np.fromiter(values, np.int64, len(values))
     except (msgspec.DecodeError, UnicodeDecodeError, TypeError, ValueError, OverflowError) as error:
         raise InvalidMap(f"cells of an occupancy grid must be integers from −1 to 100: {error}") from error
-    if data.size != info.width * info.height:
-        raise InvalidMap(f"info gives {info.width}×{info.height} cells, but data has {data.size}")
+    if data.size != width * height:
+        raise InvalidMap(f"info gives {width}×{height} cells, but data has {data.size}")
     _check_range(data)
-    return GridMap(data.astype(np.int8).reshape(info.shape), info)
+    return data.astype(np.int8).reshape(height, width)
 
 
 def _as_json(cells: NDArray[np.int8]) -> msgspec.Raw:

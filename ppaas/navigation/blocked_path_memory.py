@@ -8,6 +8,7 @@ that blocked the first route are closed in its costmap for a while, even if they
 import math
 from dataclasses import dataclass, replace
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +16,7 @@ from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_I
 from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
 from ppaas.maps.discs import stamp_disc
+from ppaas.maps.grid import GridInfo
 from ppaas.planners.base import PlanResult
 
 LONGER = 1.0
@@ -70,6 +72,17 @@ class BlockedPathMemory:
         if before is None or before.distance_to(goal) > FOLLOWED:
             self._plan, self._blocked_since = None, math.inf
             self._places.clear()
+
+    def carry(self, before: GridInfo, after: GridInfo) -> None:
+        """Take the cells of one grid to those of another, as the map is replaced; cells outside are forgotten."""
+        if before == after:
+            return
+        if self._plan is not None:
+            moved = _moved(self._plan.cells, before, after)
+            whole = len(moved) == len(self._plan.cells)
+            self._plan = msgspec.structs.replace(self._plan, cells=moved.astype(np.int32)) if whole else None
+        places = [replace(place, cells=_moved(place.cells, before, after)) for place in self._places]
+        self._places = [place for place in places if len(place.cells)]
 
     def mark(self, costmap: Costmap, now: float) -> Costmap:
         """Return a copy of a costmap in which closed places are occupied, or the costmap itself if there are none."""
@@ -132,6 +145,13 @@ class BlockedPathMemory:
                 self._places[index] = replace(place, cells=cells, until=now + seconds, seconds=seconds)
                 return
         self._places.append(BlockedPath(cells, now + FIRST, FIRST))
+
+
+def _moved(cells: NDArray[np.integer], before: GridInfo, after: GridInfo) -> NDArray[np.int64]:
+    """Return the cells of a grid that contain the centres of cells of another; those outside are left out."""
+    moved = after.to_cells(before.to_world(cells))
+    inside = np.logical_and(moved >= 0, moved < after.shape)
+    return moved[np.logical_and.reduce(inside, axis=1)]
 
 
 def _rest(plan: PlanResult, costmap: Costmap, pose: Pose2D) -> tuple[NDArray[np.int64], float]:

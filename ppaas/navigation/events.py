@@ -92,6 +92,13 @@ class PlanDeferred:
 
 
 @dataclass(frozen=True, slots=True)
+class PlanBlocked:
+    """The map was replaced, and the plan that the robot follows is blocked on the new one."""
+
+    now: float
+
+
+@dataclass(frozen=True, slots=True)
 class PosesPassed:
     """The robot passed this number of the poses on its way."""
 
@@ -159,6 +166,7 @@ Event = (
     | PlanSucceeded
     | PlanFailed
     | PlanDeferred
+    | PlanBlocked
     | PosesPassed
     | ControlTick
     | VelocityComputed

@@ -36,6 +36,7 @@ from ppaas.navigation.events import (
     Event,
     Goal,
     GoalReceived,
+    PlanBlocked,
     PlanDeferred,
     PlanFailed,
     PlanSucceeded,
@@ -133,6 +134,8 @@ class MoveBase:
                 self._end(event.now, Status.PREEMPTED, CANCELLED)
             case Preempted() if self.goals.active is not None:
                 self._end(event.now, Status.PREEMPTED, event.reason)
+            case PlanBlocked() if self.goals.active is not None and self.state is State.CONTROLLING:
+                self._plan_again(event.now)
             case _ if self.goals.active is not None:
                 self._on_progress(event)
         return self._orders
@@ -271,8 +274,12 @@ class MoveBase:
         if event.now > self._last_valid_control + self.parameters.controller_patience:
             self._recover(event.now, Trigger.CONTROLLING)
             return
+        self._plan_again(event.now)
+
+    def _plan_again(self, now: float) -> None:
+        """Stand still until there is another plan."""
         self._cancel_plan()
-        self._restart_planning(event.now)
+        self._restart_planning(now)
         self._stop()
 
     def _send(self, velocity: Velocity) -> None:

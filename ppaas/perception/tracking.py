@@ -187,6 +187,10 @@ class MovingObjects:
         self._tracker = Tracker()
         self.at = -math.inf
 
+    def use_layers(self, layers: MapLayers) -> None:
+        """Replace the map; the objects that were seen are kept."""
+        self._layers = layers
+
     def see(self, reading: LaserReading, stamp: float, now: float) -> None:
         """Add a scan, in the frame of the map, with the robot's ``stamp`` [s] and its time of arrival ``now`` [s]."""
         self._tracker.see(unmapped_objects_in(reading, self._layers), stamp)

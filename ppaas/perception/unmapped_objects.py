@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.costmap.obstacle_memory import WALL_MARGIN
+from ppaas.maps.grid import UNKNOWN
 
 REACH = 6.0
 """Limit of ranges that are used, since farther objects are hit by too few beams [m]."""
@@ -53,7 +54,11 @@ def unmapped_objects_in(reading: LaserReading, layers: MapLayers) -> list[Unmapp
 
 
 def _unmapped_hits(reading: LaserReading, layers: MapLayers) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the indices of beams that hit no obstacle of the map, and the points that they hit, (n, 2) x, y [m]."""
+    """Return the indices of beams that hit no obstacle of the map, and the points that they hit, (n, 2) x, y [m].
+
+    Beams that end where the map is unknown are left out: they hit a wall that is not mapped yet, and a moving robot
+    sees another part of it in every scan.
+    """
     with np.errstate(invalid="ignore"):
         hit = np.flatnonzero((reading.ranges > 0.0) & (reading.ranges < REACH))
     heading = reading.angles[hit] + reading.origin.theta
@@ -63,7 +68,8 @@ def _unmapped_hits(reading: LaserReading, layers: MapLayers) -> tuple[NDArray[np
     cells = layers.grid.info.to_cells(points)
     inside = ((cells >= 0) & (cells < layers.grid.info.shape)).all(axis=1)
     hit, points, cells = hit[inside], points[inside], cells[inside]
-    new = layers.distance[cells[:, 0], cells[:, 1]] > WALL_MARGIN
+    rows, columns = cells.T
+    new = (layers.distance[rows, columns] > WALL_MARGIN) & (layers.grid.data[rows, columns] != UNKNOWN)
     return hit[new], points[new]
 
 

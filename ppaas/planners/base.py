@@ -137,4 +137,8 @@ class Planner(ABC):
 
     def twin(self) -> Self:
         """Return a planner with the same parameters, for another thread."""
+        return self.fresh()
+
+    def fresh(self) -> Self:
+        """Return a planner with the same parameters that has kept nothing of any map."""
         return type(self)(**parameters_in_use(self))

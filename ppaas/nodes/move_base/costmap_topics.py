@@ -147,8 +147,6 @@ class CostmapTopics:
         The node's context.
     surroundings : Surroundings
         Pose of the robot, local costmap and obstacle memory.
-    static : Costmap
-        Costmap of the map alone.
     body : RobotModel
         Outline or radius of the robot.
     publish_frequency : float
@@ -164,14 +162,12 @@ class CostmapTopics:
         self,
         context: Context,
         surroundings: Surroundings,
-        static: Costmap,
         *,
         body: RobotModel,
         publish_frequency: float,
     ) -> None:
         self._context = context
         self._around = surroundings
-        self._static = static
         self._outline = body.footprint or _disc(body.robot_radius)
         period = 1.0 / publish_frequency if publish_frequency else math.inf
         self.period = min(GLOBAL_PERIOD, period)
@@ -191,7 +187,7 @@ class CostmapTopics:
         if pose is not None and costs is not None and self._local in due:
             self._local.show(costs, now)
         if self._global in due:
-            self._global.show(self._around.overlay(self._static), now)
+            self._global.show(self._around.seen(), now)
 
     def _look(self, now: float) -> Pose2D | None:
         """Bring the local costmap up to date, and return the pose of the robot; None while it is unknown."""

@@ -73,6 +73,17 @@ class GoalProgress:
             self._marks.append(float(self._path.lengths[index]))
 
     @property
+    def has_plan(self) -> bool:
+        """Whether there is a plan to the active goal."""
+        return self._path is not None
+
+    @property
+    def rest(self) -> Poses:
+        """The plan from the robot to its end."""
+        assert self._path is not None, "there is a plan"
+        return self._poses[self._path.reached :]
+
+    @property
     def ahead(self) -> Poses:
         """The plan from the robot to a little beyond the next pose on the way; to its end if there is none."""
         assert self._path is not None, "there is a plan"

@@ -1,8 +1,9 @@
 """Node ``move_base``: feeds events to the state machine of Move Base, and executes its orders."""
 
+import contextlib
 import logging
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar
 
 import msgspec
@@ -10,7 +11,7 @@ import msgspec
 from ppaas.controllers.base import Controller
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.map_layers import MapLayers
-from ppaas.errors import InvalidInput, PPaaSError
+from ppaas.errors import InvalidInput, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages import nav2_msgs
 from ppaas.messages.actionlib_msgs import GoalID
@@ -41,7 +42,8 @@ from ppaas.nodes.move_base.order_executor import OrderExecutor
 from ppaas.nodes.move_base.path_actions import PathActions, PathGoal
 from ppaas.nodes.move_base.robot_paths import RobotPaths
 from ppaas.nodes.move_base.robot_planner import RobotPlanner
-from ppaas.nodes.move_base.speed_limits import SpeedFilter, SpeedLimits
+from ppaas.nodes.move_base.speed_limits import SpeedFilter, SpeedLimits, without_mask
+from ppaas.nodes.move_base.static_layer import Build, StaticLayer
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.nodes.move_base.through_goals import poses_of
 from ppaas.nodes.nav2_actions import NAVIGATE_THROUGH_POSES
@@ -51,6 +53,9 @@ from ppaas.recoveries.base import AffectedMaps, Recovery
 from ppaas.thread_budget import Threads
 
 logger = logging.getLogger(__name__)
+
+Processors = Callable[[Costmap, str | None], PlanProcessor]
+"""Called with the costmap of a map alone and its version, None if it is not published; returns what plans on it."""
 
 STATUS_PERIOD = 1.0
 
@@ -84,10 +89,8 @@ class MoveBaseNode(Node):
     ----------
     context : Context
         The node's context.
-    layers : MapLayers
-        The map.
     surroundings : Surroundings
-        Pose, sensors and local costmap of the robot.
+        Pose, sensors and local costmap of the robot, and its map.
     planner, controller
         Plug-ins for the robot's own plans and velocities.
     path_planners : dict of str to Planner
@@ -99,16 +102,21 @@ class MoveBaseNode(Node):
         Named as in move_base.
     threads : callable
         Returns the largest number of threads that kernels may use now.
-    processor : PlanProcessor
-        Finds stored plans.
+    processors : callable
+        Returns the processor that finds stored plans for the costmap of the map alone and its version; none are used or
+        stored for a map without a version.
+    version : str, optional
+        Version of the map; None if it is not published.
     passive_safety : PassiveSafety
         Slows the robot down in front of approaching people.
     costmap_topics : CostmapTopics
         Publishes costmaps and the footprint.
     top_speed : float
         Fastest speed of the robot, with which the remaining time is estimated at first [m/s].
-    speed_filter : SpeedFilter, optional
-        Speed limits by place.
+    speed_filters : callable, optional
+        Returns the speed limits by place for the layers of a map.
+    build : callable, optional
+        Returns the layers of a grid. With it, the map comes from topics, see `MappingMoveBaseNode`.
     """
 
     name: ClassVar[str] = "move_base"
@@ -118,7 +126,8 @@ class MoveBaseNode(Node):
     subscribes: ClassVar[tuple[Topic, ...]] = (
         topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL,
         topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.ROBOTS, topics.PEOPLE, topics.SPEED_LIMIT,
-        topics.AMCL_STATUS, *NAVIGATE_THROUGH_POSES[:2], *PathActions.subscribes, *Behaviors.subscribes,
+        topics.AMCL_STATUS, *NAVIGATE_THROUGH_POSES[:2], *PathActions.subscribes,
+        *Behaviors.subscribes,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.CMD_VEL, topics.PLAN, topics.LOCAL_PLAN, topics.MOVE_BASE_CURRENT_GOAL, *PUBLISHED,
@@ -134,24 +143,27 @@ class MoveBaseNode(Node):
     )
 
     def __init__(
-        self, context: Context, *, layers: MapLayers, surroundings: Surroundings, costmap_topics: CostmapTopics,
+        self, context: Context, *, surroundings: Surroundings, costmap_topics: CostmapTopics,
         planner: Planner, path_planners: Mapping[str, Planner], controller: Controller,
         recoveries: Sequence[tuple[str, Recovery]], parameters: MoveBaseParameters, threads: Threads,
-        processor: PlanProcessor, passive_safety: PassiveSafety, top_speed: float,
-        speed_filter: SpeedFilter | None = None,
+        processors: Processors, version: str | None, passive_safety: PassiveSafety, top_speed: float,
+        speed_filters: Callable[[MapLayers], SpeedFilter | None] = without_mask, build: Build | None = None,
     ) -> None:  # fmt: skip
         super().__init__(context)
-        self._limits = SpeedLimits(speed_filter)
+        self._processors, self._speed_filters = processors, speed_filters
+        processor = processors(surroundings.static, version)
+        self._limits = SpeedLimits(speed_filters(surroundings.layers))
+        self._static_layer = None if build is None else StaticLayer(context, build, self.use_layers, self._goal_poses)
         self._progress_checker = ProgressChecker()
         self._costmap_topics = costmap_topics
         self._surroundings = surroundings
-        self._planner = RobotPlanner(context, planner, layers.costmap, parameters, threads=threads, processor=processor)
+        self._planner = RobotPlanner(context, planner, surroundings, parameters, threads=threads, processor=processor)
         self._period = 1.0 / parameters.controller_frequency
         self._machine = MoveBase(parameters, [name for name, _ in recoveries])
         self._topics = ActionTopics(context)
         self._executor = OrderExecutor(
             context, self._feed, self._machine.goals,
-            costmap=layers.costmap, surroundings=surroundings, planner=self._planner, controller=controller,
+            surroundings=surroundings, planner=self._planner, controller=controller,
             recoveries=[recovery for _, recovery in recoveries], topics=self._topics, limits=self._limits,
             passive_safety=passive_safety, period=self._period, threads=threads, progress=GoalProgress(top_speed),
         )  # fmt: skip
@@ -160,9 +172,8 @@ class MoveBaseNode(Node):
             top_speed=top_speed, period=self._period, send=self._executor.send, preempt=self._preempt,
         )  # fmt: skip
         self._paths = RobotPaths(
-            context, surroundings, layers.costmap, parameters.base_global_planner, threads,
-            processor=processor, tuned=path_planners,
-        )  # fmt: skip
+            context, surroundings, parameters.base_global_planner, threads, processor=processor, tuned=path_planners
+        )
         self._cycle: Timer | None = None
         self._events: deque[events.Event] = deque()
         self._counter, self._handling = 0, False
@@ -176,6 +187,41 @@ class MoveBaseNode(Node):
     def costs(self) -> Costmap | None:
         """The local costmap; None before the first goal."""
         return self._surroundings.costs
+
+    def use_layers(self, layers: MapLayers, version: str | None = None) -> None:
+        """Replace the map while the robot drives.
+
+        The goal stays. The plan is checked on the new map, and the robot plans again if it is blocked. Obstacles that
+        were seen are kept where the cells of both maps coincide. Plans of the map before are neither reused nor stored.
+
+        Parameters
+        ----------
+        layers : MapLayers
+            Layers of the new map, in the frame of the one before, inflated for the robot.
+        version : str, optional
+            Version of a published map, whose stored plans may be reused; None if it is not published.
+
+        Raises
+        ------
+        Unavailable
+            The layers lack a mask that the robot's parameters require; the map is not replaced.
+        """
+        self._limits.use_mask(self._speed_filters(layers))
+        before = self._surroundings.static.info
+        self._surroundings.use_layers(layers)
+        processor = self._processors(layers.costmap, version)
+        self._planner.use_map(before, processor, other_version=version is not None)
+        self._paths.services.use_map(layers.costmap, processor)
+        if self._machine.goals.active is None:
+            return
+        now = self.context.elapsed()
+        with contextlib.suppress(PPaaSError):  # without a pose, the robot stands
+            self._surroundings.look_around(self._surroundings.pose(now), now)
+            self._executor.check_plan()
+
+    def _goal_poses(self) -> tuple[Pose2D, ...]:
+        active = self._machine.goals.active
+        return () if active is None else (*active.goal.through, active.goal.pose)
 
     def start(self) -> None:
         """Start publishing the status of goals, and costmaps while somebody subscribes."""
@@ -276,6 +322,8 @@ class MoveBaseNode(Node):
         try:
             pose = self._surroundings.pose(now)
             self._surroundings.look_around(pose, now)
+            if self._static_layer is not None and (reason := self._static_layer.waits()):
+                raise Unavailable(reason)
         except PPaaSError as error:
             self._feed(events.ControlTick(now, None, str(error)))
             return
@@ -323,3 +371,14 @@ class MoveBaseNode(Node):
             self._executor.progress.resume(restored.seconds)
         self._paths.actions.restore(restored.paths)
         self._behaviors.restore(restored.behavior)
+
+
+class MappingMoveBaseNode(MoveBaseNode):
+    """Move Base of a robot that makes its map: the static layer is that of the topics ``map`` and ``map_updates``."""
+
+    subscribes: ClassVar[tuple[Topic, ...]] = (*MoveBaseNode.subscribes, *StaticLayer.subscribes)
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        """Handle a message; raises as that of Move Base does."""
+        if self._static_layer is None or not self._static_layer.take(message):
+            super().on_message(topic, message)

@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from ppaas.controllers.base import Controller, ControlRequest, Velocity
-from ppaas.costmap.costmap import Costmap
 from ppaas.errors import PPaaSError, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Twist, Vector3
@@ -15,7 +14,7 @@ from ppaas.nodes.base import Context
 from ppaas.nodes.move_base.action_topics import ActionTopics
 from ppaas.nodes.move_base.goal_progress import GoalProgress
 from ppaas.nodes.move_base.local_plan import publish_local_plan
-from ppaas.nodes.move_base.robot_planner import Detour, NoPlan, Planned, RobotPlanner
+from ppaas.nodes.move_base.robot_planner import Detour, NoPlan, Outdated, Planned, RobotPlanner
 from ppaas.nodes.move_base.speed_limits import SpeedLimits
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.nodes.topics import CMD_VEL, PLAN
@@ -35,8 +34,6 @@ class OrderExecutor:
         Passes an event to the state machine.
     goals : GoalList
         Goals of the state machine.
-    costmap : Costmap
-        Costmap of the map alone.
     surroundings : Surroundings
         Pose, sensors and local costmap of the robot.
     planner, controller
@@ -67,7 +64,6 @@ class OrderExecutor:
         feed: Callable[[events.Event], None],
         goals: GoalList[events.Goal],
         *,
-        costmap: Costmap,
         surroundings: Surroundings,
         planner: RobotPlanner,
         controller: Controller,
@@ -83,7 +79,6 @@ class OrderExecutor:
         self._context = context
         self._feed = feed
         self._goals = goals
-        self._costmap = costmap
         self._surroundings = surroundings
         self._planner = planner
         self._controller = controller
@@ -146,6 +141,11 @@ class OrderExecutor:
         except PPaaSError as error:
             self._feed(events.ControlFailed(self._context.elapsed(), str(error)))
 
+    def check_plan(self) -> None:
+        """Plan again if the plan that the robot follows is blocked, after the map was replaced."""
+        if self.progress.has_plan and self._planner.is_blocked(self.progress.rest):
+            self._feed(events.PlanBlocked(self._context.elapsed()))
+
     def see(self, pose: Pose2D) -> None:
         """Take the pose of the robot, which may pass poses on its way to the goal."""
         self._pass(self.progress.take_passed(pose))
@@ -193,12 +193,13 @@ class OrderExecutor:
         except TransformError as error:
             self._feed(events.PlanFailed(self._context.elapsed(), order.number, error))
             return
-        current = self._surroundings.overlay(self._costmap)
-        self._planner.request(start, order.goal, current, partial(self._on_planned, order.number), order.through)
+        self._planner.request(start, order.goal, partial(self._on_planned, order), order.through)
 
-    def _on_planned(self, number: int, result: Planned) -> None:
-        now = self._context.elapsed()
+    def _on_planned(self, order: orders.RequestPlan, result: Planned) -> None:
+        now, number = self._context.elapsed(), order.number
         match result:
+            case Outdated():
+                self._request_plan(order)
             case Detour():
                 self._feed(events.PlanDeferred(now, number, result.reason))
             case PlanResult():

@@ -28,8 +28,6 @@ class RobotPaths:
         Context of the node that serves them.
     surroundings : Surroundings
         Pose, frames and observed obstacles of the robot.
-    costmap : Costmap
-        Costmap of the map alone.
     default : str
         Planner of requests that name none.
     threads : callable
@@ -49,7 +47,6 @@ class RobotPaths:
         self,
         context: Context,
         surroundings: Surroundings,
-        costmap: Costmap,
         default: str,
         threads: Threads,
         *,
@@ -58,8 +55,7 @@ class RobotPaths:
     ) -> None:
         self._context = context
         self._surroundings = surroundings
-        self._costmap = costmap
-        self.services = PathServices(context, costmap, default, threads, processor=processor, tuned=tuned)
+        self.services = PathServices(context, surroundings.static, default, threads, processor=processor, tuned=tuned)
         self.actions = PathActions(context, self.services, surroundings, self._seen)
 
     def call(self, request: Message, reply: Reply) -> None:
@@ -92,4 +88,4 @@ class RobotPaths:
         around, now = self._surroundings, self._context.elapsed()
         with contextlib.suppress(TransformError):  # without a pose, new scans cannot be used
             around.look_around(around.pose(now), now)
-        return around.overlay(self._costmap)
+        return around.seen()

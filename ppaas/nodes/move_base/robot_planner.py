@@ -3,6 +3,9 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import msgspec
+import numpy as np
+
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import (
     GoalOccupied,
@@ -14,14 +17,19 @@ from ppaas.errors import (
     PPaaSError,
     StartOutsideMap,
 )
-from ppaas.geometry import Pose2D
+from ppaas.geometry import Pose2D, Poses
+from ppaas.maps.grid import GridInfo
 from ppaas.navigation.blocked_path_memory import BlockedPathMemory
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.nodes.base import Context, Job
+from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.nodes.planner_server.planner_queue import PlannerQueue
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.through_poses import plan_through
+from ppaas.planners.weights import passable
+from ppaas.plans.reuse.crossed_cells import crossed_by
 from ppaas.plans.reuse.processor import PlanProcessor
+from ppaas.plugins import parameters_in_use
 from ppaas.thread_budget import Threads
 
 FINAL = (GoalOutsideMap, StartOutsideMap, InvalidPlanner, InvalidInput)
@@ -51,7 +59,12 @@ class Detour:
         return f"the path is blocked, and the detour is {self.longer:.1f} m longer"
 
 
-Planned = PlanResult | Detour | NoPlan | PPaaSError
+@dataclass(frozen=True, slots=True)
+class Outdated:
+    """There was a plan, but the map was replaced meanwhile, and it is blocked on the new one."""
+
+
+Planned = PlanResult | Detour | NoPlan | Outdated | PPaaSError
 """Result of a plan request."""
 
 
@@ -101,8 +114,8 @@ class RobotPlanner:
         Context of the node that drives.
     planner : Planner
         Must not be used by others.
-    static : Costmap
-        Costmap of the map alone.
+    surroundings : Surroundings
+        Costmap of the map, and observed obstacles.
     parameters : MoveBaseParameters
         Time limit, tolerance and reuse of plans.
     threads : callable
@@ -115,7 +128,7 @@ class RobotPlanner:
         self,
         context: Context,
         planner: Planner,
-        static: Costmap,
+        surroundings: Surroundings,
         parameters: MoveBaseParameters,
         *,
         threads: Threads,
@@ -123,7 +136,8 @@ class RobotPlanner:
     ) -> None:
         self._processor = processor
         self._planner = planner
-        self._static = static
+        self._surroundings = surroundings
+        self._open_costs = passable(bool(parameters_in_use(planner).get("allow_unknown", True)))
         self._parameters = parameters
         self._threads = threads
         self._now = context.elapsed
@@ -135,25 +149,72 @@ class RobotPlanner:
         """Set the goal, which may be the last one that has moved."""
         self._blocked_paths.head_for(goal)
 
+    def use_map(self, before: GridInfo, processor: PlanProcessor, *, other_version: bool) -> None:
+        """Continue on the new map of the surroundings.
+
+        Parameters
+        ----------
+        before : GridInfo
+            Geometry of the map before.
+        processor : PlanProcessor
+            Finds stored plans for the new map.
+        other_version : bool
+            Whether it is another version of a published map: then the planner forgets what it has prepared.
+        """
+        self._blocked_paths.carry(before, self._surroundings.static.info)
+        self._processor = processor
+        if other_version:
+            self._planner = self._planner.fresh()
+
+    def is_blocked(self, poses: Poses) -> bool:
+        """Return whether a plan (n, 7) is blocked now, beyond the first free cell: a robot may have to leave others."""
+        current = self._surroundings.seen()
+        rows, columns = crossed_by(current.info, poses[:, :2]).cells.T
+        inside = (rows >= 0) & (rows < current.info.height) & (columns >= 0) & (columns < current.info.width)
+        free = np.zeros(len(rows), np.bool_)
+        free[inside] = self._open_costs[current.data[rows[inside], columns[inside]]]
+        return bool(not free[np.argmax(free) :].all())
+
     def request(
-        self, start: Pose2D, goal: Pose2D, seen: Costmap, done: Callable[[Planned], None],
-        through: Sequence[Pose2D] = (),
-    ) -> None:  # fmt: skip
-        """Plan on a costmap with observed obstacles, through poses; ``done`` is called with the result."""
-        p = self._parameters
-        current = self._blocked_paths.mark(seen, self._now())
+        self, start: Pose2D, goal: Pose2D, done: Callable[[Planned], None], through: Sequence[Pose2D] = ()
+    ) -> None:
+        """Plan around observed obstacles, through poses; ``done`` is called with the result."""
+        p, processor, planner = self._parameters, self._processor, self._planner
+        static, current = self._surroundings.static, self._marked()
 
         def work(cancelled: Callable[[], bool]) -> PlanResult | NoPlan:
             request = PlanRequest(start, goal, p.default_tolerance, p.planner_timeout, cancelled, self._threads())
-            return plan_for_robot(
-                self._processor, self._planner, self._static, current, request, reuse=p.reuse_plans, through=through
-            )
+            return plan_for_robot(processor, planner, static, current, request, reuse=p.reuse_plans, through=through)
 
         def planned(result: PlanResult | NoPlan | PPaaSError) -> None:
-            longer = self._blocked_paths.take(result, current, start, self._now())
-            done(Detour(longer) if longer > 0.0 else result)
+            if static is self._surroundings.static:
+                done(self._followed(result, current, start))
+            else:
+                done(self._on_new_map(result, start))
 
         self._job = self._queue.submit(work, planned)
+
+    def _marked(self) -> Costmap:
+        return self._blocked_paths.mark(self._surroundings.seen(), self._now())
+
+    def _followed(self, result: PlanResult | NoPlan | PPaaSError, current: Costmap, start: Pose2D) -> Planned:
+        longer = self._blocked_paths.take(result, current, start, self._now())
+        return Detour(longer) if longer > 0.0 else result
+
+    def _on_new_map(self, result: PlanResult | NoPlan | PPaaSError, start: Pose2D) -> Planned:
+        """Return the result of planning on a map that was replaced meanwhile, if it is valid on the new one.
+
+        Such a plan is not stored, since it belongs to neither version.
+        """
+        if isinstance(result, NoPlan):
+            return NoPlan(result.error, final=False)
+        if not isinstance(result, PlanResult):
+            return result
+        if self.is_blocked(result.poses):
+            return Outdated()
+        current = self._marked()
+        cells = crossed_by(current.info, result.poses[:, :2]).cells.astype(np.int32)
+        return self._followed(msgspec.structs.replace(result, cells=cells, id="", reused=""), current, start)
 
     def cancel(self) -> None:
         """Cancel the current plan, if there is one."""

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from ppaas.controllers.base import NO_LIMIT, SpeedLimit
+from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import FREE, OCCUPIED, GridMap
@@ -33,6 +34,11 @@ def lower_of(one: SpeedLimit, other: SpeedLimit) -> SpeedLimit:
     return SpeedLimit(min(one.speed, other.speed), min(one.part, other.part))
 
 
+def without_mask(_layers: MapLayers) -> "SpeedFilter | None":
+    """Return None: there are no speed limits by place."""
+    return None
+
+
 class SpeedLimits:
     """Speed limit of a robot: the last one from an operator, combined with that of the mask.
 
@@ -48,8 +54,12 @@ class SpeedLimits:
     """
 
     def __init__(self, mask: "SpeedFilter | None" = None) -> None:
-        self._mask = mask
+        self.use_mask(mask)
         self.take(nav2_msgs.SpeedLimit(0.0))
+
+    def use_mask(self, mask: "SpeedFilter | None") -> None:
+        """Replace the mask."""
+        self._mask = mask
 
     def take(self, message: nav2_msgs.SpeedLimit) -> None:
         """Set the limit of an operator; raises ``InvalidInput`` as `limit_of` does."""

@@ -6,12 +6,13 @@ from collections.abc import Callable
 from ppaas.controllers.base import Velocity
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.local_costmap import LocalCostmap
+from ppaas.costmap.map_layers import MapLayers
 from ppaas.costmap.moving_obstacles import Disc, MovingObstacle, swept_discs
 from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.costmap.obstacle_memory import ObstacleMemory
 from ppaas.costmap.social_layer import PersonNearby
 from ppaas.errors import PPaaSError, TransformError
-from ppaas.geometry import Pose2D
+from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.people_msgs import People
 from ppaas.messages.ppaas_msgs import RobotStates
@@ -31,6 +32,11 @@ LAST = 1.0
 
 OTHERS_FRESH = 1.0
 """Time for which reported positions of other robots are valid [s]."""
+
+JUMP, JUMP_TURN = 0.3, 0.15
+"""Correction of the pose by localization beyond which observed obstacles are cleared [m, rad].
+
+They are elsewhere after a loop closure of a map that the robot makes, or when a lost robot was found."""
 
 SHIFT = 0.1
 """Distance that the robot must move before the local costmap is updated without new sensor data [m]."""
@@ -93,6 +99,7 @@ class Surroundings:
         self._people = people
         self._moving = moving
         self._looked: tuple[Pose2D, tuple[Disc, ...], tuple[PersonNearby, ...]] | None = None
+        self._correction: Pose2D | None = None
         self._others: tuple[MovingObstacle, ...] = ()
         self._others_at = float("-inf")
         self._ahead = AHEAD
@@ -171,6 +178,7 @@ class Surroundings:
     def look_around(self, pose: Pose2D, now: float) -> Costmap:
         """Update the local costmap and return it; the last one is returned if nothing has changed."""
         own = pose.x, pose.y, self._robot_radius
+        self._clear_after_jump(pose)
         readings = self._readings(now)
         others = tuple(swept_discs((*self._near(pose, now), *self._seen_moving(now)), self._ahead, own))
         people = self._people.now(now)
@@ -182,6 +190,16 @@ class Surroundings:
             self._memory.update(self._local.obstacles, others)
         return self.costs
 
+    def _clear_after_jump(self, pose: Pose2D) -> None:
+        """Clear the observed obstacles if localization has corrected the pose by much since the last call."""
+        odom, last = self.frames.odometry(), self._correction
+        self._correction = pose @ odom.inverse()
+        if last is None:
+            return
+        expected = last @ odom
+        if expected.distance_to(pose) > JUMP or abs(wrap_angle(expected.theta - pose.theta)) > JUMP_TURN:
+            self.clear()
+
     def _is_elsewhere(self, pose: Pose2D, others: tuple[Disc, ...], people: tuple[PersonNearby, ...]) -> bool:
         """Return whether the robot, another robot or a person has moved since the local costmap was updated."""
         return (
@@ -192,6 +210,27 @@ class Surroundings:
     def fits(self) -> Callable[[Pose2D], bool] | None:
         """Check of the outline of a robot that is longer than wide, at a pose in the map frame; None for others."""
         return self._local.fits if self._local.has_outline else None
+
+    @property
+    def layers(self) -> MapLayers:
+        """Layers of the map."""
+        return self._local.layers
+
+    @property
+    def static(self) -> Costmap:
+        """Costmap of the map alone."""
+        return self._local.layers.costmap
+
+    def use_layers(self, layers: MapLayers) -> None:
+        """Replace the map; the next update marks the last scans again."""
+        self._memory.use_layers(layers)
+        self._local.use_layers(layers)
+        self._moving.use_layers(layers)
+        self._looked = None
+
+    def seen(self) -> Costmap:
+        """Return the costmap of the map with all observed obstacles; `static` itself if there are none."""
+        return self.overlay(self.static)
 
     def overlay(self, costmap: Costmap) -> Costmap:
         """Return a costmap of the whole map with all observed obstacles, or the given one if there are none."""

@@ -86,6 +86,7 @@ class PathServices:
         tuned: Mapping[str, Planner] | None = None,
         variants: Variants = NO_VARIANTS,
     ) -> None:
+        self._context = context
         self._processor = processor
         self._comparison = PlanComparison(context, processor)
         self._costmap = costmap
@@ -94,6 +95,12 @@ class PathServices:
         self._queue = PlannerQueue(context)
         self._planners = dict(tuned or {})
         self._variants = variants
+
+    def use_map(self, costmap: Costmap, processor: PlanProcessor) -> None:
+        """Replace the map for requests from now on; planners forget what they have prepared of the last one."""
+        self._costmap, self._processor = costmap, processor
+        self._comparison = PlanComparison(self._context, processor)
+        self._planners = {name: planner.fresh() for name, planner in self._planners.items()}
 
     def compute(self, request: ComputePathRequest, reply: Reply, costmap: Costmap | None = None) -> Job:
         """Handle a ``ppaas_msgs/ComputePath``; raises as ``plan`` does, and ``InvalidInput`` for an invalid pose."""
@@ -139,6 +146,7 @@ class PathServices:
         if not 0.0 < timeout <= MAX_TIMEOUT:
             raise InvalidInput(f"timeout must be above 0 and at most {MAX_TIMEOUT:g} s, not {timeout}")
         chosen, used = self._planner(planner or self._default, parameters), costmap or self._costmap
+        processor, comparison = self._processor, self._comparison
         planned: tuple[PlanRequest, PlanResult] | None = None
 
         def work(cancelled: Cancelled) -> Message:
@@ -147,14 +155,14 @@ class PathServices:
             if parameters:
                 variant = self._variants.variant(parameters)
                 return respond(variant.processor.plan(chosen, variant.costmap, request, reuse=reuse))
-            result = plan_through(lambda part: self._processor.plan(chosen, used, part, reuse=reuse), through, request)
+            result = plan_through(lambda part: processor.plan(chosen, used, part, reuse=reuse), through, request)
             planned = None if through else (request, result)
             return respond(result)
 
         def done(result: Outcome) -> None:
             reply(result)
             if planned is not None:
-                self._comparison.see(chosen, used, *planned)
+                comparison.see(chosen, used, *planned)
 
         return self._queue.submit(work, done)
 
