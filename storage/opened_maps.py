@@ -18,7 +18,7 @@ class OpenMap:
     record : MapRecord
         The map, with this version.
     paths, buffers : dict
-        Path of each file on this machine, and its content; the keys are ``yaml``, ``image`` and ``octomap``.
+        Path of each file on this machine, and its content; the keys are those of ``storage.versions.PARTS``.
     """
 
     record: MapRecord

@@ -50,8 +50,8 @@ class MapVersionRecord(msgspec.Struct, frozen=True):
     """A publication of a map version: its author, its time [s since the epoch] and the message.
 
     ``number`` increases from publication to publication, with gaps. The keys of ``files`` are some of ``yaml``,
-    ``image`` and ``octomap``; ``version`` is the hash over all files. ``restored`` marks a rollback to an earlier
-    version.
+    ``image``, ``octomap`` and ``posegraph``; ``version`` is the hash over all files. ``restored`` marks a rollback to
+    an earlier version.
     """
 
     number: int

@@ -9,9 +9,9 @@ from ppaas.errors import Conflict, InvalidInput, NotFound
 from storage.names import check_name
 from storage.records import MapFile, MapRecord, PlanRecord, Publication
 
-YAML, IMAGE, OCTOMAP = "yaml", "image", "octomap"
-PARTS = (YAML, IMAGE, OCTOMAP)
-"""The files of a map: the first two are the occupancy grid, the third is a map in space."""
+YAML, IMAGE, OCTOMAP, POSEGRAPH = "yaml", "image", "octomap", "posegraph"
+PARTS = (YAML, IMAGE, OCTOMAP, POSEGRAPH)
+"""The files of a map: an occupancy grid in two files, a map in space, and the key frames that the grid was made of."""
 
 
 def map_version(files: Mapping[str, MapFile]) -> str:
@@ -51,10 +51,14 @@ def check_publication(publication: Publication) -> None:
 
 
 def check_files(files: Mapping[str, MapFile]) -> None:
-    """Raise ``InvalidInput`` unless the files are a YAML with its image, an octomap, or all three."""
-    if not files or set(files) - set(PARTS) or (YAML in files) != (IMAGE in files):
+    """Raise ``InvalidInput`` unless the files are a YAML with its image, or an octomap; a posegraph needs them."""
+    lone_graph = POSEGRAPH in files and YAML not in files
+    if not files or set(files) - set(PARTS) or (YAML in files) != (IMAGE in files) or lone_graph:
         given = ", ".join(sorted(files)) or "no file"
-        raise InvalidInput(f"a map needs a yaml with its image, an octomap, or all three; got {given}")
+        raise InvalidInput(
+            f"a map needs a yaml with its image, an octomap, or all three, and a posegraph a yaml with its image; "
+            f"got {given}"
+        )
 
 
 def check_may_follow(before: MapRecord | None, publication: Publication) -> None:

@@ -54,7 +54,7 @@ class MapCopies:
         Parameters
         ----------
         parts : mapping
-            Downloaded files by part: ``yaml`` and ``image``, ``octomap``, or all three, on the same file system.
+            Downloaded files by part: ``yaml`` and ``image``, ``octomap``, ``posegraph``, on the same file system.
 
         Raises
         ------
@@ -78,6 +78,8 @@ class MapCopies:
     def _name(self, part: str, parts: Mapping[str, Path]) -> str:
         if part == "yaml":
             return f"{self._map}.yaml"
+        if part == "posegraph":
+            return f"{self._map}.posegraph"
         if part == "octomap":
             with parts[part].open("rb") as file:
                 return f"{self._map}.ot" if file.readline().rstrip() == FULL_OCTREE else f"{self._map}.bt"

@@ -107,6 +107,7 @@ class RestClient:
         readers: tuple[str, ...] = (),
         *,
         octomap: Content | None = None,
+        posegraph: Content | None = None,
         if_match: str | None = None,
         **fields: str | None,
     ) -> dict[str, Any]:
@@ -116,8 +117,8 @@ class RestClient:
         ----------
         map_id : str
             Id of the map.
-        yaml, image, octomap : bytes or Path, optional
-            Files of the map: YAML and image, an octomap, or all three.
+        yaml, image, octomap, posegraph : bytes or Path, optional
+            Files of the map: YAML and image, an octomap, or all three; a pose graph with YAML and image.
         readers : tuple of str
             Other users who may use the map; ``*`` is everybody.
         if_match : str, optional
@@ -126,7 +127,10 @@ class RestClient:
             ``message``: why the map is published; ``description``; ``rules``: how pixels become free or occupied,
             ``map_server`` or ``nav2``.
         """
-        files = [("yaml", "map.yaml", yaml), ("image", "map.pgm", image), ("octomap", "map.bt", octomap)]
+        files = [
+            ("yaml", "map.yaml", yaml), ("image", "map.pgm", image), ("octomap", "map.bt", octomap),
+            ("posegraph", "map.posegraph", posegraph),
+        ]  # fmt: skip
         texts = [(name, value) for name, value in fields.items() if value is not None]
         try:
             form = Form(

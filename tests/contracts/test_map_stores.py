@@ -22,8 +22,14 @@ def publication(author: str = "ann", **fields: object) -> Publication:
 
 @pytest.mark.parametrize(
     "given",
-    [house(readers=("bob", "*")), house(octomap=BT), house(image=None, octomap=BT), house(image=b"")],
-    ids=["grid", "grid and octomap", "octomap", "empty file"],
+    [
+        house(readers=("bob", "*")),
+        house(octomap=BT),
+        house(image=None, octomap=BT),
+        house(image=b""),
+        house(posegraph=BT),
+    ],
+    ids=["grid", "grid and octomap", "octomap", "empty file", "grid and posegraph"],
 )
 def test_a_map_is_returned_as_published(map_store: MapStore, given: GivenMap) -> None:
     head = put_map(map_store, given, message="first walk")
@@ -51,7 +57,9 @@ def test_open_files_stay_readable_after_the_map_is_removed(map_store: MapStore) 
         assert bytes(opened.buffer("image")) == pgm()
 
 
-@pytest.mark.parametrize("parts", [(), ("yaml",), ("image",), ("yaml", "octomap")])
+@pytest.mark.parametrize(
+    "parts", [(), ("yaml",), ("image",), ("yaml", "octomap"), ("posegraph",), ("octomap", "posegraph")]
+)
 def test_an_upload_without_a_required_file_is_refused(map_store: MapStore, parts: tuple[str, ...]) -> None:
     with map_store.stage() as upload:
         for part in parts:

@@ -13,7 +13,7 @@ from endpoints.http import (
     websocket_protocol,
 )
 from endpoints.rest import nesting, paging, schemas, strict_json
-from endpoints.rest.maps import content_check, multipart, octomap_check
+from endpoints.rest.maps import content_check, multipart, part_check
 from endpoints.rest.maps.upload_form import MAX_FIELDS
 from endpoints.rest.plans.schemas import MAX_MATRIX, MAX_WAYPOINTS
 from endpoints.services import heavy_work
@@ -21,6 +21,7 @@ from endpoints.services.request_limits import RequestLimits
 from endpoints.web import MAX_FRAME
 from engine.protocols import sockets
 from engine.remote import joining, tls_listener
+from ppaas.mapping.serialization import rebuilding
 from ppaas.maps.formats import map_yaml, netpbm, pbm, pictures, pillow_rows, png, yaml_keys
 from ppaas.maps.grid import MAX_CELLS
 from ppaas.perception.depth_scan import MOST_PIXELS
@@ -76,8 +77,12 @@ ROWS = {
     ("image of a map", "chunks of a PNG"): [png.MAX_CHUNKS, f"{png.MAX_OTHERS} without pixels"],
     ("image of a map", "scans of a JPEG"): [pictures.MAX_SCANS],
     ("octree of a map", "memory and time of its check, in a process of its own"): [
-        f"{octomap_check.MEMORY >> 20} MiB",
-        f"{content_check.OCTOMAP_SECONDS:g} s",
+        f"{part_check.MEMORY >> 20} MiB",
+        f"{content_check.PART_SECONDS:g} s",
+    ],
+    ("pose graph of a map", "memory of its key frames, and of its check as that of an octree"): [
+        f"{rebuilding.MOST_BYTES >> 20} MiB",
+        f"{part_check.MEMORY >> 20} MiB",
     ],
     ("images and octrees", "requests that decode or check at once"): [
         heavy_work.MAX_AT_ONCE,

@@ -10,14 +10,14 @@ from ppaas.errors import InvalidMap, Unavailable
 from ppaas.maps.formats.map_files import open_grid, read_info
 from ppaas.maps.grid import GridInfo
 from storage.staged_uploads import Buffer, StagedUpload
-from storage.versions import IMAGE, OCTOMAP, YAML
+from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML
 
 if TYPE_CHECKING:
-    from endpoints.rest.maps import octomap_check  # noqa: F401 - the program named below
+    from endpoints.rest.maps import part_check  # noqa: F401 - the program named below
 
-_OCTOMAP_CHECK = ("-m", "endpoints.rest.maps.octomap_check")
-OCTOMAP_SECONDS = 120.0
-"""Time limit of the check of an octree [s]. The largest take some seconds, the first one longer to compile kernels."""
+_PART_CHECK = ("-m", "endpoints.rest.maps.part_check")
+PART_SECONDS = 120.0
+"""Time limit of the check of a file [s]. The largest take some seconds, the first one longer to compile kernels."""
 
 _NO_GRID = {"resolution": None, "width": None, "height": None, "origin": None}
 
@@ -41,10 +41,11 @@ def check_contents(upload: StagedUpload) -> dict[str, Any]:
     InvalidMap
         A file is not valid; the message says why.
     Unavailable
-        The check of the octree ran out of memory or time, or crashed.
+        The check of an octree or a pose graph ran out of memory or time, or crashed.
     """
-    if OCTOMAP in upload.files:
-        _check_octomap(upload)
+    for part in (OCTOMAP, POSEGRAPH):
+        if part in upload.files:
+            _check_part(upload, part)
     if YAML not in upload.files:
         return _NO_GRID
     grid = open_grid(bytes(upload.buffer(YAML)), upload.buffer(IMAGE))
@@ -56,16 +57,16 @@ def _grid_answer(info: GridInfo) -> dict[str, Any]:
     return {"resolution": info.resolution, "width": info.width, "height": info.height, "origin": list(info.origin)}
 
 
-def _check_octomap(upload: StagedUpload) -> None:
-    """Parse an octree in a separate process: its kernels load slowly, and an invalid file may need much memory."""
-    command = [sys.executable, *_OCTOMAP_CHECK, str(upload.path(OCTOMAP))]
+def _check_part(upload: StagedUpload, part: str) -> None:
+    """Parse a file in a separate process: its kernels load slowly, and an invalid file may need much memory."""
+    command = [sys.executable, *_PART_CHECK, part, str(upload.path(part))]
     try:
-        process = subprocess.run(command, capture_output=True, text=True, check=False, timeout=OCTOMAP_SECONDS)
+        process = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PART_SECONDS)
     except subprocess.TimeoutExpired as error:
-        raise Unavailable(f"the octomap was not checked within {OCTOMAP_SECONDS:g} s: try again later") from error
+        raise Unavailable(f"the {part} was not checked within {PART_SECONDS:g} s: try again later") from error
     if process.returncode:
         raise Unavailable(
-            f"the octomap could not be checked (exit status {process.returncode}): it may be too large for this machine"
+            f"the {part} could not be checked (exit status {process.returncode}): it may be too large for this machine"
         )
     fault = json.loads(process.stdout)["fault"]
     if fault:

@@ -21,7 +21,7 @@ from ppaas.maps.formats.map_files import open_grid
 from storage.opened_maps import OpenMap
 from storage.records import MapVersionRecord, User
 from storage.staged_uploads import blocks
-from storage.versions import IMAGE, OCTOMAP, YAML
+from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML
 
 router = APIRouter(prefix="/maps/{map_id}", tags=["maps"])
 
@@ -34,11 +34,11 @@ _BLOCK = 1 << 20
 """Bytes read per call of a thread; a call costs as much as sending about 10 kB."""
 
 YAML_TYPE = "application/yaml"
-OCTOMAP_TYPE = "application/octet-stream"
+BINARY_TYPE = "application/octet-stream"
 _BYTES = {"schema": {"type": "string", "format": "binary"}}
 _YAML_FILE = _files({YAML_TYPE: {}})
 _IMAGE_FILE = _files({one.media_type: _BYTES for one in FORMATS})
-_OCTOMAP_FILE = _files({OCTOMAP_TYPE: _BYTES})
+_BINARY_FILE = _files({BINARY_TYPE: _BYTES})
 
 
 @router.get("/versions", response_model=Page[MapVersionAnswer], responses=KNOWN | problems(404))
@@ -93,10 +93,16 @@ async def fetch_image(map_id: MapId, services: Provided, user: Caller) -> Respon
     return await run_in_threadpool(_file, services, user, map_id, IMAGE)
 
 
-@router.get("/octomap", response_class=Response, responses=_OCTOMAP_FILE)
+@router.get("/octomap", response_class=Response, responses=_BINARY_FILE)
 async def fetch_octomap(map_id: MapId, services: Provided, user: Caller) -> Response:
     """Return the octree of the current version."""
     return await run_in_threadpool(_file, services, user, map_id, OCTOMAP)
+
+
+@router.get("/posegraph", response_class=Response, responses=_BINARY_FILE)
+async def fetch_posegraph(map_id: MapId, services: Provided, user: Caller) -> Response:
+    """Return the pose graph of the current version: the key frames that its grid was made of."""
+    return await run_in_threadpool(_file, services, user, map_id, POSEGRAPH)
 
 
 @router.get("/versions/{version}/yaml", response_class=Response, responses=_YAML_FILE)
@@ -111,10 +117,16 @@ async def fetch_version_image(map_id: MapId, version: VersionId, services: Provi
     return await run_in_threadpool(_file, services, user, map_id, IMAGE, version)
 
 
-@router.get("/versions/{version}/octomap", response_class=Response, responses=_OCTOMAP_FILE)
+@router.get("/versions/{version}/octomap", response_class=Response, responses=_BINARY_FILE)
 async def fetch_version_octomap(map_id: MapId, version: VersionId, services: Provided, user: Caller) -> Response:
     """Return the octree of a version."""
     return await run_in_threadpool(_file, services, user, map_id, OCTOMAP, version)
+
+
+@router.get("/versions/{version}/posegraph", response_class=Response, responses=_BINARY_FILE)
+async def fetch_version_posegraph(map_id: MapId, version: VersionId, services: Provided, user: Caller) -> Response:
+    """Return the pose graph of a version."""
+    return await run_in_threadpool(_file, services, user, map_id, POSEGRAPH, version)
 
 
 def _version(one: MapVersionRecord, present: MapVersionRecord) -> MapVersionAnswer:
@@ -134,7 +146,7 @@ def _file(services: Services, user: User, map_id: str, part: str, version: str |
     """Return a file as a stream; its memory mapping stays open until the stream ends."""
     with opened_map(services, user, map_id, version, only=(part,)) as opened:
         data = opened.buffer(part)
-    kinds = {YAML: YAML_TYPE, OCTOMAP: OCTOMAP_TYPE}
+    kinds = {YAML: YAML_TYPE, OCTOMAP: BINARY_TYPE, POSEGRAPH: BINARY_TYPE}
     kind = kinds[part] if part in kinds else media_type(data)
     headers = {"X-Content-Type-Options": "nosniff", "Content-Length": str(len(data))}
     return StreamingResponse(blocks(data, _BLOCK), media_type=kind, headers=headers)

@@ -39,8 +39,11 @@ IfMatch = Annotated[
 @router.post(
     "", status_code=201, response_model=MapAnswer, responses=KNOWN | BODY | problems(409, 429), openapi_extra=OPENAPI
 )
-async def publish_map(request: Request, services: Provided, user: Caller, if_match: IfMatch = None) -> MapAnswer:
-    """Publish a map or a new version of it: the two files of map_server, an octree of OctoMap, or all three."""
+async def publish_map(request: Request, services: Provided, user: Caller, if_match: IfMatch = None) -> Any:
+    """Publish a map or a new version of it: the two files of map_server, perhaps with a pose graph; an octree; or all.
+
+    With `review`, the new version waits until the owner of the map approves or refuses it (202).
+    """
     async with read_form(request, services.map_store) as (form, upload):
         note_object(request.scope, f"maps/{form.id}")
         with _invalidate(services, form.id):

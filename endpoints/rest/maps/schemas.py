@@ -20,7 +20,9 @@ class MapSummary(BaseModel):
     author: str = Field(description="User who published it")
     message: str = Field(description="Reason given for the publication")
     restored: bool = Field(description="Whether it was restored by a roll back")
-    parts: list[str] = Field(description="Its files: `yaml` and `image` for a grid, `octomap` for an octree")
+    parts: list[str] = Field(
+        description="Its files: `yaml` and `image` for a grid, `octomap` for an octree, `posegraph`"
+    )
     description: str
 
     @classmethod

@@ -20,7 +20,7 @@ from ppaas.maps.formats.map_yaml import MAX_YAML, Rules, with_rules
 from storage.names import PATTERN, check_name
 from storage.ports import MapStore
 from storage.staged_uploads import StagedUpload
-from storage.versions import IMAGE, OCTOMAP, YAML
+from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML
 
 MULTIPART = "multipart/form-data"
 
@@ -43,6 +43,12 @@ OPENAPI: dict[str, Any] = {
                             "type": "string",
                             "format": "binary",
                             "description": "Octree of OctoMap (.bt or .ot), with these two files or instead of them",
+                        },
+                        "posegraph": {
+                            "type": "string",
+                            "format": "binary",
+                            "description": "Pose graph that the grid was made of, from `ppaas map fetch` or a robot "
+                            "that maps; with yaml and image only",
                         },
                         "message": {
                             "type": "string",
@@ -125,10 +131,10 @@ class _Files:
         if name == YAML and self._yaml is None:
             self._yaml = _YamlBuffer()
             return nullcontext(self._yaml)
-        if name in (IMAGE, OCTOMAP):
+        if name in (IMAGE, OCTOMAP, POSEGRAPH):
             return self._upload.writing(name)
         raise InvalidParameter(
-            f"unexpected or repeated file {name[:64]!r} in the form: send yaml, image and octomap once each"
+            f"unexpected or repeated file {name[:64]!r} in the form: send yaml, image, octomap and posegraph once each"
         )
 
     def complete(self, rules: Rules | None) -> None:
@@ -148,6 +154,8 @@ class _YamlBuffer:
 
     def __init__(self) -> None:
         self.data = bytearray()
+        if self._yaml is None and POSEGRAPH in self._upload.files:
+            raise InvalidParameter("a 'posegraph' needs the grid made of it: send 'yaml' and 'image' as well")
 
     def write(self, data: memoryview) -> None:
         """Append some bytes; raise ``InvalidMap`` if the file gets too long."""

@@ -99,7 +99,7 @@ def _pieces(mapping: Mapping) -> Iterator[bytes]:
 
 def _check_start(view: memoryview) -> None:
     if not is_mapping(view) or len(view) < _START.size:
-        raise InvalidGraph("this is not a pose graph of PPaaS: get one with 'ppaas map get' or 'serialize_map'")
+        raise InvalidGraph("this is not a pose graph of PPaaS: get one with 'ppaas map fetch' or 'serialize_map'")
     number = _START.unpack(view[: _START.size])[1]
     if number != FORMAT:
         raise InvalidGraph(f"the pose graph has format {number}; this release reads format {FORMAT}")

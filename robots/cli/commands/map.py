@@ -27,7 +27,7 @@ MAPS = Resource(
     list_columns=("id", "owner", "version", "created", "readers", "description"),
 )
 OCTREES = (".bt", ".ot")
-PARTS = ("yaml", "image", "octomap")
+PARTS = ("yaml", "image", "octomap", "posegraph")
 NOBODY = "-"
 
 
@@ -87,6 +87,7 @@ def _add_publish_arguments(publish: argparse.ArgumentParser) -> None:
     publish.add_argument("--octomap", type=Path, metavar="FILE", help="octomap to publish with the image")
     publish.add_argument("--id", help="id of the map (name of the file)")
     publish.add_argument("--if-match", metavar="VERSION", help="publish only if this is the current version")
+    publish.add_argument("--posegraph", type=Path, metavar="FILE", help="pose graph that the image was made of")
     publish.add_argument(
         "--rules",
         choices=("map_server", "nav2"),
@@ -112,7 +113,8 @@ async def _publish(arguments: argparse.Namespace) -> None:
     texts = {"description": arguments.description, "rules": arguments.rules, "message": arguments.message}
     octomap = file if only_octomap else arguments.octomap
     expected = await whole_version(client, map_id, arguments.if_match)
-    answer = await client.upload_map(map_id, yaml, image, readers, octomap=octomap, if_match=expected, **texts)
+    files = {"octomap": octomap, "posegraph": arguments.posegraph}
+    answer = await client.upload_map(map_id, yaml, image, readers, if_match=expected, **files, **texts)
     show(answer, MAPS.columns, as_json=arguments.json)
 
 

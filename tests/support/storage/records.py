@@ -71,13 +71,14 @@ class GivenMap(msgspec.Struct, frozen=True):
     yaml: bytes | None
     image: bytes | None
     octomap: bytes | None = None
+    posegraph: bytes | None = None
     readers: tuple[str, ...] = ()
     created: float = 3.0
     description: str = ""
 
     @property
     def files(self) -> dict[str, bytes]:
-        given = {"yaml": self.yaml, "image": self.image, "octomap": self.octomap}
+        given = {"yaml": self.yaml, "image": self.image, "octomap": self.octomap, "posegraph": self.posegraph}
         return {part: data for part, data in given.items() if data is not None}
 
     @property

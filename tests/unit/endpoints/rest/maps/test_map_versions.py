@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 from endpoints.services.services import Services
+from ppaas.mapping.serialization.mapping_file import pack_mapping
 from ppaas.maps.octomap import binary_octomap
 from ppaas.maps.octree import octree_of
 from ppaas.maps.voxels import VoxelGrid, VoxelInfo
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import YAML, pgm
+from tests.support.world.mappings import room_mapping
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 TREE = binary_octomap(octree_of(VoxelGrid(np.full((2, 2, 3), 100, np.uint8), VoxelInfo(0.1, 3, 2, 2))))
@@ -121,6 +123,22 @@ async def test_invalid_octomaps_are_refused_and_not_stored(
 ) -> None:
     problem_of(await send_octomap(client, await log_in("ann"), octomap), 422, "invalid-map")
     assert services.map_store.maps() == []
+
+
+async def test_a_pose_graph_is_stored_verbatim_beside_its_grid(client: httpx.AsyncClient, log_in: LogIn) -> None:
+    ann, graph = await log_in("ann"), b"".join(pack_mapping(room_mapping(3)))
+    files = {"yaml": ("yaml", YAML), "image": ("image", pgm()), "posegraph": ("posegraph", graph)}
+    published = await client.post("/v1/maps", headers=ann, data={"id": "house"}, files=files)
+    assert (published.status_code, published.json()["parts"]) == (201, ["image", "posegraph", "yaml"])
+    path = f"/v1/maps/house/versions/{published.json()['version']}/posegraph"
+    for url in (path, "/v1/maps/house/posegraph"):
+        assert (await client.get(url, headers=ann)).content == graph
+    files["posegraph"] = ("posegraph", graph[:-1])
+    damaged = await client.post("/v1/maps", headers=ann, data={"id": "house"}, files=files)
+    assert "cut off" in problem_of(damaged, 422, "invalid-map")["detail"]
+    with_octree = {"posegraph": ("posegraph", graph), "octomap": ("octomap", TREE)}
+    lone = await client.post("/v1/maps", headers=ann, data={"id": "house"}, files=with_octree)
+    assert "send 'yaml' and 'image'" in problem_of(lone, 422, "invalid-parameter")["detail"]
 
 
 async def test_every_version_of_a_map_stays_readable(
