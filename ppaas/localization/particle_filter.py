@@ -52,12 +52,17 @@ class ParticleFilter:
     """
 
     def __init__(self, layers: MapLayers, parameters: AmclParameters, threads: Threads = one_thread) -> None:
-        self._parameters = parameters
+        self._parameters, self._threads = parameters, threads
         self._random = np.random.default_rng(parameters.seed)
         self._odometry = odometry_model(parameters, threads)
         self._relocalizer = Relocalizer(layers, parameters, self._random)
         self.sensor = sensor_model(layers, parameters, threads)
         self.initialise(Pose2D(0.0, 0.0), np.zeros((3, 3)))
+
+    def use_layers(self, layers: MapLayers) -> None:
+        """Replace the map by another in the same frame; the particles and the estimate stay."""
+        self.sensor = sensor_model(layers, self._parameters, self._threads)
+        self._relocalizer.use_layers(layers)
 
     # -- initial particles ---------------------------------------------------------------------------------------------
 

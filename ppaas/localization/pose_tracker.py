@@ -93,9 +93,13 @@ class PoseTracker:
     """
 
     def __init__(self, layers: MapLayers, parameters: AmclParameters) -> None:
-        self._layers, self._match = layers, ScanMatch(layers, parameters)
-        self._drift = parameters.odom_drift
+        self._parameters, self._drift = parameters, parameters.odom_drift
+        self.use_layers(layers)
         self.forget()
+
+    def use_layers(self, layers: MapLayers) -> None:
+        """Replace the map by another in the same frame; the pose is followed from the last alignment."""
+        self._layers, self._match = layers, ScanMatch(layers, self._parameters)
 
     def forget(self) -> None:
         """Start over from the particles with the next alignment."""

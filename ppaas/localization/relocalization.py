@@ -43,15 +43,21 @@ class Relocalizer:
     """
 
     def __init__(self, layers: MapLayers, parameters: AmclParameters, random: np.random.Generator) -> None:
-        self.free = FreePoses(layers.grid)
         self.searching = False
         self._suspected = False
-        self._match = ScanMatch(layers, parameters)
+        self._parameters = parameters
         self._random = random
         self._averages = FitAverages(parameters.recovery_alpha_slow, parameters.recovery_alpha_fast)
         self._history = ScanHistory()
         self._wanted: PoseSearch | None = None
         self._under_way: PoseSearch | None = None
+        self.use_layers(layers)
+
+    def use_layers(self, layers: MapLayers) -> None:
+        """Replace the map; results of searches of the last one are discarded, and scans are judged anew."""
+        self.free, self._match = FreePoses(layers.grid), ScanMatch(layers, self._parameters)
+        self._averages.forget()
+        self._wanted = self._under_way = None
 
     def begin(self, *, searching: bool) -> None:
         """Start over with a robot that is lost (``searching``) or not; results of earlier searches are discarded."""

@@ -106,6 +106,15 @@ class AmclNode(Node):
         self._update_asked = False
         self._search_runs = False
 
+    def use_layers(self, layers: MapLayers) -> None:
+        """Replace the map by another in the same frame, such as the next version, while the robot drives.
+
+        The pose stays. A search of the last map for a lost robot is discarded, and begins again with the next scans.
+        """
+        self._info, self._layers = layers.grid.info, layers
+        self._filter.use_layers(layers)
+        self._tracker.use_layers(layers)
+
     def on_message(self, topic: str, message: Payload) -> None:
         """Handle a scan, a transform or an initial pose.
 
