@@ -63,6 +63,8 @@ class StoredBytes:
             before = page[-1].number
             if before <= known.number or len(page) < PAGE:
                 break
+        for review in map_store.reviews(head.id):
+            found.files |= {file.sha256: file.size for file in review.files.values()}
         with self._lock:
             self._maps[head.id] = found
         return found

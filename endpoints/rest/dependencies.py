@@ -81,6 +81,14 @@ async def readable_head(services: Services, user: User, map_id: str) -> MapRecor
     return head
 
 
+async def owned_head(services: Services, user: User, map_id: str) -> MapRecord:
+    """Return the head of a map; ``NotPermitted`` unless the user owns it or is an administrator."""
+    head = await readable_head(services, user, map_id)
+    if user.role != "admin" and user.id != head.owner:
+        raise NotPermitted(f"only the owner of map {map_id!r} may do this")
+    return head
+
+
 async def own_robot(services: Services, user: User, robot_id: str) -> RobotRecord:
     """Return a robot of a user; ``NotFound`` if the user has no such robot."""
     return await run_in_threadpool(services.store.robot, user.id, robot_id)

@@ -48,6 +48,8 @@ BODIES: dict[str, Any] = {
     "create_user": {"id": "dora", "password": PASSWORD},
     "change_user": {"old_password": PASSWORD, "password": "another password"},
     "change_map": {"readers": ["*"]},
+    "approve_review": {"why": "seen it"},
+    "refuse_review": {"why": "it was a person"},
     "roll_back_map": {"version": records.house().version},
     "put_robot": {"map": "house", "initial_pose": [0.1, 0.1, 0.0]},
     "change_robot": {"cores": 0.5},
@@ -122,6 +124,7 @@ async def seeded(passwords: Passwords) -> Seeded:
         await services.accounts.register(user, PASSWORD, "admin" if user == "admin" else "user")
         tokens[user] = await services.accounts.login(user, PASSWORD)
     records.put_map(services.map_store, records.house(readers=("carl",)))
+    review = records.propose(services.map_store, records.house(image=records.pgm(value=0)))
     store.put_robot(records.robot("tb1", user="ann"))
     store.put_urdf("ann", "tb1", example("turtlebot3_burger"))
     store.add_plan(records.plan("p1", poses=POSES.tobytes(), version=records.house().version))
@@ -131,7 +134,7 @@ async def seeded(passwords: Passwords) -> Seeded:
     names = {
         "map_id": "house", "version": records.house().version, "robot_id": "tb1", "user_id": "ann", "plan_id": "p1",
         "machine_id": "m1", "container_id": "c1", "planner": "navfn", "node": "amcl", "goal_id": goal.id,
-        "token": token_id(await services.accounts.login("ann", PASSWORD)),
+        "number": str(review.number), "token": token_id(await services.accounts.login("ann", PASSWORD)),
     }  # fmt: skip
     return Seeded(services, tokens, names)
 

@@ -7,8 +7,8 @@ from fastapi import APIRouter, Query
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response, StreamingResponse
 
-from endpoints.rest.dependencies import Caller, Paged, Provided, readable_head
-from endpoints.rest.maps.maps import opened_map, owned_head, shown_map
+from endpoints.rest.dependencies import Caller, Paged, Provided, owned_head, readable_head
+from endpoints.rest.maps.maps import opened_map, shown_map
 from endpoints.rest.maps.schemas import CellRectangle, MapAnswer, MapDifference, MapVersionAnswer, OctomapFate
 from endpoints.rest.names import MapId, Version, VersionId
 from endpoints.rest.openapi import KNOWN, Responses, problems

@@ -6,23 +6,26 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Header, Request
 from starlette.concurrency import run_in_threadpool
+from starlette.responses import Response
 
 from endpoints.audit.notes import note_details, note_object
-from endpoints.rest.dependencies import Caller, Paged, Provided, may_read, readable_head, robots_in
+from endpoints.rest.dependencies import Caller, Paged, Provided, may_read, owned_head, robots_in
 from endpoints.rest.maps.content_check import check_contents, grid_of
+from endpoints.rest.maps.map_reviews import propose
+from endpoints.rest.maps.review_schemas import MapReviewAnswer
 from endpoints.rest.maps.schemas import MapAnswer, MapChange, MapSummary, RollBack
 from endpoints.rest.maps.upload_form import OPENAPI, MapForm, read_form
 from endpoints.rest.names import MapId
-from endpoints.rest.openapi import BODY, KNOWN, problems
+from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
 from endpoints.services.version_removal import expire_versions
 from ppaas.clock import epoch
-from ppaas.errors import Conflict, NotFound, NotPermitted
+from ppaas.errors import Conflict, NotFound
 from storage.opened_maps import OpenMap
 from storage.ports import Store
-from storage.records import MapRecord, Publication, User
+from storage.records import Publication, User
 from storage.staged_uploads import StagedUpload
 
 router = APIRouter(prefix="/maps", tags=["maps"], route_class=StrictRoute)
@@ -36,8 +39,15 @@ IfMatch = Annotated[
 ]
 
 
+WAITS: Responses = {202: {"model": MapReviewAnswer, "description": "With `review`: the version waits"}}
+
+
 @router.post(
-    "", status_code=201, response_model=MapAnswer, responses=KNOWN | BODY | problems(409, 429), openapi_extra=OPENAPI
+    "",
+    status_code=201,
+    response_model=MapAnswer,
+    responses=KNOWN | BODY | problems(403, 404, 409, 429) | WAITS,
+    openapi_extra=OPENAPI,
 )
 async def publish_map(request: Request, services: Provided, user: Caller, if_match: IfMatch = None) -> Any:
     """Publish a map or a new version of it: the two files of map_server, perhaps with a pose graph; an octree; or all.
@@ -46,11 +56,24 @@ async def publish_map(request: Request, services: Provided, user: Caller, if_mat
     """
     async with read_form(request, services.map_store) as (form, upload):
         note_object(request.scope, f"maps/{form.id}")
+        if form.review:
+            publication = Publication(form.id, user.id, epoch(), form.message, if_match=_version(if_match))
+            return await _propose(request, services, user, upload, publication)
         with _invalidate(services, form.id):
             async with services.heavy_work.turn(user.id):
                 published = await run_in_threadpool(_publish, services, user, form, upload, if_match)
     note_details(request.scope, version=published.version, readers=published.readers)
     return published
+
+
+async def _propose(
+    request: Request, services: Services, user: User, upload: StagedUpload, publication: Publication
+) -> Response:
+    async with services.heavy_work.turn(user.id):
+        await run_in_threadpool(check_contents, upload)
+        review = await run_in_threadpool(propose, services, user, upload, publication)
+    note_details(request.scope, review=review.number, version=review.version, base=review.base)
+    return Response(review.model_dump_json(), 202, media_type="application/json")
 
 
 @router.get("", response_model=Page[MapSummary], responses=KNOWN)
@@ -126,14 +149,6 @@ def _invalidate(services: Services, map_id: str) -> Iterator[None]:
         yield
     finally:
         services.map_cache.forget(map_id)
-
-
-async def owned_head(services: Services, user: User, map_id: str) -> MapRecord:
-    """Return the head of a map; ``NotPermitted`` unless the user owns it or is an administrator."""
-    head = await readable_head(services, user, map_id)
-    if user.role != "admin" and user.id != head.owner:
-        raise NotPermitted(f"only the owner of map {map_id!r} may do this")
-    return head
 
 
 def _publish(services: Services, user: User, form: MapForm, upload: StagedUpload, if_match: str | None) -> MapAnswer:

@@ -55,6 +55,12 @@ OPENAPI: dict[str, Any] = {
                             "maxLength": MAX_DESCRIPTION,
                             "description": "Reason of the publication, shown in the list of versions",
                         },
+                        "review": {
+                            "type": "string",
+                            "enum": ["true", "false"],
+                            "description": "`true`: the version waits until the owner approves or refuses it. "
+                            "Default: `false`.",
+                        },
                         "readers": {
                             "type": "string",
                             "description": "User ids, comma-separated; `*` is everybody. Default: unchanged, or none.",
@@ -79,12 +85,16 @@ OPENAPI: dict[str, Any] = {
 
 
 class MapForm(msgspec.Struct, frozen=True):
-    """Text fields of the form; ``readers`` and ``description`` are None if omitted."""
+    """Text fields of the form; ``readers`` and ``description`` are None if omitted.
+
+    ``review`` is whether the version waits for a review.
+    """
 
     id: str
     readers: tuple[str, ...] | None
     description: str | None
     message: str
+    review: bool = False
 
 
 @asynccontextmanager
@@ -166,9 +176,15 @@ class _YamlBuffer:
 
 def _form(reader: FormReader) -> MapForm:
     map_id = check_name("map", _text(reader, "id") or "")
-    return MapForm(
-        map_id, _readers(reader), _limited_text(reader, "description"), _limited_text(reader, "message") or ""
-    )
+    description, message = _limited_text(reader, "description"), _limited_text(reader, "message") or ""
+    return MapForm(map_id, _readers(reader), description, message, _review(reader))
+
+
+def _review(reader: FormReader) -> bool:
+    text = _text(reader, "review") or "false"
+    if text not in ("true", "false"):
+        raise InvalidParameter(f"review must be true or false, not {text[:64]!r}")
+    return text == "true"
 
 
 def _text(reader: FormReader, key: str) -> str | None:

@@ -1,4 +1,4 @@
-"""Command ``ppaas map``: publishes, lists, shows, changes, compares, rolls back, fetches and deletes maps."""
+"""Command ``ppaas map``: publishes, lists, shows, changes, compares, reviews, rolls back, fetches and deletes maps."""
 
 import argparse
 import sys
@@ -11,6 +11,7 @@ from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
+from robots.cli.verbs import map_reviews
 from robots.cli.verbs.map_versions import delete_version, diff, list_versions, roll_back, whole_version
 from robots.client.rest_paths import path_of
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from robots.client.rest import RestClient
 
 NAME = "map"
-HELP = "publish, list, show, change, compare, roll back, fetch and delete maps"
+HELP = "publish, list, show, change, compare, review, roll back, fetch and delete maps"
 
 MAPS = Resource(
     "maps",
@@ -66,6 +67,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         add_limit_argument(verb)
     for verb in (publish, listing, one, change, versions, diff, roll_back, fetch, delete):
         add_session_arguments(verb)
+    map_reviews.configure(verbs)
     _add_version_verbs(verbs.add_parser("version", help="delete a version of a map"))
 
 
@@ -87,6 +89,9 @@ def _add_publish_arguments(publish: argparse.ArgumentParser) -> None:
     publish.add_argument("--octomap", type=Path, metavar="FILE", help="octomap to publish with the image")
     publish.add_argument("--id", help="id of the map (name of the file)")
     publish.add_argument("--if-match", metavar="VERSION", help="publish only if this is the current version")
+    publish.add_argument(
+        "--review", action="store_true", help="let the version wait until the owner approves or refuses it"
+    )
     publish.add_argument("--posegraph", type=Path, metavar="FILE", help="pose graph that the image was made of")
     publish.add_argument(
         "--rules",
@@ -111,11 +116,13 @@ async def _publish(arguments: argparse.Namespace) -> None:
     map_id = arguments.id or map_id_of(file)
     readers = tuple("" if name == NOBODY else name for name in arguments.reader or ())
     texts = {"description": arguments.description, "rules": arguments.rules, "message": arguments.message}
+    texts |= {"review": "true"} if arguments.review else {}
     octomap = file if only_octomap else arguments.octomap
     expected = await whole_version(client, map_id, arguments.if_match)
     files = {"octomap": octomap, "posegraph": arguments.posegraph}
     answer = await client.upload_map(map_id, yaml, image, readers, if_match=expected, **files, **texts)
-    show(answer, MAPS.columns, as_json=arguments.json)
+    columns = map_reviews.COLUMNS if arguments.review else MAPS.columns
+    show(answer, columns, as_json=arguments.json)
 
 
 async def _show(arguments: argparse.Namespace) -> None:
@@ -178,4 +185,7 @@ _VERBS = {
     "fetch": _fetch,
     "delete": MAPS.delete,
     "version": delete_version,
+    "reviews": map_reviews.reviews,
+    "approve": map_reviews.approve,
+    "refuse": map_reviews.refuse,
 }

@@ -36,7 +36,7 @@ async def diff(arguments: argparse.Namespace) -> None:
         new = (await client.get(path_of("maps", arguments.id)))["version"]
     found = await client.get(f"{path_of('maps', arguments.id, 'difference')}?old={old}&new={new}")
     if arguments.plot is not None:
-        await _draw(client, arguments.id, found, arguments.plot)
+        await draw(client, arguments.id, found, arguments.plot)
     show(found if arguments.json else _for_people(found), DIFFERENCE, as_json=arguments.json)
 
 
@@ -81,7 +81,8 @@ def _for_people(found: dict[str, Any]) -> dict[str, Any]:
     return found | shown
 
 
-async def _draw(client: "RestClient", map_id: str, found: dict[str, Any], picture: Path) -> None:
+async def draw(client: "RestClient", map_id: str, found: dict[str, Any], picture: Path) -> None:
+    """Draw the difference of the versions ``old`` and ``new`` of a map as a PNG file."""
     from robots.pictures.map_change import write_change  # noqa: PLC0415 - pictures and maps need more than the base install
     from robots.pictures.path import check_picture  # noqa: PLC0415
 

@@ -21,7 +21,7 @@ from storage.records import Token, User
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.serving import serve
 from tests.support.endpoints.still_place import StillPlace
-from tests.support.storage.records import house, pgm, plan, put_map, robot
+from tests.support.storage.records import house, pgm, plan, propose, put_map, robot
 
 TOKEN = "of an administrator"
 MAP, ROBOT, USER = "office", "tb1", "ann"
@@ -38,6 +38,7 @@ KNOWN = {
     "container_id": "c1",
     "node": "amcl",
     "goal_id": "rest-1",
+    "number": "2",
 }
 """Ids of existing objects by path parameter."""
 
@@ -61,6 +62,7 @@ class FuzzedService:
         store.put_robot(robot(ROBOT, user="root", map=MAP))
         store.add_plan(plan(PLAN, user="root", map=MAP))
         put_map(self.services.map_store, house(MAP, owner="root", image=pgm()))
+        propose(self.services.map_store, house(MAP, owner="root", image=pgm(value=0)))
         self.cloud.running = [container("c1", user="root", robot="tb2")]
         self.cloud.places[robot_key("root", ROBOT)] = StillPlace()
 

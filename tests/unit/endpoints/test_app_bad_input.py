@@ -166,7 +166,7 @@ def operations() -> list[tuple[str, str]]:
     # The last one answers all the same.
     asks_no_store = ("machines", "containers", "models", "planners", "tickets", "audit", "health")
     known = {"map_id": "house", "version": "0" * 64, "robot_id": "tb1", "user_id": "bob", "plan_id": "p1", "token": "x"}
-    known |= {"node": "amcl", "goal_id": "rest-1"}
+    known |= {"node": "amcl", "goal_id": "rest-1", "number": "1"}
     described = create_app(Services(DeadStore(), DeadStore(), None, FakeCloud())).openapi()["paths"]  # type: ignore[arg-type]
     return [
         (method.upper(), path.format(**known))
@@ -187,6 +187,8 @@ BODIES: dict[str, object] = {
     "/v1/maps/house/plans": {"start": [0, 0], "goal": [1, 1]},
     "/v1/plans/p1": {"map": "house", "planner": "dijkstra", "poses": [[0, 0, 0, 0, 0, 0, 1]]},
     "/v1/maps/house/roll_back": {"version": "0" * 64},
+    "/v1/maps/house/reviews/1/approve": {},
+    "/v1/maps/house/reviews/1/refuse": {"why": "no"},
     "/v1/maps/house/cost_matrix": {"starts": [[0, 0]], "goals": [[1, 1]]},
 }
 

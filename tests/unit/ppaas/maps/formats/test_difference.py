@@ -45,7 +45,9 @@ def test_difference_equals_a_comparison_cell_by_cell(old, new, block):
     left, low = (min(at[axis] for at in changed) for axis in (0, 1))
     right, high = (max(at[axis] for at in changed) + 1 for axis in (0, 1))
     assert found.rectangle == (left - new[1], low - new[2], right - left, high - low)
-    assert found.rectangles == [found.rectangle]
+    covered = {(c, r) for left_, low_, w, h in found.rectangles for c in range(left_, left_ + w)
+               for r in range(low_, low_ + h)}  # fmt: skip
+    assert {(c - new[1], r - new[2]) for c, r in changed} <= covered
     kinds = [(before.get(at, UNKNOWN), after.get(at, UNKNOWN)) for at in changed]
     became = {kind: sum(now == kind for _, now in kinds) for kind in (OCCUPIED, FREE, UNKNOWN)}
     known = sum(was == UNKNOWN for was, _ in kinds)
