@@ -7,6 +7,7 @@ leading dot, nothing that needs quoting.
 import re
 
 from ppaas.errors import InvalidInput
+from ppaas.maps.new_map import NEW, new_map_id
 
 PATTERN = "[A-Za-z0-9][A-Za-z0-9_.-]{0,63}"
 _NAME = re.compile(PATTERN)
@@ -38,3 +39,15 @@ def check_name(kind: str, name: str) -> str:
             " or digit first"
         )
     return name
+
+
+def check_robot_map(name: str) -> str:
+    """Return the map of a robot, if it is a valid id, or ``new:`` with one.
+
+    Raises
+    ------
+    InvalidInput
+        The id is not valid.
+    """
+    new = new_map_id(name)
+    return check_name("map", name) if new is None else NEW + check_name("new map", new)

@@ -7,6 +7,7 @@ from fastapi import Path
 from pydantic import AfterValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
+from ppaas.maps.new_map import NEW, new_map_id
 from storage.names import PATTERN, is_name
 
 MAX_SHOWN = 64
@@ -18,6 +19,18 @@ def _name(text: str) -> str:
         message = "{shown} is not a valid name: use 1 to 64 letters, digits, '_', '.' and '-', a letter or digit first"
         raise PydanticCustomError("name", message, {"shown": repr(shown)})
     return text
+
+
+def _robot_map(text: str) -> str:
+    new = new_map_id(text)
+    if new is not None and not is_name(new):
+        shown = new if len(new) <= MAX_SHOWN else new[:MAX_SHOWN] + "…"
+        message = (
+            "{shown} is not a valid name of a new map: after 'new:', give the id under which it is to be published, "
+            "1 to 64 letters, digits, '_', '.' and '-', a letter or digit first"
+        )
+        raise PydanticCustomError("name", message, {"shown": repr(shown)})
+    return _name(text) if new is None else text
 
 
 def _plugin(text: str) -> str:
@@ -35,9 +48,11 @@ def _version(text: str) -> str:
 
 
 _SCHEMA = {"type": "string", "pattern": f"^{PATTERN}$", "minLength": 1, "maxLength": 64}
+_ROBOT_MAP_SCHEMA = {"type": "string", "pattern": f"^({NEW})?{PATTERN}$", "minLength": 1, "maxLength": 64 + len(NEW)}
 _PLUGIN_SCHEMA = {"type": "string", "pattern": f"^{PATTERN}((/|::){PATTERN})?$", "minLength": 1, "maxLength": 130}
 
 Name = Annotated[str, AfterValidator(_name), WithJsonSchema(_SCHEMA)]
+RobotMap = Annotated[str, AfterValidator(_robot_map), WithJsonSchema(_ROBOT_MAP_SCHEMA)]
 PluginName = Annotated[str, AfterValidator(_plugin), WithJsonSchema(_PLUGIN_SCHEMA)]
 Version = Annotated[str, AfterValidator(_version), WithJsonSchema(_SCHEMA)]
 

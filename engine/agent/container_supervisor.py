@@ -2,7 +2,8 @@
 
 import asyncio
 import logging
-from collections.abc import Callable, Collection
+from collections.abc import AsyncIterator, Callable, Collection
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -83,11 +84,8 @@ class ContainerSupervisor:
     async def _host(self, order: control_link.StartContainer, hosted: _Supervised) -> None:
         container = order.spec.id
         try:
-            layers = await self._layers(order.spec)
-            try:
+            async with self._layers(order.spec) as layers:
                 status = await self._run(order, hosted, layers)
-            finally:
-                self._cache.release(layers)
         except PPaaSError as error:
             self._tell_failed(container, error)
         except Exception as error:
@@ -102,7 +100,7 @@ class ContainerSupervisor:
         logger.warning("container %s could not be started: %s", container, error)
         self._tell(control_link.LaunchFailed(container, refusal_of(error)))
 
-    async def _run(self, order: control_link.StartContainer, hosted: _Supervised, layers: Path) -> int:
+    async def _run(self, order: control_link.StartContainer, hosted: _Supervised, layers: Path | None) -> int:
         container = order.spec.id
         if hosted.stopped.is_set():
             raise Unavailable(f"container {container} was stopped before it was started")
@@ -117,15 +115,17 @@ class ContainerSupervisor:
         finally:
             self._gateway.forget(container)
 
-    async def _prepare(self, hosted: _Supervised, layers: Path, planner: str) -> None:
+    async def _prepare(self, hosted: _Supervised, layers: Path | None, planner: str) -> None:
+        if layers is None:
+            raise Unavailable(f"a map that changes has no index for planner {planner!r}")
         await self._cache.prepare(layers, planner)
         if hosted.process is not None:
             hosted.process.layers_grew()
 
-    def _launch_of(self, order: control_link.StartContainer, layers: Path) -> Launch:
+    def _launch_of(self, order: control_link.StartContainer, layers: Path | None) -> Launch:
         return Launch(
             spec=order.spec,
-            layers=str(layers),
+            layers="" if layers is None else str(layers),
             link=self._link or order.link,
             machine=str(self._gateway.path),
             secret=order.secret,
@@ -139,8 +139,17 @@ class ContainerSupervisor:
         others = [launch for launch in launches if launch.spec.id != spec.id]
         return cores.pick(spec.cores, self._cpus, cores.used((other.spec.cores, other.cpus) for other in others))
 
-    async def _layers(self, spec: ContainerSpec) -> Path:
-        return await self._cache.ensure(layers_of(spec))
+    @asynccontextmanager
+    async def _layers(self, spec: ContainerSpec) -> AsyncIterator[Path | None]:
+        """Hold the layers of a container's map; None if its robot makes a new map."""
+        if spec.maps:
+            yield None
+            return
+        layers = await self._cache.ensure(layers_of(spec))
+        try:
+            yield layers
+        finally:
+            self._cache.release(layers)
 
     def stop(self, order: control_link.StopContainer) -> None:
         """Kill a container that still runs after the grace period; its endpoint has requested its exit already."""

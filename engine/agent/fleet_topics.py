@@ -59,7 +59,7 @@ class FleetTopics:
         Raises
         ------
         NotPermitted
-            The container only plans.
+            The container only plans, or its robot makes a new map.
         MessageTooLarge
             The payload is over `MAX_SHARED` bytes.
         """
@@ -68,7 +68,7 @@ class FleetTopics:
     def hear_others(self, scope: Scope | None, stream: FrameStream[machine_link.FromContainer]) -> list[Subscription]:
         """Forward what other robots on its map share to a container, until the returned subscriptions are closed.
 
-        A container that only plans receives nothing.
+        A container without a scope receives nothing.
         """
         if scope is None:
             return []
@@ -84,14 +84,17 @@ class FleetTopics:
 
 def _shared_key(frame: machine_link.Share, scope: Scope | None) -> str:
     if scope is None:
-        raise NotPermitted("a planning container has no robot, so no topics to share")
+        raise NotPermitted("a container that only plans, or whose robot makes a new map, has no topics to share")
     if len(frame.payload) > MAX_SHARED:
         raise MessageTooLarge(f"a shared message may have up to {MAX_SHARED} bytes, not {len(frame.payload)}")
     return scope.shared_key(frame.topic)
 
 
 def scope_of(spec: ContainerSpec) -> Scope | None:
-    """Return the scope in which a container may publish and subscribe; None if it only plans."""
-    if spec.robot is None:
+    """Return the scope in which a container may publish and subscribe.
+
+    None if it only plans, or if its robot makes a new map, in whose frame no other robot is.
+    """
+    if spec.robot is None or spec.maps:
         return None
     return Scope(spec.user, DEFAULT_GROUP, spec.robot.id, spec.map.id)

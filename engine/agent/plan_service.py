@@ -45,8 +45,10 @@ class PlanService:
         Raises
         ------
         NotPermitted
-            The plan does not have the container's user, robot and map version.
+            The plan does not have the container's user, robot and map version, or the map is not published.
         """
+        if spec.maps:
+            raise NotPermitted("plans on a map that is not published are not stored")
         robot = spec.robot.id if spec.robot is not None else None
         if (plan.user, plan.robot, plan.map, plan.version) != (spec.user, robot, spec.map.id, spec.map.version):
             raise NotPermitted("a container may only store plans with its own user, robot and map version")
@@ -54,6 +56,8 @@ class PlanService:
 
     def find(self, spec: ContainerSpec, asked: machine_link.FindPlans) -> list[machine_link.Candidate]:
         """Return candidates for reuse: plans from start to goal or, without any, segments of plans that pass both."""
+        if spec.maps:
+            return []
         version, tolerance = spec.map.version, asked.tolerance
         query = stored.PlanQuery(
             Pose2D(*asked.start), Pose2D(*asked.goal), version, asked.planner, asked.parameters, asked.robot_radius,
@@ -86,7 +90,8 @@ class PlanService:
     def history(self, spec: ContainerSpec) -> machine_link.PlanningHistory:
         """Return the history of planning on the container's map, and of the link to the store."""
         known = {row.link: row for row in self._store.links()}
-        return machine_link.PlanningHistory(0, self._store.history(spec.map.id), self._link, known.get(self._link))
+        rows = [] if spec.maps else self._store.history(spec.map.id)
+        return machine_link.PlanningHistory(0, rows, self._link, known.get(self._link))
 
     def note(self, spec: ContainerSpec, rows: list[PlannerHistory], link: LinkHistory | None) -> None:
         """Add rows to the history of planning, and replace that of the link.

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
-from engine.container.short_jobs import Outcome, ShortJobs
+from engine.container.short_jobs import Outcome, ShortJobs, attempt
 from ppaas.errors import PPaaSError
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import TURN, LongWork, Work
@@ -20,6 +20,10 @@ Done = Callable[[T | PPaaSError], None]
 
 JOB_THREADS = 2
 """Number of job threads: one for the robot's plan, one for a plan that an operator requests meanwhile."""
+
+LONG_JOB_THREADS = 2
+"""Number of threads for `LongWork`, so that no plan waits for it: one for the loop closures of a map, one for layers of
+the map that has grown meanwhile."""
 
 
 class NodeExecutor:
@@ -33,7 +37,9 @@ class NodeExecutor:
 
     def __init__(self, prepare_thread: Callable[[], None]) -> None:
         self._loop = asyncio.get_running_loop()
+        # Threads are started when they are needed: a clone without long jobs has none for them.
         self._executor = ThreadPoolExecutor(JOB_THREADS, "job", prepare_thread)
+        self._long_jobs = ThreadPoolExecutor(LONG_JOB_THREADS, "long-job", prepare_thread)
         self._short_jobs = ShortJobs()
         self._alarm: asyncio.Handle | None = None
         self._attending = False
@@ -52,7 +58,10 @@ class NodeExecutor:
         if outcome is not None:
             self._finish(outcome, done)
             return
-        future = self._executor.submit(self._short_jobs.timed, work, cancelled)
+        if long:
+            future = self._long_jobs.submit(attempt, work, cancelled)
+        else:
+            future = self._executor.submit(self._short_jobs.timed, work, cancelled)
         future.add_done_callback(lambda ended: self._hand_over(ended, done))
 
     def _hand_over(self, future: Future[Outcome[T]], done: Done[T]) -> None:
@@ -74,6 +83,10 @@ class NodeExecutor:
                 done(PPaaSError(f"internal error: {type(error).__name__}"))
         finally:
             self.attend()
+
+    def beside(self, work: Callable[[], None]) -> None:
+        """Run work in the thread of long jobs; a failure is logged."""
+        self._work(LongWork(lambda _cancelled: work()), lambda: False, lambda _done: None)
 
     def elsewhere(self) -> None:
         """Restart the job that runs on the loop's thread in a job thread, since it would block the loop."""
@@ -112,4 +125,5 @@ class NodeExecutor:
         self._closed = True
         if self._alarm is not None:
             self._alarm.cancel()
-        self._executor.shutdown(wait=False, cancel_futures=True)
+        for executor in (self._executor, self._long_jobs):
+            executor.shutdown(wait=False, cancel_futures=True)

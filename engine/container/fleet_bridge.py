@@ -72,6 +72,8 @@ class FleetBridge:
         self._driven: tuple[float, Twist] = float("-inf"), Twist()
         robot = launch.spec.robot
         self._radius = robot_body(robot.model, robot.urdf, robot.parameters).robot_radius if robot else 0.0
+        if launch.spec.maps:
+            return  # its poses and plans are in the frame of a map that nobody else has
         if topics.AMCL_POSE.name in graph.topics:
             graph.tap(topics.AMCL_POSE.name, self._share_pose)
         if topics.ODOM.name in graph.topics:

@@ -10,6 +10,7 @@ from engine.specs.layer_files import open_layers
 from ppaas.clone.assembly import build_clone
 from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.costmap import Indexes
+from ppaas.costmap.map_layers import MapLayers
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.plans.reuse.setup import ReuseSetup
@@ -32,17 +33,17 @@ def build_graph(
     indexes : callable, optional
         Returns the indexes of planners for the map.
     reuse : ReuseSetup, optional
-        Access to the stored plans of the map.
+        Access to the stored plans of the map. A robot that makes a new map uses none.
 
     Returns
     -------
     Monitoring or None
         The node monitor of a clone; None if the container only plans.
     """
-    layers = open_layers(Path(launch.layers))
-    layers = replace(layers, costmap=replace(layers.costmap, indexes=indexes))
     robot = launch.spec.robot
+    layers = None if launch.spec.maps else _layers(launch, indexes)
     if robot is None:
+        assert layers is not None
         build_planning(graph, layers, threads=threads, reuse=reuse)
         return None
     bare = of_clone(robot)
@@ -60,9 +61,14 @@ def build_graph(
             base_local_planner=bare.base_local_planner,
             parameters=bare.parameters,
             threads=threads,
-            reuse=reuse,
+            reuse=None if layers is None else reuse,
             only=only,
         )
 
     build()
     return ContainerMonitor(graph, robot, build)
+
+
+def _layers(launch: Launch, indexes: Indexes | None) -> MapLayers:
+    layers = open_layers(Path(launch.layers))
+    return replace(layers, costmap=replace(layers.costmap, indexes=indexes))

@@ -26,6 +26,14 @@ class Outcome(NamedTuple, Generic[T]):
     error: Exception | None
 
 
+def attempt(work: Work[T], cancelled: Callable[[], bool]) -> Outcome[T]:
+    """Run a job in the calling thread."""
+    try:
+        return Outcome(work(cancelled), None)
+    except Exception as error:  # noqa: BLE001  # passed to the caller as the outcome
+        return Outcome(None, error)
+
+
 class ShortJobs:
     """Runner of jobs that predicts from the last job whether the next is short; for one event loop.
 
@@ -48,10 +56,7 @@ class ShortJobs:
     def timed(self, work: Work[T], cancelled: Callable[[], bool]) -> Outcome[T]:
         """Run a job in the calling thread, and record whether it was short."""
         began = self._clock()
-        try:
-            outcome = Outcome(work(cancelled), None)
-        except Exception as error:  # noqa: BLE001  # passed to the caller as the outcome
-            outcome = Outcome(None, error)
+        outcome = attempt(work, cancelled)
         self._short = self._clock() - began < SHORT
         return outcome
 

@@ -44,7 +44,10 @@ _STATES: dict[Status, GoalState] = {
     Status.LOST: "lost",
 }
 
-HEARD = (topics.AMCL_POSE, topics.AMCL_STATUS, topics.MOVE_BASE_STATUS, topics.MOVE_BASE_RESULT)
+LOCALIZATION_STATUS = (topics.AMCL_STATUS, topics.GRID_SLAM_STATUS)
+"""Topics of which a clone has one, the second while it makes a map."""
+
+HEARD = (topics.AMCL_POSE, *LOCALIZATION_STATUS, topics.MOVE_BASE_STATUS, topics.MOVE_BASE_RESULT)
 """Topics that the client subscribes to."""
 
 
@@ -163,7 +166,7 @@ class NavigationClient:
             pose = decode(PoseWithCovarianceStamped, payload).pose.pose.planar()
             self._pose, self._pose_at = (pose.x, pose.y, pose.theta), self._clock()
             self.localized.set()
-        elif topic == topics.AMCL_STATUS.name:
+        elif any(topic == status.name for status in LOCALIZATION_STATUS):
             self._localization = decode(String, payload).data
         elif topic == topics.MOVE_BASE_RESULT.name:
             self._update(decode(MoveBaseActionResult, payload).status)

@@ -14,6 +14,8 @@ from engine.service.master_driver import MasterDriver
 from engine.specs.containers import MapVersion, RobotConfig
 from engine.specs.filter_masks import mask_versions
 from ppaas.errors import Conflict, NotFound, NotPermitted, PPaaSError, Unavailable
+from ppaas.maps.new_map import new_map_id
+from ppaas.nodes.map_server.costmap_filters import check_no_masks
 from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.robot_model.describe import describe
 from storage.ports import MapStore, Store
@@ -85,7 +87,7 @@ class RobotSessions:
         NotFound
             The user has no such robot, or its map was deleted.
         InvalidParameter
-            A mask that the robot's file names does not exist, or is not a grid.
+            A mask that the robot's file names does not exist, or is not a grid; or a robot with a new map has one.
         NotPermitted
             The user may no longer read the map.
         Conflict
@@ -123,6 +125,8 @@ class RobotSessions:
 
     def _check_rights(self, user: str, robot: str) -> None:
         name = self._store.robot(user, robot).map
+        if new_map_id(name) is not None:
+            return
         with contextlib.suppress(NotFound):  # the map was deleted; the robot may still drive on it
             _check_readable(self._map_store.map_head(name), user)
 
@@ -142,13 +146,15 @@ class RobotSessions:
     def _request(self, user: str, robot: str) -> PlaceRequest:
         record = self._store.robot(user, robot)
         urdf = self._urdf(user, robot)
+        config = robot_config(record, urdf)
+        config = replace(config, parameters=with_priorities(config.parameters, self._node_priorities))
+        if config.new_map:
+            check_no_masks(config.parameters)
+            return PlaceRequest(user, MapVersion(record.map, ""), record.cores, config, labels=record.labels)
         version = self._map_store.map_head(record.map)
         _check_readable(version, user)
-        config = robot_config(record, urdf)
         masks = mask_versions(self._map_store, user, config.parameters)
-        parameters = with_priorities(config.parameters, self._node_priorities)
-        in_space = OCTOMAP in version.present.files
-        config = replace(config, parameters=parameters, masks=masks, in_space=in_space)
+        config = replace(config, masks=masks, in_space=OCTOMAP in version.present.files)
         return PlaceRequest(user, MapVersion(version.id, version.version), record.cores, config, labels=record.labels)
 
     def _urdf(self, user: str, robot: str) -> bytes | None:
@@ -214,4 +220,5 @@ def robot_config(record: RobotRecord, urdf: bytes | None = None) -> RobotConfig:
         parameters=record.parameters,
         urdf=None if urdf is None else describe(urdf),
         urdf_text=b"" if urdf is None else UrdfText.of(urdf).compressed,
+        new_map=new_map_id(record.map) or "",
     )

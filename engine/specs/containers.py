@@ -62,6 +62,8 @@ class RobotConfig(msgspec.Struct, frozen=True):
         Versions of the masks, by the names of the costmap filters.
     in_space : bool
         Whether its map also has an octomap.
+    new_map : str
+        Id under which the map that the robot makes is to be published; empty on a published map.
     """
 
     id: str
@@ -74,6 +76,7 @@ class RobotConfig(msgspec.Struct, frozen=True):
     urdf_text: bytes = b""
     masks: dict[str, MapVersion] = {}
     in_space: bool = False
+    new_map: str = ""
 
 
 class ContainerSpec(msgspec.Struct, frozen=True):
@@ -83,6 +86,8 @@ class ContainerSpec(msgspec.Struct, frozen=True):
     ----------
     id : str
         Unique id, never reused.
+    map : MapVersion
+        The map; for a robot that makes a new one, its name in the robot file, without a version.
     cores : float
         Size [CPU cores], a decimal number.
     robot : RobotConfig, optional
@@ -92,7 +97,8 @@ class ContainerSpec(msgspec.Struct, frozen=True):
     session : str
         Id of the first container in the same place. Its replacements continue only from checkpoints of this session.
     container_group : str
-        Containers of one group are placed on the same machine if possible. Default: the group of its map version.
+        Containers of one group are placed on the same machine if possible. Default: the group of its map version; a
+        robot that makes a new map is alone.
     labels : dict of str to str
         Labels that its machine must have.
     """
@@ -115,7 +121,13 @@ class ContainerSpec(msgspec.Struct, frozen=True):
     @property
     def group(self) -> str:
         """Name of its container group."""
-        return self.container_group or f"{self.map.id}@{self.map.version}"
+        default = self.serves if self.maps else f"{self.map.id}@{self.map.version}"
+        return self.container_group or default
+
+    @property
+    def maps(self) -> bool:
+        """Whether its robot makes a new map: it has no layers, shares nothing with other robots, and keeps no plans."""
+        return self.robot is not None and self.robot.new_map != ""
 
     @property
     def serves(self) -> str:
@@ -129,7 +141,7 @@ class Launch(msgspec.Struct, frozen=True):
     Parameters
     ----------
     layers : str
-        Folder of the map layers in shared memory.
+        Folder of the map layers in shared memory; empty for a robot that makes a new map.
     link : str
         Unix socket of the endpoint, for the robot link. The container is *ready* after that handshake.
     machine : str

@@ -23,6 +23,9 @@ MEMORY_LIMIT_PER_CORE = 512 << 20
 MEMORY_LIMIT_PER_CELL = 64
 """Additional limit for each cell of its map [bytes]: twice the usage of our largest planner."""
 
+MAPPING_MEMORY = 1 << 30
+"""Additional limit for a robot that makes a new map, whose size is not known [bytes]: 4096 × 4096 cells."""
+
 
 def check(size: float, machine_cores: int) -> None:
     """Check that a container of this size fits an empty machine.

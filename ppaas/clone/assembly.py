@@ -7,6 +7,7 @@ from typing import Any
 
 import msgspec
 
+from ppaas.clone.localization import on_map, while_mapping
 from ppaas.clone.node_parameters import NodeParameters
 from ppaas.clone.plugins import DEFAULT_CONTROLLER, DEFAULT_PLANNER, controller_for, planners_of, recoveries_of
 from ppaas.clone.robot_body import COSTMAP, VOXEL_LAYER, VoxelLayerParameters, costmap_parameters, robot_body
@@ -16,11 +17,8 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.global_parameters import CostParameters, GlobalCostmapParameters
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import Unavailable
-from ppaas.geometry import Pose2D
-from ppaas.localization.parameters import AmclParameters
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.passive_safety import PassiveSafety
-from ppaas.nodes.amcl.node import AmclNode
 from ppaas.nodes.base import Context, Node
 from ppaas.nodes.frames import FrameNames
 from ppaas.nodes.graph import Graph
@@ -29,8 +27,8 @@ from ppaas.nodes.map_server.costmap_filters import (
     SPEED_FILTER,
     KeepoutFilterParameters,
     SpeedFilterParameters,
+    check_no_masks,
 )
-from ppaas.nodes.map_server.node import MapServerNode
 from ppaas.nodes.move_base.costmap_topics import CostmapTopics
 from ppaas.nodes.move_base.node import MappingMoveBaseNode, MoveBaseNode, Processors
 from ppaas.nodes.move_base.people import SocialLayerParameters
@@ -55,7 +53,7 @@ DEPTH_CAMERA = "depthimage_to_laserscan"
 
 def build_clone(
     graph: Graph,
-    layers: MapLayers,
+    layers: MapLayers | None,
     *,
     model: str,
     urdf: RobotDescription | None = None,
@@ -68,14 +66,16 @@ def build_clone(
     reuse: ReuseSetup | None = None,
     only: Collection[str] | None = None,
 ) -> None:
-    """Add the nodes of a robot's clone to a graph: map server, state publisher, localization, Move Base, waypoints.
+    """Add the nodes of a robot's clone to a graph: map server, localization, state publisher, Move Base, waypoints.
+
+    A robot that makes a new map has ``grid_slam`` in place of the map server and ``amcl``.
 
     Parameters
     ----------
     graph : Graph
         Graph of the executor.
-    layers : MapLayers
-        The map, inflated for the robot's radius.
+    layers : MapLayers or None
+        The map, inflated for the robot's radius; None for a robot that makes a new map.
     model : str
         Name of the robot model.
     urdf : RobotDescription, optional
@@ -83,7 +83,7 @@ def build_clone(
     urdf_text : UrdfText, optional
         The URDF itself, for clients that request it.
     initial_pose : tuple of float
-        x, y [m], yaw [rad] in the map frame.
+        x, y [m], yaw [rad] in the map frame. Without effect on a new map, whose frame is that of the odometry.
     base_global_planner, base_local_planner : str
         Plug-ins by name or ROS alias; those in the parameters of ``move_base`` take precedence.
     parameters : dict, optional
@@ -102,26 +102,27 @@ def build_clone(
     NotFound
         There is no such model, planner, controller or recovery behaviour; the text lists those that exist.
     InvalidParameter
-        A parameter or the name of a node is unknown, or a value is invalid.
+        A parameter or the name of a node is unknown, or a value is invalid; or a robot that makes a new map has masks.
     Unavailable
         The layers lack a mask that the parameters require.
     """
     given = NodeParameters(parameters or {})
     body, costs = _body(given, model, urdf, parameters), costmap_parameters(parameters or {}).costs
     driving = _driving(given, base_global_planner, base_local_planner)
-    amcl = given.read(AmclParameters, "amcl")
+    if layers is None:
+        check_no_masks(parameters or {})
+    located = while_mapping(given) if layers is None else on_map(given, layers, initial_pose, threads)
     state = given.read(StatePublisherParameters, "robot_state_publisher")
-    names = FrameNames.of(amcl.odom_frame_id, amcl.base_frame_id, amcl.global_frame_id, amcl.tf_prefix)
     move_base = _move_base(
-        given, driving, body, layers, names, costs=costs, threads=threads, reuse=reuse or ReuseSetup(), maps=False
-    )
+        given, driving, body, located.layers, located.names,
+        costs=costs, threads=threads, reuse=reuse or ReuseSetup(), maps=layers is None,
+    )  # fmt: skip
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
     camera = _camera(given)
     given.refuse_rest()
     makers: dict[str, Callable[[Context], Node]] = {
-        MapServerNode.name: lambda context: MapServerNode(context, layers),
-        StatePublisherNode.name: lambda context: StatePublisherNode(context, body, state, names, urdf_text),
-        AmclNode.name: lambda context: AmclNode(context, layers, Pose2D(*initial_pose), amcl, threads, names=names),
+        **located.makers,
+        StatePublisherNode.name: lambda context: StatePublisherNode(context, body, state, located.names, urdf_text),
         MoveBaseNode.name: move_base,
         WaypointFollowerNode.name: lambda context: WaypointFollowerNode(context, touring),
         ParameterServerNode.name: lambda context: ParameterServerNode(context, given.in_use, urdf_text),

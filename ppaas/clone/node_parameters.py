@@ -30,6 +30,10 @@ class NodeParameters:
         self.note(node, parameters)
         return parameters
 
+    def check(self, cls: type[P], node: str) -> None:
+        """Check the parameters of a node that this clone does not have; they are not in use."""
+        read_parameters(cls, node, self.take(node))
+
     def note(self, name: str, of: object) -> None:
         """Record the parameters that a node or plug-in uses."""
         self.in_use[name] = parameters_in_use(of)

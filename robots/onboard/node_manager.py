@@ -34,8 +34,8 @@ from robots.onboard.topic_bridge import TopicBridge
 
 logger = logging.getLogger(__name__)
 
-NODES = ("amcl", "move_base", "waypoint_follower", "depthimage_to_laserscan")
-"""Nodes of a clone that may run on a robot; only clones with a depth camera have the last one."""
+NODES = ("amcl", "grid_slam", "move_base", "waypoint_follower", "depthimage_to_laserscan")
+"""Nodes of a clone that may run on a robot. A clone has one of the first two; with a depth camera, it has the last."""
 
 LEAVE_TIMEOUT = 3.0
 """Time limit for handing all nodes back when the manager stops [s]."""
@@ -222,6 +222,8 @@ class LocalNodes:
 
     async def _begin(self) -> protocol.Begin:
         assert self._config is not None
+        if self._config.new_map:
+            return protocol.Begin(self._config, None)  # the map comes on its topics
         grid, keepout, speed = [await self._grid(service) for service in (MAP_SERVICE, KEEPOUT_MASK, SPEED_MASK)]
         loaded = {name: mask for name, mask in ((KEEPOUT_MASK, keepout), (SPEED_MASK, speed)) if mask.info.width}
         masks = {name: msgspec.Raw(encode(mask)) for name, mask in loaded.items()}

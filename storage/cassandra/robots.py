@@ -6,7 +6,7 @@ from typing import Any
 from ppaas.errors import Conflict, NotFound
 from storage.cassandra.connection.session import CassandraSession
 from storage.encoding import decode, decode_readable, encode
-from storage.names import check_name
+from storage.names import check_name, check_robot_map
 from storage.records import CloneCheckpoint, RobotRecord
 
 _KEY = "user = ? AND generation = ? AND id = ?"
@@ -29,7 +29,7 @@ class CassandraRobots:
 
     def put_robot(self, record: RobotRecord, *, instead_of: RobotRecord | None = None) -> bool:
         """Store a robot; ``Conflict`` if the stored record is not ``instead_of``."""
-        check_name("map", record.map)
+        check_robot_map(record.map)
         key = self._key(record.user, record.id)
         data = encode(record)
         while True:

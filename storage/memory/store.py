@@ -6,7 +6,7 @@ from ppaas.errors import Conflict, NotFound
 from storage.encoding import decode, encode
 from storage.memory.history import MemoryHistory
 from storage.memory.plans import MemoryPlans
-from storage.names import check_name
+from storage.names import check_name, check_robot_map
 from storage.records import CloneCheckpoint, RobotRecord, Token, User
 
 
@@ -119,7 +119,7 @@ class MemoryStore(MemoryPlans, MemoryHistory):
         """Store a robot; ``Conflict`` if the stored record is not ``instead_of``."""
         check_name("user", record.user)
         check_name("robot", record.id)
-        check_name("map", record.map)
+        check_robot_map(record.map)
         data = encode(record)
         key = record.user, record.id
         with self._lock:

@@ -11,7 +11,7 @@ from typing import Any
 from ppaas.errors import Conflict, NotFound
 from ppaas.plans.encoding.chunks import GRANULARITY
 from storage.encoding import R, decode, decode_readable, encode
-from storage.names import check_name
+from storage.names import check_name, check_robot_map
 from storage.records import CloneCheckpoint, RobotRecord, Token, User
 from storage.sqlite.connections import SqliteConnections
 from storage.sqlite.history import SqliteHistory
@@ -122,7 +122,7 @@ class SqliteStore(SqlitePlans, SqliteHistory):
         """Store a robot; ``Conflict`` if the stored record is not ``instead_of``."""
         check_name("user", record.user)
         check_name("robot", record.id)
-        check_name("map", record.map)
+        check_robot_map(record.map)
         data = encode(record)
         with self._connections.writing() as connection:
             query = "SELECT record FROM robots WHERE user = ? AND id = ?"

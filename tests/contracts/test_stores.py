@@ -128,6 +128,14 @@ def test_a_robot_is_returned_as_put_last(store: Store) -> None:
     assert store.robot("ann", "tb1") == robot("tb1", initial_pose=(1.5, -2.0, 3.1), parameters=parameters)
 
 
+def test_a_robot_may_make_a_new_map(store: Store) -> None:
+    assert store.put_robot(robot("tb1", map="new:office-2"))
+    assert store.robot("ann", "tb1") == robot("tb1", map="new:office-2")
+    for name in ("new:", "new:../office", "new:new:office"):
+        with pytest.raises(InvalidInput, match="is not a valid name of a new map"):
+            store.put_robot(robot("tb1", map=name))
+
+
 def test_a_robot_changed_meanwhile_is_not_overwritten(store: Store) -> None:
     store.put_robot(robot("tb1", parameters={"a": 1}))
     seen = store.robot("ann", "tb1")

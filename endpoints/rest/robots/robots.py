@@ -19,6 +19,8 @@ from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
 from engine.specs.filter_masks import mask_versions
 from ppaas.errors import Conflict, NotFound
+from ppaas.maps.new_map import new_map_id
+from ppaas.nodes.map_server.costmap_filters import check_no_masks
 from ppaas.robot_model.describe import describe
 from storage.records import RobotRecord, User
 
@@ -36,7 +38,7 @@ async def put_robot(
 
     Robots belong to the caller: two users may have robots with the same id.
     """
-    await readable_head(services, user, file.map)
+    await _check_map(services, user, file)
     await _check_masks(services, user, file)
     record = _record(robot_id, user, file)
     if await run_in_threadpool(_put, services, record):
@@ -69,8 +71,8 @@ async def change_robot(
     before = await own_robot(services, user, robot_id)
     file = _merge(before, change.model_dump(exclude_unset=True))
     if file.map != before.map:
-        await readable_head(services, user, file.map)
-    if file.parameters != before.parameters:
+        await _check_map(services, user, file)
+    if (file.map, file.parameters) != (before.map, before.parameters):
         await _check_masks(services, user, file)
     record = _record(robot_id, user, file)
     await run_in_threadpool(services.store.put_robot, record, instead_of=before)
@@ -86,8 +88,17 @@ async def remove_robot(robot_id: RobotId, services: Provided, user: Caller) -> N
     services.usage.stored.forget_urdf(user.id, robot_id)
 
 
+async def _check_map(services: Services, user: User, file: RobotFile) -> None:
+    """Reject a file whose map is missing or unreadable now; a new map is checked when it is published."""
+    if new_map_id(file.map) is None:
+        await readable_head(services, user, file.map)
+
+
 async def _check_masks(services: Services, user: User, file: RobotFile) -> None:
     """Reject a file whose masks are missing or unreadable now; they are looked up again when the robot connects."""
+    if new_map_id(file.map) is not None:
+        check_no_masks(file.parameters)
+        return
     await run_in_threadpool(mask_versions, services.map_store, user.id, file.parameters)
 
 

@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
-from endpoints.rest.names import Name, PluginName
+from endpoints.rest.names import Name, PluginName, RobotMap
 from endpoints.rest.nesting import showable
 from endpoints.rest.schemas import Cores, Description, FreeForm, Labels, Pose, RequestBody, ResponseBody, Triple
 from engine.specs.machine_settings import MOST_LABELS
@@ -18,7 +18,11 @@ Stored = Annotated[dict[str, Any], BeforeValidator(showable)]
 class RobotFile(RequestBody):
     """Robot file."""
 
-    map: Name = Field(examples=["office"])
+    map: RobotMap = Field(
+        examples=["office"],
+        description="Id of a published map; or `new:` and the id under which the map that the robot makes is to be "
+        "published",
+    )
     model: Name = "turtlebot2"
     initial_pose: Pose = Field([0.0, 0.0, 0.0])
     cores: Cores = 1.0
@@ -33,7 +37,7 @@ class RobotFile(RequestBody):
 class RobotChange(RequestBody):
     """Changes of a robot (JSON merge patch): omitted fields stay unchanged, null restores the default."""
 
-    map: Name | None = None
+    map: RobotMap | None = None
     model: Name | None = None
     initial_pose: Pose | None = None
     cores: Cores | None = None

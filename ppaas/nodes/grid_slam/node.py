@@ -64,6 +64,8 @@ MapSaver = Callable[[str, GridMap, Callable[[PPaaSError | None], None]], None]
 class GridSlamNode(Node):
     """Subscribes to scans and ``tf``; publishes the map, ``pose``, ``entropy``, and ``tf`` map → odom with each scan.
 
+    The pose is published as ``amcl_pose`` too, so that clients find it there whether or not the map is published yet.
+
     It behaves as gmapping and slam_toolbox. The map frame is the odometry frame at the first scan. Scans are tracked as
     they come. Loop closures are searched for in jobs; their results move the key frames, the map and the robot.
 
@@ -84,8 +86,8 @@ class GridSlamNode(Node):
     demands: ClassVar[Demands] = Demands(0.3, rates={topics.SCAN.name: topics.SCAN_RATE})
     subscribes: ClassVar[tuple[Topic, ...]] = (topics.SCAN, topics.TF, topics.TF_STATIC)
     publishes: ClassVar[tuple[Topic, ...]] = (
-        topics.TF, topics.MAP, topics.MAP_METADATA, topics.MAP_UPDATES, topics.SLAM_POSE, topics.ENTROPY,
-        topics.GRID_SLAM_STATUS,
+        topics.TF, topics.MAP, topics.MAP_METADATA, topics.MAP_UPDATES, topics.SLAM_POSE, topics.AMCL_POSE,
+        topics.ENTROPY, topics.GRID_SLAM_STATUS,
     )  # fmt: skip
     services: ClassVar[tuple[Service, ...]] = (DYNAMIC_MAP, SAVE_MAP, CLEAR, PAUSE)
 
@@ -206,7 +208,9 @@ class GridSlamNode(Node):
         robot = tracked.pose @ laser.geometry.mount.inverse()
         self._map_to_odom = robot @ odom.inverse()
         covariance = _covariance(tracked, robot)
-        self.context.publish(topics.SLAM_POSE.name, pose_message(robot, covariance, moment))
+        pose = pose_message(robot, covariance, moment)
+        for topic in (topics.SLAM_POSE, topics.AMCL_POSE):
+            self.context.publish(topic.name, pose)
         self.context.publish(topics.ENTROPY.name, Float64(entropy_of(covariance)))
         if tracked.is_key:
             self._close_loops()

@@ -68,3 +68,18 @@ def filter_masks(parameters: Mapping[str, Any]) -> dict[str, str]:
     speed = read_parameters(SpeedFilterParameters, SPEED_FILTER, parameters.get(SPEED_FILTER, {}))
     wanted = {KEEPOUT_FILTER: keepout.wanted, SPEED_FILTER: speed.wanted}
     return {name: mask for name, mask in wanted.items() if mask}
+
+
+def check_no_masks(parameters: Mapping[str, Any]) -> None:
+    """Check that a robot that makes a new map has no masks: the frame of its map is another.
+
+    Raises
+    ------
+    InvalidParameter
+        It has one, or the parameters of a filter are invalid.
+    """
+    for name, mask in filter_masks(parameters).items():
+        raise InvalidParameter(
+            f"{name}: a robot that makes a new map cannot have the mask {mask!r}, which is in another frame: "
+            f"remove it, or set 'enabled' of {name} to false, until the map is published"
+        )

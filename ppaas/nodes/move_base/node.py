@@ -126,8 +126,7 @@ class MoveBaseNode(Node):
     subscribes: ClassVar[tuple[Topic, ...]] = (
         topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL,
         topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.ROBOTS, topics.PEOPLE, topics.SPEED_LIMIT,
-        topics.AMCL_STATUS, *NAVIGATE_THROUGH_POSES[:2], *PathActions.subscribes,
-        *Behaviors.subscribes,
+        topics.AMCL_STATUS, *NAVIGATE_THROUGH_POSES[:2], *PathActions.subscribes, *Behaviors.subscribes,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.CMD_VEL, topics.PLAN, topics.LOCAL_PLAN, topics.MOVE_BASE_CURRENT_GOAL, *PUBLISHED,
@@ -376,7 +375,9 @@ class MoveBaseNode(Node):
 class MappingMoveBaseNode(MoveBaseNode):
     """Move Base of a robot that makes its map: the static layer is that of the topics ``map`` and ``map_updates``."""
 
-    subscribes: ClassVar[tuple[Topic, ...]] = (*MoveBaseNode.subscribes, *StaticLayer.subscribes)
+    subscribes: ClassVar[tuple[Topic, ...]] = (
+        *MoveBaseNode.subscribes, topics.GRID_SLAM_STATUS, *StaticLayer.subscribes
+    )  # fmt: skip
 
     def on_message(self, topic: str, message: Payload) -> None:
         """Handle a message; raises as that of Move Base does."""

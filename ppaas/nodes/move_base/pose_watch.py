@@ -59,7 +59,8 @@ class PoseWatch:
             return f"no odometry yet: publish nav_msgs/Odometry on 'odom', or the transform {odom!r} → {base!r} on 'tf'"
         return (
             f"no odometry yet: no transform connects {odom!r} with {base!r}, but the odometry moves {child!r} in "
-            f"{parent!r}: set odom_frame_id and base_frame_id of amcl to these, or leave them out"
+            f"{parent!r}: set odom_frame_id and base_frame_id of amcl (or odom_frame and base_frame of grid_slam) to "
+            "these, or leave them out"
         )
 
     def _without_localization(self, now: float) -> str:

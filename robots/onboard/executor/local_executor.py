@@ -37,7 +37,7 @@ T = TypeVar("T")
 
 
 class LocalExecutor:
-    """Runs nodes of a clone on an event loop and their jobs in a thread.
+    """Runs nodes of a clone on an event loop, their jobs in a thread, and long jobs in others.
 
     Parameters
     ----------
@@ -49,6 +49,7 @@ class LocalExecutor:
         self._write = write
         self._loop = asyncio.get_running_loop()
         self._executor = ThreadPoolExecutor(1, "job")
+        self._long_jobs = ThreadPoolExecutor(2, "long-job")
         self._alarm: asyncio.TimerHandle | None = None
         self._config: protocol.CloneConfig | None = None
         self._layers: MapLayers | None = None
@@ -107,19 +108,14 @@ class LocalExecutor:
             reply(PPaaSError(f"internal error: {type(error).__name__}"))
 
     def _begin(self, frame: protocol.Begin) -> None:
-        grid = from_message(decode(OccupancyGrid, frame.map))
-        masks = {name: from_message(decode(OccupancyGrid, mask)) for name, mask in frame.masks.items()}
-        body = robot_body(frame.config.model, frame.config.urdf, frame.config.parameters)
         self._config = frame.config
-        self._layers = build_layers(
-            grid, robot_radius=body.robot_radius, keepout=masks.get(KEEPOUT_MASK), speed=masks.get(SPEED_MASK)
-        )
+        self._layers = None if frame.map is None else _layers(frame, decode(OccupancyGrid, frame.map))
         warm_up(self._build, Pose2D(*frame.config.initial_pose))
         self._write(protocol.ExecutorReady())
 
     def _build(self, graph: Graph, node: str | None = None) -> None:
-        if self._config is None or self._layers is None:
-            raise PPaaSError("the executor has no map yet; send Begin first")
+        if self._config is None:
+            raise PPaaSError("the executor has no configuration yet; send Begin first")
         config = self._config
         build_clone(
             graph,
@@ -157,9 +153,11 @@ class LocalExecutor:
         def schedule_finish(ended: "Future[T]") -> None:
             self._loop.call_soon_threadsafe(self._finish, ended, done)
 
-        if isinstance(work, LongWork):
+        long = isinstance(work, LongWork)
+        if long:
             sys.setswitchinterval(TURN)
-        self._executor.submit(work, cancelled).add_done_callback(schedule_finish)
+        executor = self._long_jobs if long else self._executor
+        executor.submit(work, cancelled).add_done_callback(schedule_finish)
 
     def _finish(self, ended: "Future[T]", done: Callable[[T | PPaaSError], None]) -> None:
         error = ended.exception()
@@ -176,6 +174,17 @@ class LocalExecutor:
         if self._alarm is not None:
             self._alarm.cancel()
         self._alarm = self._loop.call_later(min(self.graph.run_due(), 3600.0), self._run_timers)
+
+
+def _layers(frame: protocol.Begin, grid: OccupancyGrid) -> MapLayers:
+    masks = {name: from_message(decode(OccupancyGrid, mask)) for name, mask in frame.masks.items()}
+    body = robot_body(frame.config.model, frame.config.urdf, frame.config.parameters)
+    return build_layers(
+        from_message(grid),
+        robot_radius=body.robot_radius,
+        keepout=masks.get(KEEPOUT_MASK),
+        speed=masks.get(SPEED_MASK),
+    )
 
 
 def _message(payload: Payload) -> Message:

@@ -14,6 +14,7 @@ class CloneConfig(msgspec.Struct, frozen=True):
     base_local_planner: str
     parameters: dict[str, dict[str, object]] = {}
     urdf: RobotDescription | None = None
+    new_map: str = ""
 
 
 class TopicName(msgspec.Struct, frozen=True):
@@ -34,10 +35,13 @@ class ServiceName(msgspec.Struct, frozen=True):
 
 
 class Begin(msgspec.Struct, tag="begin"):
-    """Prepare for nodes on a map and its masks, by the service of each mask; all are ``nav_msgs/OccupancyGrid``."""
+    """Prepare for nodes on a map and its masks, by the service of each mask; all are ``nav_msgs/OccupancyGrid``.
+
+    There is no map if the robot makes a new one.
+    """
 
     config: CloneConfig
-    map: msgspec.Raw
+    map: msgspec.Raw | None
     masks: dict[str, msgspec.Raw] = {}
 
 

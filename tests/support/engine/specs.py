@@ -22,6 +22,11 @@ def robot_spec(
     return ContainerSpec(container, user, version, cores, robot_config(robot))
 
 
+def mapping_spec(container: str = "m1", user: str = "ann", robot: str = "tb1") -> ContainerSpec:
+    """Return a container for the clone of a robot that makes a new map."""
+    return ContainerSpec(container, user, MapVersion("new:office-2", ""), 1.0, robot_config(robot, new_map="office-2"))
+
+
 def planning_spec(container: str = "p1", user: str = "ann", version: MapVersion = HOUSE) -> ContainerSpec:
     """Return a container that only plans."""
     return ContainerSpec(container, user, version, 1.0)

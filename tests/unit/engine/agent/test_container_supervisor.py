@@ -22,7 +22,7 @@ from storage.memory.store import MemoryStore
 from tests.support.engine.engine_links import dial_gateway, receive
 from tests.support.engine.fake_fabric import FakeFabric
 from tests.support.engine.fake_runtime import FakeRuntime
-from tests.support.engine.specs import planning_spec, robot_config, robot_spec
+from tests.support.engine.specs import mapping_spec, planning_spec, robot_config, robot_spec
 from tests.support.storage import records
 from tests.support.waiting import until
 from tests.support.world.urdf import example
@@ -134,6 +134,15 @@ async def test_layers_are_inflated_for_the_robot_or_a_turtlebot2(host: Host) -> 
     host.start(planning_spec("p1", version=HOUSE))
     await host.reported(launched("p1"))
     assert host.building.radii == [robot_model(model).robot_radius for model in ("turtlebot3_burger", "turtlebot2")]
+
+
+async def test_a_robot_that_makes_a_map_gets_no_layers(host: Host) -> None:
+    host.start(mapping_spec("m1"))
+    await host.reported(launched("m1"))
+    assert (host.runtime.launches[0].layers, host.building.specs) == ("", [])
+    host.runtime.processes["m1"].end(0)
+    await host.reported(control_link.Exited("m1", 0))
+    host.assert_forgotten()
 
 
 async def test_layers_are_inflated_for_the_radius_of_urdf_or_parameters(host: Host) -> None:

@@ -9,7 +9,7 @@ from engine.fabric.keys import parse_shared
 from engine.protocols import machine_link
 from ppaas.errors import MessageTooLarge, NotPermitted, PPaaSError
 from tests.support.engine.fake_fabric import FakeFabric
-from tests.support.engine.specs import planning_spec, robot_spec
+from tests.support.engine.specs import mapping_spec, planning_spec, robot_spec
 
 
 def test_oversized_or_unowned_messages_are_refused() -> None:
@@ -19,6 +19,8 @@ def test_oversized_or_unowned_messages_are_refused() -> None:
         topics.share(scope_of(robot_spec("c1", "ann", "tb1")), machine_link.Share("amcl_pose", bytes(MAX_SHARED + 1)))
     with pytest.raises(NotPermitted):
         topics.share(scope_of(planning_spec()), machine_link.Share("amcl_pose", b"here"))
+    with pytest.raises(NotPermitted):
+        topics.share(scope_of(mapping_spec()), machine_link.Share("amcl_pose", b"here"))
     assert fabric.published == []
 
 

@@ -9,7 +9,7 @@ from ppaas.errors import NotPermitted
 from ppaas.plans.history import LinkHistory, failed_row
 from storage.memory.store import MemoryStore
 from tests.support.engine.kept_plans import PARAMETERS, record
-from tests.support.engine.specs import planning_spec
+from tests.support.engine.specs import mapping_spec, planning_spec
 
 SPEC = planning_spec()
 
@@ -75,3 +75,15 @@ def test_container_adds_history_of_its_own_map_version_only(service: PlanService
             service.note(SPEC, rows, measured)
     known = service.history(SPEC)
     assert (known.rows, known.link, known.measured) == ([failed_row(own)], "m1", link)
+
+
+def test_plans_of_a_map_that_is_not_published_are_neither_stored_nor_found(
+    service: PlanService, store: MemoryStore
+) -> None:
+    spec = mapping_spec()
+    plan = record("p1", 0.0, 20.0, user="ann", robot="tb1", map=spec.map.id, version="")
+    with pytest.raises(NotPermitted, match="not published"):
+        service.keep(spec, plan)
+    asked = machine_link.FindPlans(1, (0.0, 0.0), (20.0, 0.0), "dijkstra", PARAMETERS, 0.18, 0.25, False)
+    assert service.find(spec, asked) == []
+    assert service.history(spec).rows == []

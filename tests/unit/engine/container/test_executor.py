@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from engine.container.executor import JOB_THREADS, NodeExecutor
+from engine.container.executor import JOB_THREADS, LONG_JOB_THREADS, NodeExecutor
 from ppaas.errors import NoValidPath, PPaaSError
 from ppaas.nodes.jobs import TURN, LongWork
 from tests.support.waiting import until
@@ -66,6 +66,36 @@ async def test_long_work_never_runs_on_the_loop(home: NodeExecutor) -> None:
         assert sys.getswitchinterval() == pytest.approx(TURN)
     finally:
         sys.setswitchinterval(before)
+
+
+async def test_plans_do_not_wait_for_long_work(home: NodeExecutor) -> None:
+    go, long, results = threading.Event(), Results(), Results()
+    before = sys.getswitchinterval()
+    try:
+        for _ in range(LONG_JOB_THREADS + 1):
+            home.graph.start(LongWork(lambda cancelled: go.wait(10)), long)
+        home.graph.start(lambda cancelled: "plan", results)
+        await until(lambda: results.values == ["plan"])
+        assert long.values == []
+    finally:
+        go.set()
+        sys.setswitchinterval(before)
+    await until(lambda: long.values == [True] * (LONG_JOB_THREADS + 1))
+
+
+async def test_work_beside_the_graph_runs_in_a_thread_and_a_failure_is_logged(
+    home: NodeExecutor, caplog: pytest.LogCaptureFixture
+) -> None:
+    threads: list[int] = []
+    before = sys.getswitchinterval()
+    try:
+        home.beside(lambda: threads.append(threading.get_ident()))
+        home.beside(lambda: threads[7])
+        await until(lambda: threads and caplog.records)
+    finally:
+        sys.setswitchinterval(before)
+    assert threading.get_ident() not in threads
+    assert "a job failed" in caplog.text
 
 
 async def test_job_error_is_its_result(home: NodeExecutor, caplog: pytest.LogCaptureFixture) -> None:

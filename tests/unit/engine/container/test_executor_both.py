@@ -33,6 +33,10 @@ def a_clone(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
     build_clone(graph, layers, model="turtlebot2", initial_pose=pose, parameters=parameters)
 
 
+def a_mapping_clone(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
+    build_clone(graph, None, model="turtlebot2", initial_pose=pose)
+
+
 def a_planning_container(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
     build_planning(graph, layers)
 
@@ -49,20 +53,21 @@ def node_classes() -> set[type[Node]]:
     """Return all node classes."""
     for module in pkgutil.walk_packages(ppaas.nodes.__path__, "ppaas.nodes."):
         importlib.import_module(module.name)
-    return {cls for cls in Node.__subclasses__() if cls.__module__.startswith("ppaas.nodes.")}
+    found, waiting = set[type[Node]](), [Node]
+    while waiting:
+        below = waiting.pop().__subclasses__()
+        found.update(below)
+        waiting += below
+    return {cls for cls in found if cls.__module__.startswith("ppaas.nodes.")}
 
 
-NOT_BUILT = {"GridSlamNode"}
-"""Nodes that no clone has yet."""
-
-
-def test_both_builds_together_have_every_node_class(layers: MapLayers) -> None:
+def test_all_builds_together_have_every_node_class(layers: MapLayers) -> None:
     built: set[type[Node]] = set()
-    for build in BUILDS.values():
+    for build in (*BUILDS.values(), a_mapping_clone):
         graph = Graph()
         build(graph, layers, free_pose(layers.grid, seed=1))
         built |= {type(node) for node in graph.nodes.values()}
-    assert built == {cls for cls in node_classes() if cls.__name__ not in NOT_BUILT}
+    assert built == node_classes()
 
 
 @pytest.mark.parametrize("service", BUILDS)

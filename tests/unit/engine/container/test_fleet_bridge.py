@@ -32,7 +32,7 @@ from ppaas.nodes.graph import Graph
 from ppaas.planners.base import PlanResult
 from ppaas.plans.reuse.plan_ids import PlanIds
 from tests.support.engine.engine_links import pair, receive
-from tests.support.engine.specs import robot_spec
+from tests.support.engine.specs import mapping_spec, robot_spec
 from tests.support.world.echo_node import EchoNode
 
 
@@ -70,14 +70,16 @@ class Wheels(Node):
 class Clone:
     """Graph with a node that receives other robots, and the machine's end of its link."""
 
-    def __init__(self, client: MachineClient, machine: FrameStream[machine_link.FromContainer]) -> None:
+    def __init__(
+        self, client: MachineClient, machine: FrameStream[machine_link.FromContainer], launch: Launch = LAUNCH
+    ) -> None:
         self.clock = ManualClock(1000.0)
         self.set_by = 0.0
         self.graph = Graph(clock=self.clock, stamp_clock=lambda: self.clock() + self.set_by)
         self.node = self.graph.add(EchoNode)
         self.graph.add(Wheels)
         self.machine = machine
-        self.outside = FleetBridge(LAUNCH, self.graph, client)
+        self.outside = FleetBridge(launch, self.graph, client)
 
     def seen(self) -> list[float]:
         """Return the other robots of the last message to the clone."""
@@ -99,6 +101,18 @@ async def test_positions_are_shared_at_a_limited_rate(clone: Clone) -> None:
         clone.clock.advance(SHARE_PERIOD * 0.6)
     frames = [await receive(clone.machine) for _ in range(2)]
     assert frames == [machine_link.Share("amcl_pose", encode(state(x))) for x in (0.0, 2.0)]
+
+
+async def test_a_robot_that_makes_a_map_shares_neither_positions_nor_plans() -> None:
+    near, far = await pair(machine_link.ToContainer, machine_link.FromContainer)
+    client = MachineClient(near)
+    clone = Clone(client, far, replace(LAUNCH, spec=mapping_spec()))
+    clone.graph.publish("amcl_pose", pose(0.0))
+    clone.graph.publish("plan", plan((0.0, 0.0), (1.0, 0.0)))
+    client.share("end", b"")
+    assert await receive(far) == machine_link.Share("end", b"")
+    await client.close()
+    await far.close()
 
 
 async def test_position_is_shared_with_its_recent_velocity(clone: Clone) -> None:

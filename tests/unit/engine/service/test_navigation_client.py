@@ -135,6 +135,9 @@ async def test_the_state_has_the_last_pose_and_why_there_is_none(
     state = client.state()
     assert (state.pose, state.pose_at, state.localization) == (None, None, "no odometry")
     place.publish_json("amcl/status", {"data": ""})
+    place.publish_json("grid_slam/status", {"data": "mapping is paused"})
+    assert client.state().localization == "mapping is paused"
+    place.publish_json("grid_slam/status", {"data": ""})
     place.publish_json("amcl_pose", {"header": HEADER, "pose": {"pose": POSE}})
     goal = client.send(Pose2D(4.0, 1.5))
     state = client.state()

@@ -387,3 +387,34 @@ async def test_adopted_place_lingers_until_its_robot_joins(
     sessions.await_back(adopted.key)
     await until(lambda: not is_open(service, adopted))
     await sessions.close()
+
+
+async def test_a_robot_that_makes_a_map_needs_none(
+    service: MasterDriver, sessions: RobotSessions, store: MemoryStore
+) -> None:
+    store.put_robot(records.robot("tb1", user="ann", map="new:office-2"))
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    request = service._master.places[place.key].request
+    assert request.robot is not None
+    assert (request.map, request.robot.new_map) == (MapVersion("new:office-2", ""), "office-2")
+    assert await sessions.join("ann", "tb1", as_robot=False) is place
+
+
+async def test_a_robot_gets_another_place_after_its_new_map_is_published(
+    service: MasterDriver, sessions: RobotSessions, store: MemoryStore
+) -> None:
+    places = []
+    for name in ("new:house", "house", "new:house"):
+        store.put_robot(records.robot("tb1", user="ann", map=name))
+        place = await sessions.join("ann", "tb1", as_robot=True)
+        sessions.leave(place, as_robot=True)
+        places.append((place, service._master.places[place.key].request.map.id))
+    assert [name for _, name in places] == ["new:house", "house", "new:house"]
+    assert len({id(place) for place, _ in places}) == 3
+
+
+async def test_a_new_map_has_no_masks(sessions: RobotSessions, store: MemoryStore) -> None:
+    parameters = {"keepout_filter": {"filter_mask": "house"}}
+    store.put_robot(records.robot("tb1", user="ann", map="new:office-2", parameters=parameters))
+    with pytest.raises(InvalidParameter, match="a robot that makes a new map cannot have the mask 'house'"):
+        await sessions.join("ann", "tb1", as_robot=True)

@@ -18,5 +18,11 @@ def test_the_base_has_the_frame_of_the_parameters(amcl: object, frame: str) -> N
     assert base_frame(robot_config(parameters={"amcl": amcl})) == frame
 
 
+def test_the_base_of_a_robot_that_makes_a_map_has_the_frame_of_grid_slam() -> None:
+    parameters = {"amcl": {"base_frame_id": "a"}, "grid_slam": {"base_frame": "b", "tf_prefix": "robot1"}}
+    assert base_frame(robot_config(parameters=parameters, new_map="office-2")) == "robot1/b"
+    assert base_frame(robot_config(parameters=parameters)) == "a"
+
+
 def test_a_place_that_only_plans_has_the_usual_frame() -> None:
     assert base_frame(None) == base_frame(robot_config()) == "base_link"

@@ -69,6 +69,37 @@ async def test_users_have_their_own_robots(client: httpx.AsyncClient, log_in: Lo
     assert [r["user"] for r in (await client.get("/v1/robots", headers=ann)).json()["items"]] == ["ann"]
 
 
+async def test_a_robot_may_make_a_new_map(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+    ann = await log_in("ann")
+    answer = await client.put("/v1/robots/tb1", headers=ann, json={"map": "new:office-2"})
+    assert (answer.status_code, answer.json()["map"]) == (201, "new:office-2")
+    await publish(ann)
+    for name in ("house", "new:house"):  # that it exists matters only when the map is published
+        changed = await client.patch("/v1/robots/tb1", headers=ann, json={"map": name})
+        assert (changed.status_code, changed.json()["map"]) == (200, name)
+
+
+@pytest.mark.parametrize("name", ["new:", "new:../office", "new:new:office", "new: office", "new:" + "a" * 65])
+async def test_a_new_map_needs_a_valid_name(client: httpx.AsyncClient, log_in: LogIn, name: str) -> None:
+    answer = await client.put("/v1/robots/tb1", headers=await log_in("ann"), json={"map": name})
+    problem = problem_of(answer, 422, "invalid-request")
+    assert "is not a valid name of a new map: after 'new:', give the id" in json.dumps(problem)
+
+
+async def test_a_robot_that_makes_a_map_has_no_masks(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    file = {"map": "house", "parameters": {"keepout_filter": {"filter_mask": "house"}}}
+    problem = problem_of(
+        await client.put("/v1/robots/tb1", headers=ann, json=file | {"map": "new:x"}), 422, "invalid-parameter"
+    )
+    assert "keepout_filter: a robot that makes a new map cannot have the mask 'house'" in problem["detail"]
+    assert (await client.put("/v1/robots/tb1", headers=ann, json=file)).status_code == 201
+    problem_of(await client.patch("/v1/robots/tb1", headers=ann, json={"map": "new:x"}), 422, "invalid-parameter")
+
+
 @pytest.mark.parametrize("map_id", ["nowhere", "secret"])
 async def test_a_robot_needs_a_map_that_its_user_may_read(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, map_id: str

@@ -52,7 +52,8 @@ def test_odometry_of_other_frames_than_those_of_the_file_is_named():
     watched.watch.moved_frame = "odom", "base_link"
     assert watched.reason(5.0) == (
         "no odometry yet: no transform connects 'odom_combined' with 'base_link', but the odometry moves 'base_link' "
-        "in 'odom': set odom_frame_id and base_frame_id of amcl to these, or leave them out"
+        "in 'odom': set odom_frame_id and base_frame_id of amcl (or odom_frame and base_frame of grid_slam) to "
+        "these, or leave them out"
     )
 
 

@@ -1,0 +1,100 @@
+"""Localization of a clone: by AMCL on a published map, or by ``grid_slam`` on the map that it makes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ppaas.clone.node_parameters import NodeParameters
+from ppaas.costmap.build_layers import build_layers
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.geometry import Pose2D
+from ppaas.localization.parameters import AmclParameters
+from ppaas.maps.grid import UNKNOWN, GridInfo, GridMap
+from ppaas.nodes.amcl.node import AmclNode
+from ppaas.nodes.base import Context, Node
+from ppaas.nodes.frames import FrameNames
+from ppaas.nodes.map_server.node import MapServerNode
+from ppaas.thread_budget import Threads
+
+if TYPE_CHECKING:
+    from ppaas.nodes.grid_slam.parameters import GridSlamParameters
+
+GRID_SLAM = "grid_slam"
+"""Node that makes a map."""
+
+BLANK = 64
+"""Edge of the blank map with which a robot starts to make one [cells]."""
+
+Makers = dict[str, Callable[[Context], Node]]
+
+
+@dataclass(frozen=True, slots=True)
+class Localization:
+    """Map and localization of a clone.
+
+    Parameters
+    ----------
+    layers : MapLayers
+        The map at the start.
+    names : FrameNames
+        Names of the robot's frames.
+    makers : dict of str to callable
+        Makers of the nodes, by name.
+    """
+
+    layers: MapLayers
+    names: FrameNames
+    makers: Makers
+
+
+def on_map(
+    given: NodeParameters, layers: MapLayers, initial_pose: tuple[float, float, float], threads: Threads
+) -> Localization:
+    """Return the map server and AMCL. Parameters of ``grid_slam`` are checked, but not used.
+
+    Raises
+    ------
+    InvalidParameter
+        A parameter is unknown or invalid.
+    """
+    amcl = given.read(AmclParameters, AmclNode.name)
+    if given.has(GRID_SLAM):
+        given.check(_grid_slam_parameters(), GRID_SLAM)
+    names = FrameNames.of(amcl.odom_frame_id, amcl.base_frame_id, amcl.global_frame_id, amcl.tf_prefix)
+    makers: Makers = {
+        MapServerNode.name: lambda context: MapServerNode(context, layers),
+        AmclNode.name: lambda context: AmclNode(context, layers, Pose2D(*initial_pose), amcl, threads, names=names),
+    }
+    return Localization(layers, names, makers)
+
+
+def while_mapping(given: NodeParameters) -> Localization:
+    """Return ``grid_slam`` with a blank map. Parameters of ``amcl`` are checked, but not used.
+
+    Raises
+    ------
+    InvalidParameter
+        A parameter is unknown or invalid.
+    """
+    # Imported only here, so that not every container loads its kernels.
+    from ppaas.nodes.grid_slam.node import GridSlamNode  # noqa: PLC0415
+
+    parameters = given.read(_grid_slam_parameters(), GRID_SLAM)
+    given.check(AmclParameters, AmclNode.name)
+    blank = blank_layers(parameters.drawing().resolution)
+    return Localization(blank, parameters.frames(), {GRID_SLAM: lambda context: GridSlamNode(context, parameters)})
+
+
+def _grid_slam_parameters() -> "type[GridSlamParameters]":
+    from ppaas.nodes.grid_slam.parameters import GridSlamParameters  # noqa: PLC0415  # as above
+
+    return GridSlamParameters
+
+
+def blank_layers(resolution: float) -> MapLayers:
+    """Return the layers of a map that is all unknown, around the origin of the map frame; cells in [m]."""
+    corner = -0.5 * BLANK * resolution
+    info = GridInfo(resolution, BLANK, BLANK, Pose2D(corner, corner))
+    return build_layers(GridMap(np.full(info.shape, UNKNOWN, np.int8), info))
