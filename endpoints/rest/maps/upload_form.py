@@ -154,6 +154,8 @@ class _Files:
             raise InvalidParameter(f"the form must also have a file {missing!r}, sent with a file name")
         if self._yaml is None and OCTOMAP not in self._upload.files:
             raise InvalidParameter("the form must have a file 'yaml' with its 'image', an 'octomap', or both")
+        if self._yaml is None and POSEGRAPH in self._upload.files:
+            raise InvalidParameter("a 'posegraph' needs the grid made of it: send 'yaml' and 'image' as well")
         if self._yaml is not None:
             record = bytes(self._yaml.data)
             self._upload.add(YAML, [record if rules is None else with_rules(record, rules)])
@@ -164,8 +166,6 @@ class _YamlBuffer:
 
     def __init__(self) -> None:
         self.data = bytearray()
-        if self._yaml is None and POSEGRAPH in self._upload.files:
-            raise InvalidParameter("a 'posegraph' needs the grid made of it: send 'yaml' and 'image' as well")
 
     def write(self, data: memoryview) -> None:
         """Append some bytes; raise ``InvalidMap`` if the file gets too long."""

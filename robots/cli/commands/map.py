@@ -87,12 +87,12 @@ def _add_publish_arguments(publish: argparse.ArgumentParser) -> None:
         help="YAML file of map_server, which names the image; an octomap (.bt, .ot); or a map of MovingAI (.map)",
     )
     publish.add_argument("--octomap", type=Path, metavar="FILE", help="octomap to publish with the image")
+    publish.add_argument("--posegraph", type=Path, metavar="FILE", help="pose graph that the image was made of")
     publish.add_argument("--id", help="id of the map (name of the file)")
-    publish.add_argument("--if-match", metavar="VERSION", help="publish only if this is the current version")
     publish.add_argument(
         "--review", action="store_true", help="let the version wait until the owner approves or refuses it"
     )
-    publish.add_argument("--posegraph", type=Path, metavar="FILE", help="pose graph that the image was made of")
+    publish.add_argument("--if-match", metavar="VERSION", help="publish only if this is the current version")
     publish.add_argument(
         "--rules",
         choices=("map_server", "nav2"),
