@@ -29,3 +29,20 @@ def append_key_frame(graph: PoseGraph, frames: KeyFrames) -> PoseArray:
         information = edge_information(step, frames.information[node], STEP_FLOOR)
         graph.add_edge(node - 1, node, step, information, EdgeKind.ODOMETRY)
     return step
+
+
+def append_placed(graph: PoseGraph, frames: KeyFrames, nearest: int) -> None:
+    """Append the last key frame to a graph, with an edge from another one that it was aligned with.
+
+    Parameters
+    ----------
+    graph : PoseGraph
+        Modified: it has a node for each earlier key frame.
+    frames : KeyFrames
+    nearest : int
+        Index of the other key frame.
+    """
+    node = graph.add_node(frames.poses[-1])
+    step = relative(frames.poses[nearest], frames.poses[node])
+    information = edge_information(step, frames.information[node], STEP_FLOOR)
+    graph.add_edge(nearest, node, step, information, EdgeKind.ODOMETRY)

@@ -1,6 +1,6 @@
 """Key frames: the scans that the map consists of, stacked in growing arrays."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -174,6 +174,21 @@ class KeyFrames:
         for stored, given in zip(self._arrays, (poses, information, numbers, *scans), strict=True):
             stored[begin:end] = given
         self._count = end
+
+    def limit(self, most: int) -> None:
+        """Set the largest number of key frames; raises ``QuotaExceeded`` if there are more."""
+        if self._count > most:
+            raise QuotaExceeded(
+                f"the map has {self._count} key frames, and at most {most} are allowed: raise max_key_frames"
+            )
+        self._most = most
+
+    def remove(self, index: int) -> None:
+        """Remove a key frame; later ones move up. Not while a snapshot is in use."""
+        arrays: tuple[NDArray[Any], ...] = self._arrays
+        for array in arrays:
+            array[index : self._count - 1] = array[index + 1 : self._count]
+        self._count -= 1
 
     def snapshot(self) -> "KeyFrames":
         """Return the key frames as they are now, for another thread. None may be added to a snapshot.

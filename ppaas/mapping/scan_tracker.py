@@ -5,12 +5,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.mapping.alignment import TRACKING, Aligned, Prior, align
 from ppaas.mapping.correlative_search import CorrelationGrid, Window
-from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.key_frames import KeyFrames, NearFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.laser_motion import laser_step
+from ppaas.mapping.near_poses import nearest_poses
 from ppaas.mapping.odometry_noise import odometry_deviations
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import ScanPoints
@@ -33,6 +35,10 @@ BETTER = 0.2
 
 SLIP, SLIP_DEVIATIONS = Window(1.0, 0.6, 0.017), (0.1, 0.1, 0.1)
 """Window that is searched where the odometry may be wrong, and the deviations of the pose found [m, m, rad]."""
+
+
+NEAR = 3.0
+"""Largest distance of the key frames of a loaded map that a scan is aligned with [m]; see `nearest_poses`."""
 
 
 class Tracked(NamedTuple):
@@ -62,6 +68,9 @@ class Tracked(NamedTuple):
 class ScanTracker:
     """Tracks a laser scan by scan. The first scan is a key frame; its pose is that of the odometry.
 
+    On a map that was loaded, scans are aligned with the key frames of that map around them as well. The first scan, and
+    the next one after `place`, is searched around a given pose.
+
     Each scan is expected where the odometry moved the last one. A correlative search finds the start, and the alignment
     with the last key frames the pose. A scan far enough from the last key frame becomes the next one.
 
@@ -82,6 +91,71 @@ class ScanTracker:
         self._scans = 0
         self._pose = self._odometry = Pose2D(0.0, 0.0, 0.0)
         self._near = self.key_frames.latest(0)
+        self._loaded, self._keeps = 0, True
+        self._start: Pose2D | None = None
+
+    @property
+    def pose(self) -> Pose2D:
+        """Pose of the laser at the last scan, in the map frame."""
+        return self._pose
+
+    @property
+    def odometry(self) -> Pose2D:
+        """Odometry of the robot at the last scan."""
+        return self._odometry
+
+    @property
+    def nearest(self) -> int:
+        """Index of the first of the key frames that the next scan is aligned with, the nearest of a loaded map."""
+        return int(self._near.indices[0])
+
+    @property
+    def is_placing(self) -> bool:
+        """Whether the next scan is searched around a given pose."""
+        return self._start is not None
+
+    def load(self, frames: KeyFrames, start: Pose2D, *, keeps: bool = True) -> None:
+        """Continue on another map.
+
+        Parameters
+        ----------
+        frames : KeyFrames
+            Its key frames, of the same laser; at least one.
+        start : Pose2D
+            Pose of the **robot** near which the next scan is, in the map frame.
+        keeps : bool
+            Whether new key frames are kept. Otherwise there are only as many as scans are aligned with, and the oldest
+            one is removed.
+
+        Raises
+        ------
+        QuotaExceeded
+            There are more key frames than allowed.
+        """
+        frames.limit(self._parameters.max_key_frames + self._parameters.scan_buffer_size * (not keeps))
+        self.key_frames, self._loaded, self._keeps = frames, len(frames), keeps
+        self._scans = int(frames.scans[-1]) + 1
+        self.place(start)
+
+    def resume(self, frames: KeyFrames, pose: Pose2D, odometry: Pose2D) -> None:
+        """Continue the map of another tracker after its last scan.
+
+        Parameters
+        ----------
+        frames : KeyFrames
+            Its key frames; at least one.
+        pose, odometry : Pose2D
+            Those of the other tracker.
+        """
+        frames.limit(self._parameters.max_key_frames)
+        self.key_frames, self._scans = frames, int(frames.scans[-1]) + 1
+        self._pose, self._odometry = pose, odometry
+        self._look_around()
+
+    def place(self, robot: Pose2D) -> None:
+        """Search the next scan around a pose of the **robot** in the map frame."""
+        self._start = self._pose = robot @ self._mount
+        self._look_around()
 
     def add(self, scan: ScanPoints, odometry: Pose2D) -> Tracked:
         """Track the next scan.
@@ -97,17 +171,23 @@ class ScanTracker:
         ------
         QuotaExceeded
             The scan is a key frame, and there are as many as allowed.
+        InvalidInput
+            The scan does not fit the map around the pose where it was placed; the next scan is searched there again.
         """
-        if self._scans:
+        placed = self._start is not None
+        if self._start is not None:
+            pose, information, ratio, _ = self._placed(scan, self._start)
+        elif self._scans:
             pose, information, ratio, _ = self._align(scan, odometry)
         else:
             pose, information, ratio = odometry @ self._mount, np.zeros(6), 1.0
-        is_key = not self._scans or self._is_far(pose)
+        is_key = placed or not self._scans or self._is_far(pose)
         if is_key:
             self.key_frames.add(scan, self._scans, pose, information)
-        self._pose, self._odometry = pose, odometry
+        self._pose, self._odometry, self._start = pose, odometry, None
         self._scans += 1
         if is_key:
+            self._forget_oldest()
             self._look_around()
         return Tracked(pose, is_key, len(self.key_frames) - 1, information, ratio)
 
@@ -151,6 +231,22 @@ class ScanTracker:
             return again
         return aligned if _agrees(prior, aligned.pose) else _expected(prior, aligned)
 
+    def _placed(self, scan: ScanPoints, near: Pose2D) -> Aligned:
+        """Return the pose of a scan around a pose that was given."""
+        start, _ = self._grid.search(scan, near, SLIP)
+        aligned = align(scan, start, self.key_frames, self._near, TRACKING, prior=Prior(start, SLIP_DEVIATIONS))
+        if aligned.ratio < LOST:
+            raise InvalidInput(
+                f"the scan does not fit the map within {SLIP.distance:g} m of ({near.x:.2f}, {near.y:.2f}): "
+                "publish the pose of the robot on 'initialpose'"
+            )
+        return aligned
+
+    def _forget_oldest(self) -> None:
+        """Remove the oldest new key frame if they are not kept and there are more than scans are aligned with."""
+        if not self._keeps and len(self.key_frames) - self._loaded > self._parameters.scan_buffer_size:
+            self.key_frames.remove(self._loaded)
+
     def _window(self, prior: Prior) -> Window:
         parameters, (along, _, turn) = self._parameters, prior.deviations
         distance = parameters.correlation_search_space_dimension + 2.0 * along
@@ -166,8 +262,19 @@ class ScanTracker:
 
     def _look_around(self) -> None:
         """Choose the key frames that the next scans are aligned with."""
-        self._near = self.key_frames.latest(self._parameters.scan_buffer_size)
-        self._grid.draw(self.key_frames, self.key_frames.latest(self._parameters.correlation_scans), self._pose)
+        self._near = self._around(self._parameters.scan_buffer_size)
+        self._grid.draw(self.key_frames, self._around(self._parameters.correlation_scans), self._pose)
+
+    def _around(self, count: int) -> NearFrames:
+        """Return the nearest key frames of a loaded map, then the latest, ``count`` in all or as many as there are."""
+        frames, loaded = self.key_frames, self._loaded
+        if not loaded:
+            return frames.latest(count)
+        near = nearest_poses(np.array([self._pose]), frames.poses[:loaded], count, NEAR)[0]
+        near = near[near >= 0]
+        latest = np.arange(max(loaded, len(frames) - count + len(near)), len(frames))
+        chosen = np.concatenate((near, latest))
+        return NearFrames(chosen, frames.poses[chosen])
 
 
 def _agrees(prior: Prior, pose: Pose2D) -> bool:

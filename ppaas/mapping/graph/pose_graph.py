@@ -43,6 +43,10 @@ class Edges(NamedTuple):
         """Return copies of some edges, by a mask or by indices."""
         return _of_each(self, lambda array: array[which])
 
+    def since(self, first: int) -> "Edges":
+        """Return the edges from an index on."""
+        return _of_each(self, lambda array: array[first:])
+
 
 _NO_EDGES = Edges(
     np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3, 3)), np.empty(0, np.uint8)

@@ -1,14 +1,16 @@
 """Live mapper: tracks scans at once, while loops are closed by work that another thread may run."""
 
+import numpy as np
+
 from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.agreement import WAITING, add_closure
 from ppaas.mapping.closures.closing import ClosureSearch
 from ppaas.mapping.closures.closure import Closure
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submaps
-from ppaas.mapping.graph.pose_graph import PoseGraph
+from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.mapping.graph.solver import GraphSolver
-from ppaas.mapping.key_frame_graph import append_key_frame
+from ppaas.mapping.key_frame_graph import append_key_frame, append_placed
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.live.closing_work import Closed, ClosingWork
@@ -17,6 +19,8 @@ from ppaas.mapping.map_drawing import DEFAULTS, DrawingSettings
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.scan_tracker import ScanTracker, Tracked
+from ppaas.mapping.serialization.mapping import Mapping
+from ppaas.mapping.serialization.row_selection import divided_edges
 
 FRONT_END, CLOSURES = SlamParameters(), ClosureParameters()
 """Default parameters."""
@@ -45,6 +49,8 @@ class LiveMapper:
         One node per key frame.
     closed : int
         Number of closures in the graph.
+    solves : int
+        Number of solves that moved key frames.
     """
 
     def __init__(
@@ -54,10 +60,11 @@ class LiveMapper:
         closures: ClosureParameters | None = CLOSURES,
         drawing: DrawingSettings = DEFAULTS,
     ) -> None:
-        self.graph, self.closed = PoseGraph(), 0
+        self.graph, self.closed, self.solves = PoseGraph(), 0, 0
         self._tracker = ScanTracker(geometry, parameters)
         self._search, self._solver = ClosureSearch(closures), GraphSolver()
-        self._closes = closures is not None
+        self._closes, self._keeps = closures is not None, True
+        self._fixed: KeyFrames | None = None
         self._submaps = Submaps((closures or CLOSURES).submap_travel)
         self._searched = 0
         self._running: ClosingWork | None = None
@@ -83,14 +90,97 @@ class LiveMapper:
         QuotaExceeded
             The scan is a key frame, and there are as many as allowed.
         """
+        nearest = self._tracker.nearest if self._tracker.is_placing else None
         tracked = self._tracker.add(scan, odometry)
-        if tracked.is_key:
+        if not self._keeps or not tracked.is_key:
+            return tracked
+        if nearest is not None:
+            append_placed(self.graph, self.key_frames, nearest)
+            self._submaps.finish()
+            self._submaps.add(np.zeros(3))
+        else:
             self._submaps.add(append_key_frame(self.graph, self.key_frames))
         return tracked
 
     def rebase(self, odometry: Pose2D) -> None:
         """Continue from other odometry, as after a reset of the wheels."""
         self._tracker.rebase(odometry)
+
+    # -- mappings that are kept ----------------------------------------------------------------------------------------
+
+    @property
+    def pose(self) -> Pose2D:
+        """Pose of the laser at the last scan, in the map frame."""
+        return self._tracker.pose
+
+    @property
+    def odometry(self) -> Pose2D:
+        """Odometry of the robot at the last scan."""
+        return self._tracker.odometry
+
+    @property
+    def searched(self) -> int:
+        """Number of submaps whose closures were searched for."""
+        return self._searched - (self._running is not None)
+
+    @property
+    def waiting(self) -> list[Closure]:
+        """Closures that wait for others to agree with."""
+        return list(self._waiting)
+
+    def mapping(self, laser_frame: str) -> Mapping:
+        """Return the mapping as it is now, for another thread; without key frames that are not kept."""
+        return Mapping((self._fixed or self.key_frames).snapshot(), self.graph.copy(), laser_frame, self.waiting)
+
+    def load(self, mapping: Mapping, start: Pose2D, *, keeps: bool = True) -> None:
+        """Continue a mapping, or localize in it.
+
+        Parameters
+        ----------
+        mapping : Mapping
+            Of the same laser; taken over.
+        start : Pose2D
+            Pose of the robot near which the next scan is, in the map frame.
+        keeps : bool
+            Whether the map grows; otherwise the robot is localized in it.
+
+        Raises
+        ------
+        QuotaExceeded
+            There are more key frames than allowed.
+        """
+        self._tracker.load(mapping.frames, start, keeps=keeps)
+        self._fixed = None if keeps else mapping.frames.snapshot()
+        self._closes, self._keeps = self._closes and keeps, keeps
+        self._take_over(mapping)
+
+    def resume(self, mapping: Mapping, pose: Pose2D, odometry: Pose2D, searched: int) -> None:
+        """Continue the mapping of another mapper after its last scan.
+
+        Parameters
+        ----------
+        mapping : Mapping
+            Of the same laser; taken over.
+        pose, odometry : Pose2D
+        searched : int
+            Those of the other mapper.
+        """
+        self._tracker.resume(mapping.frames, pose, odometry)
+        self._take_over(mapping)
+        self._searched = min(searched, len(self._submaps.finished))
+
+    def place(self, robot: Pose2D) -> None:
+        """Search the next scan around a pose of the robot in the map frame; there must be a key frame."""
+        self._tracker.place(robot)
+
+    def _take_over(self, mapping: Mapping) -> None:
+        self.graph, self._waiting = mapping.graph, list(mapping.waiting)
+        edges, (steps, others) = mapping.graph.edges, divided_edges(mapping.graph)
+        for edge in steps.tolist():
+            if edge < 0:
+                self._submaps.finish()
+            self._submaps.add(np.zeros(3) if edge < 0 else edges.measurements[edge])
+        self.closed, self._searched = int((others.kinds == EdgeKind.CLOSURE).sum()), len(self._submaps.finished)
 
     # -- closures ------------------------------------------------------------------------------------------------------
 
@@ -122,6 +212,7 @@ class LiveMapper:
         for closure in closed.trusted:
             add_closure(self.graph, closure)
         self.closed += len(closed.trusted)
+        self.solves += 1
         before = Pose2D(*self.key_frames.poses[-1].tolist())
         self._tracker.correct(closed.poses)
         self.graph.move_nodes(self.key_frames.poses)
@@ -139,6 +230,7 @@ class LiveMapper:
         QuotaExceeded
             The map would be too large; it is left without them.
         """
-        first, self._drawn = self._drawn, len(self.key_frames)
-        self._canvas.draw(self.key_frames, first)
+        frames = self._fixed or self.key_frames
+        first, self._drawn = self._drawn, len(frames)
+        self._canvas.draw(frames, first)
         return self._canvas

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.agreement import WAITING
 from ppaas.mapping.closures.closure import Closure, Searched
@@ -13,6 +14,8 @@ from ppaas.mapping.live.closing_work import Closed
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import prepare
+from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
+from tests.support.world.room_scans import LASER, scan_at
 
 GEOMETRY = LaserGeometry(-1.5, 0.1, 31)
 BLIND = prepare(np.full(31, np.nan), GEOMETRY, SlamParameters())
@@ -108,3 +111,76 @@ def test_a_snapshot_does_not_see_later_frames(mapper):
     mapper.key_frames.poses[:] += 1.0
     assert len(taken) == 40
     np.testing.assert_array_equal(taken.poses, poses)
+
+
+def test_a_mapper_resumes_where_another_one_ended(mapper):
+    while (work := mapper.next_work()) is not None:
+        mapper.apply(work(never))
+    resumed = LiveMapper(GEOMETRY)
+    resumed.resume(mapper.mapping("laser"), mapper.pose, mapper.odometry, mapper.searched)
+    assert (resumed.searched, resumed.closed) == (mapper.searched, 0)
+    assert resumed.next_work() is None
+    for each in (mapper, resumed):
+        drive(each, 5)
+    np.testing.assert_array_equal(resumed.key_frames.poses, mapper.key_frames.poses)
+    np.testing.assert_array_equal(resumed.graph.edges.measurements, mapper.graph.edges.measurements)
+    np.testing.assert_array_equal(resumed.draw().cells, mapper.draw().cells)
+
+
+@pytest.fixture
+def room() -> LiveMapper:
+    """Mapper with 20 key frames of a room; the room is searched for no closures."""
+    return toured(LiveMapper(LASER, closures=None), range(20))
+
+
+def toured(mapper: LiveMapper, steps) -> LiveMapper:
+    for step in steps:
+        mapper.add(scan_at(tour(step), noise=0.01, seed=step), tour(step))
+    return mapper
+
+
+def tour(step: int) -> Pose2D:
+    return Pose2D(0.3 * step - 3.0, -1.0, 0.0)
+
+
+def test_a_loaded_map_grows_in_its_own_frame(room):
+    continued = LiveMapper(LASER, closures=None)
+    continued.load(room.mapping("laser"), Pose2D(0.4, -0.8, 0.1))
+    odometry = Pose2D(7.0, 8.0, 1.0)
+    tracked = continued.add(scan_at(Pose2D(0.5, -1.0, 0.0), seed=90), odometry)
+    np.testing.assert_allclose(tracked.pose, (0.5, -1.0, 0.0), atol=0.01)
+    assert (tracked.is_key, len(continued.key_frames), continued.graph.node_count) == (True, 21, 21)
+    tracked = continued.add(scan_at(Pose2D(0.9, -1.0, 0.0), seed=91), odometry @ Pose2D(0.4, 0.0, 0.0))
+    np.testing.assert_allclose(tracked.pose, (0.9, -1.0, 0.0), atol=0.01)
+    assert len(continued.key_frames) == 22
+    read = unpack_mapping(b"".join(pack_mapping(continued.mapping("laser"))))
+    assert (len(read.frames), read.graph.edge_count) == (22, 21)
+
+
+def test_localization_leaves_the_map_as_it_is(room):
+    count = len(room.key_frames)
+    localized = LiveMapper(LASER, closures=None)
+    before = room.draw().cells.copy()
+    localized.load(room.mapping("laser"), tour(0), keeps=False)
+    for step in range(60):
+        pose = tour(step % 19)
+        if step % 19 == 0:
+            localized.place(pose)
+        found = localized.add(scan_at(pose, noise=0.01, seed=step), pose).pose
+        np.testing.assert_allclose(found, pose, atol=0.03)
+    assert len(localized.key_frames) <= count + SlamParameters().scan_buffer_size
+    assert len(localized.mapping("laser").frames) == localized.graph.node_count == count
+    np.testing.assert_array_equal(localized.draw().cells, before)
+    assert localized.next_work() is None
+
+
+def test_a_scan_that_fits_nowhere_near_changes_nothing(room):
+    continued = LiveMapper(LASER, closures=None)
+    continued.load(room.mapping("laser"), Pose2D(-1.0, -1.0, 1.5))
+    elsewhere = prepare(np.random.default_rng(3).uniform(0.3, 6.0, LASER.beams), LASER, SlamParameters())
+    for _ in range(2):
+        with pytest.raises(InvalidInput, match="does not fit the map within 1 m"):
+            continued.add(elsewhere, Pose2D(0.0, 0.0, 0.0))
+    assert len(continued.key_frames) == 20
+    continued.place(tour(3))
+    assert continued.add(scan_at(tour(3)), Pose2D(0.0, 0.0, 0.0)).is_key
