@@ -73,16 +73,25 @@ class BlockedPathMemory:
             self._plan, self._blocked_since = None, math.inf
             self._places.clear()
 
-    def carry(self, before: GridInfo, after: GridInfo) -> None:
-        """Take the cells of one grid to those of another, as the map is replaced; cells outside are forgotten."""
-        if before == after:
-            return
+    def carry(self, before: GridInfo, static: Costmap) -> None:
+        """Continue after the map was replaced; closed places outside the new map are forgotten.
+
+        If the last plan is blocked by the new map, which will not become free, no detour is deferred for it.
+
+        Parameters
+        ----------
+        before : GridInfo
+            Geometry of the last map.
+        static : Costmap
+            Costmap of the new map alone.
+        """
         if self._plan is not None:
-            moved = _moved(self._plan.cells, before, after)
-            whole = len(moved) == len(self._plan.cells)
-            self._plan = msgspec.structs.replace(self._plan, cells=moved.astype(np.int32)) if whole else None
-        places = [replace(place, cells=_moved(place.cells, before, after)) for place in self._places]
-        self._places = [place for place in places if len(place.cells)]
+            moved = _moved(self._plan.cells, before, static.info)
+            holds = len(moved) == len(self._plan.cells) and not len(_blocked(moved, static))
+            self._plan = msgspec.structs.replace(self._plan, cells=moved.astype(np.int32)) if holds else None
+        if before != static.info:
+            places = [replace(place, cells=_moved(place.cells, before, static.info)) for place in self._places]
+            self._places = [place for place in places if len(place.cells)]
 
     def mark(self, costmap: Costmap, now: float) -> Costmap:
         """Return a copy of a costmap in which closed places are occupied, or the costmap itself if there are none."""

@@ -161,7 +161,7 @@ class RobotPlanner:
         other_version : bool
             Whether it is another version of a published map: then the planner forgets what it has prepared.
         """
-        self._blocked_paths.carry(before, self._surroundings.static.info)
+        self._blocked_paths.carry(before, self._surroundings.static)
         self._processor = processor
         if other_version:
             self._planner = self._planner.fresh()

@@ -128,9 +128,10 @@ class PlanProcessor:
         return cells, (scope.map, scope.version, planner.name, bucket_of(cells))
 
     def _with_id(self, result: PlanResult, planner: Planner, *, bare: bool) -> PlanResult:
-        """Return a computed plan with its conditions and id."""
+        """Return a computed plan with its conditions, and its id if the map has a version."""
         conditions, ids = self._common(planner)[bare]
-        return msgspec.structs.replace(result, conditions=conditions, id=ids.of(result))
+        own = ids.of(result) if self._scope.version else ""
+        return msgspec.structs.replace(result, conditions=conditions, id=own)
 
     def _common(self, planner: Planner) -> tuple[_Common, _Common]:
         """Return conditions and ids of a planner's plans: on live costmaps, and on the bare map."""

@@ -20,7 +20,7 @@ class ReuseScope:
     Parameters
     ----------
     map, version : str
-        Map and its version.
+        Map and its version. Plans for a map without a version are not stored.
     bare : Costmap
         Costmap of the map alone.
     robot_radius : float

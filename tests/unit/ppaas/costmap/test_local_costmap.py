@@ -352,3 +352,33 @@ def test_costs_of_people_are_placed_right_on_a_turned_map():
     turned = LocalCostmap(empty(origin=Pose2D(10.0, 0.0, math.pi / 2)), width=4.0, height=4.0)
     costmap = turned.update(Pose2D(5.0, 5.0), people=[PersonNearby(5.0, 5.0, 1.0, 0.0)])
     assert cost_at(costmap, 5.9, 5.05) > 2 * cost_at(costmap, 5.05, 5.7)
+
+
+# -- another map -------------------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=30)
+@given(*[st.integers(-15, 15)] * 2, *[st.integers(-30, 130)] * 2)
+def test_costs_on_a_map_whose_corner_moved_are_those_of_a_window_that_was_always_there(row, column, y, x):
+    robot = Pose2D(0.1 * x + 0.05, 0.1 * y + 0.05)  # the centre of a cell
+    corner = Pose2D(-0.1 * column, -0.1 * row)
+    before, after = empty(), empty(origin=corner)
+    reading = hit_at(robot, 0.8)
+    changed, fresh = LocalCostmap(before), LocalCostmap(after)
+    changed.update(robot, reading)
+    changed.use_layers(after)
+    fresh.update(robot, reading)
+    np.testing.assert_array_equal(changed.update(robot).data, fresh.update(robot).data)
+    np.testing.assert_array_equal(changed.overlay(after.costmap).data, fresh.overlay(after.costmap).data)
+
+
+@pytest.mark.parametrize("other", [GridInfo(0.1, 50, 50, Pose2D(0.0, 0.0, 0.3)), GridInfo(0.05, 200, 200)])
+def test_the_window_is_empty_on_a_map_with_other_cells(other):
+    local, robot = LocalCostmap(empty()), Pose2D(2.0, 2.0)
+    local.update(robot, hit_at(robot, 0.8))
+    layers = build_layers(GridMap(np.zeros(other.shape, np.int8), other))
+    local.use_layers(layers)
+    assert local.overlay(layers.costmap) is layers.costmap
+    costmap = local.update(robot)
+    assert (costmap.info.resolution, costmap.info.width) == (other.resolution, round(6.0 / other.resolution))
+    assert not (costmap.data == LETHAL_OBSTACLE).any()

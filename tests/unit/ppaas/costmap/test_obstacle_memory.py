@@ -9,6 +9,7 @@ from ppaas.costmap.local_costmap import LocalCostmap
 from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.costmap.obstacle_memory import ObstacleMemory
 from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridInfo, GridMap
 from tests.support.world.planar_world import World, fill, walled_map
 
 GRID = walled_map(16, 8, [])
@@ -126,3 +127,28 @@ def test_turned_map_remembers_obstacles_in_its_own_cells():
         info.to_cells((ahead.x, ahead.y)).tolist() == [row, column]
         or math.dist(info.to_world((row, column)), (ahead.x, ahead.y)) < 0.05
     )
+
+
+# -- another map -------------------------------------------------------------------------------------------------------
+
+
+def test_obstacles_stay_in_place_on_a_map_whose_corner_is_elsewhere():
+    walk = Walk()
+    walk.look(NEAR)
+    info, data = GRID.info, np.pad(GRID.data, 9, constant_values=-1)
+    wide = GridInfo(info.resolution, data.shape[1], data.shape[0], info.origin @ Pose2D(-0.45, -0.45))
+    before = set(map(tuple, info.to_world(walk.memory.cells).round(4).tolist()))
+    walk.memory.use_layers(build_layers(GridMap(data, wide)))
+    assert set(map(tuple, wide.to_world(walk.memory.cells).round(4).tolist())) == before
+
+
+def test_obstacles_that_the_new_map_contains_or_does_not_cover_are_forgotten():
+    walk = Walk()
+    walk.look(NEAR)
+    walk.memory.use_layers(build_layers(GridMap((walk.world.truth * 100).astype(np.int8), GRID.info)))
+    assert not len(walk.memory.cells)
+    walk = Walk()
+    walk.look(NEAR)
+    walk.memory.use_layers(build_layers(GridMap(GRID.data[:, :70].copy(), GridInfo(0.05, 70, GRID.info.height))))
+    assert not len(walk.memory.cells)
+    assert walk.memory.overlay(LAYERS.costmap) is LAYERS.costmap

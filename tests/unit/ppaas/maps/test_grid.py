@@ -41,3 +41,26 @@ def test_a_point_outside_the_grid_has_no_cell(point):
 def test_an_invalid_grid_is_refused(wrong):
     with pytest.raises(InvalidMap):
         GridInfo(**({"resolution": 0.05, "width": 10, "height": 10} | wrong))
+
+
+@given(INFOS, st.integers(-200, 200), st.integers(-200, 200), st.integers(1, 60), st.integers(1, 60))
+def test_cells_of_a_grid_whose_corner_moved_by_whole_cells_coincide(info, row, column, height, width):
+    corner = info.origin @ Pose2D(-column * info.resolution, -row * info.resolution)
+    other = GridInfo(info.resolution, width, height, Pose2D(corner.x, corner.y, info.origin.theta))
+    assert info.shift_to(other) == (row, column)
+    assert other.shift_to(info) == (-row, -column)
+    centres = info.to_world([(0, 0), (7, 3)])
+    assert other.to_cells(centres).tolist() == [[row, column], [7 + row, 3 + column]]
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        GridInfo(0.1, 9, 9, Pose2D(0.05, 0.0)),
+        GridInfo(0.1, 9, 9, Pose2D(0.0, 0.03)),
+        GridInfo(0.1, 9, 9, Pose2D(0.0, 0.0, 1e-3)),
+        GridInfo(0.2, 9, 9),
+    ],
+)
+def test_cells_of_grids_that_are_displaced_turned_or_of_another_size_do_not_coincide(other):
+    assert GridInfo(0.1, 9, 9).shift_to(other) is None

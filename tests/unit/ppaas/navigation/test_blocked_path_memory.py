@@ -7,7 +7,7 @@ from ppaas.cost_values import LETHAL_OBSTACLE
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
-from ppaas.maps.grid import OCCUPIED, GridMap
+from ppaas.maps.grid import OCCUPIED, GridInfo, GridMap
 from ppaas.navigation.blocked_path_memory import CLEAR, FIRST, LONGEST, WAIT, BlockedPathMemory
 from ppaas.planners.base import PlanRequest, PlanResult
 from ppaas.planners.grid.dijkstra import Dijkstra
@@ -143,3 +143,43 @@ def test_cells_around_the_robot_are_not_blocked() -> None:
     rows, columns = np.nonzero((marked.data == LETHAL_OBSTACLE) & (OPEN.data != LETHAL_OBSTACLE))
     blocked_places = OPEN.info.to_world(np.stack((rows, columns), axis=1))
     assert not (np.hypot(*(blocked_places - here[:2]).T) < 0.2).any()
+
+
+# -- another map -------------------------------------------------------------------------------------------------------
+
+
+def moved(costmap: Costmap, cells: int) -> Costmap:
+    """Return a costmap with more free cells around it, so that its corner is elsewhere."""
+    info, data = costmap.info, np.pad(costmap.data, cells)
+    corner = info.origin @ Pose2D(-cells * info.resolution, -cells * info.resolution)
+    return Costmap(data, GridInfo(info.resolution, data.shape[1], data.shape[0], corner))
+
+
+def test_closed_places_stay_in_place_on_a_map_whose_corner_is_elsewhere() -> None:
+    memory = BlockedPathMemory()
+    see_blocked(memory, 0.0)
+    memory.carry(OPEN.info, moved(OPEN, 11))
+    assert leads_by(plan(memory.mark(moved(OPEN, 11), 3.0)), FAR_DOOR)
+
+
+def test_a_detour_is_deferred_on_a_map_whose_corner_is_elsewhere() -> None:
+    memory = BlockedPathMemory()
+    memory.take(plan(OPEN), OPEN, START, 0.0)
+    memory.carry(OPEN.info, moved(OPEN, 11))
+    assert memory.take(plan(moved(SHUT, 11)), moved(SHUT, 11), START, 1.0) > 0.0
+
+
+@pytest.mark.parametrize("after", [SHUT, moved(SHUT, 11)])
+def test_no_detour_is_deferred_around_what_the_new_map_blocks(after: Costmap) -> None:
+    memory = BlockedPathMemory()
+    memory.take(plan(OPEN), OPEN, START, 0.0)
+    memory.carry(OPEN.info, after)
+    assert memory.take(plan(after), after, START, 1.0) == 0.0
+
+
+def test_what_the_new_map_does_not_cover_is_forgotten() -> None:
+    memory = BlockedPathMemory()
+    see_blocked(memory, 0.0)
+    small = Costmap(np.zeros((10, 10), np.uint8), GridInfo(0.05, 10, 10))
+    memory.carry(OPEN.info, small)
+    assert memory.mark(small, 1.0) is small

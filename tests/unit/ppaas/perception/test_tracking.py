@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.geometry import Pose2D
+from ppaas.maps.grid import UNKNOWN, GridMap
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header
 from ppaas.perception.tracking import FORGET, HITS, MovingObjects, Tracker
@@ -57,6 +58,15 @@ def test_two_people_are_separated_and_long_objects_are_ignored() -> None:
     assert len(unmapped_objects_in(reading((6.5, 3.6), (6.5, 4.6)), LAYERS)) == 2
     wall = [(6.5, 3.0 + 0.1 * step) for step in range(round((LARGEST + 1.0) / 0.1))]
     assert unmapped_objects_in(reading(*wall), LAYERS) == []
+
+
+def test_walls_that_are_not_mapped_yet_are_not_objects() -> None:
+    half = GRID.data.copy()
+    half[:, GRID.info.width // 2 :] = UNKNOWN
+    layers = build_layers(GridMap(half, GRID.info), robot_radius=0.18)
+    left, right = (3.6, 4.0), (6.4, 4.0)
+    [thing] = unmapped_objects_in(reading(left, right), layers)
+    assert math.hypot(thing.x - left[0], thing.y - left[1]) < 0.12
 
 
 def test_beams_without_a_reading_are_not_objects() -> None:

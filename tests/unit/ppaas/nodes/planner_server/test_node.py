@@ -24,6 +24,7 @@ from ppaas.messages.nav_msgs import GetPlanRequest, GetPlanResponse
 from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
 from ppaas.messages.std_msgs import Header
 from ppaas.nodes.graph import Graph
+from ppaas.plans.reuse.setup import ReuseSetup
 from tests.support.world.planar_world import walled_map
 
 LAYERS = build_layers(walled_map(6, 4, [(2.9, 0.0, 3.1, 2.5), (4.0, 3.0, 5.0, 3.5)]))
@@ -32,7 +33,7 @@ START, GOAL = Pose2D(1.0, 1.0, 0.0), Pose2D(5.0, 1.0, 1.0)
 
 def ask(service: str, request):
     graph = Graph()
-    build_planning(graph, LAYERS)
+    build_planning(graph, LAYERS, reuse=ReuseSetup("house", "v1"))
     answers: list = []
     graph.call(service, request, answers.append)
     (answer,) = answers
