@@ -1,0 +1,1 @@
+"""Exploration of an unknown place: frontiers of its map, and the choice among them."""

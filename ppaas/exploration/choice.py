@@ -1,0 +1,58 @@
+"""Choice among approaches to frontiers: the way against the size, and not one place after another in turn."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.exploration.approaches import Approach
+from ppaas.exploration.parameters import ChoiceParameters
+
+SAME = 0.5
+"""Distance from a place up to which a frontier is still there [m]."""
+
+
+def same_frontier(
+    approaches: Sequence[Approach], points: Sequence[NDArray[np.float64]], seen: NDArray[np.float64], within: float
+) -> Approach | None:
+    """Return the approach whose frontier is nearest to a place, if it is near enough.
+
+    Parameters
+    ----------
+    approaches : sequence of Approach
+    points : sequence of (n, 2) array
+        Cells of the frontier of each, x, y [m].
+    seen : (2,) array
+        Place on an earlier frontier, x, y [m].
+    within : float
+        Largest distance of the place from a cell [m].
+    """
+    nearest = [float(np.hypot(*(cells - seen).T).min()) for cells in points]
+    best = int(np.argmin(nearest)) if nearest else -1
+    return approaches[best] if best >= 0 and nearest[best] <= within else None
+
+
+def score(approach: Approach, parameters: ChoiceParameters) -> float:
+    """Return what an approach costs, less what its frontier promises [m]."""
+    gain = min(approach.size, parameters.largest_gain)
+    return parameters.potential_scale * approach.distance - parameters.gain_scale * gain
+
+
+def choose(
+    approaches: Sequence[Approach], parameters: ChoiceParameters, current: Approach | None = None
+) -> Approach | None:
+    """Return the best approach; None if there is none.
+
+    Parameters
+    ----------
+    approaches : sequence of Approach
+    parameters : ChoiceParameters
+    current : Approach, optional
+        The one among them that the robot drives to. Another must be better by the hysteresis.
+    """
+    if not approaches:
+        return None
+    best = min(approaches, key=lambda each: score(each, parameters))
+    if current is not None and score(best, parameters) > score(current, parameters) - parameters.hysteresis:
+        return current
+    return best
