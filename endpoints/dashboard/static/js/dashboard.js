@@ -2,9 +2,11 @@
 
 import { byId, say } from "./dom.js";
 import { Fleet } from "./fleet.js";
+import { isNew } from "./growing_map.js";
 import { LayerPanel } from "./layer_panel.js";
 import { showContainers, showMachines } from "./load_panel.js";
 import { MapChoice } from "./map_choice.js";
+import { MapPanel, partnersOf } from "./map_panel.js";
 import { Poller } from "./poller.js";
 import { Refused, Unreachable } from "./rest.js";
 import { RobotCard } from "./robot_card.js";
@@ -27,6 +29,11 @@ export class Dashboard {
   #list;
   #card;
   #maps;
+  #mapPanel = new MapPanel({
+    approve: (review, why) => this.#decide(review, "approve", { why, force: review.outdated }),
+    refuse: (review, why) => this.#decide(review, "refuse", { why }),
+    merge: (other, into) => this.#ask(`${this.#mapPath}/merge`, { with: other, into }, `${into} is merged of both maps`),
+  });
   #poller;
   #expired;
 
@@ -42,6 +49,8 @@ export class Dashboard {
       drive: (pose) => this.#drive(pose),
       cancel: () => this.#fleet.selected?.cancel(),
       release: () => this.#select(null),
+      explore: () => this.#fleet.selected?.explore(),
+      publish: (name) => this.#publish(name),
     });
     this.#maps = new MapChoice(() => this.#otherMap());
     this.#poller = new Poller(() => this.#poll(), { well: () => this.#banner(""), failed: (error) => this.#failed(error) });
@@ -62,6 +71,7 @@ export class Dashboard {
     const own = containers.filter(({ user }) => user === this.#me.id);
     this.#maps.update(maps, robots, own);
     await this.#showMap();
+    await this.#showChanges(maps);
     this.#fleet.update(robots.filter(({ map }) => map === this.#maps.current), own, this.#radii);
     showMachines(found);
     showContainers(containers, this.#me.role === "admin");
@@ -77,10 +87,39 @@ export class Dashboard {
 
   async #showMap() {
     const { current, version } = this.#maps;
+    if (isNew(current)) return;
     if (this.#grid?.id === current && this.#grid?.version === version) return;
     const grid = current === null ? null : await this.#rest.grid(current);
     this.#grid = { id: current, version: grid?.version };
-    this.#stage.show(grid);
+    this.#stage.show(current, grid);
+  }
+
+  get #mapPath() {
+    return `v1/maps/${encodeURIComponent(this.#maps.current)}`;
+  }
+
+  async #showChanges(maps) {
+    const { current } = this.#maps;
+    const published = maps.some(({ id }) => id === current);
+    const reviews = published ? await this.#rest.list(`${this.#mapPath}/reviews`) : [];
+    const waiting = reviews.filter(({ state }) => state === "waiting");
+    this.#mapPanel.update(waiting, partnersOf(maps, current));
+    this.#stage.renderer.changes = waiting.flatMap(({ rectangles }) => rectangles);
+  }
+
+  #decide({ number }, decision, body) {
+    return this.#ask(`${this.#mapPath}/reviews/${number}/${decision}`, body, decision === "approve" ? "Approved: robots go on with it" : "Refused");
+  }
+
+  /** Show the map that the selected robot makes, or the first one. */
+  #showNewMap() {
+    const { current } = this.#maps;
+    if (!isNew(current)) return;
+    const link = this.#fleet.selected ?? this.#fleet.links.find(({ state }) => state.map.grid);
+    const grid = link?.state.map.grid ?? null;
+    if (this.#grid?.id === current && this.#grid.version === grid) return;
+    this.#grid = { id: current, version: grid };
+    this.#stage.show(current, grid);
   }
 
   #failed(error) {
@@ -93,7 +132,7 @@ export class Dashboard {
   #ended = (link, goal) => {
     if (goal.id !== link.sent && link !== this.#fleet.selected) return; // somebody else sent it, and looks after it
     const said = goal.text ? `: ${goal.text}` : "";
-    toast(`${link.robot.id} ${goal.word}${said}`, { arrived: "good", "gave up": "bad", refused: "bad" }[goal.word]);
+    toast(`${link.robot.id} ${goal.word}${said}`, { 3: "good", 4: "bad", 5: "bad" }[goal.code]);
   };
 
   #told = (link, text) => toast(`${link.robot.id}: ${text}`, "bad");
@@ -102,6 +141,7 @@ export class Dashboard {
 
   #refresh() {
     const link = this.#fleet.selected;
+    this.#showNewMap();
     this.#list.update(this.#maps.current);
     this.#card.update(link, link ? this.#stage.renderer.colourOf(link) : "");
     if (!link && this.#tools.current !== "look") this.#tools.robot = null; // it was taken from the map
@@ -137,6 +177,22 @@ export class Dashboard {
     const link = this.#fleet.selected;
     if (link && !link.drive(pose)) toast(`${link.robot.id} is not connected: nobody was told`, "bad");
     this.#refresh();
+  }
+
+  async #publish(name) {
+    const { id } = this.#fleet.selected.robot;
+    await this.#ask(`v1/robots/${encodeURIComponent(id)}/map`, { publish: name }, `${name} is published: robots can drive on it`);
+  }
+
+  /** Send an order of the user to the cloud, and say how it went. */
+  async #ask(path, body, done) {
+    try {
+      await this.#rest.post(path, body);
+      toast(done, "good");
+    } catch (error) {
+      toast(error.message, "bad");
+    }
+    this.#poller.now();
   }
 
   #locate(pose) {

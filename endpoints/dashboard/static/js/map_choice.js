@@ -1,6 +1,7 @@
-/** Choice of the map to show. */
+/** Choice of the map to show: a published one, or one that a robot makes. */
 
 import { byId, make, show } from "./dom.js";
+import { isNew, nameOf } from "./growing_map.js";
 
 export class MapChoice {
   /** @type {string | null} */ current = null;
@@ -20,12 +21,14 @@ export class MapChoice {
     return this.#versions.get(this.current);
   }
 
-  /** @param {object[]} maps @param {object[]} robots @param {object[]} containers */
-  update(maps, robots, containers) {
+  /** @param {object[]} published @param {object[]} robots @param {object[]} containers */
+  update(published, robots, containers) {
+    const made = new Set(robots.map(({ map }) => map).filter(isNew));
+    const maps = [...published, ...Array.from(made, (id) => ({ id, version: "" }))];
     this.#versions = new Map(maps.map(({ id, version }) => [id, version]));
     if (!this.#versions.has(this.current)) this.current = this.#best(maps, robots, containers);
     const count = (id) => robots.filter(({ map }) => map === id).length;
-    const text = ({ id }) => (count(id) ? `${id} (${count(id)})` : id);
+    const text = ({ id }) => (isNew(id) ? `${nameOf(id)}, being made (${count(id)})` : `${id}${count(id) ? ` (${count(id)})` : ""}`);
     show(this.#select, maps, ({ id }) => id, ({ id }) => make("option", { value: id }), (option, map) => {
       if (option.textContent !== text(map)) option.textContent = text(map);
     });

@@ -22,6 +22,20 @@ export class MapPicture {
     this.#canvas.getContext("2d").putImageData(new ImageData(data, width, height), 0, 0);
   }
 
+  /** Outline rectangles of cells. @param {CanvasRenderingContext2D} context in metres @param {number} width of a line [m] */
+  mark(context, rectangles, colour, width) {
+    const { origin, resolution } = this.#grid.info;
+    context.save();
+    context.translate(origin.x, origin.y);
+    context.rotate(origin.theta);
+    context.strokeStyle = colour;
+    context.lineWidth = width;
+    for (const { column, row, width: columns, height: rows } of rectangles) {
+      context.strokeRect(column * resolution, row * resolution, columns * resolution, rows * resolution);
+    }
+    context.restore();
+  }
+
   /** Draw it where it lies: its rows go up, as y does. @param {CanvasRenderingContext2D} context in metres */
   draw(context, scale) {
     const { origin, resolution } = this.#grid.info;

@@ -61,6 +61,13 @@ export function framesOf(message) {
   return frames;
 }
 
+/** @typedef {{frontiers: number, area: number, text: string}} Exploration */
+
+/** Return what a robot has explored, from explore_msgs/ExploreActionFeedback. @returns {Exploration} area in m² */
+export function explorationOf({ feedback: { frontiers = 0, area = 0, text = "" } = {} }) {
+  return { frontiers, area, text: String(text) };
+}
+
 /** Names of the states of actionlib_msgs/GoalStatus by number. */
 export const STATUS = [
   "waiting", "driving", "stopped", "arrived", "gave up", "refused", "stopping", "stopping", "stopped", "lost",

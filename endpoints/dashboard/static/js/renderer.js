@@ -8,6 +8,7 @@ const LEAST = 8; // pixels: a robot seen from afar is still found
 export class Renderer {
   /** @type {MapPicture | null} */ #picture = null;
   /** @type {{from: import("./geometry.js").Point, theta: number | null, colour: string} | null} */ #aim = null;
+  /** @type {{column: number, row: number, width: number, height: number}[]} */ #changes = [];
   #asked = false;
   #canvas;
   #view;
@@ -25,6 +26,12 @@ export class Renderer {
   /** @param {import("./grid.js").Grid | null} grid */
   set grid(grid) {
     this.#picture = grid && new MapPicture(grid, this.#theme.palette);
+    this.ask();
+  }
+
+  /** Set the rectangles of cells to mark, which a version that waits for a review changes. */
+  set changes(rectangles) {
+    this.#changes = rectangles;
     this.ask();
   }
 
@@ -79,6 +86,7 @@ export class Renderer {
     context.scale(scale, -scale);
     context.translate(-centre.x, -centre.y);
     this.#picture?.draw(context, scale * devicePixelRatio);
+    this.#picture?.mark(context, this.#changes, this.#theme.robots[0], 2 / scale);
     context.restore();
   }
 

@@ -70,6 +70,20 @@ export class Rest {
     return ask(path, { headers: this.#headers }, json);
   }
 
+  /**
+   * Send a body; what it starts may take minutes.
+   * @param {string} path @param {object} body
+   */
+  post(path, body) {
+    const headers = { ...this.#headers, "Content-Type": "application/json" };
+    return ask(path, { method: "POST", headers, body: JSON.stringify(body) }, json, PATIENCE_FOR_MAPS);
+  }
+
+  /** Fetch a picture. @param {string} path @returns {Promise<Blob>} */
+  picture(path) {
+    return ask(path, { headers: this.#headers }, (response) => response.blob(), PATIENCE_FOR_MAPS);
+  }
+
   /** Fetch all items of a list, page by page. @param {string} path @returns {Promise<any[]>} */
   async list(path) {
     const found = [];

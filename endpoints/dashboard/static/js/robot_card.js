@@ -2,6 +2,7 @@
 
 import { byId, make, say } from "./dom.js";
 import { degrees, number } from "./format.js";
+import { nameOf } from "./growing_map.js";
 import { doing, showPresence } from "./robot_list.js";
 
 const INPUTS = [["x", "x [m]"], ["y", "y [m]"], ["yaw", "Heading [°]"]];
@@ -12,7 +13,8 @@ export class RobotCard {
   #inputs;
 
   /**
-   * @param {{drive: (pose: import("./geometry.js").Pose) => void, cancel: () => void, release: () => void}} orders
+   * @param {{drive: (pose: import("./geometry.js").Pose) => void, cancel: () => void, release: () => void,
+   *          explore: () => void, publish: (name: string) => Promise<void>}} orders
    */
   constructor(orders) {
     this.#parts = {
@@ -23,6 +25,8 @@ export class RobotCard {
       where: make("p", { className: "where" }),
       cancel: make("button", { className: "button stop", type: "button", textContent: "Cancel goal", onclick: orders.cancel }),
       release: make("button", { className: "button", type: "button", textContent: "Done", onclick: orders.release }),
+      explore: make("button", { className: "button", type: "button", textContent: "Explore", onclick: orders.explore }),
+      publish: make("details", { className: "go" }),
     };
     this.#inputs = INPUTS.map(([name, text]) => {
       const input = make("input", { name, type: "number", step: "any", required: name !== "yaw", inputMode: "decimal" });
@@ -32,7 +36,7 @@ export class RobotCard {
   }
 
   #build(orders) {
-    const { swatch, name, presence, doing: what, where, cancel, release } = this.#parts;
+    const { swatch, name, presence, doing: what, where, cancel, release, explore } = this.#parts;
     const form = make("form", { className: "go-form", "aria-label": "Drive to coordinates" });
     form.append(...this.#inputs.map(({ label }) => label), make("button", { className: "button", textContent: "Go" }));
     form.addEventListener("submit", (event) => {
@@ -43,8 +47,32 @@ export class RobotCard {
     this.#card.replaceChildren(
       make("div", { className: "head" }, swatch, name, presence), what, where,
       make("details", { className: "go" }, make("summary", { textContent: "Drive to coordinates" }), form),
-      make("div", { className: "actions" }, cancel, release),
+      this.#publishForm(orders), make("div", { className: "actions" }, explore, cancel, release),
     );
+  }
+
+  #publishForm({ publish }) {
+    const input = make("input", { name: "map", required: true, maxLength: 64, autocapitalize: "none", spellcheck: false });
+    const button = make("button", { className: "button", textContent: "Publish" });
+    const form = make("form", { className: "name-form", "aria-label": "Publish its map" });
+    form.append(make("label", {}, "Name", input), button);
+    form.addEventListener("submit", async (event) => {
+      event.preventDefault();
+      button.disabled = true; // until it is published: that takes a while
+      await publish(input.value);
+      button.disabled = false;
+    });
+    this.#parts.publish.replaceChildren(make("summary", { textContent: "Publish its map" }), form);
+    return this.#parts.publish;
+  }
+
+  /** Show what only robots have that make a map. @param {import("./robot_link.js").RobotLink} link */
+  #showMapping({ robot, mapping, connected, state }) {
+    const { explore, publish } = this.#parts;
+    explore.hidden = publish.hidden = !mapping;
+    explore.disabled = !connected || state.exploration !== null;
+    const input = publish.querySelector("input");
+    if (mapping && !input.value) input.value = nameOf(robot.map);
   }
 
   /** @param {import("./robot_link.js").RobotLink | null} link @param {string} colour */
@@ -58,7 +86,8 @@ export class RobotCard {
     say(what, doing(link));
     const { pose } = link.state;
     say(where, pose ? `x ${number(pose.x, 2)} m · y ${number(pose.y, 2)} m · heading ${degrees(pose.theta)}` : "");
-    cancel.disabled = !link.connected || !link.state.goal?.active;
+    this.#showMapping(link);
+    cancel.disabled = !link.connected || !(link.state.goal?.active || link.state.exploration);
     for (const { input } of this.#inputs) input.disabled = !link.connected;
     this.#card.querySelector(".go-form .button").disabled = !link.connected;
   }

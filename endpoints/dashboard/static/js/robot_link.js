@@ -1,6 +1,7 @@
 /** Link to one robot of the map: its file, the state of its clone, and its socket while it has a container. */
 
 import { poseMessage } from "./geometry.js";
+import { isNew } from "./growing_map.js";
 import { bare } from "./messages.js";
 import { RobotState } from "./robot_state.js";
 import { Rosbridge } from "./rosbridge.js";
@@ -16,6 +17,11 @@ const RETRY = 2; // seconds until a socket that was lost is tried again
 const COVARIANCE = Array.from({ length: 36 }, (_, i) => ({ 0: 0.25, 7: 0.25, 35: 0.068 })[i] ?? 0); // as RViz says it
 
 const seconds = () => performance.now() / 1000;
+
+/** A new id of a goal. */
+function unique() {
+  return `dashboard-${Array.from(crypto.getRandomValues(new Uint32Array(2)), (n) => n.toString(36)).join("")}`;
+}
 
 export class RobotLink {
   /** @type {{id: string, map: string, model: string, radius: number, colour: number}} */ robot;
@@ -46,6 +52,11 @@ export class RobotLink {
     if (!this.#container) return "offline";
     if (this.#container.state !== "ready") return "starting";
     return this.state.silent(seconds()) ? "silent" : "online";
+  }
+
+  /** Whether the robot makes a map. */
+  get mapping() {
+    return isNew(this.robot.map);
   }
 
   get connected() {
@@ -82,7 +93,7 @@ export class RobotLink {
 
   #opened() {
     this.state = new RobotState();
-    wanted(this.#shown).forEach((topic) => this.#subscribe(topic));
+    wanted(this.#shown, this.mapping).forEach((topic) => this.#subscribe(topic));
     this.#events.changed();
   }
 
@@ -100,7 +111,8 @@ export class RobotLink {
   }
 
   #subscribe(topic) {
-    this.#socket?.subscribe(topic, TOPICS[topic].type, TOPICS[topic].throttle);
+    const { type, throttle, queue } = TOPICS[topic];
+    this.#socket?.subscribe(topic, type, throttle, queue);
   }
 
   /** Show a layer, or no longer: what is not shown is not sent either. @param {string} layer @param {boolean} on */
@@ -115,7 +127,7 @@ export class RobotLink {
   /** Drive somewhere. @param {import("./geometry.js").Pose} pose in the map @returns {boolean} whether it was told */
   drive(pose) {
     const target = { header: { frame_id: "map" }, pose: poseMessage(pose) };
-    const id = `dashboard-${Array.from(crypto.getRandomValues(new Uint32Array(2)), (n) => n.toString(36)).join("")}`;
+    const id = unique();
     const told = this.#publish("move_base/goal", { goal_id: { id }, goal: { target_pose: target } });
     if (told) {
       this.state.target = pose;
@@ -130,8 +142,14 @@ export class RobotLink {
     return this.#publish("initialpose", message);
   }
 
+  /** Drive to the frontiers of the map until none is left. */
+  explore() {
+    return this.#publish("explore/goal", { goal_id: { id: unique() }, goal: {} });
+  }
+
   /** Cancel all goals of the robot. */
   cancel() {
+    if (this.mapping) this.#publish("explore/cancel", {});
     return this.#publish("move_base/cancel", {});
   }
 

@@ -1,7 +1,7 @@
 /** The list of the robots of a map. */
 
 import { byId, make, say, show } from "./dom.js";
-import { number } from "./format.js";
+import { number, plural } from "./format.js";
 
 const PRESENCE = { offline: "offline", starting: "starting", silent: "no signal", online: "online" };
 
@@ -10,10 +10,17 @@ export function doing({ presence, state, robot }) {
   if (presence === "offline") return "Not connected";
   if (presence === "starting") return "Its container starts";
   if (presence === "silent") return "Its container hears no scan or odometry";
+  if (state.exploration) return exploring(state.exploration);
   if (!state.goal) return "Ready";
   if (!state.goal.active) return state.goal.text || `Goal: ${state.goal.word}`;
   const left = state.remaining;
   return left === null ? "Driving" : `Driving, ${number(left)} m to go`;
+}
+
+/** @param {import("./messages.js").Exploration} exploration */
+function exploring({ frontiers, area, text }) {
+  const left = `${plural(frontiers, "frontier")} left, ${number(area, 0)} m² known`;
+  return text ? `Exploring, ${left}: ${text}` : `Exploring, ${left}`;
 }
 
 /** @param {HTMLElement} element @param {import("./robot_link.js").RobotLink} link */

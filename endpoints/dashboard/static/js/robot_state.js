@@ -1,7 +1,8 @@
 /** State of one robot from the messages of its clone, without sockets or clocks. */
 
 import { distance, lengthOf, placeAll, poseOf } from "./geometry.js";
-import { bare, framesOf, goalOf, pathOf, posesOf, scanOf, secondsOf } from "./messages.js";
+import { GrowingMap } from "./growing_map.js";
+import { bare, explorationOf, framesOf, goalOf, pathOf, posesOf, scanOf, secondsOf } from "./messages.js";
 
 /** Time without a pose after which the robot counts as lost [s]. */
 export const SILENCE = 3;
@@ -25,6 +26,8 @@ export class RobotState {
   particles = NOTHING;
   /** @type {import("./geometry.js").Pose | null} */ target = null;
   /** @type {import("./messages.js").GoalState | null} */ goal = null;
+  /** What the robot has explored, while it does. @type {import("./messages.js").Exploration | null} */ exploration = null;
+  map = new GrowingMap();
 
   #frames = new Map();
   /** The last scans, until the poses that they were taken at are known. */
@@ -36,10 +39,14 @@ export class RobotState {
    * @returns {import("./messages.js").GoalState | null} how a goal ended, if this says so
    */
   take(topic, message, now) {
-    if (topic === "amcl_pose") this.#localized(message, now);
+    if (topic === "amcl_pose" || topic === "pose") this.#localized(message, now);
     else if (topic === "scan") this.#waiting = [...this.#waiting.slice(1 - WAITING), message];
     else if (topic === "plan") this.path = pathOf(message);
     else if (topic === "particlecloud") this.particles = posesOf(message);
+    else if (topic === "map") this.map.replace(message);
+    else if (topic === "map_updates") this.map.change(message);
+    else if (topic === "explore/feedback") this.exploration = explorationOf(message);
+    else if (topic === "explore/result") return this.#explored(goalOf(message.status));
     else if (topic === "tf_static") framesOf(message).forEach((frame, child) => this.#frames.set(child, frame));
     else if (topic === "move_base/current_goal") this.target = poseOf(message.pose);
     else if (topic === "move_base/status") this.#status(goalOf(message.status_list?.at(-1)));
@@ -91,6 +98,11 @@ export class RobotState {
       name = parent;
     }
     return points;
+  }
+
+  #explored(goal) {
+    this.exploration = null;
+    return goal && { ...goal, word: goal.word === "arrived" ? "has explored all it can reach" : goal.word };
   }
 
   #status(goal) {

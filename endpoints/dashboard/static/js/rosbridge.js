@@ -29,9 +29,12 @@ export class Rosbridge {
     return this.#socket.readyState === WebSocket.OPEN;
   }
 
-  /** @param {string} topic @param {string} type @param {number} throttle least time between two messages [ms] */
-  subscribe(topic, type, throttle) {
-    this.#send({ op: "subscribe", topic, type, throttle_rate: throttle, queue_length: 1 });
+  /**
+   * @param {string} topic @param {string} type @param {number} throttle least time between two messages [ms]
+   * @param {number} queue number of messages that may wait
+   */
+  subscribe(topic, type, throttle, queue = 1) {
+    this.#send({ op: "subscribe", topic, type, throttle_rate: throttle, queue_length: queue });
   }
 
   /** @param {string} topic */

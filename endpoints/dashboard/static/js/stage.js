@@ -19,6 +19,9 @@ export class Stage {
   /** @type {Renderer} */ renderer;
   #canvas = byId("map");
   #bounds = null;
+  /** Whether the user has moved the view since it last showed everything. */
+  #moved = false;
+  #id = null;
   #fleet;
   #tools;
   #orders;
@@ -42,16 +45,22 @@ export class Stage {
     byId("zoom-fit").addEventListener("click", () => this.fit());
   }
 
-  /** Show another grid, all of it, or none. @param {import("./grid.js").Grid | null} grid */
-  show(grid) {
+  /**
+   * Show a grid, or none. Of another map all is shown; of a map that grows, as long as the user has not moved the view.
+   * @param {string | null} id of the map @param {import("./grid.js").Grid | null} grid
+   */
+  show(id, grid) {
     const bounds = grid && boundsOf(grid.info);
-    const moved = JSON.stringify(bounds) !== JSON.stringify(this.#bounds);
+    const other = JSON.stringify(bounds) !== JSON.stringify(this.#bounds);
+    const fits = id !== this.#id || !this.#moved;
+    this.#id = id;
     this.#bounds = bounds;
     this.renderer.grid = grid;
-    if (moved) this.fit();
+    if (other && fits) this.fit();
   }
 
   fit() {
+    this.#moved = false;
     if (this.#bounds) this.view.fit(this.#bounds, MARGIN);
     this.#seen();
   }
@@ -71,11 +80,13 @@ export class Stage {
   }
 
   #zoom(factor, at = { x: this.view.width / 2, y: this.view.height / 2 }) {
+    this.#moved = true;
     this.view.zoom(at, factor);
     this.#seen();
   }
 
   #pan(dx, dy) {
+    this.#moved = true;
     this.view.pan(dx, dy);
     this.#seen();
   }

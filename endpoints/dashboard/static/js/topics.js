@@ -1,10 +1,18 @@
-/** Topics of a robot that the dashboard subscribes to: type, minimum interval [ms], and layer. */
+/**
+ * Topics of a robot that the dashboard subscribes to: type, minimum interval [ms], and layer; for some, whether only
+ * robots that make a map publish them, and how many messages may wait.
+ */
 
 /** @typedef {"plan" | "scan" | "particles"} Layer */
 
-/** @type {Record<string, {type: string, throttle: number, layer?: Layer}>} */
+/** @type {Record<string, {type: string, throttle: number, layer?: Layer, mapping?: true, queue?: number}>} */
 export const TOPICS = {
   amcl_pose: { type: "geometry_msgs/PoseWithCovarianceStamped", throttle: 0 }, // each, to find that of a scan
+  pose: { type: "geometry_msgs/PoseWithCovarianceStamped", throttle: 0, mapping: true },
+  map: { type: "nav_msgs/OccupancyGrid", throttle: 0, mapping: true },
+  map_updates: { type: "map_msgs/OccupancyGridUpdate", throttle: 0, mapping: true, queue: 100 }, // each counts
+  "explore/feedback": { type: "explore_msgs/ExploreActionFeedback", throttle: 500, mapping: true },
+  "explore/result": { type: "explore_msgs/ExploreActionResult", throttle: 0, mapping: true },
   tf_static: { type: "tf2_msgs/TFMessage", throttle: 0 },
   "move_base/status": { type: "actionlib_msgs/GoalStatusArray", throttle: 0 },
   "move_base/result": { type: "move_base_msgs/MoveBaseActionResult", throttle: 0 },
@@ -17,7 +25,13 @@ export const TOPICS = {
 /** @type {Record<Layer, string>} */
 export const LAYERS = { plan: "Paths", scan: "Laser scans", particles: "Particles" };
 
-/** Return the topics without a layer and those of the shown layers. @param {Set<string>} shown */
-export function wanted(shown) {
-  return Object.keys(TOPICS).filter((name) => !TOPICS[name].layer || shown.has(TOPICS[name].layer));
+/**
+ * Return the topics without a layer and those of the shown layers.
+ * @param {Set<string>} shown @param {boolean} mapping whether the robot makes a map
+ */
+export function wanted(shown, mapping) {
+  return Object.keys(TOPICS).filter((name) => {
+    const { layer, mapping: only } = TOPICS[name];
+    return (!layer || shown.has(layer)) && (mapping || !only);
+  });
 }

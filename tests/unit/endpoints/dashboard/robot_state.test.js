@@ -122,3 +122,21 @@ test("messages that are none change nothing and break nothing", () => {
   assert.equal(goalOf({ status: 99 }), null);
   assert.equal(framesOf({}).size, 0);
 });
+
+test("a robot that makes a map is where its mapping says, and shows the map so far", () => {
+  const state = new RobotState();
+  state.take("pose", localized(1, { x: 1, y: 2, theta: 0 }), 1);
+  assert.deepEqual([state.pose.x, state.pose.y], [1, 2]);
+  const origin = poseMessage({ x: 0, y: 0, theta: 0 });
+  state.take("map", { info: { resolution: 1, width: 1, height: 1, origin }, data: [100] }, 1);
+  state.take("map_updates", { x: 0, y: 0, width: 1, height: 1, data: [0] }, 1);
+  assert.deepEqual([...state.map.grid.cells], [0]);
+});
+
+test("an exploration is shown until its result", () => {
+  const state = new RobotState();
+  state.take("explore/feedback", { feedback: { frontiers: 3, area: 12.5, text: "drives to a frontier" } }, 1);
+  assert.deepEqual(state.exploration, { frontiers: 3, area: 12.5, text: "drives to a frontier" });
+  assert.equal(state.take("explore/result", { status: status(3) }, 2).word, "has explored all it can reach");
+  assert.equal(state.exploration, null);
+});

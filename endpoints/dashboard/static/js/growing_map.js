@@ -1,0 +1,39 @@
+/** Map that a robot makes while it drives: the last whole grid with the changes since. */
+
+import { poseOf } from "./geometry.js";
+
+/** Prefix of the map of a robot that makes one. */
+const NEW = "new:";
+
+/** Whether a robot's map is one that it makes. @param {string | null} map */
+export function isNew(map) {
+  return map?.startsWith(NEW) ?? false;
+}
+
+/** Name under which a map that is being made is to be published. @param {string} map */
+export function nameOf(map) {
+  return map.slice(NEW.length);
+}
+
+export class GrowingMap {
+  /** @type {import("./grid.js").Grid | null} another object after each change */ grid = null;
+
+  /** Replace the grid. @param {any} message nav_msgs/OccupancyGrid */
+  replace({ info = {}, data = [] }) {
+    const { resolution, width, height } = info;
+    const origin = poseOf(info.origin);
+    if (!origin || !(resolution > 0) || data.length !== width * height) return;
+    this.grid = { info: { resolution, width, height, origin }, cells: Int8Array.from(data) };
+  }
+
+  /** Change a rectangle; one outside the grid belongs to another grid. @param {any} message map_msgs/OccupancyGridUpdate */
+  change({ x, y, width, height, data = [] }) {
+    if (!this.grid || data.length !== width * height) return;
+    const { info, cells } = this.grid;
+    if (!(x >= 0 && y >= 0 && x + width <= info.width && y + height <= info.height)) return;
+    for (let row = 0; row < height; row += 1) {
+      cells.set(data.slice(row * width, (row + 1) * width), (y + row) * info.width + x);
+    }
+    this.grid = { info, cells };
+  }
+}

@@ -1,0 +1,77 @@
+/** Panel of the shown map: changes that wait for a review, and merging with another map. */
+
+import { byId, make, say, show } from "./dom.js";
+import { plural } from "./format.js";
+
+const POSE_GRAPH = "posegraph";
+const NAME = { required: true, maxLength: 64, autocapitalize: "none", spellcheck: false };
+
+/** What a version changes, in words. @param {object} review */
+export function changeOf({ occupied, free, known, unknown }) {
+  const parts = [[occupied, "occupied"], [free, "free"], [known, "known"], [unknown, "unknown"]];
+  const some = parts.filter(([count]) => count).map(([count, word]) => `${plural(count, "cell")} ${word}`);
+  return some.length ? `Now ${some.join(", ")}` : "No cell changes";
+}
+
+/** Maps with which one can be merged: both must have a pose graph. @param {object[]} maps @param {string | null} id */
+export function partnersOf(maps, id) {
+  const mapped = maps.filter(({ parts }) => parts.includes(POSE_GRAPH));
+  return mapped.some((map) => map.id === id) ? mapped.filter((map) => map.id !== id) : [];
+}
+
+export class MapPanel {
+  #panel = byId("panel-map");
+  #reviews = byId("reviews");
+  #orders;
+  #merge;
+
+  /**
+   * @param {{approve: (review: object, why: string) => void, refuse: (review: object, why: string) => void,
+   *          merge: (other: string, into: string) => Promise<void>}} orders
+   */
+  constructor(orders) {
+    this.#orders = orders;
+    this.#merge = this.#mergeForm();
+    byId("merge").append(make("summary", { textContent: "Merge with another map" }), this.#merge);
+  }
+
+  /** @param {object[]} reviews that wait @param {object[]} partners maps to merge with */
+  update(reviews, partners) {
+    this.#panel.hidden = !reviews.length && !partners.length;
+    say(byId("review-count"), reviews.length ? String(reviews.length) : "");
+    show(this.#reviews, reviews, ({ number }) => String(number), (review) => this.#create(review), (item, review) => this.#fill(item, review));
+    byId("merge").hidden = !partners.length;
+    const select = this.#merge.querySelector("select");
+    show(select, partners, ({ id }) => id, ({ id }) => make("option", { value: id, textContent: id }), () => {});
+  }
+
+  #create(review) {
+    const why = make("input", { name: "why", maxLength: 200, placeholder: "Reason" });
+    const order = (name, className, textContent) =>
+      make("button", { className, type: "button", textContent, onclick: () => this.#orders[name](review, why.value) });
+    return make("li", { className: "review" }, make("p", { className: "name" }), make("p", { className: "muted" }),
+      make("label", {}, "Reason", why),
+      make("div", { className: "actions" }, order("approve", "button", "Approve"), order("refuse", "button stop", "Refuse")));
+  }
+
+  #fill(item, review) {
+    const [title, change] = item.children;
+    say(title, `${review.number} by ${review.author}${review.message && `: ${review.message}`}`);
+    say(change, changeOf(review) + (review.outdated ? ". Made from a version that is not the current one" : ""));
+  }
+
+  #mergeForm() {
+    const select = make("select", { name: "with" });
+    const into = make("input", { name: "into", ...NAME });
+    const button = make("button", { className: "button", textContent: "Merge" });
+    const form = make("form", { className: "name-form", "aria-label": "Merge with another map" });
+    form.append(make("label", {}, "With", select), make("label", {}, "New name", into), button);
+    form.addEventListener("submit", async (event) => {
+      event.preventDefault();
+      button.disabled = true; // until it is done: that takes a while
+      await this.#orders.merge(select.value, into.value);
+      button.disabled = false;
+    });
+    return form;
+  }
+}
