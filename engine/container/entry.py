@@ -24,7 +24,6 @@ from engine.container.shared_indexes import SharedIndexes
 from engine.container.shared_plans import PlanningNotes, SharedPlans
 from engine.protocols import robot_link
 from engine.protocols.refusals import refusal_of
-from engine.runtimes.compilation import kernel_modules
 from engine.runtimes.compilation.threads import KernelThreads, use_threads
 from engine.specs.containers import Launch
 from engine.specs.robot_layers import filters_of, layers_of
@@ -49,8 +48,6 @@ async def run(launch: Launch) -> None:
         filters = filters_of(layers_of(launch.spec))
         reuse = ReuseSetup(launch.spec.map.id, launch.spec.map.version, plans, times, notes, filters)
         monitoring = build_graph(home.graph, launch, threads, indexes, reuse)
-        if launch.spec.maps:
-            home.beside(_load_mapping)
         _restore(home.graph, launch)
     except PPaaSError as error:
         refusal = refusal_of(error)
@@ -74,13 +71,6 @@ async def run(launch: Launch) -> None:
         home.close()
         await endpoint.close()
         await machine.close()
-
-
-def _load_mapping() -> None:
-    """Load the kernels of mapping before the first scan; the fork server leaves them out, as few containers map."""
-    from ppaas import mapping  # noqa: PLC0415
-
-    kernel_modules.warm_loaded(mapping.__name__)
 
 
 def _restore(graph: Graph, launch: Launch) -> None:

@@ -84,10 +84,6 @@ class NodeExecutor:
         finally:
             self.attend()
 
-    def beside(self, work: Callable[[], None]) -> None:
-        """Run work in the thread of long jobs; a failure is logged."""
-        self._work(LongWork(lambda _cancelled: work()), lambda: False, lambda _done: None)
-
     def elsewhere(self) -> None:
         """Restart the job that runs on the loop's thread in a job thread, since it would block the loop."""
         self._short_jobs.decline()

@@ -1,11 +1,13 @@
 """Localization of a clone: by AMCL on a published map, or by ``grid_slam`` on the map that it makes."""
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ppaas import mapping
 from ppaas.clone.node_parameters import NodeParameters
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.map_layers import MapLayers
@@ -84,13 +86,22 @@ def while_mapping(given: NodeParameters) -> Localization:
     parameters = given.read(_grid_slam_parameters(), GRID_SLAM)
     given.check(AmclParameters, AmclNode.name)
     blank = blank_layers(parameters.drawing().resolution)
-    return Localization(blank, parameters.frames(), {GRID_SLAM: lambda context: GridSlamNode(context, parameters)})
+    makers: Makers = {GRID_SLAM: lambda context: GridSlamNode(context, parameters, prepare=_load_kernels)}
+    return Localization(blank, parameters.frames(), makers)
 
 
 def _grid_slam_parameters() -> "type[GridSlamParameters]":
     from ppaas.nodes.grid_slam.parameters import GridSlamParameters  # noqa: PLC0415  # as above
 
     return GridSlamParameters
+
+
+def _load_kernels() -> None:
+    """Load the kernels of mapping, which are not loaded with those that all clones use."""
+    loaded = (module for name, module in sorted(sys.modules.items()) if name.startswith(f"{mapping.__name__}."))
+    for module in loaded:
+        if hasattr(module, "warm"):
+            module.warm()
 
 
 def blank_layers(resolution: float) -> MapLayers:

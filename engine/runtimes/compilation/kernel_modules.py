@@ -36,10 +36,10 @@ def loaded() -> list[ModuleType]:
     return [module for name, module in sorted(sys.modules.items()) if _holds_kernels(name)]
 
 
-def warm_loaded(package: str = ppaas.__name__) -> None:
-    """Call ``warm`` of all imported kernel modules below a package that have it."""
+def warm_loaded() -> None:
+    """Call ``warm`` of all imported kernel modules that have it."""
     for module in loaded():
-        if module.__name__.startswith(f"{package}.") and hasattr(module, "warm"):
+        if hasattr(module, "warm"):
             module.warm()
 
 

@@ -80,6 +80,8 @@ class GridSlamNode(Node):
         Named as in slam_toolbox and gmapping.
     save : callable, optional
         Saves a map for ``save_map``; without it the service is unavailable.
+    prepare : callable, optional
+        Run in a job, such as the loading of kernels, before any scan is used.
     """
 
     name: ClassVar[str] = "grid_slam"
@@ -91,9 +93,15 @@ class GridSlamNode(Node):
     )  # fmt: skip
     services: ClassVar[tuple[Service, ...]] = (DYNAMIC_MAP, SAVE_MAP, CLEAR, PAUSE)
 
-    def __init__(self, context: Context, parameters: GridSlamParameters, save: MapSaver | None = None) -> None:
+    def __init__(
+        self,
+        context: Context,
+        parameters: GridSlamParameters,
+        save: MapSaver | None = None,
+        prepare: Callable[[], None] | None = None,
+    ) -> None:
         super().__init__(context)
-        self._parameters, self._save = parameters, save
+        self._parameters, self._save, self._prepare = parameters, save, prepare
         self._front_end, self._least_interval = parameters.front_end(), parameters.least_interval
         self._frames = FrameListener(parameters.frames())
         self._scans, self._waiting = ScanReader(self._frames, warns=True), WaitingScans()
@@ -109,6 +117,13 @@ class GridSlamNode(Node):
     def start(self) -> None:
         """Publish changes of the map from now on."""
         self.context.every(MAP_PERIOD, self._publish_map)
+        if (prepare := self._prepare) is not None:
+            self.context.start(LongWork(lambda _cancelled: prepare()), self._on_prepared)
+
+    def _on_prepared(self, outcome: PPaaSError | None) -> None:
+        if outcome is not None:
+            logger.warning("kernels of mapping are loaded at their first call: %s", outcome)
+        self._prepare = None
 
     def on_message(self, topic: str, message: Payload) -> None:
         """Handle a scan or a transform.
@@ -189,10 +204,18 @@ class GridSlamNode(Node):
         if self._is_due(stamp):
             self._track(scan, odom, stamp, moment)
         self._publish_transform(stamp)
-        self._report("mapping is paused: call 'pause' to resume it" if self._paused else self._map_error)
+        self._report(self._problem())
+
+    def _problem(self) -> str:
+        """Return the reason for which scans or parts of the map are left out now; empty if there is none."""
+        if self._prepare is not None:
+            return "mapping is being prepared: scans are used in a moment"
+        return "mapping is paused: call 'pause' to resume it" if self._paused else self._map_error
 
     def _is_due(self, stamp: float) -> bool:
         """Return whether a scan is to be used; count it."""
+        if self._prepare is not None:
+            return False
         self._count += 1
         if self._paused or (self._count - 1) % self._parameters.throttle_scans:
             return False

@@ -1,6 +1,7 @@
 """Robot that makes a map: the node ``grid_slam`` alone, which is fed the messages of a simulated drive."""
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -54,12 +55,19 @@ class MappingRobot:
         Runs the jobs of the node.
     save : callable, optional
         Saves maps.
+    prepare : callable, optional
+        Run before the first scan.
     **parameters
         Parameters of ``grid_slam``.
     """
 
     def __init__(
-        self, drive: SimulatedDrive, worker: Worker = run_inline, save: MapSaver | None = None, **parameters: Any
+        self,
+        drive: SimulatedDrive,
+        worker: Worker = run_inline,
+        save: MapSaver | None = None,
+        prepare: Callable[[], None] | None = None,
+        **parameters: Any,
     ) -> None:
         self.drive, self.clock = drive, ManualClock(START)
         self.graph = Graph(worker, clock=self.clock, stamp_clock=self.clock)
@@ -67,7 +75,7 @@ class MappingRobot:
         self.heard: dict[str, list[Any]] = {}
         self.next = 0
         read = GridSlamParameters(**parameters)
-        self.node = self.graph.add(lambda context: GridSlamNode(context, read, save))
+        self.node = self.graph.add(lambda context: GridSlamNode(context, read, save, prepare))
         self.graph.tap("tf", lambda topic, message: self.frames.hear(topic, message, self.clock()))
         for topic in ("map", "map_metadata", "map_updates", "pose", "entropy"):
             self.graph.tap(topic, self._hear)

@@ -83,21 +83,6 @@ async def test_plans_do_not_wait_for_long_work(home: NodeExecutor) -> None:
     await until(lambda: long.values == [True] * (LONG_JOB_THREADS + 1))
 
 
-async def test_work_beside_the_graph_runs_in_a_thread_and_a_failure_is_logged(
-    home: NodeExecutor, caplog: pytest.LogCaptureFixture
-) -> None:
-    threads: list[int] = []
-    before = sys.getswitchinterval()
-    try:
-        home.beside(lambda: threads.append(threading.get_ident()))
-        home.beside(lambda: threads[7])
-        await until(lambda: threads and caplog.records)
-    finally:
-        sys.setswitchinterval(before)
-    assert threading.get_ident() not in threads
-    assert "a job failed" in caplog.text
-
-
 async def test_job_error_is_its_result(home: NodeExecutor, caplog: pytest.LogCaptureFixture) -> None:
     results = Results()
     home.graph.start(raising(NoValidPath("no way")), results)

@@ -66,6 +66,29 @@ def test_changes_are_published_every_second_while_the_robot_drives(mapped):
     assert np.quantile(gaps, 0.9) <= 1.3
 
 
+def test_scans_are_used_once_the_node_is_prepared(caplog):
+    jobs = HeldJobs()
+    robot = MappingRobot(ring_drive(), jobs, prepare=lambda: None)
+    robot.step(3)
+    assert "pose" not in robot.heard
+    assert status(robot) == "mapping is being prepared: scans are used in a moment"
+    jobs.release()
+    robot.step(2)
+    assert len(robot.heard["pose"]) == 2
+    assert status(robot) == ""
+    assert caplog.messages == []
+
+
+def test_scans_are_used_although_preparing_fails(caplog):
+    def fail() -> None:
+        raise Unavailable("no space for kernels")
+
+    robot = MappingRobot(ring_drive(), prepare=fail)
+    robot.step()
+    assert len(robot.heard["pose"]) == 1
+    assert caplog.messages == ["kernels of mapping are loaded at their first call: no space for kernels"]
+
+
 def test_closures_are_applied_while_scans_go_on():
     jobs = HeldJobs()
     robot = MappingRobot(ring_drive(), jobs)
