@@ -12,9 +12,9 @@ from ppaas.clone.node_parameters import NodeParameters
 from ppaas.clone.plugins import DEFAULT_CONTROLLER, DEFAULT_PLANNER, controller_for, planners_of, recoveries_of
 from ppaas.clone.robot_body import COSTMAP, VOXEL_LAYER, VoxelLayerParameters, costmap_parameters, robot_body
 from ppaas.clone.surroundings import LocalCostmapParameters, surroundings_of
-from ppaas.costmap.build_layers import build_layers
+from ppaas.costmap.build_layers import build_layers, without_unknown
 from ppaas.costmap.costmap import Costmap
-from ppaas.costmap.global_parameters import CostParameters, GlobalCostmapParameters
+from ppaas.costmap.global_parameters import CostParameters, GlobalCostmapParameters, StaticLayerParameters
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import Unavailable
 from ppaas.navigation.parameters import MoveBaseParameters
@@ -30,7 +30,8 @@ from ppaas.nodes.map_server.costmap_filters import (
     check_no_masks,
 )
 from ppaas.nodes.move_base.costmap_topics import CostmapTopics
-from ppaas.nodes.move_base.node import MappingMoveBaseNode, MoveBaseNode, Processors
+from ppaas.nodes.move_base.mapping_node import MappingMoveBaseNode
+from ppaas.nodes.move_base.node import MoveBaseNode, Processors, unchanged
 from ppaas.nodes.move_base.people import SocialLayerParameters
 from ppaas.nodes.move_base.speed_limits import SpeedFilter
 from ppaas.nodes.parameter_server.node import ParameterServerNode
@@ -49,6 +50,9 @@ from ppaas.thread_budget import Threads, one_thread
 
 DEPTH_CAMERA = "depthimage_to_laserscan"
 """Node of robots with a depth camera; it is created only if the robot has parameters for it."""
+
+STATIC_LAYER = "static_layer"
+"""Name of the parameters of the layer that is the map."""
 
 
 def build_clone(
@@ -88,8 +92,9 @@ def build_clone(
         Plug-ins by name or ROS alias; those in the parameters of ``move_base`` take precedence.
     parameters : dict, optional
         Parameters of each node by its name, ``{"move_base": {...}, "amcl": {...}}``, and likewise of planners, the
-        controller, each recovery behaviour, ``local_costmap``, ``social_layer``, ``voxel_layer``, ``keepout_filter``
-        and ``speed_filter``. Parameters of planners other than the robot's own apply to requests that name them.
+        controller, each recovery behaviour, ``local_costmap``, ``static_layer``, ``social_layer``, ``voxel_layer``,
+        ``keepout_filter`` and ``speed_filter``. Parameters of planners other than the robot's own apply to requests
+        that name them.
     threads : callable
         Returns the largest number of threads that kernels may use now.
     reuse : ReuseSetup, optional
@@ -155,32 +160,35 @@ def _move_base(
     social = given.read(SocialLayerParameters, "social_layer")
     speed_filters = partial(_filters, *_masks(given))
     speed_filters(layers)
+    tracked = given.read(StaticLayerParameters, STATIC_LAYER).track_unknown_space
+    adapt = unchanged if tracked else partial(without_unknown, robot_radius=body.robot_radius, costs=costs)
     build = partial(build_layers, robot_radius=body.robot_radius, **msgspec.structs.asdict(costs)) if maps else None
 
     def move_base(context: Context) -> MoveBaseNode:
         surroundings = surroundings_of(
-            layers, body, local, social, costs=costs, tolerance=driving.transform_tolerance, names=names
+            adapt(layers), body, local, social, costs=costs, tolerance=driving.transform_tolerance, names=names
         )
         surroundings.mark_ahead(not controller.predicts)
         return (MappingMoveBaseNode if maps else MoveBaseNode)(
             context, surroundings=surroundings, planner=planner, path_planners=path_planners,
             costmap_topics=CostmapTopics(context, surroundings, body=body, publish_frequency=local.publish_frequency),
             controller=controller, recoveries=recovering, parameters=driving, threads=threads,
-            processors=_processors(reuse, body, driving), version=None if maps else reuse.version,
+            processors=_processors(reuse, body, driving, tracked=tracked), version=None if maps else reuse.version,
             passive_safety=PassiveSafety(body.robot_radius, body.limits.acc_lim_x),
-            top_speed=body.limits.max_vel_x, speed_filters=speed_filters, build=build,
+            top_speed=body.limits.max_vel_x, speed_filters=speed_filters, adapt=adapt, build=build,
         )  # fmt: skip
 
     return move_base
 
 
-def _processors(reuse: ReuseSetup, body: RobotModel, driving: MoveBaseParameters) -> Processors:
+def _processors(reuse: ReuseSetup, body: RobotModel, driving: MoveBaseParameters, *, tracked: bool) -> Processors:
     """Return the maker of processors for a map of a version; without a version nothing is reused or stored."""
     parameters = ReuseParameters(driving.reuse_tolerance, driving.reuse_bound)
+    filters = {} if tracked else {STATIC_LAYER: msgspec.structs.asdict(StaticLayerParameters(tracked))}
 
     def processor(costmap: Costmap, version: str | None) -> PlanProcessor:
         setup = ReuseSetup() if version is None else replace(reuse, version=version)
-        return setup.processor(costmap, body.robot_radius, parameters)
+        return setup.processor(costmap, body.robot_radius, parameters, filters=filters)
 
     return processor
 

@@ -1,6 +1,7 @@
 """Construction of a map's layers, once per map version and robot radius."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from ppaas.costmap.global_parameters import CostParameters
 from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR, INFLATION_RADIUS, ROBOT_RADIUS, inflate
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.maps.distance import distance_to_occupied
-from ppaas.maps.grid import OCCUPIED_THRESHOLD, UNKNOWN, GridMap
+from ppaas.maps.grid import FREE, OCCUPIED_THRESHOLD, UNKNOWN, GridMap
 
 
 def build_layers(
@@ -85,6 +86,20 @@ def recosted(layers: MapLayers, robot_radius: float, costs: CostParameters) -> C
         unknown=layers.grid.data == UNKNOWN,
     )
     return Costmap(data, layers.grid.info)
+
+
+def without_unknown(layers: MapLayers, robot_radius: float, costs: CostParameters) -> MapLayers:
+    """Return layers in which unknown cells are free, for a robot of a radius [m]; masks and indexes are kept."""
+    grid = GridMap(np.where(layers.grid.data == UNKNOWN, np.int8(FREE), layers.grid.data), layers.grid.info)
+    data = inflate(
+        layers.to_lethal,
+        inscribed_radius=robot_radius,
+        inflation_radius=costs.inflation_radius,
+        cost_scaling_factor=costs.cost_scaling_factor,
+    )
+    if layers.keepout is not None:
+        raise_costs(data, layers.keepout.data)
+    return replace(layers, grid=grid, costmap=Costmap(data, grid.info, layers.costmap.indexes))
 
 
 def _combined(masks: Sequence[GridMap]) -> GridMap | None:

@@ -60,6 +60,18 @@ class CostParameters(Parameters, frozen=True):
         return {name: getattr(self, name) for name in names if getattr(self, name) != getattr(usual, name)}
 
 
+class StaticLayerParameters(Parameters, frozen=True):
+    """Parameters of the layer that is the map, named as in costmap_2d.
+
+    Parameters
+    ----------
+    track_unknown_space : bool
+        Whether unknown cells of the map are unknown to the robot; otherwise they are free.
+    """
+
+    track_unknown_space: bool = True
+
+
 class GlobalCostmapParameters(CostParameters, frozen=True):
     """Parameters of the global costmap: those of its costs, and the size of the robot.
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.cost_values import LETHAL_OBSTACLE
+from ppaas.cost_values import LETHAL_OBSTACLE, NO_INFORMATION
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import GoalOccupied, GoalOutsideMap, StartOccupied, StartOutsideMap
 from ppaas.geometry import Pose2D
@@ -171,6 +171,11 @@ def _free_cell_near(costmap: Costmap, request: PlanRequest, open_costs: NDArray[
     distances = np.hypot(offsets[:, 0], offsets[:, 1])
     nearest = int(np.argmin(distances)) if len(cells) else -1
     if nearest < 0 or distances[nearest] > request.tolerance:
+        if int(costmap.data[row, column]) == NO_INFORMATION:
+            raise GoalOccupied(
+                f"the goal {_format_xy(request.goal)} is in unknown space, with no free cell within the tolerance of "
+                f"{request.tolerance} m; choose a goal that the map shows as free, or set allow_unknown of the planner"
+            )
         raise GoalOccupied(
             f"the goal {_format_xy(request.goal)} is blocked, and so are all cells within the tolerance of "
             f"{request.tolerance} m; choose another goal or a larger tolerance"

@@ -54,6 +54,12 @@ from ppaas.thread_budget import Threads
 
 logger = logging.getLogger(__name__)
 
+
+def unchanged(layers: MapLayers) -> MapLayers:
+    """Return layers as they are."""
+    return layers
+
+
 Processors = Callable[[Costmap, str | None], PlanProcessor]
 """Called with the costmap of a map alone and its version, None if it is not published; returns what plans on it."""
 
@@ -115,6 +121,8 @@ class MoveBaseNode(Node):
         Fastest speed of the robot, with which the remaining time is estimated at first [m/s].
     speed_filters : callable, optional
         Returns the speed limits by place for the layers of a map.
+    adapt : callable, optional
+        Returns the layers for this robot from those of a map that replaces another.
     build : callable, optional
         Returns the layers of a grid. With it, the map comes from topics, see `MappingMoveBaseNode`.
     """
@@ -146,10 +154,11 @@ class MoveBaseNode(Node):
         planner: Planner, path_planners: Mapping[str, Planner], controller: Controller,
         recoveries: Sequence[tuple[str, Recovery]], parameters: MoveBaseParameters, threads: Threads,
         processors: Processors, version: str | None, passive_safety: PassiveSafety, top_speed: float,
-        speed_filters: Callable[[MapLayers], SpeedFilter | None] = without_mask, build: Build | None = None,
+        speed_filters: Callable[[MapLayers], SpeedFilter | None] = without_mask,
+        adapt: Callable[[MapLayers], MapLayers] = unchanged, build: Build | None = None,
     ) -> None:  # fmt: skip
         super().__init__(context)
-        self._processors, self._speed_filters = processors, speed_filters
+        self._processors, self._speed_filters, self._adapt = processors, speed_filters, adapt
         processor = processors(surroundings.static, version)
         self._limits = SpeedLimits(speed_filters(surroundings.layers))
         self._static_layer = None if build is None else StaticLayer(context, build, self.use_layers, self._goal_poses)
@@ -206,6 +215,7 @@ class MoveBaseNode(Node):
             The layers lack a mask that the robot's parameters require; the map is not replaced.
         """
         self._limits.use_mask(self._speed_filters(layers))
+        layers = self._adapt(layers)
         before = self._surroundings.static.info
         self._surroundings.use_layers(layers)
         processor = self._processors(layers.costmap, version)
@@ -370,16 +380,3 @@ class MoveBaseNode(Node):
             self._executor.progress.resume(restored.seconds)
         self._paths.actions.restore(restored.paths)
         self._behaviors.restore(restored.behavior)
-
-
-class MappingMoveBaseNode(MoveBaseNode):
-    """Move Base of a robot that makes its map: the static layer is that of the topics ``map`` and ``map_updates``."""
-
-    subscribes: ClassVar[tuple[Topic, ...]] = (
-        *MoveBaseNode.subscribes, topics.GRID_SLAM_STATUS, *StaticLayer.subscribes
-    )  # fmt: skip
-
-    def on_message(self, topic: str, message: Payload) -> None:
-        """Handle a message; raises as that of Move Base does."""
-        if self._static_layer is None or not self._static_layer.take(message):
-            super().on_message(topic, message)

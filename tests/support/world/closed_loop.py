@@ -51,7 +51,7 @@ class RobotWorld(Protocol):
 
 
 class ClosedLoop:
-    """A clone that drives a world's robot. ``masks`` are those of `build_layers`.
+    """A clone that drives a world's robot. ``masks`` are those of `build_layers`; with ``maps`` it makes a new map.
 
     Odometry comes at 20 Hz, and a scan with every second odometry, or as ``scan_every`` says. The clock of the cloud is
     ``cloud_ahead`` seconds ahead of that of the robot.
@@ -59,7 +59,7 @@ class ClosedLoop:
 
     def __init__(
         self, world: RobotWorld, *, worker: Worker = run_inline, start: float = 1000.0,
-        masks: Mapping[str, GridMap] | None = None, **clone: object,
+        masks: Mapping[str, GridMap] | None = None, maps: bool = False, **clone: object,
     ) -> None:  # fmt: skip
         self.world = world
         self.clock = ManualClock(start)
@@ -78,7 +78,7 @@ class ClosedLoop:
         self.scan_every = 2
         self._cycle = 0
         clone = {"model": "turtlebot2", "initial_pose": tuple(world.pose), **clone}
-        build_clone(self.graph, self.layers, **clone)  # type: ignore[arg-type]
+        build_clone(self.graph, None if maps else self.layers, **clone)  # type: ignore[arg-type]
         self._listen()
 
     def _listen(self) -> None:

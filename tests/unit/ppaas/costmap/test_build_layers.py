@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from ppaas.costmap.build_layers import build_layers, recosted
+from ppaas.costmap.build_layers import build_layers, recosted, without_unknown
 from ppaas.costmap.filter_masks import barred, raise_costs
 from ppaas.costmap.global_parameters import CostParameters
 from ppaas.costmap.map_layers import MapLayers
@@ -102,3 +102,16 @@ def test_layers_of_real_maps_are_consistent(data, name):
     layers = build_layers(grid)
     assert np.array_equal(layers.distance, distance_to_occupied(grid))
     assert np.array_equal(layers.costmap.data >= 253, (layers.distance <= 0.18) | (layers.costmap.data == 255))
+
+
+def test_layers_without_unknown_cells_are_those_of_a_map_in_which_they_are_free():
+    random = np.random.default_rng(5)
+    cells = random.choice(np.array([-1, 0, 100], np.int8), size=(40, 30), p=[0.3, 0.66, 0.04])
+    info, costs = GridInfo(0.1, 30, 40), CostParameters(0.4, 3.0)
+    mask = GridMap(random.choice(np.array([0, 30, 100], np.int8), size=info.shape, p=[0.9, 0.06, 0.04]), info)
+    settings = {"robot_radius": 0.2, "inflation_radius": 0.4, "cost_scaling_factor": 3.0, "keepout": mask}
+    known = build_layers(GridMap(np.maximum(cells, 0), info), **settings)
+    made = without_unknown(build_layers(GridMap(cells, info), **settings), 0.2, costs)
+    np.testing.assert_array_equal(made.costmap.data, known.costmap.data)
+    np.testing.assert_array_equal(made.grid.data, known.grid.data)
+    assert (made.to_lethal == known.to_lethal).all() and made.keepout is not None

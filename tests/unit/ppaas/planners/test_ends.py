@@ -81,3 +81,10 @@ def test_a_blocked_goal_is_replaced_by_the_nearest_free_cell(costs, data, tolera
 
 def test_an_infinite_tolerance_is_allowed():
     assert ends(grids.costmap(".####", 0.1), (0, 0), (0, 4), tolerance=math.inf).goal == (0, 0)
+
+
+def test_a_goal_in_unknown_space_is_refused_in_words_if_paths_may_not_lead_there():
+    map_ = grids.costmap("..??")
+    assert ends(map_, (0, 0), (0, 3)).goal == (0, 3)
+    with pytest.raises(GoalOccupied, match=r"is in unknown space, .* or set allow_unknown of the planner"):
+        ends(map_, (0, 0), (0, 3), allow_unknown=False)

@@ -1,0 +1,62 @@
+"""A clone drives a robot on the map that it makes: it grows, and goals may be in unknown space."""
+
+import numpy as np
+import pytest
+
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import UNKNOWN, GridMap
+from ppaas.messages.actionlib_msgs import Status
+from tests.support.world.closed_loop import ClosedLoop
+from tests.support.world.planar_world import World, error_of, walled_map
+
+ROOMS = walled_map(9, 6, [(3.5, 0.0, 3.7, 4.0)])
+START = Pose2D(1.0, 1.0, 0.0)
+BEHIND_WALL = Pose2D(6.0, 1.0, 0.0)
+RADIUS = 0.18
+
+
+def in_map(pose: Pose2D) -> Pose2D:
+    """Return a pose of the world in the frame of the map, which is that of the odometry."""
+    return START.inverse() @ pose
+
+
+def loop(parameters: dict[str, object] | None = None) -> ClosedLoop:
+    return ClosedLoop(World(ROOMS, START, range_max=3.0), maps=True, parameters=parameters)
+
+
+def test_a_robot_without_a_map_drives_through_unknown_space_to_its_goals() -> None:
+    driving = loop()
+    driving.send_goal(in_map(BEHIND_WALL))
+    driving.run(60.0)
+    assert driving.last_status() is Status.SUCCEEDED, driving.results[-1].status.text
+    assert error_of(driving.world.pose, BEHIND_WALL)[0] < 0.25
+    assert driving.clearance > RADIUS
+    assert "waiting: no map yet: no message has come on 'map'" in driving.texts
+
+
+def test_goals_in_unknown_space_are_refused_if_the_planner_may_not_lead_there() -> None:
+    driving = loop({"dijkstra": {"allow_unknown": False}})
+    driving.send_goal(in_map(BEHIND_WALL))
+    driving.run(5.0)
+    assert driving.last_status() is Status.ABORTED
+    assert "is in unknown space" in driving.results[0].status.text
+    driving.send_goal(in_map(Pose2D(2.0, 1.5, 0.0)))
+    driving.run(20.0)
+    assert driving.last_status() is Status.SUCCEEDED, driving.results[-1].status.text
+
+
+@pytest.mark.parametrize("tracked", [True, False])
+def test_unknown_cells_of_a_published_map_are_free_if_they_are_not_tracked(tracked: bool) -> None:
+    cells = walled_map(4, 3, []).data.copy()
+    cells[10:50, 40:70] = UNKNOWN
+    world = World(GridMap(cells, walled_map(4, 3, []).info), START)
+    world.truth[:] = walled_map(4, 3, []).data >= 50
+    driving = ClosedLoop(
+        world,
+        parameters={"static_layer": {"track_unknown_space": tracked}, "dijkstra": {"allow_unknown": False}},
+    )
+    driving.run(0.3)
+    driving.send_goal(Pose2D(2.8, 1.5, 0.0))
+    driving.run(20.0)
+    assert driving.last_status() is (Status.ABORTED if tracked else Status.SUCCEEDED)
+    assert not np.any(driving.layers.grid.data[20, 45:65] != UNKNOWN), "the shared map is not modified"
