@@ -9,6 +9,7 @@ import msgspec
 
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.geometry import Pose2D
+from ppaas.maps.new_map import new_map_id
 
 _encoder = msgspec.json.Encoder()
 
@@ -19,7 +20,7 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     Parameters
     ----------
     map : str
-        Id of the map that the robot is in.
+        Id of the map that the robot is in; or ``new:`` and the id under which the map that it makes is to be published.
     model : str
         Robot model, as ``turtlebot2``.
     initial_pose : tuple of float
@@ -56,6 +57,12 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
             raise ValueError("initial_pose must be three finite numbers: x [m], y [m], yaw [rad]")
         if not (math.isfinite(self.cores) and self.cores > 0.0):
             raise ValueError(f"cores must be a positive number, not {self.cores}")
+
+    @property
+    def unused(self) -> str | None:
+        """Localization whose parameters are given, but not used, since the other one localizes the robot."""
+        other = "grid_slam" if new_map_id(self.map) is None else "amcl"
+        return other if self.parameters.get(other) else None
 
     def with_radius(self, radius: float | None) -> "RobotFile":
         """Return the file with a radius of the robot [m], the same file if that is None.

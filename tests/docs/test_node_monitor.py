@@ -46,6 +46,7 @@ def test_criteria_and_nodes_are_those_of_the_code() -> None:
     graph = Graph()
     layers = build_layers(office(seed=1, width=12.0, height=10.0))
     build_clone(graph, layers, model="turtlebot2", initial_pose=(2.0, 2.0, 0.0), parameters={DEPTH_CAMERA: {}})
+    build_clone(graph, None, model="turtlebot2", initial_pose=(2.0, 2.0, 0.0), only=["grid_slam"])
     assert {name for name, node in graph.nodes.items() if node.demands is not None} == set(NODES)
     assert set(DepthImageToLaserScanNode.subscribes) == {topic for topic in TOPICS.values() if topic.local}
     assert all(f"`{node}`" in text_of(PAGE) for node in NODES)

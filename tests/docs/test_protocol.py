@@ -123,6 +123,27 @@ def test_the_topics_are_those_of_a_clone(graph: Graph) -> None:
     assert not listed.keys() & of_actions.keys()
 
 
+def test_topics_and_services_of_mapping_are_those_of_the_clone_of_a_new_map(graph: Graph) -> None:
+    mapping = Graph()
+    build_clone(mapping, None, model="turtlebot2", initial_pose=(0.0, 0.0, 0.0))
+    node = mapping.nodes["grid_slam"]
+    published = {
+        topic.name: (type_name(topic.type), ("both" if topic.robot_only else "out") + ", latched" * topic.latched)
+        for topic in node.publishes
+    }
+    rows = table(PROTOCOL, "topic of mapping", "type", "direction", "rate and purpose")
+    listed = {name: (kind, way) for name, kind, way, _ in rows}
+    assert listed.items() <= published.items()
+    assert published.keys() - graph.topics.keys() <= listed.keys()
+    services = table(PROTOCOL, "service of mapping", "type", "what it does")
+    assert {name: kind for name, kind, _ in services} == {service.name: service.type.name for service in node.services}
+    lacking = {*graph.topics, *graph.services} - {*mapping.topics, *mapping.services}
+    assert lacking == {
+        "initialpose", "particlecloud", "amcl/status", "static_map", "global_localization", "request_nomotion_update",
+        "keepout_filter_mask", "speed_filter_mask",
+    }  # fmt: skip
+
+
 def test_the_services_are_those_of_a_clone(graph: Graph) -> None:
     listed = table(PROTOCOL, "service", "type", "what it does")
     assert {name: kind for name, kind, _ in listed} == {s.name: s.type.name for s in graph.services.values()}

@@ -1,6 +1,7 @@
 """Command ``ppaas robot``: robots with their files, URDFs, nodes and goals."""
 
 import argparse
+import sys
 from pathlib import Path
 
 from robots.cli import event_loop
@@ -57,7 +58,11 @@ async def _put(arguments: argparse.Namespace) -> None:
 
     client = logged_in(arguments)
     urdf = None if arguments.urdf is None else robot_urdf.read_urdf(arguments.urdf, arguments.mesh_folder)
-    await client.put_robot(arguments.id, load_robot_file(arguments.file).with_radius(arguments.radius))
+    file = load_robot_file(arguments.file).with_radius(arguments.radius)
+    await client.put_robot(arguments.id, file)
+    if file.unused is not None:
+        when = "on a published map" if file.unused == "grid_slam" else "while the robot makes a map"
+        sys.stderr.write(f"note: the parameters of {file.unused} are not used {when}\n")
     if urdf is not None:
         await client.put_urdf(arguments.id, urdf)
     await _show(arguments)

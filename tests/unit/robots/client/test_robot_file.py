@@ -85,3 +85,14 @@ def test_radius_is_added_to_the_parameters() -> None:
     assert robot.with_radius(0.4).parameters == {"global_costmap": {"footprint": [], "robot_radius": 0.4}, "dwa": {}}
     with pytest.raises(InvalidParameter, match="must be an object"):
         RobotFile(map="house", parameters={"global_costmap": []}).with_radius(0.4)
+
+
+@pytest.mark.parametrize(
+    ("map_id", "tables", "unused"),
+    [
+        ("office", ["amcl"], None), ("office", ["grid_slam"], "grid_slam"), ("office", [], None),
+        ("new:office", ["amcl", "grid_slam"], "amcl"), ("new:office", ["grid_slam"], None),
+    ],
+)  # fmt: skip
+def test_parameters_of_the_other_localization_are_named(map_id: str, tables: list[str], unused: str | None) -> None:
+    assert RobotFile(map=map_id, parameters={name: {"tf_prefix": "a"} for name in tables}).unused == unused

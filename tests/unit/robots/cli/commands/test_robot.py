@@ -18,6 +18,12 @@ def file(tmp_path: Path, ppaas: CommandLine) -> Path:
     return tmp_path / "tb1.json"
 
 
+def written(file: Path, **fields: object) -> str:
+    """Write a robot file with these fields; return its path."""
+    file.write_text(json.dumps(fields))
+    return str(file)
+
+
 async def test_a_robot_is_put_listed_shown_and_deleted(ppaas: CommandLine, file: Path) -> None:
     put = await ppaas("robot", "put", "tb1", str(file))
     assert put.status == 0, put.err
@@ -27,6 +33,18 @@ async def test_a_robot_is_put_listed_shown_and_deleted(ppaas: CommandLine, file:
     assert (shown["user"], shown["parameters"]) == ("ann", {})
     assert (await ppaas("robot", "delete", "tb1")).status == 0
     assert (await ppaas("robot", "list")).out == "no robots; register one: ppaas robot put ID FILE.json\n"
+
+
+async def test_a_robot_that_makes_a_map_is_put_and_unused_parameters_are_named(ppaas: CommandLine, file: Path) -> None:
+    parameters = {"amcl": {"max_particles": 900}, "grid_slam": {"resolution": 0.1}}
+    put = await ppaas("robot", "put", "tb1", written(file, map="new:office-2", parameters=parameters))
+    assert (put.status, put.err) == (0, "note: the parameters of amcl are not used while the robot makes a map\n")
+    assert put.rows[1][:2] == ["tb1", "new:office-2"]
+    assert (await ppaas("robot", "list")).out == put.out
+    put = await ppaas("robot", "put", "tb1", written(file, map="house", parameters=parameters))
+    assert put.err == "note: the parameters of grid_slam are not used on a published map\n"
+    wrong = await ppaas("robot", "put", "tb1", written(file, map="new:two words"))
+    assert "'two words' is not a valid name of a new map: after 'new:', give the id" in wrong.err
 
 
 async def test_a_urdf_is_put_shown_and_deleted(ppaas: CommandLine, file: Path) -> None:
