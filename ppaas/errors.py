@@ -13,6 +13,7 @@
     │   └── InvalidParameter        unknown, of the wrong type, or out of range
     ├── NotFound                    unknown map, robot, planner, topic …
     ├── Conflict                    the resource exists already, or is in use
+    │   └── MapsNotMerged           two maps do not overlap, or fit in several ways
     ├── NotAuthenticated            no valid password or token
     ├── NotPermitted                authenticated, but not allowed to do this
     ├── QuotaExceeded               a limit of the user or the machine is reached
@@ -124,6 +125,12 @@ class Conflict(PPaaSError):
     """The resource exists already, or is in use."""
 
     slug = "conflict"
+
+
+class MapsNotMerged(Conflict):
+    """Two maps do not overlap enough, contradict each other, or fit in more than one way."""
+
+    slug = "maps-not-merged"
 
 
 class NotAuthenticated(PPaaSError):

@@ -1,0 +1,1 @@
+"""Merging: two mappings of one place, made without a common start, become one."""
