@@ -87,6 +87,10 @@ class VoxelBlocks:
         kernels.look_up(self._codes, self._slots, codes, found)
         return found
 
+    def trim(self) -> None:
+        """Free the memory that is reserved for more blocks."""
+        self._log_odds = self.log_odds.copy()
+
     def _reserve(self, needed: int) -> None:
         if needed > len(self._log_odds):
             rows = min(max(needed, len(self._log_odds) * 3 // 2), self._most)

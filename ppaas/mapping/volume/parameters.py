@@ -36,10 +36,12 @@ class VolumeParameters(Parameters, frozen=True):
         Points below or above are ignored [m].
     occupancy_min_z, occupancy_max_z : float
         Heights between which voxels count in the projected map [m].
+    min_x_size, min_y_size : float
+        Least size of the projected map, around the origin of the map frame [m].
     filter_speckles : bool
         Whether an occupied voxel without an occupied neighbour is left out of the projected map.
     max_blocks : int
-        Largest number of blocks of 8 × 8 × 8 voxels, of 2 KiB each.
+        Largest number of blocks of 8 × 8 × 8 voxels, of 2 KiB each, those of submaps included.
     """
 
     resolution: float = 0.05
@@ -52,6 +54,8 @@ class VolumeParameters(Parameters, frozen=True):
     point_cloud_max_z: float = 100.0
     occupancy_min_z: float = -100.0
     occupancy_max_z: float = 100.0
+    min_x_size: float = 0.0
+    min_y_size: float = 0.0
     filter_speckles: bool = False
     max_blocks: int = 1 << 18
 

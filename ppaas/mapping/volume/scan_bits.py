@@ -34,7 +34,11 @@ class ScanBits:
         self._buffer = np.zeros((2, 0), np.int64)
 
     def mark(
-        self, ends: NDArray[np.float32], origin: NDArray[np.float32], parts: int
+        self,
+        ends: NDArray[np.float32],
+        origin: NDArray[np.float32],
+        parts: int,
+        ground: NDArray[np.bool_] | None = None,
     ) -> tuple[Box, NDArray[np.int64], NDArray[np.int64]]:
         """Cast the rays of a scan; return their box and the words of passed and of occupied voxels, (parts, words).
 
@@ -48,6 +52,8 @@ class ScanBits:
             Position of the sensor in the map frame [m].
         parts : int
             Number of threads.
+        ground : (n,) bool array, optional
+            Rays that end at no obstacle.
 
         Raises
         ------
@@ -57,6 +63,8 @@ class ScanBits:
         kinds, bounds = np.empty(len(ends), np.uint8), np.empty((parts, 2, 3), np.int64)
         find_ends = end_kernels.find_ends_parallel if parts > 1 else end_kernels.find_ends_serial
         find_ends(ends, origin, 1.0 / self._resolution, self._max_range, kinds, bounds)
+        if ground is not None:
+            kinds[ground & (kinds == end_kernels.HIT)] = end_kernels.PASSED
         box = _box(bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0))
         free, occupied = self._words(box, parts)
         mark_rays = ray_kernels.mark_rays_parallel if parts > 1 else ray_kernels.mark_rays_serial

@@ -47,7 +47,14 @@ class VoxelVolume:
         self._threads = threads
         self._bits = ScanBits(parameters.resolution, parameters.max_range)
 
-    def insert(self, points: NDArray[np.float32], origin: ArrayLike) -> None:
+    def insert(
+        self,
+        points: NDArray[np.float32],
+        origin: ArrayLike,
+        *,
+        ground: NDArray[np.bool_] | None = None,
+        also: VoxelBlocks | None = None,
+    ) -> None:
         """Add a point cloud.
 
         Parameters
@@ -57,6 +64,10 @@ class VoxelVolume:
             ``point_cloud_min_z`` and ``point_cloud_max_z`` are ignored.
         origin : (3,) array
             Position of the sensor in the map frame [m].
+        ground : (n,) bool array, optional
+            Whether each point is of the ground: its ray makes voxels free, and none occupied.
+        also : VoxelBlocks, optional
+            Blocks to which the same rays are added.
 
         Raises
         ------
@@ -71,9 +82,10 @@ class VoxelVolume:
         ends = points[within]  # a copy: the rays are cut in place
         if not len(ends):
             return
+        below = ground[within] if ground is not None else None
         with limit_threads(self._threads() if len(ends) >= PARALLEL_FROM else 1) as parts:
-            box, free, occupied = self._bits.mark(ends, sensor, parts)
-            self._update(box, free, occupied, parallel=parts > 1)
+            box, free, occupied = self._bits.mark(ends, sensor, parts, below)
+            self._update(box, free, occupied, also, parallel=parts > 1)
 
     def log_odds_at(self, points: ArrayLike) -> NDArray[np.float32]:
         """Return the log-odds of the voxels at points, (n,), NaN where unknown.
@@ -109,18 +121,28 @@ class VoxelVolume:
             raise InvalidInput(f"the sensor must be within {reach:g} m of the origin of the map, not at {sensor}")
         return sensor
 
-    def _update(self, box: Box, free: NDArray[np.int64], occupied: NDArray[np.int64], *, parallel: bool) -> None:
+    def _update(
+        self,
+        box: Box,
+        free: NDArray[np.int64],
+        occupied: NDArray[np.int64],
+        also: VoxelBlocks | None,
+        *,
+        parallel: bool,
+    ) -> None:
         """Add the bits of a scan to the blocks, and clear them."""
         touched = np.zeros(tuple(box[:2:-1] // kernels.EDGE), np.uint8)
         collect = kernels.collect_parallel if parallel else kernels.collect_serial
         collect(free, occupied, box, touched)
         indices = np.flatnonzero(touched)
         where = np.stack(np.unravel_index(indices, touched.shape)[::-1], axis=1) + box[:3] // kernels.EDGE
+        codes = codes_of(where)
         try:
-            slots = self.blocks.add(codes_of(where))
+            targets = [(blocks, blocks.add(codes)) for blocks in (also, self.blocks) if blocks is not None]
         except QuotaExceeded:
             self._bits.discard()
             raise
         update = kernels.update_parallel if parallel else kernels.update_serial
-        bits = free[0].view(np.uint8), occupied[0].view(np.uint8)
-        update(*bits, box, indices, slots, self.blocks.log_odds, self._model)
+        for number, (blocks, slots) in enumerate(targets, 1):
+            words = (free[0], occupied[0]) if number == len(targets) else (free[0].copy(), occupied[0].copy())
+            update(words[0].view(np.uint8), words[1].view(np.uint8), box, indices, slots, blocks.log_odds, self._model)

@@ -121,3 +121,27 @@ def projected(voxels: dict[Key, float], low: float, high: float, resolution: flo
 def _square(vector: NDArray[np.float32]) -> np.float32:
     x, y, z = vector
     return np.float32(x * x + y * y + z * z)
+
+
+def moved_voxels(
+    voxels: dict[Key, np.float32], motion: tuple[float, float, float], resolution: float
+) -> dict[Key, np.float32]:
+    """Return voxels turned by an angle about z and moved along x, y [m]: each has the value of where its centre was."""
+    x, y, angle = motion
+    c, s = math.cos(angle), math.sin(angle)
+    around = ((key[2], q) for key in voxels for q in _around(key, c, s, x, y, resolution))
+    places = {(math.floor(q[0]), math.floor(q[1]), layer) for layer, q in around}
+    found = {}
+    for key in places:
+        dx, dy = (key[0] + 0.5 - MIDDLE) * resolution - x, (key[1] + 0.5 - MIDDLE) * resolution - y
+        old = math.floor((c * dx + s * dy) / resolution) + MIDDLE, math.floor((c * dy - s * dx) / resolution) + MIDDLE
+        if (*old, key[2]) in voxels:
+            found[key] = voxels[(*old, key[2])]
+    return found
+
+
+def _around(key: Key, c: float, s: float, x: float, y: float, resolution: float) -> list[tuple[float, float]]:
+    """Return the corners of the nine voxels around the new place of a voxel, as keys."""
+    px, py = (key[0] + 0.5 - MIDDLE) * resolution, (key[1] + 0.5 - MIDDLE) * resolution
+    qx, qy = (c * px - s * py + x) / resolution + MIDDLE, (s * px + c * py + y) / resolution + MIDDLE
+    return [(qx + i, qy + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]

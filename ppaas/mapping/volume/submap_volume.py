@@ -1,0 +1,156 @@
+"""3D map whose parts move with the key frames of a 2D map, so that it stays right when a loop is closed.
+
+Its clouds are added to one volume, as OctoMap does, and to submaps that hang on key frames. When key frames move, the
+volume is put together again from the submaps at their new places.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ppaas.mapping.volume.blocks import VoxelBlocks
+from ppaas.mapping.volume.clearing import clear_box
+from ppaas.mapping.volume.key_frame_poses import Anchor, KeyFramePoses
+from ppaas.mapping.volume.parameters import VolumeParameters
+from ppaas.mapping.volume.submap import LEAST_MOTION, Submap, add_log_odds
+from ppaas.mapping.volume.voxel_volume import VoxelVolume
+from ppaas.thread_budget import Threads, one_thread
+
+SUBMAP_TRAVEL = 3.0
+"""Distance between key frames on which two successive submaps hang, along the path of the robot [m]."""
+
+
+SPACE = 0.9
+"""Part of the allowed blocks that are left when submaps were joined."""
+
+
+class SubmapVolume:
+    """3D map of clouds that hang on key frames.
+
+    ``max_blocks`` limits the blocks of the volume and those of all submaps together. If there would be more, successive
+    submaps are joined: they move together from then on. If that is not enough, the map no longer moves with the key
+    frames: its submaps are dropped.
+
+    Parameters
+    ----------
+    parameters : VolumeParameters
+    threads : callable
+        Returns the number of threads of an insertion.
+
+    Attributes
+    ----------
+    volume : VoxelVolume
+        The whole map.
+    submaps : list of Submap
+        Its parts, in the order of their key frames.
+    joined : int
+        Number of submaps that were joined to others.
+    fixed : bool
+        Whether the map is too large to move with the key frames.
+    """
+
+    def __init__(self, parameters: VolumeParameters, threads: Threads = one_thread) -> None:
+        self.volume = VoxelVolume(parameters, threads)
+        self.submaps: list[Submap] = []
+        self.joined, self.fixed = 0, False
+        self._last: Anchor | None = None
+        self._travel = 0.0
+
+    def __len__(self) -> int:
+        """Return the number of blocks of the volume and all submaps."""
+        return len(self.volume.blocks) + sum(len(submap.blocks) for submap in self.submaps)
+
+    def insert(
+        self,
+        points: NDArray[np.float32],
+        origin: ArrayLike,
+        anchor: Anchor | None = None,
+        ground: NDArray[np.bool_] | None = None,
+    ) -> None:
+        """Add a point cloud.
+
+        Parameters
+        ----------
+        points, origin, ground
+            See `VoxelVolume.insert`.
+        anchor : Anchor, optional
+            Key frame that it hangs on; None for a cloud that never moves.
+
+        Raises
+        ------
+        InvalidInput, QuotaExceeded
+            As `VoxelVolume.insert`.
+        """
+        also = self._open(anchor).blocks if anchor is not None and not self.fixed else None
+        self.volume.insert(points, origin, ground=ground, also=also)
+        self._limit()
+
+    def correct(self, before: KeyFramePoses, after: KeyFramePoses) -> bool:
+        """Move the submaps with their key frames; return whether the volume has changed.
+
+        Parameters
+        ----------
+        before, after : KeyFramePoses
+            Poses of the key frames up to now, and from now on.
+        """
+        resolution, changed = self.volume.parameters.resolution, False
+        for submap in self.submaps:
+            step = after.motion_since(before, submap.stamp)
+            submap.motion = step @ submap.motion
+            changed |= submap.reach_of_motion(step, resolution) >= LEAST_MOTION * resolution
+        self._last = None  # the next cloud begins a submap at the new place of its key frame
+        if changed:
+            self._assemble()
+        return changed
+
+    def clear_box(self, low: ArrayLike, high: ArrayLike) -> None:
+        """Make all known voxels free whose centres are in a box of the map frame, (3,) corners [m]."""
+        own = self.volume.parameters
+        clear_box(self.volume.blocks, low, high, own)
+        for submap in self.submaps:
+            clear_box(submap.blocks, low, high, own, submap.motion)
+
+    def clear(self) -> None:
+        """Forget all voxels."""
+        self.volume.clear()
+        self.submaps, self.joined, self.fixed, self._last = [], 0, False, None
+
+    def _open(self, anchor: Anchor) -> Submap:
+        """Return the submap for a cloud; a new one if the robot has moved far enough since the last one began."""
+        last, self._last = self._last, anchor
+        if last is not None:
+            self._travel += last.pose.distance_to(anchor.pose)
+        if last is None or self._travel >= SUBMAP_TRAVEL or not self.submaps:
+            if self.submaps:
+                self.submaps[-1].blocks.trim()
+            self.submaps.append(Submap(anchor.stamp, 2 * self.volume.parameters.max_blocks))
+            self._travel = 0.0
+        return self.submaps[-1]
+
+    def _limit(self) -> None:
+        """Join submaps if there are more blocks than allowed, so that there is space for some more."""
+        most = self.volume.parameters.max_blocks
+        if len(self) <= most:
+            return
+        while len(self) > SPACE * most and len(self.submaps) > 1:
+            self._join_smallest()
+        if len(self) > most:
+            self.submaps, self.fixed = [], True
+
+    def _join_smallest(self) -> None:
+        """Join the two successive submaps that have the fewest blocks."""
+        own, sizes = self.volume.parameters, [len(submap.blocks) for submap in self.submaps]
+        first = min(range(len(sizes) - 1), key=lambda index: sizes[index] + sizes[index + 1])
+        if first == len(sizes) - 2:
+            self._last = None  # the next cloud begins a submap
+        second = self.submaps.pop(first + 1)
+        self.submaps[first].join(second, own.model(), own.resolution)
+        self.submaps[first].blocks.trim()
+        self.joined += 1
+
+    def _assemble(self) -> None:
+        """Put the volume together from the submaps."""
+        own = self.volume.parameters
+        blocks, model = VoxelBlocks(own.max_blocks), own.model()
+        for submap in self.submaps:
+            add_log_odds(blocks, *submap.placed(own.resolution), model)
+        self.volume.blocks = blocks
