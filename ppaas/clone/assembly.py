@@ -7,6 +7,7 @@ from typing import Any
 
 import msgspec
 
+from ppaas.clone.exploring import exploring
 from ppaas.clone.localization import on_map, while_mapping
 from ppaas.clone.node_parameters import NodeParameters
 from ppaas.clone.plugins import DEFAULT_CONTROLLER, DEFAULT_PLANNER, controller_for, planners_of, recoveries_of
@@ -72,7 +73,7 @@ def build_clone(
 ) -> None:
     """Add the nodes of a robot's clone to a graph: map server, localization, state publisher, Move Base, waypoints.
 
-    A robot that makes a new map has ``grid_slam`` in place of the map server and ``amcl``.
+    A robot that makes a new map has ``grid_slam`` in place of the map server and ``amcl``, and ``explore``.
 
     Parameters
     ----------
@@ -124,6 +125,7 @@ def build_clone(
     )  # fmt: skip
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
     camera = _camera(given)
+    explorer = exploring(given, body, costs, located.names, maps=layers is None)
     given.refuse_rest()
     makers: dict[str, Callable[[Context], Node]] = {
         **located.makers,
@@ -133,6 +135,7 @@ def build_clone(
         ParameterServerNode.name: lambda context: ParameterServerNode(context, given.in_use, urdf_text),
         TfRepublisherNode.name: TfRepublisherNode,
         **camera,
+        **explorer,
     }
     for name in makers if only is None else only:
         graph.add(makers[name])

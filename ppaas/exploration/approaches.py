@@ -122,8 +122,8 @@ class Reach:
         """Return the cells of the map within a margin of a rectangle around cells."""
         low = np.maximum(cells.min(axis=0) - margin, 0)
         high = np.minimum(cells.max(axis=0) + margin + 1, self._costmap.info.shape)
-        cells: Cells = np.argwhere(np.ones(high - low, np.bool_)) + low
-        return cells
+        within: Cells = np.argwhere(np.ones(high - low, np.bool_)) + low
+        return within
 
     def _sees(self, cell: Cells, target: Cells) -> bool:
         """Return whether all cells on the line between two are known to be free."""

@@ -1,6 +1,10 @@
 """Parameters of exploration, named as in explore_lite."""
 
+from ppaas.errors import InvalidParameter
 from ppaas.parameters import Parameters, check_numbers
+
+FASTEST = 10.0
+"""Limit of ``planner_frequency`` [Hz]."""
 
 
 class ChoiceParameters(Parameters, frozen=True):
@@ -29,3 +33,28 @@ class ChoiceParameters(Parameters, frozen=True):
     def __post_init__(self) -> None:
         """Check the ranges."""
         check_numbers(self, positive=("min_frontier_size", "potential_scale"))
+
+
+class ExploreParameters(ChoiceParameters, frozen=True):
+    """Parameters of the node ``explore``.
+
+    Parameters
+    ----------
+    planner_frequency : float
+        Rate at which frontiers are looked for while the robot explores [Hz].
+    progress_timeout : float
+        Time without progress after which the robot gives a frontier up [s].
+    patience : float
+        Time for which the robot waits for a map, its pose, or free space, before the goal is aborted [s].
+    """
+
+    planner_frequency: float = 1.0
+    progress_timeout: float = 30.0
+    patience: float = 60.0
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        super().__post_init__()
+        check_numbers(self, positive=("planner_frequency", "progress_timeout", "patience"))
+        if self.planner_frequency > FASTEST:
+            raise InvalidParameter(f"planner_frequency must be at most {FASTEST:g} Hz, not {self.planner_frequency}")

@@ -1,8 +1,8 @@
-"""Actions of Nav2 that a clone serves by the topics of a ROS 1 action, with their topics."""
+"""Actions of Nav2 and of this project that a clone serves by the topics of a ROS 1 action, with their topics."""
 
 from typing import NamedTuple
 
-from ppaas.messages import nav2_msgs
+from ppaas.messages import explore_msgs, nav2_msgs
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
 from ppaas.messages.message import Message
 from ppaas.nodes.base import Topic
@@ -60,6 +60,14 @@ WAIT = _topics("wait", nav2_msgs.WaitActionGoal, nav2_msgs.WaitActionFeedback, n
 
 NAV2_ACTIONS = tuple(each for each in tuple(globals().values()) if isinstance(each, ActionTopics))
 """The actions above."""
+
+EXPLORE = _topics(
+    "explore",
+    explore_msgs.ExploreActionGoal,
+    explore_msgs.ExploreActionFeedback,
+    explore_msgs.ExploreActionResult,
+)
+"""Action of this project, of a robot that makes a map."""
 
 PATH_GOALS = frozenset({COMPUTE_PATH_TO_POSE.goal.name, COMPUTE_PATH_THROUGH_POSES.goal.name})
 """Topics whose messages request paths, as calls of the path services do."""

@@ -33,7 +33,7 @@ from ppaas.messages.tf2_web_republisher import (
     TFSubscriptionActionResult,
 )
 from ppaas.nodes.base import Topic
-from ppaas.nodes.nav2_actions import NAV2_ACTIONS
+from ppaas.nodes.nav2_actions import EXPLORE, NAV2_ACTIONS
 
 # fmt: off
 # -- sensors -----------------------------------------------------------------------------------------------------------
@@ -112,9 +112,9 @@ NODE_HOMES = Topic("node_monitor/homes", NodeHomes, latched=True)
 # fmt: on
 
 TOPICS = {topic.name: topic for topic in tuple(globals().values()) if isinstance(topic, Topic)} | {
-    topic.name: topic for action in NAV2_ACTIONS for topic in action
+    topic.name: topic for action in (*NAV2_ACTIONS, EXPLORE) for topic in action
 }
-"""The topics above, and those of the actions of Nav2, by their names."""
+"""The topics above, and those of the actions of Nav2 and of `explore`, by their names."""
 
 CLIENT_TOPIC = Topic("", Message)
 """Policy of a topic that is not in the table, such as one that a client advertises."""

@@ -3,6 +3,7 @@
 from engine.container.monitor.node import NodeMonitorNode
 from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
 from ppaas.costmap.build_layers import build_layers
+from ppaas.nodes.explore.node import ExploreNode
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.grid_slam.node import GridSlamNode
 from ppaas.nodes.topics import CLIENT_TOPIC, TOPICS, policy_of
@@ -13,8 +14,9 @@ def test_table_has_exactly_the_topics_of_a_clone() -> None:
     graph = Graph()
     layers = build_layers(walled_map(4, 3, []))
     build_clone(graph, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), parameters={DEPTH_CAMERA: {}})
-    monitor = {topic.name: topic for topic in (*NodeMonitorNode.publishes, *GridSlamNode.publishes)}
-    assert graph.topics | monitor == TOPICS
+    exploring = (*ExploreNode.publishes, *ExploreNode.subscribes)
+    others = {topic.name: topic for topic in (*NodeMonitorNode.publishes, *GridSlamNode.publishes, *exploring)}
+    assert graph.topics | others == TOPICS
 
 
 def test_goals_poses_and_results_must_arrive_and_sensor_data_may_be_dropped() -> None:
@@ -27,7 +29,7 @@ def test_goals_poses_and_results_must_arrive_and_sensor_data_may_be_dropped() ->
 def test_topics_published_once_are_lasting() -> None:
     assert {topic.name for topic in TOPICS.values() if topic.lasting} == {
         "move_base/result", "follow_waypoints/result", "spin/result", "backup/result", "wait/result",
-        "navigate_through_poses/result", "map", "tf_static",
+        "navigate_through_poses/result", "explore/result", "map", "tf_static",
     }  # fmt: skip
     assert all(topic.lasting for topic in TOPICS.values() if topic.published_once)
 

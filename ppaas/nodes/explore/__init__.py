@@ -1,0 +1,1 @@
+"""Node ``explore``: drives a robot that makes a map to frontiers until none is left."""

@@ -1,0 +1,171 @@
+"""Goals that the node ``explore`` sends to Move Base: a target at a time, and what became of it."""
+
+import numpy as np
+
+from ppaas.exploration.approaches import Approach
+from ppaas.exploration.choice import choose, same_frontier
+from ppaas.exploration.given_up import GivenUp
+from ppaas.exploration.parameters import ExploreParameters
+from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.messages.actionlib_msgs import GoalID
+from ppaas.messages.geometry_msgs import Pose, PoseStamped
+from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseGoal
+from ppaas.messages.std_msgs import Header, Time
+from ppaas.nodes import topics
+from ppaas.nodes.base import Context
+from ppaas.nodes.explore.exploration import FAR, Exploration, Target
+from ppaas.nodes.explore.survey import Points, Survey
+from ppaas.nodes.frames import MAP
+
+FOLLOWED = 1.5
+"""Distance by which a frontier may move away from a place on it and still be the same [m]."""
+
+MOVED = 0.5
+"""Distance by which the pose to see a frontier from must move before the robot is sent to the new one [m]."""
+
+PROGRESS = 0.2
+"""Least progress of a robot that is under way [m]."""
+
+
+class ExplorationGoals:
+    """Chooses targets from surveys, and sends them to Move Base.
+
+    Parameters
+    ----------
+    context : Context
+        Of the node.
+    parameters : ExploreParameters
+    exploration : Exploration
+        Its target and its counts are kept up to date.
+
+    Attributes
+    ----------
+    last_reason : str
+        Why the last frontier was given up.
+    """
+
+    def __init__(self, context: Context, parameters: ExploreParameters, exploration: Exploration) -> None:
+        self._context, self._parameters, self._exploration = context, parameters, exploration
+        self.last_reason = ""
+        self._given_up = GivenUp(exploration.tiles)
+        if exploration.target is not None:
+            exploration.target.since = context.elapsed()
+
+    @property
+    def returning(self) -> bool:
+        """Whether the robot drives back to its start."""
+        target = self._exploration.target
+        return target is not None and target.seen is None
+
+    # -- choice --------------------------------------------------------------------------------------------------------
+
+    def steer(self, surveyed: Survey) -> str:
+        """Send the robot where a survey says; return what it does now, or an empty text if no frontier is left."""
+        exploration = self._exploration
+        self._judge_arrival(surveyed)
+        left = surveyed.without(self._given_up)
+        exploration.area, exploration.frontiers = surveyed.area, len(left.approaches)
+        if exploration.arrived is not None:
+            return self._look_around(exploration.arrived)
+        kept = self._followed(left)
+        if kept is not None and self._is_stuck(kept):
+            self.give_up("no progress")
+            return self.steer(surveyed)
+        chosen = choose(left.approaches, self._parameters, kept)
+        if chosen is None:
+            return ""
+        self._head_for(chosen, left.points_of(chosen), same=chosen is kept)
+        x, y = chosen.pose[:2]
+        return f"driving to a frontier at ({x:.1f}, {y:.1f})"
+
+    def _followed(self, left: Survey) -> Approach | None:
+        """Return the approach to the frontier that the robot drives to, if it is still there."""
+        target = self._exploration.target
+        if target is None or target.seen is None:
+            return None
+        return same_frontier(left.approaches, left.points, np.array(target.seen), FOLLOWED)
+
+    def _is_stuck(self, approach: Approach) -> bool:
+        """Return whether the robot has made no progress for too long; note its progress."""
+        target, now = self._exploration.target, self._context.elapsed()
+        assert target is not None
+        if approach.distance < target.nearest - PROGRESS:
+            target.nearest, target.since = approach.distance, now
+        return now - target.since > self._parameters.progress_timeout
+
+    def _head_for(self, approach: Approach, points: Points, *, same: bool) -> None:
+        target = self._exploration.target
+        if same and target is not None and target.goal.pose.distance_to(approach.pose) <= MOVED:
+            target.points = points.tolist()
+            return
+        since, nearest = self._context.elapsed(), approach.distance
+        x, y = approach.seen.tolist()
+        self._send(
+            approach.pose, Target(self._exploration.next_goal(approach.pose), (x, y), points.tolist(), nearest, since)
+        )
+
+    # -- arrival -------------------------------------------------------------------------------------------------------
+
+    def reached(self) -> None:
+        """Note that the robot has reached its target: the frontier should disappear from the next map."""
+        exploration = self._exploration
+        exploration.reached += 1
+        exploration.arrived, exploration.target = exploration.target, None
+
+    def _judge_arrival(self, surveyed: Survey) -> None:
+        """Forget where the robot has arrived if its frontier is gone; else let it turn, or give the frontier up."""
+        exploration = self._exploration
+        arrived = exploration.arrived
+        if arrived is None:
+            return
+        stays = GivenUp()
+        stays.add(np.array(arrived.points).reshape(-1, 2))
+        left = [points for points in surveyed.without(self._given_up).points if stays.covers(points)]
+        if left and not arrived.turned:
+            return
+        exploration.arrived = None
+        for points in left:
+            self._give_up(points)
+
+    def _look_around(self, arrived: Target) -> str:
+        """Turn the robot around once: a laser that sees less than a circle shows more then."""
+        pose = arrived.goal.pose
+        turned = Pose2D(pose.x, pose.y, wrap_angle(pose.theta + np.pi))
+        goal = self._exploration.next_goal(turned)
+        self._exploration.arrived = None
+        self._send(turned, Target(goal, arrived.seen, arrived.points, FAR, self._context.elapsed(), turned=True))
+        return "looking around"
+
+    # -- giving up -----------------------------------------------------------------------------------------------------
+
+    def give_up(self, reason: str) -> None:
+        """Give up the frontier of the target, and drop the target."""
+        target = self._exploration.target
+        assert target is not None and target.seen is not None
+        self._give_up(np.array(target.points or [target.seen]).reshape(-1, 2))
+        self.drop()
+        self.last_reason = reason
+
+    def _give_up(self, points: Points) -> None:
+        self._given_up.add(points)
+        self._exploration.given_up += 1
+        self._exploration.tiles = self._given_up.tiles
+
+    # -- Move Base -----------------------------------------------------------------------------------------------------
+
+    def return_to(self, start: Pose2D) -> None:
+        """Send the robot back to its start."""
+        goal = self._exploration.next_goal(start)
+        self._send(start, Target(goal, since=self._context.elapsed()))
+
+    def drop(self) -> None:
+        """Cancel the goal of Move Base, if there is one; its result is ignored."""
+        target, self._exploration.target = self._exploration.target, None
+        if target is not None:
+            self._context.publish(topics.MOVE_BASE_CANCEL.name, GoalID(id=target.goal.id))
+
+    def _send(self, pose: Pose2D, target: Target) -> None:
+        self._exploration.target = target
+        stamped = PoseStamped(Header(stamp=Time.of(self._context.now()), frame_id=MAP), Pose.of(pose))
+        goal_id = GoalID(Time.of(target.goal.stamp), target.goal.id)
+        self._context.publish(topics.MOVE_BASE_GOAL.name, MoveBaseActionGoal(MoveBaseGoal(stamped), goal_id))
