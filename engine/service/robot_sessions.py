@@ -180,9 +180,9 @@ class RobotSessions:
             self._closing[key] = asyncio.create_task(self._close_later(key, self._linger))
 
     def map_ids(self, place: PlaceLink) -> tuple[str, ...]:
-        """Return the ids of the map and the masks of a place; empty if it is closed."""
+        """Return the ids of the map and the masks of a place; empty if it is closed, or makes a new map."""
         request = self._service.request_of(place.key)
-        if request is None:
+        if request is None or (request.robot is not None and request.robot.new_map):
             return ()
         masks = request.robot.masks.values() if request.robot is not None else ()
         return (request.map.id, *(mask.id for mask in masks))

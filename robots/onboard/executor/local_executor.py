@@ -108,9 +108,10 @@ class LocalExecutor:
             reply(PPaaSError(f"internal error: {type(error).__name__}"))
 
     def _begin(self, frame: protocol.Begin) -> None:
-        self._config = frame.config
-        self._layers = None if frame.map is None else _layers(frame, decode(OccupancyGrid, frame.map))
-        warm_up(self._build, Pose2D(*frame.config.initial_pose))
+        layers = None if frame.map is None else _layers(frame, decode(OccupancyGrid, frame.map))
+        self._config, self._layers = frame.config, layers
+        # The robot starts at the origin of a new map.
+        warm_up(self._build, Pose2D(*frame.config.initial_pose) if self._layers is not None else Pose2D(0.0, 0.0))
         self._write(protocol.ExecutorReady())
 
     def _build(self, graph: Graph, node: str | None = None) -> None:

@@ -398,6 +398,7 @@ async def test_a_robot_that_makes_a_map_needs_none(
     assert request.robot is not None
     assert (request.map, request.robot.new_map) == (MapVersion("new:office-2", ""), "office-2")
     assert await sessions.join("ann", "tb1", as_robot=False) is place
+    assert sessions.map_ids(place) == (), "no published map whose readers are to be watched"
 
 
 async def test_a_robot_gets_another_place_after_its_new_map_is_published(

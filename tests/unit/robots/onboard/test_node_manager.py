@@ -28,6 +28,7 @@ class FakeCloud:
     """Client of a cloud with a node monitor for Move Base alone."""
 
     def __init__(self) -> None:
+        self.config = CONFIG
         self.connections, self.resumptions = 1, 0
         self.reports: list[ppaas_msgs.TellRobotRequest] = []
         self.asked: list[str] = []
@@ -83,7 +84,7 @@ class FakeCloud:
 
     def tell_robot(self, request: ppaas_msgs.TellRobotRequest) -> Message:
         self.reports.append(request)
-        return ppaas_msgs.TellRobotResponse(CONFIG, 1.0)
+        return ppaas_msgs.TellRobotResponse(self.config, 1.0)
 
     def list_nodes(self, _: object) -> Message:
         return self._homes()
@@ -159,6 +160,20 @@ async def test_nodes_start_with_the_map_and_its_masks(cloud: FakeCloud, manager:
     (begin,) = FakeProcess.begun
     assert list(begin.masks) == ["keepout_filter_mask"]
     assert begin.masks["keepout_filter_mask"] == begin.map
+
+
+async def test_nodes_of_a_robot_that_makes_a_map_start_without_one(
+    cloud: FakeCloud, manager: LocalNodes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delattr(FakeCloud, "static_map")
+    config = msgspec.json.decode(CONFIG, type=protocol.CloneConfig)
+    cloud.config = msgspec.json.encode(msgspec.structs.replace(config, new_map="office-2")).decode()
+    cloud.forget()
+    await until(lambda: cloud.reports)
+    await manager.ask("move_base")
+    await until(lambda: manager.running == {"move_base"})
+    (begin,) = FakeProcess.begun
+    assert (begin.map, begin.masks, begin.config.new_map) == (None, {}, "office-2")
 
 
 async def test_local_nodes_continue_in_a_new_session(cloud: FakeCloud, manager: LocalNodes) -> None:

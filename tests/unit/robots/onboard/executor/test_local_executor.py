@@ -35,7 +35,7 @@ async def home(frames: list[protocol.FromExecutor]) -> LocalExecutor:
     return LocalExecutor(frames.append)
 
 
-def begin(home: LocalExecutor, config: protocol.CloneConfig = CONFIG, grid: msgspec.Raw = MAP) -> None:
+def begin(home: LocalExecutor, config: protocol.CloneConfig = CONFIG, grid: msgspec.Raw | None = MAP) -> None:
     home.take(protocol.Begin(config, grid))
 
 
@@ -58,6 +58,20 @@ async def test_a_node_is_added_and_removed_with_its_state(
     home.take(protocol.Remove("amcl"))
     assert frames.pop() == protocol.Removed("amcl", state)
     assert list(home.graph.nodes) == []
+
+
+async def test_a_new_map_is_made_on_the_robot(home: LocalExecutor, frames: list[protocol.FromExecutor]) -> None:
+    begin(home, msgspec.structs.replace(CONFIG, new_map="office-2"), None)
+    assert frames == [protocol.ExecutorReady()]
+    home.take(protocol.Add("grid_slam", ""))
+    added = frames.pop()
+    assert isinstance(added, protocol.Added)
+    assert {"map", "map_updates", "amcl_pose"} <= set(added.publishes)
+    assert "dynamic_map" in {service.name for service in added.services}
+    home.take(protocol.Add("move_base", ""))
+    added = frames.pop()
+    assert isinstance(added, protocol.Added)
+    assert {"map", "map_updates"} <= {topic.name for topic in added.subscribes}
 
 
 async def test_only_messages_of_its_nodes_are_forwarded(
@@ -157,7 +171,7 @@ async def test_failed_and_abandoned_calls_are_refused(
     [
         (lambda home: begin(home, msgspec.structs.replace(CONFIG, model="snail")), "not-found", "snail"),
         (lambda home: begin(home, grid=msgspec.Raw(b"[]")), "malformed-message", "OccupancyGrid"),
-        (lambda home: home.take(protocol.Add("amcl", "")), "error", "the executor has no map yet"),
+        (lambda home: home.take(protocol.Add("amcl", "")), "error", "the executor has no configuration yet"),
         (lambda home: home.take(protocol.Remove("amcl")), "not-found", "amcl"),
         (
             lambda home: (begin(home), home.take(protocol.Add("amcl", "rubbish"))),
