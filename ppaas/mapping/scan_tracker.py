@@ -105,9 +105,9 @@ class ScanTracker:
         return self._odometry
 
     @property
-    def nearest(self) -> int:
-        """Index of the first of the key frames that the next scan is aligned with, the nearest of a loaded map."""
-        return int(self._near.indices[0])
+    def nearest(self) -> int | None:
+        """Index of the key frame of a loaded map that is nearest to the next scan; None if none is near."""
+        return int(self._near.indices[0]) if len(self._near.indices) else None
 
     @property
     def is_placing(self) -> bool:
@@ -154,6 +154,8 @@ class ScanTracker:
 
     def place(self, robot: Pose2D) -> None:
         """Search the next scan around a pose of the **robot** in the map frame."""
+        if self._keeps:
+            self._loaded = len(self.key_frames)
         self._start = self._pose = robot @ self._mount
         self._look_around()
 

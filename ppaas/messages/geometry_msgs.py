@@ -5,7 +5,8 @@ A field that a message needs has no default: a client that omits it gets an erro
 
 from msgspec import field
 
-from ppaas.geometry import Pose2D, quaternion_of, yaw_of
+from ppaas import geometry
+from ppaas.geometry import quaternion_of, yaw_of
 from ppaas.messages.message import Covariance, Float32, Message
 from ppaas.messages.std_msgs import Header
 
@@ -34,6 +35,14 @@ class Vector3(Message):
     z: float = 0.0
 
 
+class Pose2D(Message):
+    """``geometry_msgs/Pose2D`` [m, m, rad]."""
+
+    x: float = 0.0
+    y: float = 0.0
+    theta: float = 0.0
+
+
 class Quaternion(Message, kw_only=True):
     """``geometry_msgs/Quaternion``."""
 
@@ -50,15 +59,15 @@ class Pose(Message):
     orientation: Quaternion
 
     @classmethod
-    def of(cls, pose: Pose2D) -> "Pose":
+    def of(cls, pose: geometry.Pose2D) -> "Pose":
         """Return the pose in space of a pose in the plane, with z = 0."""
         x, y, z, w = quaternion_of(pose.theta)
         return cls(Point(pose.x, pose.y), Quaternion(x=x, y=y, z=z, w=w))
 
-    def planar(self) -> Pose2D:
+    def planar(self) -> geometry.Pose2D:
         """Return the pose in the plane: x, y and yaw."""
         q = self.orientation
-        return Pose2D(self.position.x, self.position.y, yaw_of(q.x, q.y, q.z, q.w))
+        return geometry.Pose2D(self.position.x, self.position.y, yaw_of(q.x, q.y, q.z, q.w))
 
 
 class PoseStamped(Message):

@@ -1,11 +1,12 @@
-"""``slam_toolbox``: services of a node that makes a map."""
+"""``slam_toolbox``: services of a node that makes a map, and one of this project that hands out pose graphs."""
 
 from enum import IntEnum
 from typing import ClassVar
 
 from msgspec import field
 
-from ppaas.messages.message import Empty, Message, ServiceType, UInt8
+from ppaas.messages.geometry_msgs import Pose2D
+from ppaas.messages.message import Empty, Int8, Message, OwnMessage, ServiceType, UInt8
 from ppaas.messages.std_msgs import String
 
 
@@ -31,14 +32,100 @@ class SaveMapResponse(Message):
     result: UInt8 = 0
 
 
+class SerializePoseGraphResult(IntEnum):
+    """The ``result`` of ``slam_toolbox/SerializePoseGraph``."""
+
+    RESULT_SUCCESS = 0
+    RESULT_FAILED_TO_WRITE_FILE = 255
+
+
+class SerializePoseGraphRequest(Message):
+    """``slam_toolbox/SerializePoseGraph`` request: the name of the file, without an ending."""
+
+    filename: str = ""
+
+
+class SerializePoseGraphResponse(Message):
+    """``slam_toolbox/SerializePoseGraph`` response."""
+
+    constants: ClassVar[type[IntEnum] | None] = SerializePoseGraphResult
+
+    result: UInt8 = 0
+
+
+class MatchType(IntEnum):
+    """The ``match_type`` of ``slam_toolbox/DeserializePoseGraph``: the pose from which the map is continued."""
+
+    UNSET = 0
+    START_AT_FIRST_NODE = 1
+    START_AT_GIVEN_POSE = 2
+    LOCALIZE_AT_POSE = 3
+
+
+class DeserializePoseGraphRequest(Message):
+    """``slam_toolbox/DeserializePoseGraph`` request; the pose is that of the robot in the map frame."""
+
+    constants: ClassVar[type[IntEnum] | None] = MatchType
+
+    filename: str = ""
+    match_type: Int8 = 0
+    initial_pose: Pose2D = field(default_factory=Pose2D)
+
+
 class PauseResponse(Message):
     """``slam_toolbox/Pause`` response: whether mapping is paused now."""
 
     status: bool = False
 
 
+class GetPoseGraphRequest(Message):
+    """``ppaas_msgs/GetPoseGraph`` request.
+
+    Parameters
+    ----------
+    offset : int
+        Offset in the file [bytes]: 0 takes a new one, and others continue it; −1 for the numbers alone.
+    """
+
+    offset: int = -1
+
+
+class GetPoseGraphResponse(OwnMessage):
+    """``ppaas_msgs/GetPoseGraph`` response.
+
+    Parameters
+    ----------
+    data : str
+        Bytes of the file from the offset, in base64; empty after its end.
+    size : int
+        Size of the file [bytes]; 0 without an offset.
+    key_frames, edges, closures : int
+        Numbers of key frames, of edges between them, and of those edges that are loop closures.
+    resolution : float
+        Edge of a cell of the map [m].
+    min_pass_through : int
+    occupancy_threshold : float
+        Parameters of the map.
+    """
+
+    data: str = ""
+    size: int = 0
+    key_frames: int = 0
+    edges: int = 0
+    closures: int = 0
+    resolution: float = 0.05
+    min_pass_through: int = 2
+    occupancy_threshold: float = 0.1
+
+
 SaveMap = ServiceType("slam_toolbox/SaveMap", SaveMapRequest, SaveMapResponse)
 Pause = ServiceType("slam_toolbox/Pause", Empty, PauseResponse)
 Clear = ServiceType("slam_toolbox/Clear", Empty, Empty)
 
-SERVICES = (SaveMap, Pause, Clear)
+SerializePoseGraph = ServiceType(
+    "slam_toolbox/SerializePoseGraph", SerializePoseGraphRequest, SerializePoseGraphResponse
+)
+DeserializePoseGraph = ServiceType("slam_toolbox/DeserializePoseGraph", DeserializePoseGraphRequest, Empty)
+GetPoseGraph = ServiceType("ppaas_msgs/GetPoseGraph", GetPoseGraphRequest, GetPoseGraphResponse)
+
+SERVICES = (SaveMap, Pause, Clear, SerializePoseGraph, DeserializePoseGraph, GetPoseGraph)

@@ -5,10 +5,11 @@ A node does no I/O and starts no thread. It handles messages, calls and timers o
 """
 
 from abc import ABC
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
 
+from ppaas.change_log import LogChange, LogEntry
 from ppaas.errors import NotFound, PPaaSError
 from ppaas.messages.message import Lazy, Message, ServiceType
 
@@ -132,6 +133,10 @@ class Context(Protocol):
         """Drop the last message of a latched topic, which is out of date."""
         ...
 
+    def latch(self, topic: str, message: Payload) -> None:
+        """Replace the last message of a latched topic for later subscribers; those of now do not get it."""
+        ...
+
     def has_subscribers(self, topic: str) -> bool:
         """Return whether a node, or a subscriber outside the executor, subscribes to a topic."""
         ...
@@ -191,6 +196,8 @@ class Node(ABC):
     services: ClassVar[tuple[Service, ...]] = ()
     demands: ClassVar[Demands | None] = None
     """Resources that the node needs; None if it always runs in the cloud."""
+    keeps_log: ClassVar[bool] = False
+    """Whether the node has a log beside its checkpoint."""
 
     def __init__(self, context: Context) -> None:
         self.context = context
@@ -216,3 +223,18 @@ class Node(ABC):
 
     def restore(self, state: bytes) -> None:
         """Continue from the result of ``checkpoint``, in this executor or another."""
+
+    @property
+    def has_log_change(self) -> bool:
+        """Whether the log is to be stored at once, since the node would lose much if its process died."""
+        return False
+
+    def log_change(self) -> LogChange | None:
+        """Return the change of the node's log since the last call; None if there is none.
+
+        A checkpoint is small and replaced as a whole; what grows is in the log.
+        """
+        return None
+
+    def restore_log(self, entries: Sequence[LogEntry]) -> None:
+        """Continue from the log, after ``restore``; the entries are sorted by number."""

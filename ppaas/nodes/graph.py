@@ -122,6 +122,11 @@ class Graph(TopicBus):
                 _restore(node, checkpoint.state)
         self._drain()
 
+    @property
+    def nodes_with_logs(self) -> list[Node]:
+        """The nodes that have a log beside their checkpoint."""
+        return [node for node in self.nodes.values() if node.keeps_log]
+
     def deliver_to(self, node: str, topic: str, message: Payload) -> None:
         """Deliver a message to one node only, such as one published while it ran elsewhere.
 

@@ -139,7 +139,7 @@ def test_topics_and_services_of_mapping_are_those_of_the_clone_of_a_new_map(grap
     assert {name: kind for name, kind, _ in services} == {service.name: service.type.name for service in node.services}
     lacking = {*graph.topics, *graph.services} - {*mapping.topics, *mapping.services}
     assert lacking == {
-        "initialpose", "particlecloud", "amcl/status", "static_map", "global_localization", "request_nomotion_update",
+        "particlecloud", "amcl/status", "static_map", "global_localization", "request_nomotion_update",
         "keepout_filter_mask", "speed_filter_mask",
     }  # fmt: skip
 

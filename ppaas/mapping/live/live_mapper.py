@@ -119,6 +119,11 @@ class LiveMapper:
         return self._tracker.odometry
 
     @property
+    def keeps(self) -> bool:
+        """Whether the map grows; otherwise the robot is only localized in it."""
+        return self._keeps
+
+    @property
     def searched(self) -> int:
         """Number of submaps whose closures were searched for."""
         return self._searched - (self._running is not None)

@@ -5,9 +5,10 @@ and each set of closures; the poses after a solve replace the last such entry. F
 small ones. So the size of a log is bounded by that of its mapping.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from ppaas.change_log import LogChange, LogEntry
 from ppaas.errors import InvalidGraph
 from ppaas.mapping.closures.closure import Closure
 from ppaas.mapping.graph.pose_graph import PoseGraph
@@ -16,45 +17,10 @@ from ppaas.mapping.serialization.mapping import Mapping, pack_laser
 from ppaas.mapping.serialization.rebuilding import MOST_BYTES, Rebuilding
 from ppaas.mapping.serialization.records import RecordKind, pack_record, unpack_records
 from ppaas.mapping.serialization.row_selection import divided_edges, frame_rows
-from ppaas.mapping.serialization.rows import pack_edges, pack_frames, pack_poses, pack_waiting
+from ppaas.mapping.serialization.rows import pack_edges, pack_frames, pack_poses, pack_waiting, row_range
 
 FOLD = 256
 """Number of small entries that one entry replaces."""
-
-
-class LogEntry(NamedTuple):
-    """Entry of a log.
-
-    Parameters
-    ----------
-    number : int
-        Place in the order of the entries; ascending, with gaps.
-    data : bytes
-    """
-
-    number: int
-    data: bytes
-
-
-class LogChange(NamedTuple):
-    """Change of a log, to be made as a whole.
-
-    Parameters
-    ----------
-    entries : list of LogEntry
-        Entries to append.
-    obsolete : list of int
-        Numbers of entries to remove.
-    """
-
-    entries: list[LogEntry]
-    obsolete: list[int]
-
-    def then(self, later: "LogChange") -> "LogChange":
-        """Return this change and a later one in one; entries that the later one removes are left out."""
-        gone = set(later.obsolete)
-        entries = [entry for entry in self.entries if entry.number not in gone]
-        return LogChange([*entries, *later.entries], [*self.obsolete, *later.obsolete])
 
 
 class GrowingMapping(NamedTuple):
@@ -101,6 +67,34 @@ class LogWriter:
         self._waiting: list[int] = []
         self._last_waiting: list[Closure] = []
 
+    @classmethod
+    def resumed(cls, entries: Sequence[LogEntry], mapping: Mapping) -> "LogWriter":
+        """Return a writer that continues a log.
+
+        Parameters
+        ----------
+        entries : sequence of LogEntry
+            All its entries, in the order of their numbers.
+        mapping : Mapping
+            The result of `read_log`.
+        """
+        writer = cls(mapping.laser_frame, entries[-1].number + 1)
+        writer._begun, writer._last_waiting = True, list(mapping.waiting)
+        writer._frames, writer._edges = len(mapping.frames), mapping.graph.edge_count
+        writer._others = len(divided_edges(mapping.graph)[1].first)
+        numbers = {
+            RecordKind.FRAMES: writer._small_frames, RecordKind.EDGES: writer._small_edges,
+            RecordKind.POSES: writer._poses, RecordKind.WAITING: writer._waiting,
+        }  # fmt: skip
+        for entry in entries:
+            _, record = next(unpack_records(entry.data))
+            if record.kind == RecordKind.FRAMES and (rows := row_range(record.payload))[1] >= FOLD:
+                writer._folded_frames = sum(rows)
+                writer._small_frames.clear()
+            elif record.kind in numbers:
+                numbers[record.kind].append(entry.number)
+        return writer
+
     @property
     def number(self) -> int:
         """Number of the next entry."""
@@ -133,8 +127,8 @@ class LogWriter:
             self._forget(self._small_frames)
         elif len(frames) > first:
             self._small_frames.append(self._number)
-        if len(frames) > first:
-            rows = frame_rows(frames, graph, steps, first, len(frames))
+        for begin in range(first, len(frames), FOLD):
+            rows = frame_rows(frames, graph, steps, begin, min(begin + FOLD, len(frames)))
             self._append(entries, pack_record(RecordKind.FRAMES, pack_frames(rows)))
         count, known = len(others.first), self._others
         if count == known:

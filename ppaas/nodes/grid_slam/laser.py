@@ -26,24 +26,31 @@ class MappingLaser:
 
     Parameters
     ----------
-    scan : RobotScan
-        First scan, which determines the beams.
+    frame : str
+        Name of its frame.
+    geometry : LaserGeometry
     parameters : SlamParameters
-
-    Raises
-    ------
-    InvalidInput
-        The beams are not those of a laser.
     """
 
-    def __init__(self, scan: RobotScan, parameters: SlamParameters) -> None:
-        first = scan.scan
-        self.frame = scan.frame
-        self.geometry = LaserGeometry(
-            first.angle_min, first.angle_increment, len(first.ranges), scan.laser, max(first.time_increment, 0.0), 0.0
-        )
+    def __init__(self, frame: str, geometry: LaserGeometry, parameters: SlamParameters) -> None:
+        self.frame, self.geometry = frame, geometry
         self._parameters = parameters
         self._last: tuple[Pose2D, float] | None = None
+
+    @classmethod
+    def of(cls, scan: RobotScan, parameters: SlamParameters) -> "MappingLaser":
+        """Return the laser of the first scan, which determines the beams.
+
+        Raises
+        ------
+        InvalidInput
+            The beams are not those of a laser.
+        """
+        first = scan.scan
+        geometry = LaserGeometry(
+            first.angle_min, first.angle_increment, len(first.ranges), scan.laser, max(first.time_increment, 0.0), 0.0
+        )
+        return cls(scan.frame, geometry, parameters)
 
     def check(self, scan: RobotScan) -> None:
         """Check that a scan has the beams of this laser.

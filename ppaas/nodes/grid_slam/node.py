@@ -8,19 +8,20 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.errors import PPaaSError, QuotaExceeded, Unavailable
+from ppaas.errors import PPaaSError, QuotaExceeded, TransformError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.mapping.live.closing_work import Closed
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.scan_tracker import Tracked
 from ppaas.maps.grid import GridMap
 from ppaas.maps.occupancy import to_message
-from ppaas.messages.geometry_msgs import Pose
+from ppaas.messages.geometry_msgs import Pose, PoseWithCovarianceStamped
 from ppaas.messages.message import Empty, Message
 from ppaas.messages.nav_msgs import GetMap, GetMapResponse, MapMetaData, OccupancyGrid
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.slam_toolbox import (
     Clear,
+    DeserializePoseGraphRequest,
     Pause,
     PauseResponse,
     SaveMap,
@@ -33,14 +34,25 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.nodes.amcl.continuity import Continuity
 from ppaas.nodes.amcl.messages import pose_message
-from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Topic
+from ppaas.nodes.base import Context, Demands, Payload, Reply, Service, Topic
 from ppaas.nodes.frames import MAP, FrameListener
 from ppaas.nodes.grid_slam.laser import MappingLaser
+from ppaas.nodes.grid_slam.logged_map import LoggedMapNode
 from ppaas.nodes.grid_slam.map_publisher import MapPublisher
 from ppaas.nodes.grid_slam.messages import entropy_of, robot_covariance
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
+from ppaas.nodes.grid_slam.posegraph_services import (
+    DESERIALIZE,
+    NO_STORE,
+    POSE_GRAPH,
+    SERIALIZE,
+    LoadedGraph,
+    PoseGraphServices,
+    PoseGraphStore,
+)
+from ppaas.nodes.grid_slam.posegraph_services import SERVICES as GRAPH_SERVICES
 from ppaas.nodes.jobs import LongWork
-from ppaas.nodes.message_checks import expect
+from ppaas.nodes.message_checks import expect, finite_pose
 from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
 from ppaas.transforms.planar import transform_message
 
@@ -61,7 +73,7 @@ MapSaver = Callable[[str, GridMap, Callable[[PPaaSError | None], None]], None]
 """Saves a map by its name, then calls back with None or the error, now or later."""
 
 
-class GridSlamNode(Node):
+class GridSlamNode(LoggedMapNode):
     """Subscribes to scans and ``tf``; publishes the map, ``pose``, ``entropy``, and ``tf`` map → odom with each scan.
 
     The pose is published as ``amcl_pose`` too, so that clients find it there whether or not the map is published yet.
@@ -82,16 +94,23 @@ class GridSlamNode(Node):
         Saves a map for ``save_map``; without it the service is unavailable.
     prepare : callable, optional
         Run in a job, such as the loading of kernels, before any scan is used.
+    graphs : PoseGraphStore
+        What pose graphs are saved to and loaded from.
+
+    Raises
+    ------
+    NotFound, InvalidGraph
+        The map of ``map_file_name`` has no pose graph, or one that cannot be read.
     """
 
     name: ClassVar[str] = "grid_slam"
     demands: ClassVar[Demands] = Demands(0.3, rates={topics.SCAN.name: topics.SCAN_RATE})
-    subscribes: ClassVar[tuple[Topic, ...]] = (topics.SCAN, topics.TF, topics.TF_STATIC)
+    subscribes: ClassVar[tuple[Topic, ...]] = (topics.SCAN, topics.TF, topics.TF_STATIC, topics.INITIAL_POSE)
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.TF, topics.MAP, topics.MAP_METADATA, topics.MAP_UPDATES, topics.SLAM_POSE, topics.AMCL_POSE,
         topics.ENTROPY, topics.GRID_SLAM_STATUS,
     )  # fmt: skip
-    services: ClassVar[tuple[Service, ...]] = (DYNAMIC_MAP, SAVE_MAP, CLEAR, PAUSE)
+    services: ClassVar[tuple[Service, ...]] = (DYNAMIC_MAP, SAVE_MAP, CLEAR, PAUSE, *GRAPH_SERVICES)
 
     def __init__(
         self,
@@ -99,20 +118,22 @@ class GridSlamNode(Node):
         parameters: GridSlamParameters,
         save: MapSaver | None = None,
         prepare: Callable[[], None] | None = None,
+        *,
+        graphs: PoseGraphStore = NO_STORE,
     ) -> None:
-        super().__init__(context)
-        self._parameters, self._save, self._prepare = parameters, save, prepare
-        self._front_end, self._least_interval = parameters.front_end(), parameters.least_interval
+        super().__init__(context, parameters)
+        self._save, self._prepare = save, prepare
+        self._least_interval = parameters.least_interval
         self._frames = FrameListener(parameters.frames())
         self._scans, self._waiting = ScanReader(self._frames, warns=True), WaitingScans()
         self._publisher = MapPublisher(context, parameters.map_update_interval)
         self._continuity = Continuity()
-        self._paused, self._reported = parameters.paused_new_measurements, ""
-        self._map_error = ""
-        self._laser: MappingLaser | None = None
-        self._mapper: LiveMapper | None = None
-        self._map_to_odom = Pose2D(0.0, 0.0, 0.0)
+        self._reported = ""
         self._count, self._used_at = 0, float("-inf")
+        self._graphs = PoseGraphServices(context, graphs, parameters.drawing())
+        if parameters.map_file_name:
+            keeps = parameters.mode == "mapping"
+            self._continue(self._graphs.load(parameters.map_file_name, parameters.start_pose, keeps=keeps))
 
     def start(self) -> None:
         """Publish changes of the map from now on."""
@@ -140,6 +161,9 @@ class GridSlamNode(Node):
         if topic == topics.SCAN.name:
             self._on_scan(expect(message, LaserScan))
             return
+        if topic == topics.INITIAL_POSE.name:
+            self._on_initial_pose(expect(message, PoseWithCovarianceStamped))
+            return
         try:
             self._frames.hear(topic, expect(message, TFMessage), self.context.elapsed(), self.context.now())
         finally:
@@ -162,6 +186,12 @@ class GridSlamNode(Node):
         elif service == CLEAR.name:
             self._clear()
             reply(Empty())
+        elif service == DESERIALIZE.name:
+            assert isinstance(request, DeserializePoseGraphRequest)
+            self._continue(self._graphs.requested(request))
+            reply(Empty())
+        elif service in (SERIALIZE.name, POSE_GRAPH.name):
+            self._graphs.answer(request, self._mapping(), reply)
         else:
             self._paused = not self._paused
             reply(PauseResponse(self._paused))
@@ -241,11 +271,9 @@ class GridSlamNode(Node):
     def _started(self, scan: RobotScan) -> tuple[MappingLaser, LiveMapper]:
         """Return the laser and the mapper, made for the first scan."""
         if self._laser is None or self._mapper is None:
-            parameters = self._parameters
-            self._laser = MappingLaser(scan, self._front_end)
-            self._mapper = LiveMapper(
-                self._laser.geometry, self._front_end, parameters.closures(), parameters.drawing()
-            )
+            self._laser = MappingLaser.of(scan, self._front_end)
+            self._mapper = self._new_mapper(self._laser)
+            self._logbook.begin(self._laser.frame)
         return self._laser, self._mapper
 
     def _on_odometry_reset(self, before: Pose2D, odom: Pose2D) -> None:
@@ -327,6 +355,28 @@ class GridSlamNode(Node):
         self._map_to_odom, self._count, self._used_at = Pose2D(0.0, 0.0, 0.0), 0, float("-inf")
         self._map_error = ""
         self._publisher.forget()
+        self._graphs.forget()
+
+    # -- mappings that are kept ----------------------------------------------------------------------------------------
+
+    def _continue(self, graph: LoadedGraph) -> None:
+        """Continue another mapping, or localize in it, instead of the current one."""
+        laser = MappingLaser(graph.mapping.laser_frame, graph.mapping.frames.geometry, self._front_end)
+        mapper = self._new_mapper(laser)
+        first = Pose2D(*graph.mapping.frames.poses[0].tolist()) @ laser.geometry.mount.inverse()
+        mapper.load(graph.mapping, first if graph.start is None else graph.start, keeps=graph.keeps)
+        self._clear()
+        self._laser, self._mapper = laser, mapper
+        if graph.keeps:
+            self._logbook.begin(laser.frame)
+
+    def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
+        """Search the next scan around a pose; without effect before there is a map."""
+        if not self._frames.names.is_map(message.header.frame_id):
+            raise TransformError(f"an initial pose must be in frame {MAP!r}, not {message.header.frame_id!r}")
+        pose = finite_pose(message.pose.pose, "an initial pose")
+        if self._mapper is not None and len(self._mapper.key_frames):
+            self._mapper.place(pose)
 
 
 def _covariance(tracked: Tracked, robot: Pose2D) -> NDArray[np.float64]:

@@ -1,8 +1,10 @@
 """Parameters of ``grid_slam``, named as in slam_toolbox and gmapping."""
 
-from typing import Any
+import math
+from typing import Any, Literal
 
 from ppaas.errors import InvalidParameter
+from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.map_drawing import DrawingSettings
 from ppaas.mapping.parameters import SlamParameters
@@ -36,6 +38,9 @@ class GridSlamParameters(SlamParameters, frozen=True):
     other parameters of the search are those of `ClosureParameters`. A cell is known if ``min_pass_through`` beams reach
     it, and occupied if a part of them of ``occupancy_threshold`` end there. ``paused_new_measurements`` starts paused.
 
+    ``map_file_name`` is the name of a published map with a pose graph, which is continued from ``map_start_pose`` (x, y
+    [m], yaw [rad]), or else from its first key frame. With ``mode`` ``localization`` that map stays as it is.
+
     Frames: ``odom_frame`` is by default the frame that the odometry names, ``base_frame`` that of the robot, and
     ``map_frame`` is another name of ``map``; ``tf_prefix`` is the prefix of frames that are named without one.
 
@@ -57,6 +62,9 @@ class GridSlamParameters(SlamParameters, frozen=True):
     occupancy_threshold: float = 0.1
     do_loop_closing: bool = True
     paused_new_measurements: bool = False
+    mode: Literal["mapping", "localization"] = "mapping"
+    map_file_name: str = ""
+    map_start_pose: tuple[float, float, float] | None = None
     loop_search_maximum_distance: float = 40.0
     loop_search_space_resolution: float = 0.1
     loop_search_space_smear_deviation: float = 0.1
@@ -75,6 +83,10 @@ class GridSlamParameters(SlamParameters, frozen=True):
         check_numbers(self, positive=_POSITIVE, signed=("temporalUpdate",))
         if self.occupancy_threshold > 1.0 or (self.occ_thresh or 0.0) > 1.0:
             raise InvalidParameter("occupancy_threshold, or occ_thresh, must be at most 1")
+        if not all(map(math.isfinite, self.map_start_pose or ())):
+            raise InvalidParameter(f"map_start_pose must be three finite numbers, not {self.map_start_pose}")
+        if self.mode == "localization" and not self.map_file_name:
+            raise InvalidParameter("mode 'localization' needs the name of a published map as map_file_name")
         self.front_end()
         self.closures()
 
@@ -103,6 +115,11 @@ class GridSlamParameters(SlamParameters, frozen=True):
     def frames(self) -> FrameNames:
         """Return the names of the robot's frames."""
         return FrameNames.of(self.odom_frame, self.base_frame, self.map_frame, self.tf_prefix)
+
+    @property
+    def start_pose(self) -> Pose2D | None:
+        """Pose of the robot on the map that is continued; None for that of its first key frame."""
+        return None if self.map_start_pose is None else Pose2D(*self.map_start_pose)
 
     @property
     def least_interval(self) -> float:

@@ -22,6 +22,7 @@ from ppaas.nodes.frames import FrameListener
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.grid_slam.node import GridSlamNode, MapSaver
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
+from ppaas.nodes.grid_slam.posegraph_services import NO_STORE, PoseGraphStore
 from ppaas.nodes.jobs import Worker, run_inline
 from ppaas.transforms.planar import transform_message
 
@@ -57,6 +58,8 @@ class MappingRobot:
         Saves maps.
     prepare : callable, optional
         Run before the first scan.
+    graphs : PoseGraphStore
+        What pose graphs are saved to and loaded from.
     **parameters
         Parameters of ``grid_slam``.
     """
@@ -67,6 +70,7 @@ class MappingRobot:
         worker: Worker = run_inline,
         save: MapSaver | None = None,
         prepare: Callable[[], None] | None = None,
+        graphs: PoseGraphStore = NO_STORE,
         **parameters: Any,
     ) -> None:
         self.drive, self.clock = drive, ManualClock(START)
@@ -75,7 +79,7 @@ class MappingRobot:
         self.heard: dict[str, list[Any]] = {}
         self.next = 0
         read = GridSlamParameters(**parameters)
-        self.node = self.graph.add(lambda context: GridSlamNode(context, read, save, prepare))
+        self.node = self.graph.add(lambda context: GridSlamNode(context, read, save, prepare, graphs=graphs))
         self.graph.tap("tf", lambda topic, message: self.frames.hear(topic, message, self.clock()))
         for topic in ("map", "map_metadata", "map_updates", "pose", "entropy"):
             self.graph.tap(topic, self._hear)

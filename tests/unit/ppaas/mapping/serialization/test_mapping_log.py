@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from ppaas.change_log import LogEntry
 from ppaas.errors import InvalidGraph
 from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.closure import Closure
@@ -8,7 +9,7 @@ from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import EdgeKind
 from ppaas.mapping.serialization import mapping_log
 from ppaas.mapping.serialization.mapping_file import pack_mapping
-from ppaas.mapping.serialization.mapping_log import GrowingMapping, LogEntry, LogWriter, read_log
+from ppaas.mapping.serialization.mapping_log import GrowingMapping, LogWriter, read_log
 from tests.support.world.mappings import extend_tour, room_mapping
 
 
@@ -112,6 +113,26 @@ def test_a_new_mapping_makes_the_old_one_obsolete(log):
     log.writer, log.mapping = LogWriter("other", log.writer.number, old), room_mapping(2)
     assert set(log.write().obsolete) == old
     assert (log.read().laser_frame, len(log.read().frames)) == ("other", 2)
+
+
+def test_a_log_goes_on_after_it_was_read(log):
+    random = np.random.default_rng(6)
+    for step in range(40):
+        log.grow(1, closures=int(random.random() < 0.4) * (step > 0), solves=int(random.random() < 0.3))
+        log.write()
+        if step % 7 == 3:
+            entries = [LogEntry(number, log.entries[number]) for number in sorted(log.entries)]
+            log.mapping, log.solves = read_log(entries), 0
+            log.writer = LogWriter.resumed(entries, log.mapping)
+            assert log.write() is None
+            assert len(entries) < 25
+    log.assert_is_whole()
+
+
+def test_a_large_mapping_is_written_in_parts(log):
+    log.grow(30)
+    assert len(log.write().entries) == 1 + 4
+    log.assert_is_whole()
 
 
 def test_frames_that_an_interrupted_removal_left_twice_count_once(log):

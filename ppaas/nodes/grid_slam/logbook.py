@@ -1,0 +1,99 @@
+"""Logbook of ``grid_slam``: the head that is in each checkpoint, and the log of the map."""
+
+from collections.abc import Sequence
+
+import msgspec
+
+from ppaas.change_log import LogChange, LogEntry
+from ppaas.geometry import Pose2D
+from ppaas.mapping.live.live_mapper import LiveMapper
+from ppaas.mapping.serialization.mapping import Mapping
+from ppaas.mapping.serialization.mapping_log import GrowingMapping, LogWriter, read_log
+
+Triple = tuple[float, float, float]
+
+
+class Head(msgspec.Struct, frozen=True):
+    """State of a map that is being made, without the map.
+
+    Parameters
+    ----------
+    key_frame : int
+        Index of the key frame from which the pose hangs.
+    offset : tuple of float
+        Pose of the laser at the last scan in the frame of that key frame: x, y [m], theta [rad].
+    odometry : tuple of float
+        Odometry of the robot at that scan.
+    searched : int
+        Number of submaps whose closures were searched for.
+    paused : bool
+    """
+
+    key_frame: int
+    offset: Triple
+    odometry: Triple
+    searched: int
+    paused: bool = False
+
+
+class Logbook:
+    """Log of one map after the other; a map that begins makes the log of the last one obsolete."""
+
+    def __init__(self) -> None:
+        self._writer: LogWriter | None = None
+        self._numbers: set[int] = set()
+        self._written = 0
+
+    def head(self, mapper: LiveMapper, *, paused: bool) -> Head:
+        """Return the head of a map; it has a key frame."""
+        index = len(mapper.key_frames) - 1
+        frame = Pose2D(*mapper.key_frames.poses[index].tolist())
+        offset, odometry = frame.inverse() @ mapper.pose, mapper.odometry
+        return Head(
+            index, (offset.x, offset.y, offset.theta), (odometry.x, odometry.y, odometry.theta), mapper.searched, paused
+        )
+
+    def has_change(self, mapper: LiveMapper) -> bool:
+        """Return whether there are key frames that are not in the log."""
+        return len(mapper.key_frames) > self._written
+
+    def begin(self, laser_frame: str) -> None:
+        """Begin the log of another map."""
+        number = self._writer.number if self._writer else max(self._numbers, default=-1) + 1
+        self._writer, self._written = LogWriter(laser_frame, number, sorted(self._numbers)), 0
+
+    def change(self, mapper: LiveMapper) -> LogChange | None:
+        """Return what is new since the last call."""
+        if self._writer is None:
+            return None
+        self._written = len(mapper.key_frames)
+        change = self._writer.write(GrowingMapping(mapper.key_frames, mapper.graph, mapper.solves, mapper.waiting))
+        if change is not None:
+            self._numbers |= {entry.number for entry in change.entries}
+            self._numbers -= set(change.obsolete)
+        return change
+
+    def read(self, entries: Sequence[LogEntry]) -> Mapping:
+        """Return the mapping of a log, which is continued; raises ``InvalidGraph`` if it is damaged."""
+        self._numbers = {entry.number for entry in entries}
+        mapping = read_log(entries)
+        self._writer, self._written = LogWriter.resumed(entries, mapping), len(mapping.frames)
+        return mapping
+
+
+def resume(mapper: LiveMapper, mapping: Mapping, head: Head | None) -> None:
+    """Continue a mapping where the head says; without one, or if the log lacks its key frame, from its last key frame.
+
+    Parameters
+    ----------
+    mapper : LiveMapper
+        Without a map.
+    mapping : Mapping
+    head : Head, optional
+    """
+    last = len(mapping.frames) - 1
+    index = last if head is None or head.key_frame > last else head.key_frame
+    offset = Pose2D(0.0, 0.0, 0.0) if head is None or head.key_frame > last else Pose2D(*head.offset)
+    pose = Pose2D(*mapping.frames.poses[index].tolist()) @ offset
+    odometry = Pose2D(0.0, 0.0, 0.0) if head is None else Pose2D(*head.odometry)
+    mapper.resume(mapping, pose, odometry, 0 if head is None else head.searched)

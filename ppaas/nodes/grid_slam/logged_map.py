@@ -1,0 +1,93 @@
+"""Logged map: a node with the map that it makes, from which another node of its kind continues."""
+
+import logging
+from collections.abc import Sequence
+from typing import ClassVar
+
+import msgspec
+
+from ppaas.change_log import LogChange, LogEntry
+from ppaas.errors import PPaaSError, Unavailable
+from ppaas.geometry import Pose2D
+from ppaas.mapping.live.live_mapper import LiveMapper
+from ppaas.mapping.serialization.mapping import Mapping
+from ppaas.nodes.base import Context, Node
+from ppaas.nodes.grid_slam.laser import MappingLaser
+from ppaas.nodes.grid_slam.logbook import Head, Logbook, resume
+from ppaas.nodes.grid_slam.parameters import GridSlamParameters
+
+logger = logging.getLogger(__name__)
+
+
+class LoggedMapNode(Node):
+    """Node with a map that grows: the log has the map, and the checkpoint only where the robot is in it.
+
+    Parameters
+    ----------
+    context : Context
+        The node's context.
+    parameters : GridSlamParameters
+    """
+
+    keeps_log: ClassVar[bool] = True
+
+    def __init__(self, context: Context, parameters: GridSlamParameters) -> None:
+        super().__init__(context)
+        self._parameters, self._front_end = parameters, parameters.front_end()
+        self._paused, self._map_error = parameters.paused_new_measurements, ""
+        self._laser: MappingLaser | None = None
+        self._mapper: LiveMapper | None = None
+        self._map_to_odom = Pose2D(0.0, 0.0, 0.0)
+        self._logbook = Logbook()
+        self._head: Head | None = None
+
+    def _new_mapper(self, laser: MappingLaser) -> LiveMapper:
+        parameters = self._parameters
+        return LiveMapper(laser.geometry, self._front_end, parameters.closures(), parameters.drawing())
+
+    def _mapping(self) -> Mapping:
+        """Return the mapping as it is now; raises ``Unavailable`` if there is none yet."""
+        if self._mapper is None or self._laser is None or not len(self._mapper.key_frames):
+            raise Unavailable("the robot has no map yet: drive it, with scans and odometry")
+        return self._mapper.mapping(self._laser.frame)
+
+    @property
+    def _growing(self) -> LiveMapper | None:
+        """The mapper, if it has a map that grows."""
+        mapper = self._mapper
+        return mapper if mapper is not None and mapper.keeps and len(mapper.key_frames) else None
+
+    @property
+    def has_log_change(self) -> bool:
+        """Whether there is a key frame that is not in the log."""
+        return self._growing is not None and self._logbook.has_change(self._growing)
+
+    def log_change(self) -> LogChange | None:
+        """Return the key frames and closures since the last call."""
+        return None if self._growing is None else self._logbook.change(self._growing)
+
+    def checkpoint(self) -> bytes | None:
+        """Return the head of the map as JSON: where the robot is in it; the map is in the log."""
+        if self._growing is None:
+            return None
+        return msgspec.json.encode(self._logbook.head(self._growing, paused=self._paused))
+
+    def restore(self, state: bytes) -> None:
+        """Keep the head until the log is there."""
+        self._head = msgspec.json.decode(state, type=Head)
+        self._paused = self._head.paused
+
+    def restore_log(self, entries: Sequence[LogEntry]) -> None:
+        """Continue the map of a log. If it cannot be read, ``grid_slam/status`` reports that, and the map is lost."""
+        try:
+            mapping = self._logbook.read(entries)
+            laser = MappingLaser(mapping.laser_frame, mapping.frames.geometry, self._front_end)
+            mapper = self._new_mapper(laser)
+            resume(mapper, mapping, self._head)
+            mapper.draw()
+        except PPaaSError as error:
+            logger.warning("the map that the robot was making is lost: %s", error)
+            self._map_error = f"the map so far is lost: {error}"
+            return
+        self._laser, self._mapper = laser, mapper
+        self._map_to_odom = mapper.pose @ laser.geometry.mount.inverse() @ mapper.odometry.inverse()

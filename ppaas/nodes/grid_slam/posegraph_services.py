@@ -1,0 +1,151 @@
+"""Services of pose graphs: they save a mapping, continue another one, and hand out the current one page by page."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from ppaas.errors import InvalidInput, PPaaSError, Unavailable
+from ppaas.geometry import Pose2D
+from ppaas.mapping.graph.pose_graph import EdgeKind
+from ppaas.mapping.map_drawing import DrawingSettings
+from ppaas.mapping.serialization.mapping import Mapping
+from ppaas.mapping.serialization.mapping_file import unpack_mapping
+from ppaas.messages.message import Message
+from ppaas.messages.slam_toolbox import (
+    DeserializePoseGraph,
+    DeserializePoseGraphRequest,
+    GetPoseGraph,
+    GetPoseGraphRequest,
+    GetPoseGraphResponse,
+    MatchType,
+    SerializePoseGraph,
+    SerializePoseGraphRequest,
+    SerializePoseGraphResponse,
+)
+from ppaas.nodes.base import Context, Reply, Service
+from ppaas.nodes.grid_slam.posegraph_pages import PosegraphPages
+
+SERIALIZE = Service("serialize_map", SerializePoseGraph)
+DESERIALIZE = Service("deserialize_map", DeserializePoseGraph)
+POSE_GRAPH = Service("pose_graph", GetPoseGraph)
+SERVICES = (SERIALIZE, DESERIALIZE, POSE_GRAPH)
+
+GraphSaver = Callable[[str, bytes, Callable[[PPaaSError | None], None]], None]
+"""Saves the file of a pose graph by its name, then calls back with None or the error, now or later."""
+
+GraphLoader = Callable[[str], bytes | memoryview]
+"""Returns the file of a pose graph by its name; raises ``NotFound`` or another `PPaaSError`."""
+
+
+class PoseGraphStore(NamedTuple):
+    """Store of pose graphs; without one of its functions, the services that need it are unavailable.
+
+    Parameters
+    ----------
+    save : callable, optional
+    load : callable, optional
+    """
+
+    save: GraphSaver | None = None
+    load: GraphLoader | None = None
+
+
+NO_STORE = PoseGraphStore()
+
+
+class LoadedGraph(NamedTuple):
+    """Mapping to continue.
+
+    Parameters
+    ----------
+    mapping : Mapping
+    start : Pose2D or None
+        Pose of the robot in the map frame; None for that of the first key frame.
+    keeps : bool
+        Whether the map grows; otherwise the robot is localized in it.
+    """
+
+    mapping: Mapping
+    start: Pose2D | None
+    keeps: bool
+
+
+class PoseGraphServices:
+    """Answers ``serialize_map``, ``deserialize_map`` and ``pose_graph``.
+
+    Parameters
+    ----------
+    context : Context
+        Of the node.
+    store : PoseGraphStore
+    drawing : DrawingSettings
+        Of the map.
+    """
+
+    def __init__(self, context: Context, store: PoseGraphStore, drawing: DrawingSettings) -> None:
+        self._store, self._drawing = store, drawing
+        self._pages = PosegraphPages(context)
+
+    def load(self, name: str, start: Pose2D | None, *, keeps: bool) -> LoadedGraph:
+        """Return the mapping of a name.
+
+        Raises
+        ------
+        Unavailable
+            There is no store.
+        InvalidGraph
+            It cannot be read.
+        """
+        if self._store.load is None:
+            raise Unavailable("pose graphs cannot be loaded here: name the map in the robot's file")
+        return LoadedGraph(unpack_mapping(self._store.load(name)), start, keeps)
+
+    def requested(self, request: DeserializePoseGraphRequest) -> LoadedGraph:
+        """Return the mapping of a call of ``deserialize_map``; raises as `load`, and ``InvalidInput``."""
+        given = request.match_type in (MatchType.START_AT_GIVEN_POSE, MatchType.LOCALIZE_AT_POSE)
+        pose = request.initial_pose
+        start = Pose2D(pose.x, pose.y, pose.theta)
+        if not start.is_finite():
+            raise InvalidInput("the initial pose must be three finite numbers")
+        localizes = request.match_type == MatchType.LOCALIZE_AT_POSE
+        return self.load(request.filename, start if given else None, keeps=not localizes)
+
+    def answer(self, request: Message, mapping: Mapping, reply: Reply) -> None:
+        """Answer ``serialize_map`` or ``pose_graph`` with the current mapping.
+
+        Raises
+        ------
+        Unavailable
+            There is no store.
+        InvalidInput
+            The page does not exist.
+        """
+        if isinstance(request, SerializePoseGraphRequest):
+            self._save(request.filename, mapping, reply)
+        else:
+            assert isinstance(request, GetPoseGraphRequest)
+            numbers = self._numbers(mapping)
+            if request.offset < 0:
+                reply(numbers)
+            else:
+                self._pages.serve(mapping, request.offset, numbers, reply)
+
+    def forget(self) -> None:
+        """Forget the file whose pages were requested."""
+        self._pages.forget()
+
+    def _save(self, name: str, mapping: Mapping, reply: Reply) -> None:
+        save = self._store.save
+        if save is None:
+            raise Unavailable("pose graphs cannot be saved here: publish the map with 'ppaas robot map'")
+
+        def made(file: bytes | PPaaSError) -> None:
+            if isinstance(file, PPaaSError):
+                reply(file)
+            else:
+                save(name, file, lambda error: reply(error or SerializePoseGraphResponse()))
+
+        self._pages.make(mapping, made)
+
+    def _numbers(self, mapping: Mapping) -> GetPoseGraphResponse:
+        closures = int((mapping.graph.edges.kinds == EdgeKind.CLOSURE).sum())
+        return GetPoseGraphResponse("", 0, len(mapping.frames), mapping.graph.edge_count, closures, *self._drawing)

@@ -1,0 +1,229 @@
+"""Maps of ``grid_slam`` that are kept: logs from which another node continues, and pose graphs."""
+
+import base64
+
+import numpy as np
+import pytest
+
+from ppaas.change_log import LogEntry
+from ppaas.errors import InvalidGraph, InvalidInput, InvalidParameter, NotFound, TransformError, Unavailable
+from ppaas.geometry import Pose2D
+from ppaas.mapping.serialization.mapping_file import unpack_mapping
+from ppaas.messages import geometry_msgs
+from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped
+from ppaas.messages.slam_toolbox import (
+    DeserializePoseGraphRequest,
+    GetPoseGraphRequest,
+    MatchType,
+    SerializePoseGraphRequest,
+)
+from ppaas.messages.std_msgs import Header
+from ppaas.nodes.grid_slam import posegraph_pages
+from ppaas.nodes.grid_slam.parameters import GridSlamParameters
+from ppaas.nodes.grid_slam.posegraph_services import PoseGraphStore
+from tests.support.world.mapping_robot import MappingRobot
+from tests.support.world.ring_drive import ring_drive
+
+HALF = len(ring_drive().log) // 2
+
+
+class Kept:
+    """What is stored of a robot: the checkpoint and the log."""
+
+    def __init__(self):
+        self.state, self.entries = None, {}
+
+    def save(self, robot):
+        change = robot.node.log_change()
+        self.state = robot.node.checkpoint()
+        if change is not None:
+            self.entries |= dict(change.entries)
+            for number in change.obsolete:
+                del self.entries[number]
+
+    def restored(self, **parameters):
+        """Return a robot that continues."""
+        robot = MappingRobot(ring_drive(), **parameters)
+        robot.node.restore(self.state)
+        robot.node.restore_log([LogEntry(*entry) for entry in sorted(self.entries.items())])
+        return robot
+
+
+@pytest.fixture(scope="module")
+def driven():
+    """Return a robot in the middle of its drive, and what is stored of it."""
+    robot, kept = MappingRobot(ring_drive()), Kept()
+    for _ in range(HALF):
+        robot.step()
+        if robot.node.has_log_change:
+            kept.save(robot)
+        assert not robot.node.has_log_change
+    kept.save(robot)
+    return robot, kept
+
+
+@pytest.fixture(scope="module")
+def file(driven):
+    """Return the file of the robot's pose graph."""
+    files = {}
+    robot, _ = driven
+    robot.node._graphs._store = PoseGraphStore(lambda name, data, done: (files.update({name: data}), done(None)))
+    robot.call("serialize_map", SerializePoseGraphRequest("ring"))
+    return files["ring"]
+
+
+def test_another_node_continues_from_the_log_as_if_nothing_had_happened(driven):
+    robot, kept = driven
+    restored = kept.restored()
+    mapper, before = restored.node._mapper, robot.node._mapper
+    np.testing.assert_array_equal(mapper.key_frames.poses, before.key_frames.poses)
+    np.testing.assert_array_equal(mapper.graph.edges.first.sum(), before.graph.edges.first.sum())
+    assert (mapper.closed, mapper.searched) == (before.closed, before.searched)
+    np.testing.assert_allclose(restored.node._map_to_odom, robot.node._map_to_odom, atol=1e-9)
+    assert (restored.map().data != robot.map().data).mean() < 1e-3  # points are rounded
+    restored.next = HALF
+    restored.step(HALF)
+    assert restored.true_error() < 0.06
+    assert restored.node._mapper.closed > before.closed
+
+
+def test_a_checkpoint_is_small_while_the_log_grows(driven):
+    _, kept = driven
+    assert len(kept.state) < 300
+    assert sum(map(len, kept.entries.values())) > 50_000
+
+
+def test_a_log_that_cannot_be_read_is_reported_and_mapping_begins_again(driven):
+    _, kept = driven
+    damaged = Kept()
+    damaged.state, damaged.entries = kept.state, dict(kept.entries)
+    number = sorted(damaged.entries)[3]
+    damaged.entries[number] = damaged.entries[number][:-1] + b"?"
+    robot = damaged.restored()
+    robot.step(3)
+    assert "the map so far is lost: the pose graph is damaged" in robot.graph.latched("grid_slam/status").data
+    damaged.save(robot)
+    assert len(damaged.restored().node._mapper.key_frames) == len(robot.node._mapper.key_frames)
+
+
+def test_nothing_is_kept_before_the_first_scan_and_after_clear():
+    robot = MappingRobot(ring_drive())
+    assert (robot.node.checkpoint(), robot.node.log_change(), robot.node.has_log_change) == (None, None, False)
+    robot.step()
+    robot.call("clear")
+    assert (robot.node.checkpoint(), robot.node.log_change()) == (None, None)
+
+
+def test_a_pose_graph_comes_in_pages(driven, file, monkeypatch):
+    robot, _ = driven
+    monkeypatch.setattr(posegraph_pages, "PAGE", 40_000)
+    numbers = robot.call("pose_graph", GetPoseGraphRequest())
+    assert (numbers.key_frames, numbers.data) == (len(robot.node._mapper.key_frames), "")
+    assert numbers.closures == robot.node._mapper.closed or numbers.closures > 0
+    pages = b""
+    while True:
+        page = base64.b64decode(robot.call("pose_graph", GetPoseGraphRequest(len(pages))).data)
+        if not page:
+            break
+        assert len(page) <= 40_000
+        pages += page
+    assert pages == file
+    with pytest.raises(InvalidInput, match="begin at 0"):
+        robot.call("pose_graph", GetPoseGraphRequest(7))
+
+
+def test_a_robot_without_a_map_has_no_pose_graph():
+    with pytest.raises(Unavailable, match="no map yet"):
+        MappingRobot(ring_drive()).call("pose_graph", GetPoseGraphRequest())
+
+
+def test_pose_graphs_are_neither_saved_nor_loaded_without_a_store():
+    robot = MappingRobot(ring_drive())
+    robot.step()
+    with pytest.raises(Unavailable, match="ppaas robot map"):
+        robot.call("serialize_map", SerializePoseGraphRequest("ring"))
+    with pytest.raises(Unavailable, match="robot's file"):
+        robot.call("deserialize_map", DeserializePoseGraphRequest("ring"))
+
+
+def load(name):
+    raise NotFound("map", name)
+
+
+def test_a_published_map_is_continued_in_its_frame(driven, file):
+    before, _ = driven
+    count = len(before.node._mapper.key_frames)
+    start = before.odometry(0)
+    robot = MappingRobot(
+        ring_drive(), graphs=PoseGraphStore(load=lambda name: file), map_file_name="ring",
+        map_start_pose=(start.x + 0.1, start.y, start.theta),
+    )  # fmt: skip
+    robot.step(40)
+    assert robot.true_error() < 0.05
+    mapper = robot.node._mapper
+    assert len(mapper.key_frames) > count
+    np.testing.assert_allclose(mapper.key_frames.poses[:count], unpack_mapping(file).frames.poses, atol=0.01)
+    kept = Kept()
+    kept.save(robot)
+    assert len(kept.restored().node._mapper.key_frames) == len(mapper.key_frames)
+
+
+def test_localization_leaves_the_map_as_it_is(driven, file):
+    robot = MappingRobot(
+        ring_drive(), graphs=PoseGraphStore(load=lambda name: file), map_file_name="ring", mode="localization"
+    )
+    before = robot.map()
+    robot.step(60)
+    assert robot.true_error() < 0.05
+    np.testing.assert_array_equal(robot.map().data, before.data)
+    assert (robot.node.checkpoint(), robot.node.log_change()) == (None, None)
+
+
+def test_deserialize_map_starts_where_it_is_told(driven, file):
+    robot = MappingRobot(ring_drive(), graphs=PoseGraphStore(load=lambda name: file))
+    start = robot.odometry(0)
+    given = geometry_msgs.Pose2D(start.x, start.y, start.theta)
+    robot.call("deserialize_map", DeserializePoseGraphRequest("ring", MatchType.LOCALIZE_AT_POSE, given))
+    robot.step(10)
+    assert robot.true_error() < 0.05
+    assert robot.node.log_change() is None
+    robot.call("deserialize_map", DeserializePoseGraphRequest("ring", MatchType.START_AT_FIRST_NODE))
+    assert robot.node.checkpoint() is not None
+    with pytest.raises(InvalidInput, match="three finite"):
+        bad = geometry_msgs.Pose2D(float("nan"))
+        robot.call("deserialize_map", DeserializePoseGraphRequest("ring", MatchType.START_AT_GIVEN_POSE, bad))
+
+
+def test_an_initial_pose_places_the_robot(driven, file):
+    robot = MappingRobot(
+        ring_drive(),
+        graphs=PoseGraphStore(load=lambda name: file),
+        map_file_name="ring",
+        map_start_pose=(30.0, 30.0, 0.0),
+    )
+    with pytest.raises(InvalidInput, match="publish the pose of the robot on 'initialpose'"):
+        robot.step()
+    initial_pose(robot, robot.odometry(0))
+    robot.step(5)
+    assert robot.true_error() < 0.05
+    with pytest.raises(TransformError, match="must be in frame 'map'"):
+        initial_pose(robot, Pose2D(0.0, 0.0, 0.0), "odom")
+
+
+def initial_pose(robot, pose, frame="map"):
+    stamped = PoseWithCovariance(Pose.of(pose), [0.0] * 36)
+    robot.graph.inject("initialpose", PoseWithCovarianceStamped(Header(frame_id=frame), stamped))
+
+
+def test_a_map_that_cannot_be_loaded_is_an_error_at_the_start():
+    for graphs, error in ((PoseGraphStore(load=load), NotFound), (PoseGraphStore(load=lambda _: b"P5"), InvalidGraph)):
+        with pytest.raises(error):
+            MappingRobot(ring_drive(), graphs=graphs, map_file_name="ring")
+
+
+@pytest.mark.parametrize(
+    "given", [{"mode": "localization"}, {"map_file_name": "ring", "map_start_pose": (0.0, float("inf"), 0.0)}]
+)
+def test_parameters_that_contradict_each_other_are_refused(given):
+    with pytest.raises(InvalidParameter):
+        GridSlamParameters(**given)
