@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.planar_poses import rotated, symmetric
+from ppaas.planar_poses import rotated, symmetric, upper_triangle
 
 STEP_FLOOR = (0.005, 0.005, 0.002)
 """Least standard deviations of an edge between successive key frames [m, m, rad]."""
@@ -16,6 +16,9 @@ CORRELATION = 10.0
 
 LEAST = 1e-3
 """Information added to directions that a scan does not determine [1/m², 1/rad²]."""
+
+DETERMINED = 0.1
+"""Information of the position along every axis that an edge has at least if it determines the position [1/m²]."""
 
 
 def edge_information(
@@ -44,3 +47,36 @@ def edge_information(
     covariance = np.linalg.inv(symmetric(information) + LEAST * np.eye(3)) * correlation + np.diag(np.square(floor))
     found: NDArray[np.float64] = np.asarray(np.linalg.inv(rotated(covariance, measurements[..., 2])), np.float64)
     return found
+
+
+def weakest_information(information: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the information (…) of positions in the direction in which it is least [1/m²], of (…, 6) arrays."""
+    xx, xy, yy = information[..., 0], information[..., 1], information[..., 3]
+    weakest: NDArray[np.float64] = (xx + yy) / 2.0 - np.hypot((xx - yy) / 2.0, xy)
+    return weakest
+
+
+def forgetting(information: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the projections (…, 3, 3) that remove the direction in which scans determine the position least.
+
+    Along a corridor, the noise of the normals looks like information. As in Zhang, Kaess and Singh, *On Degeneracy of
+    Optimization-based State Estimation Problems* (ICRA 2016).
+
+    Parameters
+    ----------
+    information : (…, 6) array
+        Information xx, xy, xt, yy, yt, tt.
+    """
+    xx, xy, yy = information[..., 0], information[..., 1], information[..., 3]
+    # The axis of the smaller eigenvalue of the 2 × 2 block of the position.
+    angle = 0.5 * np.arctan2(2.0 * xy, xx - yy) + 0.5 * np.pi
+    axis = np.stack((np.cos(angle), np.sin(angle)), axis=-1)
+    kept = np.tile(np.eye(3), (*angle.shape, 1, 1))
+    kept[..., :2, :2] -= axis[..., :, np.newaxis] * axis[..., np.newaxis, :]
+    return kept
+
+
+def determines_position(information: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return whether edges (m,) with an information (m, 3, 3) determine the position, not only beside a corridor."""
+    determined: NDArray[np.bool_] = weakest_information(upper_triangle(information)) >= DETERMINED
+    return determined

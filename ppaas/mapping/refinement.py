@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.mapping.edge_information import forgetting, weakest_information
 from ppaas.mapping.graph.joint_step import JointSystem, LinearisedPairs
 from ppaas.mapping.graph.pose_graph import Edges
 from ppaas.mapping.kernels import alignment as kernels
@@ -201,23 +202,18 @@ def _pairs_of(poses: PoseArray, settings: RefinementSettings) -> tuple[NDArray[n
 
 
 def _forget_undetermined(sums: NDArray[np.float64]) -> None:
-    """Remove the direction in which scans hardly determine the position, as along a corridor, from normal equations.
+    """Remove the direction in which scans hardly determine the position from normal equations; see `forgetting`.
 
-    The noise of the normals looks like information along a corridor. Over many pairs it would outweigh the odometry.
-    As in Zhang, Kaess and Singh, *On Degeneracy of Optimization-based State Estimation Problems* (ICRA 2016).
+    Over many pairs, the information along a corridor would outweigh the odometry.
 
     Parameters
     ----------
     sums : (m, 9) array
         Modified: see `ppaas.mapping.kernels.alignment`.
     """
-    xx, xy, yy = sums[:, 0], sums[:, 1], sums[:, 3]
-    middle, half = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
-    weak = middle - half < LEAST_PART * (middle + half)
-    # The axis of the smaller eigenvalue of the 2 × 2 block of the position.
-    angle = 0.5 * np.arctan2(2.0 * xy, xx - yy) + 0.5 * np.pi
+    weakest, trace = weakest_information(sums[:, :6]), sums[:, 0] + sums[:, 3]
+    weak = weakest < LEAST_PART * (trace - weakest)
     kept = np.tile(np.eye(3), (len(sums), 1, 1))
-    axis = np.stack((np.cos(angle), np.sin(angle)), axis=-1)
-    kept[weak, :2, :2] -= axis[weak, :, np.newaxis] * axis[weak, np.newaxis]
+    kept[weak] = forgetting(sums[weak, :6])
     sums[:, :6] = upper_triangle(kept @ symmetric(sums[:, :6]) @ kept)
     sums[:, 6:] = np.einsum("mij,mj->mi", kept, sums[:, 6:])

@@ -10,14 +10,18 @@ from ppaas.mapping.alignment import align
 from ppaas.mapping.closures.kernels.visibility import agreement
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submap
+from ppaas.mapping.edge_information import forgetting, weakest_information
 from ppaas.mapping.key_frames import KeyFrames, NearFrames
-from ppaas.planar_poses import relative, wrap_angles
+from ppaas.planar_poses import compose, relative, symmetric, upper_triangle
 
 ALIGNED_WITH = 6
 """Number of older key frames that a scan is aligned with."""
 
 MOST_MOVED, MOST_TURNED = 0.3, 0.06
 """Largest distance and angle between a match and an aligned scan [m, rad]."""
+
+VIEW = 15.0
+"""Points nearer than this count for the centre of what a scan shows [m]."""
 
 LEAST_VISIBLE = 10
 """Fewest points, seen by both lasers, that visibility is judged by."""
@@ -62,7 +66,9 @@ class ScanCheck:
     def __init__(self, frames: KeyFrames, poses: NDArray[np.float64], parameters: ClosureParameters) -> None:
         self._frames, self._poses, self._parameters = frames, poses, parameters
 
-    def run(self, source: Submap, target: Submap, moved: NDArray[np.float64]) -> list[CheckedScan]:
+    def run(
+        self, source: Submap, target: Submap, moved: NDArray[np.float64], *, slides: bool = False
+    ) -> list[CheckedScan]:
         """Return the scans of a match that pass.
 
         Parameters
@@ -71,41 +77,65 @@ class ScanCheck:
             Key frames that were matched, and the older ones.
         moved : (m, 3) array
             Poses of the source's key frames according to the match.
+        slides : bool
+            Whether scans pass that leave the position along a corridor open; their information says nothing of it.
         """
         n = self._parameters.checked_scans
         chosen = sorted({(2 * i + 1) * len(moved) // (2 * n) for i in range(n)})
-        checked = (self._check(source.first + i, target, Pose2D(*moved[i].tolist())) for i in chosen)
+        checked = (self._check(source.first + i, target, Pose2D(*moved[i].tolist()), slides) for i in chosen)
         return [scan for scan in checked if scan is not None]
 
-    def _check(self, source: int, target: Submap, start: Pose2D) -> CheckedScan | None:
+    def _check(self, source: int, target: Submap, start: Pose2D, slides: bool) -> CheckedScan | None:
         """Return one scan if it passes."""
-        near = self._nearest(target, start)
+        near = self._with_the_same_view(source, target, start)
         found = align(self._frames.scan_points(source), start, self._frames, near)
         if found.ratio < self._parameters.least_ratio or start.distance_to(found.pose) > MOST_MOVED:
             return None
         if abs(wrap_angle(found.pose.theta - start.theta)) > MOST_TURNED:
             return None
-        if weakest_information(found.information) < self._parameters.least_information:
-            return None
+        information = found.information
+        if weakest_information(information) < self._parameters.least_information:
+            if not slides:
+                return None
+            information = _without_weakest(information)
         confirmed = confirmed_share(self._frames, source, near, found.pose, self._parameters.visibility_tolerance)
         if confirmed < self._parameters.least_confirmed:
             return None
         measurement = relative(near.poses[0], np.array(found.pose))
-        return CheckedScan(source, int(near.indices[0]), measurement, found.information, found.ratio, confirmed)
+        return CheckedScan(source, int(near.indices[0]), measurement, information, found.ratio, confirmed)
 
-    def _nearest(self, target: Submap, pose: Pose2D) -> NearFrames:
-        """Return the key frames of a submap nearest to a pose, the nearest first; a radian counts as a metre."""
-        others = self._poses[target.first : target.end]
-        turns = np.abs(wrap_angles(others[:, 2] - pose.theta))
-        away = np.hypot(others[:, 0] - pose.x, others[:, 1] - pose.y) + turns
+    def _with_the_same_view(self, source: int, target: Submap, pose: Pose2D) -> NearFrames:
+        """Return the key frames of a submap that show most nearly what a scan shows at a pose, the nearest first.
+
+        Two scans in opposite directions show the same part of a corridor from places far apart.
+        """
+        others, chosen = self._poses[target.first : target.end], slice(target.first, target.end)
+        centre = compose(np.array(pose), _as_pose(_view_centres(self._frames, slice(source, source + 1))))[0]
+        centres = compose(others, _as_pose(_view_centres(self._frames, chosen)))
+        away = np.hypot(centres[:, 0] - centre[0], centres[:, 1] - centre[1])
         indices = target.first + np.argsort(away, kind="stable")[:ALIGNED_WITH]
         return NearFrames(indices, self._poses[indices])
 
 
-def weakest_information(information: NDArray[np.float64]) -> float:
-    """Return the information (6,) of a position in the direction in which it is least [1/m²]."""
-    xx, xy, yy = information[0], information[1], information[3]
-    return float((xx + yy) / 2.0 - np.hypot((xx - yy) / 2.0, xy))
+def _view_centres(frames: KeyFrames, chosen: slice) -> NDArray[np.float64]:
+    """Return the mean (k, 2) of the points of key frames within `VIEW`, each in its own frame [m]."""
+    points = frames.points[chosen].astype(np.float64)
+    counted = frames.valid[chosen] & (np.hypot(points[..., 0], points[..., 1]) < VIEW)
+    sums = np.einsum("kb,kbi->ki", counted.astype(np.float64), points)
+    centres: NDArray[np.float64] = sums / np.maximum(counted.sum(axis=1), 1)[:, np.newaxis]
+    return centres
+
+
+def _as_pose(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return positions (k, 2) as poses (k, 3)."""
+    return np.column_stack((positions, np.zeros(len(positions))))
+
+
+def _without_weakest(information: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return an information (6,) without that of the position in the direction in which it is least."""
+    kept = forgetting(information)
+    left: NDArray[np.float64] = upper_triangle(kept @ symmetric(information) @ kept)
+    return left
 
 
 def confirmed_share(frames: KeyFrames, source: int, near: NearFrames, pose: Pose2D, tolerance: float) -> float:

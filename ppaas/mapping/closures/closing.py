@@ -13,6 +13,7 @@ from ppaas.mapping.closures.check import CheckedScan, ScanCheck
 from ppaas.mapping.closures.closure import Closure, Reason, Refusal, Searched
 from ppaas.mapping.closures.contradictions import Contradictions
 from ppaas.mapping.closures.kernels.points import gather, thin
+from ppaas.mapping.closures.links import Links
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.pyramid import Blur, LikelihoodPyramid, build_pyramid
 from ppaas.mapping.closures.submaps import Submap
@@ -59,7 +60,9 @@ class ClosureSearch:
         self._rivalry = Rivalry(parameters.ambiguous_share, parameters.ambiguous_distance)
         self._blur = Blur(parameters.loop_search_space_resolution, parameters.loop_search_space_smear_deviation)
 
-    def search(self, frames: KeyFrames, graph: PoseGraph, submaps: list[Submap], of: int) -> Searched:
+    def search(
+        self, frames: KeyFrames, graph: PoseGraph, submaps: list[Submap], of: int, links: Links | None = None
+    ) -> Searched:
         """Return the closures between a submap and older ones.
 
         Parameters
@@ -72,9 +75,12 @@ class ClosureSearch:
             Finished submaps.
         of : int
             Index of the submap to search for.
+        links : Links, optional
+            Closures of an earlier search, at the poses of which a second one looks for those that are missing: with
+            every pass of the place that is not joined with the submap, a longer part of which is matched.
         """
         poses, edges, result = graph.poses, graph.edges, Searched()
-        for pair in self._pairs(poses, edges, submaps, of):
+        for pair in self._pairs(poses, edges, submaps, of, links):
             found = self._match(frames, poses, pair)
             if isinstance(found, Closure):
                 result.closures.append(found)
@@ -95,24 +101,28 @@ class ClosureSearch:
         kept = [closure for closure in searched.closures if closure not in rivals]
         return Searched(kept, searched.refusals + refused)
 
-    def _pairs(self, poses: NDArray[np.float64], edges: Edges, submaps: list[Submap], of: int) -> list[_Pair]:
+    def _pairs(
+        self, poses: NDArray[np.float64], edges: Edges, submaps: list[Submap], of: int, links: Links | None
+    ) -> list[_Pair]:
         """Return the pairs to match, the most probable first."""
         parameters = self._parameters
         candidates = find_candidates(poses, edges, submaps, of, parameters)
         most = parameters.candidates
-        if sum(candidate.wide for candidate in candidates) > len(candidates) / 2:
+        if links is not None:
+            candidates = links.unlinked(of, candidates)
+        elif sum(candidate.wide for candidate in candidates) > len(candidates) / 2:
             most *= MORE_WIDE
-        pairs = (self._pair(candidate, submaps, of) for candidate in candidates[:most])
+        pairs = (self._pair(candidate, submaps, of, again=links is not None) for candidate in candidates[:most])
         return [pair for pair in pairs if pair is not None]
 
-    def _pair(self, candidate: Candidate, submaps: list[Submap], of: int) -> _Pair | None:
+    def _pair(self, candidate: Candidate, submaps: list[Submap], of: int, *, again: bool) -> _Pair | None:
         """Return the key frames to match for a candidate; None where its neighbour covers it."""
         between, at = self._parameters.fewest_submaps_between, candidate.target
+        side = self._parameters.wide_submaps if candidate.wide or again else 1
         if not candidate.wide:
-            last = min(at + 1, of - between - 1)
-            return _Pair(submaps[of], Submap(submaps[max(0, at - 1)].first, submaps[last].end), candidate)
-        side = self._parameters.wide_submaps
-        if at % WIDE_STRIDE or at > of - 2 * between - 2:
+            last = min(at + side, of - between - 1)
+            return _Pair(submaps[of], Submap(submaps[max(0, at - side)].first, submaps[last].end), candidate)
+        if (at % WIDE_STRIDE and not again) or at > of - 2 * between - 2:
             return None
         source = Submap(submaps[max(0, of - 2)].first, submaps[of].end)
         last = min(at + side, of - 2 - between - 1)
@@ -132,7 +142,8 @@ class ClosureSearch:
         if pair.candidate.wide and self._is_ambiguous(pyramid, points, pair, best):
             return Refusal(pair.source, pair.target, Reason.AMBIGUOUS, best.score, motion)
         moved = compose(np.array(motion), poses[pair.source.first : pair.source.end])
-        passed = ScanCheck(frames, poses, parameters).run(pair.source, pair.target, moved)
+        slides = not pair.candidate.wide
+        passed = ScanCheck(frames, poses, parameters).run(pair.source, pair.target, moved, slides=slides)
         if len(passed) < parameters.loop_match_minimum_chain_size:
             return Refusal(pair.source, pair.target, Reason.CHECK, best.score, motion)
         return Closure(pair.source, pair.target, edges_of(passed), best.score, motion, pair.candidate.wide)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ppaas.mapping.closures.kernels.drift import path_moments
 from ppaas.mapping.closures.parameters import DriftModel
 from ppaas.mapping.closures.submaps import travelled
+from ppaas.mapping.edge_information import determines_position
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
 
 CLOSURE_LENGTH = 0.2
@@ -30,7 +31,8 @@ def path_covariances(
     poses : (n, 3) array
         Poses of the nodes.
     edges : Edges
-        Edges of the graph.
+        Edges of the graph. Closures that leave the position open in a direction, as along a corridor, are left
+        out.
     root : int
         The node.
     model : DriftModel
@@ -43,6 +45,7 @@ def path_covariances(
     (n,) array
         Distance travelled along the path [m].
     """
+    edges = edges.take((edges.kinds != EdgeKind.CLOSURE) | determines_position(edges.information))
     starts, neighbours, lengths, signs = _adjacency(len(poses), edges)
     moments = path_moments(root, starts, neighbours, lengths, signs, np.ascontiguousarray(poses[:, :2]))
     distance = moments[:, 0].copy()

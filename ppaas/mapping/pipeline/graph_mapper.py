@@ -2,13 +2,18 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ppaas.clock import monotonic
 from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.agreement import CLOSING, WAITING, add_closure, divide
 from ppaas.mapping.closures.closing import ClosureSearch
 from ppaas.mapping.closures.closure import Closure, Searched
+from ppaas.mapping.closures.links import Links
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submaps
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
@@ -26,6 +31,9 @@ FRONT_END, CLOSURES = SlamParameters(), ClosureParameters()
 
 FINAL = SolverOptions(Robust.GRADUATED, iterations=60)
 """Options of the last solve, in which closures that contradict the others lose all weight."""
+
+PASSES = 2
+"""Largest number of searches of all submaps after the drive."""
 
 TRUSTED = 0.3
 """Least weight of a closure that counts as part of the map; one with less contradicts the others."""
@@ -82,6 +90,8 @@ class GraphMapper:
     graph : PoseGraph
         One node per key frame.
     counts : ClosureCounts
+    weights : (m,) array
+        Weights of the edges of the graph after `finish`, from 0 to 1.
     seconds : dict of str to float
         Time spent in tracking, the search for closures, and the solver [s].
     """
@@ -93,6 +103,7 @@ class GraphMapper:
         closures: ClosureParameters = CLOSURES,
     ) -> None:
         self.graph, self.counts = PoseGraph(), ClosureCounts()
+        self.weights: NDArray[np.float64] = np.empty(0)
         self.seconds = {"tracking": 0.0, "closures": 0.0, "solver": 0.0}
         self._tracker = ScanTracker(geometry, parameters)
         self._search, self._solver = ClosureSearch(closures), GraphSolver()
@@ -127,9 +138,13 @@ class GraphMapper:
         """Close the loops of the last submap, solve the graph and move the key frames; return the solution."""
         if self._submaps.finish() is not None:
             self._close_loops()
+        for _ in range(PASSES):
+            if not self._close_again():
+                break
         self.counts.lone += len(self._waiting)
         self._waiting.clear()
         solution = self._solve(FINAL)
+        self.weights = solution.weights
         closure = self.graph.edges.kinds == EdgeKind.CLOSURE
         self.counts.distrusted = int((solution.weights[closure] < TRUSTED).sum())
         return solution
@@ -140,14 +155,31 @@ class GraphMapper:
         found = self._timed(
             "closures", lambda: self._search.search(self.key_frames, self.graph, submaps, len(submaps) - 1)
         )
+        if self._trust(found):
+            self._solve(CLOSING)
+
+    def _trust(self, found: Searched) -> bool:
+        """Add the closures of a search that are trusted; return whether there is one."""
         self.counts.add(found)
         trusted, rest = self._timed("closures", lambda: divide(self.graph, found.closures, self._waiting))
         self.counts.lone += max(len(rest) - WAITING, 0)
         self._waiting = rest[-WAITING:]
         for closure in trusted:
             self._add_closure(closure)
-        if trusted:
-            self._solve(CLOSING)
+        return bool(trusted)
+
+    def _close_again(self) -> bool:
+        """Search all submaps again at the poses that the closures gave, for those missing; return whether any was."""
+        submaps = self._submaps.finished
+        links, count = Links(submaps, self.graph.edges), self.counts.closures
+        for of in range(len(submaps)):
+            self._trust(
+                self._timed("closures", partial(self._search.search, self.key_frames, self.graph, submaps, of, links))
+            )
+        if self.counts.closures == count:
+            return False
+        self._solve(FINAL)
+        return True
 
     def _add_closure(self, closure: Closure) -> None:
         add_closure(self.graph, closure)

@@ -1,7 +1,15 @@
 import numpy as np
 import pytest
 
-from ppaas.mapping.edge_information import CLOSURE_FLOOR, STEP_FLOOR, edge_information
+from ppaas.mapping.edge_information import (
+    CLOSURE_FLOOR,
+    STEP_FLOOR,
+    determines_position,
+    edge_information,
+    forgetting,
+    weakest_information,
+)
+from ppaas.planar_poses import symmetric, upper_triangle
 
 
 def test_directions_are_turned_into_the_frame_of_the_first_node():
@@ -21,3 +29,21 @@ def test_directions_that_are_not_determined_keep_some_information():
     found = edge_information(np.zeros((2, 3)), np.zeros((2, 6)), STEP_FLOOR)
     assert found.shape == (2, 3, 3)
     assert (np.linalg.eigvalsh(found) > 0.0).all()
+
+
+def test_weakest_information_is_the_smallest_eigenvalue():
+    matrix = np.array([[5.0, 2.0], [2.0, 1.0]])
+    given = np.array([5.0, 2.0, 9.0, 1.0, 9.0, 9.0])
+    assert weakest_information(given) == pytest.approx(np.linalg.eigvalsh(matrix)[0])
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4, 1.5707, -2.0])
+def test_the_weakest_direction_is_forgotten_and_the_others_stay(angle):
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([(c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)])
+    given = upper_triangle(turn @ np.diag((5.0, 1e4, 1e5)) @ turn.T)
+    kept = forgetting(given)
+    left = upper_triangle(kept @ symmetric(given) @ kept)
+    np.testing.assert_allclose(symmetric(left), turn @ np.diag((0.0, 1e4, 1e5)) @ turn.T, atol=1e-6)
+    edges = edge_information(np.zeros((2, 3)), np.stack((given, left)), CLOSURE_FLOOR)
+    assert determines_position(edges).tolist() == [True, False]

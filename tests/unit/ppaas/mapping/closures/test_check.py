@@ -2,11 +2,13 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.check import ScanCheck, confirmed_share, weakest_information
+from ppaas.mapping.closures.check import ScanCheck, confirmed_share
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submap
+from ppaas.mapping.edge_information import weakest_information
 from ppaas.mapping.key_frames import KeyFrames, NearFrames
-from tests.support.world.room_scans import LASER, scan_at
+from ppaas.planar_poses import relative
+from tests.support.world.room_scans import CORRIDOR, LASER, scan_at
 
 TARGET = Submap(0, 6)
 SOURCE = Submap(6, 11)
@@ -44,7 +46,28 @@ def test_scan_that_sees_nothing_in_common_confirms_nothing(frames):
     assert confirmed_share(frames, 7, near, Pose2D(500.0, 0.0, 0.0), 0.3) == 0.0
 
 
-def test_weakest_information_is_the_smallest_eigenvalue():
-    matrix = np.array([[5.0, 2.0], [2.0, 1.0]])
-    given = np.array([5.0, 2.0, 9.0, 1.0, 9.0, 9.0])
-    assert weakest_information(given) == pytest.approx(np.linalg.eigvalsh(matrix)[0])
+def test_scans_in_opposite_directions_are_aligned_with_those_that_show_the_same():
+    there = np.stack((np.arange(0.0, 10.0, 0.25), np.zeros(40), np.zeros(40)), axis=1)
+    poses, both = np.concatenate((there, there[30:35] + np.array((0.0, 0.0, np.pi)))), KeyFrames(LASER)
+    for k, pose in enumerate(poses):
+        both.add(scan_at(pose, walls=CORRIDOR), k, Pose2D(*pose.tolist()), np.zeros(6))
+    check = ScanCheck(both, poses, ClosureParameters())
+    passed = check.run(Submap(40, 45), Submap(0, 40), poses[40:], slides=True)
+    assert len(passed) == 5
+    for scan in passed:
+        assert poses[scan.target, 0] < poses[scan.source, 0] - 2.0
+        np.testing.assert_allclose(scan.measurement, relative(poses[scan.target], poses[scan.source]), atol=0.01)
+
+
+def test_scans_along_a_bare_corridor_say_nothing_of_the_position_along_it():
+    poses, corridor = np.stack((np.arange(0.0, 4.0, 0.25), np.zeros(16), np.zeros(16)), axis=1), KeyFrames(LASER)
+    for k, pose in enumerate(poses):
+        corridor.add(scan_at(pose, walls=CORRIDOR), k, Pose2D(*pose.tolist()), np.zeros(6))
+    check, parts = ScanCheck(corridor, poses, ClosureParameters()), (Submap(8, 16), Submap(0, 8))
+    assert check.run(*parts, poses[8:]) == []
+    passed = check.run(*parts, poses[8:], slides=True)
+    assert len(passed) == 5
+    for scan in passed:
+        assert weakest_information(scan.information) < 1e-6
+        assert scan.information[3] > 1e4  # across
+        assert scan.information[5] > 1e4  # heading

@@ -85,3 +85,20 @@ def test_closures_that_wait_are_bounded(mapper, monkeypatch):
     for number in range(agreement.WAITING + 3):
         close(mapper, monkeypatch, closure(30, 2, (float(number), 0.0, 0.0)))
     assert mapper.counts.lone == 3
+
+
+def test_closures_that_the_drive_missed_are_searched_again_at_its_end(mapper, monkeypatch):
+    searched, missed = [], closure(30, 2, (14.1, 0.0, 0.0), wide=False)
+
+    def search(_frames, _graph, submaps, of, links=None):
+        searched.append((of, links is not None))
+        return Searched([missed] if links is not None and of == 5 and not links.join(5, 0) else [])
+
+    monkeypatch.setattr(mapper._search, "search", search)
+    mapper.finish()
+    count = len(mapper._submaps.finished)
+    again = [(of, True) for of in range(count)]
+    assert searched == [(count - 1, False), *again, *again]
+    assert mapper.counts.closures == 1
+    assert moved(mapper) > 0.01
+    assert mapper.weights.shape == (COUNT,)
