@@ -23,6 +23,9 @@ MOST_MOVED, MOST_TURNED = 0.3, 0.06
 VIEW = 15.0
 """Points nearer than this count for the centre of what a scan shows [m]."""
 
+SURE = 2.0
+"""Factor of the least information below which a scan may slide along a corridor."""
+
 LEAST_VISIBLE = 10
 """Fewest points, seen by both lasers, that visibility is judged by."""
 
@@ -93,10 +96,11 @@ class ScanCheck:
             return None
         if abs(wrap_angle(found.pose.theta - start.theta)) > MOST_TURNED:
             return None
-        information = found.information
-        if weakest_information(information) < self._parameters.least_information:
-            if not slides:
-                return None
+        information, least = found.information, self._parameters.least_information
+        weakest = weakest_information(information)
+        if weakest < least and not slides:
+            return None
+        if slides and weakest < SURE * least:
             information = _without_weakest(information)
         confirmed = confirmed_share(self._frames, source, near, found.pose, self._parameters.visibility_tolerance)
         if confirmed < self._parameters.least_confirmed:
