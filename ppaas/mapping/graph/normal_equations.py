@@ -70,6 +70,10 @@ class NormalEquations:
         added = damping + relative_damping * np.diagonal(self._diagonal, axis1=1, axis2=2)
         if not self.factor.factorise(self._diagonal, self._off_diagonal, added):
             return None
+        return self.step_again()
+
+    def step_again(self) -> PoseArray:
+        """Return the changes (n, 3) of the poses with the factor of the last `step`."""
         changes = np.zeros((self._count, 3))
         changes[self._free] = self.factor.solve(-self._right)
         return changes

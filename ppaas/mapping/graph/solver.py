@@ -12,7 +12,7 @@ from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.mapping.graph.robust_weights import CovarianceScaling, FixedWeights, WeightRule, truncated_weights
 from ppaas.planar_poses import PoseArray, wrap_angles
 
-_CONTROL_FACTOR, _LAST_CONTROL = 4.0, 1.0
+_CONTROL_FACTOR, _LAST_CONTROL = 10.0, 1.0
 """Factor of the control parameter of graduated non-convexity after a step, and its value at which scaling takes over.
 
 The paper takes 1.4 and stops when all weights are 0 or 1. Factors of 1.4 to 10 led to the same solutions of walks of
