@@ -7,14 +7,8 @@ from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.mapping.alignment import align
-from ppaas.mapping.closures.check import (
-    ALIGNED_WITH,
-    MOST_MOVED,
-    MOST_TURNED,
-    CheckedScan,
-    confirmed_share,
-    weakest_information,
-)
+from ppaas.mapping.closures.check import ALIGNED_WITH, MOST_MOVED, MOST_TURNED, CheckedScan, confirmed_share
+from ppaas.mapping.edge_information import weakest_information
 from ppaas.mapping.key_frames import KeyFrames, NearFrames
 from ppaas.mapping.merging.parameters import MergeParameters
 from ppaas.mapping.near_poses import nearest_poses
