@@ -10,6 +10,7 @@ import msgspec
 from ppaas.clone.exploring import exploring
 from ppaas.clone.localization import on_map, while_mapping
 from ppaas.clone.node_parameters import NodeParameters
+from ppaas.clone.octomap import octomap_makers
 from ppaas.clone.plugins import DEFAULT_CONTROLLER, DEFAULT_PLANNER, controller_for, planners_of, recoveries_of
 from ppaas.clone.robot_body import COSTMAP, VOXEL_LAYER, VoxelLayerParameters, costmap_parameters, robot_body
 from ppaas.clone.surroundings import LocalCostmapParameters, surroundings_of
@@ -74,6 +75,7 @@ def build_clone(
     """Add the nodes of a robot's clone to a graph: map server, localization, state publisher, Move Base, waypoints.
 
     A robot that makes a new map has ``grid_slam`` in place of the map server and ``amcl``, and ``explore``.
+    With a depth camera it also has ``octomap_server``, as a robot with parameters for that node has.
 
     Parameters
     ----------
@@ -124,6 +126,8 @@ def build_clone(
         costs=costs, threads=threads, reuse=reuse or ReuseSetup(), maps=layers is None,
     )  # fmt: skip
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
+    wanted = layers is None and given.has(DEPTH_CAMERA)
+    octomap = octomap_makers(given, located.names, threads, wanted=wanted)
     camera = _camera(given)
     explorer = exploring(given, body, costs, located.names, maps=layers is None)
     given.refuse_rest()
@@ -135,6 +139,7 @@ def build_clone(
         ParameterServerNode.name: lambda context: ParameterServerNode(context, given.in_use, urdf_text),
         TfRepublisherNode.name: TfRepublisherNode,
         **camera,
+        **octomap,
         **explorer,
     }
     for name in makers if only is None else only:

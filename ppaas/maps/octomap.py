@@ -114,6 +114,17 @@ def full_octomap(tree: OcTree, log_odds: NDArray[np.float32]) -> bytes:
     return _header_text(FULL, tree) + nodes.tobytes()
 
 
+def octomap_nodes(data: Buffer) -> memoryview:
+    """Return the nodes of an OctoMap file, which follow its header: the data of ``octomap_msgs/Octomap``.
+
+    Raises
+    ------
+    InvalidMap
+        It is not an OctoMap file.
+    """
+    return _parse_header(data)[1]
+
+
 def _header_text(first: bytes, tree: OcTree) -> bytes:
     """Return the header of a file, byte by byte as OctoMap writes it, unless six digits would change the resolution."""
     short = f"{tree.resolution:g}"

@@ -8,7 +8,7 @@ import msgspec
 from ppaas.errors import MalformedMessage
 from ppaas.messages.message import Message
 from ppaas.messages.spellings.time_spelling import to_ros1
-from ppaas.messages.tolerant import decode_tolerantly
+from ppaas.messages.spellings.tolerant import decode_tolerantly
 
 M = TypeVar("M", bound=Message)
 

@@ -11,6 +11,7 @@ from ppaas.messages import (
     move_base_msgs,
     nav2_msgs,
     nav_msgs,
+    octomap_msgs,
     people_msgs,
     ppaas_msgs,
     rosapi,
@@ -26,6 +27,7 @@ from ppaas.messages.message import Message, ServiceType
 _PACKAGES: tuple[ModuleType, ...] = (
     std_msgs, geometry_msgs, nav_msgs, sensor_msgs, actionlib_msgs, move_base_msgs, nav2_msgs, tf2_msgs, ppaas_msgs,
     people_msgs, std_srvs, rosapi, tf2_web_republisher, map_msgs, slam_toolbox, explore_msgs,
+    octomap_msgs,
 )  # fmt: skip
 
 

@@ -1,5 +1,6 @@
 """``sensor_msgs``."""
 
+from enum import IntEnum
 from typing import Annotated, ClassVar
 
 from msgspec import Meta, field
@@ -30,6 +31,19 @@ class LaserScan(Message):
     time_increment: Float32 = 0.0
     scan_time: Float32 = 0.0
     intensities: list[Float32 | None] = field(default_factory=list)
+
+
+class PointFieldType(IntEnum):
+    """Values of ``datatype`` of ``sensor_msgs/PointField``."""
+
+    INT8 = 1
+    UINT8 = 2
+    INT16 = 3
+    UINT16 = 4
+    INT32 = 5
+    UINT32 = 6
+    FLOAT32 = 7
+    FLOAT64 = 8
 
 
 class Image(Message):
@@ -98,3 +112,50 @@ class CameraInfo(Message):
     binning_x: UInt32 = 0
     binning_y: UInt32 = 0
     roi: RegionOfInterest = field(default_factory=RegionOfInterest)
+
+
+class PointField(Message):
+    """``sensor_msgs/PointField``: a field of the points of a cloud.
+
+    Parameters
+    ----------
+    offset : int
+        Offset from the beginning of a point [bytes].
+    datatype : int
+        Type of its numbers: 7 is float32, 8 is float64.
+    count : int
+        Number of its numbers.
+    """
+
+    constants: ClassVar[type[IntEnum] | None] = PointFieldType
+
+    name: str
+    offset: UInt32
+    datatype: UInt8
+    count: UInt32
+
+
+class PointCloud2(Message):
+    """``sensor_msgs/PointCloud2``.
+
+    Parameters
+    ----------
+    fields : list of PointField
+        Fields of a point.
+    point_step, row_step : int
+        Length of a point and of a row [bytes].
+    data : bytes
+        All rows; base64 in JSON.
+    is_dense : bool
+        Whether no point is invalid.
+    """
+
+    header: Header
+    height: UInt32
+    width: UInt32
+    fields: list[PointField]
+    is_bigendian: bool
+    point_step: UInt32
+    row_step: UInt32
+    data: bytes
+    is_dense: bool

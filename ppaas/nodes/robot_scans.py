@@ -3,7 +3,7 @@
 import logging
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
@@ -98,11 +98,35 @@ class ScanReader:
             logger.warning("laser %r is tilted by %.0f°: few of its beams see walls", frame, math.degrees(tilt))
 
 
-class WaitingScans:
-    """Scans whose transforms have not come yet, as in tf2's message filter: the oldest is dropped if there are many.
+class Stamped(Protocol):
+    """Data of a sensor."""
 
-    A scan far ahead of the odometry is dropped, too: its clock is another, and when odometry reaches its stamp, the
-    robot is elsewhere.
+    @property
+    def stamp(self) -> float:
+        """Time of the data, 0 for that of the newest odometry [s]."""
+        ...
+
+    @property
+    def at(self) -> float:
+        """Time of arrival, by the executor's clock [s]."""
+        ...
+
+
+S = TypeVar("S", bound=Stamped)
+
+
+class WaitingData(Generic[S]):
+    """Data whose transforms have not come yet, as in tf2's message filter: the oldest is dropped if there is much.
+
+    Data far ahead of the odometry is dropped, too: its clock is another, and when odometry reaches its stamp, the robot
+    is elsewhere.
+
+    Parameters
+    ----------
+    name : str
+        Name of the data in texts.
+    most : int
+        Largest number that waits.
 
     Attributes
     ----------
@@ -110,27 +134,30 @@ class WaitingScans:
         Time by which scans that were dropped are ahead of the odometry, 0 as long as others are used [s].
     """
 
-    def __init__(self) -> None:
+    def __init__(self, name: str = "scans", most: int = MOST_WAITING) -> None:
         self.ahead = 0.0
-        self._scans: list[RobotScan] = []
+        self._name, self._most = name, most
+        self._scans: list[S] = []
         self._newest = float("-inf")
 
-    def add(self, scan: RobotScan, newest: float | None) -> None:
+    def add(self, scan: S, newest: float | None) -> None:
         """Add a scan; ``newest`` is the stamp of the newest odometry, None without odometry [s]."""
         ahead = 0.0 if newest is None else scan.stamp - newest
         if ahead > MOST_AHEAD:
             self.ahead = ahead
             return
-        self._scans = [*self._scans[-(MOST_WAITING - 1) :], scan]
+        self._scans = [*self._scans, scan][-self._most :]
 
     @property
     def problem(self) -> str:
         """Reason why scans are dropped, and what to do; empty as long as others are used."""
         if not self.ahead:
             return ""
-        return f"scans are stamped {self.ahead:.1f} s ahead of the newest odometry: stamp both with the same clock"
+        return (
+            f"{self._name} are stamped {self.ahead:.1f} s ahead of the newest odometry: stamp both with the same clock"
+        )
 
-    def process(self, newest: float | None, now: float, use: Callable[[RobotScan, float], None]) -> list[PPaaSError]:
+    def process(self, newest: float | None, now: float, use: Callable[[S, float], None]) -> list[PPaaSError]:
         """Use the scans that odometry has reached, and return the errors of those that cannot be used.
 
         Parameters
@@ -149,7 +176,7 @@ class WaitingScans:
                 errors.append(error)
         return errors
 
-    def ready(self, newest: float | None, now: float) -> list[RobotScan]:
+    def ready(self, newest: float | None, now: float) -> list[S]:
         """Remove and return the scans that odometry has reached, in the order of their stamps.
 
         Scans that have waited as long as tf keeps transforms are dropped, and so are those from before the clock of the
@@ -172,3 +199,7 @@ class WaitingScans:
             self.ahead = 0.0
         self._scans = [scan for scan in self._scans if scan.stamp > newest and abs(now - scan.at) <= CACHE_TIME]
         return sorted(reached, key=lambda scan: scan.stamp or newest)
+
+
+class WaitingScans(WaitingData[RobotScan]):
+    """Scans whose transforms have not come yet."""

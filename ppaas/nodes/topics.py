@@ -22,9 +22,10 @@ from ppaas.messages.nav2_msgs import (
     SpeedLimit,
 )
 from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid, Odometry, Path
+from ppaas.messages.octomap_msgs import Octomap
 from ppaas.messages.people_msgs import People
 from ppaas.messages.ppaas_msgs import NodeHomes, RobotStates
-from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan
+from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan, PointCloud2
 from ppaas.messages.std_msgs import Float64, String
 from ppaas.messages.tf2_msgs import TFMessage, merged
 from ppaas.messages.tf2_web_republisher import (
@@ -46,6 +47,7 @@ TF_STATIC = Topic("tf_static", TFMessage, latched=True, stream=True, lasting=Tru
 DEPTH_IMAGE = Topic("camera/depth/image_raw", Image, stream=True, local=True)
 COMPRESSED_DEPTH_IMAGE = Topic("camera/depth/image_raw/compressedDepth", CompressedImage, stream=True, local=True)
 DEPTH_CAMERA_INFO = Topic("camera/depth/camera_info", CameraInfo, local=True)
+CLOUD_IN = Topic("cloud_in", PointCloud2, stream=True, depth=1, local=True)
 PEOPLE = Topic("people", People, stream=True)
 
 # -- map server and localization ---------------------------------------------------------------------------------------
@@ -64,6 +66,11 @@ MAP_UPDATES = Topic("map_updates", OccupancyGridUpdate, depth=100)
 SLAM_POSE = Topic("pose", PoseWithCovarianceStamped, stream=True)
 ENTROPY = Topic("entropy", Float64, stream=True, depth=1)
 GRID_SLAM_STATUS = Topic("grid_slam/status", String, latched=True, stream=True, depth=1, robot_only=True)
+KEY_FRAMES = Topic("key_frames", Path, latched=True, stream=True, depth=1, robot_only=True)
+OCTOMAP_BINARY = Topic("octomap_binary", Octomap, latched=True, stream=True, depth=1, repeated=True)
+OCTOMAP_FULL = OCTOMAP_BINARY._replace(name="octomap_full")
+PROJECTED_MAP = OCTOMAP_BINARY._replace(name="projected_map", type=OccupancyGrid)
+OCTOMAP_SERVER_STATUS = GRID_SLAM_STATUS._replace(name="octomap_server/status")
 
 # -- Move Base ---------------------------------------------------------------------------------------------------------
 

@@ -10,7 +10,11 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ppaas.errors import TransformError
+from ppaas.geometry import Pose2D, quaternion_of
 from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
 from ppaas.messages.tf2_msgs import MAX_FRAMES
 from ppaas.transforms.connections import not_connected
@@ -41,6 +45,11 @@ class Rigid(NamedTuple):
         if not (math.isfinite(norm + t.x + t.y + t.z) and norm > 1e-6):
             raise TransformError("transform is not finite, or its rotation is the zero quaternion")
         return cls(t.x, t.y, t.z, q.x / norm, q.y / norm, q.z / norm, q.w / norm)
+
+    @classmethod
+    def planar(cls, pose: Pose2D, z: float = 0.0) -> "Rigid":
+        """Return a pose in the plane as a rigid transform, at a height [m]."""
+        return cls(pose.x, pose.y, z, *quaternion_of(pose.theta))
 
     def to_message(self) -> Transform:
         """Return ``geometry_msgs/Transform``."""
@@ -84,6 +93,19 @@ class Rigid(NamedTuple):
         """Return the angle of the rotation from one to the other, 0 to π [rad]."""
         turn = self.inverse() @ other
         return 2.0 * math.atan2(math.hypot(turn.qx, turn.qy, turn.qz), abs(turn.qw))
+
+
+def matrix_of(pose: Rigid) -> NDArray[np.float64]:
+    """Return the matrix (4, 4) of a rigid transform."""
+    x, y, z, w = pose[3:]
+    matrix = np.eye(4)
+    matrix[:3, :3] = (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)),
+        (2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)),
+        (2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)),
+    )
+    matrix[:3, 3] = pose[:3]
+    return matrix
 
 
 class LatestFrames:

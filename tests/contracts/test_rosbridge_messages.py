@@ -30,7 +30,7 @@ from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, Laser
 from ppaas.messages.spellings.tolerant_json import MAX_TOLERATED
 from ppaas.messages.std_msgs import Bool, Duration, Header, String, Time
 from ppaas.messages.tf2_msgs import TFMessage
-from ppaas.messages.tolerant import MAX_WITH_BYTES
+from ppaas.messages.spellings.tolerant import MAX_WITH_BYTES
 from ppaas.nodes.graph import Graph
 from ppaas.wire.typedefs import typedefs
 

@@ -36,6 +36,7 @@ from ppaas.nodes.amcl.continuity import Continuity
 from ppaas.nodes.amcl.messages import pose_message
 from ppaas.nodes.base import Context, Demands, Payload, Reply, Service, Topic
 from ppaas.nodes.frames import MAP, FrameListener
+from ppaas.nodes.grid_slam.key_frame_path import KeyFramePublisher
 from ppaas.nodes.grid_slam.laser import MappingLaser
 from ppaas.nodes.grid_slam.logged_map import LoggedMapNode
 from ppaas.nodes.grid_slam.map_publisher import MapPublisher
@@ -108,7 +109,7 @@ class GridSlamNode(LoggedMapNode):
     subscribes: ClassVar[tuple[Topic, ...]] = (topics.SCAN, topics.TF, topics.TF_STATIC, topics.INITIAL_POSE)
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.TF, topics.MAP, topics.MAP_METADATA, topics.MAP_UPDATES, topics.SLAM_POSE, topics.AMCL_POSE,
-        topics.ENTROPY, topics.GRID_SLAM_STATUS,
+        topics.ENTROPY, topics.GRID_SLAM_STATUS, topics.KEY_FRAMES,
     )  # fmt: skip
     services: ClassVar[tuple[Service, ...]] = (DYNAMIC_MAP, SAVE_MAP, CLEAR, PAUSE, *GRAPH_SERVICES)
 
@@ -127,7 +128,7 @@ class GridSlamNode(LoggedMapNode):
         self._frames = FrameListener(parameters.frames())
         self._scans, self._waiting = ScanReader(self._frames, warns=True), WaitingScans()
         self._publisher = MapPublisher(context, parameters.map_update_interval)
-        self._continuity = Continuity()
+        self._continuity, self._key_frames = Continuity(), KeyFramePublisher(context)
         self._reported = ""
         self._count, self._used_at = 0, float("-inf")
         self._graphs = PoseGraphServices(context, graphs, parameters.drawing())
@@ -266,6 +267,7 @@ class GridSlamNode(LoggedMapNode):
             self.context.publish(topic.name, pose)
         self.context.publish(topics.ENTROPY.name, Float64(entropy_of(covariance)))
         if tracked.is_key:
+            self._key_frames.add(mapper.key_frames, stamp)
             self._close_loops()
 
     def _started(self, scan: RobotScan) -> tuple[MappingLaser, LiveMapper]:
@@ -312,6 +314,7 @@ class GridSlamNode(LoggedMapNode):
         motion = mapper.apply(closed)
         if motion is not None:
             self._map_to_odom = motion @ self._map_to_odom
+            self._key_frames.publish(mapper.key_frames)
         self._close_loops()
 
     # -- map -----------------------------------------------------------------------------------------------------------
@@ -355,6 +358,7 @@ class GridSlamNode(LoggedMapNode):
         self._map_to_odom, self._count, self._used_at = Pose2D(0.0, 0.0, 0.0), 0, float("-inf")
         self._map_error = ""
         self._publisher.forget()
+        self._key_frames.clear()
         self._graphs.forget()
 
     # -- mappings that are kept ----------------------------------------------------------------------------------------

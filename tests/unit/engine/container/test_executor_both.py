@@ -34,7 +34,7 @@ def a_clone(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
 
 
 def a_mapping_clone(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
-    build_clone(graph, None, model="turtlebot2", initial_pose=pose)
+    build_clone(graph, None, model="turtlebot2", initial_pose=pose, parameters={DEPTH_CAMERA: {}})
 
 
 def a_planning_container(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:

@@ -1,0 +1,52 @@
+"""``octomap_msgs``: 3D maps as octrees."""
+
+from typing import ClassVar
+
+from msgspec import Raw, field
+
+from ppaas.messages.geometry_msgs import Point
+from ppaas.messages.message import Empty, Int8, Message, ServiceType
+from ppaas.messages.std_msgs import Header
+
+
+class Octomap(Message):
+    """``octomap_msgs/Octomap``.
+
+    Parameters
+    ----------
+    binary : bool
+        Whether the voxels are only free or occupied (``.bt``); else they have log-odds (``.ot``).
+    id : str
+        Type of the octree, ``OcTree``.
+    resolution : float
+        Edge of the finest voxels [m].
+    data : list of int
+        Nodes of the octree, as in a file after its header, each byte as int8. May be encoded JSON.
+    """
+
+    ros_order: ClassVar[tuple[str, ...]] = ("header", "binary", "id", "resolution", "data")
+
+    header: Header
+    binary: bool
+    id: str
+    resolution: float
+    data: list[Int8] | Raw
+
+
+class GetOctomapResponse(Message):
+    """``octomap_msgs/GetOctomap`` response."""
+
+    map: Octomap = field()
+
+
+class BoundingBoxQueryRequest(Message):
+    """``octomap_msgs/BoundingBoxQuery`` request: opposite corners of a box in the map frame [m]."""
+
+    min: Point
+    max: Point
+
+
+GetOctomap = ServiceType("octomap_msgs/GetOctomap", Empty, GetOctomapResponse)
+BoundingBoxQuery = ServiceType("octomap_msgs/BoundingBoxQuery", BoundingBoxQueryRequest, Empty)
+
+SERVICES = (GetOctomap, BoundingBoxQuery)

@@ -1,0 +1,42 @@
+"""Messages of ``octomap_server``: octrees as ``octomap_msgs/Octomap``."""
+
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+
+from ppaas.maps.octomap import octomap_nodes
+from ppaas.messages.octomap_msgs import Octomap
+from ppaas.messages.std_msgs import Header, Time
+from ppaas.nodes.frames import MAP
+
+# Text of a byte as int8, padded to five characters, so that one look-up yields the text of a whole octree.
+_TEXT = np.array([f"{value},".ljust(5).encode() for value in (*range(128), *range(-128, 0))], "S5")
+
+
+@dataclass(frozen=True, slots=True)
+class OctomapFile:
+    """OctoMap file, converted to a message only when it leaves the process.
+
+    Parameters
+    ----------
+    data : bytes
+        The file.
+    binary : bool
+        Whether it is a binary file (``.bt``).
+    resolution : float
+        Edge of the finest voxels [m].
+    stamp : Time
+    """
+
+    data: bytes
+    binary: bool
+    resolution: float
+    stamp: Time
+
+    def to_message(self) -> Octomap:
+        """Return ``octomap_msgs/Octomap``."""
+        nodes = np.frombuffer(octomap_nodes(self.data), np.uint8)
+        text = np.take(_TEXT, nodes).tobytes().translate(None, b" ")
+        data = msgspec.Raw(b"[%b]" % text[:-1])
+        return Octomap(Header(stamp=self.stamp, frame_id=MAP), self.binary, "OcTree", self.resolution, data)
