@@ -11,7 +11,7 @@ from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import PPaaSError
 from ppaas.messages.ppaas_msgs import NodeHome
-from storage.records import Limits, User
+from storage.records import Limits, MapRecord, User
 
 
 class ControlPlane(Protocol):
@@ -92,6 +92,13 @@ class ControlPlane(Protocol):
         """Apply a user's own limits, as they are stored; starts the waiting places that they allow.
 
         Every request of a user begins with it, since another process may have changed the limits.
+        """
+        ...
+
+    def map_changed(self, head: MapRecord) -> None:
+        """Let the robots that drive on a map, or have it as a mask, go on with its current version.
+
+        Every change of the current version must be followed by it.
         """
         ...
 

@@ -105,6 +105,8 @@ class Agent:
                 self._hosting.stop(order)
             case control_link.ResizeContainer():
                 self._hosting.resize(order)
+            case control_link.UseMap():
+                self._hosting.use_map(order)
             case control_link.BeatAcknowledged() if self._session.lease is not None:
                 self._session.lease.answered()
             case control_link.Dismissed():

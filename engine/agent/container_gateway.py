@@ -6,7 +6,7 @@ and robot of that container; a request cannot name others.
 
 import asyncio
 import logging
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,7 +24,7 @@ from engine.protocols.robot_link import Refusal
 from engine.specs.checkpoints import marks
 from engine.specs.containers import ContainerSpec
 from ppaas.clock import epoch
-from ppaas.errors import NotPermitted, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.errors import NotPermitted, PPaaSError, QuotaExceeded, Unavailable, rebuild
 from storage.ports import Store
 from storage.records import CloneCheckpoint
 
@@ -32,6 +32,9 @@ logger = logging.getLogger(__name__)
 
 ATTACH_TIMEOUT = 5.0
 """Time within which a container must identify itself [s]."""
+
+FOLLOW_TIMEOUT = 10.0
+"""Time limit for a container to go on with other layers [s]; a frozen one is replaced before."""
 
 MAX_REQUESTS = 16
 """Largest number of store requests of one container in progress at once."""
@@ -62,6 +65,8 @@ class _AttachedContainer:
         self.scope = scope_of(spec)
         self.turn = asyncio.Lock()
         self.requests = 0
+        self.following: asyncio.Future[None] | None = None
+        self.following_spec = self.spec
         self.was_refused = False
         self.is_shut = False
 
@@ -109,6 +114,7 @@ class ContainerGateway:
         self._awaited: PendingHandshakes[_Expected] = PendingHandshakes()
         self._streams: set[Stream] = set()
         self._attached: dict[str, _AttachedContainer] = {}
+        self._arrived = asyncio.Event()
         self._background = Background()
         self._unnoted = OccasionalLog(logger)
         self._server: asyncio.Server | None = None
@@ -138,6 +144,61 @@ class ContainerGateway:
         attached = self._attached.get(container)
         if attached is not None:
             attached.stream.write(machine_link.Resized(threads))
+
+    async def until_attached(self, container: str) -> None:
+        """Wait until a container has identified itself; cancel it if the container has exited."""
+        while container not in self._attached:
+            await self._arrived.wait()
+
+    async def use_layers(
+        self, spec: ContainerSpec, layers: Path, changes: Sequence[tuple[int, int, int, int]] | None
+    ) -> None:
+        """Let an attached container go on with the map versions of a spec; wait until it does.
+
+        Its requests act for these versions from its answer on.
+
+        Parameters
+        ----------
+        spec : ContainerSpec
+            Its spec with other versions of map and masks.
+        layers : Path
+            Folder with their layers.
+        changes : sequence of tuple of int, optional
+            Rectangles that cover the cells that differ; None if size or origin differ.
+
+        Raises
+        ------
+        Unavailable
+            The container is not attached, or disconnects before its answer.
+        PPaaSError
+            The container refuses the layers; the reason.
+        """
+        attached = self._attached.get(spec.id)
+        if attached is None or spec.robot is None:
+            raise Unavailable(f"container {spec.id} is not attached")
+        masks, in_space = spec.robot.masks, spec.robot.in_space
+        attached.following_spec = attached.spec.on_maps(spec.map, masks, in_space=in_space)
+        attached.following = asyncio.get_running_loop().create_future()
+        boxes = None if changes is None else [tuple(one) for one in changes]
+        attached.stream.write(machine_link.UseLayers(spec.map, masks, in_space, str(layers), boxes))
+        try:
+            async with asyncio.timeout(FOLLOW_TIMEOUT):
+                await attached.following
+        except TimeoutError as error:
+            raise Unavailable(f"container {spec.id} did not answer within {FOLLOW_TIMEOUT:g} s") from error
+        finally:
+            attached.following = None
+
+    @staticmethod
+    def _followed(frame: machine_link.MapInUse, attached: _AttachedContainer) -> None:
+        waiting = attached.following
+        if waiting is None or waiting.done() or frame.map != attached.following_spec.map:
+            return
+        if frame.refusal is not None:
+            waiting.set_exception(rebuild(frame.refusal.slug, frame.refusal.text))
+            return
+        attached.spec = attached.following_spec
+        waiting.set_result(None)
 
     def endpoint_came(self) -> None:
         """Notify all containers, except those being stopped, that an endpoint accepts connections again."""
@@ -183,34 +244,50 @@ class ContainerGateway:
     async def _serve(self, attached: _AttachedContainer) -> None:
         subscriptions = self._topics.hear_others(attached.scope, attached.stream)
         self._attached[attached.spec.id] = attached
+        self._arrived.set()
+        self._arrived = asyncio.Event()
         try:
             while (frame := await attached.stream.receive()) is not None:
                 self._take(frame, attached)
         finally:
             del self._attached[attached.spec.id]
+            if attached.following is not None and not attached.following.done():
+                attached.following.set_exception(Unavailable(f"container {attached.spec.id} has disconnected"))
             for subscription in subscriptions:
                 subscription.close()
 
     def _take(self, frame: machine_link.FromContainer, attached: _AttachedContainer) -> None:
+        spec = attached.spec  # that of the frame: the map may be replaced before the request is executed
         match frame:
             case machine_link.SaveClone():
-                self._ask(frame.request, attached, _in_turn(attached, lambda: self._save_clone(attached, frame.nodes)))
-            case machine_link.KeepPlan():
                 self._ask(
-                    frame.request, attached, _in_turn(attached, lambda: self._plans.keep(attached.spec, frame.plan))
+                    frame.request, attached, _in_turn(attached, lambda: self._save_clone(attached, spec, frame.nodes))
                 )
+            case machine_link.KeepPlan():
+                self._ask(frame.request, attached, _in_turn(attached, lambda: self._plans.keep(spec, frame.plan)))
             case machine_link.FindPlans():
-                self._ask(frame.request, attached, lambda: asyncio.to_thread(self._find_plans, attached.spec, frame))
+                self._ask(frame.request, attached, lambda: asyncio.to_thread(self._find_plans, spec, frame))
             case machine_link.AskHistory():
-                self._ask(frame.request, attached, lambda: asyncio.to_thread(self._plans.history, attached.spec))
-            case machine_link.NoteHistory():
-                self._note_history(frame, attached)
+                self._ask(frame.request, attached, lambda: asyncio.to_thread(self._plans.history, spec))
             case machine_link.PrepareIndex():
                 self._ask(frame.request, attached, lambda: attached.prepare(frame.planner))
-            case machine_link.Share():
-                self._share(frame, attached)
+            case machine_link.NoteHistory() | machine_link.Share() | machine_link.MapInUse():
+                self._take_unanswered(frame, attached)
             case machine_link.Attach():
                 raise NotPermitted(f"container {attached.spec.id} is attached already, and sent another attach request")
+
+    def _take_unanswered(
+        self,
+        frame: machine_link.NoteHistory | machine_link.Share | machine_link.MapInUse,
+        attached: _AttachedContainer,
+    ) -> None:
+        match frame:
+            case machine_link.NoteHistory():
+                self._note_history(frame, attached)
+            case machine_link.Share():
+                self._share(frame, attached)
+            case machine_link.MapInUse():
+                self._followed(frame, attached)
 
     # -- the stores ----------------------------------------------------------------------------------------------------
 
@@ -241,8 +318,7 @@ class ContainerGateway:
             machine_link.Done(request, refusal) if answer is None else msgspec.structs.replace(answer, request=request)
         )
 
-    def _save_clone(self, attached: _AttachedContainer, nodes: dict[str, bytes]) -> None:
-        spec = attached.spec
+    def _save_clone(self, attached: _AttachedContainer, spec: ContainerSpec, nodes: dict[str, bytes]) -> None:
         if spec.robot is None:
             raise NotPermitted("a planning container has no clone, so no checkpoint to save")
         if attached.is_shut or not self._acts():
@@ -254,13 +330,13 @@ class ContainerGateway:
         return machine_link.PlansFound(asked.request, self._plans.find(spec, asked))
 
     def _note_history(self, frame: machine_link.NoteHistory, attached: _AttachedContainer) -> None:
-        self._background.run(self._noted(frame, attached))
+        self._background.run(self._noted(frame, attached, attached.spec))
 
-    async def _noted(self, frame: machine_link.NoteHistory, attached: _AttachedContainer) -> None:
+    async def _noted(self, frame: machine_link.NoteHistory, attached: _AttachedContainer, spec: ContainerSpec) -> None:
         """Store a note; no client waits for an answer, so a failure is only logged."""
         try:
             async with attached.turn:
-                await asyncio.to_thread(self._plans.note, attached.spec, frame.rows, frame.link)
+                await asyncio.to_thread(self._plans.note, spec, frame.rows, frame.link)
         except PPaaSError as error:
             self._unnoted.warning(
                 "container %s: its planning times were not added to the history: %s", attached.spec.id, error

@@ -12,6 +12,7 @@ import psutil
 
 from engine.agent.container_gateway import ContainerGateway
 from engine.agent.map_cache import MapCache
+from engine.agent.map_follower import FollowedMap
 from engine.processes.background import Background
 from engine.protocols import control_link
 from engine.protocols.refusals import refusal_of
@@ -32,6 +33,16 @@ class _Supervised:
     launch: Launch | None = None
     process: ContainerProcess | None = None
     stopped: asyncio.Event = field(default_factory=asyncio.Event)
+    followed: FollowedMap | None = None
+
+    def uses(self, spec: ContainerSpec, layers: Path) -> None:
+        """Note the map versions and the layers that it uses now."""
+        self.order = msgspec.structs.replace(self.order, spec=spec)
+        if self.launch is not None:
+            running = msgspec.structs.replace(spec, cores=self.launch.spec.cores)
+            self.launch = msgspec.structs.replace(self.launch, spec=running, layers=str(layers))
+        if self.process is not None:
+            self.process.layers_grew()
 
 
 class ContainerSupervisor:
@@ -84,8 +95,8 @@ class ContainerSupervisor:
     async def _host(self, order: control_link.StartContainer, hosted: _Supervised) -> None:
         container = order.spec.id
         try:
-            async with self._layers(order.spec) as layers:
-                status = await self._run(order, hosted, layers)
+            async with self._layers(hosted):
+                status = await self._run(order, hosted)
         except PPaaSError as error:
             self._tell_failed(container, error)
         except Exception as error:
@@ -100,12 +111,12 @@ class ContainerSupervisor:
         logger.warning("container %s could not be started: %s", container, error)
         self._tell(control_link.LaunchFailed(container, refusal_of(error)))
 
-    async def _run(self, order: control_link.StartContainer, hosted: _Supervised, layers: Path | None) -> int:
+    async def _run(self, order: control_link.StartContainer, hosted: _Supervised) -> int:
         container = order.spec.id
         if hosted.stopped.is_set():
             raise Unavailable(f"container {container} was stopped before it was started")
-        hosted.launch = self._launch_of(order, layers)
-        self._gateway.expect(order.spec, order.secret, lambda planner: self._prepare(hosted, layers, planner))
+        hosted.launch = self._launch_of(order, None if hosted.followed is None else hosted.followed.layers)
+        self._gateway.expect(order.spec, order.secret, lambda planner: self._prepare(hosted, planner))
         try:
             process = hosted.process = await self._runtime.launch(hosted.launch)
             self._tell(control_link.Launched(container, process.pid))
@@ -115,10 +126,10 @@ class ContainerSupervisor:
         finally:
             self._gateway.forget(container)
 
-    async def _prepare(self, hosted: _Supervised, layers: Path | None, planner: str) -> None:
-        if layers is None:
+    async def _prepare(self, hosted: _Supervised, planner: str) -> None:
+        if hosted.followed is None:
             raise Unavailable(f"a map that changes has no index for planner {planner!r}")
-        await self._cache.prepare(layers, planner)
+        await self._cache.prepare(hosted.followed.layers, planner)
         if hosted.process is not None:
             hosted.process.layers_grew()
 
@@ -140,16 +151,23 @@ class ContainerSupervisor:
         return cores.pick(spec.cores, self._cpus, cores.used((other.spec.cores, other.cpus) for other in others))
 
     @asynccontextmanager
-    async def _layers(self, spec: ContainerSpec) -> AsyncIterator[Path | None]:
-        """Hold the layers of a container's map; None if its robot makes a new map."""
+    async def _layers(self, hosted: _Supervised) -> AsyncIterator[None]:
+        """Hold the layers of a container's map, which may be replaced meanwhile; none if its robot makes a new map."""
+        spec = hosted.order.spec
         if spec.maps:
-            yield None
+            yield
             return
-        layers = await self._cache.ensure(layers_of(spec))
+        followed = hosted.followed = FollowedMap(spec, await self._cache.ensure(layers_of(spec)), hosted.uses)
         try:
-            yield layers
+            yield
         finally:
-            self._cache.release(layers)
+            await followed.close(self._cache)
+
+    def use_map(self, order: control_link.UseMap) -> None:
+        """Let the clone in a container go on with other versions of its map; do nothing if it does not run."""
+        hosted = self._hosted.get(order.container)
+        if hosted is not None and hosted.followed is not None:
+            hosted.followed.follow(order, self._cache, self._gateway)
 
     def stop(self, order: control_link.StopContainer) -> None:
         """Kill a container that still runs after the grace period; its endpoint has requested its exit already."""

@@ -15,8 +15,10 @@ import msgspec
 from engine.agent.layer_builder import index_in_fork
 from engine.processes.instances import folder_of, instance_name, sweep_stale
 from engine.specs.containers import LayerSpec
-from engine.specs.layer_files import INDEX, open_layers
+from engine.specs.layer_files import INDEX, changed_cells, open_layers
+from ppaas.bounded_dict import BoundedDict
 from ppaas.errors import InvalidParameter, InvalidPlanner, Unavailable
+from ppaas.maps.cell_rectangle import Rectangle
 
 __all__ = ["Builder", "MapCache", "instance_name", "open_layers", "sweep_stale"]
 
@@ -28,6 +30,10 @@ Indexer = Callable[[Path, str], Awaitable[None]]
 
 SPARE = 4
 """Number of unused layer folders that are kept, for robots that return."""
+
+
+COMPARISONS = 16
+"""Number of comparisons of maps that are remembered, for containers that follow later."""
 
 
 class MapCache:
@@ -55,6 +61,7 @@ class MapCache:
         self._building: dict[Path, asyncio.Task[None]] = {}
         self._indexing: dict[Path, asyncio.Task[None]] = {}
         self._refused: dict[Path, InvalidPlanner] = {}
+        self._comparing: BoundedDict[tuple[Path, Path], asyncio.Task[list[Rectangle] | None]] = BoundedDict(COMPARISONS)
         root.mkdir(mode=0o700, parents=True, exist_ok=True)
 
     @classmethod
@@ -134,6 +141,22 @@ class MapCache:
         if not task.cancelled() and isinstance(error := task.exception(), InvalidPlanner):
             self._refused[path] = error
         self.release(folder)
+
+    async def changes(self, before: Path, after: Path) -> list[Rectangle] | None:
+        """Return rectangles that cover the cells in which the maps of two folders differ, which the caller uses.
+
+        None if their sizes or origins differ. The maps are compared once for all containers.
+
+        Raises
+        ------
+        Unavailable
+            A folder has no complete layers.
+        """
+        task = self._comparing.get((before, after))
+        if task is None:
+            task = asyncio.create_task(asyncio.to_thread(changed_cells, before, after))
+            self._comparing[before, after] = task
+        return await asyncio.shield(task)
 
     def release(self, folder: Path) -> None:
         """End one use of layers, once for each ``ensure``; unused layers are kept for a while."""

@@ -9,29 +9,26 @@ import logging
 import os
 from collections.abc import Coroutine
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import uvloop
 
+from engine.container.current_map import CurrentMap
 from engine.container.endpoint_link import EndpointLink, dial
 from engine.container.executor import NodeExecutor
 from engine.container.fleet_bridge import FleetBridge
 from engine.container.graph_building import build_graph
 from engine.container.machine_client import MachineClient
 from engine.container.robot_link_handler import Container
-from engine.container.shared_indexes import SharedIndexes
 from engine.container.shared_plans import PlanningNotes, SharedPlans
-from engine.protocols import robot_link
+from engine.protocols import machine_link, robot_link
 from engine.protocols.refusals import refusal_of
 from engine.runtimes.compilation.threads import KernelThreads, use_threads
 from engine.specs.containers import Launch
-from engine.specs.robot_layers import filters_of, layers_of
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.nodes.base import Checkpoint
 from ppaas.nodes.graph import Graph
 from ppaas.plans.reuse.measured_times import Times
-from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.plugins import permit_only
 
 logger = logging.getLogger(__name__)
@@ -42,12 +39,11 @@ async def run(launch: Launch) -> None:
     stream = await dial(launch.link)
     threads = KernelThreads(launch.threads)
     home = NodeExecutor(lambda: use_threads(threads.count))
-    indexes, times = SharedIndexes(Path(launch.layers)), Times()
+    times = Times()
     plans, notes = SharedPlans(times, home.elsewhere), PlanningNotes(times)
     try:
-        filters = filters_of(layers_of(launch.spec))
-        reuse = ReuseSetup(launch.spec.map.id, launch.spec.map.version, plans, times, notes, filters)
-        monitoring = build_graph(home.graph, launch, threads, indexes, reuse)
+        current = CurrentMap(launch, plans, times, notes)
+        monitoring = build_graph(home.graph, launch, threads, current)
         _restore(home.graph, launch)
     except PPaaSError as error:
         refusal = refusal_of(error)
@@ -56,12 +52,26 @@ async def run(launch: Launch) -> None:
         home.close()
         return
     machine = await MachineClient.connect(launch)
-    indexes.ask(machine, asyncio.get_running_loop())
+    current.indexes.ask(machine, asyncio.get_running_loop())
     plans.ask(machine)
     endpoint = EndpointLink(launch.link, stream)
     container = Container(launch, home, endpoint, machine, notes, monitoring=monitoring)
     outside = FleetBridge(launch, home.graph, machine)
-    listening = asyncio.create_task(machine.serve(outside.shared, partial(_resize, threads), endpoint.came))
+
+    def use_layers(frame: machine_link.UseLayers) -> None:
+        notes.tell(machine)
+        try:
+            if current.use(frame, home.graph, monitoring):
+                container.map_replaced()
+            outside.use_spec(current.spec)
+        except PPaaSError as error:
+            machine.map_in_use(frame.map, error)
+        else:
+            machine.map_in_use(frame.map)
+        home.attend()
+
+    resize = partial(_resize, threads)
+    listening = asyncio.create_task(machine.serve(outside.shared, resize, endpoint.came, use_layers))
     await notes.begin(machine)
     endpoint.write(container.hello(os.getpid()))
     home.attend()

@@ -2,11 +2,13 @@
 
 import logging
 
+import msgspec
+
 from engine.container.machine_client import MachineClient
 from engine.processes.background import Background
 from engine.processes.occasional_log import OccasionalLog
 from engine.protocols import machine_link
-from engine.specs.containers import Launch
+from engine.specs.containers import ContainerSpec, Launch
 from ppaas.clone.robot_body import robot_body
 from ppaas.errors import PPaaSError
 from ppaas.messages import decode, encode
@@ -80,6 +82,10 @@ class FleetBridge:
             graph.tap(topics.ODOM.name, self._note_velocity)
         if topics.PLAN.name in graph.topics:
             graph.tap(topics.PLAN.name, self._keep_plan)
+
+    def use_spec(self, spec: ContainerSpec) -> None:
+        """Store plans for the map version of another spec from now on."""
+        self._launch = msgspec.structs.replace(self._launch, spec=spec)
 
     def _note_velocity(self, _topic: str, odometry: Payload) -> None:
         if isinstance(odometry, Odometry):

@@ -9,8 +9,9 @@ import msgspec
 
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
-from engine.specs.containers import Launch
-from ppaas.errors import Unavailable, rebuild
+from engine.protocols.refusals import refusal_of
+from engine.specs.containers import Launch, MapVersion
+from ppaas.errors import PPaaSError, Unavailable, rebuild
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from ppaas.plans.stored import PlanQuery
 from storage.records import PlanRecord
@@ -48,6 +49,7 @@ class MachineClient:
         shared: Callable[[machine_link.Shared], None],
         resized: Callable[[int], None] = lambda _: None,
         endpoint_came: Callable[[], None] = lambda: None,
+        use_layers: Callable[[machine_link.UseLayers], None] = lambda _: None,
     ) -> None:
         """Handle frames until the machine disconnects.
 
@@ -59,6 +61,8 @@ class MachineClient:
             Called with the new number of threads of kernels.
         endpoint_came : callable
             Called when an endpoint listens again.
+        use_layers : callable
+            Called with other layers of the map; it calls ``map_in_use``.
         """
         while (frame := await self._stream.receive()) is not None:
             match frame:
@@ -68,6 +72,8 @@ class MachineClient:
                     resized(frame.threads)
                 case machine_link.EndpointCame():
                     endpoint_came()
+                case machine_link.UseLayers():
+                    use_layers(frame)
                 case _:
                     self._finish(frame)
 
@@ -157,6 +163,10 @@ class MachineClient:
             The machine does not answer in time, or has no space.
         """
         await self._request(lambda number: machine_link.PrepareIndex(number, planner), INDEX_TIMEOUT)
+
+    def map_in_use(self, version: MapVersion, error: PPaaSError | None = None) -> None:
+        """Answer that the clone uses a version of its map from now on, or why it does not."""
+        self._stream.write(machine_link.MapInUse(version, None if error is None else refusal_of(error)))
 
     def share(self, topic: str, payload: bytes) -> None:
         """Publish a message for the robots on the same map; it may be lost."""

@@ -31,7 +31,8 @@ MAX_UNSENT = 100
 """Number of messages on ``published_once`` topics that are kept without an endpoint, for the next subscriber."""
 
 MAX_WAITING = 1 << 20
-"""Bytes queued for a slow endpoint above which messages are dropped whose topic is not latched, or is repeated."""
+"""Bytes queued for a slow endpoint above which messages are dropped whose topic is neither latched nor lasting, or is
+repeated."""
 
 
 def payload_bytes(payload: Payload) -> bytes:
@@ -194,12 +195,16 @@ class Container:
         if name in self._wanted:
             self._taps[name] = self._graph.tap(name, self._forward)
 
+    def map_replaced(self) -> None:
+        """Notify the endpoint that only changes of the map were published."""
+        self._endpoint.write(robot_link.MapReplaced())
+
     def _forward(self, topic: str, payload: Payload) -> None:
         kind = self._graph.topics[topic]
         if kind.published_once:
             self._held.append(robot_link.Published(topic, payload_bytes(payload)))
             self._dirty.set()
-        elif (kind.latched and not kind.repeated) or self._endpoint.waiting <= MAX_WAITING:
+        elif (kind.latched and not kind.repeated) or kind.lasting or self._endpoint.waiting <= MAX_WAITING:
             self._endpoint.write(robot_link.Published(topic, payload_bytes(payload)))
 
     def _send_or_keep(self, messages: Iterable[robot_link.Published]) -> None:

@@ -35,6 +35,12 @@ class SharedIndexes:
         """Request missing indexes from a machine, on its event loop, from now on."""
         self._machine = machine, loop
 
+    def of(self, folder: Path) -> "SharedIndexes":
+        """Return the indexes in another folder of layers, from the same machine."""
+        other = SharedIndexes(folder)
+        other._machine = self._machine
+        return other
+
     def __call__(self, planner: str, check: Callable[[], None]) -> memoryview | None:
         """Return a planner's index of the map; None if the machine cannot make it now.
 

@@ -3,6 +3,7 @@
 from engine.master.crashes import CRASH_WINDOW, note_crash
 from engine.master.draining import move_on, use_room
 from engine.master.events import ContainerLaunched, ContainerLost, ContainerReady, ContainerReport, RobotTimed
+from engine.master.map_versions import catch_up
 from engine.master.orders import Close, Order
 from engine.master.state import MasterState
 from ppaas.errors import Conflict, InvalidInput, NotFound, NotPermitted, PPaaSError, Unavailable
@@ -49,7 +50,7 @@ def _note_ready(event: ContainerReady, state: MasterState) -> list[Order]:
     place.state = "ready"
     place.pid = place.pid or event.pid  # the pid on the machine counts: inside a Docker container it may differ
     state.moving.discard(place.request.key)
-    return move_on(state)
+    return [*catch_up(place), *move_on(state)]
 
 
 def _replace(event: ContainerLost, state: MasterState) -> list[Order]:

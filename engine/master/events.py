@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from engine.master.places import PlaceRequest
 from engine.protocols.control_link import Heartbeat, RunningContainer
+from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import PPaaSError
 from storage.records import Limits
@@ -37,6 +38,17 @@ class ResizeRequested:
 
     container: str
     cores: float
+
+
+@dataclass(frozen=True, slots=True)
+class MapChanged:
+    """A map has another current version; ``in_space`` is whether it has an octomap.
+
+    The clones on this map, and those that use it as a mask, go on with this version.
+    """
+
+    map: MapVersion
+    in_space: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +207,7 @@ class RobotTimed:
     round_trip: float
 
 
-UserRequest = PlaceRequested | PlaceReleased | ResizeRequested | LimitsChanged | ShutdownBegan
+UserRequest = PlaceRequested | PlaceReleased | ResizeRequested | MapChanged | LimitsChanged | ShutdownBegan
 AdministratorRequest = SettingsLoaded | SettingsChanged | RemovalRequested | MachineAdmitted
 MachineReport = MachinesExpected | ReturnTimedOut | MachineJoined | MachineMeasured | MachineLeft
 ContainerReport = ContainerLaunched | ContainerReady | ContainerLost | RobotTimed

@@ -53,6 +53,14 @@ class Resize:
 
 
 @dataclass(frozen=True, slots=True)
+class UseMap:
+    """Order: let the clone in a container go on with the versions of map and masks in its spec."""
+
+    machine: str
+    spec: ContainerSpec
+
+
+@dataclass(frozen=True, slots=True)
 class Close:
     """Order: close a place, and notify its clients of the reason."""
 
@@ -60,4 +68,4 @@ class Close:
     reason: PPaaSError
 
 
-Order = Start | Adopt | End | Leave | Resize | Close
+Order = Start | Adopt | End | Leave | Resize | UseMap | Close

@@ -49,6 +49,8 @@ class Place:
         Machine and spec of the next container, for which room is reserved until the leaving one has ended.
     resized : float, optional
         Size of its containers after a resize [cores].
+    follows : bool
+        Whether a map changed while its container started, which has the version before.
     """
 
     request: PlaceRequest
@@ -61,6 +63,7 @@ class Place:
     leaving: bool = False
     successor: tuple[str, ContainerSpec] | None = None
     resized: float | None = None
+    follows: bool = False
 
     @property
     def cores(self) -> float:

@@ -82,6 +82,10 @@ class Queue:
             del self._requests[key]
         return orders
 
+    def change(self, change: Callable[[PlaceRequest], PlaceRequest]) -> None:
+        """Replace each request by the result of a function, which must not change its place."""
+        self._requests = {key: change(request) for key, request in self._requests.items()}
+
     def get(self, key: str) -> PlaceRequest | None:
         """Return the queued request for a place, or None."""
         return self._requests.get(key)

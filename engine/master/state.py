@@ -138,7 +138,7 @@ class MasterState:
             return []
         self.waiting.pop(key, None)
         place.machine, place.spec = reserved
-        place.state, place.pid, place.session = "starting", None, place.spec.session
+        place.state, place.pid, place.session, place.follows = "starting", None, place.spec.session, False
         return [Start(key, place.machine, place.spec, delay)]
 
     def reserve(self, place: Place) -> tuple[str, ContainerSpec] | None:

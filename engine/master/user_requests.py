@@ -5,12 +5,14 @@ from functools import partial
 from engine.master.draining import use_room
 from engine.master.events import (
     LimitsChanged,
+    MapChanged,
     PlaceReleased,
     PlaceRequested,
     ResizeRequested,
     ShutdownBegan,
     UserRequest,
 )
+from engine.master.map_versions import follow
 from engine.master.orders import Order
 from engine.master.placement_diagnostics import check_fits, explain_no_machine
 from engine.master.places import PlaceRequest
@@ -42,6 +44,8 @@ def handle_user_request(event: UserRequest, state: MasterState) -> list[Order]:
             return _close_place(place, state)
         case ResizeRequested():
             return _resize(event, state)
+        case MapChanged():
+            return follow(event, state)
         case LimitsChanged(user, limits):
             state.quotas.set_limits(user, limits)
         case ShutdownBegan():

@@ -3,7 +3,7 @@
 import msgspec
 
 from engine.protocols.robot_link import Refusal
-from engine.specs.containers import ContainerSpec
+from engine.specs.containers import ContainerSpec, MapVersion
 
 
 class RunningContainer(msgspec.Struct, frozen=True):
@@ -110,6 +110,18 @@ class ResizeContainer(msgspec.Struct, tag="resize"):
     cores: float
 
 
+class UseMap(msgspec.Struct, tag="use_map"):
+    """Let the clone in a container go on with other versions of its map and masks. Ignored if it does not run.
+
+    The fields are those of its spec and of its robot from now on.
+    """
+
+    container: str
+    map: MapVersion
+    masks: dict[str, MapVersion]
+    in_space: bool
+
+
 class StopContainer(msgspec.Struct, tag="stop"):
     """Stop a container; kill it if it has not exited by itself after ``grace`` [s]."""
 
@@ -132,4 +144,4 @@ class BeatAcknowledged(msgspec.Struct, tag="heard"):
     """Acknowledges one heartbeat of a machine of another host, in order."""
 
 
-ToAgent = Welcome | StartContainer | StopContainer | ResizeContainer | BeatAcknowledged | Dismissed
+ToAgent = Welcome | StartContainer | StopContainer | ResizeContainer | UseMap | BeatAcknowledged | Dismissed

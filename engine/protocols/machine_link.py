@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 
 from engine.protocols.robot_link import Refusal
+from engine.specs.containers import MapVersion
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from storage.records import PlanRecord
 
@@ -74,7 +75,14 @@ class Share(msgspec.Struct, tag="share"):
     payload: bytes
 
 
-FromContainer = Attach | SaveClone | KeepPlan | FindPlans | AskHistory | NoteHistory | PrepareIndex | Share
+class MapInUse(msgspec.Struct, tag="map_in_use"):
+    """Answer to ``UseLayers``: the clone uses them from now on, or refused them and goes on with those before."""
+
+    map: MapVersion
+    refusal: Refusal | None = None
+
+
+FromContainer = Attach | SaveClone | KeepPlan | FindPlans | AskHistory | NoteHistory | PrepareIndex | Share | MapInUse
 
 
 class Done(msgspec.Struct, tag="done"):
@@ -126,6 +134,27 @@ class EndpointCame(msgspec.Struct, tag="endpoint_came"):
     """A new endpoint waits for the container, which dials it at once if its robot link is lost."""
 
 
+class UseLayers(msgspec.Struct, tag="use_layers"):
+    """Other versions of map and masks are in shared memory: the clone is to go on with them, and to answer.
+
+    Parameters
+    ----------
+    map, masks, in_space
+        As in the spec of the container and of its robot from now on.
+    layers : str
+        Folder of the layers.
+    changes : list of tuple of int, optional
+        Rectangles of cells that differ from the map before (``ppaas.maps.cell_rectangle``); None if size or origin of
+        the map differ.
+    """
+
+    map: MapVersion
+    masks: dict[str, MapVersion]
+    in_space: bool
+    layers: str
+    changes: list[tuple[int, int, int, int]] | None
+
+
 Answer = Done | PlansFound | PlanningHistory
 
-ToContainer = Answer | Shared | Resized | EndpointCame
+ToContainer = Answer | Shared | Resized | EndpointCame | UseLayers

@@ -89,6 +89,10 @@ class Published(msgspec.Struct, tag="published"):
     client: int | None = None
 
 
+class MapReplaced(msgspec.Struct, tag="map_replaced"):
+    """The map was replaced, and only its changes were published: clients that do not take those need the whole map."""
+
+
 class ServiceAnswer(msgspec.Struct, tag="answer"):
     """The response to a call, as JSON, or its error."""
 
@@ -125,6 +129,7 @@ FromContainer = (
     | TopicRemoved
     | NodesChanged
     | Published
+    | MapReplaced
     | ServiceAnswer
     | Ack
     | ContainerBeat

@@ -12,7 +12,8 @@ from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import PPaaSError
 from ppaas.messages.ppaas_msgs import NodeHome
-from storage.records import Limits, User
+from storage.records import Limits, MapRecord, User
+from storage.versions import OCTOMAP, YAML
 
 
 class Cloud:
@@ -80,6 +81,15 @@ class Cloud:
         """Apply a user's own limits, as they are stored; opens the queued places that they allow."""
         if limits != self.quotas.limits(user):
             self._driver.set_limits(user, limits)
+
+    def map_changed(self, head: MapRecord) -> None:
+        """Let the robots on a map, or with it as a mask, go on with its current version.
+
+        A version without a grid is no map to drive on: they go on with the one before.
+        """
+        files = head.present.files
+        if YAML in files:
+            self._driver.map_changed(MapVersion(head.id, head.version), in_space=OCTOMAP in files)
 
     def resize_container(self, container: str, cores: float) -> None:
         """Change the size of a running container [cores]."""

@@ -10,6 +10,7 @@ from engine.master.events import (
     ContainerReady,
     Event,
     LimitsChanged,
+    MapChanged,
     PlaceReleased,
     PlaceRequested,
     ResizeRequested,
@@ -35,6 +36,7 @@ from engine.service.start_times import StartTimes
 from engine.service.view_building import container_view, machine_view
 from engine.service.views import ContainerView, MachineView
 from engine.specs.checkpoints import CheckpointSelection
+from engine.specs.containers import MapVersion
 from engine.specs.robot_frames import base_frame
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable, rebuild
@@ -224,6 +226,10 @@ class MasterDriver:
             Its machine is not connected.
         """
         self._control.order(self._master.machine_of(container), control_link.StopContainer(container, grace=0.0))
+
+    def map_changed(self, version: MapVersion, *, in_space: bool) -> None:
+        """Let the robots on a map, or with it as a mask, go on with another version of it, which must have a grid."""
+        self._handle(MapChanged(version, in_space))
 
     def resize_container(self, container: str, cores: float) -> None:
         """Change the size of a running container [cores]; raises as ``Master.handle`` does."""

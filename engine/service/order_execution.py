@@ -6,7 +6,7 @@ import logging
 import secrets
 from collections.abc import Callable
 
-from engine.master.orders import Adopt, Close, End, Leave, Order, Resize, Start
+from engine.master.orders import Adopt, Close, End, Leave, Order, Resize, Start, UseMap
 from engine.processes.background import Background
 from engine.protocols import control_link
 from engine.service.links.control_server import ControlServer
@@ -83,6 +83,8 @@ class OrderExecution:
                 self._let_leave(order)
             case Resize():
                 self._resize(order)
+            case UseMap():
+                self._use_map(order)
             case Close():
                 place = self._places.pop(order.place, None)
                 logger.error("%s is closed: %s", order.place, order.reason)
@@ -148,3 +150,13 @@ class OrderExecution:
     def _resize(self, order: Resize) -> None:
         with contextlib.suppress(Unavailable):  # the machine has left; the next container has the new size
             self._control.order(order.machine, control_link.ResizeContainer(order.container, order.cores))
+
+    def _use_map(self, order: UseMap) -> None:
+        spec = order.spec
+        if spec.robot is None:
+            return
+        logger.info("container %s goes on with version %s of map %r", spec.id, spec.map.version, spec.map.id)
+        with contextlib.suppress(Unavailable):  # the machine has left; the next container has the new version
+            self._control.order(
+                order.machine, control_link.UseMap(spec.id, spec.map, spec.robot.masks, spec.robot.in_space)
+            )

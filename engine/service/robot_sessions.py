@@ -134,10 +134,20 @@ class RobotSessions:
         try:
             return self._service.open_place(request, queue=queue)
         except Conflict:
-            pass
+            self._follow(request)
+        with contextlib.suppress(Conflict):
+            return self._service.open_place(request, queue=queue)
         # The robot is not connected, so the old place is closed in favour of the changed robot or map.
         await self._service.close_place(request.key, Unavailable("its robot or map was changed"))
         return self._service.open_place(request, queue=queue)
+
+    def _follow(self, request: PlaceRequest) -> None:
+        """Let an open place follow the versions of map and masks, if another cloud has published them."""
+        robot = request.robot
+        if robot is not None and not robot.new_map:
+            for mask in robot.masks.values():
+                self._service.map_changed(mask, in_space=False)
+            self._service.map_changed(request.map, in_space=robot.in_space)
 
     def position(self, place: PlaceLink) -> int | None:
         """Return the position of a place in the queue, from 1; None if it is not queued."""

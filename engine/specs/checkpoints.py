@@ -32,7 +32,7 @@ class CheckpointSelection:
     A container that replaces another continues from its checkpoint. The first container of a session starts from the
     robot's configuration, with two exceptions: the robot lost its place because it was idle; or the cloud process that
     served it has died, and the robot is back as soon as after a lost connection. Both continue from the last
-    checkpoint, if robot and map are unchanged.
+    checkpoint, if the robot and its map are unchanged; the versions of map and masks may be others, as while it drives.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ class CheckpointSelection:
     @staticmethod
     def _is_for(checkpoint: CloneCheckpoint, spec: ContainerSpec) -> bool:
         origin = _origin_of(checkpoint)
-        return origin is not None and (origin.map, origin.robot) == (spec.map, _without_urdf(spec.robot))
+        return origin is not None and (origin.map.id, _lasting(origin.robot)) == (spec.map.id, _lasting(spec.robot))
 
     def _was_cut_off(self, checkpoint: CloneCheckpoint) -> bool:
         origin = _origin_of(checkpoint)
@@ -114,6 +114,14 @@ class CheckpointSelection:
 def _without_urdf(robot: RobotConfig | None) -> RobotConfig | None:
     """Return a configuration without the text of the URDF, which its description stands for."""
     return None if robot is None else msgspec.structs.replace(robot, urdf_text=b"")
+
+
+def _lasting(robot: RobotConfig | None) -> RobotConfig | None:
+    """Return a configuration without the URDF's text and what follows from the versions of map and masks."""
+    if robot is None:
+        return None
+    masks = {name: msgspec.structs.replace(mask, version="") for name, mask in robot.masks.items()}
+    return msgspec.structs.replace(robot, urdf_text=b"", masks=masks, in_space=False)
 
 
 def _with(spec: ContainerSpec, nodes: Mapping[str, bytes]) -> ContainerSpec:

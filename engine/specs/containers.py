@@ -129,6 +129,13 @@ class ContainerSpec(msgspec.Struct, frozen=True):
         """Whether its robot makes a new map: it has no layers, shares nothing with other robots, and keeps no plans."""
         return self.robot is not None and self.robot.new_map != ""
 
+    def on_maps(self, version: MapVersion, masks: dict[str, MapVersion], *, in_space: bool) -> "ContainerSpec":
+        """Return the spec with other versions of its map and masks; ``in_space`` is whether the map has an octomap."""
+        if self.robot is None:
+            return msgspec.structs.replace(self, map=version)
+        robot = msgspec.structs.replace(self.robot, masks=masks, in_space=in_space)
+        return msgspec.structs.replace(self, map=version, robot=robot)
+
     @property
     def serves(self) -> str:
         """The user and robot that it serves, or the user that it plans for."""

@@ -13,7 +13,9 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import InvalidMap, Unavailable
 from ppaas.geometry import Pose2D
+from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.maps.map_changes import changed_rectangles
 from ppaas.maps.occupancy import to_message
 from ppaas.messages import encode
 from ppaas.messages.std_msgs import Time
@@ -116,6 +118,25 @@ def open_layers(folder: Path) -> MapLayers:
         )
     except (OSError, KeyError, ValueError, InvalidMap, msgspec.DecodeError) as error:
         raise Unavailable(f"no complete map layers in {folder}: {error}", public="no complete map layers") from error
+
+
+def changed_cells(before: Path, after: Path) -> list[Rectangle] | None:
+    """Return rectangles that cover the cells in which two maps differ; None if their geometries differ.
+
+    Parameters
+    ----------
+    before, after : Path
+        Folders with layers.
+
+    Raises
+    ------
+    Unavailable
+        The layers do not exist, or are incomplete.
+    """
+    old, new = (open_layers(folder).grid for folder in (before, after))
+    if old.info != new.info:
+        return None
+    return changed_rectangles(old.data, new.data, Rectangle(0, 0, *new.info.shape))
 
 
 def cells_in(folder: Path) -> int:

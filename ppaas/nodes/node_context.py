@@ -105,6 +105,11 @@ class NodeContext:
         if not self._ended:
             self._executor.forget(topic)
 
+    def latch(self, topic: str, message: Payload) -> None:
+        """Replace the last message of a latched topic for later subscribers; those of now do not get it."""
+        if not self._ended:
+            self._executor.latch(topic, message)
+
     def has_subscribers(self, topic: str) -> bool:
         """Return whether a topic has subscribers now."""
         return self._executor.has_subscribers(topic)

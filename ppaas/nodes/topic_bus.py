@@ -180,6 +180,17 @@ class TopicBus:
         """Drop the last message of a latched topic; later subscribers get the next one."""
         self._latched.pop(topic, None)
 
+    def latch(self, topic: str, message: Payload) -> None:
+        """Replace the last message of a latched topic for later subscribers; those of now do not get it.
+
+        Raises
+        ------
+        NotFound
+            No node publishes or subscribes to the topic.
+        """
+        self.topic(topic)
+        self._latched[topic] = message
+
     def latched(self, topic: str) -> Payload | None:
         """Return the last message of a latched topic, or None."""
         return self._latched.get(topic)

@@ -62,7 +62,7 @@ AMCL_STATUS = Topic("amcl/status", String, latched=True, stream=True, depth=1, r
 # -- mapping -----------------------------------------------------------------------------------------------------------
 
 MAP_METADATA = Topic("map_metadata", MapMetaData, latched=True, depth=1)
-MAP_UPDATES = Topic("map_updates", OccupancyGridUpdate, depth=100)
+MAP_UPDATES = Topic("map_updates", OccupancyGridUpdate, depth=100, lasting=True)
 SLAM_POSE = Topic("pose", PoseWithCovarianceStamped, stream=True)
 ENTROPY = Topic("entropy", Float64, stream=True, depth=1)
 GRID_SLAM_STATUS = Topic("grid_slam/status", String, latched=True, stream=True, depth=1, robot_only=True)

@@ -69,6 +69,7 @@ async def approve_review(
         services.usage.stored.forget_map(head.owner, map_id)
     note_details(request.scope, version=record.version, before=head.version, author=record.present.author)
     await run_in_threadpool(expire_versions, services, head.owner, map_id)
+    services.cloud.map_changed(record)
     return MapSummary.of(record)
 
 

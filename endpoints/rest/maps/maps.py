@@ -25,7 +25,7 @@ from ppaas.clock import epoch
 from ppaas.errors import Conflict, NotFound
 from storage.opened_maps import OpenMap
 from storage.ports import Store
-from storage.records import Publication, User
+from storage.records import MapRecord, Publication, User
 from storage.staged_uploads import StagedUpload
 
 router = APIRouter(prefix="/maps", tags=["maps"], route_class=StrictRoute)
@@ -61,7 +61,8 @@ async def publish_map(request: Request, services: Provided, user: Caller, if_mat
             return await _propose(request, services, user, upload, publication)
         with _invalidate(services, form.id):
             async with services.heavy_work.turn(user.id):
-                published = await run_in_threadpool(_publish, services, user, form, upload, if_match)
+                published, record = await run_in_threadpool(publish_upload, services, user, form, upload, if_match)
+    services.cloud.map_changed(record)
     note_details(request.scope, version=published.version, readers=published.readers)
     return published
 
@@ -113,8 +114,10 @@ async def roll_back_map(
     """Make an earlier version of a map the current one again; this adds an entry to its versions."""
     head = await owned_head(services, user, map_id)
     publication = Publication(map_id, user.id, epoch(), wanted.message, head.owner, if_match=_version(if_match))
-    with _invalidate(services, map_id):
-        return MapSummary.of(await run_in_threadpool(services.map_store.roll_back, wanted.version, publication))
+    with invalidated(services, map_id):
+        record = await run_in_threadpool(services.map_store.roll_back, wanted.version, publication)
+    services.cloud.map_changed(record)
+    return MapSummary.of(record)
 
 
 @router.delete("/{map_id}", status_code=204, responses=KNOWN | problems(403, 404, 409))
@@ -151,7 +154,10 @@ def _invalidate(services: Services, map_id: str) -> Iterator[None]:
         services.map_cache.forget(map_id)
 
 
-def _publish(services: Services, user: User, form: MapForm, upload: StagedUpload, if_match: str | None) -> MapAnswer:
+def publish_upload(
+    services: Services, user: User, form: MapForm, upload: StagedUpload, if_match: str | None
+) -> tuple[MapAnswer, MapRecord]:
+    """Check an upload and make it the current version of a map; blocks. Raises as `MapStore.publish` does."""
     info = check_contents(upload)
     owner = _owner(services, user, form.id)
     publication = Publication(
@@ -167,7 +173,7 @@ def _publish(services: Services, user: User, form: MapForm, upload: StagedUpload
     with services.usage.new_map(services, owner, form.id, upload):
         record = services.map_store.publish(upload, publication)
     expire_versions(services, owner, form.id)
-    return MapAnswer.of(record, **info)
+    return MapAnswer.of(record, **info), record
 
 
 def _owner(services: Services, user: User, map_id: str) -> str:

@@ -40,7 +40,11 @@ class ContainerMonitor:
         self.rates = TopicRates()
         parameters = monitor_parameters(robot.parameters.get(NAME, {}))
         switch = GraphNodeSwitch(graph, of_clone(robot), lambda node: build((node,)), self._nodes_changed)
-        graph.add(lambda context: NodeMonitorNode(context, switch, self.rates, parameters))
+        self._node = graph.add(lambda context: NodeMonitorNode(context, switch, self.rates, parameters))
+
+    def recall(self, reason: str) -> None:
+        """Let all nodes that run on the robot continue here; the robot may take them again at once."""
+        self._node.recall(reason)
 
     def _nodes_changed(self) -> None:
         self.changed()

@@ -47,6 +47,10 @@ class ContainerLink(ABC):
         """Pass a message to all subscribers of its topic, or to one client only."""
 
     @abstractmethod
+    def _map_replaced(self) -> None:
+        """Send the whole map to the clients that do not take its changes."""
+
+    @abstractmethod
     def _refused(self, client: int, topic: str, error: PPaaSError, sequence: int) -> None:
         """Notify a client that its message was refused."""
 
@@ -91,6 +95,8 @@ class ContainerLink(ABC):
         match frame:
             case robot_link.Published():
                 self._published(frame.topic, frame.payload, frame.client)
+            case robot_link.MapReplaced():
+                self._map_replaced()
             case robot_link.TopicAdded():
                 self._declared(frame.topic.name)
                 self.topics[frame.topic.name] = frame.topic
@@ -104,14 +110,18 @@ class ContainerLink(ABC):
             case robot_link.ServiceAnswer():
                 refused = frame.refusal
                 self._calls.end(frame.call, rebuild(refused.slug, refused.text) if refused else frame.payload)
-            case robot_link.Ack():
-                self._unacknowledged.acknowledge(frame.sequence)
-            case robot_link.ContainerBeat():
-                self.beats += 1
-                self.busy = frame.busy
+            case robot_link.Ack() | robot_link.ContainerBeat():
+                self._note(frame)
             case robot_link.MessageRefused():
                 error = rebuild(frame.refusal.slug, frame.refusal.text)
                 self._refused(frame.client, frame.topic, error, self._unacknowledged.own(frame.sequence))
+
+    def _note(self, frame: robot_link.Ack | robot_link.ContainerBeat) -> None:
+        if isinstance(frame, robot_link.Ack):
+            self._unacknowledged.acknowledge(frame.sequence)
+        else:
+            self.beats += 1
+            self.busy = frame.busy
 
     def _offered(self, offers: robot_link.Hello | robot_link.NodesChanged) -> None:
         self.services = {service.name: service for service in offers.services}

@@ -18,6 +18,7 @@ from engine.service.links.container_link import ContainerLink
 from engine.service.links.open_calls import Done, Outcome
 from ppaas.clock import monotonic
 from ppaas.errors import Conflict, NotFound, PPaaSError
+from ppaas.nodes import topics
 from ppaas.nodes.frames import BASE_LINK
 from ppaas.wire.actions import actions
 from ppaas.wire.stamped_twists import may_be_named
@@ -73,6 +74,11 @@ class PlaceLink(ContainerLink):
         hearers = self._hearers.get(topic, set()) if client is None else {client}
         for listener in [self._clients[n] for n in hearers if n in self._clients]:
             listener.published(topic, payload)
+
+    def _map_replaced(self) -> None:
+        changes = self._hearers.get(topics.MAP_UPDATES.name, set())
+        for client in self._hearers.get(topics.MAP.name, set()) - changes:
+            self._write(robot_link.Subscribe(topics.MAP.name, client))
 
     def _wanted(self) -> Iterable[str]:
         return self._hearers

@@ -11,8 +11,9 @@ from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import PoseGraph
 from ppaas.mapping.graph.solver import GraphSolver
 from ppaas.mapping.key_frames import KeyFrames
-from ppaas.mapping.live.map_canvas import MapCanvas, Rectangle
+from ppaas.mapping.live.map_canvas import MapCanvas
 from ppaas.mapping.map_drawing import DrawingSettings
+from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.planar_poses import PoseArray
 
 

@@ -1,7 +1,6 @@
 """Map canvas: an occupancy grid that grows, and to which key frames are added one by one."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,46 +10,11 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.kernels import occupancy as kernels
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.map_drawing import DEFAULTS, MARGIN, MOST_CELLS, DrawingSettings, occupancy
+from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.maps.grid import UNKNOWN, GridInfo
 
 BLOCK = 128
 """The canvas grows by blocks of this edge, so that its corner seldom moves [cells]."""
-
-
-class Rectangle(NamedTuple):
-    """Cells of a grid.
-
-    Parameters
-    ----------
-    row, column : int
-        Lower-left cell.
-    end_row, end_column : int
-        Row and column after the last.
-    """
-
-    row: int
-    column: int
-    end_row: int
-    end_column: int
-
-    @property
-    def slices(self) -> tuple[slice, slice]:
-        """Slices of the array of the grid."""
-        return slice(self.row, self.end_row), slice(self.column, self.end_column)
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Height and width [cells]."""
-        return self.end_row - self.row, self.end_column - self.column
-
-    def around(self, other: "Rectangle") -> "Rectangle":
-        """Return the smallest rectangle around this one and another."""
-        low, high = map(min, self[:2], other[:2]), map(max, self[2:], other[2:])
-        return Rectangle(*low, *high)
-
-    def moved(self, rows: int, columns: int) -> "Rectangle":
-        """Return the rectangle moved by some rows and columns."""
-        return Rectangle(self.row + rows, self.column + columns, self.end_row + rows, self.end_column + columns)
 
 
 class MapCanvas:

@@ -3,9 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.mapping.live.map_canvas import MapCanvas, Rectangle
-from ppaas.mapping.live.map_changes import changed_rectangles
+from ppaas.mapping.live.map_canvas import MapCanvas
+from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.maps.map_changes import changed_rectangles
 from ppaas.maps.occupancy import GridMapMessage
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.nav_msgs import MapMetaData

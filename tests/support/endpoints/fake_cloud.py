@@ -20,7 +20,7 @@ from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import Conflict, NotFound, PPaaSError
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.messages.ppaas_msgs import NodeHome
-from storage.records import Limits, User
+from storage.records import Limits, MapRecord, User
 
 
 def machine() -> Machine:
@@ -60,6 +60,7 @@ class FakeCloud:
         self.running: list[ContainerView] = []
         self.known = {"m1": machine()}
         self.given_up: list[str] = []
+        self.changed_maps: list[tuple[str, str]] = []
         self.reused = ""
         """If set, id of the stored plan that every request returns."""
 
@@ -101,6 +102,9 @@ class FakeCloud:
 
     def set_limits(self, user: str, limits: Limits) -> None:
         self.quotas.set_limits(user, limits)
+
+    def map_changed(self, head: MapRecord) -> None:
+        self.changed_maps.append((head.id, head.version))
 
     def resize_container(self, container: str, cores: float) -> None:
         if self.error is not None:

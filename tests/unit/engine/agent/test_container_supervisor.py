@@ -9,13 +9,16 @@ from typing import Any
 import msgspec
 import pytest
 
+from engine.agent import map_cache, map_follower
 from engine.agent.container_gateway import ContainerGateway
 from engine.agent.container_supervisor import ContainerSupervisor
 from engine.agent.map_cache import MapCache
 from engine.protocols import control_link, machine_link
+from engine.protocols.framing import FrameStream
 from engine.protocols.robot_link import Refusal
 from engine.specs.containers import ContainerSpec, LayerSpec, MapVersion
 from ppaas.errors import InvalidMap, NotFound, Unavailable
+from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.robot_model.describe import describe
 from ppaas.robot_model.known_models import robot_model
 from storage.memory.store import MemoryStore
@@ -377,3 +380,103 @@ async def test_running_containers_are_listed_and_those_not_kept_end(host: Host) 
     host.runtime.processes["c1"].end(0)
     await host.reported(control_link.Exited("c1", 0))
     host.assert_forgotten()
+
+
+NEXT = MapVersion("house", "f" * 64)
+
+
+async def attached(host: Host, container: str = "c1") -> FrameStream[machine_link.ToContainer]:
+    """Attach a container as its process does."""
+    stream = await dial_gateway(host.gateway.path)
+    stream.write(machine_link.Attach(container, "secret"))
+    return stream
+
+
+def use_map(version: MapVersion, container: str = "c1") -> control_link.UseMap:
+    return control_link.UseMap(container, version, {}, in_space=False)
+
+
+@pytest.fixture
+async def served(host: Host) -> AsyncIterator[Host]:
+    """Return the supervisor, with a gateway that containers can attach to."""
+    await host.gateway.start()
+    yield host
+    await host.gateway.close()
+
+
+@pytest.fixture
+def compared(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, str]]:
+    """Return the versions that are compared, whose difference is one rectangle."""
+    found: list[tuple[str, str]] = []
+
+    def changed_cells(before: Path, after: Path) -> list[Rectangle]:
+        found.append(((before / "layers").read_text(), (after / "layers").read_text()))
+        return [Rectangle(1, 2, 3, 4)]
+
+    monkeypatch.setattr(map_cache, "changed_cells", changed_cells)
+    return found
+
+
+async def test_clones_follow_their_map_with_layers_made_once(served: Host, compared: list[tuple[str, str]]) -> None:
+    streams = []
+    for container in ("c1", "c2"):
+        served.start(spec(container))
+        await served.reported(launched(container))
+        served.hosting.use_map(use_map(NEXT, container))  # also if it attaches only later
+        streams.append(await attached(served, container))
+    for stream in streams:
+        frame = await receive(stream)
+        assert isinstance(frame, machine_link.UseLayers)
+        assert (frame.map, frame.changes) == (NEXT, [(1, 2, 3, 4)])
+        assert (Path(frame.layers) / "layers").read_text() == NEXT.version
+        stream.write(machine_link.MapInUse(NEXT))
+    await until(lambda: [carried.spec.map for carried in served.hosting.carried()] == [NEXT, NEXT])
+    assert len(served.building.specs) == 2
+    assert compared == [(HOUSE.version, NEXT.version)]
+    assert [folder.name.split("@")[1] for folder in served.cache._users] == [NEXT.version]
+    assert all(path.name.split("@")[1] == NEXT.version for path in (served.gateway.path.parent / "maps").iterdir())
+    served.hosting.use_map(use_map(NEXT))
+    for stream in streams:
+        await stream.close()
+
+
+async def test_a_container_that_refuses_layers_keeps_its_own(served: Host, compared: list[tuple[str, str]]) -> None:
+    served.start(spec())
+    await served.reported(launched())
+    stream = await attached(served)
+    served.hosting.use_map(use_map(NEXT))
+    await receive(stream)
+    stream.write(machine_link.MapInUse(NEXT, Refusal("invalid-map", "no")))
+    await until(lambda: [folder.name.split("@")[1] for folder in served.cache._users] == [HOUSE.version])
+    assert [carried.spec.map for carried in served.hosting.carried()] == [HOUSE]
+    await stream.close()
+
+
+async def test_layers_that_cannot_be_made_now_are_tried_again(
+    served: Host, compared: list[tuple[str, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(map_follower, "RETRY", 0.01)
+    served.start(spec())
+    await served.reported(launched())
+    stream = await attached(served)
+    served.building.error = Unavailable("shared memory is full")
+    served.hosting.use_map(use_map(NEXT))
+    await until(lambda: len(served.building.specs) > 2)
+    served.building.error = None
+    assert isinstance(await receive(stream), machine_link.UseLayers)
+    await stream.close()
+
+
+async def test_requests_act_for_the_version_in_use(served: Host, compared: list[tuple[str, str]]) -> None:
+    served.start(spec())
+    await served.reported(launched())
+    stream = await attached(served)
+    served.hosting.use_map(use_map(NEXT))
+    await receive(stream)
+    for number, version in enumerate((HOUSE, NEXT)):
+        if version == NEXT:
+            stream.write(machine_link.MapInUse(NEXT))
+        plan = records.plan(f"p{number}", user="ann", robot="tb1", map="house", version=version.version)
+        stream.write(machine_link.KeepPlan(number, plan))
+        assert await receive(stream) == machine_link.Done(number)
+    await stream.close()

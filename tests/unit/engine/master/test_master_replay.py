@@ -23,6 +23,7 @@ from engine.master.events import (
     MachineLeft,
     MachineMeasured,
     MachinesExpected,
+    MapChanged,
     PlaceReleased,
     PlaceRequested,
     RemovalRequested,
@@ -69,6 +70,7 @@ JOINED = st.builds(joined, MACHINES, st.integers(1, 3), carries=st.just(()) | st
 REASONS = st.sampled_from([Unavailable("boom"), InvalidMap("not square")])
 
 RARE: list[st.SearchStrategy[Event]] = [
+    st.builds(MapChanged, st.sampled_from(["office", "house"]).map(lambda name: MapVersion(name, "v2")), st.booleans()),
     st.builds(LimitsChanged, USERS, st.builds(Limits, st.none() | st.integers(0, 4))),
     st.builds(SettingsLoaded, st.dictionaries(MACHINES, SETTINGS), st.lists(MACHINES).map(tuple)),
     st.builds(MachinesExpected, st.lists(MACHINES).map(tuple)),

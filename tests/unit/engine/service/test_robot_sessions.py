@@ -136,16 +136,17 @@ async def test_client_that_returns_too_late_gets_a_new_place(
     assert is_open(service, new_place)
 
 
-async def test_robot_gets_a_new_place_after_its_map_changed(
+async def test_robot_that_returns_keeps_its_place_on_the_new_version_of_its_map(
     service: MasterDriver, sessions: RobotSessions, map_store: MemoryMapStore
 ) -> None:
     place = await sessions.join("ann", "tb1", as_robot=True)
-    records.put_map(map_store, records.house(image=records.pgm(value=205)))
+    head = records.put_map(map_store, records.house(image=records.pgm(value=205)))
     sessions.leave(place, as_robot=True)
-    new_place = await sessions.join("ann", "tb1", as_robot=True)
-    assert new_place is not place
-    assert is_open(service, new_place)
-    sessions.leave(new_place, as_robot=True)
+    assert await sessions.join("ann", "tb1", as_robot=True) is place
+    request = service.request_of(place.key)
+    assert request is not None
+    assert request.map.version == head.version
+    sessions.leave(place, as_robot=True)
 
 
 def change_file(store: MemoryStore, map_store: MemoryMapStore) -> None:

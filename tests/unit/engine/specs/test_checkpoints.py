@@ -82,7 +82,7 @@ def test_a_checkpoint_that_is_too_old_or_of_the_future_is_removed(
 @pytest.mark.parametrize(
     "before",
     [
-        msgspec.structs.replace(first(), map=MapVersion("house", "v0")),
+        msgspec.structs.replace(first(), map=MapVersion("depot", "v1")),
         msgspec.structs.replace(first(), robot=robot_config(initial_pose=(1.0, 0.0, 0.0))),
     ],
     ids=["map", "robot"],
@@ -93,6 +93,18 @@ def test_a_checkpoint_of_another_map_or_configuration_is_removed(
     keep(store, before, "that")
     checkpoints.park("ann", "tb1")
     assert checkpoints.with_checkpoint(first()).checkpoint == {}
+
+
+def test_a_robot_continues_on_another_version_of_its_map_and_masks(
+    store: MemoryStore, checkpoints: CheckpointSelection
+) -> None:
+    masked = robot_config(masks={"keepout_filter": MapVersion("zones", "v1")}, in_space=True)
+    then = msgspec.structs.replace(first(), map=MapVersion("house", "v0"), robot=masked)
+    now = then.on_maps(MapVersion("house", "v1"), {"keepout_filter": MapVersion("zones", "v2")}, in_space=False)
+    keep(store, then, "that")
+    assert checkpoints.runs_on(now)
+    checkpoints.park("ann", "tb1")
+    assert "amcl" in checkpoints.with_checkpoint(now).checkpoint
 
 
 def test_checkpoints_do_not_contain_the_text_of_the_urdf(store: MemoryStore, checkpoints: CheckpointSelection) -> None:
@@ -141,7 +153,7 @@ def test_the_container_with_the_last_checkpoint_is_still_the_clone(
     [
         (msgspec.structs.replace(robot_spec("c2"), session="c1"), "before"),
         (msgspec.structs.replace(robot_spec("c1"), session="c9"), "before"),
-        (msgspec.structs.replace(first(), map=MapVersion("house", "v9")), "before"),
+        (msgspec.structs.replace(first(), map=MapVersion("depot", "v9")), "before"),
         (msgspec.structs.replace(first(), robot=robot_config("tb1", model="other")), "before"),
         (first(), "this"),
     ],

@@ -69,6 +69,18 @@ async def test_latched_message_for_one_client_does_not_reach_others() -> None:
     await container.die()
 
 
+async def test_only_clients_without_the_changes_of_a_map_get_the_whole_map_again() -> None:
+    place = PlaceLink("robot:a/r")
+    container = await FakeContainer.ready(place, "c1")
+    both, whole = (place.join(RecordingClient()) for _ in range(2))
+    for topic, client in (("map", both), ("map_updates", both), ("map", whole)):
+        place.subscribe(topic, client)
+        assert await container.next() == robot_link.Subscribe(topic, client)
+    container.stream.write(robot_link.MapReplaced())
+    assert await container.next() == robot_link.Subscribe("map", whole)
+    await container.die()
+
+
 async def test_subscription_ends_with_its_last_client() -> None:
     place = PlaceLink("robot:a/r")
     one, two = place.join(RecordingClient()), place.join(RecordingClient())

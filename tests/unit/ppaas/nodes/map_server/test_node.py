@@ -4,8 +4,9 @@ import numpy as np
 
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.map_layers import MapLayers
+from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.maps.grid import GridInfo, GridMap
-from ppaas.maps.occupancy import from_message
+from ppaas.maps.occupancy import from_message, from_update
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.message import Empty
 from ppaas.messages.nav_msgs import GetMapResponse, OccupancyGrid
@@ -15,6 +16,8 @@ from tests.support.world.planar_world import walled_map
 
 GRID = walled_map(3, 2, [(1, 1, 1.5, 1.2)])
 LAYERS = build_layers(GRID)
+LARGE = walled_map(10, 8, [(1, 1, 1.5, 1.2)])
+LARGE_LAYERS = build_layers(LARGE)
 
 
 def call(layers: MapLayers, service: str):
@@ -60,3 +63,63 @@ def test_mask_services_return_masks_on_the_maps_cells():
 def test_missing_mask_is_returned_empty():
     answer = decode(GetMapResponse, encode(call(LAYERS, "speed_filter_mask")))
     assert (answer.map.info.width, answer.map.info.height, answer.map.data) == (0, 0, [])
+
+
+def changed(box: tuple[slice, slice], grid: GridMap = LARGE) -> MapLayers:
+    """Return the layers of a map with other cells in a box."""
+    data = grid.data.copy()
+    data[box] = 100 - data[box]
+    return build_layers(GridMap(data, grid.info))
+
+
+def replaced(layers: MapLayers, changes=None):
+    """Replace the map of a server; return its answer, the published messages, and what a later subscriber gets."""
+    graph, published, later = Graph(), [], []
+    server = graph.add(lambda context: MapServerNode(context, LARGE_LAYERS))
+    for topic in ("map", "map_updates"):
+        graph.tap(topic, lambda topic, payload: published.append((topic, payload)))
+    published.clear()
+    only_changes = server.use_layers(layers, changes)
+    graph.tap("map", lambda _, payload: later.append(payload))
+    assert (from_message(call_on(graph, "static_map").map).data == layers.grid.data).all()
+    return only_changes, published, later[0]
+
+
+def call_on(graph: Graph, service: str):
+    answers = []
+    graph.call(service, Empty(), answers.append)
+    return answers[0]
+
+
+def test_a_new_version_is_published_as_rectangles_and_whole_to_later_subscribers():
+    layers = changed((slice(10, 20), slice(30, 33)))
+    only_changes, published, later = replaced(layers)
+    assert only_changes
+    data = LARGE.data.copy()
+    for topic, payload in published:
+        assert topic == "map_updates"
+        row, column, cells = from_update(payload.to_message())
+        data[row : row + cells.shape[0], column : column + cells.shape[1]] = cells
+    assert (data == layers.grid.data).all()
+    assert later.grid is layers.grid
+    assert (from_message(decode(OccupancyGrid, encode(later.to_message()))).data == layers.grid.data).all()
+
+
+def test_given_rectangles_are_published():
+    layers = changed((slice(10, 20), slice(30, 33)))
+    _, published, _ = replaced(layers, [Rectangle(10, 30, 20, 33)])
+    [(_, change)] = published
+    assert (change.row, change.column, change.cells.shape) == (10, 30, (10, 3))
+
+
+def test_the_whole_map_is_published_if_most_of_it_or_its_geometry_changed():
+    other = walled_map(3.5, 2, [])
+    for layers in (changed((slice(None), slice(None))), build_layers(other)):
+        only_changes, published, later = replaced(layers)
+        assert not only_changes
+        assert [(topic, payload.grid) for topic, payload in published] == [("map", layers.grid)]
+        assert later.grid is layers.grid
+
+
+def test_an_equal_map_is_not_published():
+    assert replaced(build_layers(LARGE))[:2] == (True, [])

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.mapping.live.map_canvas import Rectangle
+from ppaas.maps.cell_rectangle import Rectangle
 
 SIDE = 64
 """Edge of the squares that are compared as a whole [cells]."""
@@ -19,15 +19,16 @@ def changed_rectangles(before: NDArray[np.int8], after: NDArray[np.int8], within
     within : Rectangle
         Cells to compare.
     """
-    differs: NDArray[np.bool_] = np.not_equal(before[within.slices], after[within.slices])
-    if not differs.any():
-        return []
-    found = [piece for row in range(0, differs.shape[0], SIDE) for piece in _of_band(differs[row : row + SIDE], row)]
+    old, new = before[within.slices], after[within.slices]
+    bands = range(0, old.shape[0], SIDE)  # one by one, since a mask of a large map would not fit in the cache
+    found = [piece for row in bands for piece in _of_band(old[row : row + SIDE] != new[row : row + SIDE], row)]
     return [piece.moved(within.row, within.column) for piece in _stacked(found)]
 
 
 def _of_band(differs: NDArray[np.bool_], row: int) -> list[Rectangle]:
     """Return the runs of squares in a band of rows that have a cell that differs."""
+    if not differs.any():
+        return []
     columns: NDArray[np.bool_] = np.logical_or.reduce(differs, axis=0)
     squares = np.add.reduceat(columns, np.arange(0, len(columns), SIDE)) > 0
     edges = np.flatnonzero(np.diff(np.concatenate(([0], squares.astype(np.int8), [0]))))

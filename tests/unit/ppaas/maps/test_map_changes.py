@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ppaas.mapping.live.map_canvas import Rectangle
-from ppaas.mapping.live.map_changes import SIDE, changed_rectangles
+from ppaas.maps.cell_rectangle import Rectangle
+from ppaas.maps.map_changes import SIDE, changed_rectangles
 
 
 def test_equal_grids_have_no_changes():

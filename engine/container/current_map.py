@@ -1,0 +1,131 @@
+"""Current map of a container: layers and stored plans, replaced by those of another version while the robot drives."""
+
+import logging
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from engine.container.monitor.setup import ContainerMonitor
+from engine.container.shared_indexes import SharedIndexes
+from engine.protocols import machine_link
+from engine.specs.containers import Launch
+from engine.specs.layer_files import open_layers
+from engine.specs.robot_layers import filters_of, layers_of
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.maps.cell_rectangle import Rectangle
+from ppaas.nodes.amcl.node import AmclNode
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.map_server.node import MapServerNode
+from ppaas.nodes.move_base.node import MoveBaseNode
+from ppaas.plans.reuse.measured_times import Times
+from ppaas.plans.reuse.scope import Note
+from ppaas.plans.reuse.setup import ReuseSetup
+from ppaas.plans.stored import PlanLibrary
+
+logger = logging.getLogger(__name__)
+
+
+class CurrentMap:
+    """Map version that a container uses now.
+
+    Parameters
+    ----------
+    launch : Launch
+        Specification of the container, and the folder of its layers.
+    library : PlanLibrary
+        Source of stored plans.
+    times : Times
+        Measured times.
+    note : callable
+        Called with a history row for each request.
+
+    Attributes
+    ----------
+    spec : ContainerSpec
+        Spec of the container, with the current versions of map and masks.
+    indexes : SharedIndexes
+        Indexes of planners for the map.
+    layers : MapLayers or None
+        Layers of the map; None for a robot that makes a new map.
+    reuse : ReuseSetup
+        Access to the stored plans of the map version.
+
+    Raises
+    ------
+    InvalidParameter
+        The parameters of the robot's body are invalid.
+    Unavailable
+        The layers do not exist, or are incomplete.
+    """
+
+    def __init__(self, launch: Launch, library: PlanLibrary, times: Times, note: Note) -> None:
+        self.spec = launch.spec
+        self.indexes = SharedIndexes(Path(launch.layers))
+        self._filters: dict[str, Any] = filters_of(layers_of(self.spec))
+        version = self.spec.map
+        self.reuse = ReuseSetup(version.id, version.version, library, times, note, self._filters)
+        self.layers = None if self.spec.maps else _opened(Path(launch.layers), self.indexes)
+
+    def use(self, frame: machine_link.UseLayers, graph: Graph, monitoring: ContainerMonitor | None) -> bool:
+        """Let the nodes of a clone go on with other layers; the goal, the pose and seen obstacles stay.
+
+        Nodes that run on the robot continue here, with the new map, until the robot takes them again.
+
+        Parameters
+        ----------
+        frame : UseLayers
+            Folder of the layers, their versions, and what has changed.
+        graph : Graph
+            Graph with the clone.
+        monitoring : ContainerMonitor, optional
+            Node monitor of the clone.
+
+        Returns
+        -------
+        bool
+            Whether only the changes of the map were published, and not the whole map.
+
+        Raises
+        ------
+        Unavailable
+            The layers are incomplete, or lack a mask; the nodes go on with those before.
+        """
+        folder = Path(frame.layers)
+        indexes = self.indexes.of(folder)
+        layers = _opened(folder, indexes)
+        spec = self.spec.on_maps(frame.map, frame.masks, in_space=frame.in_space)
+        filters = filters_of(layers_of(spec))
+        before = dict(self._filters)
+        self._set_filters(filters)  # Move Base makes its processor of stored plans with them
+        try:
+            move_base = graph.nodes.get(MoveBaseNode.name)
+            if isinstance(move_base, MoveBaseNode):
+                move_base.use_layers(layers, frame.map.version)
+        except BaseException:
+            self._set_filters(before)
+            raise
+        self.spec, self.indexes, self.layers = spec, indexes, layers
+        self.reuse = replace(self.reuse, version=frame.map.version)
+        amcl = graph.nodes.get(AmclNode.name)
+        if isinstance(amcl, AmclNode):
+            amcl.use_layers(layers)
+        if monitoring is not None:
+            monitoring.recall("its map was replaced")
+        return _publish(graph, layers, frame.changes)
+
+    def _set_filters(self, filters: dict[str, Any]) -> None:
+        self._filters.clear()
+        self._filters.update(filters)
+
+
+def _publish(graph: Graph, layers: MapLayers, changes: Sequence[tuple[int, int, int, int]] | None) -> bool:
+    server = graph.nodes.get(MapServerNode.name)
+    if not isinstance(server, MapServerNode):
+        return False
+    return server.use_layers(layers, None if changes is None else [Rectangle(*one) for one in changes])
+
+
+def _opened(folder: Path, indexes: SharedIndexes) -> MapLayers:
+    layers = open_layers(folder)
+    return replace(layers, costmap=replace(layers.costmap, indexes=indexes))
