@@ -18,6 +18,7 @@ from storage.opened_maps import OpenMap
 from storage.plan_query import PlanStoreQuery
 from storage.records import (
     CloneCheckpoint,
+    CloneLogChange,
     MapChange,
     MapRecord,
     MapReview,
@@ -265,7 +266,7 @@ class RobotStore(Protocol):
         ...
 
     def remove_robot(self, user: str, robot_id: str) -> None:
-        """Remove a robot, its URDF and its clone's checkpoint; ``NotFound`` if it does not exist."""
+        """Remove a robot, its URDF and its clone's checkpoint and logs; ``NotFound`` if it does not exist."""
         ...
 
     def put_urdf(self, user: str, robot_id: str, urdf: bytes) -> bool:
@@ -370,10 +371,19 @@ class PlanStore(Protocol):
 
 
 class CloneStore(Protocol):
-    """Checkpoints of clones."""
+    """Checkpoints of clones, and their logs: entries in the order of their numbers."""
 
-    def save_clone(self, checkpoint: CloneCheckpoint) -> None:
-        """Store a checkpoint in place of the previous one."""
+    def save_clone(self, checkpoint: CloneCheckpoint, change: CloneLogChange | None = None) -> None:
+        """Store a checkpoint in place of the previous one, and change a log.
+
+        After a failure the entries may be stored without the checkpoint, or obsolete ones be left; try again.
+        """
+        ...
+
+    def clone_log(
+        self, user: str, robot: str, log: str, *, after: int = -1, limit: int | None = None
+    ) -> list[tuple[int, bytes]]:
+        """Return the entries of a log, sorted by number; an empty list if there is no such log."""
         ...
 
     def clone(self, user: str, robot: str) -> CloneCheckpoint:
@@ -381,7 +391,7 @@ class CloneStore(Protocol):
         ...
 
     def remove_clone(self, user: str, robot: str) -> None:
-        """Remove the checkpoint of a clone, if there is one."""
+        """Remove the checkpoint and the logs of a clone, if there are any."""
         ...
 
 

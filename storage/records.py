@@ -270,3 +270,21 @@ class CloneCheckpoint(msgspec.Struct, frozen=True):
     robot: str
     nodes: dict[str, bytes]
     saved: float
+
+
+class CloneLogChange(msgspec.Struct, frozen=True):
+    """Change of the log of a clone, which is stored together with a checkpoint.
+
+    Parameters
+    ----------
+    log : str
+        Name of the log; a clone may have logs of several names.
+    entries : dict of int to bytes
+        Entries to add, by their numbers. Entries of the same numbers are replaced.
+    obsolete : list of int
+        Numbers of entries to remove.
+    """
+
+    log: str
+    entries: dict[int, bytes] = {}
+    obsolete: list[int] = []

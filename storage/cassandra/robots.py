@@ -1,5 +1,6 @@
 """Robots, their URDFs and the checkpoints of their clones in Cassandra."""
 
+import itertools
 import uuid
 from typing import Any
 
@@ -7,7 +8,7 @@ from ppaas.errors import Conflict, NotFound
 from storage.cassandra.connection.session import CassandraSession
 from storage.encoding import decode, decode_readable, encode
 from storage.names import check_name, check_robot_map
-from storage.records import CloneCheckpoint, RobotRecord
+from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord
 
 _KEY = "user = ? AND generation = ? AND id = ?"
 _PART = "user = ? AND generation = ? AND robot = ?"
@@ -55,7 +56,7 @@ class CassandraRobots:
         """Remove a robot, its URDF and its clone's checkpoint; ``NotFound`` if it does not exist."""
         key = self._key(user, robot_id)
         row = self._known_robot(key)
-        self._session.write(f"DELETE FROM clones WHERE {_PART}", *key)  # first, so that a new robot does not find it
+        self._remove_clone(key)  # first, so that a new robot does not find it
         if not self._session.write_if(f"DELETE FROM robots WHERE {_KEY} IF record != NULL", *key):
             raise NotFound("robot", robot_id)
         self._drop_urdf(key, row.urdf)
@@ -89,11 +90,28 @@ class CassandraRobots:
 
     # -- clones --------------------------------------------------------------------------------------------------------
 
-    def save_clone(self, checkpoint: CloneCheckpoint) -> None:
-        """Store a checkpoint in place of the previous one."""
+    def save_clone(self, checkpoint: CloneCheckpoint, change: CloneLogChange | None = None) -> None:
+        """Store a checkpoint in place of the previous one, and change a log.
+
+        New entries are written before the checkpoint, and obsolete ones removed after it.
+        """
         key = self._key(checkpoint.user, checkpoint.robot)
+        if change is not None:
+            write = "INSERT INTO clone_logs (user, generation, robot, log, number, data) VALUES (?, ?, ?, ?, ?, ?)"
+            self._session.write_each(write, ((*key, change.log, *entry) for entry in change.entries.items()))
         insert = "INSERT INTO clones (user, generation, robot, record) VALUES (?, ?, ?, ?)"
         self._session.write(insert, *key, encode(checkpoint))
+        if change is not None:
+            remove = f"DELETE FROM clone_logs WHERE {_PART} AND log = ? AND number = ?"
+            self._session.write_each(remove, ((*key, change.log, number) for number in change.obsolete))
+
+    def clone_log(
+        self, user: str, robot: str, log: str, *, after: int = -1, limit: int | None = None
+    ) -> list[tuple[int, bytes]]:
+        """Return the entries of a log, sorted by number; an empty list if there is no such log."""
+        query = f"SELECT number, data FROM clone_logs WHERE {_PART} AND log = ? AND number > ?"
+        rows = self._session.rows(query, *self._key(user, robot), log, after)
+        return [(row.number, bytes(row.data)) for row in itertools.islice(rows, limit)]
 
     def clone(self, user: str, robot: str) -> CloneCheckpoint:
         """Return the last checkpoint of a clone; ``NotFound`` if there is none."""
@@ -103,16 +121,22 @@ class CassandraRobots:
         return decode(row.record, CloneCheckpoint)
 
     def remove_clone(self, user: str, robot: str) -> None:
-        """Remove the checkpoint of a clone, if there is one."""
-        self._session.write(f"DELETE FROM clones WHERE {_PART}", *self._key(user, robot))
+        """Remove the checkpoint and the logs of a clone, if there are any."""
+        self._remove_clone(self._key(user, robot))
 
     # -- internals -----------------------------------------------------------------------------------------------------
+
+    def _remove_clone(self, key: Key) -> None:
+        for table in ("clones", "clone_logs"):
+            self._session.write(f"DELETE FROM {table} WHERE {_PART}", *key)
 
     def _sweep_robots(self, user: str, generation: int) -> None:
         """Remove the rows of an old generation of a user."""
         query = "SELECT id, urdf FROM robots WHERE user = ? AND generation = ?"
         for row in self._session.rows(query, user, generation):
             self._drop_urdf((user, generation, row.id), row.urdf)
+        for row in self._session.rows("SELECT robot FROM clones WHERE user = ? AND generation = ?", user, generation):
+            self._session.write(f"DELETE FROM clone_logs WHERE {_PART}", user, generation, row.robot)
         for table in ("robots", "clones"):
             self._session.write(f"DELETE FROM {table} WHERE user = ? AND generation = ?", user, generation)
 

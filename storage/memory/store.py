@@ -7,7 +7,7 @@ from storage.encoding import decode, encode
 from storage.memory.history import MemoryHistory
 from storage.memory.plans import MemoryPlans
 from storage.names import check_name, check_robot_map
-from storage.records import CloneCheckpoint, RobotRecord, Token, User
+from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord, Token, User
 
 
 class MemoryStore(MemoryPlans, MemoryHistory):
@@ -25,6 +25,7 @@ class MemoryStore(MemoryPlans, MemoryHistory):
         self._robots: dict[tuple[str, str], bytes] = {}
         self._urdfs: dict[tuple[str, str], bytes] = {}
         self._clones: dict[tuple[str, str], bytes] = {}
+        self._logs: dict[tuple[str, str], dict[str, dict[int, bytes]]] = {}
 
     def close(self) -> None:
         """Do nothing: there is nothing to close."""
@@ -73,6 +74,7 @@ class MemoryStore(MemoryPlans, MemoryHistory):
             self._robots = {key: robot for key, robot in self._robots.items() if key[0] != user_id}
             self._urdfs = {key: urdf for key, urdf in self._urdfs.items() if key[0] != user_id}
             self._clones = {key: clone for key, clone in self._clones.items() if key[0] != user_id}
+            self._logs = {key: logs for key, logs in self._logs.items() if key[0] != user_id}
 
     def add_token(self, token: Token) -> None:
         """Store a token; ``NotFound`` if its user does not exist."""
@@ -152,6 +154,7 @@ class MemoryStore(MemoryPlans, MemoryHistory):
                 raise NotFound("robot", robot_id)
             self._urdfs.pop(key, None)
             self._clones.pop(key, None)
+            self._logs.pop(key, None)
 
     def put_urdf(self, user: str, robot_id: str, urdf: bytes) -> bool:
         """Store the URDF of a robot; return whether it had none. ``NotFound`` if the robot does not exist."""
@@ -180,12 +183,26 @@ class MemoryStore(MemoryPlans, MemoryHistory):
 
     # -- clones --------------------------------------------------------------------------------------------------------
 
-    def save_clone(self, checkpoint: CloneCheckpoint) -> None:
-        """Store a checkpoint in place of the previous one."""
+    def save_clone(self, checkpoint: CloneCheckpoint, change: CloneLogChange | None = None) -> None:
+        """Store a checkpoint in place of the previous one, and change a log."""
         key = _robot_key(checkpoint.user, checkpoint.robot)
         data = encode(checkpoint)
         with self._lock:
             self._clones[key] = data
+            if change is not None:
+                log = self._logs.setdefault(key, {}).setdefault(change.log, {})
+                log.update(change.entries)
+                for number in change.obsolete:
+                    log.pop(number, None)
+
+    def clone_log(
+        self, user: str, robot: str, log: str, *, after: int = -1, limit: int | None = None
+    ) -> list[tuple[int, bytes]]:
+        """Return the entries of a log, sorted by number; an empty list if there is no such log."""
+        key = _robot_key(user, robot)
+        with self._lock:
+            entries = self._logs.get(key, {}).get(log, {})
+            return sorted((number, data) for number, data in entries.items() if number > after)[:limit]
 
     def clone(self, user: str, robot: str) -> CloneCheckpoint:
         """Return the last checkpoint of a clone; ``NotFound`` if there is none."""
@@ -196,10 +213,11 @@ class MemoryStore(MemoryPlans, MemoryHistory):
             return decode(self._clones[key], CloneCheckpoint)
 
     def remove_clone(self, user: str, robot: str) -> None:
-        """Remove the checkpoint of a clone, if there is one."""
+        """Remove the checkpoint and the logs of a clone, if there are any."""
         key = _robot_key(user, robot)
         with self._lock:
             self._clones.pop(key, None)
+            self._logs.pop(key, None)
 
 
 def _robot_key(user: str, robot: str) -> tuple[str, str]:

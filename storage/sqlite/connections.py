@@ -66,6 +66,10 @@ MIGRATIONS: tuple[tuple[Migration, ...], ...] = (
     ),
     (*BEFORE_PLAN_TABLES, *PLAN_TABLES, move_plans),
     (renew_plans,),
+    (
+        """CREATE TABLE IF NOT EXISTS clone_logs (user TEXT NOT NULL, robot TEXT NOT NULL, log TEXT NOT NULL,
+           number INTEGER NOT NULL, data BLOB NOT NULL, PRIMARY KEY (user, robot, log, number)) STRICT""",
+    ),
 )
 """Schema migrations, as SQL statements and functions. Entry *n* migrates a file from version *n* to *n* + 1, and is
 never changed after a release."""

@@ -6,13 +6,14 @@ new schema.
 
 from contextlib import closing
 from pathlib import Path
+from sqlite3 import Connection
 from typing import Any
 
 from ppaas.errors import Conflict, NotFound
 from ppaas.plans.encoding.chunks import GRANULARITY
 from storage.encoding import R, decode, decode_readable, encode
 from storage.names import check_name, check_robot_map
-from storage.records import CloneCheckpoint, RobotRecord, Token, User
+from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord, Token, User
 from storage.sqlite.connections import SqliteConnections
 from storage.sqlite.history import SqliteHistory
 from storage.sqlite.plans import SqlitePlans
@@ -84,7 +85,7 @@ class SqliteStore(SqlitePlans, SqliteHistory):
         with self._connections.writing() as connection:
             if not connection.execute("DELETE FROM users WHERE id = ?", (user_id,)).rowcount:
                 raise NotFound("user", user_id)
-            for table in ("robots", "urdfs", "clones"):
+            for table in ("robots", "urdfs", "clones", "clone_logs"):
                 connection.execute(f"DELETE FROM {table} WHERE user = ?", (user_id,))
 
     def add_token(self, token: Token) -> None:
@@ -151,7 +152,7 @@ class SqliteStore(SqlitePlans, SqliteHistory):
             if not connection.execute("DELETE FROM robots WHERE user = ? AND id = ?", key).rowcount:
                 raise NotFound("robot", robot_id)
             connection.execute("DELETE FROM urdfs WHERE user = ? AND robot = ?", key)
-            connection.execute("DELETE FROM clones WHERE user = ? AND robot = ?", key)
+            _remove_clone(connection, key)
 
     def put_urdf(self, user: str, robot_id: str, urdf: bytes) -> bool:
         """Store the URDF of a robot; return whether it had none. ``NotFound`` if the robot does not exist."""
@@ -179,10 +180,28 @@ class SqliteStore(SqlitePlans, SqliteHistory):
 
     # -- clones --------------------------------------------------------------------------------------------------------
 
-    def save_clone(self, checkpoint: CloneCheckpoint) -> None:
-        """Store a checkpoint in place of the previous one."""
+    def save_clone(self, checkpoint: CloneCheckpoint, change: CloneLogChange | None = None) -> None:
+        """Store a checkpoint in place of the previous one, and change a log."""
         key = _robot_key(checkpoint.user, checkpoint.robot)
-        self._write("INSERT OR REPLACE INTO clones VALUES (?, ?, ?)", *key, encode(checkpoint))
+        with self._connections.writing() as connection:
+            connection.execute("INSERT OR REPLACE INTO clones VALUES (?, ?, ?)", (*key, encode(checkpoint)))
+            if change is not None:
+                rows = ((*key, change.log, number, data) for number, data in change.entries.items())
+                connection.executemany("INSERT OR REPLACE INTO clone_logs VALUES (?, ?, ?, ?, ?)", rows)
+                gone = ((*key, change.log, number) for number in change.obsolete)
+                connection.executemany(
+                    "DELETE FROM clone_logs WHERE user = ? AND robot = ? AND log = ? AND number = ?", gone
+                )
+
+    def clone_log(
+        self, user: str, robot: str, log: str, *, after: int = -1, limit: int | None = None
+    ) -> list[tuple[int, bytes]]:
+        """Return the entries of a log, sorted by number; an empty list if there is no such log."""
+        query = """SELECT number, data FROM clone_logs WHERE user = ? AND robot = ? AND log = ? AND number > ?
+                   ORDER BY number LIMIT ?"""
+        values = (*_robot_key(user, robot), log, after, -1 if limit is None else limit)
+        with self._connections.reading() as connection:
+            return [(number, bytes(data)) for number, data in connection.execute(query, values)]
 
     def clone(self, user: str, robot: str) -> CloneCheckpoint:
         """Return the last checkpoint of a clone; ``NotFound`` if there is none."""
@@ -191,8 +210,9 @@ class SqliteStore(SqlitePlans, SqliteHistory):
         return self._one(CloneCheckpoint, ("checkpoint of robot", robot), query, *key)
 
     def remove_clone(self, user: str, robot: str) -> None:
-        """Remove the checkpoint of a clone, if there is one."""
-        self._write("DELETE FROM clones WHERE user = ? AND robot = ?", *_robot_key(user, robot))
+        """Remove the checkpoint and the logs of a clone, if there are any."""
+        with self._connections.writing() as connection:
+            _remove_clone(connection, _robot_key(user, robot))
 
     # -- internals -----------------------------------------------------------------------------------------------------
 
@@ -211,6 +231,11 @@ class SqliteStore(SqlitePlans, SqliteHistory):
         """Return at most ``limit`` records that can be read."""
         with self._connections.reading() as connection, closing(connection.execute(query, values)) as rows:
             return decode_readable((row[0] for row in rows), kind, limit)
+
+
+def _remove_clone(connection: Connection, key: tuple[str, str]) -> None:
+    for table in ("clones", "clone_logs"):
+        connection.execute(f"DELETE FROM {table} WHERE user = ? AND robot = ?", key)
 
 
 def _robot_key(user: str, robot: str) -> tuple[str, str]:

@@ -8,7 +8,7 @@ import pytest
 
 from ppaas.errors import Conflict, InvalidInput, NotFound
 from storage.ports import Store
-from storage.records import Limits
+from storage.records import CloneLogChange, Limits
 from tests.support.storage.records import NOT_NAMES, clone, plan, robot, token, user
 
 
@@ -295,6 +295,34 @@ def test_a_checkpoint_may_be_removed_twice(store: Store) -> None:
     store.remove_clone("ann", "tb1")
     with pytest.raises(NotFound):
         store.clone("ann", "tb1")
+
+
+def test_a_log_is_stored_with_a_checkpoint_and_removed_with_it(store: Store) -> None:
+    assert store.clone_log("ann", "tb1", "new") == []
+    store.save_clone(clone("tb1"), CloneLogChange("new", {2: b"two", 0: b"", 1: bytes(70_000)}))
+    store.save_clone(clone("tb1", saved=8.0), CloneLogChange("new", {10: b"ten", 2: b"2"}, [1, 99]))
+    store.save_clone(clone("tb1", user="bob"), CloneLogChange("new", {5: b"of bob"}))
+    store.save_clone(clone("tb1", saved=9.0), CloneLogChange("other", {3: b"three"}))
+    store.save_clone(clone("tb1", saved=9.5))
+    assert store.clone("ann", "tb1") == clone("tb1", saved=9.5)
+    assert store.clone_log("ann", "tb1", "new") == [(0, b""), (2, b"2"), (10, b"ten")]
+    assert store.clone_log("ann", "tb1", "new", after=0, limit=1) == [(2, b"2")]
+    assert store.clone_log("ann", "tb1", "other") == [(3, b"three")]
+    store.remove_clone("ann", "tb1")
+    assert store.clone_log("ann", "tb1", "new") == store.clone_log("ann", "tb1", "other") == []
+    assert store.clone_log("bob", "tb1", "new") == [(5, b"of bob")]
+
+
+def test_a_log_leaves_with_its_robot_and_its_user(store: Store) -> None:
+    for name in ("ann", "bob"):
+        store.add_user(user(name))
+        store.put_robot(robot("tb1", user=name))
+        store.save_clone(clone("tb1", user=name), CloneLogChange("new", {1: b"one"}))
+    store.remove_robot("ann", "tb1")
+    store.remove_user("bob")
+    for name in ("ann", "bob"):
+        store.save_clone(clone("tb1", user=name))
+        assert store.clone_log(name, "tb1", "new") == []
 
 
 CALLS_BY_NAME: list[Callable[[Store, str], object]] = [

@@ -29,6 +29,8 @@ _TABLES = {
     "urdfs": """user text, generation int, robot text, id uuid, data blob,
                 PRIMARY KEY ((user, generation, robot), id)""",
     "clones": "user text, generation int, robot text, record blob, PRIMARY KEY ((user, generation), robot)",
+    "clone_logs": """user text, generation int, robot text, log text, number bigint, data blob,
+                     PRIMARY KEY ((user, generation, robot), log, number)""",
     "history": """map text, version text, planner text, bucket int, record blob,
                   PRIMARY KEY (map, version, planner, bucket)""",
     "plans": "id text PRIMARY KEY, lead blob, head blob, recipe blob",
