@@ -274,6 +274,18 @@ class NodeMonitorNode(Node):
                 self._put_in(node, lease)
         self._publish_homes()
 
+    def recall(self, reason: str) -> None:
+        """Let all nodes that run on the robot continue here from their last checkpoints, as after a lost lease.
+
+        Their wanted home stays, so the robot takes them again, built from the current map.
+        """
+        for node, record in self._records.items():
+            if record.lease is not None:
+                lease, record.lease = record.lease, None
+                logger.info("%s continues in the cloud until the robot takes it again: %s", node, reason)
+                self._put_in(node, lease)
+        self._publish_homes()
+
     def _take_back(self, node: str, failure: str) -> None:
         record = self._records[node]
         lease, record.lease = record.lease, None
