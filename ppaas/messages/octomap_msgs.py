@@ -5,7 +5,7 @@ from typing import ClassVar
 from msgspec import Raw, field
 
 from ppaas.messages.geometry_msgs import Point
-from ppaas.messages.message import Empty, Int8, Message, ServiceType
+from ppaas.messages.message import Empty, Int8, Message, OwnMessage, ServiceType
 from ppaas.messages.std_msgs import Header
 
 
@@ -46,7 +46,35 @@ class BoundingBoxQueryRequest(Message):
     max: Point
 
 
+class GetOctomapFileRequest(Message):
+    """``ppaas_msgs/GetOctomapFile`` request.
+
+    Parameters
+    ----------
+    offset : int
+        Offset in the file [bytes]: 0 takes a new one, and others continue it.
+    """
+
+    offset: int = 0
+
+
+class GetOctomapFileResponse(OwnMessage):
+    """``ppaas_msgs/GetOctomapFile`` response.
+
+    Parameters
+    ----------
+    data : str
+        Bytes of the file (``.bt``) from the offset, in base64; empty after its end.
+    size : int
+        Size of the file [bytes]; 0 if the map is empty.
+    """
+
+    data: str = ""
+    size: int = 0
+
+
 GetOctomap = ServiceType("octomap_msgs/GetOctomap", Empty, GetOctomapResponse)
 BoundingBoxQuery = ServiceType("octomap_msgs/BoundingBoxQuery", BoundingBoxQueryRequest, Empty)
+GetOctomapFile = ServiceType("ppaas_msgs/GetOctomapFile", GetOctomapFileRequest, GetOctomapFileResponse)
 
-SERVICES = (GetOctomap, BoundingBoxQuery)
+SERVICES = (GetOctomap, BoundingBoxQuery, GetOctomapFile)

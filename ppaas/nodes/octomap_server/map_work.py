@@ -129,6 +129,10 @@ class MapWork:
             project_volume(volume) if topics.PROJECTED_MAP.name in names and len(volume.blocks) else None,
         )
 
+    def file(self) -> bytes:
+        """Return the binary OctoMap file; empty if the map is."""
+        return binary_file(self._map.volume) if len(self._map.volume.blocks) else b""
+
     def _points(self, cloud: PlacedCloud) -> tuple[Points, NDArray[np.bool_] | None]:
         """Return the points of a cloud in the map frame within the limits, and which of them are of the ground."""
         if not self._parameters.filter_ground_plane:

@@ -9,7 +9,14 @@ from ppaas.errors import PPaaSError
 from ppaas.mapping.volume.key_frame_poses import KeyFramePoses
 from ppaas.maps.occupancy import GridMapMessage
 from ppaas.messages.message import Empty, Message
-from ppaas.messages.octomap_msgs import BoundingBoxQuery, BoundingBoxQueryRequest, GetOctomap, GetOctomapResponse
+from ppaas.messages.octomap_msgs import (
+    BoundingBoxQuery,
+    BoundingBoxQueryRequest,
+    GetOctomap,
+    GetOctomapFile,
+    GetOctomapFileRequest,
+    GetOctomapResponse,
+)
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, PointCloud2
 from ppaas.messages.std_msgs import String, Time
 from ppaas.messages.std_srvs import EmptyService
@@ -21,6 +28,7 @@ from ppaas.nodes.grid_slam.key_frame_path import key_frames_of
 from ppaas.nodes.message_checks import expect
 from ppaas.nodes.octomap_server.cloud_poses import CloudPoses
 from ppaas.nodes.octomap_server.clouds import CloudReader, DepthCamera, SensorCloud
+from ppaas.nodes.octomap_server.file_pages import FilePages
 from ppaas.nodes.octomap_server.job_queue import JobQueue
 from ppaas.nodes.octomap_server.map_work import MapWork, Rendered
 from ppaas.nodes.octomap_server.messages import OctomapFile
@@ -33,6 +41,7 @@ OCTOMAP_FULL = Service("octomap_full", GetOctomap)
 CLEAR_BBX = Service("octomap_server/clear_bbx", BoundingBoxQuery)
 CLEAR_BBOX = Service("octomap_server/clear_bbox", BoundingBoxQuery)
 RESET = Service("octomap_server/reset", EmptyService)
+FILE = Service("octomap_server/file", GetOctomapFile)
 
 MAP_PERIOD = 1.0
 """Time between two publications of the map [s]."""
@@ -82,7 +91,9 @@ class OctomapServerNode(Node):
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.OCTOMAP_BINARY, topics.OCTOMAP_FULL, topics.PROJECTED_MAP, topics.OCTOMAP_SERVER_STATUS,
     )  # fmt: skip
-    services: ClassVar[tuple[Service, ...]] = (OCTOMAP_BINARY, OCTOMAP_FULL, CLEAR_BBX, CLEAR_BBOX, RESET)
+    services: ClassVar[tuple[Service, ...]] = (
+        OCTOMAP_BINARY, OCTOMAP_FULL, CLEAR_BBX, CLEAR_BBOX, RESET, FILE,
+    )  # fmt: skip
 
     def __init__(
         self,
@@ -99,7 +110,7 @@ class OctomapServerNode(Node):
         )
         self._reader, self._poses = CloudReader(), CloudPoses(self._frames)
         self._waiting: WaitingData[SensorCloud] = WaitingData("clouds", MOST_WAITING)
-        self._jobs = JobQueue(context, MOST_QUEUED)
+        self._jobs, self._pages = JobQueue(context, MOST_QUEUED), FilePages(b"")
         self._revision, self._published = 0, dict.fromkeys(MAPS, 0)
         self._rendering, self._reported, self._limit = False, "", ""
 
@@ -138,9 +149,21 @@ class OctomapServerNode(Node):
             self._on_cloud(topic, message)
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
-        """Reply with the map, clear a box of it, or forget it."""
+        """Reply with the map or a page of its file, clear a box of it, or forget it.
+
+        Raises
+        ------
+        InvalidInput
+            The page does not exist.
+        """
         if service in (OCTOMAP_BINARY.name, OCTOMAP_FULL.name):
             self._jobs.add(partial(self._work.render, [service]), partial(self._reply_map, reply))
+        elif service == FILE.name:
+            assert isinstance(request, GetOctomapFileRequest)
+            if request.offset:
+                reply(self._pages.page(request.offset))
+            else:
+                self._jobs.add(self._work.file, partial(self._reply_file, reply))
         elif service == RESET.name:
             self._jobs.add(self._work.clear, partial(self._reply_change, reply))
         else:
@@ -256,6 +279,13 @@ class OctomapServerNode(Node):
         octomap = self._octomap(result.binary, binary=True) or self._octomap(result.full, binary=False)
         assert octomap is not None
         reply(GetOctomapResponse(octomap.to_message()))
+
+    def _reply_file(self, reply: Reply, result: bytes | PPaaSError) -> None:
+        if isinstance(result, PPaaSError):
+            reply(result)
+            return
+        self._pages = FilePages(result)
+        reply(self._pages.page(0))
 
     def _reply_change(self, reply: Reply, result: Any) -> None:
         self._revision += 1

@@ -1,5 +1,7 @@
 """Node ``octomap_server``: clouds and depth images, key frames, services, and what is published."""
 
+import base64
+
 import numpy as np
 import pytest
 
@@ -7,9 +9,10 @@ from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import FREE, OCCUPIED
 from ppaas.maps.occupancy import from_message
+from ppaas.maps.octomap import parse_octomap
 from ppaas.messages import decode, encode
 from ppaas.messages.geometry_msgs import Point
-from ppaas.messages.octomap_msgs import BoundingBoxQueryRequest, Octomap
+from ppaas.messages.octomap_msgs import BoundingBoxQueryRequest, GetOctomapFileRequest, GetOctomapFileResponse, Octomap
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image
 from ppaas.messages.std_msgs import Header, Time
 from ppaas.perception.compressed_depth import compress
@@ -216,3 +219,18 @@ def test_registered_clouds_are_put_where_those_before_were():
     robot.move(Pose2D(0.06, 0.0))
     robot.send(corner)
     assert np.abs(robot.occupied()[:, 0].max() - before[:, 0].max()) <= 0.03
+
+
+def test_the_file_is_got_page_by_page_and_is_empty_without_a_map():
+    robot, file = ready(), b""
+    assert robot.call("octomap_server/file", GetOctomapFileRequest()) == GetOctomapFileResponse()
+    robot.send(wall(2.05))
+    while True:
+        page = robot.call("octomap_server/file", GetOctomapFileRequest(len(file)))
+        file += base64.b64decode(page.data)
+        if not page.data:
+            break
+    assert page.size == len(file)
+    assert np.array_equal(parse_octomap(file).corners, robot.tree().corners)
+    with pytest.raises(InvalidInput, match="begin at 0"):
+        robot.call("octomap_server/file", GetOctomapFileRequest(5))
