@@ -179,7 +179,7 @@ class ContainerGateway:
         masks, in_space = spec.robot.masks, spec.robot.in_space
         attached.following_spec = attached.spec.on_maps(spec.map, masks, in_space=in_space)
         attached.following = asyncio.get_running_loop().create_future()
-        boxes = None if changes is None else [tuple(one) for one in changes]
+        boxes = None if changes is None else [(one[0], one[1], one[2], one[3]) for one in changes]
         attached.stream.write(machine_link.UseLayers(spec.map, masks, in_space, str(layers), boxes))
         try:
             async with asyncio.timeout(FOLLOW_TIMEOUT):

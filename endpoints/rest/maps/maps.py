@@ -114,7 +114,7 @@ async def roll_back_map(
     """Make an earlier version of a map the current one again; this adds an entry to its versions."""
     head = await owned_head(services, user, map_id)
     publication = Publication(map_id, user.id, epoch(), wanted.message, head.owner, if_match=_version(if_match))
-    with invalidated(services, map_id):
+    with _invalidate(services, map_id):
         record = await run_in_threadpool(services.map_store.roll_back, wanted.version, publication)
     services.cloud.map_changed(record)
     return MapSummary.of(record)

@@ -7,7 +7,6 @@ from typing import ClassVar
 import msgspec
 
 from engine.container.monitor.facts import Link, NodeFacts, Robot
-from engine.container.monitor.leased_logs import LeasedLogs, change_of, check_size, parts_of
 from engine.container.monitor.leases import HomeRecord, NodeLease
 from engine.container.monitor.measurements import History, TopicRates
 from engine.container.monitor.node_switch import NodeSwitch
@@ -77,11 +76,6 @@ class NodeMonitorNode(Node):
         Data rates of the topics that the clone receives over the link.
     parameters : NodeMonitorParameters
         Parameters of the verdicts.
-
-    Attributes
-    ----------
-    logs : LeasedLogs
-        Logs of the nodes that the robot runs.
     """
 
     name: ClassVar[str] = NAME
@@ -106,7 +100,6 @@ class NodeMonitorNode(Node):
         self._link: Link | None = None
         self._round_trips = History()
         self._leases = 0
-        self.logs = LeasedLogs()
         self._records = {node: HomeRecord() for node in switch.nodes()}
         self._takers: dict[str, Callable[[Message], Message]] = {
             "list_nodes": lambda _: self._homes(),
@@ -172,7 +165,6 @@ class NodeMonitorNode(Node):
         record.lease.heard = self.context.elapsed()
         record.lease.state = _checked(report.state) or record.lease.state
         record.lease.unheard.heard(report.heard)
-        self.logs.change(report.node, change_of(report.log, report.obsolete))
         record.robot_seconds.note(report.seconds)
         self._round_trips.note(report.rtt)
         return HoldNodeResponse(report.lease, unheard=record.lease.unheard.all())
@@ -183,17 +175,15 @@ class NodeMonitorNode(Node):
                 f"the wanted home of {node} is the cloud; request 'robot' with node_monitor/run_node first"
             )
         if record.lease is None:
-            unheard, log = UnacknowledgedMessages(), self._switch.whole_log(node)
-            check_size(node, log)
+            unheard = UnacknowledgedMessages()
             state = self._switch.take_out(node, unheard.note)
-            self.logs.begin(node, log)
         else:  # a robot that requests a node it holds has lost its state: it gets the last checkpoint
             state, unheard = record.lease.state, record.lease.unheard
         self._leases += 1
         record.lease = NodeLease(self._leases, state, self.context.elapsed(), unheard)
         logger.info("%s continues on the robot", node)
         self._publish_homes()
-        return HoldNodeResponse(record.lease.number, state, log=parts_of(self.logs.of(node)))
+        return HoldNodeResponse(record.lease.number, state)
 
     def _give_node(self, message: Message) -> Message:
         report = expect(message, GiveNodeRequest)
@@ -203,7 +193,6 @@ class NodeMonitorNode(Node):
             if record.lease is not None and state:
                 record.lease.state = state
                 record.lease.unheard.heard(report.heard)
-                self.logs.change(report.node, change_of(report.log, report.obsolete))
             self._take_back(report.node, report.failure[:200])
         return self._home_of(report.node)
 
@@ -274,18 +263,6 @@ class NodeMonitorNode(Node):
                 self._put_in(node, lease)
         self._publish_homes()
 
-    def recall(self, reason: str) -> None:
-        """Let all nodes that run on the robot continue here from their last checkpoints, as after a lost lease.
-
-        Their wanted home stays, so the robot takes them again, built from the current map.
-        """
-        for node, record in self._records.items():
-            if record.lease is not None:
-                lease, record.lease = record.lease, None
-                logger.info("%s continues in the cloud until the robot takes it again: %s", node, reason)
-                self._put_in(node, lease)
-        self._publish_homes()
-
     def _take_back(self, node: str, failure: str) -> None:
         record = self._records[node]
         lease, record.lease = record.lease, None
@@ -302,7 +279,7 @@ class NodeMonitorNode(Node):
 
     def _put_in(self, node: str, lease: NodeLease) -> None:
         try:
-            self._switch.put_in(node, lease.state, self.logs.end(node))
+            self._switch.put_in(node, lease.state)
         except PPaaSError as error:
             logger.warning("%s starts anew in the cloud, since its state cannot be restored: %s", node, error)
         for message in lease.unheard.all():
@@ -327,7 +304,6 @@ class NodeMonitorNode(Node):
             record = self._records[node] = restored.records[node]
             if record.lease is not None:
                 record.lease.heard = self.context.elapsed()
-                self.logs.load(node, ())
                 self._switch.take_out(node, record.lease.unheard.note)
         self._publish_homes()
 
