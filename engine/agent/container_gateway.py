@@ -21,7 +21,7 @@ from engine.protocols.framing import FrameStream
 from engine.protocols.pending_handshakes import PendingHandshakes
 from engine.protocols.refusals import refusal_of
 from engine.protocols.robot_link import Refusal
-from engine.specs.checkpoints import marks
+from engine.specs.checkpoints import log_name, marks, of_session
 from engine.specs.containers import ContainerSpec
 from ppaas.clock import epoch
 from ppaas.errors import NotPermitted, PPaaSError, QuotaExceeded, Unavailable, rebuild
@@ -38,6 +38,12 @@ FOLLOW_TIMEOUT = 10.0
 
 MAX_REQUESTS = 16
 """Largest number of store requests of one container in progress at once."""
+
+LOG_PAGE = 16
+"""Number of entries of a log that are read from the store at once."""
+
+LOG_BYTES = 8 << 20
+"""Size of an answer with entries of a log, about [bytes]."""
 
 Stream = FrameStream[machine_link.FromContainer]
 
@@ -260,9 +266,9 @@ class ContainerGateway:
         spec = attached.spec  # that of the frame: the map may be replaced before the request is executed
         match frame:
             case machine_link.SaveClone():
-                self._ask(
-                    frame.request, attached, _in_turn(attached, lambda: self._save_clone(attached, spec, frame.nodes))
-                )
+                self._ask(frame.request, attached, _in_turn(attached, lambda: self._save_clone(attached, spec, frame)))
+            case machine_link.ReadLog():
+                self._ask(frame.request, attached, lambda: asyncio.to_thread(self._read_log, spec, frame))
             case machine_link.KeepPlan():
                 self._ask(frame.request, attached, _in_turn(attached, lambda: self._plans.keep(spec, frame.plan)))
             case machine_link.FindPlans():
@@ -323,8 +329,24 @@ class ContainerGateway:
             raise NotPermitted("a planning container has no clone, so no checkpoint to save")
         if attached.is_shut or not self._acts():
             raise Unavailable("this machine has lost contact with its cloud: another machine may serve the robot now")
-        marked = nodes | marks(spec, self.cloud)
-        self._store.save_clone(CloneCheckpoint(spec.user, spec.robot.id, marked, epoch()))
+        marked = frame.nodes | marks(spec, self.cloud)
+        checkpoint = CloneCheckpoint(spec.user, spec.robot.id, marked, epoch())
+        if not frame.changes:
+            self._store.save_clone(checkpoint)
+        for change in frame.changes:
+            self._store.save_clone(checkpoint, of_session(spec, change))
+
+    def _read_log(self, spec: ContainerSpec, asked: machine_link.ReadLog) -> machine_link.LogRead:
+        if spec.robot is None:
+            raise NotPermitted("a planning container has no clone, so no log to read")
+        name, entries = log_name(spec, asked.node), list[tuple[int, bytes]]()
+        while sum(len(data) for _, data in entries) < LOG_BYTES:
+            after = entries[-1][0] if entries else asked.after
+            found = self._store.clone_log(spec.user, spec.robot.id, name, after=after, limit=LOG_PAGE)
+            entries += found
+            if len(found) < LOG_PAGE:
+                break
+        return machine_link.LogRead(asked.request, entries)
 
     def _find_plans(self, spec: ContainerSpec, asked: machine_link.FindPlans) -> machine_link.PlansFound:
         return machine_link.PlansFound(asked.request, self._plans.find(spec, asked))

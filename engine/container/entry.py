@@ -73,6 +73,7 @@ async def run(launch: Launch) -> None:
     resize = partial(_resize, threads)
     listening = asyncio.create_task(machine.serve(outside.shared, resize, endpoint.came, use_layers))
     await notes.begin(machine)
+    await container.restore_logs()
     endpoint.write(container.hello(os.getpid()))
     home.attend()
     try:

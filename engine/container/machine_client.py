@@ -3,7 +3,8 @@
 import asyncio
 import itertools
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import msgspec
 
@@ -14,7 +15,7 @@ from engine.specs.containers import Launch, MapVersion
 from ppaas.errors import PPaaSError, Unavailable, rebuild
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from ppaas.plans.stored import PlanQuery
-from storage.records import PlanRecord
+from storage.records import CloneLogChange, PlanRecord
 
 logger = logging.getLogger(__name__)
 
@@ -100,15 +101,32 @@ class MachineClient:
         finally:
             self._requests.pop(number, None)
 
-    async def save_clone(self, nodes: dict[str, bytes]) -> None:
-        """Store the clone's checkpoint.
+    async def save_clone(self, nodes: dict[str, bytes], changes: Sequence[CloneLogChange] = ()) -> None:
+        """Store the clone's checkpoint, and changes of the logs of its nodes.
 
         Raises
         ------
         Unavailable
             The machine or its store does not answer in time; try again.
         """
-        await self._request(lambda number: machine_link.SaveClone(number, nodes))
+        await self._request(lambda number: machine_link.SaveClone(number, nodes, list(changes)))
+
+    async def log(self, node: str) -> list[tuple[int, bytes]]:
+        """Return all entries of the log of a node, sorted by number.
+
+        Raises
+        ------
+        Unavailable
+            The machine or its store does not answer in time.
+        """
+        entries: list[tuple[int, bytes]] = []
+        while True:
+            answer = await self._request(partial(machine_link.ReadLog, node=node, after=_last(entries)))
+            if not isinstance(answer, machine_link.LogRead):
+                raise Unavailable(f"the machine answered the request for a log with {type(answer).__name__}")
+            if not answer.entries:
+                return entries
+            entries += answer.entries
 
     async def keep_plan(self, plan: PlanRecord) -> None:
         """Store a plan in the path plan database.
@@ -175,3 +193,8 @@ class MachineClient:
     async def close(self) -> None:
         """Close the connection."""
         await self._stream.close()
+
+
+def _last(entries: Sequence[tuple[int, bytes]]) -> int:
+    """Return the number of the last entry; -1 if there is none."""
+    return entries[-1][0] if entries else -1

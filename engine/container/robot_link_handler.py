@@ -10,6 +10,7 @@ from engine.container.endpoint_link import EndpointLink
 from engine.container.executor import NodeExecutor
 from engine.container.machine_client import MachineClient
 from engine.container.monitor.setup import ContainerMonitor
+from engine.container.node_logs import NodeLogs
 from engine.container.shared_plans import PlanningNotes
 from engine.processes.heartbeats import BEAT_PERIOD
 from engine.processes.occasional_log import OccasionalLog
@@ -92,6 +93,7 @@ class Container:
         self._applied = int(launch.spec.checkpoint.get(LINK_STATE, b"0"))
         self._dirty = asyncio.Event()
         self._unsaved = OccasionalLog(logger)
+        self._logs = NodeLogs(home.graph)
         self._held: list[robot_link.Published] = []
         self._unsent: deque[robot_link.Published] = deque(maxlen=MAX_UNSENT)
         self._graph.watch(self._topic_changed)
@@ -161,6 +163,8 @@ class Container:
             self._refuse(frame, PPaaSError(f"internal error: {type(error).__name__}"))
         if frame.sequence:
             self._applied = frame.sequence
+            self._dirty.set()
+        elif any(node.has_log_change for node in self._graph.nodes_with_logs):
             self._dirty.set()
 
     def _refuse(self, frame: robot_link.Deliver, error: PPaaSError) -> None:
@@ -255,6 +259,11 @@ class Container:
                 pass
             await self._save()
 
+    async def restore_logs(self) -> None:
+        """Give the nodes their logs, after a checkpoint; a new session has none."""
+        if self._launch.spec.checkpoint:
+            await self._logs.restore(self._machine)
+
     async def _save(self) -> None:
         self._dirty.clear()
         if self._launch.spec.robot is None or not self._endpoint.is_up:
@@ -263,7 +272,7 @@ class Container:
         nodes = {checkpoint.node: checkpoint.state for checkpoint in self._graph.checkpoints()}
         nodes[LINK_STATE] = str(applied).encode()
         try:
-            await self._machine.save_clone(nodes)
+            await self._logs.save(self._machine, nodes)
         except PPaaSError as error:
             self._unsaved.warning("the checkpoint was not saved; it will be tried again: %s", error)
         else:

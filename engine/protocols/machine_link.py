@@ -11,7 +11,7 @@ import msgspec
 from engine.protocols.robot_link import Refusal
 from engine.specs.containers import MapVersion
 from ppaas.plans.history import LinkHistory, PlannerHistory
-from storage.records import PlanRecord
+from storage.records import CloneLogChange, PlanRecord
 
 
 class Attach(msgspec.Struct, tag="attach"):
@@ -22,10 +22,19 @@ class Attach(msgspec.Struct, tag="attach"):
 
 
 class SaveClone(msgspec.Struct, tag="save_clone"):
-    """Store the checkpoint of the clone."""
+    """Store the checkpoint of the clone, and the changes of the logs of its nodes."""
 
     request: int
     nodes: dict[str, bytes]
+    changes: list[CloneLogChange] = []
+
+
+class ReadLog(msgspec.Struct, tag="read_log"):
+    """Request the entries of the log of a node after a number; the answer may have only some of them."""
+
+    request: int
+    node: str
+    after: int
 
 
 class KeepPlan(msgspec.Struct, tag="keep_plan"):
@@ -82,7 +91,9 @@ class MapInUse(msgspec.Struct, tag="map_in_use"):
     refusal: Refusal | None = None
 
 
-FromContainer = Attach | SaveClone | KeepPlan | FindPlans | AskHistory | NoteHistory | PrepareIndex | Share | MapInUse
+FromContainer = (
+    Attach | SaveClone | ReadLog | KeepPlan | FindPlans | AskHistory | NoteHistory | PrepareIndex | Share | MapInUse
+)
 
 
 class Done(msgspec.Struct, tag="done"):
@@ -104,6 +115,13 @@ class PlansFound(msgspec.Struct, tag="found_plans"):
 
     request: int
     plans: list[Candidate]
+
+
+class LogRead(msgspec.Struct, tag="log_read"):
+    """Entries of a log, sorted by number; none if there are no more."""
+
+    request: int
+    entries: list[tuple[int, bytes]]
 
 
 class PlanningHistory(msgspec.Struct, tag="history"):
@@ -155,6 +173,6 @@ class UseLayers(msgspec.Struct, tag="use_layers"):
     changes: list[tuple[int, int, int, int]] | None
 
 
-Answer = Done | PlansFound | PlanningHistory
+Answer = Done | PlansFound | LogRead | PlanningHistory
 
 ToContainer = Answer | Shared | Resized | EndpointCame | UseLayers

@@ -8,7 +8,7 @@ from engine.specs.containers import LINK_STATE, ORIGIN_STATE, SESSION_STATE, Con
 from ppaas.clock import Clock, epoch
 from ppaas.errors import NotFound
 from storage.ports import Store
-from storage.records import CloneCheckpoint
+from storage.records import CloneCheckpoint, CloneLogChange
 
 
 class Origin(msgspec.Struct, frozen=True):
@@ -23,7 +23,18 @@ class Origin(msgspec.Struct, frozen=True):
 def marks(spec: ContainerSpec, instance: str) -> dict[str, bytes]:
     """Return the entries that each checkpoint of a container has beside the states of its nodes."""
     origin = Origin(instance, spec.map, _without_urdf(spec.robot), spec.id)
-    return {SESSION_STATE: spec.session.encode(), ORIGIN_STATE: msgspec.json.encode(origin)}
+    begun = {SESSION_STATE: spec.session.encode(), ORIGIN_STATE: msgspec.json.encode(origin)}
+    return begun | ({LOG_STATE: spec.checkpoint[LOG_STATE]} if LOG_STATE in spec.checkpoint else {})
+
+
+def log_name(spec: ContainerSpec, node: str) -> str:
+    """Return the name of the log of a node in the store: of the session, or of the one that it continues."""
+    return f"{spec.checkpoint.get(LOG_STATE, spec.session.encode()).decode()}/{node}"
+
+
+def of_session(spec: ContainerSpec, change: CloneLogChange) -> CloneLogChange:
+    """Return the change of the log of a node, by the name of the log in the store."""
+    return msgspec.structs.replace(change, log=log_name(spec, change.log))
 
 
 class CheckpointSelection:

@@ -19,6 +19,9 @@ ORIGIN_STATE = "origin"
 LINK_STATE = "link"
 """Key in a checkpoint: the last sequence number of the robot link that was applied."""
 
+LOG_STATE = "log"
+"""Key in a checkpoint: the session in which the logs of its nodes began, if it is an earlier one."""
+
 
 class MapVersion(msgspec.Struct, frozen=True):
     """One version of a map."""

@@ -16,7 +16,7 @@ from engine.specs.checkpoints import marks
 from engine.specs.containers import ContainerSpec
 from ppaas.errors import NotFound, Unavailable
 from storage.memory.store import MemoryStore
-from storage.records import CloneCheckpoint
+from storage.records import CloneCheckpoint, CloneLogChange
 from tests.support.engine.attached_container import attach_container
 from tests.support.engine.engine_links import dial_gateway, receive
 from tests.support.engine.fake_fabric import FakeFabric
@@ -36,7 +36,7 @@ class SlowStore(MemoryStore):
         self.go.set()
         self.error: Exception | None = None
 
-    def save_clone(self, checkpoint: CloneCheckpoint) -> None:
+    def save_clone(self, checkpoint: CloneCheckpoint, change: CloneLogChange | None = None) -> None:
         assert self.go.wait(10)
         if self.error is not None:
             raise self.error
@@ -196,6 +196,38 @@ async def test_checkpoint_is_stored_under_the_containers_own_robot(attach: Attac
 
 
 async def test_checkpoint_records_the_containers_session(attach: Attach, store: SlowStore) -> None:
+async def test_log_of_a_node_is_stored_with_the_checkpoint_and_read_in_pages(
+    attach: Attach, store: SlowStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(container_gateway, "LOG_BYTES", 100)
+    spec = msgspec.structs.replace(robot_spec("c1", "ann", "tb1"), session="c1")
+    stream = await attach(spec)
+    changes = [
+        CloneLogChange("grid_slam", {number: bytes(10) for number in range(40)}),
+        CloneLogChange("grid_slam", {40: b"last"}, [3]),
+        CloneLogChange("other", {1: b"x"}),
+    ]
+    assert slug(await ask(stream, machine_link.SaveClone(1, {"grid_slam": b"{}"}, changes))) is None
+    numbers: list[int] = []
+    while True:
+        entries = await read_log(stream, "grid_slam", numbers[-1] if numbers else -1)
+        if not entries:
+            break
+        assert len(entries) <= 16
+        numbers += [number for number, _ in entries]
+    assert numbers == [number for number in range(41) if number != 3]
+    assert store.clone_log("ann", "tb1", "c1/other") == [(1, b"x")]
+    again = await attach(msgspec.structs.replace(robot_spec("c2", "ann", "tb1"), session="c1"))
+    assert await read_log(again, "other", -1) == [(1, b"x")]
+
+
+async def read_log(stream: Stream, node: str, after: int) -> list[tuple[int, bytes]]:
+    stream.write(machine_link.ReadLog(2, node, after))
+    answer = await receive(stream)
+    assert isinstance(answer, machine_link.LogRead)
+    return answer.entries
+
+
     spec = msgspec.structs.replace(robot_spec("c2"), session="c1")
     stream = await attach(spec)
     await ask(stream, machine_link.SaveClone(1, {"session": b"c9", "origin": b"elsewhere"}))

@@ -1,0 +1,66 @@
+"""Node logs: changes of the logs of nodes, which are stored with checkpoints, and their restoration."""
+
+import asyncio
+
+from engine.container.machine_client import MachineClient
+from ppaas.change_log import LogChange, LogEntry
+from ppaas.nodes.graph import Graph
+from storage.records import CloneLogChange
+
+MOST_BYTES = 16 << 20
+"""Size of the entries that are sent to the machine at once, about [bytes]."""
+
+
+class NodeLogs:
+    """Logs of the nodes of a graph. A change that could not be stored is stored with the next checkpoint.
+
+    Parameters
+    ----------
+    graph : Graph
+    """
+
+    def __init__(self, graph: Graph) -> None:
+        self._graph = graph
+        self._pending: dict[str, LogChange] = {}
+
+    async def save(self, machine: MachineClient, checkpoint: dict[str, bytes]) -> None:
+        """Store a checkpoint with the changes of all logs; entries of more than `MOST_BYTES` one part after another.
+
+        Raises
+        ------
+        Unavailable
+            The machine or its store does not answer in time; try again.
+        """
+        for node in self._graph.nodes_with_logs:
+            change = node.log_change()
+            if change is not None:
+                before = self._pending.get(node.name)
+                self._pending[node.name] = change if before is None else before.then(change)
+        pending = dict(self._pending)
+        changes = [part for name, change in pending.items() for part in _parts(name, change)]
+        for part in changes[:-1]:
+            await machine.save_clone(checkpoint, [part])
+        await machine.save_clone(checkpoint, changes[-1:])
+        for name, change in pending.items():
+            if self._pending.get(name) is change:
+                del self._pending[name]
+
+    async def restore(self, machine: MachineClient) -> None:
+        """Give each node its log; raises ``Unavailable`` if the machine or its store does not answer in time."""
+        for node in self._graph.nodes_with_logs:
+            entries = [LogEntry(*entry) for entry in await machine.log(node.name)]
+            if entries:
+                await asyncio.to_thread(node.restore_log, entries)
+
+
+def _parts(node: str, change: LogChange) -> list[CloneLogChange]:
+    """Return a change in parts; the last one removes what is obsolete."""
+    parts: list[dict[int, bytes]] = [{}]
+    size = 0
+    for number, data in change.entries:
+        if size + len(data) > MOST_BYTES and parts[-1]:
+            parts.append({})
+            size = 0
+        parts[-1][number] = data
+        size += len(data)
+    return [*(CloneLogChange(node, part) for part in parts[:-1]), CloneLogChange(node, parts[-1], change.obsolete)]
