@@ -4,7 +4,15 @@ from collections.abc import Mapping
 
 import msgspec
 
-from engine.specs.containers import LINK_STATE, ORIGIN_STATE, SESSION_STATE, ContainerSpec, MapVersion, RobotConfig
+from engine.specs.containers import (
+    LINK_STATE,
+    LOG_STATE,
+    ORIGIN_STATE,
+    SESSION_STATE,
+    ContainerSpec,
+    MapVersion,
+    RobotConfig,
+)
 from ppaas.clock import Clock, epoch
 from ppaas.errors import NotFound
 from storage.ports import Store
@@ -92,6 +100,7 @@ class CheckpointSelection:
             return spec
         # The sequence numbers of a new session start again.
         nodes = checkpoint.nodes | marks(spec, self._instance) | {LINK_STATE: b"0"}
+        nodes[LOG_STATE] = checkpoint.nodes.get(LOG_STATE, checkpoint.nodes.get(SESSION_STATE, b""))
         self._store.save_clone(msgspec.structs.replace(checkpoint, nodes=nodes))
         return _with(spec, nodes)
 

@@ -10,7 +10,7 @@ import msgspec
 import pytest
 
 from engine.specs.checkpoints import CheckpointSelection
-from engine.specs.containers import LINK_STATE, ORIGIN_STATE, SESSION_STATE, ContainerSpec, MapVersion, RobotConfig
+from engine.specs.containers import LINK_STATE, LOG_STATE, ORIGIN_STATE, SESSION_STATE, ContainerSpec, MapVersion, RobotConfig
 from ppaas.errors import NotFound, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map
@@ -154,7 +154,7 @@ def test_a_checkpoint_is_read_and_given_to_the_clone_of_its_robot(earlier: Path)
         "c1", "ann", MapVersion(**origin["map"]), 0.25, msgspec.convert(origin["robot"], RobotConfig), session="c1"
     )
     given = CheckpointSelection(store, "another", EVER).with_checkpoint(spec).checkpoint
-    marks = {SESSION_STATE, ORIGIN_STATE, LINK_STATE}
+    marks = {SESSION_STATE, ORIGIN_STATE, LINK_STATE, LOG_STATE}
     assert {name: given[name] for name in given.keys() - marks} == {
         name: checkpoint.nodes[name] for name in checkpoint.nodes.keys() - marks
     }

@@ -40,7 +40,7 @@ class SlowStore(MemoryStore):
         assert self.go.wait(10)
         if self.error is not None:
             raise self.error
-        super().save_clone(checkpoint)
+        super().save_clone(checkpoint, change)
 
 
 @pytest.fixture
