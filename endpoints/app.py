@@ -19,7 +19,7 @@ from endpoints.rest.maps import map_cells, map_reviews, map_versions, maps
 from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
 from endpoints.rest.plans import cost_matrix, evaluation, plan_database, planners, planning, plans, stored_plans
 from endpoints.rest.plans.fast_path import PlanFastPath
-from endpoints.rest.robots import models, robot_goals, robot_nodes, robot_urdf, robots
+from endpoints.rest.robots import models, robot_goals, robot_map, robot_nodes, robot_urdf, robots
 from endpoints.rest.users import tickets, tokens, users
 from endpoints.rest.viewer import add_viewer
 from endpoints.services.services import Services
@@ -54,6 +54,7 @@ RESOURCES = (
     robot_urdf,
     robot_nodes,
     robot_goals,
+    robot_map,
     plans,
     plan_database,
     stored_plans,

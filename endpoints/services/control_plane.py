@@ -11,6 +11,7 @@ from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import PPaaSError
 from ppaas.messages.ppaas_msgs import NodeHome
+from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.records import Limits, MapRecord, User
 
 
@@ -131,6 +132,18 @@ class ControlPlane(Protocol):
             The robot has no such node.
         Unavailable
             The robot has no container.
+        """
+        ...
+
+    async def robot_map(self, user: str, robot: str, offset: int) -> GetPoseGraphResponse:
+        """Return a page of the pose graph of the map that a robot makes, from an offset [bytes]; −1: its numbers.
+
+        Raises
+        ------
+        Unavailable
+            The robot has no container now, or no map yet.
+        Conflict
+            The robot does not make a map.
         """
         ...
 

@@ -12,6 +12,7 @@ from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import PPaaSError
 from ppaas.messages.ppaas_msgs import NodeHome
+from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.records import Limits, MapRecord, User
 from storage.versions import OCTOMAP, YAML
 
@@ -102,6 +103,10 @@ class Cloud:
     async def run_node(self, user: str, robot: str, node: str, home: str) -> NodeHome:
         """Move a node of a robot to a home, or to the best one."""
         return await self._nodes.run(user, robot, node, home)
+
+    async def robot_map(self, user: str, robot: str, offset: int) -> GetPoseGraphResponse:
+        """Return a page of the pose graph of the map that a robot makes; −1 returns its numbers."""
+        return await self._nodes.map(user, robot, offset)
 
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         """Compute a path in a planning container."""

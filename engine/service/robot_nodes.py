@@ -1,18 +1,24 @@
-"""Homes of the nodes of robots, for REST: queried and changed by each clone's node monitor."""
+"""Calls of the clones of robots for REST: homes of their nodes, and the maps that they make."""
 
 from engine.master.places import robot_key
+from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
-from ppaas.errors import Unavailable
+from ppaas.errors import Conflict, NotFound, Unavailable
 from ppaas.messages import decode, encode
 from ppaas.messages.message import Empty, Message
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes, RunNodeRequest
+from ppaas.messages.slam_toolbox import GetPoseGraphRequest, GetPoseGraphResponse
 
 ANSWER_TIMEOUT = 10.0
 """Time limit of a call of the node monitor [s], which normally answers within milliseconds."""
 
 
+MAP_TIMEOUT = 60.0
+"""Time limit of a call for a page of a map [s]; the first one packs the whole map."""
+
+
 class RobotNodes:
-    """Calls the node monitors of connected robots.
+    """Calls the node monitors of connected robots, and the nodes that make their maps.
 
     Parameters
     ----------
@@ -54,8 +60,30 @@ class RobotNodes:
         """
         return decode(NodeHome, await self._ask(user, robot, "run_node", RunNodeRequest(node, home)))
 
+    async def map(self, user: str, robot: str, offset: int) -> GetPoseGraphResponse:
+        """Return a page of the pose graph of the map that a robot makes; −1 returns its numbers.
+
+        Raises
+        ------
+        Unavailable
+            The robot has no container now, or no map yet.
+        Conflict
+            The robot does not make a map.
+        """
+        place = self._place(user, robot)
+        try:
+            answer = await place.call("pose_graph", encode(GetPoseGraphRequest(offset)), MAP_TIMEOUT)
+        except NotFound as error:
+            raise Conflict(
+                f'robot {robot!r} drives on a published map and makes none: set "map": "new:NAME" in its file'
+            ) from error
+        return decode(GetPoseGraphResponse, answer)
+
     async def _ask(self, user: str, robot: str, service: str, request: Message) -> bytes:
+        return await self._place(user, robot).call(f"node_monitor/{service}", encode(request), ANSWER_TIMEOUT)
+
+    def _place(self, user: str, robot: str) -> PlaceLink:
         place = self._service.place(robot_key(user, robot))
         if place is None:
             raise Unavailable(f"robot {robot!r} has no container now: its nodes run while it is connected")
-        return await place.call(f"node_monitor/{service}", encode(request), ANSWER_TIMEOUT)
+        return place

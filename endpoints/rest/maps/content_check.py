@@ -15,7 +15,7 @@ from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML
 if TYPE_CHECKING:
     from endpoints.rest.maps import part_check  # noqa: F401 - the program named below
 
-_PART_CHECK = ("-m", "endpoints.rest.maps.part_check")
+_PART_CHECK = "endpoints.rest.maps.part_check"
 PART_SECONDS = 120.0
 """Time limit of the check of a file [s]. The largest take some seconds, the first one longer to compile kernels."""
 
@@ -59,15 +59,39 @@ def _grid_answer(info: GridInfo) -> dict[str, Any]:
 
 def _check_part(upload: StagedUpload, part: str) -> None:
     """Parse a file in a separate process: its kernels load slowly, and an invalid file may need much memory."""
-    command = [sys.executable, *_PART_CHECK, part, str(upload.path(part))]
+    run_program(_PART_CHECK, [part, str(upload.path(part))], f"the {part} could not be checked")
+
+
+def run_program(module: str, arguments: list[str], failure: str) -> None:
+    """Run a program that writes the error of a file to standard output.
+
+    Parameters
+    ----------
+    module : str
+        Module of the program.
+    arguments : list of str
+    failure : str
+        Begin of the error if the program itself fails.
+
+    Raises
+    ------
+    InvalidMap
+        The error of the file.
+    Unavailable
+        The program ran out of memory or time, or crashed.
+    """
     try:
-        process = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PART_SECONDS)
-    except subprocess.TimeoutExpired as error:
-        raise Unavailable(f"the {part} was not checked within {PART_SECONDS:g} s: try again later") from error
-    if process.returncode:
-        raise Unavailable(
-            f"the {part} could not be checked (exit status {process.returncode}): it may be too large for this machine"
+        process = subprocess.run(
+            [sys.executable, "-m", module, *arguments],
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=PART_SECONDS,
         )
+    except subprocess.TimeoutExpired as error:
+        raise Unavailable(f"{failure} within {PART_SECONDS:g} s: try again later") from error
+    if process.returncode:
+        raise Unavailable(f"{failure} (exit status {process.returncode}): it may be too large for this machine")
     fault = json.loads(process.stdout)["fault"]
     if fault:
         raise InvalidMap(fault)

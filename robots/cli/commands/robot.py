@@ -8,7 +8,7 @@ from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.resource import Resource, merge_patch
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.cli.verbs import robot_goals, robot_nodes, robot_urdf
+from robots.cli.verbs import robot_goals, robot_map, robot_nodes, robot_urdf
 from robots.client.rest_paths import path_of
 
 NAME = "robot"
@@ -31,6 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     change = verbs.add_parser("change", help="change fields of a robot file")
     delete = verbs.add_parser("delete", help="delete a robot")
     robot_nodes.configure(verbs.add_parser("nodes", help="show where the nodes of a robot run, or move one"))
+    robot_map.configure(verbs.add_parser("map", help="show or publish the map that a robot makes"))
     robot_goals.configure_go(verbs.add_parser("go", help="send a connected robot to a pose"))
     robot_goals.configure_state(verbs.add_parser("state", help="show the pose and the goals of a robot"))
     robot_goals.configure_state(verbs.add_parser("stop", help="cancel all goals of a robot"))
@@ -88,6 +89,7 @@ _VERBS = {
     "change": _change,
     "delete": ROBOTS.delete,
     "nodes": robot_nodes.run,
+    "map": robot_map.run,
     "go": robot_goals.go,
     "state": robot_goals.state,
     "stop": robot_goals.stop,

@@ -1,5 +1,6 @@
 """Fake control plane without machines, with responses set by the test."""
 
+import base64
 import hashlib
 import json
 
@@ -20,7 +21,12 @@ from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import Conflict, NotFound, PPaaSError
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.messages.ppaas_msgs import NodeHome
+from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.records import Limits, MapRecord, User
+
+
+MAP_PAGE = 1000
+"""Size of a page of the map that a robot makes [bytes]."""
 
 
 def machine() -> Machine:
@@ -57,6 +63,7 @@ class FakeCloud:
         self.asked: list[tuple[str, MapVersion, PathRequest]] = []
         self.costs_asked: list[tuple[str, MapVersion, CostRequest]] = []
         self.error: Exception | None = None
+        self.map_file = b""
         self.running: list[ContainerView] = []
         self.known = {"m1": machine()}
         self.given_up: list[str] = []
@@ -122,6 +129,12 @@ class FakeCloud:
         if self.error is not None:
             raise self.error
         return NodeHome(node, "cloud", home or "cloud", 0.5, ["the robot is weak"])
+
+    async def robot_map(self, user: str, robot: str, offset: int) -> GetPoseGraphResponse:
+        if self.error is not None:
+            raise self.error
+        page = self.map_file[max(offset, 0) : offset + MAP_PAGE] if offset >= 0 else b""
+        return GetPoseGraphResponse(base64.b64encode(page).decode(), len(self.map_file), 3, 2, 0)
 
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         self.asked.append((user.id, map, request))

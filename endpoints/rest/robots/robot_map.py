@@ -1,0 +1,133 @@
+"""Routes of the map that a robot makes: its size, its pose graph, and its publication."""
+
+import base64
+import json
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fastapi import APIRouter, Request, Response
+from pydantic import ConfigDict, Field
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.audit.notes import note_details
+from endpoints.rest.dependencies import Caller, Provided, own_robot
+from endpoints.rest.maps.content_check import run_program
+from endpoints.rest.maps.maps import invalidated, publish_upload
+from endpoints.rest.maps.schemas import MapAnswer
+from endpoints.rest.maps.upload_form import MapForm
+from endpoints.rest.names import Name, RobotId
+from endpoints.rest.openapi import BODY, KNOWN, problems
+from endpoints.rest.schemas import MAX_DESCRIPTION, RequestBody, ResponseBody
+from endpoints.rest.strict_json import StrictRoute
+from endpoints.services.services import Services
+from ppaas.errors import Conflict, NotFound, Unavailable
+from ppaas.messages.slam_toolbox import GetPoseGraphResponse
+from storage.disk_errors import disk_errors
+from storage.records import MapRecord, User
+from storage.staged_uploads import blocks, mapped
+from storage.versions import IMAGE, POSEGRAPH, YAML
+
+if TYPE_CHECKING:
+    from endpoints.rest.maps import draw_posegraph  # noqa: F401 - the program named below
+
+_DRAWING = "endpoints.rest.maps.draw_posegraph"
+
+MOST_BYTES = 1 << 28
+"""Largest pose graph that is taken from a robot [bytes]."""
+
+router = APIRouter(prefix="/robots/{robot_id}/map", tags=["robots"], route_class=StrictRoute)
+
+
+class RobotMapAnswer(ResponseBody):
+    """Size of the map that a robot makes."""
+
+    key_frames: int = Field(description="Number of scans that the map consists of")
+    edges: int = Field(description="Number of measured relative poses between them")
+    closures: int = Field(description="Number of those that close loops")
+
+
+class PublishRequest(RequestBody):
+    """Map to publish."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"publish": "office-2"}]})
+
+    publish: Name = Field(description="Id of the map; a new version of it if it exists")
+    refine: bool = Field(default=True, description="Whether all scans that overlap are aligned with each other first")
+    message: str = Field(default="", max_length=MAX_DESCRIPTION, description="Shown in the list of versions")
+
+
+@router.get("", response_model=RobotMapAnswer, responses=KNOWN | problems(404, 503))
+async def show_robot_map(robot_id: RobotId, services: Provided, user: Caller) -> GetPoseGraphResponse:
+    """Show the size of the map that a connected robot makes."""
+    await own_robot(services, user, robot_id)
+    return await services.cloud.robot_map(user.id, robot_id, -1)
+
+
+@router.get(
+    "/posegraph",
+    response_class=Response,
+    responses=KNOWN | problems(404, 503) | {200: {"content": {"application/octet-stream": {}}}},
+)
+async def fetch_robot_posegraph(robot_id: RobotId, services: Provided, user: Caller) -> Response:
+    """Return the pose graph of the map that a connected robot makes."""
+    await own_robot(services, user, robot_id)
+    file, _ = await _taken(services, user, robot_id)
+    return Response(file, media_type="application/octet-stream", headers={"X-Content-Type-Options": "nosniff"})
+
+
+@router.post("", status_code=201, response_model=MapAnswer, responses=KNOWN | BODY | problems(404, 409, 429, 503))
+async def publish_robot_map(
+    robot_id: RobotId, wanted: PublishRequest, request: Request, services: Provided, user: Caller
+) -> MapAnswer:
+    """Publish the map that a connected robot makes, with its pose graph, as a version; the robot may go on mapping."""
+    await own_robot(services, user, robot_id)
+    await run_in_threadpool(_check_owner, services, user, wanted.publish)
+    file, numbers = await _taken(services, user, robot_id)
+    with invalidated(services, wanted.publish):
+        async with services.heavy_work.turn(user.id):
+            published, record = await run_in_threadpool(_publish, services, user, wanted, file, numbers)
+    services.cloud.map_changed(record)
+    note_details(request.scope, map=wanted.publish, version=published.version)
+    return published
+
+
+def _check_owner(services: Services, user: User, map_id: str) -> None:
+    """Raise ``Conflict`` before the work if the map belongs to another user."""
+    try:
+        head = services.map_store.map_head(map_id)
+    except NotFound:
+        return
+    if user.id != head.owner and user.role != "admin":
+        raise Conflict(f"map {map_id!r} belongs to another user: choose another id")
+
+
+async def _taken(services: Services, user: User, robot: str) -> tuple[bytes, GetPoseGraphResponse]:
+    """Return the file of the pose graph of a robot, as it was at the first page."""
+    numbers = page = await services.cloud.robot_map(user.id, robot, 0)
+    file = bytearray()
+    while data := base64.b64decode(page.data):
+        file += data
+        if page.size != numbers.size or len(file) > min(numbers.size, MOST_BYTES):
+            raise Unavailable(f"the map of robot {robot!r} changed while it was read, or is too large: try again")
+        page = await services.cloud.robot_map(user.id, robot, len(file))
+    return bytes(file), numbers
+
+
+def _publish(
+    services: Services, user: User, wanted: PublishRequest, file: bytes, numbers: GetPoseGraphResponse
+) -> tuple[MapAnswer, MapRecord]:
+    """Draw the grid of a pose graph in a process of its own, and publish both."""
+    settings = {
+        "refine": wanted.refine, "resolution": numbers.resolution, "min_pass_through": numbers.min_pass_through,
+        "occupancy_threshold": numbers.occupancy_threshold,
+    }  # fmt: skip
+    with tempfile.TemporaryDirectory(prefix="ppaas-robot-map-") as name, services.map_store.stage() as upload:
+        folder = Path(name)
+        with disk_errors(folder):
+            (folder / POSEGRAPH).write_bytes(file)
+        run_program(_DRAWING, [name, json.dumps(settings)], "the map of the robot could not be drawn")
+        for part in (YAML, IMAGE, POSEGRAPH):
+            upload.add(part, blocks(mapped(folder / part)))
+        form = MapForm(wanted.publish, None, None, wanted.message)
+        return publish_upload(services, user, form, upload, None)

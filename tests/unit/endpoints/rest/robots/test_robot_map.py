@@ -1,0 +1,94 @@
+"""Maps that robots make, over REST."""
+
+import httpx
+import numpy as np
+import pytest
+
+from endpoints.services.services import Services
+from ppaas.errors import Conflict, PPaaSError, Unavailable
+from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
+from ppaas.maps.formats.map_files import load_map
+from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.endpoints.problems import problem_of
+from tests.support.world.mappings import room_mapping
+from tests.unit.endpoints.conftest import LogIn, Publish
+
+MAP = "/v1/robots/tb1/map"
+
+
+@pytest.fixture
+async def ann(client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud) -> dict[str, str]:
+    """Return the headers of a user with a robot that makes a map."""
+    headers = await log_in("ann")
+    await client.put("/v1/robots/tb1", headers=headers, json={"map": "new:office-2"})
+    cloud.map_file = b"".join(pack_mapping(room_mapping(8)))
+    return headers
+
+
+async def test_the_size_of_the_map_so_far_is_shown(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
+    answer = await client.get(MAP, headers=ann)
+    assert answer.json() == {"key_frames": 3, "edges": 2, "closures": 0}
+
+
+async def test_the_pose_graph_so_far_is_returned(
+    client: httpx.AsyncClient, ann: dict[str, str], cloud: FakeCloud
+) -> None:
+    answer = await client.get(f"{MAP}/posegraph", headers=ann)
+    assert answer.content == cloud.map_file
+
+
+async def test_the_map_is_published_with_its_pose_graph(
+    client: httpx.AsyncClient, ann: dict[str, str], services: Services, cloud: FakeCloud
+) -> None:
+    published = await client.post(MAP, headers=ann, json={"publish": "office-2", "message": "first walk"})
+    assert (published.status_code, published.json()["parts"]) == (201, ["image", "posegraph", "yaml"])
+    assert (published.json()["message"], published.json()["owner"]) == ("first walk", "ann")
+    with services.map_store.open_map("office-2") as opened:
+        grid = load_map(bytes(opened.buffers["yaml"]), bytes(opened.buffers["image"]))
+        graph = unpack_mapping(bytes(opened.buffers["posegraph"]))
+    assert 6.0 < grid.info.width * grid.info.resolution < 12.0
+    before = unpack_mapping(cloud.map_file).frames.poses
+    np.testing.assert_allclose(graph.frames.poses, before, atol=0.02)
+    assert not np.array_equal(graph.frames.poses, before)
+
+
+async def test_a_map_of_another_user_is_not_replaced(
+    client: httpx.AsyncClient, ann: dict[str, str], log_in: LogIn, publish: Publish
+) -> None:
+    await publish(await log_in("bob"))
+    problem = problem_of(await client.post(MAP, headers=ann, json={"publish": "house"}), 409, "conflict")
+    assert "belongs to another user" in problem["detail"]
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "slug"),
+    [(Unavailable("no container now"), 503, "unavailable"), (Conflict("it makes no map"), 409, "conflict")],
+)
+async def test_a_robot_that_makes_no_map_is_reported(
+    error: PPaaSError, status: int, slug: str, client: httpx.AsyncClient, ann: dict[str, str], cloud: FakeCloud
+) -> None:
+    cloud.error = error
+    problem_of(await client.post(MAP, headers=ann, json={"publish": "office-2"}), status, slug)
+
+
+async def test_a_damaged_pose_graph_publishes_nothing(
+    client: httpx.AsyncClient, ann: dict[str, str], services: Services, cloud: FakeCloud
+) -> None:
+    cloud.map_file = cloud.map_file[:-3]
+    problem_of(await client.post(MAP, headers=ann, json={"publish": "office-2"}), 422, "invalid-map")
+    assert services.map_store.maps() == []
+
+
+async def test_maps_of_other_users_robots_are_not_found(
+    client: httpx.AsyncClient, ann: dict[str, str], log_in: LogIn
+) -> None:
+    bob = await log_in("bob")
+    problem_of(await client.get(MAP, headers=bob), 404, "not-found")
+    problem_of(await client.post(MAP, headers=bob, json={"publish": "office-2"}), 404, "not-found")
+
+
+@pytest.mark.parametrize("body", [{}, {"publish": "new:x"}, {"publish": "a", "refine": 3}, {"publish": "a", "x": 1}])
+async def test_an_invalid_request_is_refused(
+    body: dict[str, object], client: httpx.AsyncClient, ann: dict[str, str]
+) -> None:
+    problem_of(await client.post(MAP, headers=ann, json=body), 422, "invalid-request")
