@@ -274,6 +274,21 @@ class TopicMessage(OwnMessage):
     message: str
 
 
+class LogPart(OwnMessage):
+    """``ppaas_msgs/LogPart``: entry of the log of a node, which grows, unlike its checkpoint.
+
+    Parameters
+    ----------
+    number : int
+        Place in the order of the entries.
+    data : bytes
+        The entry; base64 in JSON.
+    """
+
+    number: int
+    data: bytes
+
+
 class HoldNodeRequest(OwnMessage):
     """``ppaas_msgs/HoldNode`` request: the robot takes over a node, or renews its lease of the node.
 
@@ -291,6 +306,10 @@ class HoldNodeRequest(OwnMessage):
         Round-trip time of the previous call [s]; 0 if unknown.
     heard : list of str
         Fingerprints of the must-arrive messages that the node received before this checkpoint.
+    log : list of LogPart
+        Entries of its log since the last request that was answered.
+    obsolete : list of int
+        Numbers of earlier entries that are to be removed.
     """
 
     node: str
@@ -299,6 +318,8 @@ class HoldNodeRequest(OwnMessage):
     seconds: float = 0.0
     rtt: float = 0.0
     heard: list[str] = field(default_factory=list)
+    log: list[LogPart] = field(default_factory=list)
+    obsolete: list[int] = field(default_factory=list)
 
 
 class HoldNodeResponse(OwnMessage):
@@ -313,11 +334,14 @@ class HoldNodeResponse(OwnMessage):
     unheard : list of TopicMessage
         Must-arrive messages for the node that came since the takeover and are not in ``heard`` of any request so far.
         The robot may have received them in the meantime; it compares fingerprints.
+    log : list of LogPart
+        Log of the node if this request took it over; else empty.
     """
 
     lease: int
     state: str = ""
     unheard: list[TopicMessage] = field(default_factory=list)
+    log: list[LogPart] = field(default_factory=list)
 
 
 HoldNode = ServiceType("ppaas_msgs/HoldNode", HoldNodeRequest, HoldNodeResponse)
@@ -338,6 +362,8 @@ class GiveNodeRequest(OwnMessage):
         Why the robot cannot run the node; empty if there was no failure.
     heard : list of str
         Fingerprints of the must-arrive messages that the node received before this checkpoint.
+    log, obsolete : list
+        Changes of its log, as in ``HoldNodeRequest``.
     """
 
     node: str
@@ -345,6 +371,8 @@ class GiveNodeRequest(OwnMessage):
     state: str = ""
     failure: str = ""
     heard: list[str] = field(default_factory=list)
+    log: list[LogPart] = field(default_factory=list)
+    obsolete: list[int] = field(default_factory=list)
 
 
 GiveNode = ServiceType("ppaas_msgs/GiveNode", GiveNodeRequest, NodeHome)

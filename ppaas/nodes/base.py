@@ -236,5 +236,9 @@ class Node(ABC):
         """
         return None
 
+    def whole_log(self) -> LogChange | None:
+        """Return a change that replaces the log by all its entries, for another executor; None if there is none."""
+        return None
+
     def restore_log(self, entries: Sequence[LogEntry]) -> None:
         """Continue from the log, after ``restore``; the entries are sorted by number."""

@@ -1,9 +1,12 @@
 """Leases of the nodes that run on the robot, with the last known state of each node."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from ppaas.messages.ppaas_msgs import TopicMessage
+import msgspec
+
+from ppaas.change_log import LogChange, LogEntry
+from ppaas.messages.ppaas_msgs import HoldNodeResponse, TopicMessage
 from robots.onboard.executor import protocol
 from robots.onboard.node_monitor_client import NodeMonitorClient, NodeSnapshot
 
@@ -25,6 +28,11 @@ class NodeLease:
     number: int
     snapshot: NodeSnapshot
     synchronized: bool = False
+
+
+def log_change(state: protocol.NodeState | protocol.Removed) -> LogChange:
+    """Return the change of the log in a state of a node."""
+    return LogChange([LogEntry(*row) for row in state.log], list(state.obsolete))
 
 
 class NodeLeases:
@@ -52,8 +60,8 @@ class NodeLeases:
         """Return the names of the nodes whose lease was renewed at least once."""
         return frozenset(node for node, lease in self._held.items() if lease.synchronized)
 
-    async def take(self, node: str) -> str:
-        """Lease a node; return its checkpoint.
+    async def take(self, node: str) -> HoldNodeResponse:
+        """Lease a node; return its checkpoint and its log.
 
         Raises
         ------
@@ -62,7 +70,7 @@ class NodeLeases:
         """
         taken = await self._monitor.take_node(node)
         self._held[node] = NodeLease(taken.lease, NodeSnapshot(taken.state))
-        return taken.state
+        return taken
 
     async def refuse(self, node: str, failure: str) -> None:
         """Report why a node cannot run here, before it was leased."""
@@ -89,16 +97,22 @@ class NodeLeases:
         """
         lease = self._held[node]
         current = state or protocol.NodeState(lease.snapshot.state)
-        lease.snapshot = NodeSnapshot(current.state, heard)
+        change = lease.snapshot.log.then(log_change(current))
+        lease.snapshot = NodeSnapshot(current.state, heard, change)
+        current = msgspec.structs.replace(
+            current, log=[(number, data) for number, data in change.entries], obsolete=change.obsolete
+        )
         answer = await self._monitor.hold_node(node, lease.number, current, heard)
         if answer.lease != lease.number:
             return None
+        lease.snapshot = NodeSnapshot(current.state, heard)  # the change of the log has arrived
         lease.synchronized = True
         return answer.unheard
 
     def note(self, node: str, snapshot: NodeSnapshot) -> None:
-        """Set the last known state of a leased node."""
-        self._held[node].snapshot = snapshot
+        """Set the last known state of a leased node, with the change of its log since the last."""
+        lease = self._held[node]
+        lease.snapshot = replace(snapshot, log=lease.snapshot.log.then(snapshot.log))
 
     def drop(self, node: str) -> NodeLease:
         """End a lease without a notice to the node monitor; return it."""

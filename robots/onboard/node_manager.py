@@ -26,7 +26,7 @@ from ppaas.nodes.map_server.node import KEEPOUT_MASK, MAP_SERVICE, SPEED_MASK
 from robots.client.robot_client import RobotClient
 from robots.onboard.computer import Computer
 from robots.onboard.executor import protocol
-from robots.onboard.node_leases import NodeLease, NodeLeases
+from robots.onboard.node_leases import NodeLease, NodeLeases, log_change
 from robots.onboard.node_monitor_client import NodeMonitorClient, NodeSnapshot
 from robots.onboard.node_process import NodeProcess
 from robots.onboard.node_services import NodeServices
@@ -196,10 +196,11 @@ class LocalNodes:
             await self._leases.refuse(node, str(error))
             self._wanted[node] = "cloud"
             return
-        state = await self._leases.take(node)
+        taken = await self._leases.take(node)
         self._bridge.expect(node)
+        log = [(part.number, part.data) for part in taken.log]
         try:
-            added = await process.ask(protocol.Add(node, state), protocol.Added)
+            added = await process.ask(protocol.Add(node, taken.state, log), protocol.Added)
         except PPaaSError as error:
             await self._fail_all(str(error))
             return
@@ -223,7 +224,7 @@ class LocalNodes:
     async def _begin(self) -> protocol.Begin:
         assert self._config is not None
         if self._config.new_map:
-            return protocol.Begin(self._config, None)  # the map comes on its topics
+            return protocol.Begin(self._config)  # the map comes on its topics
         grid, keepout, speed = [await self._grid(service) for service in (MAP_SERVICE, KEEPOUT_MASK, SPEED_MASK)]
         loaded = {name: mask for name, mask in ((KEEPOUT_MASK, keepout), (SPEED_MASK, speed)) if mask.info.width}
         masks = {name: msgspec.Raw(encode(mask)) for name, mask in loaded.items()}
@@ -239,11 +240,11 @@ class LocalNodes:
         await self._services.close(node)
         if process is not None:
             try:
-                state = (await process.ask(protocol.Remove(node), protocol.Removed)).state
+                removed = await process.ask(protocol.Remove(node), protocol.Removed)
             except PPaaSError as error:
                 await self._fail_all(str(error))
                 return
-            self._leases.note(node, NodeSnapshot(state, heard))
+            self._leases.note(node, NodeSnapshot(removed.state, heard, log_change(removed)))
         lease = await self._forget(node)
         await self._leases.give_back(node, lease)
 

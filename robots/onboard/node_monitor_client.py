@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import msgspec
 
+from ppaas.change_log import LogChange
 from ppaas.clock import Clock
 from ppaas.messages import ppaas_msgs
 from ppaas.messages.message import Empty, Message, ServiceType
@@ -12,6 +13,9 @@ from robots.client.robot_client import RobotClient
 from robots.onboard.computer import Computer
 from robots.onboard.executor import protocol
 from robots.onboard.link_probe import measure_link
+
+UNCHANGED = LogChange([], [])
+"""Change of a log that changes nothing."""
 
 
 @dataclass(frozen=True)
@@ -24,10 +28,13 @@ class NodeSnapshot:
         Checkpoint as the node wrote it.
     heard : list of str, optional
         Fingerprints of the messages.
+    log : LogChange
+        Change of its log that is not reported yet.
     """
 
     state: str = ""
     heard: list[str] = field(default_factory=list)
+    log: LogChange = UNCHANGED
 
 
 class NodeMonitorClient:
@@ -101,7 +108,10 @@ class NodeMonitorClient:
         self, node: str, lease: int, state: protocol.NodeState, heard: list[str]
     ) -> ppaas_msgs.HoldNodeResponse:
         """Renew the lease of a node with its state and received messages; also measures the round-trip time."""
-        request = ppaas_msgs.HoldNodeRequest(node, lease, state.state, state.seconds, self._round_trip, heard)
+        log = [ppaas_msgs.LogPart(*row) for row in state.log]
+        request = ppaas_msgs.HoldNodeRequest(
+            node, lease, state.state, state.seconds, self._round_trip, heard, log, state.obsolete
+        )
         began = self._clock()
         answer = await self._call("hold_node", ppaas_msgs.HoldNode, request)
         self._round_trip = self._clock() - began
@@ -111,7 +121,8 @@ class NodeMonitorClient:
     async def give_node(self, node: str, lease: int, snapshot: NodeSnapshot | None = None, failure: str = "") -> None:
         """Return a node to the cloud with its snapshot, or with the reason why it cannot run here."""
         last = snapshot or NodeSnapshot()
-        request = ppaas_msgs.GiveNodeRequest(node, lease, last.state, failure, last.heard)
+        log = [ppaas_msgs.LogPart(*entry) for entry in last.log.entries]
+        request = ppaas_msgs.GiveNodeRequest(node, lease, last.state, failure, last.heard, log, last.log.obsolete)
         await self._call("give_node", ppaas_msgs.GiveNode, request)
 
     async def _call(self, service: str, kind: ServiceType, request: Message) -> Message:

@@ -7,6 +7,7 @@ from typing import ClassVar
 import msgspec
 
 from engine.container.monitor.facts import Link, NodeFacts, Robot
+from engine.container.monitor.leased_logs import MOST_BYTES, LeasedLogs, change_of, parts_of
 from engine.container.monitor.leases import HomeRecord, NodeLease
 from engine.container.monitor.measurements import History, TopicRates
 from engine.container.monitor.node_switch import NodeSwitch
@@ -76,6 +77,11 @@ class NodeMonitorNode(Node):
         Data rates of the topics that the clone receives over the link.
     parameters : NodeMonitorParameters
         Parameters of the verdicts.
+
+    Attributes
+    ----------
+    logs : LeasedLogs
+        Logs of the nodes that the robot runs.
     """
 
     name: ClassVar[str] = NAME
@@ -100,6 +106,7 @@ class NodeMonitorNode(Node):
         self._link: Link | None = None
         self._round_trips = History()
         self._leases = 0
+        self.logs = LeasedLogs()
         self._records = {node: HomeRecord() for node in switch.nodes()}
         self._takers: dict[str, Callable[[Message], Message]] = {
             "list_nodes": lambda _: self._homes(),
@@ -165,6 +172,7 @@ class NodeMonitorNode(Node):
         record.lease.heard = self.context.elapsed()
         record.lease.state = _checked(report.state) or record.lease.state
         record.lease.unheard.heard(report.heard)
+        self.logs.change(report.node, change_of(report.log, report.obsolete))
         record.robot_seconds.note(report.seconds)
         self._round_trips.note(report.rtt)
         return HoldNodeResponse(report.lease, unheard=record.lease.unheard.all())
@@ -175,6 +183,7 @@ class NodeMonitorNode(Node):
                 f"the wanted home of {node} is the cloud; request 'robot' with node_monitor/run_node first"
             )
         if record.lease is None:
+            self._begin_log(node, record)
             unheard = UnacknowledgedMessages()
             state = self._switch.take_out(node, unheard.note)
         else:  # a robot that requests a node it holds has lost its state: it gets the last checkpoint
@@ -183,7 +192,18 @@ class NodeMonitorNode(Node):
         record.lease = NodeLease(self._leases, state, self.context.elapsed(), unheard)
         logger.info("%s continues on the robot", node)
         self._publish_homes()
-        return HoldNodeResponse(record.lease.number, state)
+        return HoldNodeResponse(record.lease.number, state, log=parts_of(self.logs.of(node)))
+
+    def _begin_log(self, node: str, record: HomeRecord) -> None:
+        """Begin the log of a node that is to be handed over; a node whose log is too large stays."""
+        self.logs.begin(node, self._switch.whole_log(node))
+        size = self.logs.size(node)
+        if size > MOST_BYTES:
+            self.logs.end(node)
+            reason = f"its log of {size / 2**20:.0f} MiB is too large to be moved, at most {MOST_BYTES >> 20} MiB are"
+            record.wanted, record.score, record.reasons = "cloud", 1.0, (reason,)
+            self._publish_homes()
+            raise Unavailable(f"{node} stays in the cloud: {reason}")
 
     def _give_node(self, message: Message) -> Message:
         report = expect(message, GiveNodeRequest)
@@ -193,6 +213,7 @@ class NodeMonitorNode(Node):
             if record.lease is not None and state:
                 record.lease.state = state
                 record.lease.unheard.heard(report.heard)
+                self.logs.change(report.node, change_of(report.log, report.obsolete))
             self._take_back(report.node, report.failure[:200])
         return self._home_of(report.node)
 
@@ -279,7 +300,7 @@ class NodeMonitorNode(Node):
 
     def _put_in(self, node: str, lease: NodeLease) -> None:
         try:
-            self._switch.put_in(node, lease.state)
+            self._switch.put_in(node, lease.state, self.logs.end(node))
         except PPaaSError as error:
             logger.warning("%s starts anew in the cloud, since its state cannot be restored: %s", node, error)
         for message in lease.unheard.all():
@@ -304,6 +325,7 @@ class NodeMonitorNode(Node):
             record = self._records[node] = restored.records[node]
             if record.lease is not None:
                 record.lease.heard = self.context.elapsed()
+                self.logs.load(node, ())
                 self._switch.take_out(node, record.lease.unheard.note)
         self._publish_homes()
 

@@ -1,11 +1,12 @@
 """Node switch: executes the verdicts in a container, by removing nodes from its graph and adding them again."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 import msgspec
 
 from engine.specs.containers import RobotConfig
+from ppaas.change_log import LogChange, LogEntry
 from ppaas.messages import decode
 from ppaas.messages.ppaas_msgs import TopicMessage
 from ppaas.nodes.base import Checkpoint, Demands
@@ -27,8 +28,12 @@ class NodeSwitch(Protocol):
         """Remove a node; return its checkpoint. Until ``put_in``, ``came`` is called with reliable messages for it."""
         ...
 
-    def put_in(self, node: str, state: str) -> None:
-        """Add a node again, and restore it from its checkpoint.
+    def whole_log(self, node: str) -> LogChange | None:
+        """Return all entries of a node's log, in place of those before; None if it has none."""
+        ...
+
+    def put_in(self, node: str, state: str, log: Sequence[LogEntry] = ()) -> None:
+        """Add a node again, and restore it from its checkpoint and its log.
 
         Raises
         ------
@@ -83,8 +88,12 @@ class GraphNodeSwitch:
         self._changed()
         return (state or b"").decode()
 
-    def put_in(self, node: str, state: str) -> None:
-        """Add a node again, and restore it from its checkpoint.
+    def whole_log(self, node: str) -> LogChange | None:
+        """Return all entries of a node's log, in place of those before; None if it has none."""
+        return self._graph.nodes[node].whole_log() if node in self._graph.nodes else None
+
+    def put_in(self, node: str, state: str, log: Sequence[LogEntry] = ()) -> None:
+        """Add a node again, and restore it from its checkpoint and its log.
 
         Raises
         ------
@@ -97,6 +106,8 @@ class GraphNodeSwitch:
         self._changed()
         if state:
             self._graph.restore([Checkpoint(node, state.encode())])
+        if log:
+            self._graph.nodes[node].restore_log(log)
 
     def tell(self, node: str, message: TopicMessage) -> None:
         """Deliver a message that arrived for a node while it was away."""

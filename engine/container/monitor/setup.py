@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 import msgspec
 
+from engine.container.monitor.leased_logs import LeasedLogs
 from engine.container.monitor.measurements import TopicRates
 from engine.container.monitor.node import NodeMonitorNode
 from engine.container.monitor.node_switch import GraphNodeSwitch
@@ -45,6 +46,11 @@ class ContainerMonitor:
     def recall(self, reason: str) -> None:
         """Let all nodes that run on the robot continue here; the robot may take them again at once."""
         self._node.recall(reason)
+
+    @property
+    def logs(self) -> LeasedLogs:
+        """Logs of the nodes that the robot runs."""
+        return self._node.logs
 
     def _nodes_changed(self) -> None:
         self.changed()

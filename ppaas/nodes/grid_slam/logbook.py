@@ -73,6 +73,11 @@ class Logbook:
             self._numbers -= set(change.obsolete)
         return change
 
+    def rewrite(self, mapper: LiveMapper, laser_frame: str) -> LogChange | None:
+        """Return a change that replaces all entries."""
+        self.begin(laser_frame)
+        return self.change(mapper)
+
     def read(self, entries: Sequence[LogEntry]) -> Mapping:
         """Return the mapping of a log, which is continued; raises ``InvalidGraph`` if it is damaged."""
         self._numbers = {entry.number for entry in entries}

@@ -66,6 +66,12 @@ class LoggedMapNode(Node):
         """Return the key frames and closures since the last call."""
         return None if self._growing is None else self._logbook.change(self._growing)
 
+    def whole_log(self) -> LogChange | None:
+        """Return a change that replaces the log by one of the map as it is now."""
+        if self._growing is None or self._laser is None:
+            return None
+        return self._logbook.rewrite(self._growing, self._laser.frame)
+
     def checkpoint(self) -> bytes | None:
         """Return the head of the map as JSON: where the robot is in it; the map is in the log."""
         if self._growing is None:

@@ -14,6 +14,7 @@ from typing import TypeVar
 
 import msgspec
 
+from ppaas.change_log import LogEntry
 from ppaas.clone.assembly import build_clone
 from ppaas.clone.robot_body import robot_body
 from ppaas.costmap.build_layers import build_layers
@@ -76,7 +77,9 @@ class LocalExecutor:
             case protocol.Add():
                 self._write(self._add(frame))
             case protocol.Remove():
-                self._write(protocol.Removed(frame.node, (self.graph.remove(frame.node) or b"").decode()))
+                rows, obsolete = self._log_change(frame.node)
+                state = (self.graph.remove(frame.node) or b"").decode()
+                self._write(protocol.Removed(frame.node, state, rows, obsolete))
             case protocol.Tell() if frame.topic in self.graph.topics:
                 self._tell(frame)
             case protocol.AskStates():
@@ -108,7 +111,7 @@ class LocalExecutor:
             reply(PPaaSError(f"internal error: {type(error).__name__}"))
 
     def _begin(self, frame: protocol.Begin) -> None:
-        layers = None if frame.map is None else _layers(frame, decode(OccupancyGrid, frame.map))
+        layers = None if frame.config.new_map else _layers(frame, decode(OccupancyGrid, frame.map))
         self._config, self._layers = frame.config, layers
         # The robot starts at the origin of a new map.
         warm_up(self._build, Pose2D(*frame.config.initial_pose) if self._layers is not None else Pose2D(0.0, 0.0))
@@ -135,6 +138,8 @@ class LocalExecutor:
         if frame.state:
             self.graph.restore([Checkpoint(frame.node, frame.state.encode())])
         node = self.graph.nodes[frame.node]
+        if frame.log:
+            node.restore_log([LogEntry(*row) for row in frame.log])
         hears = [protocol.TopicName(topic.name, type_name(topic.type)) for topic in node.subscribes]
         serves = [protocol.ServiceName(service.name, service.type.name) for service in node.services]
         return protocol.Added(frame.node, hears, list(self.graph.published_by(node)), serves)
@@ -142,7 +147,17 @@ class LocalExecutor:
     def _states(self) -> dict[str, protocol.NodeState]:
         times = self.graph.times.take()
         states = {checkpoint.node: checkpoint.state.decode() for checkpoint in self.graph.checkpoints()}
-        return {node: protocol.NodeState(states.get(node, ""), _mean(times.get(node))) for node in self.graph.nodes}
+        return {
+            node: protocol.NodeState(states.get(node, ""), _mean(times.get(node)), *self._log_change(node))
+            for node in self.graph.nodes
+        }
+
+    def _log_change(self, node: str) -> tuple[list[protocol.LogRow], list[int]]:
+        """Return the rows that a node's log has added since the last call, and the numbers of those removed."""
+        change = self.graph.nodes[node].log_change() if node in self.graph.nodes else None
+        return (
+            ([], []) if change is None else ([(entry.number, entry.data) for entry in change.entries], change.obsolete)
+        )
 
     # -- execution of nodes --------------------------------------------------------------------------------------------
 

@@ -17,6 +17,10 @@ class CloneConfig(msgspec.Struct, frozen=True):
     new_map: str = ""
 
 
+LogRow = tuple[int, bytes]
+"""Entry of the log of a node: its number and its data."""
+
+
 class TopicName(msgspec.Struct, frozen=True):
     """A topic and its ROS type."""
 
@@ -37,19 +41,20 @@ class ServiceName(msgspec.Struct, frozen=True):
 class Begin(msgspec.Struct, tag="begin"):
     """Prepare for nodes on a map and its masks, by the service of each mask; all are ``nav_msgs/OccupancyGrid``.
 
-    There is no map if the robot makes a new one.
+    There is none if the robot makes a new map.
     """
 
     config: CloneConfig
-    map: msgspec.Raw | None
+    map: msgspec.Raw = msgspec.Raw(b"null")
     masks: dict[str, msgspec.Raw] = {}
 
 
 class Add(msgspec.Struct, tag="add"):
-    """Add a node and restore its checkpoint."""
+    """Add a node, and restore its checkpoint and its log."""
 
     node: str
     state: str
+    log: list[LogRow] = []
 
 
 class Remove(msgspec.Struct, tag="remove"):
@@ -97,10 +102,12 @@ class Added(msgspec.Struct, tag="added"):
 
 
 class Removed(msgspec.Struct, tag="removed"):
-    """A node was removed, with its last checkpoint."""
+    """A node was removed, with its last checkpoint, and what its log has added and removed since the last states."""
 
     node: str
     state: str
+    log: list[LogRow] = []
+    obsolete: list[int] = []
 
 
 class Said(msgspec.Struct, tag="said"):
@@ -121,10 +128,12 @@ class Replied(msgspec.Struct, tag="replied"):
 
 
 class NodeState(msgspec.Struct):
-    """State of a node: its checkpoint, and its mean time to process a message [s]."""
+    """State of a node: its checkpoint, its mean time to process a message [s], and the change of its log since then."""
 
     state: str
     seconds: float = 0.0
+    log: list[LogRow] = []
+    obsolete: list[int] = []
 
 
 class States(msgspec.Struct, tag="states"):

@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from ppaas.change_log import LogChange, LogEntry
 from ppaas.errors import Unavailable
 from ppaas.messages.ppaas_msgs import HoldNodeResponse, TopicMessage
 from robots.onboard.executor.protocol import NodeState
@@ -46,7 +47,7 @@ def leases(monitor: Any) -> NodeLeases:
 
 
 async def test_a_node_is_synchronized_when_its_lease_was_renewed(leases: NodeLeases) -> None:
-    assert await leases.take("amcl") == "taken"
+    assert (await leases.take("amcl")).state == "taken"
     assert ("amcl" in leases, "move_base" in leases, leases.nodes()) == (True, False, ("amcl",))
     assert leases.synchronized() == frozenset()
     assert await leases.renew("amcl", NodeState("moved"), []) == [MISSED]
@@ -110,3 +111,26 @@ async def test_lost_nodes_are_reported_once_as_soon_as_the_node_monitor_is_reach
         ("amcl", 1, NodeSnapshot("moved", ["a"]), "it was killed"),
         ("move_base", 2, NodeSnapshot("taken"), "it was killed"),
     ]
+
+
+async def test_changes_of_a_log_are_reported_until_they_arrive(leases: NodeLeases, monitor: FakeMonitor) -> None:
+    reported: list[tuple[list[tuple[int, bytes]], list[int]]] = []
+    hold_node, reachable = monitor.hold_node, False
+
+    async def hold(node: str, lease: int, state: NodeState, heard: list[str]) -> HoldNodeResponse:
+        reported.append((state.log, state.obsolete))
+        if not reachable:
+            raise Unavailable("the link is down")
+        return await hold_node(node, lease, state, heard)
+
+    monitor.hold_node = hold  # type: ignore[method-assign]
+    await leases.take("grid_slam")
+    with pytest.raises(Unavailable):
+        await leases.renew("grid_slam", NodeState("1", log=[(0, b"a"), (1, b"b")]), [])
+    reachable = True
+    await leases.renew("grid_slam", NodeState("2", log=[(2, b"c")], obsolete=[0]), [])
+    await leases.renew("grid_slam", None, [])
+    assert reported == [([(0, b"a"), (1, b"b")], []), ([(1, b"b"), (2, b"c")], [0]), ([], [])]
+    leases.note("grid_slam", NodeSnapshot("3", [], LogChange([LogEntry(3, b"d")], [])))
+    await leases.give_back("grid_slam", leases.drop("grid_slam"))
+    assert monitor.calls[-1][2] == NodeSnapshot("3", [], LogChange([LogEntry(3, b"d")], []))

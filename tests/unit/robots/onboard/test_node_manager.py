@@ -173,7 +173,7 @@ async def test_nodes_of_a_robot_that_makes_a_map_start_without_one(
     await manager.ask("move_base")
     await until(lambda: manager.running == {"move_base"})
     (begin,) = FakeProcess.begun
-    assert (begin.map, begin.masks, begin.config.new_map) == (None, {}, "office-2")
+    assert (begin.map, begin.masks, begin.config.new_map) == (msgspec.Raw(b"null"), {}, "office-2")
 
 
 async def test_local_nodes_continue_in_a_new_session(cloud: FakeCloud, manager: LocalNodes) -> None:

@@ -1,13 +1,15 @@
 """The node monitor: leases of nodes, and their return when the robot is lost."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import pytest
 
+from engine.container.monitor import node as monitor
 from engine.container.monitor.measurements import TopicRates
 from engine.container.monitor.node import MAX_PROBE, MAX_STATE, NodeMonitorNode
 from engine.container.monitor.parameters import NodeMonitorParameters
 from engine.container.monitor.unacknowledged import MOST
+from ppaas.change_log import LogChange, LogEntry
 from ppaas.clock import ManualClock
 from ppaas.errors import InvalidInput, NotFound, PPaaSError, Unavailable
 from ppaas.messages import decode
@@ -17,6 +19,7 @@ from ppaas.messages.ppaas_msgs import (
     GiveNodeRequest,
     HoldNodeRequest,
     HoldNodeResponse,
+    LogPart,
     NodeHome,
     NodeHomes,
     ProbeLinkRequest,
@@ -45,6 +48,8 @@ class FakeSwitch:
         self.done: list[tuple[str, str]] = []
         self.times: dict[str, float] = {}
         self.broken = False
+        self.logs: dict[str, LogChange] = {}
+        self.restored: dict[str, list[LogEntry]] = {}
         self.came: dict[str, Tap] = {}
         self.told: list[tuple[str, str]] = []
 
@@ -56,9 +61,13 @@ class FakeSwitch:
         self.came[node] = came
         return self.here.pop(node)
 
-    def put_in(self, node: str, state: str) -> None:
+    def whole_log(self, node: str) -> LogChange | None:
+        return self.logs.get(node)
+
+    def put_in(self, node: str, state: str, log: Sequence[LogEntry] = ()) -> None:
         self.done.append(("in", node))
         self.here[node] = state
+        self.restored[node] = list(log)
         if self.broken:
             raise InvalidInput("no state")
 
@@ -369,3 +378,57 @@ def test_oldest_unheard_message_is_dropped_beyond_the_limit(cloud: Cloud) -> Non
     came(cloud, *map(str, range(MOST + 1)), "50")
     unheard = names(cloud.hold("driver", lease, state="{}").unheard)
     assert (len(unheard), unheard[0], unheard[-1]) == (MOST, "1", "50")
+
+
+def rows(*entries: tuple[int, bytes]) -> list[LogEntry]:
+    return [LogEntry(*entry) for entry in entries]
+
+
+def test_the_log_of_a_node_moves_with_it_and_follows_its_changes(cloud: Cloud) -> None:
+    cloud.ask("tell_robot", STRONG)
+    cloud.run_node("locator", "robot")
+    cloud.hands.logs["locator"] = LogChange(rows((3, b"a"), (4, b"b")), [0, 1])
+    taken = cloud.hold("locator")
+    assert taken.log == [LogPart(3, b"a"), LogPart(4, b"b")]
+    assert cloud.hold("locator", taken.lease, log=[LogPart(5, b"c")], obsolete=[3]).lease == taken.lease
+    assert cloud.hold("locator").log == [LogPart(4, b"b"), LogPart(5, b"c")], "a robot that lost its state"
+    assert cloud.node.logs.take_changes() == {"locator": LogChange(rows((4, b"b"), (5, b"c")), [0, 1, 3])}
+    cloud.ask("give_node", GiveNodeRequest("locator", 2, "{}", log=[LogPart(6, b"d")], obsolete=[4]))
+    assert cloud.hands.restored["locator"] == rows((5, b"c"), (6, b"d"))
+    assert cloud.node.logs.take_changes() == {"locator": LogChange(rows((6, b"d")), [4])}
+    assert cloud.node.logs.nodes == ()
+
+
+def test_a_lost_robot_leaves_the_log_that_it_reported(cloud: Cloud) -> None:
+    cloud.ask("tell_robot", STRONG)
+    cloud.run_node("locator", "robot")
+    cloud.hands.logs["locator"] = LogChange(rows((0, b"a")), [])
+    cloud.hold("locator", cloud.hold("locator").lease, log=[LogPart(1, b"b")])
+    cloud.wait(60.0)
+    assert cloud.homes()["locator"] == "cloud"
+    assert cloud.hands.restored["locator"] == rows((0, b"a"), (1, b"b"))
+
+
+def test_the_log_of_a_leased_node_is_loaded_in_a_new_process(cloud: Cloud) -> None:
+    cloud.ask("tell_robot", STRONG)
+    cloud.run_node("locator", "robot")
+    cloud.hands.logs["locator"] = LogChange(rows((0, b"a")), [])
+    lease = cloud.hold("locator").lease
+    another = Cloud(state=cloud.node.checkpoint())
+    assert another.node.logs.nodes == ("locator",)
+    another.node.logs.load("locator", rows((0, b"a")))
+    another.hold("locator", lease, log=[LogPart(1, b"b")])
+    assert another.node.logs.of("locator") == rows((0, b"a"), (1, b"b"))
+
+
+def test_a_node_with_too_large_a_log_stays(cloud: Cloud, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(monitor, "MOST_BYTES", 1 << 20)
+    cloud.ask("tell_robot", STRONG)
+    cloud.run_node("locator", "robot")
+    change = cloud.hands.logs["locator"] = LogChange(rows((0, bytes(2 << 20))), [])
+    with pytest.raises(Unavailable, match="locator stays in the cloud: its log of 2 MiB is too large to be moved"):
+        cloud.hold("locator")
+    assert cloud.hands.done == []
+    home = next(home for home in cloud.ask("list_nodes", Empty()).nodes if home.node == "locator")  # type: ignore[union-attr]
+    assert (home.wanted, home.reasons) == ("cloud", ["its log of 2 MiB is too large to be moved, at most 1 MiB are"])
+    assert cloud.node.logs.take_changes() == {"locator": change}, "the node has written its log anew"

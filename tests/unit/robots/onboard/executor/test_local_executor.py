@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from ppaas.change_log import LogChange, LogEntry
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
@@ -17,6 +18,7 @@ from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, 
 from ppaas.messages.message import Message
 from ppaas.messages.nav_msgs import GetPlanRequest, GetPlanResponse, Odometry
 from ppaas.messages.std_msgs import Header
+from ppaas.nodes.amcl.node import AmclNode
 from ppaas.nodes.base import Reply
 from robots.onboard.executor import protocol
 from robots.onboard.executor.local_executor import LocalExecutor
@@ -35,7 +37,7 @@ async def home(frames: list[protocol.FromExecutor]) -> LocalExecutor:
     return LocalExecutor(frames.append)
 
 
-def begin(home: LocalExecutor, config: protocol.CloneConfig = CONFIG, grid: msgspec.Raw | None = MAP) -> None:
+def begin(home: LocalExecutor, config: protocol.CloneConfig = CONFIG, grid: msgspec.Raw = MAP) -> None:
     home.take(protocol.Begin(config, grid))
 
 
@@ -61,7 +63,7 @@ async def test_a_node_is_added_and_removed_with_its_state(
 
 
 async def test_a_new_map_is_made_on_the_robot(home: LocalExecutor, frames: list[protocol.FromExecutor]) -> None:
-    begin(home, msgspec.structs.replace(CONFIG, new_map="office-2"), None)
+    home.take(protocol.Begin(msgspec.structs.replace(CONFIG, new_map="office-2")))
     assert frames == [protocol.ExecutorReady()]
     home.take(protocol.Add("grid_slam", ""))
     added = frames.pop()
@@ -72,6 +74,32 @@ async def test_a_new_map_is_made_on_the_robot(home: LocalExecutor, frames: list[
     added = frames.pop()
     assert isinstance(added, protocol.Added)
     assert {"map", "map_updates"} <= {topic.name for topic in added.subscribes}
+
+
+async def test_the_log_of_a_node_is_restored_and_its_changes_are_reported(
+    home: LocalExecutor, frames: list[protocol.FromExecutor], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begin(home)
+    logs: list[LogEntry] = []
+    changes = [LogChange([LogEntry(7, b"c")], [3]), LogChange([LogEntry(8, b"d")], [])]
+    monkeypatch.setattr(AmclNode, "restore_log", lambda _, entries: logs.extend(entries))
+    monkeypatch.setattr(AmclNode, "log_change", lambda _: changes.pop(0) if changes else None)
+    home.take(protocol.Add("amcl", "", [(3, b"a"), (4, b"b")]))
+    assert logs == [LogEntry(3, b"a"), LogEntry(4, b"b")]
+    home.take(protocol.AskStates())
+    states = frames.pop()
+    assert isinstance(states, protocol.States)
+    assert (states.nodes["amcl"].log, states.nodes["amcl"].obsolete) == ([(7, b"c")], [3])
+    home.take(protocol.Remove("amcl"))
+    removed = frames.pop()
+    assert isinstance(removed, protocol.Removed)
+    assert (removed.log, removed.obsolete) == ([(8, b"d")], [])
+
+
+def test_frames_of_the_executor_are_read_as_written() -> None:
+    frames = (protocol.Begin(CONFIG, MAP), protocol.Begin(CONFIG), protocol.Add("amcl", "", [(3, b"a")]))
+    for frame in frames:
+        assert protocol.to_executor.decode(protocol.line(frame)) == frame
 
 
 async def test_only_messages_of_its_nodes_are_forwarded(
