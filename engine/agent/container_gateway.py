@@ -324,7 +324,7 @@ class ContainerGateway:
             machine_link.Done(request, refusal) if answer is None else msgspec.structs.replace(answer, request=request)
         )
 
-    def _save_clone(self, attached: _AttachedContainer, spec: ContainerSpec, nodes: dict[str, bytes]) -> None:
+    def _save_clone(self, attached: _AttachedContainer, spec: ContainerSpec, frame: machine_link.SaveClone) -> None:
         if spec.robot is None:
             raise NotPermitted("a planning container has no clone, so no checkpoint to save")
         if attached.is_shut or not self._acts():

@@ -9,6 +9,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from engine.agent import container_gateway
 from engine.agent.container_gateway import MAX_REQUESTS, ContainerGateway
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
@@ -195,7 +196,6 @@ async def test_checkpoint_is_stored_under_the_containers_own_robot(attach: Attac
             store.clone(user, robot)
 
 
-async def test_checkpoint_records_the_containers_session(attach: Attach, store: SlowStore) -> None:
 async def test_log_of_a_node_is_stored_with_the_checkpoint_and_read_in_pages(
     attach: Attach, store: SlowStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -228,6 +228,7 @@ async def read_log(stream: Stream, node: str, after: int) -> list[tuple[int, byt
     return answer.entries
 
 
+async def test_checkpoint_records_the_containers_session(attach: Attach, store: SlowStore) -> None:
     spec = msgspec.structs.replace(robot_spec("c2"), session="c1")
     stream = await attach(spec)
     await ask(stream, machine_link.SaveClone(1, {"session": b"c9", "origin": b"elsewhere"}))
