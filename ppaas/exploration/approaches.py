@@ -20,6 +20,10 @@ from ppaas.planners.weights import NEUTRAL, passable
 SIGHT = 0.75
 """Largest distance of a pose from a frontier whose own cells the robot cannot enter [m]."""
 
+MOST_COST = 128
+"""Cost of a pose from which an obstacle is 7 cm farther than it must be, by the usual parameters. Move Base sees
+obstacles a little larger than they are on the map."""
+
 _SAMPLES = 48
 """Cells of a frontier to which distances are computed."""
 
@@ -89,12 +93,23 @@ class Reach:
     def _approach(self, frontier: Frontier) -> Approach | None:
         cells = frontier.cells
         costs = self._field.values_at(cells)
-        open_cells = np.isfinite(costs)
-        if open_cells.any():
-            cells, costs = cells[open_cells], costs[open_cells]
-            best = self._middle(cells)
-            return self._to(frontier, cells[best], cells[best], float(costs[best]))
-        return self._from_beside(frontier)
+        within = np.isfinite(costs)
+        clear = within & self._is_clear(cells)
+        if clear.any():
+            return self._to_middle(frontier, clear, costs)
+        beside = self._from_beside(frontier)
+        return self._to_middle(frontier, within, costs) if beside is None and within.any() else beside
+
+    def _is_clear(self, cells: Cells) -> NDArray[np.bool_]:
+        """Return which of (n, 2) cells are so far from obstacles that a little difference does not block them."""
+        clear: NDArray[np.bool_] = self._costmap.data[cells[:, 0], cells[:, 1]] < MOST_COST
+        return clear
+
+    def _to_middle(self, frontier: Frontier, usable: NDArray[np.bool_], costs: NDArray[np.float64]) -> Approach:
+        """Return the approach to the middle of the usable cells of a frontier."""
+        cells = frontier.cells[usable]
+        best = self._middle(cells)
+        return self._to(frontier, cells[best], cells[best], float(costs[usable][best]))
 
     def _middle(self, cells: Cells) -> int:
         """Return the index of the cell that is nearest the mean of all, rather where it is cheap."""
@@ -107,7 +122,8 @@ class Reach:
         sampled = frontier.cells[np.linspace(0, len(frontier.cells) - 1, _SAMPLES).astype(np.int64)]
         around = self._window(sampled, int(most))
         costs = self._field.values_at(around)
-        around, costs = around[np.isfinite(costs)], costs[np.isfinite(costs)]
+        usable = np.isfinite(costs) & self._is_clear(around)
+        around, costs = around[usable], costs[usable]
         if not len(around):
             return None
         apart = np.hypot(*(around[:, None] - sampled[None]).transpose(2, 0, 1))

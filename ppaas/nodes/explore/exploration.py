@@ -54,7 +54,7 @@ class Exploration(msgspec.Struct):
     targets : int
         Number of goals sent to Move Base.
     reached : int
-        Number of them that the robot reached.
+        Number of them that the robot reached, or whose frontier it saw before.
     given_up : int
         Number of frontiers that the robot gave up.
     frontiers : int

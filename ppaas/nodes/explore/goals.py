@@ -47,7 +47,7 @@ class ExplorationGoals:
     def __init__(self, context: Context, parameters: ExploreParameters, exploration: Exploration) -> None:
         self._context, self._parameters, self._exploration = context, parameters, exploration
         self.last_reason = ""
-        self._given_up = GivenUp(exploration.tiles)
+        self._given_up, self._failures = GivenUp(exploration.tiles), GivenUp()
         if exploration.target is not None:
             exploration.target.since = context.elapsed()
 
@@ -73,6 +73,7 @@ class ExplorationGoals:
             return self.steer(surveyed)
         chosen = choose(left.approaches, self._parameters, kept)
         if chosen is None:
+            exploration.reached += exploration.target is not None
             return ""
         self._head_for(chosen, left.points_of(chosen), same=chosen is kept)
         x, y = chosen.pose[:2]
@@ -98,6 +99,8 @@ class ExplorationGoals:
         if same and target is not None and target.goal.pose.distance_to(approach.pose) <= MOVED:
             target.points = points.tolist()
             return
+        if target is not None:
+            self._exploration.reached += 1  # its frontier is gone, or has moved away: the robot has seen it
         since, nearest = self._context.elapsed(), approach.distance
         x, y = approach.seen.tolist()
         self._send(
@@ -137,6 +140,21 @@ class ExplorationGoals:
         return "looking around"
 
     # -- giving up -----------------------------------------------------------------------------------------------------
+
+    def failed(self, reason: str) -> bool:
+        """Drop a target whose goal Move Base aborted; return whether its frontier is given up: the second time.
+
+        The map may have changed while the robot drove, so that the frontier has another pose to see it from now.
+        """
+        target = self._exploration.target
+        assert target is not None and target.seen is not None
+        points = np.array(target.points or [target.seen]).reshape(-1, 2)
+        if self._failures.covers(points):
+            self.give_up(reason)
+            return True
+        self._failures.add(points)
+        self._exploration.target, self.last_reason = None, reason
+        return False
 
     def give_up(self, reason: str) -> None:
         """Give up the frontier of the target, and drop the target."""

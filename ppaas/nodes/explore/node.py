@@ -160,9 +160,9 @@ class ExploreNode(Node):
             self._stood = self.context.elapsed()
             self._say("looking at the frontier")
         elif status.status == Status.ABORTED:
-            goals.give_up(status.text)
-            self._say(f"a frontier was given up: {status.text}")
-            self._survey()
+            given_up = goals.failed(status.text)
+            self._stood = self.context.elapsed()
+            self._say(f"a frontier {'is given up' if given_up else 'was not reached'}: {status.text}")
         else:
             self._end(Status.PREEMPTED, f"Exploring has ended: {status.text}")
 
@@ -210,7 +210,7 @@ class ExploreNode(Node):
         self._explorations.accept(exploration)
         self._goals = ExplorationGoals(self.context, self._parameters, exploration)
         self._began = self.context.elapsed() - exploration.seconds
-        self._well = self._stood = self.context.elapsed()
+        self._well, self._stood = self.context.elapsed(), float("-inf")
         self._odometry = None
         every = self.context.every
         self._timers += [
@@ -226,7 +226,7 @@ class ExploreNode(Node):
         exploration, goals = self._exploration, self._goals
         if exploration is None or goals is None or goals.returning or self._map.surveying:
             return
-        if exploration.arrived is not None and self.context.elapsed() - self._stood < LOOK:
+        if exploration.target is None and self.context.elapsed() - self._stood < LOOK:
             return
         if self._map.has_map and not self._map.has_changed and exploration.target is not None:
             self._check_progress()

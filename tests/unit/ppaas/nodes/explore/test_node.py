@@ -84,6 +84,10 @@ class Alone:
         ended = GoalStatus(self.goals[-1].goal_id, int(status), text)
         self.graph.inject("move_base/result", MoveBaseActionResult(Header(), ended))
 
+    def abort(self) -> None:
+        self.end_goal(Status.ABORTED, "Failed to find a valid plan.")
+        self.wait(3.0)
+
     @property
     def target(self) -> Pose2D:
         return self.goals[-1].goal.target_pose.pose.planar()
@@ -113,6 +117,17 @@ def test_robot_is_sent_to_the_nearest_frontier():
     assert alone.node.busy
 
 
+def test_exploring_succeeds_although_a_frontier_is_given_up_if_another_was_seen():
+    alone = exploring()
+    half = corridor()
+    half.data[20:60, 20] = OCCUPIED
+    alone.show(half)
+    alone.wait(1.0)
+    alone.abort()
+    alone.abort()
+    assert alone.outcome == (Status.SUCCEEDED, "No frontier is left but 1 that the robot gave up.")
+
+
 def test_goal_is_kept_while_its_frontier_is_there_and_replaced_when_it_is_gone():
     alone = exploring()
     alone.show(corridor(left=19))
@@ -134,11 +149,15 @@ def test_goal_follows_a_frontier_that_moves_away():
     assert alone.target.x == pytest.approx(0.275)
 
 
-def test_frontier_that_move_base_aborts_is_given_up():
+def test_frontier_that_move_base_aborts_twice_is_given_up():
     alone = exploring()
-    alone.end_goal(Status.ABORTED, "Failed to find a valid plan.")
+    alone.abort()
+    assert "a frontier was not reached: Failed to find a valid plan." in alone.texts
+    assert alone.target.x == pytest.approx(1.025)
+    alone.abort()
     assert alone.target.x == pytest.approx(3.975)
-    alone.end_goal(Status.ABORTED, "Failed to find a valid plan.")
+    alone.abort()
+    alone.abort()
     assert alone.outcome == (
         Status.ABORTED, "No frontier could be reached. The last reason: Failed to find a valid plan.",
     )  # fmt: skip
@@ -282,8 +301,8 @@ def test_reason_for_which_move_base_stands_is_reported():
 
 def test_exploration_continues_from_a_checkpoint_with_its_goal_and_what_it_gave_up():
     alone = exploring()
-    alone.end_goal(Status.ABORTED, "no plan")
-    alone.wait(2.0)
+    alone.abort()
+    alone.abort()
     state = alone.node.checkpoint()
     assert state is not None
     other = Alone()
@@ -292,11 +311,10 @@ def test_exploration_continues_from_a_checkpoint_with_its_goal_and_what_it_gave_
     other.node.restore(state)
     other.wait(1.0)
     assert other.goals == [], "Move Base has been restored to the goal"
-    other.graph.inject(
-        "move_base/result", MoveBaseActionResult(Header(), GoalStatus(alone.goals[-1].goal_id, int(Status.ABORTED)))
-    )
-    assert other.results[-1].result.unreachable == 2
-    assert other.results[-1].result.exploration_time.seconds() == pytest.approx(3.0)
+    other.show(closed())
+    other.wait(1.0)
+    assert other.results[-1].result.unreachable == 1
+    assert other.results[-1].result.exploration_time.seconds() == pytest.approx(8.0)
 
 
 # -- a whole clone -----------------------------------------------------------------------------------------------------
