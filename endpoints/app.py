@@ -15,7 +15,7 @@ from endpoints.http.head_requests import HeadRequests
 from endpoints.http.problems import add_problem_handlers
 from endpoints.rest.cluster import audit, containers, health, machines
 from endpoints.rest.dependencies import single_query_values
-from endpoints.rest.maps import map_cells, map_reviews, map_versions, maps
+from endpoints.rest.maps import map_cells, map_merge, map_reviews, map_versions, maps
 from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
 from endpoints.rest.plans import cost_matrix, evaluation, plan_database, planners, planning, plans, stored_plans
 from endpoints.rest.plans.fast_path import PlanFastPath
@@ -46,6 +46,7 @@ RESOURCES = (
     maps,
     map_versions,
     map_reviews,
+    map_merge,
     map_cells,
     evaluation,
     models,

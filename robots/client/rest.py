@@ -83,6 +83,10 @@ class RestClient:
         self._timeout = timeout
         self.token = token
 
+    def with_timeout(self, timeout: float) -> "RestClient":
+        """Return a client with the same token and another time limit of a request [s]."""
+        return RestClient(self._url, self.token, timeout)
+
     async def login(self, user: str, password: str) -> Login:
         """Obtain a token and use it for all later requests.
 

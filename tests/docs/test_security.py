@@ -59,6 +59,7 @@ BODIES: dict[str, Any] = {
     "change_plan": {"cost": 3.0},
     "change_machine": {"draining": True},
     "resize_container": {"cores": 0.5},
+    "merge_map": {"with": "house", "into": "both"},
 }
 """A body for each operation that takes JSON."""
 

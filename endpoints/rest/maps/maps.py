@@ -59,7 +59,7 @@ async def publish_map(request: Request, services: Provided, user: Caller, if_mat
         if form.review:
             publication = Publication(form.id, user.id, epoch(), form.message, if_match=_version(if_match))
             return await _propose(request, services, user, upload, publication)
-        with _invalidate(services, form.id):
+        with invalidated(services, form.id):
             async with services.heavy_work.turn(user.id):
                 published, record = await run_in_threadpool(publish_upload, services, user, form, upload, if_match)
     services.cloud.map_changed(record)
@@ -103,7 +103,7 @@ async def change_map(
         fields["readers"] = tuple(dict.fromkeys(fields["readers"] or ()))
     if "description" in fields:
         fields["description"] = fields["description"] or ""
-    with _invalidate(services, map_id):
+    with invalidated(services, map_id):
         return MapSummary.of(await run_in_threadpool(services.map_store.change_map, map_id, **fields))
 
 
@@ -114,7 +114,7 @@ async def roll_back_map(
     """Make an earlier version of a map the current one again; this adds an entry to its versions."""
     head = await owned_head(services, user, map_id)
     publication = Publication(map_id, user.id, epoch(), wanted.message, head.owner, if_match=_version(if_match))
-    with _invalidate(services, map_id):
+    with invalidated(services, map_id):
         record = await run_in_threadpool(services.map_store.roll_back, wanted.version, publication)
     services.cloud.map_changed(record)
     return MapSummary.of(record)
@@ -127,7 +127,7 @@ async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
     if robots_in(services, map_id=map_id):
         raise Conflict(f"map {map_id!r} is in use by robots: disconnect them first")
     await services.plan_writer.settled()
-    with _invalidate(services, map_id):
+    with invalidated(services, map_id):
         await run_in_threadpool(_remove, services, map_id)
 
 
@@ -146,7 +146,7 @@ def _forget_planning(store: Store, map_id: str) -> None:
 
 
 @contextmanager
-def _invalidate(services: Services, map_id: str) -> Iterator[None]:
+def invalidated(services: Services, map_id: str) -> Iterator[None]:
     """Drop a map from the cache after the block, also if the block raises."""
     try:
         yield

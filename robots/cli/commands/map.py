@@ -1,4 +1,4 @@
-"""Command ``ppaas map``: publishes, lists, shows, changes, compares, reviews, rolls back, fetches and deletes maps."""
+"""Command ``ppaas map``: publishes, lists, shows, changes, compares, reviews, merges, fetches and deletes maps."""
 
 import argparse
 import sys
@@ -11,7 +11,7 @@ from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.cli.verbs import map_reviews
+from robots.cli.verbs import map_merge, map_reviews
 from robots.cli.verbs.map_versions import delete_version, diff, list_versions, roll_back, whole_version
 from robots.client.rest_paths import path_of
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from robots.client.rest import RestClient
 
 NAME = "map"
-HELP = "publish, list, show, change, compare, review, roll back, fetch and delete maps"
+HELP = "publish, list, show, change, compare, review, merge, roll back, fetch and delete maps"
 
 MAPS = Resource(
     "maps",
@@ -68,6 +68,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     for verb in (publish, listing, one, change, versions, diff, roll_back, fetch, delete):
         add_session_arguments(verb)
     map_reviews.configure(verbs)
+    map_merge.configure(verbs)
     _add_version_verbs(verbs.add_parser("version", help="delete a version of a map"))
 
 
@@ -181,6 +182,7 @@ _VERBS = {
     "change": _change,
     "versions": list_versions,
     "diff": diff,
+    "merge": map_merge.merge,
     "roll-back": roll_back,
     "fetch": _fetch,
     "delete": MAPS.delete,

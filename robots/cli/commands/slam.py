@@ -20,8 +20,8 @@ HELP = "make a map of a log or a bag with laser scans and odometry, or score a t
 FORMATS = ("carmen", "flirt", "bag")
 """Formats of recordings; as in `robots.recordings.scan_logs`, which ``ppaas --help`` must not load."""
 
-GRAPH = ".g2o"
-"""Ending of pose graphs."""
+GRAPH, POSEGRAPH = ".g2o", ".posegraph"
+"""Endings of pose graphs, without and with scans."""
 
 COLUMNS = ("scans", "key_frames", "closures", "distrusted_edges", "total_seconds")
 SOLVED = ("nodes", "edges", "chi2", "distrusted_edges", "iterations", "seconds")
@@ -45,6 +45,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--map", type=Path, metavar="OUT.yaml", help="write the map, with its image beside it")
     parser.add_argument(
         "--trajectory", type=Path, metavar="OUT.txt", help="write a line 'timestamp x y theta' for every scan"
+    )
+    parser.add_argument(
+        "--posegraph",
+        type=Path,
+        metavar="OUT.posegraph",
+        help="write the key frames with their pose graph",
     )
     parser.add_argument("--graph", type=Path, metavar="OUT.g2o", help="write the pose graph of the key frames")
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the map and the trajectory")
@@ -82,8 +88,8 @@ def _score_file(arguments: argparse.Namespace) -> None:
 
     if arguments.score is None or arguments.trajectory is None:
         raise InvalidInput("give a LOG to map, or --trajectory and --score to score a trajectory")
-    if (arguments.map, arguments.plot, arguments.graph) != (None, None, None):
-        raise InvalidInput("--map, --plot and --graph need a LOG")
+    if (arguments.map, arguments.plot, arguments.graph, arguments.posegraph) != (None, None, None, None):
+        raise InvalidInput("--map, --plot, --graph and --posegraph need a LOG")
     answer = _scored(arguments.score, *parse_trajectory(_text(arguments.trajectory)))
     show(answer, SCORES, as_json=arguments.json)
 
@@ -98,7 +104,9 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         raise InvalidInput(f"a map is a YAML file; use {arguments.map.stem or 'map'}.yaml, not {str(arguments.map)!r}")
     if arguments.graph is not None and arguments.graph.suffix != GRAPH:
         raise InvalidInput(f"a graph is a file of g2o; use {arguments.graph.stem or 'graph'}.g2o")
-    for path in (arguments.map, arguments.trajectory, arguments.plot, arguments.graph):
+    if arguments.posegraph is not None and arguments.posegraph.suffix != POSEGRAPH:
+        raise InvalidInput(f"a pose graph with scans is a file {arguments.posegraph.stem or 'map'}{POSEGRAPH}")
+    for path in (arguments.map, arguments.trajectory, arguments.plot, arguments.graph, arguments.posegraph):
         if path is not None and not path.parent.is_dir():
             raise InvalidInput(f"cannot write {path}: there is no folder {path.parent}")
 
@@ -126,7 +134,8 @@ def _solve(arguments: argparse.Namespace) -> dict[str, Any]:
     """Solve a pose graph, write it, and return the numbers of its parts and its error."""
     from robots.cli.verbs.slam_graph import solve_file  # noqa: PLC0415
 
-    if (arguments.map, arguments.plot, arguments.trajectory, arguments.score) != (None, None, None, None):
+    others = (arguments.map, arguments.plot, arguments.trajectory, arguments.score, arguments.posegraph)
+    if any(given is not None for given in others):
         raise InvalidInput(f"{arguments.log} is a pose graph, without scans: only --graph can be written")
     solved, answer = solve_file(arguments.log)
     if arguments.graph is not None:
@@ -157,6 +166,11 @@ def _write(arguments: argparse.Namespace, log: "ScanLog", made: "LogMap", resolu
         from ppaas.mapping.graph.g2o import format_g2o  # noqa: PLC0415
 
         _save(arguments.graph, "".join(format_g2o(made.mapper.graph)).encode())
+    if arguments.posegraph is not None:
+        from ppaas.mapping.serialization.mapping import Mapping  # noqa: PLC0415
+        from ppaas.mapping.serialization.mapping_file import pack_mapping  # noqa: PLC0415
+
+        _save(arguments.posegraph, b"".join(pack_mapping(Mapping(made.mapper.key_frames, made.mapper.graph))))
     if arguments.map is None and arguments.plot is None:
         return
     from ppaas.maps.formats.map_files import save_map  # noqa: PLC0415

@@ -187,6 +187,7 @@ BODIES: dict[str, object] = {
     "/v1/maps/house/plans": {"start": [0, 0], "goal": [1, 1]},
     "/v1/plans/p1": {"map": "house", "planner": "dijkstra", "poses": [[0, 0, 0, 0, 0, 0, 1]]},
     "/v1/maps/house/roll_back": {"version": "0" * 64},
+    "/v1/maps/house/merge": {"with": "house", "into": "house"},
     "/v1/maps/house/reviews/1/approve": {},
     "/v1/maps/house/reviews/1/refuse": {"why": "no"},
     "/v1/maps/house/cost_matrix": {"starts": [[0, 0]], "goals": [[1, 1]]},

@@ -11,6 +11,7 @@ from PIL import Image
 from ppaas.errors import InvalidGraph, InvalidInput, InvalidParameter
 from ppaas.mapping.graph.g2o import parse_g2o
 from ppaas.mapping.relations import parse_trajectory
+from ppaas.mapping.serialization.mapping_file import unpack_mapping
 from robots.cli.command_parser import CommandParser
 from robots.cli.commands import slam
 from robots.client.map_files import read_map_file
@@ -101,6 +102,12 @@ def test_the_pose_graph_is_written_and_solved_again(
     assert capsys.readouterr().out.split()[:3] == ["nodes", "edges", "chi2"]
 
 
+def test_key_frames_are_written_with_their_pose_graph(tmp_path: Path, log: Path) -> None:
+    run(log, "--posegraph", tmp_path / "out.posegraph")
+    mapping = unpack_mapping((tmp_path / "out.posegraph").read_bytes())
+    assert len(mapping.frames) == mapping.graph.node_count > 5
+
+
 def test_a_graph_with_lies_is_refused_with_its_line(tmp_path: Path) -> None:
     (tmp_path / "bad.g2o").write_text("VERTEX_SE2 0 0 0 0\nEDGE_SE2 0 7 1 0 0 1 0 0 1 0 1\n")
     with pytest.raises(InvalidGraph, match="2"):
@@ -121,6 +128,7 @@ def test_a_graph_with_lies_is_refused_with_its_line(tmp_path: Path) -> None:
         (("missing.log", "--map", "nowhere/out.yaml"), "no folder nowhere"),
         (("missing.log", "--plot", "out.jpg"), r"use out\.png"),
         (("missing.log", "--graph", "out.txt"), r"use out\.g2o"),
+        (("missing.log", "--posegraph", "out.txt"), r"a file out\.posegraph"),
         (("missing.g2o",), "cannot read the graph"),
     ],
 )

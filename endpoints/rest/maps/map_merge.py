@@ -1,0 +1,86 @@
+"""Route of merges of maps: two maps of one place, made without a common start, become one."""
+
+from pathlib import Path
+from typing import Any
+
+from fastapi import APIRouter, Request
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.audit.notes import note_details, note_object
+from endpoints.rest.dependencies import Caller, Provided
+from endpoints.rest.maps.maps import IfMatch, invalidated, opened_map, publish_upload
+from endpoints.rest.maps.merge_program import merge_in_process
+from endpoints.rest.maps.merge_schemas import MapMerge, MergedMapAnswer
+from endpoints.rest.maps.upload_form import MapForm
+from endpoints.rest.names import MapId
+from endpoints.rest.openapi import BODY, KNOWN, problems
+from endpoints.rest.strict_json import StrictRoute
+from endpoints.services.services import Services
+from ppaas.errors import Conflict
+from ppaas.maps.formats.map_files import read_info
+from storage.opened_maps import OpenMap
+from storage.records import MapRecord, User
+from storage.staged_uploads import blocks, temporary_folder
+from storage.versions import IMAGE, POSEGRAPH, YAML
+
+router = APIRouter(prefix="/maps/{map_id}", tags=["maps"], route_class=StrictRoute)
+
+
+@router.post(
+    "/merge",
+    status_code=201,
+    response_model=MergedMapAnswer,
+    responses=KNOWN | BODY | problems(403, 404, 409, 429),
+)
+async def merge_map(
+    map_id: MapId,
+    wanted: MapMerge,
+    *,
+    request: Request,
+    services: Provided,
+    user: Caller,
+    if_match: IfMatch = None,
+) -> MergedMapAnswer:
+    """Merge the pose graphs of two maps and publish the result, in the frame of this map.
+
+    The grid is drawn anew from the scans of both; an octree is not part of the result. Maps that do not overlap
+    enough, contradict each other, or fit in several ways are not merged (409).
+    """
+    note_object(request.scope, f"maps/{wanted.into}")
+    with invalidated(services, wanted.into):
+        async with services.heavy_work.turn(user.id):
+            merged, record = await run_in_threadpool(_merge, services, user, map_id, wanted, if_match)
+    services.cloud.map_changed(record)
+    note_details(request.scope, version=merged.version, merged=[map_id, wanted.with_])
+    return merged
+
+
+def _merge(
+    services: Services, user: User, map_id: str, wanted: MapMerge, if_match: str | None
+) -> tuple[MergedMapAnswer, MapRecord]:
+    with temporary_folder() as folder, services.map_store.stage() as upload:
+        kept, moved = folder / "first", folder / "second"
+        with opened_map(services, user, map_id) as first:
+            _copy_graph(first, kept)
+            resolution = read_info(bytes(first.buffer(YAML)), first.buffer(IMAGE)).resolution
+        with opened_map(services, user, wanted.with_) as second:
+            _copy_graph(second, moved)
+        found = merge_in_process(kept, moved, resolution, folder)
+        for part in (YAML, IMAGE, POSEGRAPH):
+            upload.add(part, [(folder / part).read_bytes()])
+        message = wanted.message or f"merge of {map_id} and {wanted.with_}"
+        form = MapForm(wanted.into, None, None, message)
+        published, record = publish_upload(services, user, form, upload, if_match)
+        answer: dict[str, Any] = published.model_dump() | found
+        return MergedMapAnswer(**answer), record
+
+
+def _copy_graph(opened: OpenMap, to: Path) -> None:
+    """Write the pose graph of a map to a file; ``Conflict`` if the map has none."""
+    if POSEGRAPH not in opened.record.present.files:
+        raise Conflict(
+            f"map {opened.record.id!r} has no pose graph, and cannot be merged: publish one that a robot or "
+            "'ppaas slam' made, with its .posegraph"
+        )
+    with to.open("wb") as file:
+        file.writelines(blocks(opened.buffer(POSEGRAPH)))
