@@ -1,8 +1,13 @@
 """A robot without a map: it drives to a goal beyond its first view, while the cloud maps."""
 
+import asyncio
+import contextlib
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
+from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.distance import distance_to_occupied
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridMap
@@ -86,3 +91,25 @@ async def test_a_robot_maps_while_it_drives_beyond_its_first_view(cloud: Running
         occupied, free = wrong_parts(made, office_map, start)
         assert occupied <= 0.02
         assert free <= 0.01
+
+        before = (await rest.get(f"/v1/robots/{ROBOT}/map"))["key_frames"]
+        killed = cloud.container()
+        killed.kill()
+        after = await map_after(rest, lambda container: container["pid"] != killed.pid)
+        assert after["key_frames"] >= before - 1
+        again = await map_of(drive.operator)
+        assert np.sum(again.data != UNKNOWN) >= 0.99 * np.sum(made.data != UNKNOWN)
+
+        published = await rest.with_timeout(120.0).post(f"/v1/robots/{ROBOT}/map", {"publish": "office-2"})
+        assert published["parts"] == ["image", "posegraph", "yaml"]
+        assert (published["owner"], published["resolution"]) == ("admin", 0.05)
+        assert np.sum(np.array([published["width"], published["height"]])) > 200
+
+
+async def map_after(rest: RestClient, ready: Callable[[dict[str, object]], bool]) -> dict[str, int]:
+    """Return the size of the robot's map, once its container is as required."""
+    while True:
+        with contextlib.suppress(Unavailable):
+            if ready(await show(rest)):
+                return dict(await rest.get(f"/v1/robots/{ROBOT}/map"))
+        await asyncio.sleep(0.05)
