@@ -32,7 +32,6 @@ from ppaas.nodes.map_server.costmap_filters import (
     check_no_masks,
 )
 from ppaas.nodes.move_base.costmap_topics import CostmapTopics
-from ppaas.nodes.move_base.mapping_node import MappingMoveBaseNode
 from ppaas.nodes.move_base.node import MoveBaseNode, Processors, unchanged
 from ppaas.nodes.move_base.people import SocialLayerParameters
 from ppaas.nodes.move_base.speed_limits import SpeedFilter
@@ -177,7 +176,7 @@ def _move_base(
             adapt(layers), body, local, social, costs=costs, tolerance=driving.transform_tolerance, names=names
         )
         surroundings.mark_ahead(not controller.predicts)
-        return (MappingMoveBaseNode if maps else MoveBaseNode)(
+        return _kind(maps)(
             context, surroundings=surroundings, planner=planner, path_planners=path_planners,
             costmap_topics=CostmapTopics(context, surroundings, body=body, publish_frequency=local.publish_frequency),
             controller=controller, recoveries=recovering, parameters=driving, threads=threads,
@@ -187,6 +186,15 @@ def _move_base(
         )  # fmt: skip
 
     return move_base
+
+
+def _kind(maps: bool) -> type[MoveBaseNode]:
+    if not maps:
+        return MoveBaseNode
+    # Imported only here, so that not every container loads key frames.
+    from ppaas.nodes.move_base.mapping_node import MappingMoveBaseNode  # noqa: PLC0415
+
+    return MappingMoveBaseNode
 
 
 def _processors(reuse: ReuseSetup, body: RobotModel, driving: MoveBaseParameters, *, tracked: bool) -> Processors:

@@ -99,6 +99,15 @@ class PlanBlocked:
 
 
 @dataclass(frozen=True, slots=True)
+class GoalMoved:
+    """The active goal and the poses on the way to it are elsewhere, since the map was corrected there."""
+
+    now: float
+    pose: Pose2D
+    through: tuple[Pose2D, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class PosesPassed:
     """The robot passed this number of the poses on its way."""
 
@@ -167,6 +176,7 @@ Event = (
     | PlanFailed
     | PlanDeferred
     | PlanBlocked
+    | GoalMoved
     | PosesPassed
     | ControlTick
     | VelocityComputed

@@ -35,6 +35,7 @@ from ppaas.navigation.events import (
     ControlTick,
     Event,
     Goal,
+    GoalMoved,
     GoalReceived,
     PlanBlocked,
     PlanDeferred,
@@ -134,6 +135,8 @@ class MoveBase:
                 self._end(event.now, Status.PREEMPTED, CANCELLED)
             case Preempted() if self.goals.active is not None:
                 self._end(event.now, Status.PREEMPTED, event.reason)
+            case GoalMoved() if self.goals.active is not None:
+                self._on_goal_moved(event)
             case PlanBlocked() if self.goals.active is not None and self.state is State.CONTROLLING:
                 self._plan_again(event.now)
             case _ if self.goals.active is not None:
@@ -192,6 +195,14 @@ class MoveBase:
         if active is not None and active.text != text:
             active.text = text
             self._orders.append(PublishStatus())
+
+    def _on_goal_moved(self, event: GoalMoved) -> None:
+        """Drive to where the goal is now, by the next plan."""
+        active = self.goals.active
+        assert active is not None
+        active.goal = replace(active.goal, pose=event.pose, through=event.through)
+        if self.state is State.CONTROLLING and self.parameters.planner_frequency == 0.0:
+            self._plan_again(event.now)
 
     def _on_passed(self, event: PosesPassed) -> None:
         active = self.goals.active

@@ -314,6 +314,7 @@ class GridSlamNode(LoggedMapNode):
         motion = mapper.apply(closed)
         if motion is not None:
             self._map_to_odom = motion @ self._map_to_odom
+            self._publish_map()
             self._key_frames.publish(mapper.key_frames)
         self._close_loops()
 

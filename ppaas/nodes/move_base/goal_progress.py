@@ -59,6 +59,10 @@ class GoalProgress:
         self._began = self._updated = now
         self._speed = self._top_speed
 
+    def aim(self, goal: Pose2D) -> None:
+        """Take the goal, which is elsewhere now."""
+        self._goal = goal
+
     def resume(self, spent: float) -> None:
         """Count the time for which the goal was active in another executor [s]."""
         self._began -= spent

@@ -63,6 +63,8 @@ class StaticLayer:
     ----------
     has_map : bool
         Whether a map has come.
+    began : float
+        When the last build began, which contains all messages before [s].
     """
 
     subscribes: ClassVar[tuple[Topic, ...]] = (topics.MAP, topics.MAP_UPDATES)
@@ -74,7 +76,7 @@ class StaticLayer:
         use: Callable[[MapLayers], None],
         goals: Callable[[], Sequence[Pose2D]],
     ) -> None:
-        self.has_map = False
+        self.has_map, self.began = False, float("-inf")
         self._context, self._build, self._use, self._goals = context, build, use, goals
         self._grid: GridMap | None = None
         self._info: GridInfo | None = None
@@ -120,7 +122,8 @@ class StaticLayer:
             self._timer.stop()
             self._timer = None
             return
-        self._running, self._next = True, self._context.elapsed() + PERIOD
+        self._running, self.began = True, self._context.elapsed()
+        self._next = self.began + PERIOD
         messages, grid, goals, last = tuple(self._messages), self._grid, tuple(self._goals()), self._layers
 
         def work(_cancelled: Callable[[], bool]) -> _Built:

@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
+from ppaas.mapping.volume.key_frame_poses import KeyFramePoses
 from ppaas.maps.grid import UNKNOWN, GridMap
+from ppaas.maps.occupancy import GridMapMessage
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.messages.geometry_msgs import PoseStamped
+from ppaas.nodes.grid_slam.key_frame_path import KeyFramePath
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, error_of, walled_map
 
@@ -43,6 +47,32 @@ def test_goals_in_unknown_space_are_refused_if_the_planner_may_not_lead_there() 
     driving.send_goal(in_map(Pose2D(2.0, 1.5, 0.0)))
     driving.run(20.0)
     assert driving.last_status() is Status.SUCCEEDED, driving.results[-1].status.text
+
+
+def test_a_goal_moves_with_the_key_frame_nearest_to_it() -> None:
+    driving = loop()
+    current: list[PoseStamped] = []
+    driving.graph.tap("move_base/current_goal", lambda _, message: current.append(message))  # type: ignore[arg-type]
+    driving.send_goal(in_map(BEHIND_WALL))
+    driving.run(5.0)
+    driving.sensing = False
+    driving.run(1.2)  # until the last changes are in the map
+    published = driving.graph.latched("key_frames")
+    assert isinstance(published, KeyFramePath)
+    poses = published.key_frames.poses.copy()
+    poses[1:, 1] += 0.3
+    moved = KeyFramePath(KeyFramePoses(published.key_frames.stamps, poses), published.stamp)
+    driving.graph.deliver_to("move_base", "key_frames", moved)
+    driving.run(0.2)
+    assert len(current) == 1, "the map is that of the key frames before"
+    map_ = driving.graph.latched("map")
+    assert isinstance(map_, GridMapMessage)
+    cells = map_.grid.data.copy()
+    cells[0, 0] = 100 - max(cells[0, 0], 0)
+    driving.graph.deliver_to("move_base", "map", GridMapMessage(GridMap(cells, map_.grid.info)))
+    driving.run(1.1)
+    first, last = (message.pose.planar() for message in (current[0], current[-1]))
+    assert last == pytest.approx((first.x, first.y + 0.3, first.theta))
 
 
 @pytest.mark.parametrize("tracked", [True, False])

@@ -13,7 +13,9 @@ from ppaas.navigation.events import (
     CancelReceived,
     ControlFailed,
     Goal,
+    GoalMoved,
     GoalReceived,
+    PlanBlocked,
     PlanFailed,
     PlanSucceeded,
     PosesPassed,
@@ -358,3 +360,36 @@ def test_feedback_counts_the_recoveries_of_the_goal():
     driver.goal("b")
     driver.tick()
     assert driver.one(PublishFeedback).recoveries == 0
+
+
+# -- maps that change --------------------------------------------------------------------------------------------------
+
+
+def test_robot_stops_and_plans_again_if_its_plan_is_blocked_on_another_map():
+    driver = Driver(planner_frequency=0.0)
+    driver.to_controlling()
+    driver.feed(VelocityComputed(driver.now, Velocity(0.3, 0.0)))
+    driver.feed(PlanBlocked(driver.now))
+    driver.one(Stop)
+    driver.tick()
+    assert driver.of(RequestPlan) and driver.machine.state is State.PLANNING
+
+
+@pytest.mark.parametrize("frequency", [0.0, 1.0])
+def test_a_goal_that_has_moved_is_the_goal_of_the_next_plan(frequency):
+    driver = Driver(planner_frequency=frequency)
+    driver.to_controlling()
+    moved = Pose2D(THERE.x + 0.4, THERE.y, THERE.theta)
+    driver.feed(GoalMoved(driver.now, moved))
+    assert bool(driver.of(Stop)) is (frequency == 0.0)
+    for _ in range(25):
+        driver.tick()
+        if driver.of(RequestPlan):
+            break
+    assert driver.one(RequestPlan).goal == moved
+    assert driver.one(PublishFeedback).goal.pose == moved
+
+
+def test_without_a_goal_nothing_moves_or_is_blocked():
+    driver = Driver()
+    assert driver.feed(GoalMoved(driver.now, THERE)) == [] == driver.feed(PlanBlocked(driver.now))
