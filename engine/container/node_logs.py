@@ -1,8 +1,10 @@
 """Node logs: changes of the logs of nodes, which are stored with checkpoints, and their restoration."""
 
 import asyncio
+from collections.abc import Iterator
 
 from engine.container.machine_client import MachineClient
+from engine.container.monitor.leased_logs import LeasedLogs
 from ppaas.change_log import LogChange, LogEntry
 from ppaas.nodes.graph import Graph
 from storage.records import CloneLogChange
@@ -17,10 +19,12 @@ class NodeLogs:
     Parameters
     ----------
     graph : Graph
+    leased : LeasedLogs, optional
+        Logs of the nodes that the robot runs.
     """
 
-    def __init__(self, graph: Graph) -> None:
-        self._graph = graph
+    def __init__(self, graph: Graph, leased: LeasedLogs | None = None) -> None:
+        self._graph, self._leased = graph, leased or LeasedLogs()
         self._pending: dict[str, LogChange] = {}
 
     async def save(self, machine: MachineClient, checkpoint: dict[str, bytes]) -> None:
@@ -31,11 +35,9 @@ class NodeLogs:
         Unavailable
             The machine or its store does not answer in time; try again.
         """
-        for node in self._graph.nodes_with_logs:
-            change = node.log_change()
-            if change is not None:
-                before = self._pending.get(node.name)
-                self._pending[node.name] = change if before is None else before.then(change)
+        for name, change in self._changes():
+            before = self._pending.get(name)
+            self._pending[name] = change if before is None else before.then(change)
         pending = dict(self._pending)
         changes = [part for name, change in pending.items() for part in _parts(name, change)]
         for part in changes[:-1]:
@@ -45,8 +47,18 @@ class NodeLogs:
             if self._pending.get(name) is change:
                 del self._pending[name]
 
+    def _changes(self) -> Iterator[tuple[str, LogChange]]:
+        """Yield the changes since the last call: those of leases first, which end before their node runs here."""
+        yield from self._leased.take_changes().items()
+        for node in self._graph.nodes_with_logs:
+            change = node.log_change()
+            if change is not None:
+                yield node.name, change
+
     async def restore(self, machine: MachineClient) -> None:
         """Give each node its log; raises ``Unavailable`` if the machine or its store does not answer in time."""
+        for name in self._leased.nodes:
+            self._leased.load(name, [LogEntry(*entry) for entry in await machine.log(name)])
         for node in self._graph.nodes_with_logs:
             entries = [LogEntry(*entry) for entry in await machine.log(node.name)]
             if entries:

@@ -93,7 +93,7 @@ class Container:
         self._applied = int(launch.spec.checkpoint.get(LINK_STATE, b"0"))
         self._dirty = asyncio.Event()
         self._unsaved = OccasionalLog(logger)
-        self._logs = NodeLogs(home.graph)
+        self._logs = NodeLogs(home.graph, None if monitoring is None else monitoring.logs)
         self._held: list[robot_link.Published] = []
         self._unsent: deque[robot_link.Published] = deque(maxlen=MAX_UNSENT)
         self._graph.watch(self._topic_changed)

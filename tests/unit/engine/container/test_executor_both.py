@@ -50,7 +50,7 @@ def layers() -> MapLayers:
 
 
 def node_classes() -> set[type[Node]]:
-    """Return all node classes."""
+    """Return all node classes, except those that only share code."""
     for module in pkgutil.walk_packages(ppaas.nodes.__path__, "ppaas.nodes."):
         importlib.import_module(module.name)
     found, waiting = set[type[Node]](), [Node]
@@ -58,7 +58,7 @@ def node_classes() -> set[type[Node]]:
         below = waiting.pop().__subclasses__()
         found.update(below)
         waiting += below
-    return {cls for cls in found if cls.__module__.startswith("ppaas.nodes.")}
+    return {cls for cls in found if cls.__module__.startswith("ppaas.nodes.") and hasattr(cls, "name")}
 
 
 def test_all_builds_together_have_every_node_class(layers: MapLayers) -> None:
