@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from ppaas.bounded_numbers import whole
 from ppaas.errors import InvalidInput
 from robots.cli.benches import Measured
+from robots.pictures.figure_file import check_figure
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -45,6 +46,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="measure the solver instead, on synthetic graphs of 11,456 nodes and on graphs in the format of g2o",
     )  # fmt: skip
     parser.add_argument(
+        "--live", action="store_true", help="measure single steps instead: from a scan to its pose, and a search"
+    )
+    parser.add_argument(
+        "--corridors", action="store_true", help="map simulated corridors, too: 1.9 km that look alike, a few minutes"
+    )
+    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="chart the error and the time after each stage")
+    parser.add_argument(
         "--false", type=whole(least=0, most=1000), default=60, metavar="N",
         help="number of false closures of a synthetic graph (%(default)s)",
     )  # fmt: skip
@@ -54,13 +62,29 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return the results, and their table."""
     if arguments.graphs is not None:
         return _measure_graphs(arguments.graphs, arguments.false, progress)
+    if arguments.live:
+        return _measure_steps(progress)
     from benchmarks.mapping import suite  # noqa: PLC0415 - ``ppaas bench --help`` loads this module
     from benchmarks.mapping.run import row  # noqa: PLC0415
 
+    if arguments.plot is not None:
+        check_figure(arguments.plot)
     jobs = _jobs(arguments)
     task = progress.add_task("map", total=len(jobs))
     results = suite.measure(jobs, arguments.jobs, lambda: progress.advance(task))
+    if arguments.plot is not None:
+        from benchmarks.mapping.stage_chart import write_stages  # noqa: PLC0415
+
+        write_stages(arguments.plot, results)
     return Measured({"logs": results}, [row(result) for result in results])
+
+
+def _measure_steps(progress: "Progress") -> Measured:
+    from benchmarks.mapping import live  # noqa: PLC0415
+
+    task = progress.add_task("drive and search", total=2)
+    results = live.measure(lambda: progress.advance(task))
+    return Measured({"steps": results}, [live.row(result) for result in results])
 
 
 def _measure_graphs(files: list[Path], false: int, progress: "Progress") -> Measured:
@@ -87,6 +111,8 @@ def _jobs(arguments: argparse.Namespace) -> "list[SlamJob]":
     jobs = [SlamJob(log) for log in logs]
     for seed in range(arguments.offices):
         jobs += [SlamJob(seed=seed), SlamJob(seed=seed, sweep=SLOW_SWEEP)]
+    if arguments.corridors:
+        jobs.append(SlamJob(corridors=True))
     if not jobs:
         raise InvalidInput("nothing to map: give a LOG, --data or --offices above 0")
     return jobs

@@ -11,6 +11,7 @@ import numpy as np
 import psutil
 from numpy.typing import NDArray
 
+from benchmarks.mapping.corridors import corridor_route, corridors
 from benchmarks.mapping.office import office, route
 from benchmarks.mapping.ring import ring_drive
 from benchmarks.mapping.simulated_drive import SimulatedDrive, simulate
@@ -36,17 +37,22 @@ class SlamJob:
         Seed of the office.
     sweep : float
         Time that the simulated laser takes for a scan [s].
+    corridors : bool
+        Whether the simulated corridors are mapped instead of the office.
     """
 
     log: Path | None = None
     seed: int = 0
     sweep: float = 0.0
+    corridors: bool = False
 
     @property
     def name(self) -> str:
         """Name in the table."""
         if self.log is not None:
             return self.log.name.partition(".")[0]
+        if self.corridors:
+            return f"corridors {self.seed}"
         return f"office {self.seed}" + (f", sweep {self.sweep:g} s" if self.sweep else "")
 
 
@@ -97,7 +103,8 @@ def _peak() -> float:
 
 def _read(job: SlamJob) -> tuple[ScanLog, _Truth]:
     if job.log is None:
-        drive: SimulatedDrive = simulate(office(job.seed), route(), job.seed, sweep=job.sweep)
+        walls, way = (corridors(job.seed), corridor_route()) if job.corridors else (office(job.seed), route())
+        drive: SimulatedDrive = simulate(walls, way, job.seed, sweep=job.sweep)
         return drive.log, _Truth(random_relations(drive.log.stamps, drive.true, RELATIONS_SEED), drive.true)
     path = job.log.with_name(job.log.name.partition(".")[0] + ".relations")
     relations = parse_relations(path.read_text("ascii")) if path.is_file() else None

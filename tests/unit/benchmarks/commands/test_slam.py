@@ -34,6 +34,7 @@ def jobs_of(*words: str) -> list[SlamJob]:
 def test_an_office_is_mapped_with_a_fast_and_a_slow_laser_by_default() -> None:
     assert [job.name for job in jobs_of()] == ["office 0", "office 0, sweep 0.1 s"]
     assert len(jobs_of("--offices", "3")) == 6
+    assert [job.name for job in jobs_of("--offices", "0", "--corridors")] == ["corridors 0"]
 
 
 def test_logs_and_those_of_a_folder_are_mapped(tmp_path: Path) -> None:

@@ -1,0 +1,138 @@
+"""Single steps of mapping, beside baselines: from a scan to its pose while driving, and a search for a loop closure."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.mapping.office import office, route
+from benchmarks.mapping.simulated_drive import simulate
+from ppaas.geometry import Pose2D
+from ppaas.mapping.closures.branch_and_bound import Window, search
+from ppaas.mapping.closures.kernels.points import gather
+from ppaas.mapping.closures.pyramid import Blur, build_pyramid
+from ppaas.mapping.kernels.correlation import search as exhaustive_search
+from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.live.live_mapper import LiveMapper
+from ppaas.mapping.parameters import SlamParameters
+from ppaas.mapping.scan_log import ScanLog
+from ppaas.mapping.scan_points import prepare
+
+SCANS = 1500
+"""Number of scans that are mapped."""
+
+SEARCHED, TURN, RESOLUTION, TURN_STEP = 4.0, 90.0, 0.05, 0.015
+"""Window that is searched: edge [m], rotation [degrees], steps [m, rad]."""
+
+SEARCHES, TARGET = 20, 30
+"""Number of searches, and number of key frames that a scan is searched in."""
+
+SCAN, SEARCH = "scan to pose", f"search of {SEARCHED:g} m × {TURN:g}°"
+
+
+def measure(done: Callable[[], None]) -> list[dict[str, Any]]:
+    """Return the results of both steps; ``done`` is called after each."""
+    log = simulate(office(0), route(), 0).log.first(SCANS)
+    drive(log)  # compiles or loads the kernels
+    frames, latencies = drive(log)
+    done()
+    searched = searches(frames)
+    done()
+    return [latencies.result(), searched]
+
+
+class Latencies:
+    """CPU times of each scan [s]: of mapping, and of a k-d tree of its points."""
+
+    def __init__(self) -> None:
+        self.mapping: list[float] = []
+        self.baseline: list[float] = []
+
+    def result(self) -> dict[str, Any]:
+        """Return the percentiles [ms]."""
+        return _result(SCAN, self.mapping, "k-d tree of a scan: built, and each point looked up", self.baseline)
+
+
+def drive(log: ScanLog) -> tuple[KeyFrames, Latencies]:
+    """Map a drive scan by scan; the searches for closures, which run in another thread, are not counted."""
+    from scipy.spatial import KDTree  # noqa: PLC0415 - of the extra bench
+
+    mapper, parameters, latencies = LiveMapper(log.geometry), SlamParameters(), Latencies()
+    for scan, odometry in enumerate(log.odometry.tolist()):
+        begin = time.thread_time()
+        points = prepare(log.ranges[scan], log.geometry_of(scan), parameters)
+        mapper.add(points, Pose2D(*odometry))
+        latencies.mapping.append(time.thread_time() - begin)
+        seen = points.points[points.valid]
+        begin = time.thread_time()
+        KDTree(seen).query(seen)
+        latencies.baseline.append(time.thread_time() - begin)
+        work = mapper.next_work()
+        if work is not None:
+            closed = work(lambda: False)
+            begin = time.thread_time()
+            mapper.apply(closed)
+            latencies.mapping[-1] += time.thread_time() - begin
+    return mapper.key_frames, latencies
+
+
+def searches(frames: KeyFrames) -> dict[str, Any]:
+    """Search scans in the key frames around them, from a wrong pose, by branch and bound and exhaustively."""
+    random, times, exhaustive, found = np.random.default_rng(0), [], [], []
+    window = Window(SEARCHED / 2.0, SEARCHED / 2.0, np.radians(TURN) / 2.0, TURN_STEP)
+    for source in random.integers(TARGET, len(frames) - TARGET, SEARCHES + 1).tolist():
+        target = slice(source - TARGET, source)
+        wrong = random.uniform(-0.9, 0.9, 3) * (window.x, window.y, window.turn)
+        origin = frames.poses[source]
+        old = _gathered(frames, target, origin)
+        new = _gathered(frames, slice(source, source + 1), origin + wrong)
+        begin = time.thread_time()
+        pyramid = build_pyramid(old, (40.0, 40.0), Blur(RESOLUTION, 0.1), window.levels(RESOLUTION))
+        match = search(pyramid, new, window)
+        times.append(time.thread_time() - begin)
+        assert match is not None
+        found.append(match.score)
+        height, width = pyramid.sizes[0, 1:]
+        grid = pyramid.values[: height * width].reshape(height, width)
+        begin = time.thread_time()
+        exhaustive_search(
+            grid, pyramid.corner[0], pyramid.corner[1], RESOLUTION, new.astype(np.float32), np.ones(len(new), np.bool_), 1, np.zeros(3),
+            round(window.x / RESOLUTION), round(window.turn / TURN_STEP), TURN_STEP,
+        )  # fmt: skip
+        exhaustive.append(time.thread_time() - begin)
+    result = _result(SEARCH, times[1:], "all motions of the window", exhaustive[1:])
+    return {**result, "least_score": round(min(found[1:]), 3)}
+
+
+def _gathered(frames: KeyFrames, chosen: slice, origin: NDArray[np.float64]) -> NDArray[np.float64]:
+    poses = frames.poses[chosen]
+    poses.flags.writeable = False  # as those of a pose graph
+    points: NDArray[np.float64] = gather(frames.points[chosen], frames.valid[chosen], poses, origin)
+    return points
+
+
+def _result(step: str, times: list[float], baseline: str, baseline_times: list[float]) -> dict[str, Any]:
+    return {
+        "step": step,
+        "count": len(times),
+        "mean_ms": round(1e3 * float(np.mean(times)), 3),
+        "p99_ms": round(1e3 * float(np.percentile(times, 99.0)), 3),
+        "max_ms": round(1e3 * max(times), 3),
+        "yardstick": baseline,
+        "yardstick_mean_ms": round(1e3 * float(np.mean(baseline_times)), 3),
+    }
+
+
+def row(result: dict[str, Any]) -> dict[str, str]:
+    """Return the row of the table for a result."""
+    return {
+        "step": result["step"],
+        "count": str(result["count"]),
+        "mean ms": f"{result['mean_ms']:.2f}",
+        "p99 ms": f"{result['p99_ms']:.2f}",
+        "max ms": f"{result['max_ms']:.1f}",
+        "baseline": result["yardstick"],
+        "baseline mean ms": f"{result['yardstick_mean_ms']:.2f}",
+    }
