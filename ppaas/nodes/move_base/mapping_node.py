@@ -32,7 +32,8 @@ class MappingMoveBaseNode(MoveBaseNode):
     """
 
     subscribes: ClassVar[tuple[Topic, ...]] = (
-        *MoveBaseNode.subscribes, topics.GRID_SLAM_STATUS, topics.KEY_FRAMES, *StaticLayer.subscribes
+        *(topic for topic in MoveBaseNode.subscribes if topic is not topics.AMCL_STATUS),
+        topics.GRID_SLAM_STATUS, topics.KEY_FRAMES, *StaticLayer.subscribes,
     )  # fmt: skip
 
     def __init__(self, context: Context, **options: Any) -> None:
