@@ -10,6 +10,7 @@ from engine.service.views import ContainerView, MachineView
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import PPaaSError
+from ppaas.messages.octomap_msgs import GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.records import Limits, MapRecord, User
@@ -144,6 +145,16 @@ class ControlPlane(Protocol):
             The robot has no container now, or no map yet.
         Conflict
             The robot does not make a map.
+        """
+        ...
+
+    async def robot_octomap(self, user: str, robot: str, offset: int) -> GetOctomapFileResponse:
+        """Return a page of the octomap that a robot makes, from an offset [bytes]; an empty one if it makes none.
+
+        Raises
+        ------
+        Unavailable
+            The robot has no container now.
         """
         ...
 

@@ -11,6 +11,7 @@ from engine.service.views import ContainerView, MachineView
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import PPaaSError
+from ppaas.messages.octomap_msgs import GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.records import Limits, MapRecord, User
@@ -107,6 +108,10 @@ class Cloud:
     async def robot_map(self, user: str, robot: str, offset: int) -> GetPoseGraphResponse:
         """Return a page of the pose graph of the map that a robot makes; −1 returns its numbers."""
         return await self._nodes.map(user, robot, offset)
+
+    async def robot_octomap(self, user: str, robot: str, offset: int) -> GetOctomapFileResponse:
+        """Return a page of the octomap that a robot makes; an empty one if it makes none."""
+        return await self._nodes.octomap(user, robot, offset)
 
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         """Compute a path in a planning container."""

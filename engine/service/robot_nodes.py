@@ -6,6 +6,7 @@ from engine.service.master_driver import MasterDriver
 from ppaas.errors import Conflict, NotFound, Unavailable
 from ppaas.messages import decode, encode
 from ppaas.messages.message import Empty, Message
+from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes, RunNodeRequest
 from ppaas.messages.slam_toolbox import GetPoseGraphRequest, GetPoseGraphResponse
 
@@ -78,6 +79,21 @@ class RobotNodes:
                 f'robot {robot!r} drives on a published map and makes none: set "map": "new:NAME" in its file'
             ) from error
         return decode(GetPoseGraphResponse, answer)
+
+    async def octomap(self, user: str, robot: str, offset: int) -> GetOctomapFileResponse:
+        """Return a page of the octomap that a robot makes; an empty one if it makes none.
+
+        Raises
+        ------
+        Unavailable
+            The robot has no container now.
+        """
+        place = self._place(user, robot)
+        try:
+            answer = await place.call("octomap_server/file", encode(GetOctomapFileRequest(offset)), MAP_TIMEOUT)
+        except NotFound:
+            return GetOctomapFileResponse()
+        return decode(GetOctomapFileResponse, answer)
 
     async def _ask(self, user: str, robot: str, service: str, request: Message) -> bytes:
         return await self._place(user, robot).call(f"node_monitor/{service}", encode(request), ANSWER_TIMEOUT)

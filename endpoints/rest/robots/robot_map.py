@@ -3,6 +3,7 @@
 import base64
 import json
 import tempfile
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,11 +23,12 @@ from endpoints.rest.schemas import MAX_DESCRIPTION, RequestBody, ResponseBody
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.services import Services
 from ppaas.errors import Conflict, NotFound, Unavailable
+from ppaas.messages.octomap_msgs import GetOctomapFileResponse
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.disk_errors import disk_errors
 from storage.records import MapRecord, User
 from storage.staged_uploads import blocks, mapped
-from storage.versions import IMAGE, POSEGRAPH, YAML
+from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML
 
 if TYPE_CHECKING:
     from endpoints.rest.maps import draw_posegraph  # noqa: F401 - the program named below
@@ -34,7 +36,10 @@ if TYPE_CHECKING:
 _DRAWING = "endpoints.rest.maps.draw_posegraph"
 
 MOST_BYTES = 1 << 28
-"""Largest pose graph that is taken from a robot [bytes]."""
+"""Largest pose graph or octomap that is taken from a robot [bytes]."""
+
+FilePage = GetPoseGraphResponse | GetOctomapFileResponse
+"""Page of a file."""
 
 router = APIRouter(prefix="/robots/{robot_id}/map", tags=["robots"], route_class=StrictRoute)
 
@@ -80,13 +85,17 @@ async def fetch_robot_posegraph(robot_id: RobotId, services: Provided, user: Cal
 async def publish_robot_map(
     robot_id: RobotId, wanted: PublishRequest, request: Request, services: Provided, user: Caller
 ) -> MapAnswer:
-    """Publish the map that a connected robot makes, with its pose graph, as a version; the robot may go on mapping."""
+    """Publish the map that a connected robot makes, with its pose graph, as a version; the robot may go on mapping.
+
+    If the robot makes a 3D map too, the version has it as its octomap.
+    """
     await own_robot(services, user, robot_id)
     await run_in_threadpool(_check_owner, services, user, wanted.publish)
     file, numbers = await _taken(services, user, robot_id)
+    octomap = await _octomap(services, user, robot_id)
     with invalidated(services, wanted.publish):
         async with services.heavy_work.turn(user.id):
-            published, record = await run_in_threadpool(_publish, services, user, wanted, file, numbers)
+            published, record = await run_in_threadpool(_publish, services, user, wanted, (file, octomap), numbers)
     services.cloud.map_changed(record)
     note_details(request.scope, map=wanted.publish, version=published.version)
     return published
@@ -104,20 +113,32 @@ def _check_owner(services: Services, user: User, map_id: str) -> None:
 
 async def _taken(services: Services, user: User, robot: str) -> tuple[bytes, GetPoseGraphResponse]:
     """Return the file of the pose graph of a robot, as it was at the first page."""
-    numbers = page = await services.cloud.robot_map(user.id, robot, 0)
-    file = bytearray()
+    numbers = await services.cloud.robot_map(user.id, robot, 0)
+    return await _whole(numbers, lambda offset: services.cloud.robot_map(user.id, robot, offset), robot), numbers
+
+
+async def _octomap(services: Services, user: User, robot: str) -> bytes:
+    """Return the octomap of a robot; empty if it makes none."""
+    first = await services.cloud.robot_octomap(user.id, robot, 0)
+    return await _whole(first, lambda offset: services.cloud.robot_octomap(user.id, robot, offset), robot)
+
+
+async def _whole(first: FilePage, page_at: Callable[[int], Awaitable[FilePage]], robot: str) -> bytes:
+    """Return a file from its first page on."""
+    page, file = first, bytearray()
     while data := base64.b64decode(page.data):
         file += data
-        if page.size != numbers.size or len(file) > min(numbers.size, MOST_BYTES):
+        if page.size != first.size or len(file) > min(first.size, MOST_BYTES):
             raise Unavailable(f"the map of robot {robot!r} changed while it was read, or is too large: try again")
-        page = await services.cloud.robot_map(user.id, robot, len(file))
-    return bytes(file), numbers
+        page = await page_at(len(file))
+    return bytes(file)
 
 
 def _publish(
-    services: Services, user: User, wanted: PublishRequest, file: bytes, numbers: GetPoseGraphResponse
+    services: Services, user: User, wanted: PublishRequest, files: tuple[bytes, bytes], numbers: GetPoseGraphResponse
 ) -> tuple[MapAnswer, MapRecord]:
-    """Draw the grid of a pose graph in a process of its own, and publish both."""
+    """Draw the grid of a pose graph in a process of its own, and publish both, with the octomap if there is one."""
+    posegraph, octomap = files
     settings = {
         "refine": wanted.refine, "resolution": numbers.resolution, "min_pass_through": numbers.min_pass_through,
         "occupancy_threshold": numbers.occupancy_threshold,
@@ -125,9 +146,10 @@ def _publish(
     with tempfile.TemporaryDirectory(prefix="ppaas-robot-map-") as name, services.map_store.stage() as upload:
         folder = Path(name)
         with disk_errors(folder):
-            (folder / POSEGRAPH).write_bytes(file)
+            (folder / POSEGRAPH).write_bytes(posegraph)
+            (folder / OCTOMAP).write_bytes(octomap)
         run_program(_DRAWING, [name, json.dumps(settings)], "the map of the robot could not be drawn")
-        for part in (YAML, IMAGE, POSEGRAPH):
+        for part in (YAML, IMAGE, POSEGRAPH, *([OCTOMAP] if octomap else [])):
             upload.add(part, blocks(mapped(folder / part)))
         form = MapForm(wanted.publish, None, None, wanted.message)
         return publish_upload(services, user, form, upload, None)

@@ -20,10 +20,10 @@ from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import Conflict, NotFound, PPaaSError
 from ppaas.geometry import Pose2D, poses_along
+from ppaas.messages.octomap_msgs import GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.records import Limits, MapRecord, User
-
 
 MAP_PAGE = 1000
 """Size of a page of the map that a robot makes [bytes]."""
@@ -64,6 +64,7 @@ class FakeCloud:
         self.costs_asked: list[tuple[str, MapVersion, CostRequest]] = []
         self.error: Exception | None = None
         self.map_file = b""
+        self.octomap_file = b""
         self.running: list[ContainerView] = []
         self.known = {"m1": machine()}
         self.given_up: list[str] = []
@@ -135,6 +136,10 @@ class FakeCloud:
             raise self.error
         page = self.map_file[max(offset, 0) : offset + MAP_PAGE] if offset >= 0 else b""
         return GetPoseGraphResponse(base64.b64encode(page).decode(), len(self.map_file), 3, 2, 0)
+
+    async def robot_octomap(self, user: str, robot: str, offset: int) -> GetOctomapFileResponse:
+        page = self.octomap_file[offset : offset + MAP_PAGE]
+        return GetOctomapFileResponse(base64.b64encode(page).decode(), len(self.octomap_file))
 
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         self.asked.append((user.id, map, request))

@@ -4,8 +4,9 @@ import pytest
 
 from engine.master.places import robot_key
 from engine.service.robot_nodes import RobotNodes
-from ppaas.errors import Unavailable
+from ppaas.errors import NotFound, Unavailable
 from ppaas.messages import encode
+from ppaas.messages.octomap_msgs import GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes
 
 AMCL = NodeHome("amcl", "robot", "robot", -1.0, ["a client requested this home"])
@@ -45,3 +46,19 @@ async def test_requests_are_sent_to_the_robots_node_monitor() -> None:
 async def test_robot_without_a_container_raises_unavailable() -> None:
     with pytest.raises(Unavailable, match="robot 'tb2' has no container now"):
         await RobotNodes(FakeService()).homes("ann", "tb2")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("page", [GetOctomapFileResponse(), GetOctomapFileResponse("AA==", 8)])
+async def test_a_robot_without_a_3d_map_has_an_empty_octomap(
+    page: GetOctomapFileResponse, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    service = FakeService()
+
+    async def call(called: str, payload: bytes, timeout: float) -> bytes:
+        assert (called, payload) == ("octomap_server/file", b'{"offset":7}')
+        if not page.data:
+            raise NotFound("service", called)
+        return encode(page)
+
+    monkeypatch.setattr(service.known, "call", call)
+    assert await RobotNodes(service).octomap("ann", "tb1", 7) == page  # type: ignore[arg-type]

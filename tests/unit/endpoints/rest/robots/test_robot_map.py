@@ -8,9 +8,13 @@ from endpoints.services.services import Services
 from ppaas.errors import Conflict, PPaaSError, Unavailable
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
 from ppaas.maps.formats.map_files import load_map
+from ppaas.maps.octomap import binary_octomap
+from ppaas.maps.octree import octree_of
+from ppaas.maps.voxels import OCCUPIED
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
 from tests.support.world.mappings import room_mapping
+from tests.support.world.voxels import grid
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 MAP = "/v1/robots/tb1/map"
@@ -44,12 +48,22 @@ async def test_the_map_is_published_with_its_pose_graph(
     assert (published.status_code, published.json()["parts"]) == (201, ["image", "posegraph", "yaml"])
     assert (published.json()["message"], published.json()["owner"]) == ("first walk", "ann")
     with services.map_store.open_map("office-2") as opened:
-        grid = load_map(bytes(opened.buffers["yaml"]), bytes(opened.buffers["image"]))
+        drawn = load_map(bytes(opened.buffers["yaml"]), bytes(opened.buffers["image"]))
         graph = unpack_mapping(bytes(opened.buffers["posegraph"]))
-    assert 6.0 < grid.info.width * grid.info.resolution < 12.0
+    assert 6.0 < drawn.info.width * drawn.info.resolution < 12.0
     before = unpack_mapping(cloud.map_file).frames.poses
     np.testing.assert_allclose(graph.frames.poses, before, atol=0.02)
     assert not np.array_equal(graph.frames.poses, before)
+
+
+async def test_a_3d_map_is_published_as_the_octomap_of_the_version(
+    client: httpx.AsyncClient, ann: dict[str, str], services: Services, cloud: FakeCloud
+) -> None:
+    cloud.octomap_file = binary_octomap(octree_of(grid(np.full((3, 3, 3), OCCUPIED, np.uint8), 0.5)))
+    published = await client.post(MAP, headers=ann, json={"publish": "office-2", "refine": False})
+    assert published.json()["parts"] == ["image", "octomap", "posegraph", "yaml"]
+    with services.map_store.open_map("office-2") as opened:
+        assert bytes(opened.buffers["octomap"]) == cloud.octomap_file
 
 
 async def test_a_map_of_another_user_is_not_replaced(
