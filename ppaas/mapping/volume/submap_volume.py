@@ -16,7 +16,7 @@ from ppaas.mapping.volume.voxel_volume import VoxelVolume
 from ppaas.thread_budget import Threads, one_thread
 
 SUBMAP_TRAVEL = 3.0
-"""Distance between key frames on which two successive submaps hang, along the path of the robot [m]."""
+"""Default distance between two submaps [m]."""
 
 
 SPACE = 0.9
@@ -35,6 +35,8 @@ class SubmapVolume:
     parameters : VolumeParameters
     threads : callable
         Returns the number of threads of an insertion.
+    submap_travel : float
+        Distance between key frames on which two successive submaps hang, along the path of the robot [m].
 
     Attributes
     ----------
@@ -48,12 +50,14 @@ class SubmapVolume:
         Whether the map is too large to move with the key frames.
     """
 
-    def __init__(self, parameters: VolumeParameters, threads: Threads = one_thread) -> None:
+    def __init__(
+        self, parameters: VolumeParameters, threads: Threads = one_thread, submap_travel: float = SUBMAP_TRAVEL
+    ) -> None:
         self.volume = VoxelVolume(parameters, threads)
         self.submaps: list[Submap] = []
         self.joined, self.fixed = 0, False
         self._last: Anchor | None = None
-        self._travel = 0.0
+        self._submap_travel, self._travel = submap_travel, 0.0
 
     def __len__(self) -> int:
         """Return the number of blocks of the volume and all submaps."""
@@ -119,7 +123,7 @@ class SubmapVolume:
         last, self._last = self._last, anchor
         if last is not None:
             self._travel += last.pose.distance_to(anchor.pose)
-        if last is None or self._travel >= SUBMAP_TRAVEL or not self.submaps:
+        if last is None or self._travel >= self._submap_travel or not self.submaps:
             if self.submaps:
                 self.submaps[-1].blocks.trim()
             self.submaps.append(Submap(anchor.stamp, 2 * self.volume.parameters.max_blocks))
