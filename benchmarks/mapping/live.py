@@ -97,8 +97,9 @@ def searches(frames: KeyFrames) -> dict[str, Any]:
         height, width = pyramid.sizes[0, 1:]
         grid = pyramid.values[: height * width].reshape(height, width)
         begin = time.thread_time()
+        x0, y0 = pyramid.corner.tolist()
         exhaustive_search(
-            grid, pyramid.corner[0], pyramid.corner[1], RESOLUTION, new.astype(np.float32), np.ones(len(new), np.bool_), 1, np.zeros(3),
+            grid, x0, y0, RESOLUTION, new.astype(np.float32), np.ones(len(new), np.bool_), 1, np.zeros(3),
             round(window.x / RESOLUTION), round(window.turn / TURN_STEP), TURN_STEP,
         )  # fmt: skip
         exhaustive.append(time.thread_time() - begin)
