@@ -144,6 +144,23 @@ def test_topics_and_services_of_mapping_are_those_of_the_clone_of_a_new_map(grap
     }  # fmt: skip
 
 
+def test_topics_and_services_of_3d_maps_are_those_of_octomap_server(graph: Graph) -> None:
+    making = Graph()
+    build_clone(
+        making, None, model="turtlebot2", initial_pose=(0.0, 0.0, 0.0), parameters={"depthimage_to_laserscan": {}}
+    )
+    node = making.nodes["octomap_server"]
+    rows = table(PROTOCOL, "topic of 3D mapping", "type", "direction", "rate and purpose")
+    listed = {name: (kind, way) for name, kind, way, _ in rows}
+    expected = {
+        topic.name: (type_name(topic.type), ("both" if topic.robot_only else "out") + ", latched")
+        for topic in node.publishes
+    } | {name: (type_name(making.topics[name].type), "in") for name in ("cloud_in", "camera/depth/image_raw")}
+    assert listed == expected
+    services = table(PROTOCOL, "service of 3D mapping", "type", "what it does")
+    assert {name: kind for name, kind, _ in services} == {service.name: service.type.name for service in node.services}
+
+
 def test_the_services_are_those_of_a_clone(graph: Graph) -> None:
     listed = table(PROTOCOL, "service", "type", "what it does")
     assert {name: kind for name, kind, _ in listed} == {s.name: s.type.name for s in graph.services.values()}
