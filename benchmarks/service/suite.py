@@ -9,7 +9,7 @@ from rich.progress import Progress
 from benchmarks.harness.cloud_under_test import Target, own_cloud, running_cloud
 from benchmarks.harness.figures import Figure
 from benchmarks.harness.parts import PartSelection
-from benchmarks.service import containers, dashboard, fleet, map_publishing, plan_requests, startup
+from benchmarks.service import containers, dashboard, fleet, map_publishing, map_push, plan_requests, startup
 
 Measure = Callable[[Target, Progress, bool], Awaitable[list[Figure]]]
 
@@ -19,6 +19,7 @@ PARTS: dict[str, Measure] = {
     containers.PART: containers.measure,
     dashboard.PART: dashboard.measure,
     fleet.PART: fleet.measure,
+    map_push.PART: map_push.measure,
 }
 """Parts that need a running cloud; the part ``startup`` starts its own."""
 

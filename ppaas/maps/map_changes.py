@@ -22,7 +22,15 @@ def changed_rectangles(before: NDArray[np.int8], after: NDArray[np.int8], within
     old, new = before[within.slices], after[within.slices]
     bands = range(0, old.shape[0], SIDE)  # one by one, since a mask of a large map would not fit in the cache
     found = [piece for row in bands for piece in _of_band(old[row : row + SIDE] != new[row : row + SIDE], row)]
-    return [piece.moved(within.row, within.column) for piece in _stacked(found)]
+    return [_cropped(piece, old, new).moved(within.row, within.column) for piece in _stacked(found)]
+
+
+def _cropped(piece: Rectangle, old: NDArray[np.int8], new: NDArray[np.int8]) -> Rectangle:
+    """Return the smallest part of a rectangle that has all its cells that differ."""
+    differs = old[piece.slices] != new[piece.slices]
+    rows, columns = (np.flatnonzero(np.logical_or.reduce(differs, axis=axis)) for axis in (1, 0))
+    inner = Rectangle(int(rows[0]), int(columns[0]), int(rows[-1]) + 1, int(columns[-1]) + 1)
+    return inner.moved(piece.row, piece.column)
 
 
 def _of_band(differs: NDArray[np.bool_], row: int) -> list[Rectangle]:

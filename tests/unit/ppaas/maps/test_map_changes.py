@@ -38,6 +38,14 @@ def test_squares_side_by_side_and_above_each_other_are_joined():
     assert changed_rectangles(before, after, whole) == [(SIDE, SIDE, 3 * SIDE, 3 * SIDE)]
 
 
+def test_rectangles_have_changes_on_all_sides():
+    before = np.zeros((200, 200), np.int8)
+    after = before.copy()
+    after[30:90, 70:75] = 100
+    [one] = changed_rectangles(before, after, Rectangle(10, 20, 190, 190))
+    assert one == (30, 70, 90, 75)
+
+
 def test_a_small_change_of_a_large_map_is_small():
     before = np.zeros((8192, 8192), np.int8)
     after = before.copy()
