@@ -20,6 +20,9 @@ WAITING = 40
 CLOSING = SolverOptions(Robust.SCALING, iterations=6)
 """Options of the solve after closures were found; poses are near the solution, since few edges are new."""
 
+GRADUATED = SolverOptions(Robust.GRADUATED, iterations=60)
+"""Options of a solve from poses that may be far from the solution; closures that contradict others lose all weight."""
+
 
 def divide(graph: PoseGraph, found: list[Closure], waiting: list[Closure]) -> tuple[list[Closure], list[Closure]]:
     """Divide closures into those that are trusted and those of wide windows that wait for others to agree with.

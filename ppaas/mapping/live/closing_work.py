@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ppaas.errors import QuotaExceeded
-from ppaas.mapping.closures.agreement import CLOSING, add_closure, divide
+from ppaas.mapping.closures.agreement import CLOSING, GRADUATED, add_closure, divide
 from ppaas.mapping.closures.closing import ClosureSearch
 from ppaas.mapping.closures.closure import Closure, Searched
 from ppaas.mapping.closures.submaps import Submap
@@ -88,7 +88,9 @@ class ClosingWork:
         graph = self.graph.copy()
         for closure in trusted:
             add_closure(graph, closure)
-        return self.solver.solve(graph, CLOSING).poses
+        # Where a wide window was needed, the robot was far from its place.
+        far = any(closure.wide for closure in trusted)
+        return self.solver.solve(graph, GRADUATED if far else CLOSING).poses
 
     def _drawn(self, poses: PoseArray) -> MapCanvas | None:
         """Return the map at the corrected poses, of which this thread has a copy of its own."""

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from ppaas.clock import monotonic
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.agreement import CLOSING, WAITING, add_closure, divide
+from ppaas.mapping.closures.agreement import CLOSING, GRADUATED, WAITING, add_closure, divide
 from ppaas.mapping.closures.closing import ClosureSearch
 from ppaas.mapping.closures.closure import Closure, Searched
 from ppaas.mapping.closures.links import Links
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submaps
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
-from ppaas.mapping.graph.solver import GraphSolver, Robust, Solution, SolverOptions
+from ppaas.mapping.graph.solver import GraphSolver, Solution, SolverOptions
 from ppaas.mapping.key_frame_graph import append_key_frame
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
@@ -28,9 +28,6 @@ from ppaas.planar_poses import PoseArray
 
 FRONT_END, CLOSURES = SlamParameters(), ClosureParameters()
 """Default parameters."""
-
-FINAL = SolverOptions(Robust.GRADUATED, iterations=60)
-"""Options of the last solve, in which closures that contradict the others lose all weight."""
 
 PASSES = 2
 """Largest number of searches of all submaps after the drive."""
@@ -143,7 +140,7 @@ class GraphMapper:
                 break
         self.counts.lone += len(self._waiting)
         self._waiting.clear()
-        solution = self._solve(FINAL)
+        solution = self._solve(GRADUATED)
         self.weights = solution.weights
         closure = self.graph.edges.kinds == EdgeKind.CLOSURE
         self.counts.distrusted = int((solution.weights[closure] < TRUSTED).sum())
@@ -178,7 +175,7 @@ class GraphMapper:
             )
         if self.counts.closures == count:
             return False
-        self._solve(FINAL)
+        self._solve(GRADUATED)
         return True
 
     def _add_closure(self, closure: Closure) -> None:

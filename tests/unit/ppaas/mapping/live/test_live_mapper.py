@@ -9,7 +9,9 @@ from ppaas.mapping.closures.agreement import WAITING
 from ppaas.mapping.closures.closure import Closure, Searched
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
+from ppaas.mapping.graph.solver import Robust
 from ppaas.mapping.laser_geometry import LaserGeometry
+from ppaas.mapping.live import closing_work
 from ppaas.mapping.live.closing_work import Closed
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.parameters import SlamParameters
@@ -184,3 +186,17 @@ def test_a_scan_that_fits_nowhere_near_changes_nothing(room):
     assert len(continued.key_frames) == 20
     continued.place(tour(3))
     assert continued.add(scan_at(tour(3)), Pose2D(0.0, 0.0, 0.0)).is_key
+
+
+@pytest.mark.parametrize(("wide", "method"), [(False, Robust.SCALING), (True, Robust.GRADUATED)])
+def test_a_robot_that_was_far_from_its_place_gets_there_without_a_good_start(mapper, monkeypatch, wide, method):
+    used, solve = [], mapper._solver.solve
+    agreeing = [closure(30, 2, 20.0, wide=wide), closure(32, 4, 20.0, wide=wide)]
+    monkeypatch.setattr(mapper._search, "search", lambda *_: Searched(agreeing))
+    monkeypatch.setattr(
+        mapper._solver, "solve", lambda graph, options: used.append(options.robust) or solve(graph, options)
+    )
+    monkeypatch.setattr(closing_work, "divide", lambda *_: (agreeing, []))
+    closed = mapper.next_work()(never)
+    assert used == [method]
+    assert len(closed.trusted) == 2
