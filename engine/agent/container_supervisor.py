@@ -18,7 +18,7 @@ from engine.protocols import control_link
 from engine.protocols.refusals import refusal_of
 from engine.runtimes.base import ContainerProcess, Runtime
 from engine.specs import cores
-from engine.specs.containers import ContainerSpec, Launch
+from engine.specs.containers import ContainerSpec, Launch, LayerSpec
 from engine.specs.robot_layers import layers_of
 from ppaas.errors import PPaaSError, Unavailable
 
@@ -34,6 +34,7 @@ class _Supervised:
     process: ContainerProcess | None = None
     stopped: asyncio.Event = field(default_factory=asyncio.Event)
     followed: FollowedMap | None = None
+    posegraph: Path | None = None
 
     def uses(self, spec: ContainerSpec, layers: Path) -> None:
         """Note the map versions and the layers that it uses now."""
@@ -115,7 +116,7 @@ class ContainerSupervisor:
         container = order.spec.id
         if hosted.stopped.is_set():
             raise Unavailable(f"container {container} was stopped before it was started")
-        hosted.launch = self._launch_of(order, None if hosted.followed is None else hosted.followed.layers)
+        hosted.launch = self._launch_of(order, hosted.posegraph if hosted.followed is None else hosted.followed.layers)
         self._gateway.expect(order.spec, order.secret, lambda planner: self._prepare(hosted, planner))
         try:
             process = hosted.process = await self._runtime.launch(hosted.launch)
@@ -155,13 +156,27 @@ class ContainerSupervisor:
         """Hold the layers of a container's map, which may be replaced meanwhile; none if its robot makes a new map."""
         spec = hosted.order.spec
         if spec.maps:
-            yield
+            async with self._continued(hosted):
+                yield
             return
         followed = hosted.followed = FollowedMap(spec, await self._cache.ensure(layers_of(spec)), hosted.uses)
         try:
             yield
         finally:
             await followed.close(self._cache)
+
+    @asynccontextmanager
+    async def _continued(self, hosted: _Supervised) -> AsyncIterator[None]:
+        """Hold the pose graph that a robot without a map continues, if there is one."""
+        robot = hosted.order.spec.robot
+        if robot is None or robot.continued is None:
+            yield
+            return
+        folder = hosted.posegraph = await self._cache.ensure(LayerSpec(robot.continued, 0.0, posegraph=True))
+        try:
+            yield
+        finally:
+            self._cache.release(folder)
 
     def use_map(self, order: control_link.UseMap) -> None:
         """Let the clone in a container go on with other versions of its map; do nothing if it does not run."""

@@ -6,6 +6,7 @@ The process is forked from the warm fork server, so nothing has to be imported. 
 import asyncio
 import multiprocessing
 import os
+import shutil
 from collections.abc import Callable, Collection, Mapping
 from contextlib import ExitStack, suppress
 from multiprocessing.connection import Connection
@@ -18,9 +19,10 @@ from engine.runtimes.fork_server.server import UNKNOWN_STATUS, fork
 from engine.specs.containers import LayerSpec, MapVersion
 from engine.specs.filter_masks import no_grid_in, no_mask
 from ppaas.errors import InvalidMap, NotFound, Unavailable, rebuild
+from storage.disk_errors import disk_errors
 from storage.opened_maps import no_grid
 from storage.ports import MapStore
-from storage.versions import IMAGE, OCTOMAP, YAML
+from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML
 
 ENDING = 1.0
 """Time limit of a process to exit after its answer [s]."""
@@ -52,11 +54,21 @@ class LayerBuilder:
         Unavailable
             The store is unavailable, there is no space, or the process was killed.
         """
+        if spec.posegraph:
+            await asyncio.to_thread(self._copy_posegraph, spec.map, folder)
+            return
         with ExitStack() as stack:
             parts = (YAML, IMAGE) if spec.heights is None else (YAML, IMAGE, OCTOMAP)
             files = await self._opened(stack, spec.map, parts)
             masks = {name: await self._opened_mask(stack, name, mask) for name, mask in spec.masks.items()}
             await build_in_fork(spec, files, masks, folder)
+
+    def _copy_posegraph(self, version: MapVersion, folder: Path) -> None:
+        with self._maps.open_map(version.id, version.version, only=(POSEGRAPH,)) as opened:
+            if POSEGRAPH not in opened.paths:
+                raise NotFound(f"file of map {version.id!r}:", POSEGRAPH)
+            with disk_errors(folder):
+                shutil.copyfile(opened.paths[POSEGRAPH], folder / POSEGRAPH)
 
     async def _opened(self, stack: ExitStack, version: MapVersion, parts: Collection[str] = (YAML, IMAGE)) -> GridFiles:
         opening = self._maps.open_map(version.id, version.version, only=parts)

@@ -220,6 +220,8 @@ def _name(spec: LayerSpec) -> str:
     if not 0.0 <= spec.robot_radius < 100.0:
         raise InvalidParameter(f"robot radius must be at least 0 m and less than 100 m, not {spec.robot_radius}")
     name = f"map-{quote(spec.map.id, safe='')}@{quote(spec.map.version, safe='')}@{spec.robot_radius:.4f}m"
+    if spec.posegraph:
+        return f"{name}@posegraph"
     if not spec.masks and spec.heights is None and not spec.costs.changed:
         return name
     # hashed, since the length of a file name is limited

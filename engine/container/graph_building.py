@@ -1,6 +1,7 @@
 """Builds the graph of a container: the nodes of a clone and their monitor, or planning on a map."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from engine.container.current_map import CurrentMap
 from engine.container.monitor.setup import ContainerMonitor, of_clone
@@ -10,6 +11,8 @@ from ppaas.clone.planning_container import build_planning
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.thread_budget import Threads
+from storage.staged_uploads import mapped
+from storage.versions import POSEGRAPH
 
 
 def build_graph(graph: Graph, launch: Launch, threads: Threads, current: CurrentMap) -> ContainerMonitor | None:
@@ -39,6 +42,8 @@ def build_graph(graph: Graph, launch: Launch, threads: Threads, current: Current
     bare = of_clone(robot)
     text = UrdfText(robot.urdf_text) if robot.urdf_text else None
 
+    posegraph = Path(launch.layers) / POSEGRAPH
+
     def build(only: Sequence[str] | None = None) -> None:
         build_clone(
             graph,
@@ -53,6 +58,7 @@ def build_graph(graph: Graph, launch: Launch, threads: Threads, current: Current
             threads=threads,
             reuse=None if current.layers is None else current.reuse,
             only=only,
+            posegraph=None if robot.continued is None else lambda _: memoryview(mapped(posegraph)),
         )
 
     build()

@@ -12,6 +12,7 @@ from engine.master.places import PlaceRequest, robot_key
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
 from engine.specs.containers import MapVersion, RobotConfig
+from engine.specs.continued_maps import continued_map
 from engine.specs.filter_masks import mask_versions
 from ppaas.errors import Conflict, NotFound, NotPermitted, PPaaSError, Unavailable
 from ppaas.maps.new_map import new_map_id
@@ -160,6 +161,7 @@ class RobotSessions:
         config = replace(config, parameters=with_priorities(config.parameters, self._node_priorities))
         if config.new_map:
             check_no_masks(config.parameters)
+            config = replace(config, continued=continued_map(self._map_store, user, config.parameters))
             return PlaceRequest(user, MapVersion(record.map, ""), record.cores, config, labels=record.labels)
         version = self._map_store.map_head(record.map)
         _check_readable(version, user)

@@ -43,6 +43,8 @@ class LayerSpec(msgspec.Struct, frozen=True):
         Range of heights in which voxels of the octomap are obstacles [m]. Without the first it begins at one voxel.
     costs : CostParameters
         Parameters of the costs.
+    posegraph : bool
+        Whether the pose graph of the map is wanted instead of layers.
     """
 
     map: MapVersion
@@ -50,6 +52,7 @@ class LayerSpec(msgspec.Struct, frozen=True):
     masks: dict[str, MapVersion] = {}
     heights: Heights | None = None
     costs: CostParameters = CostParameters()
+    posegraph: bool = False
 
 
 class RobotConfig(msgspec.Struct, frozen=True):
@@ -67,6 +70,8 @@ class RobotConfig(msgspec.Struct, frozen=True):
         Whether its map also has an octomap.
     new_map : str
         Id under which the map that the robot makes is to be published; empty on a published map.
+    continued : MapVersion, optional
+        Published map with a pose graph that this map continues.
     """
 
     id: str
@@ -80,6 +85,7 @@ class RobotConfig(msgspec.Struct, frozen=True):
     masks: dict[str, MapVersion] = {}
     in_space: bool = False
     new_map: str = ""
+    continued: MapVersion | None = None
 
 
 class ContainerSpec(msgspec.Struct, frozen=True):
@@ -151,7 +157,8 @@ class Launch(msgspec.Struct, frozen=True):
     Parameters
     ----------
     layers : str
-        Folder of the map layers in shared memory; empty for a robot that makes a new map.
+        Folder of the map layers in shared memory; for a robot that makes a new map, of the pose graph that it
+        continues, or empty.
     link : str
         Unix socket of the endpoint, for the robot link. The container is *ready* after that handshake.
     machine : str

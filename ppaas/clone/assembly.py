@@ -70,6 +70,7 @@ def build_clone(
     threads: Threads = one_thread,
     reuse: ReuseSetup | None = None,
     only: Collection[str] | None = None,
+    posegraph: Callable[[str], bytes | memoryview] | None = None,
 ) -> None:
     """Add the nodes of a robot's clone to a graph: map server, localization, state publisher, Move Base, waypoints.
 
@@ -103,6 +104,8 @@ def build_clone(
         Access to stored plans and measured times.
     only : collection of str, optional
         Names of the nodes to add; all by default.
+    posegraph : callable, optional
+        Returns the file of the pose graph of the published map that a new map continues.
 
     Raises
     ------
@@ -118,7 +121,7 @@ def build_clone(
     driving = _driving(given, base_global_planner, base_local_planner)
     if layers is None:
         check_no_masks(parameters or {})
-    located = while_mapping(given) if layers is None else on_map(given, layers, initial_pose, threads)
+    located = while_mapping(given, posegraph) if layers is None else on_map(given, layers, initial_pose, threads)
     state = given.read(StatePublisherParameters, "robot_state_publisher")
     move_base = _move_base(
         given, driving, body, located.layers, located.names,

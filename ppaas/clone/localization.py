@@ -72,8 +72,14 @@ def on_map(
     return Localization(layers, names, makers)
 
 
-def while_mapping(given: NodeParameters) -> Localization:
+def while_mapping(given: NodeParameters, posegraph: Callable[[str], bytes | memoryview] | None = None) -> Localization:
     """Return ``grid_slam`` with a blank map. Parameters of ``amcl`` are checked, but not used.
+
+    Parameters
+    ----------
+    given : NodeParameters
+    posegraph : callable, optional
+        Returns the file of the pose graph of a map.
 
     Raises
     ------
@@ -82,11 +88,15 @@ def while_mapping(given: NodeParameters) -> Localization:
     """
     # Imported only here, so that not every container loads its kernels.
     from ppaas.nodes.grid_slam.node import GridSlamNode  # noqa: PLC0415
+    from ppaas.nodes.grid_slam.posegraph_services import PoseGraphStore  # noqa: PLC0415
 
     parameters = given.read(_grid_slam_parameters(), GRID_SLAM)
     given.check(AmclParameters, AmclNode.name)
     blank = blank_layers(parameters.drawing().resolution)
-    makers: Makers = {GRID_SLAM: lambda context: GridSlamNode(context, parameters, prepare=_load_kernels)}
+    graphs = PoseGraphStore(load=posegraph)
+    makers: Makers = {
+        GRID_SLAM: lambda context: GridSlamNode(context, parameters, prepare=_load_kernels, graphs=graphs)
+    }
     return Localization(blank, parameters.frames(), makers)
 
 

@@ -103,7 +103,13 @@ async def test_a_robot_maps_while_it_drives_beyond_its_first_view(cloud: Running
         published = await rest.with_timeout(120.0).post(f"/v1/robots/{ROBOT}/map", {"publish": "office-2"})
         assert published["parts"] == ["image", "posegraph", "yaml"]
         assert (published["owner"], published["resolution"]) == ("admin", 0.05)
-        assert np.sum(np.array([published["width"], published["height"]])) > 200
+
+    continued = {"map_file_name": "office-2", "mode": "localization", "map_start_pose": [0.3, 0.0, 0.0]}
+    await rest.put_robot("second", RobotFile(map=NEW_MAP, parameters={"grid_slam": continued}))
+    async with driving(cloud.url, rest.token, "second", office_map, start):
+        while (state := await rest.get("/v1/robots/second/state"))["pose"] is None:
+            await asyncio.sleep(0.1)
+    np.testing.assert_allclose(state["pose"], (0.0, 0.0, 0.0), atol=0.05)
 
 
 async def map_after(rest: RestClient, ready: Callable[[dict[str, object]], bool]) -> dict[str, int]:

@@ -13,7 +13,14 @@ from ppaas.mapping.serialization.mapping_log import GrowingMapping, LogWriter, r
 Triple = tuple[float, float, float]
 
 
-class Head(msgspec.Struct, frozen=True):
+class Located(msgspec.Struct, frozen=True, tag="located"):
+    """State of localization in a map that stays as it is: the pose of the robot, x, y [m], theta [rad]."""
+
+    robot: Triple
+    paused: bool = False
+
+
+class Head(msgspec.Struct, frozen=True, tag="head"):
     """State of a map that is being made, without the map.
 
     Parameters

@@ -13,7 +13,7 @@ from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.nodes.base import Context, Node
 from ppaas.nodes.grid_slam.laser import MappingLaser
-from ppaas.nodes.grid_slam.logbook import Head, Logbook, resume
+from ppaas.nodes.grid_slam.logbook import Head, Located, Logbook, resume
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 
 logger = logging.getLogger(__name__)
@@ -73,15 +73,22 @@ class LoggedMapNode(Node):
         return self._logbook.rewrite(self._growing, self._laser.frame)
 
     def checkpoint(self) -> bytes | None:
-        """Return the head of the map as JSON: where the robot is in it; the map is in the log."""
-        if self._growing is None:
+        """Return where the robot is in its map as JSON; a map that grows is in the log."""
+        if self._growing is not None:
+            return msgspec.json.encode(self._logbook.head(self._growing, paused=self._paused))
+        if self._mapper is None or self._laser is None or self._mapper.keeps:
             return None
-        return msgspec.json.encode(self._logbook.head(self._growing, paused=self._paused))
+        robot = self._mapper.pose @ self._laser.geometry.mount.inverse()
+        return msgspec.json.encode(Located((robot.x, robot.y, robot.theta), self._paused))
 
     def restore(self, state: bytes) -> None:
-        """Keep the head until the log is there."""
-        self._head = msgspec.json.decode(state, type=Head)
-        self._paused = self._head.paused
+        """Keep the head until the log is there; in localization search the next scan around the pose."""
+        restored = msgspec.json.decode(state, type=Head | Located)
+        self._paused = restored.paused
+        if isinstance(restored, Head):
+            self._head = restored
+        elif self._mapper is not None:
+            self._mapper.place(Pose2D(*restored.robot))
 
     def restore_log(self, entries: Sequence[LogEntry]) -> None:
         """Continue the map of a log. If it cannot be read, ``grid_slam/status`` reports that, and the map is lost."""

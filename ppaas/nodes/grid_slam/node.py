@@ -97,11 +97,6 @@ class GridSlamNode(LoggedMapNode):
         Run in a job, such as the loading of kernels, before any scan is used.
     graphs : PoseGraphStore
         What pose graphs are saved to and loaded from.
-
-    Raises
-    ------
-    NotFound, InvalidGraph
-        The map of ``map_file_name`` has no pose graph, or one that cannot be read.
     """
 
     name: ClassVar[str] = "grid_slam"
@@ -132,12 +127,20 @@ class GridSlamNode(LoggedMapNode):
         self._reported = ""
         self._count, self._used_at = 0, float("-inf")
         self._graphs = PoseGraphServices(context, graphs, parameters.drawing())
-        if parameters.map_file_name:
-            keeps = parameters.mode == "mapping"
-            self._continue(self._graphs.load(parameters.map_file_name, parameters.start_pose, keeps=keeps))
+        self._loads = bool(parameters.map_file_name) and graphs.load is not None  # otherwise it comes with the log
 
     def start(self) -> None:
-        """Publish changes of the map from now on."""
+        """Load the map that is continued, and publish changes of the map from now on.
+
+        Raises
+        ------
+        NotFound, InvalidGraph
+            The map of ``map_file_name`` has no pose graph, or one that cannot be read.
+        """
+        if self._loads:
+            keeps = self._parameters.mode == "mapping"
+            graph = self._graphs.load(self._parameters.map_file_name, self._parameters.start_pose, keeps=keeps)
+            self._continue(graph)
         self.context.every(MAP_PERIOD, self._publish_map)
         if (prepare := self._prepare) is not None:
             self.context.start(LongWork(lambda _cancelled: prepare()), self._on_prepared)

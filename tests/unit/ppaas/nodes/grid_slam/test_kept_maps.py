@@ -176,7 +176,14 @@ def test_localization_leaves_the_map_as_it_is(driven, file):
     robot.step(60)
     assert robot.true_error() < 0.05
     np.testing.assert_array_equal(robot.map().data, before.data)
-    assert (robot.node.checkpoint(), robot.node.log_change()) == (None, None)
+    assert robot.node.log_change() is None
+    restored = MappingRobot(
+        ring_drive(), graphs=PoseGraphStore(load=lambda name: file), map_file_name="ring", mode="localization"
+    )
+    restored.node.restore(robot.node.checkpoint())
+    restored.next = robot.next
+    restored.step(20)
+    assert restored.true_error() < 0.05
 
 
 def test_deserialize_map_starts_where_it_is_told(driven, file):
