@@ -50,5 +50,11 @@ class GivenUp:
         return 2 * within > len(points)
 
 
+def thinned(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the centres (m, 2) of the tiles that (n, 2) points are in, x, y [m]: they give up the same places."""
+    centres: NDArray[np.float64] = (np.unique(_tiles_of(points), axis=0).astype(np.float64) + 0.5) * TILE
+    return centres
+
+
 def _tiles_of(points: NDArray[np.float64]) -> NDArray[np.int64]:
     return np.floor(points / TILE).astype(np.int64)

@@ -19,7 +19,7 @@ class Target(msgspec.Struct):
     seen : (float, float), optional
         Place on the frontier that it is to see, x, y [m]; None if the robot drives back to its start.
     points : list of (float, float)
-        Cells of the frontier, x, y [m].
+        Tiles that the frontier is in, by their centres x, y [m].
     nearest : float
         Shortest way left so far [m].
     since : float

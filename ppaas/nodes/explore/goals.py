@@ -4,7 +4,7 @@ import numpy as np
 
 from ppaas.exploration.approaches import Approach
 from ppaas.exploration.choice import choose, same_frontier
-from ppaas.exploration.given_up import GivenUp
+from ppaas.exploration.given_up import GivenUp, thinned
 from ppaas.exploration.parameters import ExploreParameters
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.messages.actionlib_msgs import GoalID
@@ -96,16 +96,16 @@ class ExplorationGoals:
 
     def _head_for(self, approach: Approach, points: Points, *, same: bool) -> None:
         target = self._exploration.target
+        places = thinned(points).tolist()
         if same and target is not None and target.goal.pose.distance_to(approach.pose) <= MOVED:
-            target.points = points.tolist()
+            target.points = places
             return
         if target is not None:
             self._exploration.reached += 1  # its frontier is gone, or has moved away: the robot has seen it
         since, nearest = self._context.elapsed(), approach.distance
         x, y = approach.seen.tolist()
-        self._send(
-            approach.pose, Target(self._exploration.next_goal(approach.pose), (x, y), points.tolist(), nearest, since)
-        )
+        goal = self._exploration.next_goal(approach.pose)
+        self._send(approach.pose, Target(goal, (x, y), places, nearest, since))
 
     # -- arrival -------------------------------------------------------------------------------------------------------
 

@@ -30,6 +30,13 @@ def test_places_are_continued_from_their_tiles():
     assert GivenUp(places.tiles).covers(LINE)
 
 
+def test_few_points_give_up_the_same_places():
+    places = GivenUp()
+    places.add(given_up.thinned(LINE))
+    assert len(given_up.thinned(LINE)) < 10
+    assert places.covers(LINE)
+
+
 def test_oldest_places_are_forgotten(monkeypatch):
     monkeypatch.setattr(given_up, "MOST_TILES", 10)
     places = GivenUp()
