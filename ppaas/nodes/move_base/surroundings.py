@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from ppaas.controllers.base import Velocity
 from ppaas.costmap.costmap import Costmap
@@ -37,6 +38,9 @@ JUMP, JUMP_TURN = 0.3, 0.15
 """Correction of the pose by localization beyond which observed obstacles are cleared [m, rad].
 
 They are elsewhere after a loop closure of a map that the robot makes, or when a lost robot was found."""
+
+JUMP_TIME = 1.0
+"""Time within which it is corrected so: between two transforms of localization, poses are interpolated [s]."""
 
 SHIFT = 0.1
 """Distance that the robot must move before the local costmap is updated without new sensor data [m]."""
@@ -99,7 +103,8 @@ class Surroundings:
         self._people = people
         self._moving = moving
         self._looked: tuple[Pose2D, tuple[Disc, ...], tuple[PersonNearby, ...]] | None = None
-        self._correction: Pose2D | None = None
+        self._correction: tuple[float, Pose2D] | None = None
+        self._in_odom: dict[str, Pose2D] = {}
         self._others: tuple[MovingObstacle, ...] = ()
         self._others_at = float("-inf")
         self._ahead = AHEAD
@@ -178,7 +183,7 @@ class Surroundings:
     def look_around(self, pose: Pose2D, now: float) -> Costmap:
         """Update the local costmap and return it; the last one is returned if nothing has changed."""
         own = pose.x, pose.y, self._robot_radius
-        self._clear_after_jump(pose)
+        self._clear_after_jump(pose, now)
         readings = self._readings(now)
         others = tuple(swept_discs((*self._near(pose, now), *self._seen_moving(now)), self._ahead, own))
         people = self._people.now(now)
@@ -190,14 +195,22 @@ class Surroundings:
             self._memory.update(self._local.obstacles, others)
         return self.costs
 
-    def _clear_after_jump(self, pose: Pose2D) -> None:
-        """Clear the observed obstacles if localization has corrected the pose by much since the last call."""
+    def _clear_after_jump(self, pose: Pose2D, now: float) -> None:
+        """Clear the observed obstacles if localization has corrected the pose by much within about `JUMP_TIME`.
+
+        The last scans, which are marked again, are moved with the robot.
+        """
         odom, last = self.frames.odometry(), self._correction
-        self._correction = pose @ odom.inverse()
-        if last is None:
-            return
-        expected = last @ odom
+        if last is None or now - last[0] > JUMP_TIME:
+            self._correction = now, pose @ odom.inverse()
+        expected = pose if last is None else last[1] @ odom
         if expected.distance_to(pose) > JUMP or abs(wrap_angle(expected.theta - pose.theta)) > JUMP_TURN:
+            correction = pose @ odom.inverse()
+            self._last = {
+                frame: (at, replace(reading, origin=correction @ self._in_odom[frame]))
+                for frame, (at, reading) in self._last.items()
+            }
+            self._correction = now, correction
             self.clear()
 
     def _is_elsewhere(self, pose: Pose2D, others: tuple[Disc, ...], people: tuple[PersonNearby, ...]) -> bool:
@@ -259,11 +272,13 @@ class Surroundings:
         read = {frame: (scan.at, reading) for frame, scan in ready.items()
                 if (reading := self._reading(scan, now)) is not None}  # fmt: skip
         self._last = {frame: last for frame, last in self._last.items() if now - last[0] <= LAST} | read
+        self._in_odom = {frame: self._in_odom[frame] for frame in self._last}
         return [reading for _, reading in (self._last if self._looked is None else read).values()]
 
     def _reading(self, scan: RobotScan, now: float) -> LaserReading | None:
         try:
             origin = self.frames.in_map(scan.stamp or None) @ scan.laser
+            self._in_odom[scan.frame] = self.frames.odometry(scan.stamp or None) @ scan.laser
         except TransformError:
             return None  # it is older than the transforms
         reading = LaserReading.of(scan.scan, origin)

@@ -4,7 +4,10 @@ import pytest
 
 from ppaas.cost_values import LETHAL_OBSTACLE
 from ppaas.geometry import Pose2D
+from ppaas.messages.std_msgs import Time
+from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.move_base.surroundings import Surroundings
+from ppaas.transforms.planar import transform_message
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, fill, walled_map
 
@@ -71,3 +74,29 @@ def test_last_scan_of_each_laser_is_marked_again(reset):
     assert reset.sees_box()
     reset.around.clear()
     assert reset.sees_box()
+
+
+# -- corrections of the pose -------------------------------------------------------------------------------------------
+
+
+def corrected(reset: Reset, by: float) -> tuple[bool, bool]:
+    """Return whether the box is marked where it was, and where it is after a correction of the pose along y [m]."""
+    assert reset.sees_box()
+    around, now = reset.around, reset.driving.clock()
+    pose = around.frames.in_map()
+    to_odom = Pose2D(pose.x, pose.y + by, pose.theta) @ around.frames.odometry().inverse()
+    around.take("tf", TFMessage([transform_message("map", around.frames.odom, to_odom, Time.of(now))]), now, now)
+    around.look_around(around.frames.in_map(), now)
+    marked = around.seen().data == LETHAL_OBSTACLE
+    column, row = round(BOX[0] / 0.05), round(1.0 / 0.05)
+    cells = marked[:, column - 1 : column + 2].any(axis=1)
+    top = row + round(0.5 / 0.05) + 1  # above the box, and within it after a correction
+    return bool(cells[row - 4 : row].any()), bool(cells[top : top + 4].any())
+
+
+def test_a_small_correction_keeps_what_was_seen(reset):
+    assert corrected(reset, 0.1) == (True, False)
+
+
+def test_a_large_correction_moves_the_last_scan_and_clears_the_rest(reset):
+    assert corrected(reset, 0.6) == (False, True)
