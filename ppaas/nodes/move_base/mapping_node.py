@@ -44,9 +44,15 @@ class MappingMoveBaseNode(MoveBaseNode):
     def on_message(self, topic: str, message: Payload) -> None:
         """Handle a message; raises as that of Move Base does."""
         if topic == topics.KEY_FRAMES.name:
-            self._key_frames = [*self._key_frames[-MOST_WAITING:], (self.context.elapsed(), key_frames_of(message))]
+            self._take_key_frames(key_frames_of(message))
         elif self._static_layer is None or not self._static_layer.take(message):
             super().on_message(topic, message)
+
+    def _take_key_frames(self, key_frames: KeyFramePoses) -> None:
+        """Keep key frames until the map is drawn of them; if there are none, the map was cleared."""
+        self._key_frames = [*self._key_frames[-MOST_WAITING:], (self.context.elapsed(), key_frames)]
+        if not len(key_frames) and self._static_layer is not None:
+            self._static_layer.forget()
 
     def use_layers(self, layers: MapLayers, version: str | None = None) -> None:
         """Replace the map, as Move Base does, and move the goal with the key frames."""

@@ -82,7 +82,7 @@ class StaticLayer:
         self._info: GridInfo | None = None
         self._layers: MapLayers | None = None
         self._messages: list[MapMessage] = []
-        self._running = False
+        self._running, self._forgotten = False, 0
         self._next = float("-inf")
         self._timer: Timer | None = None
 
@@ -95,6 +95,11 @@ class StaticLayer:
         self._messages.append(message)
         self._wake()
         return True
+
+    def forget(self) -> None:
+        """Forget the map, which was cleared; goals wait for the next one."""
+        self.has_map, self._grid, self._layers, self._messages = False, None, None, []
+        self._forgotten += 1
 
     def waits(self) -> str:
         """Return why the robot cannot drive to its goals yet; empty if it can."""
@@ -125,12 +130,15 @@ class StaticLayer:
         self._running, self.began = True, self._context.elapsed()
         self._next = self.began + PERIOD
         messages, grid, goals, last = tuple(self._messages), self._grid, tuple(self._goals()), self._layers
+        forgotten = self._forgotten
 
         def work(_cancelled: Callable[[], bool]) -> _Built:
             return self._built(applied(grid, messages), goals, last)
 
         def done(built: _Built | PPaaSError) -> None:
             self._running = False
+            if forgotten != self._forgotten:
+                return
             taken = set(map(id, messages))
             self._messages = [message for message in self._messages if id(message) not in taken]
             if isinstance(built, PPaaSError):

@@ -9,6 +9,7 @@ from ppaas.maps.grid import UNKNOWN, GridMap
 from ppaas.maps.occupancy import GridMapMessage
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.geometry_msgs import PoseStamped
+from ppaas.messages.slam_toolbox import Clear
 from ppaas.nodes.grid_slam.key_frame_path import KeyFramePath
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, error_of, walled_map
@@ -73,6 +74,17 @@ def test_a_goal_moves_with_the_key_frame_nearest_to_it() -> None:
     driving.run(1.1)
     first, last = (message.pose.planar() for message in (current[0], current[-1]))
     assert last == pytest.approx((first.x, first.y + 0.3, first.theta))
+
+
+def test_a_goal_waits_for_the_next_map_after_the_map_was_cleared() -> None:
+    driving = loop()
+    driving.send_goal(in_map(Pose2D(2.5, 1.0, 0.0)))
+    driving.run(1.5)
+    driving.texts.clear()
+    driving.graph.call("clear", Clear.request(), lambda _: None)
+    driving.run(30.0)
+    assert "waiting: no map yet: no message has come on 'map'" in driving.texts
+    assert driving.last_status() is Status.SUCCEEDED, driving.results[-1].status.text
 
 
 @pytest.mark.parametrize("tracked", [True, False])

@@ -142,6 +142,21 @@ def test_updates_with_bad_cells_are_left_out() -> None:
     assert not applied(FREE, bad).data.any()  # type: ignore[union-attr]
 
 
+@pytest.mark.parametrize("built", [True, False])
+def test_a_map_that_was_cleared_is_forgotten(listening: Listening, built: bool) -> None:
+    listening.send(GridMapMessage(FREE))
+    listening.run(0.2 if built else 0.0)
+    listening.node.layer.forget()
+    assert listening.node.layer.waits() == "no map yet: no message has come on 'map'"
+    listening.send(change(1, 1))
+    listening.run(2.0)
+    assert len(listening.node.used) == built
+    other = GridMap(np.zeros((5, 5), np.int8), GridInfo(0.1, 5, 5))
+    listening.send(GridMapMessage(other))
+    listening.run(1.0)
+    assert listening.grid is other and listening.node.layer.waits() == ""
+
+
 # -- goals outside the map ---------------------------------------------------------------------------------------------
 
 
