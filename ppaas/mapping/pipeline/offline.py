@@ -77,6 +77,14 @@ class _Scans:
         if log.geometry.time_increment > 0.0:
             self._velocities = velocities(log.stamps, log.odometry, log.geometry.mount)
 
+    def correct(self, poses: NDArray[np.float64], key_frames: KeyFrames) -> None:
+        """Correct the scans, and those of the key frames, for the motion along poses (n, 3) of the laser."""
+        if self._log.geometry.time_increment == 0.0:
+            return
+        self._velocities = velocities(self._log.stamps, poses, Pose2D(0.0, 0.0, 0.0))
+        for frame, scan in enumerate(key_frames.scans.tolist()):
+            key_frames.points[frame], key_frames.normals[frame], key_frames.valid[frame] = self[scan]
+
     def __getitem__(self, scan: int) -> ScanPoints:
         log = self._log
         return prepare(log.ranges[scan], log.geometry_of(scan), self._parameters, self._velocities[scan])
@@ -115,6 +123,7 @@ def map_log(
         "closures": compose(mapper.key_frames.poses[frames], within),
     }
     clock = monotonic()
+    scans.correct(stages["closures"], mapper.key_frames)
     mapper.move(refine(mapper.key_frames, mapper.graph.poses, _odometry_edges(mapper)).poses)
     stages["refinement"] = compose(mapper.key_frames.poses[frames], within)
     seconds["refinement"], clock = monotonic() - clock, monotonic()

@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.mapping.ring import LAP, walls
+from benchmarks.mapping.simulated_drive import simulate
 from benchmarks.mapping.true_error import absolute_errors, random_relations
 from ppaas.mapping.pipeline.offline import LogMap, map_log
 from ppaas.mapping.relations import score
@@ -78,3 +80,12 @@ def test_scans_without_readings_keep_the_odometry():
     blind = replace(log, ranges=np.full_like(log.ranges, np.nan))
     made = map_log(blind)
     np.testing.assert_allclose(made.poses, log.odometry, atol=1e-6)
+
+
+def test_scans_of_a_slow_laser_are_corrected_by_the_poses_found():
+    """The odometry, by which they are corrected at first, is wrong by 2 % and by 15 % of the turns."""
+    drive = simulate(walls(), np.array([*LAP, LAP[0]]), 4, sweep=0.15, beams=90)
+    made = map_log(drive.log)
+    before, after = (absolute_errors(drive.true, made.stages[stage]) for stage in ("closures", "polish"))
+    assert after.mean() < 0.5 * before.mean()
+    assert after.mean() < 0.01
