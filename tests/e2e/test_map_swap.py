@@ -21,16 +21,16 @@ from tests.support.world.planar_world import walled_map
 pytestmark = pytest.mark.journey
 
 MAP = "swapped"
-WALL = [(3.7, 1.1, 3.9, 3.4)]
+WALL = [(4.3, 1.1, 4.5, 3.4)]
 """Wall across a hall; robots pass it below or above."""
 
-BEFORE = walled_map(6.4, 4.5, WALL)
-AFTER = walled_map(6.4, 4.5, [*WALL, (3.7, 0.0, 3.9, 1.2)])
+BEFORE = walled_map(6.6, 4.5, WALL)
+AFTER = walled_map(6.6, 4.5, [*WALL, (4.3, 0.0, 4.5, 1.2)])
 """The passage below is closed."""
 
 ROBOTS = {
-    "swap1": (Pose2D(0.8, 0.7, 0.0), Pose2D(5.6, 0.7, 0.0)),
-    "swap2": (Pose2D(0.8, 1.6, 0.0), Pose2D(5.6, 1.6, 0.0)),
+    "swap1": (Pose2D(0.5, 0.7, 0.0), Pose2D(5.9, 0.7, 0.0)),
+    "swap2": (Pose2D(0.5, 1.6, 0.0), Pose2D(5.9, 1.6, 0.0)),
 }
 
 
@@ -48,7 +48,7 @@ class Seen:
         await drive.operator.subscribe("plan", Path, self._plan)
 
     def _plan(self, path: Path) -> None:
-        crossing = [pose.pose.position.y for pose in path.poses if 3.6 < pose.pose.position.x < 4.0]
+        crossing = [pose.pose.position.y for pose in path.poses if 4.2 < pose.pose.position.x < 4.6]
         if crossing:
             self.plans.append(crossing)
 
