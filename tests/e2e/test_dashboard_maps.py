@@ -44,7 +44,7 @@ async def login_of(cloud: RunningCloud, user: str) -> tuple[RestClient, str]:
     return rest, (await rest.login(user, ADMIN_PASSWORD)).token
 
 
-async def test_a_map_is_drawn_while_a_robot_makes_it(cloud: RunningCloud, office_map: GridMap) -> None:
+async def test_a_map_is_drawn_while_a_robot_makes_it_and_published(cloud: RunningCloud, office_map: GridMap) -> None:
     rest, token = await login_of(cloud, "mapper")
     await rest.put_robot("scout", RobotFile(map=f"new:{NAME_OF_MAP}"))
     start = free_pose(office_map, seed=4)
@@ -59,6 +59,9 @@ async def test_a_map_is_drawn_while_a_robot_makes_it(cloud: RunningCloud, office
         await expect(page.get_by_role("button", name="Explore")).to_be_enabled()
         await page.get_by_text("Publish its map").click()
         await expect(page.get_by_label("Name", exact=True)).to_have_value(NAME_OF_MAP)
+        await page.get_by_role("button", name="Publish").click()
+        await expect(page.locator(".toast")).to_have_text(f"{NAME_OF_MAP} is published: robots can drive on it")
+    assert (await rest.get(f"/v1/maps/{NAME_OF_MAP}"))["parts"] == ["image", "posegraph", "yaml"]
 
 
 async def test_a_change_is_shown_and_approved_or_refused(cloud: RunningCloud, office_map: GridMap) -> None:
