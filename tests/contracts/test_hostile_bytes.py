@@ -27,6 +27,8 @@ from endpoints.rest.strict_json import parse
 from endpoints.rosbridge.connect_request import parse_connect_request
 from engine.remote.tickets import read_ticket
 from ppaas.errors import PPaaSError
+from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
+from ppaas.mapping.serialization.records import RecordKind, pack_record
 from ppaas.maps.formats.image import image_size, open_image
 from ppaas.maps.formats.map_yaml import Rules, parse_yaml, with_rules
 from ppaas.maps.formats.movingai import parse_map, parse_scenario
@@ -38,6 +40,7 @@ from ppaas.perception.compressed_depth import FORMATS, decompress
 from ppaas.robot_model.describe import describe
 from ppaas.wire.rosbridge import RosbridgeSession
 from tests.support.hostile_bytes import mutations, operations, peak_memory
+from tests.support.world.mappings import room_mapping
 from tests.support.world.png import chunk, header, png
 from tests.support.world.urdf import example
 
@@ -124,6 +127,8 @@ GREY = Image.new("L", (5, 4), 200)
 FILE = 'Content-Disposition: form-data; name="image"; filename="m.pgm"'
 FIELD = 'Content-Disposition: form-data; name="id"'
 
+POSEGRAPH = b"".join(pack_mapping(room_mapping(3)))
+
 PARSERS = {
     "JSON body": Parser(
         parse,
@@ -168,6 +173,16 @@ PARSERS = {
         lambda data: decode(LaserScan, data),
         [SCAN],
         [lambda n: b'{"ranges": [' + b"[]," * n + b"1]}", lambda n: b'{"ranges": [' + b"1," * n + b"1]}"],
+    ),
+    "pose graph": Parser(
+        unpack_mapping,
+        [POSEGRAPH],
+        [
+            lambda n: POSEGRAPH + pack_record(RecordKind.END, b"") * n,
+            lambda n: POSEGRAPH[:20] + pack_record(RecordKind.POSES, b"") * n,
+            lambda n: POSEGRAPH[:20] + pack_record(RecordKind.FRAMES, bytes(n)),
+            lambda n: POSEGRAPH[:-20] + pack_record(RecordKind.FRAMES, b"\0\0\0\0\xff\xff\xff\x7f" + bytes(n)),
+        ],
     ),
     "YAML of a map": Parser(
         parse_yaml,

@@ -10,10 +10,10 @@ import numpy as np
 
 from endpoints.rest.maps.part_check import MEMORY
 from ppaas.errors import PPaaSError
+from ppaas.mapping.closures.agreement import GRADUATED
 from ppaas.mapping.graph.pose_graph import EdgeKind
 from ppaas.mapping.graph.solver import GraphSolver
 from ppaas.mapping.map_drawing import DrawingSettings, draw_map
-from ppaas.mapping.pipeline.graph_mapper import FINAL
 from ppaas.mapping.refinement import refine
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
@@ -52,7 +52,7 @@ def draw(folder: Path, settings: dict[str, Any]) -> None:
 
 def _refine(mapping: Mapping) -> None:
     """Solve the graph, and align all scans that overlap, as at the end of a recorded drive."""
-    solved = GraphSolver().solve(mapping.graph, FINAL)
+    solved = GraphSolver().solve(mapping.graph, GRADUATED)
     edges = mapping.graph.edges
     odometry = edges.take(np.asarray(edges.kinds == EdgeKind.ODOMETRY))
     poses = refine(mapping.frames, solved.poses, odometry).poses

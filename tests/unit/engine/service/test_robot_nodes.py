@@ -4,10 +4,11 @@ import pytest
 
 from engine.master.places import robot_key
 from engine.service.robot_nodes import RobotNodes
-from ppaas.errors import NotFound, Unavailable
+from ppaas.errors import Conflict, NotFound, Unavailable
 from ppaas.messages import encode
 from ppaas.messages.octomap_msgs import GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes
+from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 
 AMCL = NodeHome("amcl", "robot", "robot", -1.0, ["a client requested this home"])
 
@@ -62,3 +63,22 @@ async def test_a_robot_without_a_3d_map_has_an_empty_octomap(
 
     monkeypatch.setattr(service.known, "call", call)
     assert await RobotNodes(service).octomap("ann", "tb1", 7) == page  # type: ignore[arg-type]
+
+
+async def test_a_robot_on_a_published_map_makes_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    service = FakeService()
+    maps = RobotNodes(service)  # type: ignore[arg-type]
+    answers: list[GetPoseGraphResponse] = [GetPoseGraphResponse("AA==", 1, 3)]
+
+    async def call(called: str, payload: bytes, timeout: float) -> bytes:
+        assert (called, payload) == ("pose_graph", b'{"offset":0}')
+        if not answers:
+            raise NotFound("service", called)
+        return encode(answers.pop())
+
+    monkeypatch.setattr(service.known, "call", call)
+    assert (await maps.map("ann", "tb1", 0)).key_frames == 3
+    with pytest.raises(Conflict, match='makes none: set "map": "new:NAME"'):
+        await maps.map("ann", "tb1", 0)
+    with pytest.raises(Unavailable, match="no container now"):
+        await maps.map("ann", "tb2", 0)

@@ -4,9 +4,11 @@ from pathlib import Path
 
 import pytest
 
+from ppaas.mapping.serialization.mapping_file import pack_mapping
 from tests.support.cloud.command_line import CommandLine
 from tests.support.endpoints.fake_cloud import container
 from tests.support.storage.records import house, put_map
+from tests.support.world.mappings import room_mapping
 from tests.support.world.urdf import EXAMPLES, box_stl, example, link, part, urdf
 
 
@@ -14,6 +16,7 @@ from tests.support.world.urdf import EXAMPLES, box_stl, example, link, part, urd
 def file(tmp_path: Path, ppaas: CommandLine) -> Path:
     """Return the file of a robot on a map that ann has published."""
     put_map(ppaas.services.map_store, house())
+    put_map(ppaas.services.map_store, house("bobs", owner="bob"))
     (tmp_path / "tb1.json").write_text('{"map": "house", "initial_pose": [0.5, -0.5, 1.5], "cores": 0.25}')
     return tmp_path / "tb1.json"
 
@@ -45,6 +48,20 @@ async def test_a_robot_that_makes_a_map_is_put_and_unused_parameters_are_named(p
     assert put.err == "note: the parameters of grid_slam are not used on a published map\n"
     wrong = await ppaas("robot", "put", "tb1", written(file, map="new:two words"))
     assert "'two words' is not a valid name of a new map: after 'new:', give the id" in wrong.err
+
+
+async def test_the_map_of_a_robot_is_shown_saved_and_published(ppaas: CommandLine, file: Path, tmp_path: Path) -> None:
+    await ppaas("robot", "put", "tb1", written(file, map="new:office-2"))
+    ppaas.cloud.map_file = b"".join(pack_mapping(room_mapping(4)))
+    saved = tmp_path / "tb1.posegraph"
+    shown = await ppaas("robot", "map", "tb1", "--posegraph", str(saved))
+    assert shown.rows == [["key_frames", "edges", "closures"], ["3", "2", "0"]]
+    assert saved.read_bytes() == ppaas.cloud.map_file
+    published = await ppaas("robot", "map", "tb1", "--publish", "office-2", "--message", "first walk", "--no-refine")
+    assert published.err == ""
+    assert (published.status, published.rows[1][0]) == (0, "office-2")
+    assert ppaas.services.map_store.map_head("office-2").present.message == "first walk"
+    assert "belongs to another user" in (await ppaas("robot", "map", "tb1", "--publish", "bobs")).err
 
 
 async def test_a_urdf_is_put_shown_and_deleted(ppaas: CommandLine, file: Path) -> None:
