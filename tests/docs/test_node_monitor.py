@@ -12,7 +12,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.maps.generate import office
 from ppaas.nodes.depthimage_to_laserscan.node import DepthImageToLaserScanNode
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.topics import NODE_HOMES, TOPICS
+from ppaas.nodes.topics import CLOUD_IN, NODE_HOMES, TOPICS
 from robots.onboard.node_manager import HOLD_PERIOD, NODES
 from tests.support.documents import blocks, table, text_of
 
@@ -48,5 +48,5 @@ def test_criteria_and_nodes_are_those_of_the_code() -> None:
     build_clone(graph, layers, model="turtlebot2", initial_pose=(2.0, 2.0, 0.0), parameters={DEPTH_CAMERA: {}})
     build_clone(graph, None, model="turtlebot2", initial_pose=(2.0, 2.0, 0.0), only=["grid_slam"])
     assert {name for name, node in graph.nodes.items() if node.demands is not None} == set(NODES)
-    assert set(DepthImageToLaserScanNode.subscribes) == {topic for topic in TOPICS.values() if topic.local}
+    assert {*DepthImageToLaserScanNode.subscribes, CLOUD_IN} == {topic for topic in TOPICS.values() if topic.local}
     assert all(f"`{node}`" in text_of(PAGE) for node in NODES)
