@@ -69,7 +69,7 @@ def _check_contradictions(best: Hypothesis, parameters: MergeParameters) -> None
     if best.confirmed < parameters.least_confirmed:
         raise MapsNotMerged(
             f"contradicted: where the maps would overlap, {best.confirmed:.1%} of what both saw agrees, and "
-            f"{parameters.least_confirmed:.0%} has to: are these maps of one place, in the same state?"
+            f"{parameters.least_confirmed:.1%} has to: are these maps of one place, in the same state?"
         )
 
 

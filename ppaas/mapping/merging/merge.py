@@ -19,7 +19,7 @@ from ppaas.mapping.serialization.mapping import Mapping
 
 DEFAULTS = MergeParameters()
 
-REFINEMENT = RefinementSettings(gates=(0.2, 0.1), pair_again=(0,))
+REFINEMENT = RefinementSettings(gates=(0.2, 0.1), pair_again=(0,), near=12)
 """Settings of the joint refinement: each of the mappings was refined before."""
 
 MOST_SETS = 4
