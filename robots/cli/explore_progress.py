@@ -32,8 +32,9 @@ class ExploreProgress:
 
 def line_of(feedback: ExploreFeedback) -> str:
     """Return a line of progress."""
+    left = f"{feedback.frontiers} frontier{'' if feedback.frontiers == 1 else 's'}"
     given_up = f", {feedback.unreachable} given up" if feedback.unreachable else ""
     return (
-        f"{duration(feedback.exploration_time.seconds()):>7}  {feedback.frontiers} frontier{'' if feedback.frontiers == 1 else 's'}{given_up}, "
-        f"{feedback.area:.1f} m² known, {feedback.distance:.1f} m driven: {printable(feedback.text)}"
+        f"{duration(feedback.exploration_time.seconds()):>7}  {left}{given_up}, {feedback.area:.1f} m² known, "
+        f"{feedback.distance:.1f} m driven: {printable(feedback.text)}"
     )
