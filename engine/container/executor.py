@@ -21,9 +21,9 @@ Done = Callable[[T | PPaaSError], None]
 JOB_THREADS = 2
 """Number of job threads: one for the robot's plan, one for a plan that an operator requests meanwhile."""
 
-LONG_JOB_THREADS = 2
+LONG_JOB_THREADS = 3
 """Number of threads for `LongWork`, so that no plan waits for it: one for the loop closures of a map, one for layers of
-the map that has grown meanwhile."""
+the map that has grown meanwhile, one for clouds of a 3D map."""
 
 
 class NodeExecutor:

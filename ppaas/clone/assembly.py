@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from ppaas.clone.exploring import exploring
-from ppaas.clone.localization import on_map, while_mapping
+from ppaas.clone.localization import Localization, on_map, while_mapping
 from ppaas.clone.node_parameters import NodeParameters
 from ppaas.clone.octomap import octomap_makers
 from ppaas.clone.plugins import DEFAULT_CONTROLLER, DEFAULT_PLANNER, controller_for, planners_of, recoveries_of
@@ -19,6 +19,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.global_parameters import CostParameters, GlobalCostmapParameters, StaticLayerParameters
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import Unavailable
+from ppaas.maps.grid import GridMap
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.passive_safety import PassiveSafety
 from ppaas.nodes.base import Context, Node
@@ -124,14 +125,10 @@ def build_clone(
     located = while_mapping(given, posegraph) if layers is None else on_map(given, layers, initial_pose, threads)
     state = given.read(StatePublisherParameters, "robot_state_publisher")
     move_base = _move_base(
-        given, driving, body, located.layers, located.names,
-        costs=costs, threads=threads, reuse=reuse or ReuseSetup(), maps=layers is None,
-    )  # fmt: skip
+        given, driving, body, located, costs=costs, threads=threads, reuse=reuse or ReuseSetup(), maps=layers is None
+    )
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
-    wanted = layers is None and given.has(DEPTH_CAMERA)
-    octomap = octomap_makers(given, located.names, threads, wanted=wanted)
-    camera = _camera(given)
-    explorer = exploring(given, body, costs, located.names, maps=layers is None)
+    optional = _optional(given, body, costs, located.names, threads, maps=layers is None)
     given.refuse_rest()
     makers: dict[str, Callable[[Context], Node]] = {
         **located.makers,
@@ -140,9 +137,7 @@ def build_clone(
         WaypointFollowerNode.name: lambda context: WaypointFollowerNode(context, touring),
         ParameterServerNode.name: lambda context: ParameterServerNode(context, given.in_use, urdf_text),
         TfRepublisherNode.name: TfRepublisherNode,
-        **camera,
-        **octomap,
-        **explorer,
+        **optional,
     }
     for name in makers if only is None else only:
         graph.add(makers[name])
@@ -152,8 +147,7 @@ def _move_base(
     given: NodeParameters,
     driving: MoveBaseParameters,
     body: RobotModel,
-    layers: MapLayers,
-    names: FrameNames,
+    located: Localization,
     *,
     costs: CostParameters,
     threads: Threads,
@@ -161,7 +155,7 @@ def _move_base(
     maps: bool,
 ) -> Callable[[Context], MoveBaseNode]:
     """Return the maker of Move Base; with ``maps`` its map comes from topics, after these layers."""
-    controller = controller_for(driving, given, body)
+    layers, controller = located.layers, controller_for(driving, given, body)
     if not parameters_in_use(controller).get(FOOTPRINT):
         body = replace(body, inner_radius=None)  # it drives a disc, which must not be led through narrow passages
     planner, path_planners = planners_of(driving, given, body)
@@ -172,11 +166,11 @@ def _move_base(
     speed_filters(layers)
     tracked = given.read(StaticLayerParameters, STATIC_LAYER).track_unknown_space
     adapt = unchanged if tracked else partial(without_unknown, robot_radius=body.robot_radius, costs=costs)
-    build = partial(build_layers, robot_radius=body.robot_radius, **msgspec.structs.asdict(costs)) if maps else None
+    build = partial(_built, threads, body.robot_radius, costs) if maps else None
 
     def move_base(context: Context) -> MoveBaseNode:
         surroundings = surroundings_of(
-            adapt(layers), body, local, social, costs=costs, tolerance=driving.transform_tolerance, names=names
+            adapt(layers), body, local, social, costs=costs, tolerance=driving.transform_tolerance, names=located.names
         )
         surroundings.mark_ahead(not controller.predicts)
         return _kind(maps)(
@@ -189,6 +183,11 @@ def _move_base(
         )  # fmt: skip
 
     return move_base
+
+
+def _built(threads: Threads, radius: float, costs: CostParameters, grid: GridMap) -> MapLayers:
+    """Return the layers of a grid for a robot of a radius [m], in a thread beside others that call kernels."""
+    return build_layers(grid, robot_radius=radius, **msgspec.structs.asdict(costs), threads=threads())
 
 
 def _kind(maps: bool) -> type[MoveBaseNode]:
@@ -224,6 +223,14 @@ def _filters(keepout: KeepoutFilterParameters, speed: SpeedFilterParameters, lay
         if wanted and mask is None:
             raise Unavailable(f"{name}: mask {wanted!r} was not loaded with the map; reconnect the robot")
     return SpeedFilter(layers.speed, speed) if speed.wanted and layers.speed is not None else None
+
+
+def _optional(
+    given: NodeParameters, body: RobotModel, costs: CostParameters, names: FrameNames, threads: Threads, *, maps: bool
+) -> dict[str, Callable[[Context], Node]]:
+    """Return the makers of the nodes that only some robots have: for depth cameras, 3D maps and exploration."""
+    octomap = octomap_makers(given, names, threads, wanted=maps and given.has(DEPTH_CAMERA))
+    return octomap | _camera(given) | exploring(given, body, costs, names, maps=maps)
 
 
 def _camera(given: NodeParameters) -> dict[str, Callable[[Context], Node]]:
