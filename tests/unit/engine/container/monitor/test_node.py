@@ -219,6 +219,17 @@ def test_leases_last_as_long_whatever_the_clock_is_set_to(cloud: Cloud, by: floa
     assert cloud.homes()["driver"] == "cloud"
 
 
+def test_a_recalled_node_continues_here_until_the_robot_takes_it_again(cloud: Cloud) -> None:
+    lease = lent(cloud)
+    cloud.hold("driver", lease, state='{"at":3}')
+    cloud.node.recall("its map was replaced")
+    assert cloud.hands.done[-1] == ("in", "driver")
+    assert cloud.hands.here["driver"] == '{"at":3}'
+    assert cloud.homes()["driver"] == "cloud"
+    assert cloud.hold("driver", lease).lease == 0
+    assert cloud.hold("driver").lease == lease + 1
+
+
 def test_expired_lease_cannot_give_a_node_back(cloud: Cloud) -> None:
     cloud.ask("tell_robot", STRONG)
     cloud.run_node("driver")
