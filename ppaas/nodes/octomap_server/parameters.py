@@ -17,6 +17,12 @@ logger = logging.getLogger(__name__)
 FAR = 1e6
 """Default limit of the coordinates of points: no limit [m]."""
 
+BLOCKS = 1 << 17
+"""Default of ``max_blocks``: 256 MiB."""
+
+MOST_BLOCKS = 1 << 20
+"""Largest ``max_blocks``: 2 GiB."""
+
 ROS_1 = {
     "pointcloud_min_x": "point_cloud_min_x",
     "pointcloud_max_x": "point_cloud_max_x",
@@ -71,6 +77,7 @@ class OctomapServerParameters(VolumeParameters, frozen=True):
         Whether each cloud is aligned with those before, by ``small_gicp`` (extra ``mapping``).
     """
 
+    max_blocks: int = BLOCKS
     frame_id: str = MAP
     base_frame_id: str = BASE_LINK
     odom_frame_id: str = ""
@@ -91,6 +98,8 @@ class OctomapServerParameters(VolumeParameters, frozen=True):
         self.volume()
         check_numbers(self, positive=(), signed=self.__struct_fields__)
         self.ground_filter()
+        if self.max_blocks > MOST_BLOCKS:
+            raise InvalidParameter(f"max_blocks must be at most {MOST_BLOCKS}, not {self.max_blocks}")
         if self.filter_ground_plane and not self.point_cloud_min_z <= 0.0 <= self.point_cloud_max_z:
             raise InvalidParameter(
                 "filter_ground_plane needs the points of the floor: point_cloud_min_z must be at most 0 and "

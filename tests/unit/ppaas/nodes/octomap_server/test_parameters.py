@@ -49,6 +49,7 @@ def test_parameters_of_markers_and_compression_have_no_effect():
         ({"ground_filter/angle": 0.0}, "angle"),
         ({"point_cloud_max_x": float("inf")}, "finite"),
         ({"min_x_size": -1.0}, "min_x_size"),
+        ({"max_blocks": 1 << 30}, "at most 1048576"),
         ({"nonsense": 1}, "nonsense"),
     ],
 )
