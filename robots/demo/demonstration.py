@@ -109,9 +109,9 @@ async def demonstrate(options: DemoOptions) -> DemoReport:
         The map or the options are invalid, or the cloud does not start or rejects the login.
     """
     async with contextlib.AsyncExitStack() as stack:
-        with _waiting(options.console):
+        with waiting(options.console):
             stage = await asyncio.to_thread(set_stage, options)
-            access = options.cloud or await _own_cloud(stack)
+            access = options.cloud or await own_cloud(stack)
         rest = RestClient(access.url)
         login = await rest.login(access.admin, access.password)
         await register(rest, stage, options)
@@ -122,12 +122,13 @@ async def demonstrate(options: DemoOptions) -> DemoReport:
     return DemoReport(stage.map_id, round(seconds, 2), [mission.close() for mission in stage.missions])
 
 
-async def _own_cloud(stack: contextlib.AsyncExitStack) -> CloudAccess:
+async def own_cloud(stack: contextlib.AsyncExitStack) -> CloudAccess:
+    """Start a cloud, which ends with the stack."""
     cloud = await stack.enter_async_context(CloudProcess())
     return CloudAccess(cloud.ready.url, cloud.ready.admin_user, cloud.password)
 
 
-def _waiting(console: Console | None) -> contextlib.AbstractContextManager[object]:
+def waiting(console: Console | None) -> contextlib.AbstractContextManager[object]:
     """Show a status line until the robots are running."""
     if console is None:
         return contextlib.nullcontext()

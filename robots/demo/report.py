@@ -57,3 +57,48 @@ class DemoReport(msgspec.Struct):
     def to_json(self) -> str:
         """Return the report as one line of JSON."""
         return msgspec.json.encode(self).decode()
+
+
+class ExplorationReport(msgspec.Struct):
+    """Report of a demo in which one robot explores, and another drives on the map that it has published.
+
+    Parameters
+    ----------
+    map : str
+        Id of the published map.
+    seconds : float
+        Duration of exploring and driving [s].
+    explored : str
+        How the exploration ended.
+    explored_seconds : float
+        Duration of the exploration [s].
+    frontiers, unreachable : int
+        Frontiers left, and those that the robot gave up.
+    area_m2 : float
+        Known area of the published map [m²].
+    known_cells, wrong_cells : int
+        Known cells of the published map, and those of them that are wrong.
+    robots : list of RobotReport
+        The robot that explored, and the one that drove on its map.
+    """
+
+    map: str
+    seconds: float
+    explored: str
+    explored_seconds: float
+    frontiers: int
+    unreachable: int
+    area_m2: float
+    known_cells: int
+    wrong_cells: int
+    robots: list[RobotReport]
+
+    @property
+    def passed(self) -> bool:
+        """Whether all was explored, at most 1 % of the cells are wrong, and all goals were reached without contact."""
+        drove = all(robot.goals_reached == robot.goals_asked and not robot.collisions for robot in self.robots)
+        return self.explored == "succeeded" and 100 * self.wrong_cells <= self.known_cells and drove
+
+    def to_json(self) -> str:
+        """Return the report as one line of JSON."""
+        return msgspec.json.encode(self).decode()

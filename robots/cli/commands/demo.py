@@ -18,14 +18,22 @@ HELP = "start a cloud on this machine and drive simulated robots in it"
 
 ADMIN = "admin"
 
+ROBOTS, GOALS = 3, 2
+"""Robots, and goals of each."""
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument("--robots", type=whole(), default=3, help="simulated robots (%(default)s)")
+    parser.add_argument("--robots", type=whole(), default=ROBOTS, help="simulated robots (%(default)s)")
     parser.add_argument(
-        "--goals", type=whole(), default=2, help="goals for each robot, one after the other (%(default)s)"
+        "--goals", type=whole(), default=GOALS, help="goals for each robot, one after the other (%(default)s)"
     )
     parser.add_argument("--map", type=Path, metavar="FILE.yaml", help="map to drive in (a generated warehouse)")
+    parser.add_argument(
+        "--explore",
+        action="store_true",
+        help="a robot explores an unknown office and publishes its map, on which another one drives to six goals",
+    )
     parser.add_argument("--seed", type=int, default=0, help="seed of the courses (%(default)s)")
     parser.add_argument("--planner", default="dijkstra", help="global planner (%(default)s)")
     parser.add_argument("--controller", default="dwa", help="local planner (%(default)s)")
@@ -42,6 +50,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the demo; return 0 only if every goal was reached without a contact."""
     if arguments.keep_going and not sys.stdout.isatty():
         raise InvalidParameter("--keep-going needs a terminal, because only Ctrl-C ends it")
+    if arguments.explore and (arguments.keep_going or (arguments.robots, arguments.goals) != (ROBOTS, GOALS)):
+        raise InvalidParameter("--explore has its own robots and goals: leave out --robots, --goals and --keep-going")
     if arguments.seed < 0:
         raise InvalidParameter(f"--seed must be 0 or more, not {arguments.seed}")
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(message)s", stream=sys.stderr)
@@ -54,23 +64,23 @@ async def _run(arguments: argparse.Namespace) -> int:
     from rich.console import Console  # noqa: PLC0415 - a robot's install lacks rich and the simulator
 
     from robots.demo.demonstration import DemoOptions, demonstrate  # noqa: PLC0415
+    from robots.demo.exploration import explore_and_drive  # noqa: PLC0415
     from robots.demo.progress_view import summary  # noqa: PLC0415
 
     # With --json, only the result goes to the standard output.
     console = Console(stderr=arguments.json)
-    report = await demonstrate(
-        DemoOptions(
-            robots=arguments.robots,
-            goals=arguments.goals,
-            seed=arguments.seed,
-            map_path=arguments.map,
-            keep_going=arguments.keep_going,
-            console=console if console.is_terminal and not arguments.headless else None,
-            planner=arguments.planner,
-            controller=arguments.controller,
-            cloud=_access(arguments),
-        )
+    options = DemoOptions(
+        robots=arguments.robots,
+        goals=arguments.goals,
+        seed=arguments.seed,
+        map_path=arguments.map,
+        keep_going=arguments.keep_going,
+        console=console if console.is_terminal and not arguments.headless else None,
+        planner=arguments.planner,
+        controller=arguments.controller,
+        cloud=_access(arguments),
     )
+    report = await (explore_and_drive if arguments.explore else demonstrate)(options)
     if arguments.json:
         sys.stdout.write(report.to_json() + "\n")
     else:

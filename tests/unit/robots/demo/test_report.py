@@ -3,7 +3,8 @@ import math
 
 import pytest
 
-from robots.demo.report import DemoReport, RobotReport
+from robots.demo.progress_view import exploration_lines, robot_line
+from robots.demo.report import DemoReport, ExplorationReport, RobotReport
 
 
 def test_a_report_is_one_line_of_json_with_null_for_nan() -> None:
@@ -38,3 +39,35 @@ def test_a_report_passes_with_all_goals_reached_and_no_collision(
 ) -> None:
     robot = RobotReport("tb1", goals_asked=asked, goals_reached=reached, collisions=collisions)
     assert DemoReport("depot", 1.0, [RobotReport("tb0"), robot]).passed is passed
+
+
+def exploration(**changed: object) -> ExplorationReport:
+    """Return a report that passes, with some fields changed."""
+    drove = RobotReport("follower", 6, 6, 30.0, [0.02], 0)
+    fields = {
+        "map": "office", "seconds": 200.0, "explored": "succeeded", "explored_seconds": 150.0, "frontiers": 0,
+        "unreachable": 1, "area_m2": 100.0, "known_cells": 40_000, "wrong_cells": 400,
+        "robots": [RobotReport("explorer", distance_m=70.0), drove], **changed,
+    }  # fmt: skip
+    return ExplorationReport(**fields)  # type: ignore[arg-type]
+
+
+def test_an_exploration_passes_with_a_right_map_all_goals_and_no_contact() -> None:
+    assert exploration().passed
+    assert not exploration(explored="aborted").passed
+    assert not exploration(wrong_cells=401).passed
+    assert not exploration(robots=[RobotReport("explorer", collisions=1)]).passed
+    assert not exploration(robots=[RobotReport("follower", 6, 5)]).passed
+
+
+def test_an_exploration_is_summed_up_in_lines() -> None:
+    report = exploration()
+    assert exploration_lines(report) == [
+        "exploring succeeded after 150 s: 0 frontiers left, 1 given up",
+        "map: 100.0 m² known, 400 of 40000 cells wrong (1.00 %)",
+    ]
+    assert [robot_line(robot) for robot in report.robots] == [
+        "explorer: 70.0 m travelled, 0 contacts",
+        "follower: 6 of 6 goals reached, at most 0.02 m off, 30.0 m travelled, 0 contacts",
+    ]
+    assert '"wrong_cells":400' in report.to_json()

@@ -41,6 +41,12 @@ def test_keep_going_requires_a_terminal() -> None:
         demo.run(parse("--keep-going"))
 
 
+@pytest.mark.parametrize("arguments", [("--robots", "2"), ("--goals", "1")])
+def test_exploring_has_its_own_robots_and_goals(arguments: tuple[str, ...]) -> None:
+    with pytest.raises(InvalidParameter, match="--explore has its own robots and goals"):
+        demo.run(parse("--explore", *arguments))
+
+
 def test_a_negative_seed_is_refused() -> None:
     with pytest.raises(InvalidParameter, match="--seed"):
         demo.run(parse("--seed=-1"))
