@@ -1,6 +1,7 @@
 """Construction of a map's layers, once per map version and robot radius."""
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from ppaas.costmap.filter_masks import barred, raise_costs, sampled, spread
 from ppaas.costmap.global_parameters import CostParameters
 from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR, INFLATION_RADIUS, ROBOT_RADIUS, inflate
 from ppaas.costmap.map_layers import MapLayers
+from ppaas.kernel_threads import limit_threads
 from ppaas.maps.distance import distance_to_occupied
 from ppaas.maps.grid import FREE, OCCUPIED_THRESHOLD, UNKNOWN, GridMap
 
@@ -24,6 +26,7 @@ def build_layers(
     keepout: GridMap | None = None,
     overhead: GridMap | None = None,
     speed: GridMap | None = None,
+    threads: int | None = None,
 ) -> MapLayers:
     """Return the layers of a map: inflated costmap, distances and masks.
 
@@ -45,23 +48,29 @@ def build_layers(
         keep-out mask are inflated like obstacles.
     overhead : GridMap, optional
         Keep-out mask of `height_mask`, for a map in space; treated like ``keepout``.
+    threads : int, optional
+        Maximum number of threads, where other threads may call kernels at the same time; by default that of numba.
 
     Raises
     ------
     InvalidParameter
         A radius or the factor is negative or not finite.
     """
-    distance = to_lethal = distance_to_occupied(grid)
     zones = _combined([spread(mask, grid.info) for mask in (keepout, overhead) if mask is not None])
-    if zones is not None or lethal_cost_threshold != OCCUPIED_THRESHOLD:
-        to_lethal = distance_to_occupied(grid if zones is None else barred(grid, zones), lethal_cost_threshold)
-    costs = inflate(
-        to_lethal,
-        inscribed_radius=robot_radius,
-        inflation_radius=inflation_radius,
-        cost_scaling_factor=cost_scaling_factor,
-        unknown=grid.data == UNKNOWN,
-    )
+    with nullcontext(2) if threads is None else limit_threads(threads) as usable:
+        distance = to_lethal = distance_to_occupied(grid, serial=usable < 2)
+        if zones is not None or lethal_cost_threshold != OCCUPIED_THRESHOLD:
+            to_lethal = distance_to_occupied(
+                grid if zones is None else barred(grid, zones), lethal_cost_threshold, serial=usable < 2
+            )
+        costs = inflate(
+            to_lethal,
+            inscribed_radius=robot_radius,
+            inflation_radius=inflation_radius,
+            cost_scaling_factor=cost_scaling_factor,
+            unknown=grid.data == UNKNOWN,
+            serial=usable < 2,
+        )
     if zones is not None:
         raise_costs(costs, zones.data)
     return MapLayers(
@@ -96,6 +105,7 @@ def without_unknown(layers: MapLayers, robot_radius: float, costs: CostParameter
         inscribed_radius=robot_radius,
         inflation_radius=costs.inflation_radius,
         cost_scaling_factor=costs.cost_scaling_factor,
+        serial=True,  # a planner may call kernels at the same time
     )
     if layers.keepout is not None:
         raise_costs(data, layers.keepout.data)

@@ -36,6 +36,7 @@ def inflate(
     inflation_radius: float = INFLATION_RADIUS,
     cost_scaling_factor: float = COST_SCALING_FACTOR,
     unknown: NDArray[np.bool_] | None = None,
+    serial: bool = False,
 ) -> NDArray[np.uint8]:
     """Return the cost of each cell from its distance to the nearest obstacle.
 
@@ -54,6 +55,8 @@ def inflate(
         Rate at which costs decay with the distance [1/m].
     unknown : (height, width) bool array, optional
         Unknown cells of the map: their cost is 255 unless it is 253 or 254 by their distance.
+    serial : bool
+        Whether to use one thread only.
 
     Returns
     -------
@@ -78,7 +81,7 @@ def inflate(
         raise InvalidMap(
             f"expected float32 distances of shape {unknown.shape}, not {distance.dtype} of shape {distance.shape}"
         )
-    kernel = inflate_parallel if distance.size >= _PARALLEL_FROM else inflate_serial
+    kernel = inflate_parallel if distance.size >= _PARALLEL_FROM and not serial else inflate_serial
     return kernel(
         np.ascontiguousarray(distance),
         np.ascontiguousarray(unknown).view(np.uint8),

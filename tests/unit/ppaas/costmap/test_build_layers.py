@@ -115,3 +115,12 @@ def test_layers_without_unknown_cells_are_those_of_a_map_in_which_they_are_free(
     np.testing.assert_array_equal(made.costmap.data, known.costmap.data)
     np.testing.assert_array_equal(made.grid.data, known.grid.data)
     assert (made.to_lethal == known.to_lethal).all() and made.keepout is not None
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_layers_do_not_depend_on_the_number_of_threads(threads):
+    cells = np.random.default_rng(7).choice(np.array([-1, 0, 100], np.int8), size=(500, 400), p=[0.3, 0.69, 0.01])
+    grid = GridMap(cells, GridInfo(0.05, 400, 500))
+    usual, limited = build_layers(grid), build_layers(grid, threads=threads)
+    np.testing.assert_array_equal(limited.costmap.data, usual.costmap.data)
+    np.testing.assert_array_equal(limited.distance, usual.distance)
