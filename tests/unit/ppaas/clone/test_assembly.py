@@ -30,7 +30,8 @@ def test_a_clone_has_the_topics_and_services_of_ros():
         "tf2_web_republisher",
     }  # fmt: skip
     assert {
-        "map", "scan", "odom", "tf", "tf_static", "robot_description", "initialpose", "amcl_pose", "amcl/status",
+        "map", "map_updates", "scan", "odom", "tf", "tf_static", "robot_description", "initialpose", "amcl_pose",
+        "amcl/status",
         "particlecloud", "cmd_vel",
         "plan", "local_plan", "global_costmap/costmap", "local_costmap/costmap", "move_base/global_costmap/costmap",
         "move_base/local_costmap/costmap", "local_costmap/published_footprint", "move_base/local_costmap/footprint",
