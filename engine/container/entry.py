@@ -19,9 +19,10 @@ from engine.container.executor import NodeExecutor
 from engine.container.fleet_bridge import FleetBridge
 from engine.container.graph_building import build_graph
 from engine.container.machine_client import MachineClient
+from engine.container.map_follower import MapFollower
 from engine.container.robot_link_handler import Container
 from engine.container.shared_plans import PlanningNotes, SharedPlans
-from engine.protocols import machine_link, robot_link
+from engine.protocols import robot_link
 from engine.protocols.refusals import refusal_of
 from engine.runtimes.compilation.threads import KernelThreads, use_threads
 from engine.specs.containers import Launch
@@ -57,21 +58,8 @@ async def run(launch: Launch) -> None:
     endpoint = EndpointLink(launch.link, stream)
     container = Container(launch, home, endpoint, machine, notes, monitoring=monitoring)
     outside = FleetBridge(launch, home.graph, machine)
-
-    def use_layers(frame: machine_link.UseLayers) -> None:
-        notes.tell(machine)
-        try:
-            if current.use(frame, home.graph, monitoring):
-                container.map_replaced()
-            outside.use_spec(current.spec)
-        except PPaaSError as error:
-            machine.map_in_use(frame.map, error)
-        else:
-            machine.map_in_use(frame.map)
-        home.attend()
-
-    resize = partial(_resize, threads)
-    listening = asyncio.create_task(machine.serve(outside.shared, resize, endpoint.came, use_layers))
+    follow = MapFollower(current, home, container, machine, outside, notes, monitoring)
+    listening = asyncio.create_task(machine.serve(outside.shared, partial(_resize, threads), endpoint.came, follow))
     await notes.begin(machine)
     await container.restore_logs()
     endpoint.write(container.hello(os.getpid()))

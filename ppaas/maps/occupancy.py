@@ -139,3 +139,28 @@ class GridMapMessage:
     def to_message(self) -> OccupancyGrid:
         """Return ``nav_msgs/OccupancyGrid``."""
         return to_message(self.grid, self.frame_id, self.stamp)
+
+
+@dataclass(frozen=True, slots=True)
+class MapChange:
+    """New cells of a rectangle of the map, converted to a message only when they leave the process.
+
+    Parameters
+    ----------
+    cells : (h, w) int8 array
+    row, column : int
+        Lower-left cell.
+    stamp : Time
+    frame_id : str
+        Frame of the map.
+    """
+
+    cells: NDArray[np.int8]
+    row: int
+    column: int
+    stamp: Time
+    frame_id: str = "map"
+
+    def to_message(self) -> OccupancyGridUpdate:
+        """Return ``map_msgs/OccupancyGridUpdate``."""
+        return to_update(self.cells, self.row, self.column, Header(stamp=self.stamp, frame_id=self.frame_id))

@@ -107,7 +107,8 @@ def _verify(store: MapStore, keys: Sequence[Any]) -> None:
     """Open each version of the maps, published or waiting; the store compares the files with their hashes."""
     for key in keys:
         log = _log(store, key)
-        for version in dict.fromkeys(one.version for one in (*log.publications, *log.reviews)):
+        versions = [*(one.version for one in log.publications), *(review.version for review in log.reviews)]
+        for version in dict.fromkeys(versions):
             with store.open_map(key, version):
                 pass
 

@@ -5,12 +5,11 @@ from collections.abc import Callable
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
-from ppaas.maps.occupancy import GridMapMessage
+from ppaas.maps.occupancy import GridMapMessage, MapChange
 from ppaas.messages.map_msgs import OccupancyGridUpdate
 from ppaas.messages.nav_msgs import OccupancyGrid
 from ppaas.nodes.base import Context, Job, Payload
 from ppaas.nodes.explore.survey import Build, Survey, survey_work
-from ppaas.nodes.grid_slam.messages import MapChange
 from ppaas.nodes.move_base.static_layer import MapMessage, applied
 
 MOST_MESSAGES = 64

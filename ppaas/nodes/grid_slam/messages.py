@@ -1,42 +1,15 @@
-"""Messages of mapping: changes of the map, and the covariance and entropy of a pose."""
+"""Messages of mapping: the covariance and entropy of a pose."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.maps.occupancy import to_update
-from ppaas.messages.map_msgs import OccupancyGridUpdate
-from ppaas.messages.std_msgs import Header, Time
-from ppaas.nodes.frames import MAP
 from ppaas.planar_poses import rotated, symmetric
 
 LEAST_INFORMATION = np.diag((1e-2, 1e-2, 1e-2))
 """Information added to that of a pose: 10 m and 10 rad, so that a covariance exists [1/m², 1/m², 1/rad²]."""
-
-
-@dataclass(frozen=True, slots=True)
-class MapChange:
-    """New cells of a rectangle of the map, converted to a message only when they leave the process.
-
-    Parameters
-    ----------
-    cells : (h, w) int8 array
-    row, column : int
-        Lower-left cell.
-    stamp : Time
-    """
-
-    cells: NDArray[np.int8]
-    row: int
-    column: int
-    stamp: Time
-
-    def to_message(self) -> OccupancyGridUpdate:
-        """Return ``map_msgs/OccupancyGridUpdate``."""
-        return to_update(self.cells, self.row, self.column, Header(stamp=self.stamp, frame_id=MAP))
 
 
 def robot_covariance(information: NDArray[np.float64], laser: Pose2D, robot: Pose2D) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ from ppaas.costmap.map_layers import MapLayers
 from ppaas.geometry import Pose2D
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.maps.map_changes import changed_rectangles
-from ppaas.maps.occupancy import GridMapMessage
+from ppaas.maps.occupancy import GridMapMessage, MapChange
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.message import Message
 from ppaas.messages.nav_msgs import GetMap, GetMapResponse, MapMetaData, OccupancyGrid
@@ -16,7 +16,6 @@ from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Reply, Service, Topic
 from ppaas.nodes.frames import MAP
-from ppaas.nodes.grid_slam.messages import MapChange
 
 MAP_SERVICE = "static_map"
 

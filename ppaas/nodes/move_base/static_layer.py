@@ -10,12 +10,11 @@ from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import UNKNOWN, GridInfo, GridMap
-from ppaas.maps.occupancy import GridMapMessage, from_message, from_update
+from ppaas.maps.occupancy import GridMapMessage, MapChange, from_message, from_update
 from ppaas.messages.map_msgs import OccupancyGridUpdate
 from ppaas.messages.nav_msgs import OccupancyGrid
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Payload, Timer, Topic
-from ppaas.nodes.grid_slam.messages import MapChange
 from ppaas.nodes.jobs import LongWork
 
 logger = logging.getLogger(__name__)

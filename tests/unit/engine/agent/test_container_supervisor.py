@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from engine.agent import map_cache, map_follower
+from engine.agent import container_supervisor, map_cache
 from engine.agent.container_gateway import ContainerGateway
 from engine.agent.container_supervisor import ContainerSupervisor
 from engine.agent.map_cache import MapCache
@@ -455,7 +455,7 @@ async def test_a_container_that_refuses_layers_keeps_its_own(served: Host, compa
 async def test_layers_that_cannot_be_made_now_are_tried_again(
     served: Host, compared: list[tuple[str, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(map_follower, "RETRY", 0.01)
+    monkeypatch.setattr(container_supervisor, "RETRY", 0.01)
     served.start(spec())
     await served.reported(launched())
     stream = await attached(served)

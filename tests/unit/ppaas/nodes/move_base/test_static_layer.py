@@ -9,11 +9,10 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import OCCUPIED, UNKNOWN, GridInfo, GridMap
-from ppaas.maps.occupancy import GridMapMessage, to_message, to_update
+from ppaas.maps.occupancy import GridMapMessage, MapChange, to_message, to_update
 from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes.base import Context, Node, Payload
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.grid_slam.messages import MapChange
 from ppaas.nodes.move_base.static_layer import MARGIN, StaticLayer, applied, covering, extended
 
 INFO = GridInfo(0.1, 40, 30, Pose2D(-1.0, -2.0, 0.0))

@@ -1,0 +1,39 @@
+"""Map follower of a container: lets its clone go on with the layers that its machine offers, and answers."""
+
+from dataclasses import dataclass
+
+from engine.container.current_map import CurrentMap
+from engine.container.executor import NodeExecutor
+from engine.container.fleet_bridge import FleetBridge
+from engine.container.machine_client import MachineClient
+from engine.container.monitor.setup import ContainerMonitor
+from engine.container.robot_link_handler import Container
+from engine.container.shared_plans import PlanningNotes
+from engine.protocols import machine_link
+from ppaas.errors import PPaaSError
+
+
+@dataclass(frozen=True, slots=True)
+class MapFollower:
+    """Handler of ``UseLayers`` frames: all parts of a container that know its map version change together."""
+
+    current: CurrentMap
+    home: NodeExecutor
+    container: Container
+    machine: MachineClient
+    outside: FleetBridge
+    notes: PlanningNotes
+    monitoring: ContainerMonitor | None
+
+    def __call__(self, frame: machine_link.UseLayers) -> None:
+        """Use the layers; what was sent before the answer is of the version before."""
+        self.notes.tell(self.machine)
+        try:
+            if self.current.use(frame, self.home.graph, self.monitoring):
+                self.container.map_replaced()
+        except PPaaSError as error:
+            self.machine.map_in_use(frame.map, error)
+        else:
+            self.outside.use_spec(self.current.spec)
+            self.machine.map_in_use(frame.map)
+        self.home.attend()
