@@ -93,8 +93,10 @@ def _shared_key(frame: machine_link.Share, scope: Scope | None) -> str:
 def scope_of(spec: ContainerSpec) -> Scope | None:
     """Return the scope in which a container may publish and subscribe.
 
-    None if it only plans, or if its robot makes a new map, in whose frame no other robot is.
+    A robot that continues a published map shares with the robots on that map. None if the container only plans, or if
+    its robot makes a map from nothing, in whose frame no other robot is.
     """
-    if spec.robot is None or spec.maps:
+    if spec.robot is None:
         return None
-    return Scope(spec.user, DEFAULT_GROUP, spec.robot.id, spec.map.id)
+    on = spec.robot.continued if spec.maps else spec.map
+    return None if on is None else Scope(spec.user, DEFAULT_GROUP, spec.robot.id, on.id)

@@ -74,13 +74,13 @@ class FleetBridge:
         self._driven: tuple[float, Twist] = float("-inf"), Twist()
         robot = launch.spec.robot
         self._radius = robot_body(robot.model, robot.urdf, robot.parameters).robot_radius if robot else 0.0
-        if launch.spec.maps:
-            return  # its poses and plans are in the frame of a map that nobody else has
-        if topics.AMCL_POSE.name in graph.topics:
-            graph.tap(topics.AMCL_POSE.name, self._share_pose)
+        # A new map is one that nobody else has; other robots are in its frame only while it continues a published one.
+        shared = topics.SHARED_POSE if launch.spec.maps else topics.AMCL_POSE
+        if shared.name in graph.topics:
+            graph.tap(shared.name, self._share_pose)
         if topics.ODOM.name in graph.topics:
             graph.tap(topics.ODOM.name, self._note_velocity)
-        if topics.PLAN.name in graph.topics:
+        if topics.PLAN.name in graph.topics and not launch.spec.maps:
             graph.tap(topics.PLAN.name, self._keep_plan)
 
     def use_spec(self, spec: ContainerSpec) -> None:

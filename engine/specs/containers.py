@@ -71,7 +71,7 @@ class RobotConfig(msgspec.Struct, frozen=True):
     new_map : str
         Id under which the map that the robot makes is to be published; empty on a published map.
     continued : MapVersion, optional
-        Published map with a pose graph that this map continues.
+        Published map with a pose graph that this map continues; its robots share their positions.
     """
 
     id: str
@@ -135,7 +135,7 @@ class ContainerSpec(msgspec.Struct, frozen=True):
 
     @property
     def maps(self) -> bool:
-        """Whether its robot makes a new map: it has no layers, shares nothing with other robots, and keeps no plans."""
+        """Whether its robot makes a new map: it has no layers and keeps no plans; see `continued` for what it shares."""
         return self.robot is not None and self.robot.new_map != ""
 
     def on_maps(self, version: MapVersion, masks: dict[str, MapVersion], *, in_space: bool) -> "ContainerSpec":

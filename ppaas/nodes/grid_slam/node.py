@@ -5,19 +5,15 @@ from collections.abc import Callable
 from functools import partial
 from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ppaas.errors import PPaaSError, QuotaExceeded, TransformError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.mapping.live.closing_work import Closed
 from ppaas.mapping.live.live_mapper import LiveMapper
-from ppaas.mapping.scan_tracker import Tracked
 from ppaas.maps.grid import GridMap
 from ppaas.maps.occupancy import to_message
-from ppaas.messages.geometry_msgs import Pose, PoseWithCovarianceStamped
+from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from ppaas.messages.message import Empty, Message
-from ppaas.messages.nav_msgs import GetMap, GetMapResponse, MapMetaData, OccupancyGrid
+from ppaas.messages.nav_msgs import GetMap, GetMapResponse
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.slam_toolbox import (
     Clear,
@@ -29,7 +25,7 @@ from ppaas.messages.slam_toolbox import (
     SaveMapResponse,
     SaveMapResult,
 )
-from ppaas.messages.std_msgs import Float64, Header, String, Time
+from ppaas.messages.std_msgs import Float64, String, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.nodes.amcl.continuity import Continuity
@@ -40,7 +36,8 @@ from ppaas.nodes.grid_slam.key_frame_path import KeyFramePublisher
 from ppaas.nodes.grid_slam.laser import MappingLaser
 from ppaas.nodes.grid_slam.logged_map import LoggedMapNode
 from ppaas.nodes.grid_slam.map_publisher import MapPublisher
-from ppaas.nodes.grid_slam.messages import entropy_of, robot_covariance
+from ppaas.nodes.grid_slam.messages import entropy_of, no_map, tracked_covariance
+from ppaas.nodes.grid_slam.other_robots import OtherRobots
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.nodes.grid_slam.posegraph_services import (
     DESERIALIZE,
@@ -66,9 +63,6 @@ PAUSE = Service("pause", Pause)
 
 MAP_PERIOD = 1.0
 """Time between two publications of changes of the map [s]."""
-
-FIRST_INFORMATION = np.array((1e8, 0.0, 0.0, 1e8, 0.0, 1e8))
-"""Information of the first pose, which defines the map frame: 0.1 mm, 0.1 mrad [1/m², 1/rad²]."""
 
 MapSaver = Callable[[str, GridMap, Callable[[PPaaSError | None], None]], None]
 """Saves a map by its name, then calls back with None or the error, now or later."""
@@ -101,10 +95,12 @@ class GridSlamNode(LoggedMapNode):
 
     name: ClassVar[str] = "grid_slam"
     demands: ClassVar[Demands] = Demands(0.3, rates={topics.SCAN.name: topics.SCAN_RATE})
-    subscribes: ClassVar[tuple[Topic, ...]] = (topics.SCAN, topics.TF, topics.TF_STATIC, topics.INITIAL_POSE)
+    subscribes: ClassVar[tuple[Topic, ...]] = (
+        topics.SCAN, topics.TF, topics.TF_STATIC, topics.INITIAL_POSE, topics.ROBOTS,
+    )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.TF, topics.MAP, topics.MAP_METADATA, topics.MAP_UPDATES, topics.SLAM_POSE, topics.AMCL_POSE,
-        topics.ENTROPY, topics.GRID_SLAM_STATUS, topics.KEY_FRAMES,
+        topics.ENTROPY, topics.GRID_SLAM_STATUS, topics.KEY_FRAMES, topics.SHARED_POSE,
     )  # fmt: skip
     services: ClassVar[tuple[Service, ...]] = (DYNAMIC_MAP, SAVE_MAP, CLEAR, PAUSE, *GRAPH_SERVICES)
 
@@ -124,7 +120,7 @@ class GridSlamNode(LoggedMapNode):
         self._scans, self._waiting = ScanReader(self._frames, warns=True), WaitingScans()
         self._publisher = MapPublisher(context, parameters.map_update_interval)
         self._continuity, self._key_frames = Continuity(), KeyFramePublisher(context)
-        self._reported = ""
+        self._others, self._reported = OtherRobots(), ""
         self._count, self._used_at = 0, float("-inf")
         self._graphs = PoseGraphServices(context, graphs, parameters.drawing())
         self._loads = bool(parameters.map_file_name) and graphs.load is not None  # otherwise it comes with the log
@@ -140,6 +136,7 @@ class GridSlamNode(LoggedMapNode):
         if self._loads:
             keeps = self._parameters.mode == "mapping"
             graph = self._graphs.load(self._parameters.map_file_name, self._parameters.start_pose, keeps=keeps)
+            self._others.use_frame_of(graph.mapping.frames)
             self._continue(graph)
         self.context.every(MAP_PERIOD, self._publish_map)
         if (prepare := self._prepare) is not None:
@@ -165,6 +162,9 @@ class GridSlamNode(LoggedMapNode):
         if topic == topics.SCAN.name:
             self._on_scan(expect(message, LaserScan))
             return
+        if topic == topics.ROBOTS.name:
+            self._others.hear(message, self.context.elapsed())
+            return
         if topic == topics.INITIAL_POSE.name:
             self._on_initial_pose(expect(message, PoseWithCovarianceStamped))
             return
@@ -183,7 +183,7 @@ class GridSlamNode(LoggedMapNode):
         """
         if service == DYNAMIC_MAP.name:
             grid = self._grid()
-            reply(GetMapResponse(_nothing() if grid is None else to_message(grid, MAP, Time.of(self.context.now()))))
+            reply(GetMapResponse(no_map() if grid is None else to_message(grid, MAP, Time.of(self.context.now()))))
         elif service == SAVE_MAP.name:
             assert isinstance(request, SaveMapRequest)
             self._save_map(request.name.data, reply)
@@ -261,12 +261,15 @@ class GridSlamNode(LoggedMapNode):
     def _track(self, scan: RobotScan, odom: Pose2D, stamp: float, moment: Time) -> None:
         laser, mapper = self._started(scan)
         laser.check(scan)
-        tracked = mapper.add(laser.points(scan, odom, stamp), odom)
+        points, expected = laser.points(scan, odom, stamp), self._map_to_odom @ odom @ laser.geometry.mount
+        points = self._others.cut_from(points, expected, mapper.key_frames, self.context.elapsed())
+        tracked = mapper.add(points, odom)
         robot = tracked.pose @ laser.geometry.mount.inverse()
         self._map_to_odom = robot @ odom.inverse()
-        covariance = _covariance(tracked, robot)
+        covariance = tracked_covariance(tracked, robot)
         pose = pose_message(robot, covariance, moment)
-        for topic in (topics.SLAM_POSE, topics.AMCL_POSE):
+        shared = (topics.SHARED_POSE,) if self._others.are_in(mapper.key_frames) else ()
+        for topic in (topics.SLAM_POSE, topics.AMCL_POSE, *shared):
             self.context.publish(topic.name, pose)
         self.context.publish(topics.ENTROPY.name, Float64(entropy_of(covariance)))
         if tracked.is_key:
@@ -385,12 +388,3 @@ class GridSlamNode(LoggedMapNode):
         pose = finite_pose(message.pose.pose, "an initial pose")
         if self._mapper is not None and len(self._mapper.key_frames):
             self._mapper.place(pose)
-
-
-def _covariance(tracked: Tracked, robot: Pose2D) -> NDArray[np.float64]:
-    information = tracked.information if tracked.information.any() else FIRST_INFORMATION
-    return robot_covariance(information, tracked.pose, robot)
-
-
-def _nothing() -> OccupancyGrid:
-    return OccupancyGrid(Header(frame_id=MAP), MapMetaData(0.0, 0, 0, Pose.of(Pose2D(0.0, 0.0))), [])

@@ -1,5 +1,6 @@
 """Fleet topics without a container gateway; test_container_gateway tests them with one."""
 
+import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -9,7 +10,7 @@ from engine.fabric.keys import parse_shared
 from engine.protocols import machine_link
 from ppaas.errors import MessageTooLarge, NotPermitted, PPaaSError
 from tests.support.engine.fake_fabric import FakeFabric
-from tests.support.engine.specs import mapping_spec, planning_spec, robot_spec
+from tests.support.engine.specs import HOUSE, mapping_spec, planning_spec, robot_spec
 
 
 def test_oversized_or_unowned_messages_are_refused() -> None:
@@ -22,6 +23,14 @@ def test_oversized_or_unowned_messages_are_refused() -> None:
     with pytest.raises(NotPermitted):
         topics.share(scope_of(mapping_spec()), machine_link.Share("amcl_pose", b"here"))
     assert fabric.published == []
+
+
+def test_a_robot_that_continues_a_map_shares_with_the_robots_on_it() -> None:
+    spec = mapping_spec()
+    assert spec.robot is not None
+    robot = msgspec.structs.replace(spec.robot, continued=HOUSE)
+    scope = scope_of(msgspec.structs.replace(spec, robot=robot))
+    assert scope == scope_of(robot_spec("c1", "ann", "tb1"))
 
 
 @settings(max_examples=300)

@@ -27,6 +27,7 @@ from ppaas.messages.geometry_msgs import (
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.ppaas_msgs import RobotState
 from ppaas.messages.std_msgs import Header
+from ppaas.nodes import topics
 from ppaas.nodes.base import Node, Topic
 from ppaas.nodes.graph import Graph
 from ppaas.planners.base import PlanResult
@@ -67,6 +68,13 @@ class Wheels(Node):
     subscribes = (Topic("odom", Odometry),)
 
 
+class Mapper(Node):
+    """Node that publishes poses in the frame of a published map, as ``grid_slam`` does."""
+
+    name = "grid_slam"
+    publishes = (topics.SHARED_POSE,)
+
+
 class Clone:
     """Graph with a node that receives other robots, and the machine's end of its link."""
 
@@ -78,6 +86,7 @@ class Clone:
         self.graph = Graph(clock=self.clock, stamp_clock=lambda: self.clock() + self.set_by)
         self.node = self.graph.add(EchoNode)
         self.graph.add(Wheels)
+        self.graph.add(Mapper)
         self.machine = machine
         self.outside = FleetBridge(launch, self.graph, client)
 
@@ -111,6 +120,16 @@ async def test_a_robot_that_makes_a_map_shares_neither_positions_nor_plans() -> 
     clone.graph.publish("plan", plan((0.0, 0.0), (1.0, 0.0)))
     client.share("end", b"")
     assert await receive(far) == machine_link.Share("end", b"")
+    await client.close()
+    await far.close()
+
+
+async def test_a_robot_that_continues_a_map_shares_the_positions_in_its_frame() -> None:
+    near, far = await pair(machine_link.ToContainer, machine_link.FromContainer)
+    client = MachineClient(near)
+    clone = Clone(client, far, replace(LAUNCH, spec=mapping_spec()))
+    clone.graph.publish("grid_slam/shared_pose", pose(2.0))
+    assert await receive(far) == machine_link.Share("amcl_pose", encode(state(2.0)))
     await client.close()
     await far.close()
 

@@ -1,0 +1,96 @@
+"""Robots that continue one published map do not map each other."""
+
+import numpy as np
+import pytest
+
+from ppaas.errors import TransformError
+from ppaas.geometry import Pose2D
+from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
+from ppaas.messages.geometry_msgs import Pose
+from ppaas.messages.ppaas_msgs import RobotStates
+from ppaas.messages.std_msgs import Header
+from ppaas.nodes.grid_slam.posegraph_services import PoseGraphStore
+from ppaas.planar_poses import compose
+from tests.support.world.mapping_robot import MappingRobot
+from tests.support.world.ring_drive import ring_drive
+
+KNOWN, SCANS, RADIUS = 10, 50, 0.5
+"""Scans of the published map, scans of the robot, and radius of the other robot with its margin [m]."""
+
+
+@pytest.fixture(scope="module")
+def published():
+    robot = MappingRobot(ring_drive())
+    robot.step(KNOWN)
+    return b"".join(pack_mapping(robot.node._mapping()))
+
+
+def known(published):
+    """Return the number of key frames of the published map."""
+    return len(unpack_mapping(published).frames)
+
+
+def drive(published, frame="map"):
+    """Return a robot that continues a map beside another robot, which stands where the scans end."""
+    robot = MappingRobot(ring_drive(), graphs=PoseGraphStore(load=lambda _name: published), map_file_name="ring")
+    heard = []
+    robot.graph.tap("grid_slam/shared_pose", lambda _topic, message: heard.append(message))
+    for _ in range(SCANS):
+        states = RobotStates(Header(frame_id=frame), [Pose.of(standing())], [], [RADIUS - 0.1])
+        robot.graph.inject("robots", states)
+        robot.step()
+    return robot, heard
+
+
+def standing():
+    """Return the place of the other robot: a pillar that the first robot passes, in the map frame."""
+    start, (x, y) = ring_drive().true[0], (4.2, 0.15)
+    odometry = Pose2D(*ring_drive().log.odometry[0].tolist())
+    return odometry @ Pose2D(*start.tolist()).inverse() @ Pose2D(x, y, 0.0)
+
+
+def points_on_it(robot, first):
+    """Return the number of points, of the key frames from ``first`` on, that are well within the other robot."""
+    frames = robot.node._mapper.key_frames
+    x, y = np.moveaxis(frames.points[first:], -1, 0)
+    points = compose(frames.poses[first:, None], np.stack((x, y, np.zeros_like(x)), axis=-1))
+    away = np.hypot(points[..., 0] - standing().x, points[..., 1] - standing().y)
+    return int((frames.valid[first:] & (away < RADIUS - 0.1)).sum())
+
+
+def test_points_on_another_robot_do_not_enter_the_map(published):
+    robot, heard = drive(published)
+    assert robot.true_error() < 0.05
+    assert len(robot.node._mapper.key_frames) > known(published) + 3
+    assert points_on_it(robot, known(published)) == 0
+    assert len(heard) == SCANS
+
+
+def test_a_map_of_its_own_has_no_frame_in_common():
+    robot, heard = MappingRobot(ring_drive()), []
+    robot.graph.tap("grid_slam/shared_pose", lambda _topic, message: heard.append(message))
+    for _ in range(SCANS):
+        robot.graph.inject("robots", RobotStates(Header(frame_id="map"), [Pose.of(standing())], [], [RADIUS - 0.1]))
+        robot.step()
+    assert points_on_it(robot, 0) > 20
+    assert heard == []
+
+
+def test_after_clear_the_frame_is_another_one(published):
+    robot, heard = drive(published)
+    count = len(heard)
+    robot.call("clear")
+    robot.step(3)
+    assert len(heard) == count
+
+
+def test_robots_in_another_frame_are_refused(published):
+    with pytest.raises(TransformError, match="must be in frame 'map'"):
+        drive(published, "odom")
+
+
+def test_old_positions_are_not_used(published):
+    robot = MappingRobot(ring_drive(), graphs=PoseGraphStore(load=lambda _name: published), map_file_name="ring")
+    robot.graph.inject("robots", RobotStates(Header(frame_id="map"), [Pose.of(standing())], [], [RADIUS - 0.1]))
+    robot.step(SCANS)
+    assert points_on_it(robot, known(published)) > 20
