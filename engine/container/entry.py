@@ -14,7 +14,7 @@ from typing import Any
 import uvloop
 
 from engine.container.current_map import CurrentMap
-from engine.container.endpoint_link import EndpointLink, dial
+from engine.container.endpoint_link import EndpointLink, Stream, dial
 from engine.container.executor import NodeExecutor
 from engine.container.fleet_bridge import FleetBridge
 from engine.container.graph_building import build_graph
@@ -37,20 +37,16 @@ logger = logging.getLogger(__name__)
 
 async def run(launch: Launch) -> None:
     """Run the container until the machine disconnects or the endpoint sends a shutdown."""
-    stream = await dial(launch.link)
-    threads = KernelThreads(launch.threads)
+    stream, threads, times = await dial(launch.link), KernelThreads(launch.threads), Times()
     home = NodeExecutor(lambda: use_threads(threads.count))
-    times = Times()
     plans, notes = SharedPlans(times, home.elsewhere), PlanningNotes(times)
     try:
         current = CurrentMap(launch, plans, times, notes)
         monitoring = build_graph(home.graph, launch, threads, current)
         _restore(home.graph, launch)
     except PPaaSError as error:
-        refusal = refusal_of(error)
-        await stream.send(robot_link.ContainerFailed(launch.spec.id, launch.secret, refusal))
-        await stream.close()
         home.close()
+        await _refuse(stream, launch, error)
         return
     machine = await MachineClient.connect(launch)
     current.indexes.ask(machine, asyncio.get_running_loop())
@@ -61,15 +57,25 @@ async def run(launch: Launch) -> None:
     follow = MapFollower(current, home, container, machine, outside, notes, monitoring)
     listening = asyncio.create_task(machine.serve(outside.shared, partial(_resize, threads), endpoint.came, follow))
     await notes.begin(machine)
-    await container.restore_logs()
-    endpoint.write(container.hello(os.getpid()))
-    home.attend()
     try:
+        await container.restore_logs()
+        endpoint.write(container.hello(os.getpid()))
+        home.attend()
         await _until_first(container.serve(), container.keep_checkpoints(), container.beat(), _end_of(listening))
     finally:
         home.close()
-        await endpoint.close()
-        await machine.close()
+        await _closed(endpoint, machine)
+
+
+async def _refuse(stream: Stream, launch: Launch, error: PPaaSError) -> None:
+    """Report to the endpoint that the container cannot be what it was asked to be."""
+    await stream.send(robot_link.ContainerFailed(launch.spec.id, launch.secret, refusal_of(error)))
+    await stream.close()
+
+
+async def _closed(endpoint: EndpointLink, machine: MachineClient) -> None:
+    await endpoint.close()
+    await machine.close()
 
 
 def _restore(graph: Graph, launch: Launch) -> None:

@@ -26,6 +26,7 @@ from engine.master.places import robot_key
 from engine.service import robot_navigation
 from ppaas.errors import NotPermitted
 from ppaas.geometry import Pose2D, poses_along
+from ppaas.mapping.serialization.mapping_file import pack_mapping
 from ppaas.nodes.topics import TOPICS
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
@@ -33,6 +34,7 @@ from tests.support.documents import table, text_of
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.still_place import StillPlace
 from tests.support.storage import records
+from tests.support.world.mappings import room_mapping
 from tests.support.world.urdf import example
 
 PAGE = "docs/security.md"
@@ -55,6 +57,7 @@ BODIES: dict[str, Any] = {
     "change_robot": {"cores": 0.5},
     "run_node": {"home": "cloud"},
     "send_goal": {"pose": [0.2, 0.1]},
+    "publish_robot_map": {"publish": "office-2"},
     "put_plan": {"map": "house", "planner": "astar", "poses": POSES.tolist(), "cost": 7.5},
     "change_plan": {"cost": 3.0},
     "change_machine": {"draining": True},
@@ -130,6 +133,7 @@ async def seeded(passwords: Passwords) -> Seeded:
     store.put_urdf("ann", "tb1", example("turtlebot3_burger"))
     store.add_plan(records.plan("p1", poses=POSES.tobytes(), version=records.house().version))
     cloud.running = [container()]
+    cloud.map_file = b"".join(pack_mapping(room_mapping(2)))
     cloud.places[robot_key("ann", "tb1")] = StillPlace()
     goal = cloud.navigation.send_goal("ann", "tb1", Pose2D(0.2, 0.1, 0.0))
     names = {

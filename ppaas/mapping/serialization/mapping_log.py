@@ -22,6 +22,9 @@ from ppaas.mapping.serialization.rows import pack_edges, pack_frames, pack_poses
 FOLD = 256
 """Number of small entries that one entry replaces."""
 
+MOST_FRAMES = 512
+"""Largest number of key frames that are written at once: those of a map that was loaded come in parts."""
+
 
 class GrowingMapping(NamedTuple):
     """What a log writer reads of a mapper.
@@ -106,32 +109,35 @@ class LogWriter:
         if not self._begun:
             self._append(entries, pack_laser(growing.frames.geometry, self._laser_frame))
             self._begun = True
-        count, solves = len(growing.frames), growing.solves
+        count, solves = min(len(growing.frames), self._frames + MOST_FRAMES), growing.solves
         if count > self._frames or growing.graph.edge_count > self._edges:
-            self._write_rows(entries, growing)
+            self._write_rows(entries, growing, count)
         if solves > self._solves:
             self._replace(entries, self._poses, pack_record(RecordKind.POSES, pack_poses(growing.frames.poses)))
         if growing.waiting != self._last_waiting:
             self._last_waiting = list(growing.waiting)
             self._replace(entries, self._waiting, pack_record(RecordKind.WAITING, pack_waiting(growing.waiting)))
-        self._frames, self._edges, self._solves = count, growing.graph.edge_count, solves
+        if count == len(growing.frames):
+            self._edges = growing.graph.edge_count
+        self._frames, self._solves = count, solves
         obsolete, self._obsolete = self._obsolete, []
         return LogChange(entries, obsolete) if entries else None
 
-    def _write_rows(self, entries: list[LogEntry], growing: GrowingMapping) -> None:
+    def _write_rows(self, entries: list[LogEntry], growing: GrowingMapping, end: int) -> None:
+        """Write the key frames before ``end``, and the other edges if these are all."""
         frames, graph = growing.frames, growing.graph
         steps, others = divided_edges(graph)
         first = self._frames
-        if len(frames) - self._folded_frames >= FOLD:
-            first, self._folded_frames = self._folded_frames, len(frames)
+        if end - self._folded_frames >= FOLD:
+            first, self._folded_frames = self._folded_frames, end
             self._forget(self._small_frames)
-        elif len(frames) > first:
+        elif end > first:
             self._small_frames.append(self._number)
-        for begin in range(first, len(frames), FOLD):
-            rows = frame_rows(frames, graph, steps, begin, min(begin + FOLD, len(frames)))
+        for begin in range(first, end, FOLD):
+            rows = frame_rows(frames, graph, steps, begin, min(begin + FOLD, end))
             self._append(entries, pack_record(RecordKind.FRAMES, pack_frames(rows)))
         count, known = len(others.first), self._others
-        if count == known:
+        if count == known or end < len(frames):
             return
         if len(self._small_edges) >= FOLD:
             known, self._folded_edges = self._folded_edges, count

@@ -129,9 +129,13 @@ def test_a_log_goes_on_after_it_was_read(log):
     log.assert_is_whole()
 
 
-def test_a_large_mapping_is_written_in_parts(log):
-    log.grow(30)
-    assert len(log.write().entries) == 1 + 4
+def test_a_large_mapping_is_written_in_parts(log, monkeypatch):
+    monkeypatch.setattr(mapping_log, "MOST_FRAMES", 16)
+    log.grow(30, closures=2)
+    assert len(log.write().entries) == 1 + 2
+    assert len(log.read().frames) == 16
+    assert len(log.write().entries) == 2 + 1
+    assert log.write() is None
     log.assert_is_whole()
 
 
