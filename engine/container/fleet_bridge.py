@@ -107,6 +107,8 @@ class FleetBridge:
         """
         if message.topic != topics.AMCL_POSE.name or topics.ROBOTS.name not in self._graph.topics:
             return
+        if self._launch.spec.maps and self._graph.elapsed() - self._last_shared >= FRESH:
+            return  # its map has left the frame of the published one, or nothing is known of it
         who = message.user, message.robot
         try:
             self._others[who] = (self._graph.elapsed(), checked_state(decode(RobotState, message.payload)))

@@ -135,7 +135,7 @@ class ContainerSpec(msgspec.Struct, frozen=True):
 
     @property
     def maps(self) -> bool:
-        """Whether its robot makes a new map: it has no layers and keeps no plans; see `continued` for what it shares."""
+        """Whether its robot makes a new map: it has no layers, and keeps no plans; `continued` is what it shares."""
         return self.robot is not None and self.robot.new_map != ""
 
     def on_maps(self, version: MapVersion, masks: dict[str, MapVersion], *, in_space: bool) -> "ContainerSpec":

@@ -130,6 +130,11 @@ async def test_a_robot_that_continues_a_map_shares_the_positions_in_its_frame() 
     clone = Clone(client, far, replace(LAUNCH, spec=mapping_spec()))
     clone.graph.publish("grid_slam/shared_pose", pose(2.0))
     assert await receive(far) == machine_link.Share("amcl_pose", encode(state(2.0)))
+    clone.outside.shared(shared("bob", encode(state(1.0))))
+    assert clone.seen() == [1.0]
+    clone.clock.advance(FRESH)
+    clone.outside.shared(shared("bob", encode(state(3.0))))
+    assert clone.seen() == [1.0]
     await client.close()
     await far.close()
 
