@@ -19,7 +19,7 @@ from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes import topics
 from ppaas.nodes.base import Payload
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.move_base.other_robots import checked_state
+from ppaas.nodes.other_robots import checked_state
 from ppaas.planners.base import PlanResult, pose_message
 from storage.records import PlanRecord
 

@@ -11,7 +11,7 @@ from ppaas.mapping.scan_points import ScanPoints
 from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.nodes.base import Payload
 from ppaas.nodes.message_checks import expect
-from ppaas.nodes.move_base.other_robots import others_of
+from ppaas.nodes.other_robots import others_of
 
 RADIUS = 0.3
 """Radius of robots that do not report one [m]."""
@@ -46,7 +46,7 @@ class OtherRobots:
         return np.array_equal(frames.points[0], scan) and np.allclose(frames.poses[0], pose, atol=SAME)
 
     def hear(self, message: Payload, now: float) -> None:
-        """Take the states of all other robots; raises as `ppaas.nodes.move_base.other_robots.others_of` does."""
+        """Take the states of all other robots; raises as `ppaas.nodes.other_robots.others_of` does."""
         self._heard = now, others_of(expect(message, RobotStates), RADIUS)
 
     def cut_from(self, scan: ScanPoints, laser: Pose2D, frames: KeyFrames, now: float) -> ScanPoints:

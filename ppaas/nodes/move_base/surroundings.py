@@ -21,9 +21,9 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import String
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
-from ppaas.nodes.move_base.other_robots import OTHERS_MARGIN, others_of
 from ppaas.nodes.move_base.people import SeenPeople
 from ppaas.nodes.move_base.pose_watch import PoseWatch
+from ppaas.nodes.other_robots import OTHERS_MARGIN, others_of
 from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
 from ppaas.perception.tracking import MovingObjects
 from ppaas.recoveries.base import AffectedMaps

@@ -7,7 +7,7 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Pose, Twist, Vector3
 from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.std_msgs import Header
-from ppaas.nodes.move_base.other_robots import FASTEST, LARGEST, OTHERS_MARGIN, others_of
+from ppaas.nodes.other_robots import FASTEST, LARGEST, OTHERS_MARGIN, others_of
 
 MAP = Header(frame_id="/map")
 POSE = Pose.of(Pose2D(1.0, 2.0, math.pi / 2))
