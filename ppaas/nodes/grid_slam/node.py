@@ -32,7 +32,6 @@ from ppaas.nodes.amcl.continuity import Continuity
 from ppaas.nodes.amcl.messages import pose_message
 from ppaas.nodes.base import Context, Demands, Payload, Reply, Service, Topic
 from ppaas.nodes.frames import MAP, FrameListener
-from ppaas.nodes.grid_slam.key_frame_path import KeyFramePublisher
 from ppaas.nodes.grid_slam.laser import MappingLaser
 from ppaas.nodes.grid_slam.logged_map import LoggedMapNode
 from ppaas.nodes.grid_slam.map_publisher import MapPublisher
@@ -50,6 +49,7 @@ from ppaas.nodes.grid_slam.posegraph_services import (
 )
 from ppaas.nodes.grid_slam.posegraph_services import SERVICES as GRAPH_SERVICES
 from ppaas.nodes.jobs import LongWork
+from ppaas.nodes.key_frame_path import KeyFramePublisher
 from ppaas.nodes.message_checks import expect, finite_pose
 from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
 from ppaas.transforms.planar import transform_message

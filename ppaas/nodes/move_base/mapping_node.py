@@ -10,7 +10,7 @@ from ppaas.mapping.volume.key_frame_poses import NO_KEY_FRAMES, KeyFramePoses
 from ppaas.navigation import events
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Payload, Topic
-from ppaas.nodes.grid_slam.key_frame_path import key_frames_of
+from ppaas.nodes.key_frame_path import key_frames_of
 from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.nodes.move_base.static_layer import StaticLayer
 

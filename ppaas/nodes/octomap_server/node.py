@@ -24,7 +24,7 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
-from ppaas.nodes.grid_slam.key_frame_path import key_frames_of
+from ppaas.nodes.key_frame_path import key_frames_of
 from ppaas.nodes.message_checks import expect
 from ppaas.nodes.octomap_server.cloud_poses import CloudPoses
 from ppaas.nodes.octomap_server.clouds import CloudReader, DepthCamera, SensorCloud

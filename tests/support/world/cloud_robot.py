@@ -20,8 +20,8 @@ from ppaas.messages.sensor_msgs import PointCloud2, PointField, PointFieldType
 from ppaas.messages.std_msgs import Header, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.grid_slam.key_frame_path import KeyFramePath
 from ppaas.nodes.jobs import Worker, run_inline
+from ppaas.nodes.key_frame_path import KeyFramePath
 from ppaas.nodes.octomap_server.node import OctomapServerNode
 from ppaas.nodes.octomap_server.parameters import OctomapServerParameters, spelled
 from ppaas.parameters import read_parameters

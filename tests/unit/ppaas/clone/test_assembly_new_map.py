@@ -10,7 +10,7 @@ from ppaas.maps.occupancy import GridMapMessage
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.slam_toolbox import Clear
-from ppaas.nodes.grid_slam.key_frame_path import KeyFramePath
+from ppaas.nodes.key_frame_path import KeyFramePath
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, error_of, walled_map
 
