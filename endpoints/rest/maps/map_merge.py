@@ -1,7 +1,10 @@
 """Route of merges of maps: two maps of one place, made without a common start, become one."""
 
+import json
+import subprocess
+import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fastapi import APIRouter, Request
 from starlette.concurrency import run_in_threadpool
@@ -9,19 +12,26 @@ from starlette.concurrency import run_in_threadpool
 from endpoints.audit.notes import note_details, note_object
 from endpoints.rest.dependencies import Caller, Provided
 from endpoints.rest.maps.maps import IfMatch, invalidated, opened_map, publish_upload
-from endpoints.rest.maps.merge_program import merge_in_process
 from endpoints.rest.maps.merge_schemas import MapMerge, MergedMapAnswer
 from endpoints.rest.maps.upload_form import MapForm
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.services import Services
-from ppaas.errors import Conflict
+from ppaas.errors import Conflict, Unavailable, rebuild
 from ppaas.maps.formats.map_files import read_info
 from storage.opened_maps import OpenMap
 from storage.records import MapRecord, User
 from storage.staged_uploads import blocks, temporary_folder
 from storage.versions import IMAGE, POSEGRAPH, YAML
+
+if TYPE_CHECKING:
+    from endpoints.rest.maps import merge_program  # noqa: F401 - the program named below
+
+_PROGRAM = ("-m", "endpoints.rest.maps.merge_program")
+
+SECONDS = 240.0
+"""Time limit of a merge [s]. Halves of a drive of 400 m take 2 to 5 s, the first one longer to compile kernels."""
 
 router = APIRouter(prefix="/maps/{map_id}", tags=["maps"], route_class=StrictRoute)
 
@@ -84,3 +94,43 @@ def _copy_graph(opened: OpenMap, to: Path) -> None:
         )
     with to.open("wb") as file:
         file.writelines(blocks(opened.buffer(POSEGRAPH)))
+
+
+def merge_in_process(first: Path, second: Path, resolution: float, folder: Path) -> dict[str, Any]:
+    """Run the program; blocks.
+
+    Parameters
+    ----------
+    first, second : Path
+        Pose graphs.
+    resolution : float
+        Edge of a cell of the grid [m].
+    folder : Path
+        Folder in which the files ``yaml``, ``image`` and ``posegraph`` are written.
+
+    Returns
+    -------
+    dict
+        ``motion``, ``places``, ``support``, ``confirmed``.
+
+    Raises
+    ------
+    PPaaSError
+        The error of the merge; ``Unavailable`` if it ran out of memory or time.
+    """
+    command = [sys.executable, *_PROGRAM]
+    arguments = [str(first), str(second), repr(resolution), str(folder)]
+    try:
+        process = subprocess.run(
+            [*command, *arguments], capture_output=True, text=True, check=False, timeout=SECONDS
+        )  # fmt: skip
+    except subprocess.TimeoutExpired as error:
+        raise Unavailable(f"the maps were not merged within {SECONDS:g} s: merge smaller maps") from error
+    if process.returncode:
+        raise Unavailable(
+            f"the maps could not be merged (exit status {process.returncode}): they may be too large for this machine"
+        )
+    answer: dict[str, Any] = json.loads(process.stdout)
+    if "fault" in answer:
+        raise rebuild(*answer["fault"])
+    return answer
