@@ -10,7 +10,15 @@ import msgspec
 import pytest
 
 from engine.specs.checkpoints import CheckpointSelection
-from engine.specs.containers import LINK_STATE, LOG_STATE, ORIGIN_STATE, SESSION_STATE, ContainerSpec, MapVersion, RobotConfig
+from engine.specs.containers import (
+    LINK_STATE,
+    LOG_STATE,
+    ORIGIN_STATE,
+    SESSION_STATE,
+    ContainerSpec,
+    MapVersion,
+    RobotConfig,
+)
 from ppaas.errors import NotFound, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map

@@ -33,7 +33,9 @@ def table(document: str, *header: str) -> list[tuple[str, ...]]:
     found = (re.split(r"(?<!\\)\|", row) for row in ROW.findall(text_of(document)))
     rows = [tuple(WRAPPED.sub(r"\1", cell.strip()) for cell in cells) for cells in found]
     start = rows.index(header) + 2
-    ends = (i for i in range(start, len(rows)) if len(rows[i]) != len(header) or rows[i + 1 : i + 2] == [rows[start - 1]])
+    ends = (
+        i for i in range(start, len(rows)) if len(rows[i]) != len(header) or rows[i + 1 : i + 2] == [rows[start - 1]]
+    )
     return rows[start : next(ends, len(rows))]
 
 

@@ -8,10 +8,10 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.live import map_canvas
 from ppaas.mapping.live.map_canvas import BLOCK, MapCanvas
-from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.mapping.map_drawing import draw_map
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import prepare
+from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.maps.grid import UNKNOWN
 from tests.support.world.ring_drive import ring_drive
 
