@@ -188,6 +188,7 @@ BODIES: dict[str, object] = {
     "/v1/plans/p1": {"map": "house", "planner": "dijkstra", "poses": [[0, 0, 0, 0, 0, 0, 1]]},
     "/v1/maps/house/roll_back": {"version": "0" * 64},
     "/v1/maps/house/merge": {"with": "house", "into": "house"},
+    "/v1/robots/tb1/map": {"publish": "house"},
     "/v1/maps/house/reviews/1/approve": {},
     "/v1/maps/house/reviews/1/refuse": {"why": "no"},
     "/v1/maps/house/cost_matrix": {"starts": [[0, 0]], "goals": [[1, 1]]},
