@@ -67,6 +67,8 @@ def unpack_mapping(data: memoryview | bytes, most_bytes: int = MOST_BYTES) -> Ma
     for at, record in unpack_records(view[_START.size :]):
         if end is not None:
             raise InvalidGraph("the pose graph has data after its end: transfer or save it again")
+        if record.kind == RecordKind.WAITING:
+            raise InvalidGraph("the pose graph has closures that wait, which only a log may have: save it again")
         if record.kind == RecordKind.END:
             end = _checked_end(record.payload, zlib.crc32(view[: _START.size + at]))
         else:

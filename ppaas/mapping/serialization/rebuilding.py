@@ -28,6 +28,12 @@ MOST_BYTES = 1 << 30
 BEAM_MEMORY, FRAME_MEMORY = 17, 400
 """Memory of a beam, and of a key frame with its edges [bytes]."""
 
+ROW_MEMORY = {RecordKind.EDGES: 128, RecordKind.POSES: 32, RecordKind.WAITING: 2048}
+"""Memory of a row of a record [bytes]."""
+
+LAST_SCAN = 1 << 53
+"""Largest index of a scan."""
+
 FARTHEST, WIDEST = 1e7, 2.0 * np.pi
 """Largest coordinate [m] and largest angle [rad] of a pose."""
 
@@ -51,6 +57,7 @@ class Rebuilding:
         self._count = 0
         self._edges: list[Edges] = []
         self._waiting: list[Closure] = []
+        self._memory: dict[RecordKind, int] = {}
 
     @property
     def count(self) -> int:
@@ -81,12 +88,8 @@ class Rebuilding:
             raise InvalidGraph("the pose graph does not begin with its laser: save it again")
         elif kind == RecordKind.FRAMES:
             self._add_frames(payload, self._laser.beams)
-        elif kind == RecordKind.EDGES:
-            self._add_edges(payload)
-        elif kind == RecordKind.POSES:
-            self._move(unpack_poses(payload))
-        elif kind == RecordKind.WAITING:
-            self._waiting = unpack_waiting(payload)
+        else:
+            self._add_rows(kind, payload)
 
     def mapping(self) -> Mapping:
         """Return the mapping.
@@ -110,17 +113,35 @@ class Rebuilding:
     def _forget(self) -> None:
         self._rows, self._edges, self._waiting = [], [], []
         self._count = 0
+        self._memory.clear()
 
-    def _add_frames(self, payload: memoryview | bytes, beams: int) -> None:
-        first, count = row_range(payload)
-        if first > self._count or not count:
-            raise InvalidGraph(f"the pose graph lacks key frames {self._count} to {first - 1}: save it again")
-        needed = (first + count) * (FRAME_MEMORY + beams * BEAM_MEMORY)
+    def _reserve(self, kind: RecordKind, size: int) -> None:
+        """Set the memory of all rows of a kind [bytes]; raises ``QuotaExceeded`` if the mapping takes too much."""
+        needed = size + sum(held for other, held in self._memory.items() if other != kind)
         if needed > self._most:
             raise QuotaExceeded(
                 f"the pose graph would take {needed >> 20} MiB, and at most {self._most >> 20} are allowed: "
                 "map with fewer beams, or a larger minimum_travel_distance"
             )
+        self._memory[kind] = size
+
+    def _add_rows(self, kind: RecordKind, payload: memoryview | bytes) -> None:
+        """Add edges, poses or waiting closures."""
+        if kind not in ROW_MEMORY:
+            return
+        self._reserve(kind, sum(row_range(payload)) * ROW_MEMORY[kind])
+        if kind == RecordKind.EDGES:
+            self._add_edges(payload)
+        elif kind == RecordKind.POSES:
+            self._move(unpack_poses(payload))
+        else:
+            self._waiting = unpack_waiting(payload)
+
+    def _add_frames(self, payload: memoryview | bytes, beams: int) -> None:
+        first, count = row_range(payload)
+        if first > self._count or not count:
+            raise InvalidGraph(f"the pose graph lacks key frames {self._count} to {first - 1}: save it again")
+        self._reserve(RecordKind.FRAMES, (first + count) * (FRAME_MEMORY + beams * BEAM_MEMORY))
         rows = unpack_frames(payload, beams)
         if first < self._count:
             self._rows = [_until(first, _joined(self._rows))] if first else []
@@ -180,7 +201,8 @@ def _check_rows(rows: FrameRows) -> None:
     sound = np.isfinite(poses).all() and np.isfinite(rows.information).all()
     if not sound or np.abs(poses[:, :2]).max() > FARTHEST or np.abs(poses[:, 2]).max() > WIDEST:
         raise InvalidGraph("the pose graph has a key frame whose numbers are out of range: save it again")
-    if rows.stepped[0] or rows.numbers[0] < 0 or np.any(np.diff(rows.numbers) <= 0):
+    numbers = rows.numbers
+    if rows.stepped[0] or numbers[0] < 0 or numbers[-1] > LAST_SCAN or np.any(np.diff(numbers) <= 0):
         raise InvalidGraph("the key frames of the pose graph are not in the order of their scans: save it again")
 
 

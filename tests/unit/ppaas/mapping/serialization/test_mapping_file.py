@@ -11,9 +11,10 @@ from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.refinement import refine
 from ppaas.mapping.serialization.mapping import Mapping, pack_laser
 from ppaas.mapping.serialization.mapping_file import MAGIC, is_mapping, pack_mapping, unpack_mapping
-from ppaas.mapping.serialization.records import RecordKind, pack_record, unpack_records
+from ppaas.mapping.serialization.rebuilding import BEAM_MEMORY, FRAME_MEMORY, ROW_MEMORY, Rebuilding
+from ppaas.mapping.serialization.records import Record, RecordKind, pack_record, unpack_records
 from ppaas.mapping.serialization.row_selection import divided_edges, frame_rows
-from ppaas.mapping.serialization.rows import pack_edges, pack_frames
+from ppaas.mapping.serialization.rows import pack_edges, pack_frames, pack_waiting
 from tests.support.world.mappings import room_mapping
 
 START = 20
@@ -127,6 +128,30 @@ def test_memory_is_bounded_before_anything_is_decompressed(data):
         unpack_mapping(_file(room_mapping(1), pack_record(RecordKind.FRAMES, rows)))
 
 
+@pytest.mark.parametrize("kind", [RecordKind.EDGES, RecordKind.POSES, RecordKind.WAITING])
+def test_memory_of_all_other_rows_is_bounded_too(kind):
+    rebuilding = Rebuilding(most_bytes=100_000)
+    laser = pack_laser(room_mapping(1).frames.geometry, "laser")
+    rebuilding.add(next(unpack_records(laser))[1])
+    with pytest.raises(QuotaExceeded, match="at most 0 are allowed"):
+        rebuilding.add(Record(kind, struct.pack("<II", 0, 10_000) + zlib.compress(bytes(570_000))))
+
+
+def test_rows_of_several_kinds_share_the_memory(mapping, data):
+    exact = len(mapping.frames) * (FRAME_MEMORY + mapping.frames.geometry.beams * BEAM_MEMORY)
+    with pytest.raises(QuotaExceeded):
+        unpack_mapping(data, most_bytes=exact)
+    assert unpack_mapping(data, most_bytes=exact + 20 * ROW_MEMORY[RecordKind.EDGES]).graph.edge_count == 319
+
+
+def test_waiting_closures_are_refused_in_a_file():
+    mapping = room_mapping(3)
+    rows = frame_rows(mapping.frames, mapping.graph, divided_edges(mapping.graph)[0], 0, 3)
+    records = pack_record(RecordKind.FRAMES, pack_frames(rows)) + pack_record(RecordKind.WAITING, pack_waiting([]))
+    with pytest.raises(InvalidGraph, match="only a log may have"):
+        unpack_mapping(_file(mapping, records))
+
+
 def test_rows_longer_than_they_say_are_refused():
     rows = struct.pack("<II", 0, 1) + zlib.compress(bytes(10_000_000))
     with pytest.raises(InvalidGraph, match="key frames that cannot be read"):
@@ -139,6 +164,7 @@ def test_rows_longer_than_they_say_are_refused():
         (lambda rows: rows._replace(poses=rows.poses * np.nan), "out of range"),
         (lambda rows: rows._replace(poses=rows.poses + 1e8), "out of range"),
         (lambda rows: rows._replace(numbers=rows.numbers[::-1]), "order of their scans"),
+        (lambda rows: rows._replace(numbers=rows.numbers + 2**62), "order of their scans"),
         (lambda rows: rows._replace(stepped=np.ones(3, bool)), "order of their scans"),
         (lambda rows: rows._replace(stepped=np.zeros(3, bool)), "no edge connects"),
         (lambda rows: rows._replace(steps=rows.steps * np.inf), "not finite"),
