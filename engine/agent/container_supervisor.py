@@ -54,13 +54,16 @@ class FollowedMap:
         self._task: asyncio.Task[None] | None = None
 
     def follow(self, order: control_link.UseMap, cache: MapCache, gateway: ContainerGateway) -> None:
-        """Follow the versions of an order; of several orders, the last counts."""
+        """Follow the versions of an order; of several orders, the last counts. Do nothing after ``close``."""
+        if self._closed:
+            return
         self._wanted = order
         if self._task is None or self._task.done():
             self._task = asyncio.create_task(self._run(cache, gateway))
 
     async def close(self, cache: MapCache) -> None:
         """Follow no more versions, because the container has exited, and release its layers."""
+        self._closed = True  # an order may arrive while the task ends
         if self._task is not None:
             self._task.cancel()
             await asyncio.gather(self._task, return_exceptions=True)

@@ -145,7 +145,8 @@ class MapCache:
     async def changes(self, before: Path, after: Path) -> list[Rectangle] | None:
         """Return rectangles that cover the cells in which the maps of two folders differ, which the caller uses.
 
-        None if their sizes or origins differ. The maps are compared once for all containers.
+        None if their sizes or origins differ. The maps are compared once for all containers; a comparison that failed
+        is repeated at the next call.
 
         Raises
         ------
@@ -153,7 +154,7 @@ class MapCache:
             A folder has no complete layers.
         """
         task = self._comparing.get((before, after))
-        if task is None:
+        if task is None or _has_failed(task):
             task = asyncio.create_task(asyncio.to_thread(changed_cells, before, after))
             self._comparing[before, after] = task
         return await asyncio.shield(task)
@@ -214,6 +215,10 @@ class MapCache:
             aside.rename(folder)
         finally:
             shutil.rmtree(aside, ignore_errors=True)
+
+
+def _has_failed(task: asyncio.Task[list[Rectangle] | None]) -> bool:
+    return task.done() and (task.cancelled() or task.exception() is not None)
 
 
 def _name(spec: LayerSpec) -> str:

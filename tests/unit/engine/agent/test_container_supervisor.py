@@ -11,7 +11,7 @@ import pytest
 
 from engine.agent import container_supervisor, map_cache
 from engine.agent.container_gateway import ContainerGateway
-from engine.agent.container_supervisor import ContainerSupervisor
+from engine.agent.container_supervisor import ContainerSupervisor, FollowedMap
 from engine.agent.map_cache import MapCache
 from engine.protocols import control_link, machine_link
 from engine.protocols.framing import FrameStream
@@ -480,3 +480,13 @@ async def test_requests_act_for_the_version_in_use(served: Host, compared: list[
         stream.write(machine_link.KeepPlan(number, plan))
         assert await receive(stream) == machine_link.Done(number)
     await stream.close()
+
+
+async def test_an_order_that_arrives_after_the_exit_is_ignored(served: Host) -> None:
+    layers = await served.cache.ensure(LayerSpec(HOUSE, 0.2))
+    followed = FollowedMap(spec(), layers, lambda _spec, _layers: None)
+    await followed.close(served.cache)
+    followed.follow(use_map(NEXT), served.cache, served.gateway)
+    await asyncio.sleep(0.01)
+    assert [one.map for one in served.building.specs] == [HOUSE]
+    assert not +served.cache._users

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from engine.agent import map_cache
 from engine.agent.layer_builder import LayerBuilder
 from engine.agent.layer_jobs import GridFiles, build_here
 from engine.agent.map_cache import Builder, MapCache
@@ -404,3 +405,19 @@ async def test_too_cluttered_map_is_refused_with_alternative_planners(tmp_path):
     with pytest.raises(InvalidPlanner, match="jps or dijkstra"):
         await cache.prepare(folder, "hub_labels")
     assert not list(folder.glob("*.index"))
+
+
+async def test_a_comparison_that_failed_is_repeated(cache: MapCache, monkeypatch: pytest.MonkeyPatch) -> None:
+    outcomes: list[Exception | None] = [Unavailable("no complete map layers"), None]
+
+    def compare(_before: Path, _after: Path) -> None:
+        outcome = outcomes.pop(0)
+        if outcome is not None:
+            raise outcome
+
+    monkeypatch.setattr(map_cache, "changed_cells", compare)
+    with pytest.raises(Unavailable):
+        await cache.changes(Path("a"), Path("b"))
+    assert await cache.changes(Path("a"), Path("b")) is None
+    assert await cache.changes(Path("a"), Path("b")) is None
+    assert outcomes == []
