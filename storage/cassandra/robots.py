@@ -1,6 +1,5 @@
 """Robots, their URDFs and the checkpoints of their clones in Cassandra."""
 
-import itertools
 import uuid
 from typing import Any
 
@@ -12,6 +11,9 @@ from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord
 
 _KEY = "user = ? AND generation = ? AND id = ?"
 _PART = "user = ? AND generation = ? AND robot = ?"
+
+_ALL = (1 << 31) - 1
+"""Largest LIMIT of CQL."""
 
 Key = tuple[str, int, str]
 """User, the user's generation (``storage.cassandra.connection.schema``), robot."""
@@ -109,9 +111,9 @@ class CassandraRobots:
         self, user: str, robot: str, log: str, *, after: int = -1, limit: int | None = None
     ) -> list[tuple[int, bytes]]:
         """Return the entries of a log, sorted by number; an empty list if there is no such log."""
-        query = f"SELECT number, data FROM clone_logs WHERE {_PART} AND log = ? AND number > ?"
-        rows = self._session.rows(query, *self._key(user, robot), log, after)
-        return [(row.number, bytes(row.data)) for row in itertools.islice(rows, limit)]
+        query = f"SELECT number, data FROM clone_logs WHERE {_PART} AND log = ? AND number > ? LIMIT ?"
+        rows = self._session.rows(query, *self._key(user, robot), log, after, _ALL if limit is None else limit)
+        return [(row.number, bytes(row.data)) for row in rows]
 
     def clone(self, user: str, robot: str) -> CloneCheckpoint:
         """Return the last checkpoint of a clone; ``NotFound`` if there is none."""
