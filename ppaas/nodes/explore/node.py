@@ -35,6 +35,9 @@ LOOK = 1.5
 PAUSES = ("waiting", "recovering")
 """Beginnings of Move Base's texts that say why a robot does not drive."""
 
+NO_MAP = "there is no map yet: no valid message has come on 'map'; the robot must send scan and odom"
+"""Reason for which a robot without a map waits."""
+
 
 class ExploreNode(Node):
     """Serves the action ``explore`` by the topics of a ROS 1 action.
@@ -240,7 +243,7 @@ class ExploreNode(Node):
         if self._map.has_map:
             self._map.survey(robot, partial(self._on_survey, exploration))
         else:
-            self._wait("there is no map yet: no message has come on 'map'; the robot must send scan and odom")
+            self._wait(NO_MAP)
 
     def _check_progress(self) -> None:
         """Survey again after a while although the map does not change, to notice a robot that is stuck."""
@@ -253,8 +256,8 @@ class ExploreNode(Node):
         goals = self._goals
         if exploration is not self._exploration or goals is None:
             return  # the goal has ended meanwhile
-        if isinstance(surveyed, PPaaSError):
-            self._wait(str(surveyed))
+        if isinstance(surveyed, PPaaSError) or surveyed.grid is None:
+            self._wait(NO_MAP if isinstance(surveyed, Survey) else str(surveyed))
             return
         self._well = self.context.elapsed()
         doing = goals.steer(surveyed)

@@ -28,7 +28,7 @@ class Survey:
     Parameters
     ----------
     grid : GridMap or None
-        The map; None if no message had one.
+        The map; None if no message had a valid one.
     approaches : tuple of Approach
         Those that were given up are left out.
     points : tuple of (n, 2) array

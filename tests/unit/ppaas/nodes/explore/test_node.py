@@ -14,7 +14,9 @@ from ppaas.maps.occupancy import GridMapMessage
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.explore_msgs import ExploreActionGoal, ExploreActionResult, ExploreGoal
+from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult
+from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid
 from ppaas.messages.std_msgs import Header, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.explore.node import ExploreNode
@@ -271,11 +273,24 @@ def test_robot_without_a_pose_or_a_map_says_so_and_gives_up_after_a_while():
     assert alone.texts[-1].startswith("waiting: the pose of the robot in the map is unknown")
     alone.place()
     alone.wait(1.0)
-    assert alone.texts[-1].startswith("waiting: there is no map yet: no message has come on 'map'")
+    assert alone.texts[-1].startswith("waiting: there is no map yet: no valid message has come on 'map'")
     alone.wait(6.0)
     status, text = alone.outcome
     assert status == Status.ABORTED
     assert text.startswith("The robot waited for 6 s: there is no map yet")
+
+
+def test_robot_waits_for_another_map_if_the_only_one_is_not_valid():
+    alone = Alone()
+    alone.place()
+    alone.graph.inject("map", OccupancyGrid(Header(), MapMetaData(0.05, 2, 2, Pose.of(Pose2D(0.0, 0.0))), [FREE]))
+    alone.send()
+    alone.wait(2.0)
+    assert not alone.results
+    assert alone.texts[-1].startswith("waiting: there is no map yet")
+    alone.show(corridor())
+    alone.wait(2.0)
+    assert alone.goals
 
 
 def test_robot_outside_the_map_waits_for_it_to_grow():
