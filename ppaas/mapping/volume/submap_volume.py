@@ -18,7 +18,6 @@ from ppaas.thread_budget import Threads, one_thread
 SUBMAP_TRAVEL = 3.0
 """Default distance between two submaps [m]."""
 
-
 SPACE = 0.9
 """Part of the allowed blocks that are left when submaps were joined."""
 
@@ -77,15 +76,16 @@ class SubmapVolume:
         points, origin, ground
             See `VoxelVolume.insert`.
         anchor : Anchor, optional
-            Key frame that it hangs on; None for a cloud that never moves.
+            Key frame that it hangs on. None if there is no key frame: the cloud then hangs on the last submap, or on
+            the first one that begins later.
 
         Raises
         ------
         InvalidInput, QuotaExceeded
             As `VoxelVolume.insert`.
         """
-        also = self._open(anchor).blocks if anchor is not None and not self.fixed else None
-        self.volume.insert(points, origin, ground=ground, also=also)
+        submap = None if self.fixed else self._submap(anchor)
+        self.volume.insert(points, origin, ground=ground, also=None if submap is None else submap.blocks)
         self._limit()
 
     def correct(self, before: KeyFramePoses, after: KeyFramePoses) -> bool:
@@ -117,6 +117,16 @@ class SubmapVolume:
         """Forget all voxels."""
         self.volume.clear()
         self.submaps, self.joined, self.fixed, self._last = [], 0, False, None
+
+    def _submap(self, anchor: Anchor | None) -> Submap | None:
+        """Return the submap for a cloud; None as long as there was no key frame."""
+        if anchor is None:
+            return self.submaps[-1] if self.submaps else None
+        begun, submap = bool(self.submaps), self._open(anchor)
+        if not begun:  # the clouds before the first key frame move with it
+            blocks = self.volume.blocks
+            add_log_odds(submap.blocks, blocks.codes, blocks.log_odds, self.volume.parameters.model())
+        return submap
 
     def _open(self, anchor: Anchor) -> Submap:
         """Return the submap for a cloud; a new one if the robot has moved far enough since the last one began."""

@@ -115,6 +115,16 @@ def test_clouds_without_key_frames_make_no_submap():
     assert (len(volume.submaps), len(volume)) == (0, len(volume.volume.blocks))
 
 
+def test_clouds_before_the_first_key_frame_move_with_it():
+    volume = SubmapVolume(PARAMETERS)
+    begin, end = np.array([0.0, 0.0, 0.5]), np.array([STOPS[-1], 0.0, 0.5])
+    volume.insert(scan(begin).astype(np.float32), begin)
+    volume.insert(scan(end).astype(np.float32), end, TRUE.anchor(0.0))
+    least = occupied(log_odds(volume.volume)).min(axis=0)
+    assert volume.correct(TRUE, KeyFramePoses(TRUE.stamps, TRUE.poses + np.array([0.3, 0.0, 0.0])))
+    assert (occupied(log_odds(volume.volume)).min(axis=0) - least).tolist() == [3, 0, 0]
+
+
 def test_submaps_are_joined_if_there_are_too_many_blocks(fresh):
     needed = len(driven(TRUE))
     volume = driven(TRUE, VolumeParameters(resolution=0.1, max_range=6.0, max_blocks=int(0.9 * needed)))
