@@ -49,7 +49,8 @@ class Logbook:
     def __init__(self) -> None:
         self._writer: LogWriter | None = None
         self._numbers: set[int] = set()
-        self._written = 0
+        self._written = self._next = 0
+        self._ended = False
 
     def head(self, mapper: LiveMapper, *, paused: bool) -> Head:
         """Return the head of a map; it has a key frame."""
@@ -66,8 +67,26 @@ class Logbook:
 
     def begin(self, laser_frame: str) -> None:
         """Begin the log of another map."""
-        number = self._writer.number if self._writer else max(self._numbers, default=-1) + 1
-        self._writer, self._written = LogWriter(laser_frame, number, sorted(self._numbers)), 0
+        self._end_writer()
+        self._writer, self._ended = LogWriter(laser_frame, self._next, sorted(self._numbers)), False
+
+    def end(self) -> None:
+        """End the log: its entries are obsolete although no other map has begun."""
+        self._end_writer()
+        self._ended = True
+
+    @property
+    def has_rest(self) -> bool:
+        """Whether entries of a log that has ended are stored."""
+        return self._ended and bool(self._numbers)
+
+    def rest(self) -> LogChange | None:
+        """Return the removal of the entries of a log that has ended; None if there are none."""
+        if not self.has_rest:
+            return None
+        obsolete = sorted(self._numbers)
+        self._numbers.clear()
+        return LogChange([], obsolete)
 
     def change(self, mapper: LiveMapper) -> LogChange | None:
         """Return what is new since the last call."""
@@ -87,10 +106,16 @@ class Logbook:
 
     def read(self, entries: Sequence[LogEntry]) -> Mapping:
         """Return the mapping of a log, which is continued; raises ``InvalidGraph`` if it is damaged."""
-        self._numbers = {entry.number for entry in entries}
+        self._numbers, self._ended = {entry.number for entry in entries}, False
+        self._next = max(self._numbers, default=-1) + 1
         mapping = read_log(entries)
         self._writer, self._written = LogWriter.resumed(entries, mapping), len(mapping.frames)
         return mapping
+
+    def _end_writer(self) -> None:
+        if self._writer is not None:
+            self._next = self._writer.number
+        self._writer, self._written = None, 0
 
 
 def resume(mapper: LiveMapper, mapping: Mapping, head: Head | None) -> None:

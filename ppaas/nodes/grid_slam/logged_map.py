@@ -59,17 +59,18 @@ class LoggedMapNode(Node):
 
     @property
     def has_log_change(self) -> bool:
-        """Whether there is a key frame that is not in the log."""
-        return self._growing is not None and self._logbook.has_change(self._growing)
+        """Whether there is a key frame that is not in the log, or the log is of a map that no longer grows."""
+        growing = self._growing
+        return self._logbook.has_rest if growing is None else self._logbook.has_change(growing)
 
     def log_change(self) -> LogChange | None:
-        """Return the key frames and closures since the last call."""
-        return None if self._growing is None else self._logbook.change(self._growing)
+        """Return the key frames and closures since the last call; without a map that grows, the log is emptied."""
+        return self._logbook.rest() if self._growing is None else self._logbook.change(self._growing)
 
     def whole_log(self) -> LogChange | None:
-        """Return a change that replaces the log by one of the map as it is now."""
+        """Return a change that replaces the log by one of the map as it is now; without one, as `log_change`."""
         if self._growing is None or self._laser is None:
-            return None
+            return self._logbook.rest()
         return self._logbook.rewrite(self._growing, self._laser.frame)
 
     def checkpoint(self) -> bytes | None:
@@ -87,7 +88,11 @@ class LoggedMapNode(Node):
         self._paused = restored.paused
         if isinstance(restored, Head):
             self._head = restored
-        elif self._mapper is not None:
+        elif self._mapper is not None and self._laser is not None:
+            if self._mapper.keeps:  # the map was continued, and then no longer changed
+                mapping, self._mapper = self._mapping(), self._new_mapper(self._laser)
+                self._mapper.load(mapping, Pose2D(*restored.robot), keeps=False)
+                self._logbook.end()
             self._mapper.place(Pose2D(*restored.robot))
 
     def restore_log(self, entries: Sequence[LogEntry]) -> None:

@@ -364,6 +364,7 @@ class GridSlamNode(LoggedMapNode):
         self._laser = self._mapper = None
         self._map_to_odom, self._count, self._used_at = Pose2D(0.0, 0.0, 0.0), 0, float("-inf")
         self._map_error = ""
+        self._logbook.end()
         self._publisher.forget()
         self._key_frames.clear()
         self._graphs.forget()

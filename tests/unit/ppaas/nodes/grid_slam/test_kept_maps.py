@@ -44,8 +44,10 @@ class Kept:
     def restored(self, **parameters):
         """Return a robot that continues."""
         robot = MappingRobot(ring_drive(), **parameters)
-        robot.node.restore(self.state)
-        robot.node.restore_log([LogEntry(*entry) for entry in sorted(self.entries.items())])
+        if self.state is not None:
+            robot.node.restore(self.state)
+        if self.entries:
+            robot.node.restore_log([LogEntry(*entry) for entry in sorted(self.entries.items())])
         return robot
 
 
@@ -112,6 +114,21 @@ def test_nothing_is_kept_before_the_first_scan_and_after_clear():
     robot.step()
     robot.call("clear")
     assert (robot.node.checkpoint(), robot.node.log_change()) == (None, None)
+
+
+def test_a_map_that_was_cleared_does_not_come_back(driven):
+    _, before = driven
+    kept = Kept()
+    kept.state, kept.entries = before.state, dict(before.entries)
+    robot = kept.restored()
+    robot.call("clear")
+    assert robot.node.has_log_change
+    kept.save(robot)
+    assert not robot.node.has_log_change
+    assert kept.restored().node._mapper is None
+    robot.step(3)
+    kept.save(robot)
+    assert len(kept.restored().node._mapper.key_frames) == len(robot.node._mapper.key_frames)
 
 
 def test_a_pose_graph_comes_in_pages(driven, file, monkeypatch):
@@ -184,6 +201,18 @@ def test_localization_leaves_the_map_as_it_is(driven, file):
     restored.next = robot.next
     restored.step(20)
     assert restored.true_error() < 0.05
+
+
+def test_localization_in_a_map_that_was_continued_is_restored(driven, file):
+    given = {"graphs": PoseGraphStore(load=lambda name: file), "map_file_name": "ring"}
+    robot, kept = MappingRobot(ring_drive(), **given), Kept()
+    robot.step(10)
+    kept.save(robot)
+    robot.call("deserialize_map", DeserializePoseGraphRequest("ring", MatchType.LOCALIZE_AT_POSE))
+    kept.save(robot)
+    restored = kept.restored(**given)
+    assert not restored.node._mapper.keeps
+    assert (restored.node.log_change(), restored.node.checkpoint()) == (None, kept.state)
 
 
 def test_deserialize_map_starts_where_it_is_told(driven, file):
