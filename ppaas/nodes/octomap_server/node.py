@@ -15,6 +15,7 @@ from ppaas.messages.octomap_msgs import (
     GetOctomap,
     GetOctomapFile,
     GetOctomapFileRequest,
+    GetOctomapFileResponse,
     GetOctomapResponse,
 )
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, PointCloud2
@@ -23,12 +24,12 @@ from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
+from ppaas.nodes.file_pages import FilePages
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
 from ppaas.nodes.key_frame_path import key_frames_of
 from ppaas.nodes.message_checks import expect
 from ppaas.nodes.octomap_server.cloud_poses import CloudPoses
 from ppaas.nodes.octomap_server.clouds import CloudReader, DepthCamera, SensorCloud
-from ppaas.nodes.octomap_server.file_pages import FilePages
 from ppaas.nodes.octomap_server.job_queue import JobQueue
 from ppaas.nodes.octomap_server.map_work import MapWork, Rendered
 from ppaas.nodes.octomap_server.messages import OctomapFile
@@ -110,7 +111,7 @@ class OctomapServerNode(Node):
         )
         self._reader, self._poses = CloudReader(), CloudPoses(self._frames)
         self._waiting: WaitingData[SensorCloud] = WaitingData("clouds", MOST_WAITING)
-        self._jobs, self._pages = JobQueue(context, MOST_QUEUED), FilePages(b"")
+        self._jobs, self._pages = JobQueue(context, MOST_QUEUED), FilePages("octomap")
         self._revision, self._published = 0, dict.fromkeys(MAPS, 0)
         self._rendering, self._reported, self._limit = False, "", ""
 
@@ -161,7 +162,7 @@ class OctomapServerNode(Node):
         elif service == FILE.name:
             assert isinstance(request, GetOctomapFileRequest)
             if request.offset:
-                reply(self._pages.page(request.offset))
+                reply(GetOctomapFileResponse(*self._pages.page(request.offset)))
             else:
                 self._jobs.add(self._work.file, partial(self._reply_file, reply))
         elif service == RESET.name:
@@ -284,8 +285,8 @@ class OctomapServerNode(Node):
         if isinstance(result, PPaaSError):
             reply(result)
             return
-        self._pages = FilePages(result)
-        reply(self._pages.page(0))
+        self._pages.use(result)
+        reply(GetOctomapFileResponse(*self._pages.page(0)))
 
     def _reply_change(self, reply: Reply, result: Any) -> None:
         self._revision += 1

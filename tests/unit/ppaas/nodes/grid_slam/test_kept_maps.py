@@ -18,7 +18,7 @@ from ppaas.messages.slam_toolbox import (
     SerializePoseGraphRequest,
 )
 from ppaas.messages.std_msgs import Header
-from ppaas.nodes.grid_slam import posegraph_pages
+from ppaas.nodes import file_pages
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.nodes.grid_slam.posegraph_services import PoseGraphStore
 from tests.support.world.mapping_robot import MappingRobot
@@ -133,7 +133,7 @@ def test_a_map_that_was_cleared_does_not_come_back(driven):
 
 def test_a_pose_graph_comes_in_pages(driven, file, monkeypatch):
     robot, _ = driven
-    monkeypatch.setattr(posegraph_pages, "PAGE", 40_000)
+    monkeypatch.setattr(file_pages, "PAGE", 40_000)
     numbers = robot.call("pose_graph", GetPoseGraphRequest())
     assert (numbers.key_frames, numbers.data) == (len(robot.node._mapper.key_frames), "")
     assert numbers.closures == robot.node._mapper.closed or numbers.closures > 0
