@@ -46,7 +46,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="measure the solver instead, on synthetic graphs of 11,456 nodes and on graphs in the format of g2o",
     )  # fmt: skip
     parser.add_argument(
-        "--live", action="store_true", help="measure single steps instead: from a scan to its pose, and a search"
+        "--live", action="store_true", help="measure single steps instead: scan to pose, search, layers"
     )
     parser.add_argument(
         "--corridors", action="store_true", help="map simulated corridors, too: 1.9 km that look alike, a few minutes"
@@ -82,7 +82,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
 def _measure_steps(progress: "Progress") -> Measured:
     from benchmarks.mapping import live  # noqa: PLC0415
 
-    task = progress.add_task("drive and search", total=2)
+    task = progress.add_task("drive, search and build layers", total=3)
     results = live.measure(lambda: progress.advance(task))
     return Measured({"steps": results}, [live.row(result) for result in results])
 

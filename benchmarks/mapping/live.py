@@ -1,4 +1,4 @@
-"""Single steps of mapping, beside baselines: from a scan to its pose while driving, and a search for a loop closure."""
+"""Single steps of mapping, beside baselines: from a scan to its pose, a search for a loop, and the layers of a map."""
 
 import time
 from collections.abc import Callable
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from benchmarks.mapping.office import office, route
 from benchmarks.mapping.simulated_drive import simulate
+from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.branch_and_bound import Window, search
 from ppaas.mapping.closures.kernels.points import gather
@@ -19,6 +20,8 @@ from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_log import ScanLog
 from ppaas.mapping.scan_points import prepare
+from ppaas.maps.generate import office as office_map
+from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridMap
 
 SCANS = 1500
 """Number of scans that are mapped."""
@@ -29,18 +32,23 @@ SEARCHED, TURN, RESOLUTION, TURN_STEP = 4.0, 90.0, 0.05, 0.015
 SEARCHES, TARGET = 20, 30
 """Number of searches, and number of key frames that a scan is searched in."""
 
+MAP_SIDE, BUILDS = 100.0, 10
+"""Edge of the map whose layers are built [m], of cells of 0.05 m, and number of times."""
+
 SCAN, SEARCH = "scan to pose", f"search of {SEARCHED:g} m × {TURN:g}°"
 
 
 def measure(done: Callable[[], None]) -> list[dict[str, Any]]:
-    """Return the results of both steps; ``done`` is called after each."""
+    """Return the results of all steps; ``done`` is called after each."""
     log = simulate(office(0), route(), 0).log.first(SCANS)
     drive(log)  # compiles or loads the kernels
     frames, latencies = drive(log)
     done()
     searched = searches(frames)
     done()
-    return [latencies.result(), searched]
+    built = layers(office_map(0, MAP_SIDE, MAP_SIDE))
+    done()
+    return [latencies.result(), searched, built]
 
 
 class Latencies:
@@ -105,6 +113,22 @@ def searches(frames: KeyFrames) -> dict[str, Any]:
         exhaustive.append(time.thread_time() - begin)
     result = _result(SEARCH, times[1:], "all motions of the window", exhaustive[1:])
     return {**result, "least_score": round(min(found[1:]), 3)}
+
+
+def layers(grid: GridMap) -> dict[str, Any]:
+    """Build the layers of a map, as Move Base does each second while the map grows."""
+    from scipy.ndimage import distance_transform_edt  # noqa: PLC0415 - of the extra bench
+
+    free, times, baseline = grid.data < OCCUPIED_THRESHOLD, [], []
+    for _ in range(BUILDS + 1):
+        begin = time.process_time()
+        build_layers(grid, threads=1)
+        times.append(time.process_time() - begin)
+        begin = time.process_time()
+        distance_transform_edt(free)
+        baseline.append(time.process_time() - begin)
+    height, width = grid.data.shape
+    return _result(f"layers of {width} × {height} cells", times[1:], "distance transform of scipy", baseline[1:])
 
 
 def _gathered(frames: KeyFrames, chosen: slice, origin: NDArray[np.float64]) -> NDArray[np.float64]:

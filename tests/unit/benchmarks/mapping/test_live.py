@@ -1,5 +1,6 @@
 from benchmarks.mapping import live
 from benchmarks.mapping.ring import ring_drive
+from ppaas.maps.generate import office
 
 
 def test_steps_are_measured_beside_their_baselines(monkeypatch):
@@ -12,3 +13,10 @@ def test_steps_are_measured_beside_their_baselines(monkeypatch):
     # The window contains the true motion, and the older scans show the place.
     assert searched["least_score"] > 0.8
     assert live.row(searched)["step"] == "search of 4 m × 90°"
+
+
+def test_layers_are_measured_on_the_whole_map(monkeypatch):
+    monkeypatch.setattr(live, "BUILDS", 2)
+    built = live.layers(office(0, 14.0, 11.0))
+    assert (built["step"], built["count"]) == ("layers of 280 × 220 cells", 2)
+    assert 0.0 < built["mean_ms"] <= built["max_ms"]
