@@ -13,7 +13,7 @@ from endpoints.http import (
     websocket_protocol,
 )
 from endpoints.rest import nesting, paging, schemas, strict_json
-from endpoints.rest.maps import content_check, multipart, part_check
+from endpoints.rest.maps import map_programs, multipart
 from endpoints.rest.maps.upload_form import MAX_FIELDS
 from endpoints.rest.plans.schemas import MAX_MATRIX, MAX_WAYPOINTS
 from endpoints.services import heavy_work
@@ -77,12 +77,16 @@ ROWS = {
     ("image of a map", "chunks of a PNG"): [png.MAX_CHUNKS, f"{png.MAX_OTHERS} without pixels"],
     ("image of a map", "scans of a JPEG"): [pictures.MAX_SCANS],
     ("octree of a map", "memory and time of its check, in a process of its own"): [
-        f"{part_check.MEMORY >> 20} MiB",
-        f"{content_check.PART_SECONDS:g} s",
+        f"{map_programs.MEMORY >> 20} MiB",
+        f"{map_programs.CHECK_SECONDS:g} s",
     ],
     ("pose graph of a map", "memory of its key frames, and of its check as that of an octree"): [
         f"{rebuilding.MOST_BYTES >> 20} MiB",
-        f"{part_check.MEMORY >> 20} MiB",
+        f"{map_programs.MEMORY >> 20} MiB",
+    ],
+    ("maps that are drawn from a pose graph or merged", "memory and time of a process of its own"): [
+        f"{map_programs.MEMORY >> 20} MiB",
+        f"{map_programs.MAKE_SECONDS:g} s",
     ],
     ("images and octrees", "requests that decode or check at once"): [
         heavy_work.MAX_AT_ONCE,

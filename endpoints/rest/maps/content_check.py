@@ -1,12 +1,9 @@
 """Checks of the contents of map files, which read no more of them than necessary."""
 
-import json
-import subprocess
-import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from ppaas.errors import InvalidMap, Unavailable
+from endpoints.rest.maps.map_programs import CHECK_SECONDS, run_program
 from ppaas.maps.formats.map_files import open_grid, read_info
 from ppaas.maps.grid import GridInfo
 from storage.staged_uploads import Buffer, StagedUpload
@@ -16,8 +13,6 @@ if TYPE_CHECKING:
     from endpoints.rest.maps import part_check  # noqa: F401 - the program named below
 
 _PART_CHECK = "endpoints.rest.maps.part_check"
-PART_SECONDS = 120.0
-"""Time limit of the check of a file [s]. The largest take some seconds, the first one longer to compile kernels."""
 
 _NO_GRID = {"resolution": None, "width": None, "height": None, "origin": None}
 
@@ -58,40 +53,5 @@ def _grid_answer(info: GridInfo) -> dict[str, Any]:
 
 
 def _check_part(upload: StagedUpload, part: str) -> None:
-    """Parse a file in a separate process: its kernels load slowly, and an invalid file may need much memory."""
-    run_program(_PART_CHECK, [part, str(upload.path(part))], f"the {part} could not be checked")
-
-
-def run_program(module: str, arguments: list[str], failure: str) -> None:
-    """Run a program that writes the error of a file to standard output.
-
-    Parameters
-    ----------
-    module : str
-        Module of the program.
-    arguments : list of str
-    failure : str
-        Begin of the error if the program itself fails.
-
-    Raises
-    ------
-    InvalidMap
-        The error of the file.
-    Unavailable
-        The program ran out of memory or time, or crashed.
-    """
-    try:
-        process = subprocess.run(
-            [sys.executable, "-m", module, *arguments],
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=PART_SECONDS,
-        )
-    except subprocess.TimeoutExpired as error:
-        raise Unavailable(f"{failure} within {PART_SECONDS:g} s: try again later") from error
-    if process.returncode:
-        raise Unavailable(f"{failure} (exit status {process.returncode}): it may be too large for this machine")
-    fault = json.loads(process.stdout)["fault"]
-    if fault:
-        raise InvalidMap(fault)
+    """Parse a file in a process of its own; raises as ``check_contents`` does."""
+    run_program(_PART_CHECK, [part, str(upload.path(part))], f"the {part} could not be checked", CHECK_SECONDS)

@@ -1,15 +1,14 @@
-"""Program that refines a pose graph and draws its grid; it writes the error, if any, to standard output as JSON."""
+"""Program that refines a pose graph and draws its grid."""
 
 import json
-import resource
 import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from endpoints.rest.maps.part_check import MEMORY
-from ppaas.errors import PPaaSError
+from endpoints.rest.maps.map_programs import be_program
+from ppaas.errors import InvalidGraph, InvalidMap, QuotaExceeded
 from ppaas.mapping.closures.agreement import GRADUATED
 from ppaas.mapping.graph.pose_graph import EdgeKind
 from ppaas.mapping.graph.solver import GraphSolver
@@ -34,12 +33,12 @@ def draw(folder: Path, settings: dict[str, Any]) -> None:
 
     Raises
     ------
-    InvalidGraph
+    InvalidMap
         The pose graph cannot be read.
     QuotaExceeded
         The grid would be too large.
     """
-    mapping = unpack_mapping(memoryview(mapped(folder / POSEGRAPH)))
+    mapping = _read(folder / POSEGRAPH)
     if settings.pop("refine"):
         _refine(mapping)
     grid = draw_map(mapping.frames, mapping.frames.poses, DrawingSettings(**settings))
@@ -48,6 +47,13 @@ def draw(folder: Path, settings: dict[str, Any]) -> None:
     (folder / IMAGE).write_bytes(pixels)
     (folder / f"{POSEGRAPH}.new").write_bytes(b"".join(pack_mapping(mapping)))
     (folder / f"{POSEGRAPH}.new").replace(folder / POSEGRAPH)
+
+
+def _read(path: Path) -> Mapping:
+    try:
+        return unpack_mapping(memoryview(mapped(path)))
+    except InvalidGraph as error:
+        raise InvalidMap(str(error)) from error
 
 
 def _refine(mapping: Mapping) -> None:
@@ -60,17 +66,8 @@ def _refine(mapping: Mapping) -> None:
     mapping.graph.move_nodes(poses)
 
 
-def fault_of(folder: Path, settings: dict[str, Any]) -> str:
-    """Draw; return the error, or an empty text."""
-    try:
-        draw(folder, settings)
-    except PPaaSError as error:
-        return str(error)
-    except MemoryError:
-        return "the map is too large to be drawn: choose a coarser resolution"
-    return ""
-
-
 if __name__ == "__main__":
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    sys.stdout.write(json.dumps({"fault": fault_of(Path(sys.argv[1]), json.loads(sys.argv[2]))}))
+    be_program(
+        lambda: draw(Path(sys.argv[1]), json.loads(sys.argv[2])),
+        QuotaExceeded("the map is too large to be drawn: choose a coarser resolution"),
+    )

@@ -1,8 +1,5 @@
 """Route of merges of maps: two maps of one place, made without a common start, become one."""
 
-import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,27 +8,25 @@ from starlette.concurrency import run_in_threadpool
 
 from endpoints.audit.notes import note_details, note_object
 from endpoints.rest.dependencies import Caller, Provided
-from endpoints.rest.maps.maps import IfMatch, invalidated, opened_map, publish_upload
+from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
+from endpoints.rest.maps.maps import IfMatch, check_may_publish, invalidated, opened_map, publish_upload
 from endpoints.rest.maps.merge_schemas import MapMerge, MergedMapAnswer
 from endpoints.rest.maps.upload_form import MapForm
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.services import Services
-from ppaas.errors import Conflict, Unavailable, rebuild
+from ppaas.errors import Conflict
 from ppaas.maps.formats.map_files import read_info
 from storage.opened_maps import OpenMap
 from storage.records import MapRecord, User
-from storage.staged_uploads import blocks, temporary_folder
+from storage.staged_uploads import blocks, mapped, temporary_folder
 from storage.versions import IMAGE, POSEGRAPH, YAML
 
 if TYPE_CHECKING:
     from endpoints.rest.maps import merge_program  # noqa: F401 - the program named below
 
-_PROGRAM = ("-m", "endpoints.rest.maps.merge_program")
-
-SECONDS = 240.0
-"""Time limit of a merge [s]. Halves of a drive of 400 m take 2 to 5 s, the first one longer to compile kernels."""
+_PROGRAM = "endpoints.rest.maps.merge_program"
 
 router = APIRouter(prefix="/maps/{map_id}", tags=["maps"], route_class=StrictRoute)
 
@@ -68,6 +63,7 @@ async def merge_map(
 def _merge(
     services: Services, user: User, map_id: str, wanted: MapMerge, if_match: str | None
 ) -> tuple[MergedMapAnswer, MapRecord]:
+    check_may_publish(services, user, wanted.into, if_match)
     with temporary_folder() as folder, services.map_store.stage() as upload:
         kept, moved = folder / "first", folder / "second"
         with opened_map(services, user, map_id) as first:
@@ -77,7 +73,7 @@ def _merge(
             _copy_graph(second, moved)
         found = merge_in_process(kept, moved, resolution, folder)
         for part in (YAML, IMAGE, POSEGRAPH):
-            upload.add(part, [(folder / part).read_bytes()])
+            upload.add(part, blocks(mapped(folder / part)))
         message = wanted.message or f"merge of {map_id} and {wanted.with_}"
         form = MapForm(wanted.into, None, None, message)
         published, record = publish_upload(services, user, form, upload, if_match)
@@ -97,7 +93,7 @@ def _copy_graph(opened: OpenMap, to: Path) -> None:
 
 
 def merge_in_process(first: Path, second: Path, resolution: float, folder: Path) -> dict[str, Any]:
-    """Run the program; blocks.
+    """Merge two pose graphs in a process of its own; blocks.
 
     Parameters
     ----------
@@ -116,21 +112,8 @@ def merge_in_process(first: Path, second: Path, resolution: float, folder: Path)
     Raises
     ------
     PPaaSError
-        The error of the merge; ``Unavailable`` if it ran out of memory or time.
+        The error of the merge; ``QuotaExceeded`` if it ran out of memory, ``Unavailable`` if out of time.
     """
-    command = [sys.executable, *_PROGRAM]
     arguments = [str(first), str(second), repr(resolution), str(folder)]
-    try:
-        process = subprocess.run(
-            [*command, *arguments], capture_output=True, text=True, check=False, timeout=SECONDS
-        )  # fmt: skip
-    except subprocess.TimeoutExpired as error:
-        raise Unavailable(f"the maps were not merged within {SECONDS:g} s: merge smaller maps") from error
-    if process.returncode:
-        raise Unavailable(
-            f"the maps could not be merged (exit status {process.returncode}): they may be too large for this machine"
-        )
-    answer: dict[str, Any] = json.loads(process.stdout)
-    if "fault" in answer:
-        raise rebuild(*answer["fault"])
-    return answer
+    found: dict[str, Any] = run_program(_PROGRAM, arguments, "the maps could not be merged", MAKE_SECONDS)
+    return found

@@ -27,6 +27,7 @@ from storage.opened_maps import OpenMap
 from storage.ports import Store
 from storage.records import MapRecord, Publication, User
 from storage.staged_uploads import StagedUpload
+from storage.versions import check_may_follow
 
 router = APIRouter(prefix="/maps", tags=["maps"], route_class=StrictRoute)
 
@@ -184,6 +185,16 @@ def _owner(services: Services, user: User, map_id: str) -> str:
         except NotFound:
             pass
     return user.id
+
+
+def check_may_publish(services: Services, user: User, map_id: str, if_match: str | None = None) -> None:
+    """Raise ``Conflict``, before work whose result is published, if `publish_upload` would; blocks."""
+    try:
+        head = services.map_store.map_head(map_id)
+    except NotFound:
+        head = None
+    owner = head.owner if head is not None and user.role == "admin" else user.id
+    check_may_follow(head, Publication(map_id, user.id, epoch(), "", owner, if_match=_version(if_match)))
 
 
 def _version(if_match: str | None) -> str | None:

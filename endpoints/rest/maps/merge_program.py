@@ -1,41 +1,26 @@
-"""Program that merges the pose graphs of two maps and writes the files of the result; its output is JSON.
+"""Program that merges the pose graphs of two maps and writes the files of the result."""
 
-A process of its own: its kernels load slowly, and its memory is limited.
-"""
-
-import json
-import os
-import resource
 import sys
 from pathlib import Path
 from typing import Any
 
-from ppaas.errors import PPaaSError
-
-MEMORY = 4 << 30
-"""Memory limit of the program [bytes]."""
-
-NICE = 5
-"""Addition to the nice value: robots' containers come first."""
+from endpoints.rest.maps.map_programs import be_program
+from ppaas.errors import QuotaExceeded
+from ppaas.mapping.merging.merged_files import merge_files
+from storage.staged_uploads import mapped
+from storage.versions import IMAGE, POSEGRAPH, YAML
 
 IMAGE_NAME = "map.pgm"
 """Image that the YAML file names."""
 
 
-def main(first: Path, second: Path, resolution: float, folder: Path) -> dict[str, Any]:
-    """Merge two files; return the output of the program."""
-    from ppaas.mapping.merging.merged_files import merge_files  # noqa: PLC0415 - the web process must not load kernels
-
-    try:
-        files = merge_files(first.read_bytes(), second.read_bytes(), IMAGE_NAME, resolution)
-        (folder / "yaml").write_bytes(files.yaml)
-        (folder / "image").write_bytes(files.image)
-        with (folder / "posegraph").open("wb") as graph:
-            graph.writelines(files.posegraph)
-    except PPaaSError as error:
-        return {"fault": [error.slug, str(error)]}
-    except MemoryError:
-        return {"fault": ["quota-exceeded", "the maps are too large to be merged: map with fewer beams or key frames"]}
+def merge_to(first: Path, second: Path, resolution: float, folder: Path) -> dict[str, Any]:
+    """Merge two files, and write the files of the map, named as its parts; see ``map_merge.merge_in_process``."""
+    files = merge_files(memoryview(mapped(first)), memoryview(mapped(second)), IMAGE_NAME, resolution)
+    (folder / YAML).write_bytes(files.yaml)
+    (folder / IMAGE).write_bytes(files.image)
+    with (folder / POSEGRAPH).open("wb") as graph:
+        graph.writelines(files.posegraph)
     merged = files.merged
     return {
         "motion": [float(value) for value in merged.motion],
@@ -46,7 +31,8 @@ def main(first: Path, second: Path, resolution: float, folder: Path) -> dict[str
 
 
 if __name__ == "__main__":
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    os.nice(NICE)
     given = sys.argv[1:]
-    sys.stdout.write(json.dumps(main(Path(given[0]), Path(given[1]), float(given[2]), Path(given[3]))))
+    be_program(
+        lambda: merge_to(Path(given[0]), Path(given[1]), float(given[2]), Path(given[3])),
+        QuotaExceeded("the maps are too large to be merged: map with fewer beams or key frames"),
+    )

@@ -2,9 +2,7 @@
 
 import base64
 import json
-import tempfile
 from collections.abc import Awaitable, Callable
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fastapi import APIRouter, Request, Response
@@ -13,8 +11,8 @@ from starlette.concurrency import run_in_threadpool
 
 from endpoints.audit.notes import note_details
 from endpoints.rest.dependencies import Caller, Provided, own_robot
-from endpoints.rest.maps.content_check import run_program
-from endpoints.rest.maps.maps import invalidated, publish_upload
+from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
+from endpoints.rest.maps.maps import check_may_publish, invalidated, publish_upload
 from endpoints.rest.maps.schemas import MapAnswer
 from endpoints.rest.maps.upload_form import MapForm
 from endpoints.rest.names import Name, RobotId
@@ -22,12 +20,12 @@ from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.schemas import MAX_DESCRIPTION, RequestBody, ResponseBody
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.services import Services
-from ppaas.errors import Conflict, NotFound, Unavailable
+from ppaas.errors import Unavailable
 from ppaas.messages.octomap_msgs import GetOctomapFileResponse
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.disk_errors import disk_errors
 from storage.records import MapRecord, User
-from storage.staged_uploads import blocks, mapped
+from storage.staged_uploads import blocks, mapped, temporary_folder
 from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML
 
 if TYPE_CHECKING:
@@ -90,7 +88,7 @@ async def publish_robot_map(
     If the robot makes a 3D map too, the version has it as its octomap.
     """
     await own_robot(services, user, robot_id)
-    await run_in_threadpool(_check_owner, services, user, wanted.publish)
+    await run_in_threadpool(check_may_publish, services, user, wanted.publish)
     file, numbers = await _taken(services, user, robot_id)
     octomap = await _octomap(services, user, robot_id)
     with invalidated(services, wanted.publish):
@@ -99,16 +97,6 @@ async def publish_robot_map(
     services.cloud.map_changed(record)
     note_details(request.scope, map=wanted.publish, version=published.version)
     return published
-
-
-def _check_owner(services: Services, user: User, map_id: str) -> None:
-    """Raise ``Conflict`` before the work if the map belongs to another user."""
-    try:
-        head = services.map_store.map_head(map_id)
-    except NotFound:
-        return
-    if user.id != head.owner and user.role != "admin":
-        raise Conflict(f"map {map_id!r} belongs to another user: choose another id")
 
 
 async def _taken(services: Services, user: User, robot: str) -> tuple[bytes, GetPoseGraphResponse]:
@@ -131,6 +119,8 @@ async def _whole(first: FilePage, page_at: Callable[[int], Awaitable[FilePage]],
         if page.size != first.size or len(file) > min(first.size, MOST_BYTES):
             raise Unavailable(f"the map of robot {robot!r} changed while it was read, or is too large: try again")
         page = await page_at(len(file))
+    if len(file) != first.size:
+        raise Unavailable(f"the map of robot {robot!r} ended early: try again")
     return bytes(file)
 
 
@@ -143,12 +133,12 @@ def _publish(
         "refine": wanted.refine, "resolution": numbers.resolution, "min_pass_through": numbers.min_pass_through,
         "occupancy_threshold": numbers.occupancy_threshold,
     }  # fmt: skip
-    with tempfile.TemporaryDirectory(prefix="ppaas-robot-map-") as name, services.map_store.stage() as upload:
-        folder = Path(name)
+    with temporary_folder() as folder, services.map_store.stage() as upload:
         with disk_errors(folder):
             (folder / POSEGRAPH).write_bytes(posegraph)
             (folder / OCTOMAP).write_bytes(octomap)
-        run_program(_DRAWING, [name, json.dumps(settings)], "the map of the robot could not be drawn")
+        arguments = [str(folder), json.dumps(settings)]
+        run_program(_DRAWING, arguments, "the map of the robot could not be drawn", MAKE_SECONDS)
         for part in (YAML, IMAGE, POSEGRAPH, *([OCTOMAP] if octomap else [])):
             upload.add(part, blocks(mapped(folder / part)))
         form = MapForm(wanted.publish, None, None, wanted.message)

@@ -6,6 +6,7 @@ import httpx
 import pytest
 
 from endpoints.audit.event import AuditQuery
+from endpoints.rest.maps import map_merge
 from endpoints.services.services import Services
 from ppaas.mapping.map_drawing import draw_map
 from ppaas.mapping.merging.merge import merge
@@ -64,6 +65,26 @@ async def test_a_map_without_pose_graph_is_refused(
     await publish(ann)
     answer = await client.post(MERGE, headers=ann, json={"with": "house", "into": "both"})
     assert "map 'house' has no pose graph" in problem_of(answer, 409, "conflict")["detail"]
+
+
+@pytest.mark.parametrize(
+    ("body", "header", "told"),
+    [({"into": "house"}, {}, "belongs to another user"), ({"into": "north"}, {"If-Match": "0" * 64}, "is at version")],
+)
+async def test_a_merge_that_cannot_be_published_is_refused_before_the_work(
+    client: httpx.AsyncClient,
+    ann: dict[str, str],
+    publish: Publish,
+    log_in: LogIn,
+    monkeypatch: pytest.MonkeyPatch,
+    body: dict[str, str],
+    header: dict[str, str],
+    told: str,
+) -> None:
+    await publish(await log_in("bob"))
+    monkeypatch.delattr(map_merge, "merge_in_process")
+    answer = await client.post(MERGE, headers=ann | header, json={"with": "south"} | body)
+    assert told in problem_of(answer, 409, "conflict")["detail"]
 
 
 async def test_only_readable_maps_are_merged_and_only_own_maps_are_replaced(

@@ -35,7 +35,7 @@ async def test_maps_in_files_become_one(ppaas: CommandLine, tmp_path: Path) -> N
 
 
 async def test_maps_of_a_cloud_become_one(ppaas: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(map_merge, "merge_in_process", merge_program.main)
+    monkeypatch.setattr(map_merge, "merge_in_process", merge_program.merge_to)
     for name, mapping in (("north", first_mapping()), ("south", second_mapping())):
         put_mapping(ppaas.services.map_store, name, mapping)
     merged = await ppaas("map", "merge", "north", "south", "--into", "north", "--message", "both robots", "--json")
