@@ -12,6 +12,9 @@ from ppaas.nodes.message_checks import finite_pose
 OTHERS_MARGIN = 0.1
 """Margin added to the radius of another robot, for its motion and the error of its position [m]."""
 
+OTHERS_FRESH = 1.0
+"""Age up to which reported positions are used [s]; the robots may be anywhere then."""
+
 FASTEST, LARGEST = 3.0, 2.0
 """Limits of the reported speed [m/s] and radius [m], since other users' robots may report anything."""
 

@@ -11,14 +11,10 @@ from ppaas.mapping.scan_points import ScanPoints
 from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.nodes.base import Payload
 from ppaas.nodes.message_checks import expect
-from ppaas.nodes.other_robots import others_of
+from ppaas.nodes.other_robots import OTHERS_FRESH, others_of
 
 RADIUS = 0.3
 """Radius of robots that do not report one [m]."""
-
-FRESH = 1.0
-"""Age at which reported positions are no longer used [s]; the robot may be anywhere then."""
-
 
 SAME = 1e-6
 """Difference of the coordinates of equal poses [m, rad]."""
@@ -64,7 +60,7 @@ class OtherRobots:
         """
         at, robots = self._heard
         age = now - at
-        if not robots or age >= FRESH or not self.are_in(frames):
+        if not robots or age > OTHERS_FRESH or not self.are_in(frames):
             return scan
         moved = (robot.after(age) for robot in robots)
         return without_discs(scan, laser, np.array([(robot.x, robot.y, robot.radius) for robot in moved]))

@@ -23,16 +23,13 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
 from ppaas.nodes.move_base.people import SeenPeople
 from ppaas.nodes.move_base.pose_watch import PoseWatch
-from ppaas.nodes.other_robots import OTHERS_MARGIN, others_of
+from ppaas.nodes.other_robots import OTHERS_FRESH, OTHERS_MARGIN, others_of
 from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
 from ppaas.perception.tracking import MovingObjects
 from ppaas.recoveries.base import AffectedMaps
 
 LAST = 1.0
 """Age up to which the last scan of a laser is marked again after obstacles were cleared [s]."""
-
-OTHERS_FRESH = 1.0
-"""Time for which reported positions of other robots are valid [s]."""
 
 JUMP, JUMP_TURN = 0.3, 0.15
 """Correction of the pose by localization beyond which observed obstacles are cleared [m, rad].
