@@ -25,19 +25,19 @@ from ppaas.messages.slam_toolbox import (
     SaveMapResponse,
     SaveMapResult,
 )
-from ppaas.messages.std_msgs import Float64, String, Time
+from ppaas.messages.std_msgs import String, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.nodes.amcl.continuity import Continuity
-from ppaas.nodes.amcl.messages import pose_message
 from ppaas.nodes.base import Context, Demands, Payload, Reply, Service, Topic
 from ppaas.nodes.frames import MAP, FrameListener
 from ppaas.nodes.grid_slam.laser import MappingLaser
 from ppaas.nodes.grid_slam.logged_map import LoggedMapNode
 from ppaas.nodes.grid_slam.map_publisher import MapPublisher
-from ppaas.nodes.grid_slam.messages import entropy_of, no_map, tracked_covariance
+from ppaas.nodes.grid_slam.messages import no_map
 from ppaas.nodes.grid_slam.other_robots import OtherRobots
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
+from ppaas.nodes.grid_slam.pose_publisher import PosePublisher
 from ppaas.nodes.grid_slam.posegraph_services import (
     DESERIALIZE,
     NO_STORE,
@@ -52,7 +52,6 @@ from ppaas.nodes.jobs import LongWork
 from ppaas.nodes.key_frame_path import KeyFramePublisher
 from ppaas.nodes.message_checks import expect, finite_pose
 from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
-from ppaas.transforms.planar import transform_message
 
 logger = logging.getLogger(__name__)
 
@@ -119,6 +118,7 @@ class GridSlamNode(LoggedMapNode):
         self._frames = FrameListener(parameters.frames())
         self._scans, self._waiting = ScanReader(self._frames, warns=True), WaitingScans()
         self._publisher = MapPublisher(context, parameters.map_update_interval)
+        self._poses = PosePublisher(context, self._frames, parameters)
         self._continuity, self._key_frames = Continuity(), KeyFramePublisher(context)
         self._others, self._reported = OtherRobots(), ""
         self._count, self._used_at = 0, float("-inf")
@@ -237,7 +237,8 @@ class GridSlamNode(LoggedMapNode):
         moment = scan.scan.header.stamp if scan.stamp else Time.of(stamp)
         if self._is_due(stamp):
             self._track(scan, odom, stamp, moment)
-        self._publish_transform(stamp)
+        if self._mapper is not None:
+            self._poses.publish_transform(self._map_to_odom, stamp)
         self._report(self._problem())
 
     def _problem(self) -> str:
@@ -266,12 +267,7 @@ class GridSlamNode(LoggedMapNode):
         tracked = mapper.add(points, odom)
         robot = tracked.pose @ laser.geometry.mount.inverse()
         self._map_to_odom = robot @ odom.inverse()
-        covariance = tracked_covariance(tracked, robot)
-        pose = pose_message(robot, covariance, moment)
-        shared = (topics.SHARED_POSE,) if self._others.are_in(mapper.key_frames) else ()
-        for topic in (topics.SLAM_POSE, topics.AMCL_POSE, *shared):
-            self.context.publish(topic.name, pose)
-        self.context.publish(topics.ENTROPY.name, Float64(entropy_of(covariance)))
+        self._poses.publish(tracked, robot, moment, shared=self._others.are_in(mapper.key_frames))
         if tracked.is_key:
             self._key_frames.add(mapper.key_frames, stamp)
             self._close_loops()
@@ -289,13 +285,6 @@ class GridSlamNode(LoggedMapNode):
         if self._mapper is not None and self._laser is not None:
             self._mapper.rebase(odom)
             self._laser.forget_motion()
-
-    def _publish_transform(self, stamp: float) -> None:
-        parameters = self._parameters
-        if self._mapper is not None and parameters.transform_publish_period > 0.0:
-            good_until = Time.of(stamp + parameters.transform_timeout)
-            correction = transform_message(MAP, self._frames.odom, self._map_to_odom, good_until)
-            self.context.publish(topics.TF.name, TFMessage([correction]))
 
     def _report(self, text: str) -> None:
         """Publish the reason for which scans or parts of the map are left out, if it has changed; empty if none is."""

@@ -1,0 +1,59 @@
+"""Publisher of where a robot is in its map: its pose, the entropy of the pose, and the transform of odometry."""
+
+from ppaas.geometry import Pose2D
+from ppaas.mapping.scan_tracker import Tracked
+from ppaas.messages.std_msgs import Float64, Time
+from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.nodes import topics
+from ppaas.nodes.amcl.messages import pose_message
+from ppaas.nodes.base import Context
+from ppaas.nodes.frames import MAP, FrameListener
+from ppaas.nodes.grid_slam.messages import entropy_of, tracked_covariance
+from ppaas.nodes.grid_slam.parameters import GridSlamParameters
+from ppaas.transforms.planar import transform_message
+
+
+class PosePublisher:
+    """Publishes ``pose``, ``amcl_pose``, ``grid_slam/shared_pose``, ``entropy``, and ``tf`` map → odom.
+
+    Parameters
+    ----------
+    context : Context
+        Of the node.
+    frames : FrameListener
+        Frames of the robot.
+    parameters : GridSlamParameters
+    """
+
+    def __init__(self, context: Context, frames: FrameListener, parameters: GridSlamParameters) -> None:
+        self._context, self._frames, self._parameters = context, frames, parameters
+
+    def publish(self, tracked: Tracked, robot: Pose2D, stamp: Time, *, shared: bool) -> None:
+        """Publish the pose of the robot at a tracked scan, and its entropy.
+
+        Parameters
+        ----------
+        tracked : Tracked
+        robot : Pose2D
+            In the map frame.
+        stamp : Time
+            Stamp of the scan.
+        shared : bool
+            Whether the other robots know the map frame, so that the pose is for them too.
+        """
+        covariance = tracked_covariance(tracked, robot)
+        pose = pose_message(robot, covariance, stamp)
+        for topic in (topics.SLAM_POSE, topics.AMCL_POSE, *((topics.SHARED_POSE,) if shared else ())):
+            self._context.publish(topic.name, pose)
+        self._context.publish(topics.ENTROPY.name, Float64(entropy_of(covariance)))
+
+    def publish_transform(self, map_to_odom: Pose2D, stamp: float) -> None:
+        """Publish the pose of the odometry frame in the map frame, stamped ``transform_timeout`` after a time [s].
+
+        Nothing is published if ``transform_publish_period`` is 0.
+        """
+        parameters = self._parameters
+        if parameters.transform_publish_period > 0.0:
+            good_until = Time.of(stamp + parameters.transform_timeout)
+            correction = transform_message(MAP, self._frames.odom, map_to_odom, good_until)
+            self._context.publish(topics.TF.name, TFMessage([correction]))
