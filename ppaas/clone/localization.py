@@ -11,6 +11,7 @@ from ppaas import mapping
 from ppaas.clone.node_parameters import NodeParameters
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.map_layers import MapLayers
+from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
 from ppaas.maps.grid import UNKNOWN, GridInfo, GridMap
@@ -79,7 +80,7 @@ def while_mapping(given: NodeParameters, posegraph: Callable[[str], bytes | memo
     ----------
     given : NodeParameters
     posegraph : callable, optional
-        Returns the file of the pose graph of a map.
+        Returns the file of the pose graph of the map that ``map_file_name`` names.
 
     Raises
     ------
@@ -93,11 +94,28 @@ def while_mapping(given: NodeParameters, posegraph: Callable[[str], bytes | memo
     parameters = given.read(_grid_slam_parameters(), GRID_SLAM)
     given.check(AmclParameters, AmclNode.name)
     blank = blank_layers(parameters.drawing().resolution)
-    graphs = PoseGraphStore(load=posegraph)
+    graphs = PoseGraphStore(load=None if posegraph is None else only(parameters.map_file_name, posegraph))
     makers: Makers = {
         GRID_SLAM: lambda context: GridSlamNode(context, parameters, prepare=_load_kernels, graphs=graphs)
     }
     return Localization(blank, parameters.frames(), makers)
+
+
+def only(name: str, posegraph: Callable[[str], bytes | memoryview]) -> Callable[[str], bytes | memoryview]:
+    """Return the loader of pose graphs of a clone, which has only that of one map.
+
+    The loader raises ``Unavailable`` for other names.
+    """
+
+    def load(requested: str) -> bytes | memoryview:
+        if requested != name:
+            raise Unavailable(
+                f"pose graph {requested!r} is not loaded here, but that of map {name!r}: to use another, change "
+                "map_file_name in the robot's parameters"
+            )
+        return posegraph(requested)
+
+    return load
 
 
 def _grid_slam_parameters() -> "type[GridSlamParameters]":

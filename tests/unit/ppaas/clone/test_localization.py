@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from ppaas.clone.assembly import build_clone
-from ppaas.clone.localization import BLANK, blank_layers
+from ppaas.clone.localization import BLANK, blank_layers, only
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.costmap import NO_INFORMATION
 from ppaas.costmap.map_layers import MapLayers
-from ppaas.errors import InvalidParameter
+from ppaas.errors import InvalidParameter, Unavailable
 from ppaas.messages.rosapi import GetParamRequest
+from ppaas.messages.slam_toolbox import DeserializePoseGraphRequest
 from ppaas.nodes.graph import Graph
 from tests.support.world.planar_world import walled_map
 
@@ -66,6 +67,24 @@ def test_a_new_map_has_no_masks(name: str) -> None:
     with pytest.raises(InvalidParameter, match=f"{name}: a robot that makes a new map cannot have the mask 'zones'"):
         clone({name: {"filter_mask": "zones"}})
     clone({name: {"filter_mask": "zones", "enabled": False}})
+
+
+def test_a_clone_loads_the_pose_graph_of_the_map_that_it_continues_and_no_other() -> None:
+    load = only("office", lambda name: name.encode())
+    assert load("office") == b"office"
+    with pytest.raises(Unavailable, match="pose graph 'lab' is not loaded here, but that of map 'office'"):
+        load("lab")
+
+
+def test_deserialize_map_refuses_the_name_of_another_map() -> None:
+    graph = Graph()
+    build_clone(
+        graph, None, model="turtlebot2", initial_pose=(0.0, 0.0, 0.0),
+        parameters={"grid_slam": {"map_file_name": ""}}, posegraph=lambda _: b"graph",
+    )  # fmt: skip
+    replies: list = []
+    graph.call("deserialize_map", DeserializePoseGraphRequest("lab"), replies.append)
+    assert isinstance(replies[0], Unavailable)
 
 
 def test_a_new_map_begins_unknown_around_the_origin() -> None:
