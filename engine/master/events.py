@@ -42,13 +42,13 @@ class ResizeRequested:
 
 @dataclass(frozen=True, slots=True)
 class MapChanged:
-    """A map has another current version; ``in_space`` is whether it has an octomap.
+    """A map has another current version; ``in_space`` is whether it has an octomap, None if that is not known.
 
     The clones on this map, and those that use it as a mask, go on with this version.
     """
 
     map: MapVersion
-    in_space: bool = False
+    in_space: bool | None = False
 
 
 @dataclass(frozen=True, slots=True)

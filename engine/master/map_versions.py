@@ -68,7 +68,8 @@ def with_version(request: PlaceRequest, event: MapChanged) -> PlaceRequest:
     robot = _with_masks(robot, event.map)
     if request.map.id != event.map.id:
         return replace(request, robot=robot)
-    robot = msgspec.structs.replace(robot, in_space=event.in_space)
+    if event.in_space is not None:
+        robot = msgspec.structs.replace(robot, in_space=event.in_space)
     return replace(request, map=event.map, robot=robot)
 
 

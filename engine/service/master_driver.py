@@ -227,8 +227,11 @@ class MasterDriver:
         """
         self._control.order(self._master.machine_of(container), control_link.StopContainer(container, grace=0.0))
 
-    def map_changed(self, version: MapVersion, *, in_space: bool) -> None:
-        """Let the robots on a map, or with it as a mask, go on with another version of it, which must have a grid."""
+    def map_changed(self, version: MapVersion, *, in_space: bool | None) -> None:
+        """Let the robots on a map, or with it as a mask, go on with another version of it, which must have a grid.
+
+        ``in_space`` is whether it has an octomap, None if that is not known.
+        """
         self._handle(MapChanged(version, in_space))
 
     def resize_container(self, container: str, cores: float) -> None:

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import dataclasses
 import logging
 from collections import Counter
 
@@ -136,6 +137,7 @@ class RobotSessions:
             return self._service.open_place(request, queue=queue)
         except Conflict:
             self._follow(request)
+            request = self._as_continued(request)
         with contextlib.suppress(Conflict):
             return self._service.open_place(request, queue=queue)
         # The robot is not connected, so the old place is closed in favour of the changed robot or map.
@@ -147,8 +149,20 @@ class RobotSessions:
         robot = request.robot
         if robot is not None and not robot.new_map:
             for mask in robot.masks.values():
-                self._service.map_changed(mask, in_space=False)
+                self._service.map_changed(mask, in_space=None)
             self._service.map_changed(request.map, in_space=robot.in_space)
+
+    def _as_continued(self, request: PlaceRequest) -> PlaceRequest:
+        """Return a request with the version of the continued map with which its open place began.
+
+        Its robot has made more of the map since, which would be lost with the place.
+        """
+        known = self._service.request_of(request.key)
+        begun = known.robot.continued if known is not None and known.robot is not None else None
+        robot = request.robot
+        if robot is None or robot.continued is None or begun is None or begun.id != robot.continued.id:
+            return request
+        return dataclasses.replace(request, robot=replace(robot, continued=begun))
 
     def position(self, place: PlaceLink) -> int | None:
         """Return the position of a place in the queue, from 1; None if it is not queued."""

@@ -137,11 +137,12 @@ def _without_urdf(robot: RobotConfig | None) -> RobotConfig | None:
 
 
 def _lasting(robot: RobotConfig | None) -> RobotConfig | None:
-    """Return a configuration without the URDF's text and what follows from the versions of map and masks."""
+    """Return a configuration without the URDF's text and the versions of map and masks, and what follows from them."""
     if robot is None:
         return None
     masks = {name: msgspec.structs.replace(mask, version="") for name, mask in robot.masks.items()}
-    return msgspec.structs.replace(robot, urdf_text=b"", masks=masks, in_space=False)
+    continued = None if robot.continued is None else msgspec.structs.replace(robot.continued, version="")
+    return msgspec.structs.replace(robot, urdf_text=b"", masks=masks, in_space=False, continued=continued)
 
 
 def _with(spec: ContainerSpec, nodes: Mapping[str, bytes]) -> ContainerSpec:

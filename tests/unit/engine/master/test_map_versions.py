@@ -89,3 +89,10 @@ def test_queued_requests_follow(master: Master) -> None:
     master.handle(PlaceRequested(PlaceRequest("ann", HOUSE, 1.0, robot_config("tb1")), queue=True))
     assert master.handle(MapChanged(NEXT)) == []
     assert maps_of(master.handle(PlaceReleased("robot:ann/tb2")))[0][1] == NEXT
+
+
+def test_a_robot_in_space_stays_there_if_its_map_changed_as_the_mask_of_another(master: Master) -> None:
+    ready(master, PlaceRequest("ann", HOUSE, 1.0, robot_config("tb1", in_space=True)))
+    [order] = master.handle(MapChanged(NEXT, in_space=None))
+    assert isinstance(order, UseMap) and order.spec.robot is not None
+    assert (order.spec.map, order.spec.robot.in_space) == (NEXT, True)

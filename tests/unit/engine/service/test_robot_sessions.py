@@ -20,6 +20,7 @@ from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.robot_model.describe import describe
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
+from storage.records import RobotRecord
 from tests.support.engine.specs import robot_request
 from tests.support.storage import records
 from tests.support.waiting import until
@@ -413,6 +414,29 @@ async def test_a_robot_gets_another_place_after_its_new_map_is_published(
         places.append((place, service._master.places[place.key].request.map.id))
     assert [name for _, name in places] == ["new:house", "house", "new:house"]
     assert len({id(place) for place, _ in places}) == 3
+
+
+async def test_a_robot_keeps_its_place_although_the_map_that_it_continues_is_published_again(
+    service: MasterDriver, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    begun = records.put_map(map_store, records.house("office", posegraph=b"graph"))
+    records.put_map(map_store, records.house("other", posegraph=b"graph"))
+    store.put_robot(continuing("office"))
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    records.put_map(map_store, records.house("office", posegraph=b"grown"))
+    sessions.leave(place, as_robot=True)
+    assert await sessions.join("ann", "tb1", as_robot=True) is place
+    request = service.request_of(place.key)
+    assert request is not None and request.robot is not None
+    assert request.robot.continued == MapVersion("office", begun.version)
+    sessions.leave(place, as_robot=True)
+    store.put_robot(continuing("other"))
+    assert await sessions.join("ann", "tb1", as_robot=True) is not place
+
+
+def continuing(map_id: str) -> RobotRecord:
+    """Return a robot that continues a map."""
+    return records.robot("tb1", user="ann", map="new:office-2", parameters={"grid_slam": {"map_file_name": map_id}})
 
 
 async def test_a_new_map_has_no_masks(sessions: RobotSessions, store: MemoryStore) -> None:

@@ -107,6 +107,20 @@ def test_a_robot_continues_on_another_version_of_its_map_and_masks(
     assert "amcl" in checkpoints.with_checkpoint(now).checkpoint
 
 
+def test_a_robot_goes_on_mapping_although_the_map_that_it_continues_was_published_again(
+    store: MemoryStore, checkpoints: CheckpointSelection
+) -> None:
+    def mapping(map_id: str, version: str) -> ContainerSpec:
+        robot = robot_config(new_map="office-2", continued=MapVersion(map_id, version))
+        return msgspec.structs.replace(first(), map=MapVersion("new:office-2", ""), robot=robot)
+
+    keep(store, mapping("office", "v1"), "that")
+    checkpoints.park("ann", "tb1")
+    assert "amcl" in checkpoints.with_checkpoint(mapping("office", "v2")).checkpoint
+    checkpoints.park("ann", "tb1")
+    assert checkpoints.with_checkpoint(mapping("house", "v2")).checkpoint == {}
+
+
 def test_checkpoints_do_not_contain_the_text_of_the_urdf(store: MemoryStore, checkpoints: CheckpointSelection) -> None:
     """They are stored four times a second."""
     described = msgspec.structs.replace(first(), robot=robot_config(urdf_text=b"x" * 100_000))
