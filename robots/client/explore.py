@@ -101,6 +101,7 @@ class ExploreClient:
         await self._first(self._tracker.result, None)
         status = self._tracker.result.result()
         if status.status == Status.LOST:
+            await self._publish_cancel()
             raise Unavailable("the clone of the robot does not know the goal any more; explore again")
         return ExploreOutcome(Status(status.status), status.text, self._last)
 
@@ -112,6 +113,7 @@ class ExploreClient:
             if failed in done and waiting not in done:
                 failed.result()
             if not done:
+                await self._publish_cancel()  # a node that answers late must not drive the robot
                 raise Unavailable(
                     f"no answer within {timeout:g} s: the robot has no node 'explore'; its robot file must name a "
                     "new map ('map=new:NAME'), and the robot must connect again after a change"
@@ -122,9 +124,12 @@ class ExploreClient:
                 waiting.cancel()
 
     async def _cancel(self) -> None:
-        await self._client.publish("explore/cancel", GoalID(id=self._tracker.goal))
+        await self._publish_cancel()
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(asyncio.shield(self._tracker.result), CANCEL_TIMEOUT)
+
+    async def _publish_cancel(self) -> None:
+        await self._client.publish("explore/cancel", GoalID(id=self._tracker.goal))
 
     # -- messages ------------------------------------------------------------------------------------------------------
 
@@ -151,7 +156,7 @@ class ExploreClient:
         if message.status.goal_id.id != self._tracker.goal:
             return
         self._answered.set()
-        told = message.feedback
-        self._last = ExploreResult(told.frontiers, told.unreachable, told.area, told.distance, told.exploration_time)
+        now = message.feedback
+        self._last = ExploreResult(now.frontiers, now.unreachable, now.area, now.distance, now.exploration_time)
         if self._on_feedback is not None:
-            self._on_feedback(told)
+            self._on_feedback(now)

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 YAML, POSEGRAPH = (".yaml", ".yml"), ".posegraph"
 
-PATIENCE = 300.0
-"""Time limit of the request [s]; a cloud gives a merge up after 240 s."""
+TIMEOUT = 300.0
+"""Time limit of the request [s]; a cloud ends a merge after 240 s."""
 
 COLUMNS = ("id", "version", "width", "height", "motion", "places", "support", "confirmed")
 FILE_COLUMNS = ("map", "posegraph", "key_frames", "motion", "places", "support", "confirmed")
@@ -30,7 +30,7 @@ def configure(verbs: Any) -> None:
         help="merge two maps of one place, made by robots without a common start",
         description=(
             "A and B are maps of the cloud, or YAML files with their pose graphs (.posegraph) beside them. The result "
-            "is in the frame of A, and is drawn anew from the scans of both."
+            "is in the frame of A, and is drawn again from the scans of both."
         ),
     )
     merge.add_argument("first", metavar="A", help="map whose frame is kept")
@@ -58,7 +58,7 @@ def is_file(name: str) -> bool:
 
 async def _merge_published(arguments: argparse.Namespace) -> dict[str, Any]:
     body = {"with": arguments.second, "into": arguments.into, "message": arguments.message or ""}
-    client = logged_in(arguments).with_timeout(PATIENCE)
+    client = logged_in(arguments).with_timeout(TIMEOUT)
     with _progress(f"merge {arguments.first} and {arguments.second}"):
         answer: dict[str, Any] = await client.post(path_of("maps", arguments.first, "merge"), body)
     return answer
@@ -120,7 +120,7 @@ def _resolution(path: Path) -> float:
 
 @contextmanager
 def _progress(name: str) -> Iterator[Callable[[int, int], None]]:
-    """Show the progress on a terminal; until it is reported, that work goes on."""
+    """Show the progress on a terminal; a moving bar until the first report."""
     from rich.console import Console  # noqa: PLC0415 - a robot's install lacks rich
     from rich.progress import Progress  # noqa: PLC0415
 

@@ -70,9 +70,10 @@ async def test_cancelled_coroutine_cancels_the_goal_and_waits_for_its_result(ser
         await explore(server, act)
 
 
-async def test_robot_without_the_node_is_reported_with_what_to_do(server: RosbridgeServer) -> None:
-    async def act(*_: Any) -> None:
-        pass
+async def test_robot_without_the_node_is_reported_and_the_goal_is_cancelled(server: RosbridgeServer) -> None:
+    async def act(frame: dict[str, Any], _: Any) -> None:
+        _, cancel = await server.heard("publish", 2)
+        assert (cancel["topic"], cancel["msg"]["id"]) == ("explore/cancel", frame["msg"]["goal_id"]["id"])
 
     with pytest.raises(Unavailable, match="no node 'explore'; its robot file must name a new map"):
         await explore(server, act, answer_timeout=0.1)
