@@ -3,12 +3,11 @@
 from typing import ClassVar
 
 import msgspec
-import numpy as np
 
-from ppaas.errors import InvalidInput
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan
 from ppaas.messages.std_msgs import Header
 from ppaas.nodes.base import Context, Demands, Node, Payload, Topic
+from ppaas.nodes.depth_images import CameraInfoWait, camera_of, depths_of
 from ppaas.nodes.message_checks import expect
 from ppaas.nodes.topics import COMPRESSED_DEPTH_IMAGE, DEPTH_CAMERA_INFO, DEPTH_IMAGE, SCAN
 from ppaas.perception.compressed_depth import decompress
@@ -19,17 +18,11 @@ RATES = {DEPTH_IMAGE.name: 640 * 480 * 2 * 30 * 4 / 3, COMPRESSED_DEPTH_IMAGE.na
 """Data rate of a camera of 640 by 480 pixels with 16 bits at 30 Hz, as base64 in JSON [bytes/s]. The rate of compressed
 images depends on the scene and is measured."""
 
-_NUMBERS = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
-
-
-PATIENCE = 1.0
-"""Time for which images may come before the first ``camera_info`` [s]."""
-
 
 class DepthImageToLaserScanNode(Node):
     """Subscribes to raw or compressed depth images and ``camera_info``; publishes ``scan``.
 
-    The scan has the stamp of its image. Images before the first ``camera_info`` are ignored for `PATIENCE`, and refused
+    The scan has the stamp of its image. Images before the first ``camera_info`` are ignored for a second, and refused
     after that.
 
     Parameters
@@ -49,7 +42,7 @@ class DepthImageToLaserScanNode(Node):
         super().__init__(context)
         self._parameters = parameters
         self._scanner: DepthScanner | None = None
-        self._first_image: float | None = None
+        self._wait = CameraInfoWait()
 
     def on_message(self, topic: str, message: Payload) -> None:
         """Handle an image or a ``camera_info``.
@@ -62,30 +55,15 @@ class DepthImageToLaserScanNode(Node):
             The camera has fewer rows than the parameters require.
         """
         if topic == DEPTH_CAMERA_INFO.name:
-            self._on_camera_info(expect(message, CameraInfo))
+            self._set_camera(camera_of(expect(message, CameraInfo)))
         elif self._scanner is None:
-            self._await_camera_info()
+            self._wait.check(self.context.elapsed())
         elif topic == COMPRESSED_DEPTH_IMAGE.name:
             compressed = expect(message, CompressedImage)
             self._publish(self._scanner, compressed.header, decompress(compressed.format, compressed.data))
         else:
             image = expect(message, Image)
             self._publish(self._scanner, image.header, depths_of(image))
-
-    def _await_camera_info(self) -> None:
-        now = self.context.elapsed()
-        if self._first_image is None:
-            self._first_image = now
-        if now - self._first_image >= PATIENCE:
-            raise InvalidInput(
-                "depth images cannot be used before the first camera_info: publish sensor_msgs/CameraInfo on "
-                f"{DEPTH_CAMERA_INFO.name!r}"
-            )
-
-    def _on_camera_info(self, info: CameraInfo) -> None:
-        if len(info.K) != 9:
-            raise InvalidInput(f"camera_info.K must have 9 numbers, not {len(info.K)}")
-        self._set_camera(PinholeCamera(info.width, info.height, info.K[0], info.K[2], info.K[5]))
 
     def _set_camera(self, camera: PinholeCamera) -> None:
         if self._scanner is None or self._scanner.camera != camera:
@@ -109,28 +87,3 @@ class DepthImageToLaserScanNode(Node):
                 scan_time=own.scan_time,
             ),
         )  # fmt: skip
-
-
-def depths_of(image: Image) -> Depths:
-    """Return the depths of an image (height, width), in mm as uint16 or in m as float32.
-
-    Raises
-    ------
-    InvalidInput
-        The encoding is not supported, or the image has fewer bytes than its size requires.
-    """
-    numbers = _NUMBERS.get(image.encoding)
-    if numbers is None:
-        raise InvalidInput(
-            f"the encoding of a depth image must be one of {', '.join(_NUMBERS)}, not {image.encoding!r}"
-        )
-    kind = np.dtype((">" if image.is_bigendian else "<") + numbers)
-    shape = image.height, image.width
-    needed = image.step * (image.height - 1) + image.width * kind.itemsize
-    if min(shape) < 1 or image.step < image.width * kind.itemsize or len(image.data) < needed:
-        raise InvalidInput(
-            f"an image of {image.width}×{image.height} {image.encoding} with {image.step} bytes per row cannot have "
-            f"{len(image.data)} bytes of data"
-        )
-    depths = np.ndarray(shape, kind, image.data, strides=(image.step, kind.itemsize))
-    return depths.astype(kind.newbyteorder("="), copy=False)

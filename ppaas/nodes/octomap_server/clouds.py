@@ -7,12 +7,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.errors import InvalidInput
 from ppaas.mapping.volume.depth_points import points_of_depth
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, PointCloud2
 from ppaas.messages.std_msgs import Header
-from ppaas.nodes.depthimage_to_laserscan.node import PATIENCE, depths_of
-from ppaas.nodes.topics import DEPTH_CAMERA_INFO
+from ppaas.nodes.depth_images import CameraInfoWait, camera_of, depths_of
 from ppaas.perception.compressed_depth import decompress
 from ppaas.perception.depth_scan import PinholeCamera
 from ppaas.perception.point_cloud import coordinates_of_cloud
@@ -62,7 +60,7 @@ class CloudReader:
 
     def __init__(self) -> None:
         self.camera: DepthCamera | None = None
-        self._first_image: float | None = None
+        self._wait = CameraInfoWait()
 
     def of_points(self, message: PointCloud2, now: float) -> SensorCloud:
         """Return the cloud of a message.
@@ -81,11 +79,11 @@ class CloudReader:
         Raises
         ------
         InvalidInput
-            The image is malformed, or there was no ``camera_info`` for `PATIENCE`.
+            The image is malformed, or there was no ``camera_info`` for a second.
         """
         camera = self.camera
         if camera is None:
-            self._await_camera_info(now)
+            self._wait.check(now)
             return None
 
         def placed(pose: NDArray[np.float64]) -> Points:
@@ -103,18 +101,7 @@ class CloudReader:
         InvalidInput
             It is not that of a camera.
         """
-        if len(info.K) != 9:
-            raise InvalidInput(f"camera_info.K must have 9 numbers, not {len(info.K)}")
-        self.camera = DepthCamera(PinholeCamera(info.width, info.height, info.K[0], info.K[2], info.K[5]), info.K[4])
-
-    def _await_camera_info(self, now: float) -> None:
-        if self._first_image is None:
-            self._first_image = now
-        if now - self._first_image >= PATIENCE:
-            raise InvalidInput(
-                "depth images cannot be used before the first camera_info: publish sensor_msgs/CameraInfo on "
-                f"{DEPTH_CAMERA_INFO.name!r}"
-            )
+        self.camera = DepthCamera(camera_of(info), info.K[4])
 
 
 def _cloud(header: Header, now: float, placed: Placed) -> SensorCloud:

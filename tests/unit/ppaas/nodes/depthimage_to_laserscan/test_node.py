@@ -13,7 +13,8 @@ from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.messages import decode, encode
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan
 from ppaas.messages.std_msgs import Header, Time
-from ppaas.nodes.depthimage_to_laserscan.node import DepthImageToLaserScanNode, depths_of
+from ppaas.nodes.depth_images import depths_of
+from ppaas.nodes.depthimage_to_laserscan.node import DepthImageToLaserScanNode
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.topics import COMPRESSED_DEPTH_IMAGE, DEPTH_CAMERA_INFO, DEPTH_IMAGE
 from ppaas.perception.compressed_depth import compress
