@@ -115,9 +115,9 @@ async def _explore(rest: RestClient, access: CloudAccess, stage: ExplorationStag
     await rest.put_robot(EXPLORER, _robot_file(options, NEW + stage.map_id))
     token, lines = rest.token or "", _lines(options)
     async with (
-        _background(Simulator(world).run()),
+        background(Simulator(world).run()),
         RobotClient(access.url, robot=EXPLORER, token=token) as client,
-        _background(Driver(world.robots[0], client).run()),
+        background(Driver(world.robots[0], client).run()),
         RobotClient(access.url, robot=EXPLORER, token=token, role="operator") as operator,
     ):
         progress = None if lines is None else ExploreProgress(lines)
@@ -143,7 +143,7 @@ async def _drive(rest: RestClient, access: CloudAccess, stage: ExplorationStage,
     await rest.put_robot(FOLLOWER, _robot_file(options, stage.map_id, stage.course.start))
     if (write := _lines(options)) is not None:
         write(f"{FOLLOWER} drives to {GOALS} goals on the published map")
-    async with _background(Simulator(world).run()):
+    async with background(Simulator(world).run()):
         await mission.run(access.url, rest.token or "")
     return mission
 
@@ -185,11 +185,12 @@ def _lines(options: DemoOptions) -> Callable[[str], None] | None:
 
 
 @contextlib.asynccontextmanager
-async def _background(work: Coroutine[Any, Any, None]) -> AsyncIterator[None]:
-    """Run a coroutine during the block."""
-    task = asyncio.create_task(work)
+async def background(work: Coroutine[Any, Any, None]) -> AsyncIterator[None]:
+    """Run a coroutine during the block; if it fails, the block is cancelled and its error is raised."""
     try:
-        yield
-    finally:
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
+        async with asyncio.TaskGroup() as group:
+            task = group.create_task(work)
+            yield
+            task.cancel()
+    except BaseExceptionGroup as errors:
+        raise errors.exceptions[0] from None

@@ -1,8 +1,13 @@
 """Stage of the demo of mapping: the world is in the frame of the map that is to be made."""
 
+import asyncio
+
+import pytest
+
+from ppaas.errors import Conflict, Unavailable
 from ppaas.maps.grid import FREE
 from robots.demo.demonstration import DemoOptions
-from robots.demo.exploration import GOALS, set_stage
+from robots.demo.exploration import GOALS, background, set_stage
 
 
 def test_explorer_starts_at_the_origin_and_all_poses_are_free() -> None:
@@ -13,3 +18,30 @@ def test_explorer_starts_at_the_origin_and_all_poses_are_free() -> None:
         cell = stage.grid.info.cell_of(x, y)
         assert cell is not None
         assert stage.grid.data[cell] == FREE
+
+
+async def _fail() -> None:
+    raise Unavailable("the robot has stopped")
+
+
+async def test_failure_in_the_background_ends_the_block() -> None:
+    with pytest.raises(Unavailable, match="the robot has stopped"):
+        async with background(asyncio.sleep(60)), background(_fail()):
+            await asyncio.sleep(60)
+
+
+async def test_failure_of_the_block_is_raised_and_ends_the_background() -> None:
+    ended = asyncio.Event()
+
+    async def work() -> None:
+        try:
+            await asyncio.sleep(60)
+        finally:
+            ended.set()
+
+    async with background(work()):
+        await asyncio.sleep(0)
+    assert ended.is_set()
+    with pytest.raises(Conflict, match="no"):
+        async with background(asyncio.sleep(60)):
+            raise Conflict("no")
