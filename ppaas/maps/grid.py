@@ -19,8 +19,8 @@ OCCUPIED_THRESHOLD = 65
 MAX_CELLS = 1 << 30
 ORIGIN = Pose2D(0.0, 0.0, 0.0)
 
-SAME_CELL, SAME_ANGLE = 1e-3, 1e-6
-"""Displacement and difference of angle up to which the cells of two grids coincide [cells, rad]."""
+SAME_CELL = 1e-3
+"""Largest distance between the corners of corresponding cells of two grids whose cells coincide [cells]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,10 +102,15 @@ class GridInfo:
         None if the cells of both grids do not coincide: their resolutions or angles differ, or they are displaced by a
         part of a cell.
         """
-        apart = other.origin.inverse() @ self.origin
-        row, column = apart.y / self.resolution, apart.x / self.resolution
-        off = max(abs(row - round(row)), abs(column - round(column)), abs(self.resolution / other.resolution - 1.0))
-        if off > SAME_CELL or abs(wrap_angle(apart.theta)) > SAME_ANGLE:
+        turned = abs(wrap_angle(self.origin.theta - other.origin.theta))
+        if max(abs(self.resolution / other.resolution - 1.0), turned) * max(*self.shape, *other.shape) > SAME_CELL:
+            return None
+        dx, dy = self.origin.x - other.origin.x, self.origin.y - other.origin.y
+        c, s = math.cos(other.origin.theta), math.sin(other.origin.theta)
+        row, column = (c * dy - s * dx) / other.resolution, (c * dx + s * dy) / other.resolution
+        if not max(abs(row), abs(column)) < 1 << 53:  # larger floats have no fractions to compare
+            return None
+        if max(abs(row - round(row)), abs(column - round(column))) > SAME_CELL:
             return None
         return round(row), round(column)
 

@@ -1,6 +1,5 @@
 """Comparison of two grids, which are read block by block."""
 
-import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -10,10 +9,6 @@ from numpy.typing import NDArray
 from ppaas.errors import InvalidMap
 from ppaas.maps.formats.map_files import GridRows
 from ppaas.maps.grid import OCCUPIED_THRESHOLD, UNKNOWN, GridInfo
-
-_ALIGNED = 1e-3
-"""Largest distance between the corners of corresponding cells of two aligned grids [cells]."""
-
 
 SQUARE = 64
 """Edge of the squares of which rectangles around changed cells are made [cells]."""
@@ -95,7 +90,7 @@ def difference(old: GridRows, new: GridRows) -> Difference:
     InvalidMap
         One of the images has an invalid pixel.
     """
-    offset = _offset(old.info, new.info)
+    offset = old.info.shift_to(new.info)
     if offset is None:
         whole = Rectangle(0, 0, new.info.width, new.info.height)
         counts = CellCounts()
@@ -105,7 +100,7 @@ def difference(old: GridRows, new: GridRows) -> Difference:
             whole.width * whole.height, whole, _corners(new.info, whole), aligned=False, counts=counts,
             rectangles=[whole],
         )  # fmt: skip
-    column, row = offset
+    row, column = offset
     found, counts = _ChangedCells(), CellCounts()
     for first, cells in new.blocks():
         before = _part(old, (-column, -row), first, cells.shape)
@@ -114,7 +109,7 @@ def difference(old: GridRows, new: GridRows) -> Difference:
             found.add(differs, first, 0)
             counts.add(before, cells)
     for first, cells in old.blocks():
-        outside = _outside(new.info, offset, first, cells)
+        outside = _outside(new.info, (column, row), first, cells)
         found.add(outside, first + row, column)
         counts.unknown += int(np.count_nonzero(outside))
     rectangle = found.rectangle()
@@ -132,27 +127,11 @@ def old_rows(old: GridRows, new: GridInfo, first: int, last: int) -> NDArray[np.
     InvalidMap
         The image has an invalid pixel, or the cells of the two grids do not coincide.
     """
-    offset = _offset(old.info, new)
+    offset = old.info.shift_to(new)
     if offset is None:
         raise InvalidMap("the cells of the two grids cannot be compared: their resolutions or origins differ")
-    column, row = offset
+    row, column = offset
     return _part(old, (-column, -row), first, (last - first, new.width))
-
-
-def _offset(old: GridInfo, new: GridInfo) -> tuple[int, int] | None:
-    """Return the column and row of the new grid at which the old one begins; None if their cells do not coincide."""
-    longest = max(old.width, old.height, new.width, new.height)
-    turned = math.remainder(old.origin.theta - new.origin.theta, math.tau)
-    if max(abs(old.resolution / new.resolution - 1.0), abs(turned)) * longest > _ALIGNED:
-        return None
-    dx, dy = old.origin.x - new.origin.x, old.origin.y - new.origin.y
-    c, s = math.cos(new.origin.theta), math.sin(new.origin.theta)
-    column, row = (c * dx + s * dy) / new.resolution, (c * dy - s * dx) / new.resolution
-    if not max(abs(column), abs(row)) < 1 << 53:
-        return None
-    if max(abs(column - round(column)), abs(row - round(row))) > _ALIGNED:
-        return None
-    return round(column), round(row)
 
 
 def _part(grid: GridRows, offset: tuple[int, int], first: int, shape: tuple[int, ...]) -> NDArray[np.int8]:

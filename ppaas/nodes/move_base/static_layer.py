@@ -106,7 +106,7 @@ class StaticLayer:
             return "no map yet: no message has come on 'map'"
         info = self._layers.grid.info
         wanted = covering(self._grid.info, self._goals())
-        if wanted.shift_to(info) is None or not _covers(info, wanted):
+        if not _covers(info, wanted):
             self._wake()
             return "the map is being extended to the goal"
         return ""

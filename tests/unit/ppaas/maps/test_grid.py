@@ -64,3 +64,9 @@ def test_cells_of_a_grid_whose_corner_moved_by_whole_cells_coincide(info, row, c
 )
 def test_cells_of_grids_that_are_displaced_turned_or_of_another_size_do_not_coincide(other):
     assert GridInfo(0.1, 9, 9).shift_to(other) is None
+
+
+def test_cells_of_large_grids_coincide_only_if_those_at_the_far_end_do():
+    for off in (GridInfo(0.100001, 8192, 8192), GridInfo(0.1, 8192, 8192, Pose2D(0.0, 0.0, 9e-7))):
+        assert GridInfo(0.1, 8192, 8192).shift_to(off) is None
+    assert GridInfo(0.1, 8192, 8192).shift_to(GridInfo(0.1 + 1e-9, 8192, 8192)) == (0, 0)
