@@ -101,7 +101,7 @@ class Reach:
         return self._to_middle(frontier, within, costs) if beside is None and within.any() else beside
 
     def _is_clear(self, cells: Cells) -> NDArray[np.bool_]:
-        """Return which of (n, 2) cells are so far from obstacles that a little difference does not block them."""
+        """Return which of (n, 2) cells stay free if an obstacle is seen slightly larger than on the map."""
         clear: NDArray[np.bool_] = self._costmap.data[cells[:, 0], cells[:, 1]] < MOST_COST
         return clear
 
@@ -112,7 +112,7 @@ class Reach:
         return self._to(frontier, cells[best], cells[best], float(costs[usable][best]))
 
     def _middle(self, cells: Cells) -> int:
-        """Return the index of the cell that is nearest the mean of all, rather where it is cheap."""
+        """Return the index of the cell nearest to the mean of all cells; a low cost makes up for some distance."""
         off = np.hypot(*(cells - cells.mean(axis=0)).T) * self._costmap.info.resolution
         return int(np.argmin(off + self._costmap.data[cells[:, 0], cells[:, 1]] / INSCRIBED_INFLATED_OBSTACLE))
 

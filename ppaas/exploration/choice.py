@@ -1,4 +1,4 @@
-"""Choice among approaches to frontiers: the way against the size, and not one place after another in turn."""
+"""Choice among approaches to frontiers: short paths and large frontiers first, with hysteresis."""
 
 from collections.abc import Sequence
 
@@ -33,7 +33,7 @@ def same_frontier(
 
 
 def score(approach: Approach, parameters: ChoiceParameters) -> float:
-    """Return what an approach costs, less what its frontier promises [m]."""
+    """Return the cost of the path less the gain of the frontier [m]; the lowest score is the best."""
     gain = min(approach.size, parameters.largest_gain)
     return parameters.potential_scale * approach.distance - parameters.gain_scale * gain
 

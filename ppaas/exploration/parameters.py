@@ -15,11 +15,11 @@ class ChoiceParameters(Parameters, frozen=True):
     min_frontier_size : float
         Smaller frontiers are ignored [m].
     potential_scale : float
-        Weight of the length of the way.
+        Weight of the length of the path.
     gain_scale : float
         Weight of the size of a frontier.
     largest_gain : float
-        Size above which a frontier promises no more [m].
+        Size above which a larger frontier is not preferred [m].
     hysteresis : float
         By how much another frontier must be better than the one that the robot drives to [m].
     """

@@ -6,7 +6,7 @@ from ppaas.geometry import Pose2D
 from ppaas.navigation.events import Goal
 
 FAR = 1e9
-"""Length of a way that is not known yet [m]."""
+"""Length of a path that is not known yet [m]."""
 
 
 class Target(msgspec.Struct):
@@ -21,7 +21,7 @@ class Target(msgspec.Struct):
     points : list of (float, float)
         Tiles that the frontier is in, by their centres x, y [m].
     nearest : float
-        Shortest way left so far [m].
+        Shortest remaining path so far [m].
     since : float
         Time at which it was reached, by the clock of the executor [s].
     turned : bool

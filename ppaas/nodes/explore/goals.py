@@ -1,4 +1,4 @@
-"""Goals that the node ``explore`` sends to Move Base: a target at a time, and what became of it."""
+"""Goals that the node ``explore`` sends to Move Base: one at once, and their outcomes."""
 
 import numpy as np
 
@@ -60,7 +60,7 @@ class ExplorationGoals:
     # -- choice --------------------------------------------------------------------------------------------------------
 
     def steer(self, surveyed: Survey) -> str:
-        """Send the robot where a survey says; return what it does now, or an empty text if no frontier is left."""
+        """Send the robot to the best frontier of a survey; return what it does now, empty if no frontier is left."""
         exploration = self._exploration
         self._judge_arrival(surveyed)
         left = surveyed.without(self._given_up)

@@ -299,11 +299,11 @@ class ExploreNode(Node):
     # -- reports -------------------------------------------------------------------------------------------------------
 
     def _measure(self) -> None:
-        """Add the way by odometry to the distance driven."""
+        """Add the motion by odometry to the distance driven."""
         try:
             odometry = self._frames.odometry()
         except TransformError:
-            return  # no odometry for now; the way is added when there is some
+            return  # no odometry now; the motion is added when it returns
         if self._odometry is not None:
             self._active.distance += self._odometry.distance_to(odometry)
         self._odometry = odometry
