@@ -1,6 +1,6 @@
 """Leases of the nodes that run on the robot, with the last known state of each node."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import msgspec
@@ -75,6 +75,17 @@ class NodeLeases:
     async def refuse(self, node: str, failure: str) -> None:
         """Report why a node cannot run here, before it was leased."""
         await self._monitor.give_node(node, 0, failure=failure)
+
+    def collect(self, states: Mapping[str, protocol.NodeState]) -> dict[str, protocol.NodeState]:
+        """Note the changes of the logs in states, and return the states without them.
+
+        The executor reports a change once, so those of all nodes are noted before a renewal may fail.
+        """
+        for node, state in states.items():
+            if node in self._held:
+                lease = self._held[node]
+                lease.snapshot = replace(lease.snapshot, log=lease.snapshot.log.then(log_change(state)))
+        return {node: msgspec.structs.replace(state, log=[], obsolete=[]) for node, state in states.items()}
 
     async def renew(
         self, node: str, state: protocol.NodeState | None, heard: list[str]

@@ -263,7 +263,7 @@ class LocalNodes:
         # Read before the states, which then include these messages.
         heard = {node: self._bridge.heard(node) for node in self._leases.nodes()}
         try:
-            states = (await process.ask(protocol.AskStates(), protocol.States)).nodes
+            states = self._leases.collect((await process.ask(protocol.AskStates(), protocol.States)).nodes)
         except PPaaSError as error:
             await self._fail_all(str(error))
             return

@@ -134,3 +134,17 @@ async def test_changes_of_a_log_are_reported_until_they_arrive(leases: NodeLease
     leases.note("grid_slam", NodeSnapshot("3", [], LogChange([LogEntry(3, b"d")], [])))
     await leases.give_back("grid_slam", leases.drop("grid_slam"))
     assert monitor.calls[-1][2] == NodeSnapshot("3", [], LogChange([LogEntry(3, b"d")], []))
+
+
+async def test_changes_of_all_logs_are_kept_if_the_renewal_of_another_node_fails(
+    leases: NodeLeases, monitor: FakeMonitor
+) -> None:
+    await leases.take("amcl")
+    await leases.take("grid_slam")
+    change = LogChange([LogEntry(0, b"a")], [])
+    states = leases.collect({"grid_slam": NodeState("1", log=[(0, b"a")]), "amcl": NodeState("2")})
+    assert states == {"grid_slam": NodeState("1"), "amcl": NodeState("2")}
+    # The renewal of amcl fails here, and the executor reports no change in its next states.
+    leases.collect({"grid_slam": NodeState("3"), "amcl": NodeState("4")})
+    await leases.give_back("grid_slam", leases.drop("grid_slam"))
+    assert monitor.calls == [("grid_slam", 2, NodeSnapshot("taken", [], change), "")]
