@@ -223,6 +223,10 @@ class CloneStore(Protocol):
         """Return the entries of a log, sorted by number; an empty list if there is no such log."""
         ...
 
+    def clone_logs(self, user: str, robot: str) -> list[str]:
+        """Return the names of the logs of a clone, sorted."""
+        ...
+
     def clone(self, user: str, robot: str) -> CloneCheckpoint:
         """Return the last checkpoint of a clone; ``NotFound`` if there is none."""
         ...

@@ -115,6 +115,11 @@ class CassandraRobots:
         rows = self._session.rows(query, *self._key(user, robot), log, after, _ALL if limit is None else limit)
         return [(row.number, bytes(row.data)) for row in rows]
 
+    def clone_logs(self, user: str, robot: str) -> list[str]:
+        """Return the names of the logs of a clone, sorted."""
+        rows = self._session.rows(f"SELECT log FROM clone_logs WHERE {_PART}", *self._key(user, robot))
+        return sorted({row.log for row in rows})
+
     def clone(self, user: str, robot: str) -> CloneCheckpoint:
         """Return the last checkpoint of a clone; ``NotFound`` if there is none."""
         row = self._session.row(f"SELECT record FROM clones WHERE {_PART}", *self._key(user, robot))

@@ -204,6 +204,12 @@ class MemoryStore(MemoryPlans, MemoryHistory):
             entries = self._logs.get(key, {}).get(log, {})
             return sorted((number, data) for number, data in entries.items() if number > after)[:limit]
 
+    def clone_logs(self, user: str, robot: str) -> list[str]:
+        """Return the names of the logs of a clone, sorted."""
+        with self._lock:
+            logs = self._logs.get(_robot_key(user, robot), {})
+            return sorted(name for name, entries in logs.items() if entries)
+
     def clone(self, user: str, robot: str) -> CloneCheckpoint:
         """Return the last checkpoint of a clone; ``NotFound`` if there is none."""
         key = _robot_key(user, robot)

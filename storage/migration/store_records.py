@@ -8,10 +8,15 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 from typing import Any
 
+from msgspec.structs import replace
+
 from ppaas.errors import NotFound
 from storage.migration.copying import PAGE, Key, RecordKind, by_pages, each
 from storage.ports import Store
-from storage.records import PlanRecord, RobotRecord, Token
+from storage.records import CloneCheckpoint, CloneLogChange, PlanRecord, RobotRecord, Token
+
+LOG_PAGE = 16
+"""Entries of the log of a clone that are copied at once."""
 
 LISTED = 16 * PAGE
 """Plans that are listed at once."""
@@ -102,6 +107,27 @@ def _clone(store: Store, key: Any) -> Any:
     return store.clone(*key)
 
 
+def _add_clones(source: Store, target: Store, clones: Sequence[CloneCheckpoint]) -> None:
+    for clone in clones:
+        _add_clone(source, target, clone)
+
+
+def _add_clone(source: Store, target: Store, clone: CloneCheckpoint) -> None:
+    """Copy the logs with a checkpoint without nodes, and then the checkpoint: an interrupted copy is recognized."""
+    begun = replace(clone, nodes={})
+    for log in source.clone_logs(clone.user, clone.robot):
+        after = -1
+        while entries := source.clone_log(clone.user, clone.robot, log, after=after, limit=LOG_PAGE):
+            target.save_clone(begun, CloneLogChange(log, dict(entries)))
+            after = entries[-1][0]
+    target.save_clone(clone)
+
+
+def _replace_clone(source: Store, target: Store, clone: CloneCheckpoint, _before: CloneCheckpoint) -> None:
+    target.remove_clone(clone.user, clone.robot)
+    _add_clone(source, target, clone)
+
+
 KINDS: tuple[RecordKind[Store], ...] = (
     RecordKind(
         "users",
@@ -135,8 +161,9 @@ KINDS: tuple[RecordKind[Store], ...] = (
         "checkpoints",
         _beside_robots(_clone),
         each(_clone),
-        _each(lambda target, clone: target.save_clone(clone)),
-        lambda _source, target, clone, _before: target.save_clone(clone),
+        _add_clones,
+        _replace_clone,
+        lambda clone, there: there == replace(clone, nodes={}),
     ),
     RecordKind(
         "plans",

@@ -203,6 +203,12 @@ class SqliteStore(SqlitePlans, SqliteHistory):
         with self._connections.reading() as connection:
             return [(number, bytes(data)) for number, data in connection.execute(query, values)]
 
+    def clone_logs(self, user: str, robot: str) -> list[str]:
+        """Return the names of the logs of a clone, sorted."""
+        query = "SELECT DISTINCT log FROM clone_logs WHERE user = ? AND robot = ? ORDER BY log"
+        with self._connections.reading() as connection:
+            return [name for (name,) in connection.execute(query, _robot_key(user, robot))]
+
     def clone(self, user: str, robot: str) -> CloneCheckpoint:
         """Return the last checkpoint of a clone; ``NotFound`` if there is none."""
         key = _robot_key(user, robot)

@@ -19,12 +19,12 @@ from storage.memory.store import MemoryStore
 from storage.migration.copying import Compared, Copied, RecordKind, compare, copy
 from storage.migration.map_records import MAP_KINDS
 from storage.migration.store_records import KINDS
-from storage.records import Publication
+from storage.records import CloneLogChange, Publication
 from storage.sqlite.store import SqliteStore
 from storage.urls.opening import open_map_store, open_store
 from tests.support.sources import ROOT
 from tests.support.storage.full_store import fill, fill_maps
-from tests.support.storage.records import found_map, house, pgm, plan, propose, put_map, robot, token, user
+from tests.support.storage.records import clone, found_map, house, pgm, plan, propose, put_map, robot, token, user
 
 SIZES = {"users": 3, "tokens": 3, "robots": 13, "URDFs": 2, "checkpoints": 1, "plans": 80, "history": 3, "links": 1}
 
@@ -119,6 +119,18 @@ def test_later_additions_to_the_source_are_copied_by_the_next_run(stores: tuple[
     assert {name: size for name, size in copied(migrate(KINDS, source, target)).items() if size} == {
         "tokens": 1, "plans": 1,
     }  # fmt: skip
+
+
+LOG = {number: b"%d" % number for number in range(40)}
+
+
+def test_logs_are_copied_with_their_checkpoints(stores: tuple[Any, Any]) -> None:
+    source, target = stores
+    source.save_clone(clone("tb1"), CloneLogChange("s1/grid_slam", LOG))
+    target.save_clone(clone("tb1", nodes={}), CloneLogChange("s1/grid_slam", {99: b"of another run"}))
+    assert copied(migrate(KINDS, source, target))["checkpoints"] == 1
+    assert target.clone_log("ann", "tb1", "s1/grid_slam") == list(LOG.items())
+    assert target.clone("ann", "tb1") == clone("tb1")
 
 
 # -- maps --------------------------------------------------------------------------------------------------------------
