@@ -20,7 +20,7 @@ from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.schemas import MAX_DESCRIPTION, RequestBody, ResponseBody
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.services import Services
-from ppaas.errors import Unavailable
+from ppaas.errors import Conflict, Unavailable
 from ppaas.messages.octomap_msgs import GetOctomapFileResponse
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.disk_errors import disk_errors
@@ -90,6 +90,8 @@ async def publish_robot_map(
     await own_robot(services, user, robot_id)
     await run_in_threadpool(check_may_publish, services, user, wanted.publish)
     file, numbers = await _taken(services, user, robot_id)
+    if not file:
+        raise Conflict(f"robot {robot_id!r} has mapped nothing yet: publish its map once it sent scans and odometry")
     octomap = await _octomap(services, user, robot_id)
     with invalidated(services, wanted.publish):
         async with services.heavy_work.turn(user.id):

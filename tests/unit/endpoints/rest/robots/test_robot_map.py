@@ -85,6 +85,14 @@ async def test_a_robot_that_makes_no_map_is_reported(
     problem_of(await client.post(MAP, headers=ann, json={"publish": "office-2"}), status, slug)
 
 
+async def test_a_robot_that_has_mapped_nothing_is_told_before_anything_is_drawn(
+    client: httpx.AsyncClient, ann: dict[str, str], cloud: FakeCloud
+) -> None:
+    cloud.map_file = b""
+    problem = problem_of(await client.post(MAP, headers=ann, json={"publish": "office-2"}), 409, "conflict")
+    assert "has mapped nothing yet" in problem["detail"]
+
+
 async def test_a_damaged_pose_graph_publishes_nothing(
     client: httpx.AsyncClient, ann: dict[str, str], services: Services, cloud: FakeCloud
 ) -> None:
