@@ -26,7 +26,6 @@ PAGE = "docs/planning.md"
 
 def test_the_planners_are_those_installed() -> None:
     rows = table(PAGE, "planner", "ROS alias", "use it for")
-    rows = rows[: [name for name, _, _ in rows].index("")]  # where the table of the rules begins
     assert sorted(name for name, _, _ in rows) == list(planner_names())
     for name, alias, purpose in rows:
         assert create(name).purpose == purpose
@@ -44,7 +43,6 @@ def test_rules_modes_and_limits_are_those_of_the_code() -> None:
 
 def test_the_parameters_are_those_of_the_code() -> None:
     rows = table(PAGE, "parameter", "default", "what it is")
-    rows = rows[: [name for name, _, _ in rows].index("planner")]  # where the table of the planners begins
     documented = {name.strip("`"): default for name, default, _ in rows}
     usual = GlobalCostmapParameters()
     defaults = {name: getattr(usual, name) for name in usual.__struct_fields__}
