@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from ppaas.errors import InvalidInput
 from robots.cli import event_loop
 from robots.cli.output import show
+from robots.cli.output_files import check_folder, write_file
 from robots.cli.resource import merge_patch
 
 if TYPE_CHECKING:
@@ -107,8 +108,8 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
     if arguments.posegraph is not None and arguments.posegraph.suffix != POSEGRAPH:
         raise InvalidInput(f"a pose graph with scans is a file {arguments.posegraph.stem or 'map'}{POSEGRAPH}")
     for path in (arguments.map, arguments.trajectory, arguments.plot, arguments.graph, arguments.posegraph):
-        if path is not None and not path.parent.is_dir():
-            raise InvalidInput(f"cannot write {path}: there is no folder {path.parent}")
+        if path is not None:
+            check_folder(path)
 
 
 def _map(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -139,7 +140,7 @@ def _solve(arguments: argparse.Namespace) -> dict[str, Any]:
         raise InvalidInput(f"{arguments.log} is a pose graph, without scans: only --graph can be written")
     solved, answer = solve_file(arguments.log)
     if arguments.graph is not None:
-        _save(arguments.graph, solved)
+        write_file(arguments.graph, solved)
     return answer
 
 
@@ -161,16 +162,16 @@ def _write(arguments: argparse.Namespace, log: "ScanLog", made: "LogMap", resolu
     if arguments.trajectory is not None:
         from ppaas.mapping.relations import format_trajectory  # noqa: PLC0415
 
-        _save(arguments.trajectory, format_trajectory(log.stamps, made.poses).encode())
+        write_file(arguments.trajectory, format_trajectory(log.stamps, made.poses).encode())
     if arguments.graph is not None:
         from ppaas.mapping.graph.g2o import format_g2o  # noqa: PLC0415
 
-        _save(arguments.graph, "".join(format_g2o(made.mapper.graph)).encode())
+        write_file(arguments.graph, "".join(format_g2o(made.mapper.graph)).encode())
     if arguments.posegraph is not None:
         from ppaas.mapping.serialization.mapping import Mapping  # noqa: PLC0415
         from ppaas.mapping.serialization.mapping_file import pack_mapping  # noqa: PLC0415
 
-        _save(arguments.posegraph, b"".join(pack_mapping(Mapping(made.mapper.key_frames, made.mapper.graph))))
+        write_file(arguments.posegraph, b"".join(pack_mapping(Mapping(made.mapper.key_frames, made.mapper.graph))))
     if arguments.map is None and arguments.plot is None:
         return
     from ppaas.maps.formats.map_files import save_map  # noqa: PLC0415
@@ -180,8 +181,8 @@ def _write(arguments: argparse.Namespace, log: "ScanLog", made: "LogMap", resolu
     if arguments.map is not None:
         image = arguments.map.with_suffix(".pgm")
         record, pixels = save_map(grid, image.name)
-        _save(image, pixels)
-        _save(arguments.map, record)
+        write_file(image, pixels)
+        write_file(arguments.map, record)
     if arguments.plot is not None:
         write_trajectory(arguments.plot, grid, made.poses)
 
@@ -197,10 +198,3 @@ def _text(path: Path) -> str:
         return path.read_text("ascii")
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidInput(f"cannot read the file: {error}") from error
-
-
-def _save(path: Path, content: bytes) -> None:
-    try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise InvalidInput(f"cannot write the file: {error}") from error

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidInput
 from robots.cli.output import show
+from robots.cli.output_files import check_folder, write_file
 from robots.cli.session import add_session_arguments, logged_in
 from robots.client.rest_paths import path_of
 
@@ -71,15 +72,14 @@ def _merge_files(arguments: argparse.Namespace) -> dict[str, Any]:
     into = Path(arguments.into)
     if into.suffix not in YAML:
         raise InvalidInput(f"a map is a YAML file; use --into {into.stem or 'map'}.yaml")
-    if not into.parent.is_dir():
-        raise InvalidInput(f"cannot write {into}: there is no folder {into.parent}")
+    check_folder(into)
     first, second = (_graph(Path(name)) for name in (arguments.first, arguments.second))
     image, graph = into.with_suffix(".pgm"), into.with_suffix(POSEGRAPH)
     with _progress(f"merge {arguments.first} and {arguments.second}") as done:
         found = merge_files(first, second, image.name, _resolution(Path(arguments.first)), done)
-    _save(graph, b"".join(found.posegraph))
-    _save(image, found.image)
-    _save(into, found.yaml)
+    write_file(graph, b"".join(found.posegraph))
+    write_file(image, found.image)
+    write_file(into, found.yaml)
     return {"map": str(into), "posegraph": str(graph), **_summary(found.merged)}
 
 
@@ -128,10 +128,3 @@ def _progress(name: str) -> Iterator[Callable[[int, int], None]]:
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task(name, total=None)
         yield lambda done, of: progress.update(task, completed=done, total=of)
-
-
-def _save(path: Path, content: bytes) -> None:
-    try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise InvalidInput(f"cannot write the file: {error}") from error
