@@ -2,9 +2,9 @@
 
 import { byId, make, say, show } from "./dom.js";
 import { plural } from "./format.js";
+import { NAME_OF_MAP, orderForm } from "./order_form.js";
 
 const POSE_GRAPH = "posegraph";
-const NAME = { required: true, maxLength: 64, autocapitalize: "none", spellcheck: false };
 
 /** What a version changes, in words. @param {object} review */
 export function changeOf({ occupied, free, known, unknown }) {
@@ -62,16 +62,8 @@ export class MapPanel {
 
   #mergeForm() {
     const select = make("select", { name: "with" });
-    const into = make("input", { name: "into", ...NAME });
-    const button = make("button", { className: "button", textContent: "Merge" });
-    const form = make("form", { className: "name-form", "aria-label": "Merge with another map" });
-    form.append(make("label", {}, "With", select), make("label", {}, "New name", into), button);
-    form.addEventListener("submit", async (event) => {
-      event.preventDefault();
-      button.disabled = true; // until it is done: that takes a while
-      await this.#orders.merge(select.value, into.value);
-      button.disabled = false;
-    });
-    return form;
+    const into = make("input", { name: "into", ...NAME_OF_MAP });
+    const fields = [make("label", {}, "With", select), make("label", {}, "New name", into)];
+    return orderForm("Merge with another map", "Merge", () => this.#orders.merge(select.value, into.value), ...fields);
   }
 }

@@ -3,6 +3,7 @@
 import { byId, make, say } from "./dom.js";
 import { degrees, number } from "./format.js";
 import { nameOf } from "./growing_map.js";
+import { NAME_OF_MAP, orderForm } from "./order_form.js";
 import { doing, showPresence } from "./robot_list.js";
 
 const INPUTS = [["x", "x [m]"], ["y", "y [m]"], ["yaw", "Heading [°]"]];
@@ -52,16 +53,8 @@ export class RobotCard {
   }
 
   #publishForm({ publish }) {
-    const input = make("input", { name: "map", required: true, maxLength: 64, autocapitalize: "none", spellcheck: false });
-    const button = make("button", { className: "button", textContent: "Publish" });
-    const form = make("form", { className: "name-form", "aria-label": "Publish its map" });
-    form.append(make("label", {}, "Name", input), button);
-    form.addEventListener("submit", async (event) => {
-      event.preventDefault();
-      button.disabled = true; // until it is published: that takes a while
-      await publish(input.value);
-      button.disabled = false;
-    });
+    const input = make("input", { name: "map", ...NAME_OF_MAP });
+    const form = orderForm("Publish its map", "Publish", () => publish(input.value), make("label", {}, "Name", input));
     this.#parts.publish.replaceChildren(make("summary", { textContent: "Publish its map" }), form);
     return this.#parts.publish;
   }
