@@ -62,10 +62,7 @@ class ReviewedMapStore(LoggedMapStore):
         """Make a version that waits the current one, atomically; return the map's head."""
         check_publication(publication)
         while True:
-            latest = self._latest(publication.map)
-            head = latest.head(publication.map)
-            check_may_follow(head, publication)
-            review = _review(latest, publication.map, number)
+            latest, head, review = self._under_review(number, publication)
             if not _is_open(review, "approved"):
                 return head
             if review.base != head.version and not force:
@@ -78,10 +75,7 @@ class ReviewedMapStore(LoggedMapStore):
         """Close a review without publishing, and remove the files that no version has; return it."""
         check_publication(publication)
         while True:
-            latest = self._latest(publication.map)
-            head = latest.head(publication.map)
-            check_may_follow(head, publication)
-            review = _review(latest, publication.map, number)
+            latest, head, review = self._under_review(number, publication)
             if not _is_open(review, "refused"):
                 return review
             reviews = _closed(latest, review, "refused", publication)
@@ -89,6 +83,13 @@ class ReviewedMapStore(LoggedMapStore):
                 names = {file.sha256 for file in review.files.values()}
                 self._sweep_of(publication.map).delete(names, self._latest(publication.map))
                 return next(one for one in reviews if one.number == number)
+
+    def _under_review(self, number: int, decision: Publication) -> tuple[LatestEntry, MapRecord, MapReview]:
+        """Return the latest entry of a map, its head, and a review that the author of a decision may close."""
+        latest = self._latest(decision.map)
+        head = latest.head(decision.map)
+        check_may_follow(head, decision)
+        return latest, head, _review(latest, decision.map, number)
 
 
 def _proposal(
