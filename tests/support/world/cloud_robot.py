@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.clock import ManualClock
-from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.mapping.volume.key_frame_poses import KeyFramePoses
 from ppaas.maps.octomap import BINARY, parse_octomap
@@ -26,6 +25,7 @@ from ppaas.nodes.octomap_server.node import OctomapServerNode
 from ppaas.nodes.octomap_server.parameters import OctomapServerParameters, spelled
 from ppaas.parameters import read_parameters
 from ppaas.transforms.planar import transform_message
+from tests.support.world.service_calls import call_service
 
 START = 100.0
 """Time at the start [s]."""
@@ -113,11 +113,7 @@ class CloudRobot:
 
     def call(self, service: str, request: Message | None = None) -> Any:
         """Call a service and return its reply; an error is raised."""
-        replies: list[Any] = []
-        self.graph.call(service, Empty() if request is None else request, replies.append)
-        if isinstance(replies[0], PPaaSError):
-            raise replies[0]
-        return replies[0]
+        return call_service(self.graph, service, Empty() if request is None else request)
 
     def tree(self) -> OcTree:
         """Return the octree by ``octomap_binary``."""

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from benchmarks.mapping.simulated_drive import SimulatedDrive
 from ppaas.clock import ManualClock
-from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.maps.occupancy import from_message
@@ -25,6 +24,7 @@ from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.nodes.grid_slam.posegraph_services import NO_STORE, PoseGraphStore
 from ppaas.nodes.jobs import Worker, run_inline
 from ppaas.transforms.planar import transform_message
+from tests.support.world.service_calls import call_service
 
 START = 1000.0
 """Time of the first scan [s]."""
@@ -132,11 +132,7 @@ class MappingRobot:
 
     def call(self, service: str, request: Message | None = None) -> Any:
         """Call a service and return its reply; an error is raised."""
-        replies: list[Any] = []
-        self.graph.call(service, Empty() if request is None else request, replies.append)
-        if isinstance(replies[0], PPaaSError):
-            raise replies[0]
-        return replies[0]
+        return call_service(self.graph, service, Empty() if request is None else request)
 
     def map(self) -> GridMap:
         """Return the map by ``dynamic_map``."""
