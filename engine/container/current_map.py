@@ -75,7 +75,7 @@ class CurrentMap:
         Parameters
         ----------
         frame : UseLayers
-            Folder of the layers, their versions, and what has changed.
+            Folder of the new layers, versions of map and masks, and the changed rectangles.
         graph : Graph
             Graph with the clone.
         monitoring : ContainerMonitor, optional

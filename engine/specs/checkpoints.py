@@ -137,7 +137,7 @@ def _without_urdf(robot: RobotConfig | None) -> RobotConfig | None:
 
 
 def _lasting(robot: RobotConfig | None) -> RobotConfig | None:
-    """Return a configuration without the URDF's text and the versions of map and masks, and what follows from them."""
+    """Return a configuration without the text of the URDF and without what depends on the version of a map."""
     if robot is None:
         return None
     masks = {name: msgspec.structs.replace(mask, version="") for name, mask in robot.masks.items()}

@@ -135,7 +135,10 @@ class ContainerSpec(msgspec.Struct, frozen=True):
 
     @property
     def maps(self) -> bool:
-        """Whether its robot makes a new map: it has no layers, and keeps no plans; `continued` is what it shares."""
+        """Whether its robot makes a new map. Such a container has no layers and stores no plans.
+
+        It shares positions with other robots only if it continues a published map (`RobotConfig.continued`).
+        """
         return self.robot is not None and self.robot.new_map != ""
 
     def on_maps(self, version: MapVersion, masks: dict[str, MapVersion], *, in_space: bool) -> "ContainerSpec":

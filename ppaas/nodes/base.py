@@ -226,7 +226,7 @@ class Node(ABC):
 
     @property
     def has_log_change(self) -> bool:
-        """Whether the log is to be stored at once, since the node would lose much if its process died."""
+        """Whether the log must be stored at once, because a crash now would lose much."""
         return False
 
     def log_change(self) -> LogChange | None:

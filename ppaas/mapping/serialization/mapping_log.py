@@ -27,7 +27,7 @@ MOST_FRAMES = 512
 
 
 class GrowingMapping(NamedTuple):
-    """What a log writer reads of a mapper.
+    """Parts of a mapper that a log writer reads.
 
     Parameters
     ----------

@@ -43,16 +43,16 @@ class KnownMap:
 
     @property
     def has_map(self) -> bool:
-        """Whether a map has come."""
+        """Whether a map was received."""
         return self._grid is not None or bool(self._messages)
 
     @property
     def has_changed(self) -> bool:
-        """Whether the map has changed since the last survey began, or is expected to have."""
+        """Whether a survey is due: the map has changed since the last one began, or `expect_change` was called."""
         return self._changed
 
     def expect_change(self) -> None:
-        """Have the map surveyed although it has not changed."""
+        """Make a survey due although the map has not changed."""
         self._changed = True
 
     def take(self, message: Payload) -> bool:

@@ -61,7 +61,7 @@ class StaticLayer:
     Attributes
     ----------
     has_map : bool
-        Whether a map has come.
+        Whether a map was received.
     began : float
         When the last build began, which contains all messages before [s].
     """
