@@ -1,4 +1,4 @@
-"""Rectangle of cells, as slices of the array of a grid."""
+"""Rectangles of cells, as slices of the array of a grid."""
 
 from typing import NamedTuple
 
@@ -37,3 +37,13 @@ class Rectangle(NamedTuple):
     def moved(self, rows: int, columns: int) -> "Rectangle":
         """Return the rectangle moved by some rows and columns."""
         return Rectangle(self.row + rows, self.column + columns, self.end_row + rows, self.end_column + columns)
+
+
+def stacked(pieces: list[Rectangle]) -> list[Rectangle]:
+    """Join rectangles, sorted by row, with the one directly below if it has the same columns."""
+    joined: dict[tuple[int, int, int], Rectangle] = {}
+    for piece in pieces:
+        below = joined.pop((piece.row, piece.column, piece.end_column), None)
+        grown = piece if below is None else piece._replace(row=below.row)
+        joined[piece.end_row, piece.column, piece.end_column] = grown
+    return list(joined.values())

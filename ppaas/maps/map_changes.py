@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.maps.cell_rectangle import Rectangle
+from ppaas.maps.cell_rectangle import Rectangle, stacked
 
 SIDE = 64
 """Edge of the squares that are compared as a whole [cells]."""
@@ -22,7 +22,7 @@ def changed_rectangles(before: NDArray[np.int8], after: NDArray[np.int8], within
     old, new = before[within.slices], after[within.slices]
     bands = range(0, old.shape[0], SIDE)  # one by one, since a mask of a large map would not fit in the cache
     found = [piece for row in bands for piece in _of_band(old[row : row + SIDE] != new[row : row + SIDE], row)]
-    return [_cropped(piece, old, new).moved(within.row, within.column) for piece in _stacked(found)]
+    return [_cropped(piece, old, new).moved(within.row, within.column) for piece in stacked(found)]
 
 
 def _cropped(piece: Rectangle, old: NDArray[np.int8], new: NDArray[np.int8]) -> Rectangle:
@@ -45,13 +45,3 @@ def _of_band(differs: NDArray[np.bool_], row: int) -> list[Rectangle]:
         Rectangle(row, begin * SIDE, end_row, min(end * SIDE, width))
         for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
     ]
-
-
-def _stacked(pieces: list[Rectangle]) -> list[Rectangle]:
-    """Join rectangles with the one directly below if it has the same columns."""
-    joined: dict[tuple[int, int, int], Rectangle] = {}
-    for piece in pieces:
-        below = joined.pop((piece.row, piece.column, piece.end_column), None)
-        grown = piece if below is None else piece._replace(row=below.row)
-        joined[piece.end_row, piece.column, piece.end_column] = grown
-    return list(joined.values())

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
+from ppaas.maps import cell_rectangle
 from ppaas.maps.formats.map_files import GridRows
 from ppaas.maps.grid import OCCUPIED_THRESHOLD, UNKNOWN, GridInfo
 
@@ -197,19 +198,15 @@ class _ChangedCells:
 
 def _joined(squares: set[tuple[int, int]], side: int) -> list[Rectangle]:
     """Return the squares of a grid joined to runs of a row, and equal runs of neighbouring rows to rectangles."""
-    runs: list[list[int]] = []
+    runs: list[cell_rectangle.Rectangle] = []
     for row, column in sorted(squares):
-        if runs and runs[-1][0] == row and runs[-1][2] == column:
-            runs[-1][2] += 1
+        if runs and (runs[-1].row, runs[-1].end_column) == (row, column):
+            runs[-1] = runs[-1]._replace(end_column=column + 1)
         else:
-            runs.append([row, column, column + 1])
-    stacked: dict[tuple[int, int, int], tuple[int, int]] = {}
-    for row, begin, end in runs:
-        low, _ = stacked.pop((begin, end, row), (row, row))
-        stacked[begin, end, row + 1] = low, row + 1
+            runs.append(cell_rectangle.Rectangle(row, column, row + 1, column + 1))
     return [
-        Rectangle(begin * side, low * side, (end - begin) * side, (high - low) * side)
-        for (begin, end, _), (low, high) in stacked.items()
+        Rectangle(one.column * side, one.row * side, one.shape[1] * side, one.shape[0] * side)
+        for one in cell_rectangle.stacked(runs)
     ]
 
 
