@@ -19,7 +19,8 @@ from ppaas.messages.std_msgs import Header, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.frames import FrameListener
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.grid_slam.node import GridSlamNode, MapSaver
+from ppaas.nodes.grid_slam.map_services import MapSaver
+from ppaas.nodes.grid_slam.node import GridSlamNode
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.nodes.grid_slam.posegraph_services import NO_STORE, PoseGraphStore
 from ppaas.nodes.jobs import Worker, run_inline

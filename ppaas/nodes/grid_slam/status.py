@@ -1,0 +1,24 @@
+"""Publisher of ``grid_slam/status``: the reason for which scans or parts of the map are left out."""
+
+from ppaas.messages.std_msgs import String
+from ppaas.nodes import topics
+from ppaas.nodes.base import Context
+
+
+class StatusPublisher:
+    """Publishes the status when it changes.
+
+    Parameters
+    ----------
+    context : Context
+        Of the node.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context, self._reported = context, ""
+
+    def report(self, text: str) -> None:
+        """Publish the reason for which scans or parts of the map are left out; empty if none is."""
+        if text != self._reported:
+            self._reported = text
+            self._context.publish(topics.GRID_SLAM_STATUS.name, String(text))
