@@ -112,7 +112,7 @@ def _all_edges(first: Mapping, second: Mapping, places: NDArray[np.int64]) -> Ed
     moved = edges._replace(first=places[edges.first], second=places[edges.second])
     known = set(map(_edge_id, own.first, own.second, own.measurements))
     fresh = [_edge_id(*each) not in known for each in zip(moved.first, moved.second, moved.measurements, strict=True)]
-    parts = own, moved.take(np.array(fresh, np.bool_))
+    parts: tuple[Edges, ...] = own, moved.take(np.array(fresh, np.bool_))
     return Edges(*map(np.concatenate, zip(*parts, strict=True)))
 
 
