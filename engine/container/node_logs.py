@@ -1,6 +1,5 @@
 """Node logs: changes of the logs of nodes, which are stored with checkpoints, and their restoration."""
 
-import asyncio
 from collections.abc import Iterator
 
 from engine.container.machine_client import MachineClient
@@ -56,13 +55,19 @@ class NodeLogs:
                 yield node.name, change
 
     async def restore(self, machine: MachineClient) -> None:
-        """Give each node its log; raises ``Unavailable`` if the machine or its store does not answer in time."""
+        """Give each node its log, which it may read in a job.
+
+        Raises
+        ------
+        Unavailable
+            The machine or its store does not answer in time.
+        """
         for name in self._leased.nodes:
             self._leased.load(name, [LogEntry(*entry) for entry in await machine.log(name)])
         for node in self._graph.nodes_with_logs:
             entries = [LogEntry(*entry) for entry in await machine.log(node.name)]
             if entries:
-                await asyncio.to_thread(node.restore_log, entries)
+                node.restore_log(entries)
 
 
 def _parts(node: str, change: LogChange) -> list[CloneLogChange]:

@@ -241,4 +241,4 @@ class Node(ABC):
         return None
 
     def restore_log(self, entries: Sequence[LogEntry]) -> None:
-        """Continue from the log, after ``restore``; the entries are sorted by number."""
+        """Continue from the log, after ``restore``; the entries are sorted by number. A long log is read in a job."""

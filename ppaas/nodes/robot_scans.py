@@ -194,10 +194,11 @@ class WaitingData(Generic[S]):
         if newest < self._newest:
             self._scans = [scan for scan in self._scans if abs(scan.stamp - newest) < self._newest - newest]
         self._newest = newest
-        reached = [scan for scan in self._scans if scan.stamp <= newest]
+        recent = [scan for scan in self._scans if abs(now - scan.at) <= CACHE_TIME]
+        reached = [scan for scan in recent if scan.stamp <= newest]
         if reached:
             self.ahead = 0.0
-        self._scans = [scan for scan in self._scans if scan.stamp > newest and abs(now - scan.at) <= CACHE_TIME]
+        self._scans = [scan for scan in recent if scan.stamp > newest]
         return sorted(reached, key=lambda scan: scan.stamp or newest)
 
 

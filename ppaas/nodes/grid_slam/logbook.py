@@ -1,6 +1,6 @@
 """Logbook of ``grid_slam``: the head that is in each checkpoint, and the log of the map."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import msgspec
 
@@ -8,7 +8,7 @@ from ppaas.change_log import LogChange, LogEntry
 from ppaas.geometry import Pose2D
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.serialization.mapping import Mapping
-from ppaas.mapping.serialization.mapping_log import GrowingMapping, LogWriter, read_log
+from ppaas.mapping.serialization.mapping_log import GrowingMapping, LogWriter
 
 Triple = tuple[float, float, float]
 
@@ -20,7 +20,7 @@ class Located(msgspec.Struct, frozen=True, tag="located"):
     paused: bool = False
 
 
-class Head(msgspec.Struct, frozen=True, tag="head"):
+class Head(msgspec.Struct, frozen=True, tag="head", omit_defaults=True):
     """State of a map that is being made, without the map.
 
     Parameters
@@ -34,6 +34,11 @@ class Head(msgspec.Struct, frozen=True, tag="head"):
     searched : int
         Number of submaps whose closures were searched for.
     paused : bool
+    correction : tuple of float, optional
+        Pose of the odometry frame in the map frame, for the time in which the map is rebuilt: x, y [m], theta [rad].
+        None in the heads of earlier releases.
+    shared : bool
+        Whether the map frame is one that other robots know.
     """
 
     key_frame: int
@@ -41,6 +46,8 @@ class Head(msgspec.Struct, frozen=True, tag="head"):
     odometry: Triple
     searched: int
     paused: bool = False
+    correction: Triple | None = None
+    shared: bool = False
 
 
 class Logbook:
@@ -52,14 +59,13 @@ class Logbook:
         self._written = self._next = 0
         self._ended = False
 
-    def head(self, mapper: LiveMapper, *, paused: bool) -> Head:
-        """Return the head of a map; it has a key frame."""
+    def head(self, mapper: LiveMapper, correction: Pose2D, *, paused: bool, shared: bool = False) -> Head:
+        """Return the head of a map that has a key frame, and of the pose of the odometry frame in it."""
         index = len(mapper.key_frames) - 1
         frame = Pose2D(*mapper.key_frames.poses[index].tolist())
         offset, odometry = frame.inverse() @ mapper.pose, mapper.odometry
-        return Head(
-            index, (offset.x, offset.y, offset.theta), (odometry.x, odometry.y, odometry.theta), mapper.searched, paused
-        )
+        placed = _triple(offset), _triple(odometry)
+        return Head(index, *placed, mapper.searched, paused, _triple(correction), shared)
 
     def has_change(self, mapper: LiveMapper) -> bool:
         """Return whether there are key frames that are not in the log."""
@@ -104,18 +110,24 @@ class Logbook:
         self.begin(laser_frame)
         return self.change(mapper)
 
-    def read(self, entries: Sequence[LogEntry]) -> Mapping:
-        """Return the mapping of a log, which is continued; raises ``InvalidGraph`` if it is damaged."""
-        self._numbers, self._ended = {entry.number for entry in entries}, False
+    def take_over(self, entries: Iterable[LogEntry]) -> None:
+        """Take over the entries that are stored. Unless they are continued, the next log makes them obsolete."""
+        self._writer, self._written, self._ended = None, 0, False
+        self._numbers = {entry.number for entry in entries}
         self._next = max(self._numbers, default=-1) + 1
-        mapping = read_log(entries)
-        self._writer, self._written = LogWriter.resumed(entries, mapping), len(mapping.frames)
-        return mapping
+
+    def resume(self, writer: LogWriter, written: int) -> None:
+        """Continue the log that was taken over, by its writer; it has ``written`` key frames."""
+        self._writer, self._written = writer, written
 
     def _end_writer(self) -> None:
         if self._writer is not None:
             self._next = self._writer.number
         self._writer, self._written = None, 0
+
+
+def _triple(pose: Pose2D) -> Triple:
+    return pose.x, pose.y, pose.theta
 
 
 def resume(mapper: LiveMapper, mapping: Mapping, head: Head | None) -> None:

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Sequence
+from functools import partial
 from typing import ClassVar
 
 import msgspec
@@ -13,8 +14,10 @@ from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.nodes.base import Context, Node
 from ppaas.nodes.grid_slam.laser import MappingLaser
-from ppaas.nodes.grid_slam.logbook import Head, Located, Logbook, resume
+from ppaas.nodes.grid_slam.logbook import Head, Located, Logbook
+from ppaas.nodes.grid_slam.map_jobs import MapJobs
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
+from ppaas.nodes.grid_slam.restoration import Restoration, RestoredMap
 
 logger = logging.getLogger(__name__)
 
@@ -39,7 +42,9 @@ class LoggedMapNode(Node):
         self._mapper: LiveMapper | None = None
         self._map_to_odom = Pose2D(0.0, 0.0, 0.0)
         self._logbook = Logbook()
-        self._head: Head | None = None
+        self._head: Head | Located | None = None
+        self._jobs = MapJobs(context)
+        self._restoration: Restoration | None = None
 
     def _new_mapper(self, laser: MappingLaser) -> LiveMapper:
         parameters = self._parameters
@@ -69,14 +74,20 @@ class LoggedMapNode(Node):
 
     def whole_log(self) -> LogChange | None:
         """Return a change that replaces the log by one of the map as it is now; without one, as `log_change`."""
+        if self._restoration is not None:
+            return LogChange(list(self._restoration.entries), [])
         if self._growing is None or self._laser is None:
             return self._logbook.rest()
         return self._logbook.rewrite(self._growing, self._laser.frame)
 
     def checkpoint(self) -> bytes | None:
         """Return where the robot is in its map as JSON; a map that grows is in the log."""
+        if self._restoration is not None and self._restoration.head is not None:
+            return msgspec.json.encode(msgspec.structs.replace(self._restoration.head, paused=self._paused))
         if self._growing is not None:
-            return msgspec.json.encode(self._logbook.head(self._growing, paused=self._paused))
+            shared = self._is_shared(self._growing)
+            head = self._logbook.head(self._growing, self._map_to_odom, paused=self._paused, shared=shared)
+            return msgspec.json.encode(head)
         if self._mapper is None or self._laser is None or self._mapper.keeps:
             return None
         robot = self._mapper.pose @ self._laser.geometry.mount.inverse()
@@ -85,10 +96,8 @@ class LoggedMapNode(Node):
     def restore(self, state: bytes) -> None:
         """Keep the head until the log is there; in localization search the next scan around the pose."""
         restored = msgspec.json.decode(state, type=Head | Located)
-        self._paused = restored.paused
-        if isinstance(restored, Head):
-            self._head = restored
-        elif self._mapper is not None and self._laser is not None:
+        self._paused, self._head = restored.paused, restored
+        if isinstance(restored, Located) and self._mapper is not None and self._laser is not None:
             if self._mapper.keeps:  # the map was continued, and then no longer changed
                 mapping, self._mapper = self._mapping(), self._new_mapper(self._laser)
                 self._mapper.load(mapping, Pose2D(*restored.robot), keeps=False)
@@ -96,16 +105,45 @@ class LoggedMapNode(Node):
             self._mapper.place(Pose2D(*restored.robot))
 
     def restore_log(self, entries: Sequence[LogEntry]) -> None:
-        """Continue the map of a log. If it cannot be read, ``grid_slam/status`` reports that, and the map is lost."""
-        try:
-            mapping = self._logbook.read(entries)
-            laser = MappingLaser(mapping.laser_frame, mapping.frames.geometry, self._front_end)
-            mapper = self._new_mapper(laser)
-            resume(mapper, mapping, self._head)
-            mapper.draw()
-        except PPaaSError as error:
-            logger.warning("the map that the robot was making is lost: %s", error)
-            self._map_error = f"the map so far is lost: {error}"
+        """Continue the map of a log, which is rebuilt in a job. Until then the robot is where its odometry says.
+
+        If it cannot be read, ``grid_slam/status`` reports that, and the map is lost.
+        """
+        self._logbook.take_over(entries)
+        if isinstance(self._head, Located):  # the log ended, but its removal was not stored
+            self._logbook.end()
             return
-        self._laser, self._mapper = laser, mapper
-        self._map_to_odom = mapper.pose @ laser.geometry.mount.inverse() @ mapper.odometry.inverse()
+        before, (self._laser, self._mapper) = (self._laser, self._mapper), (None, None)
+        if self._head is not None and self._head.correction is not None:
+            self._map_to_odom = Pose2D(*self._head.correction)
+        self._restoration = Restoration(entries, self._head, self._front_end, self._new_mapper)
+        self._jobs.start(self._restoration, partial(self._on_restored, before))
+
+    def _on_restored(
+        self, before: tuple[MappingLaser | None, LiveMapper | None], restored: RestoredMap | PPaaSError
+    ) -> None:
+        """Use the map of the log. If it is lost, go on with the one that was loaded before, or begin another."""
+        self._restoration = None
+        if isinstance(restored, PPaaSError):
+            logger.warning("the map that the robot was making is lost: %s", restored)
+            self._map_error = f"the map so far is lost: {restored}"
+            self._map_to_odom, (self._laser, self._mapper) = Pose2D(0.0, 0.0, 0.0), before
+            if self._laser is not None:
+                self._logbook.begin(self._laser.frame)
+        else:
+            laser, mapper, writer = restored
+            self._laser, self._mapper = laser, mapper
+            self._logbook.resume(writer, len(mapper.key_frames))
+            self._map_to_odom = mapper.pose @ laser.geometry.mount.inverse() @ mapper.odometry.inverse()
+            self._restored(mapper, shared=isinstance(self._head, Head) and self._head.shared)
+        self._ready()
+
+    def _is_shared(self, _mapper: LiveMapper) -> bool:
+        """Return whether a map is in a frame that other robots know."""
+        return False
+
+    def _restored(self, mapper: LiveMapper, *, shared: bool) -> None:
+        """Called with a mapper whose map was restored, and whether its frame is one that other robots know."""
+
+    def _ready(self) -> None:
+        """Called when scans may be used, because a log was read or could not be."""

@@ -2,7 +2,8 @@
 
 import logging
 from collections.abc import Callable
-from typing import ClassVar
+from functools import partial
+from typing import ClassVar, NamedTuple
 
 from ppaas.errors import PPaaSError, TransformError
 from ppaas.geometry import Pose2D
@@ -34,6 +35,7 @@ from ppaas.nodes.grid_slam.posegraph_services import (
     PoseGraphStore,
 )
 from ppaas.nodes.grid_slam.posegraph_services import SERVICES as GRAPH_SERVICES
+from ppaas.nodes.grid_slam.restoration import draw
 from ppaas.nodes.grid_slam.scan_intake import ScanIntake
 from ppaas.nodes.grid_slam.status import StatusPublisher
 from ppaas.nodes.jobs import LongWork
@@ -48,6 +50,19 @@ PAUSE = Service("pause", Pause)
 
 MAP_PERIOD = 1.0
 """Time between two publications of changes of the map [s]."""
+
+
+class LoadedMap(NamedTuple):
+    """Map of a mapping that was loaded.
+
+    Parameters
+    ----------
+    laser : MappingLaser
+    mapper : LiveMapper
+    """
+
+    laser: MappingLaser
+    mapper: LiveMapper
 
 
 class GridSlamNode(LoggedMapNode):
@@ -116,9 +131,10 @@ class GridSlamNode(LoggedMapNode):
         """
         if self._loads:
             keeps = self._parameters.mode == "mapping"
-            graph = self._graphs.load(self._parameters.map_file_name, self._parameters.start_pose, keeps=keeps)
+            load = self._graphs.loading(self._parameters.map_file_name, self._parameters.start_pose, keeps=keeps)
+            graph = load()
             self._others.use_frame_of(graph.mapping.frames)
-            self._continue(graph)
+            self._use(self._loaded(graph))
         self.context.every(MAP_PERIOD, self._publish_map)
         if (prepare := self._prepare) is not None:
             self.context.start(LongWork(lambda _cancelled: prepare()), self._on_prepared)
@@ -127,6 +143,7 @@ class GridSlamNode(LoggedMapNode):
         if outcome is not None:
             logger.warning("kernels of mapping are loaded at their first call: %s", outcome)
         self._prepare = None
+        self._use_scans()
 
     def on_message(self, topic: str, message: Payload) -> None:
         """Handle a scan or a transform.
@@ -152,16 +169,19 @@ class GridSlamNode(LoggedMapNode):
         try:
             self._frames.hear(topic, expect(message, TFMessage), self.context.elapsed(), self.context.now())
         finally:
-            self._intake.process(self._process)
+            self._use_scans()
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
-        """Reply with the map, save it, clear it, or pause and resume.
+        """Reply with the map, save it, clear it, continue another one, or pause. Calls wait while a map is loaded."""
+        self._jobs.run(partial(self._answer, service, request, reply))
 
-        Raises
-        ------
-        Unavailable
-            Maps cannot be saved here.
-        """
+    def _answer(self, service: str, request: Message, reply: Reply) -> None:
+        try:
+            self._serve(service, request, reply)
+        except PPaaSError as error:
+            reply(error)
+
+    def _serve(self, service: str, request: Message, reply: Reply) -> None:
         if service in (DYNAMIC_MAP.name, SAVE_MAP.name):
             self._maps.answer(request, self._mapper, reply)
         elif service == CLEAR.name:
@@ -169,8 +189,7 @@ class GridSlamNode(LoggedMapNode):
             reply(Empty())
         elif service == DESERIALIZE.name:
             assert isinstance(request, DeserializePoseGraphRequest)
-            self._continue(self._graphs.requested(request))
-            reply(Empty())
+            self._continue(self._graphs.requested(request), reply)
         elif service in (SERIALIZE.name, POSE_GRAPH.name):
             self._graphs.answer(request, self._mapping(), reply)
         else:
@@ -182,19 +201,38 @@ class GridSlamNode(LoggedMapNode):
     def _on_scan(self, message: LaserScan) -> None:
         try:
             self._intake.add(message, self._laser)
-            errors = self._intake.process(self._process)
+            errors = self._use_scans()
             if errors:
                 raise errors[-1]
+            if not self._is_ready:
+                self._report_waiting()
         except PPaaSError as error:
             self._status.report(f"scans are refused: {error}")
             raise
+
+    @property
+    def _is_ready(self) -> bool:
+        """Whether scans are used; until then they wait."""
+        return self._prepare is None and self._restoration is None
+
+    def _use_scans(self) -> list[PPaaSError]:
+        """Use the scans that odometry has reached; return the errors of those that cannot be used."""
+        return self._intake.process(self._process) if self._is_ready else []
+
+    def _report_waiting(self) -> None:
+        """Report why scans wait. If the robot has a map, it is where its odometry says."""
+        newest = self._frames.newest()
+        if newest is not None:
+            self._status.report(self._problem())
+            if self._restoration is not None or self._mapper is not None:
+                self._poses.publish_transform(self._map_to_odom, newest)
 
     def _process(self, scan: RobotScan, stamp: float) -> None:
         odom, before = self._intake.odometry(scan, stamp)
         if before is not None:
             self._on_odometry_reset(before, odom)
         moment = scan.scan.header.stamp if scan.stamp else Time.of(stamp)
-        if self._prepare is None and not self._paused and self._intake.is_due(stamp):
+        if not self._paused and self._intake.is_due(stamp):
             self._track(scan, odom, stamp, moment)
         if self._mapper is not None:
             self._poses.publish_transform(self._map_to_odom, stamp)
@@ -204,6 +242,8 @@ class GridSlamNode(LoggedMapNode):
         """Return the reason for which scans or parts of the map are left out now; empty if there is none."""
         if self._prepare is not None:
             return "mapping is being prepared: scans are used in a moment"
+        if self._restoration is not None:
+            return "the map is being restored: scans are used in a moment"
         if self._paused:
             return "mapping is paused: call 'pause' to resume it"
         return self._maps.problem or self._map_error
@@ -262,21 +302,52 @@ class GridSlamNode(LoggedMapNode):
 
     # -- mappings that are kept ----------------------------------------------------------------------------------------
 
-    def _continue(self, graph: LoadedGraph) -> None:
-        """Continue another mapping, or localize in it, instead of the current one."""
+    def _is_shared(self, mapper: LiveMapper) -> bool:
+        return self._others.are_in(mapper.key_frames)
+
+    def _restored(self, mapper: LiveMapper, *, shared: bool) -> None:
+        if shared:
+            self._others.use_frame_of(mapper.key_frames)
+
+    def _ready(self) -> None:
+        self._publish_map()
+        self._use_scans()
+
+    def _continue(self, load: Callable[[], LoadedGraph], reply: Reply) -> None:
+        """Load another mapping in a job, and continue it or localize in it, instead of the current one."""
+
+        def loaded(result: LoadedMap | PPaaSError) -> None:
+            if isinstance(result, PPaaSError):
+                reply(result)
+            else:
+                self._use(result)
+                reply(Empty())
+
+        self._jobs.start(lambda _cancelled: self._loaded(load()), loaded)
+
+    def _loaded(self, graph: LoadedGraph) -> LoadedMap:
+        """Return the map of a mapping; nothing of the node is changed."""
         laser = MappingLaser(graph.mapping.laser_frame, graph.mapping.frames.geometry, self._front_end)
         mapper = self._new_mapper(laser)
         first = Pose2D(*graph.mapping.frames.poses[0].tolist()) @ laser.geometry.mount.inverse()
         mapper.load(graph.mapping, first if graph.start is None else graph.start, keeps=graph.keeps)
+        draw(mapper)
+        return LoadedMap(laser, mapper)
+
+    def _use(self, loaded: LoadedMap) -> None:
+        """Use another map instead of the current one."""
         self._clear()
-        self._laser, self._mapper = laser, mapper
-        if graph.keeps:
-            self._logbook.begin(laser.frame)
+        self._laser, self._mapper = loaded
+        if loaded.mapper.keeps:
+            self._logbook.begin(loaded.laser.frame)
 
     def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
         """Search the next scan around a pose; without effect before there is a map."""
         if not self._frames.names.is_map(message.header.frame_id):
             raise TransformError(f"an initial pose must be in frame {MAP!r}, not {message.header.frame_id!r}")
         pose = finite_pose(message.pose.pose, "an initial pose")
+        self._jobs.run(partial(self._place, pose))
+
+    def _place(self, pose: Pose2D) -> None:
         if self._mapper is not None and len(self._mapper.key_frames):
             self._mapper.place(pose)

@@ -85,29 +85,28 @@ class PoseGraphServices:
         self._store, self._drawing = store, drawing
         self._pages = PosegraphPages(context)
 
-    def load(self, name: str, start: Pose2D | None, *, keeps: bool) -> LoadedGraph:
-        """Return the mapping of a name.
+    def loading(self, name: str, start: Pose2D | None, *, keeps: bool) -> Callable[[], LoadedGraph]:
+        """Return a function for any thread that loads the mapping of a name, and raises ``InvalidGraph`` if it cannot.
 
         Raises
         ------
         Unavailable
             There is no store.
-        InvalidGraph
-            It cannot be read.
         """
-        if self._store.load is None:
+        load = self._store.load
+        if load is None:
             raise Unavailable("pose graphs cannot be loaded here: name the map in the robot's file")
-        return LoadedGraph(unpack_mapping(self._store.load(name)), start, keeps)
+        return lambda: LoadedGraph(unpack_mapping(load(name)), start, keeps)
 
-    def requested(self, request: DeserializePoseGraphRequest) -> LoadedGraph:
-        """Return the mapping of a call of ``deserialize_map``; raises as `load`, and ``InvalidInput``."""
+    def requested(self, request: DeserializePoseGraphRequest) -> Callable[[], LoadedGraph]:
+        """Return the same for a call of ``deserialize_map``; raises as `loading`, and ``InvalidInput``."""
         given = request.match_type in (MatchType.START_AT_GIVEN_POSE, MatchType.LOCALIZE_AT_POSE)
         pose = request.initial_pose
         start = Pose2D(pose.x, pose.y, pose.theta)
         if not start.is_finite():
             raise InvalidInput("the initial pose must be three finite numbers")
         localizes = request.match_type == MatchType.LOCALIZE_AT_POSE
-        return self.load(request.filename, start if given else None, keeps=not localizes)
+        return self.loading(request.filename, start if given else None, keeps=not localizes)
 
     def answer(self, request: Message, mapping: Mapping, reply: Reply) -> None:
         """Answer ``serialize_map`` or ``pose_graph`` with the current mapping.

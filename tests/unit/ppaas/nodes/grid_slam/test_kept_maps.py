@@ -11,17 +11,20 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.serialization.mapping_file import unpack_mapping
 from ppaas.messages import geometry_msgs
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped
+from ppaas.messages.message import Empty
 from ppaas.messages.slam_toolbox import (
     DeserializePoseGraphRequest,
     GetPoseGraphRequest,
     MatchType,
+    SaveMapRequest,
     SerializePoseGraphRequest,
 )
 from ppaas.messages.std_msgs import Header
 from ppaas.nodes import file_pages
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.nodes.grid_slam.posegraph_services import PoseGraphStore
-from tests.support.world.mapping_robot import MappingRobot
+from ppaas.nodes.jobs import run_inline
+from tests.support.world.mapping_robot import HeldJobs, MappingRobot
 from tests.support.world.ring_drive import ring_drive
 
 HALF = len(ring_drive().log) // 2
@@ -41,14 +44,19 @@ class Kept:
             for number in change.obsolete:
                 del self.entries[number]
 
-    def restored(self, **parameters):
+    def restored(self, worker=run_inline, **parameters):
         """Return a robot that continues."""
-        robot = MappingRobot(ring_drive(), **parameters)
+        robot = MappingRobot(ring_drive(), worker, **parameters)
         if self.state is not None:
             robot.node.restore(self.state)
         if self.entries:
             robot.node.restore_log([LogEntry(*entry) for entry in sorted(self.entries.items())])
         return robot
+
+
+def status(robot):
+    latched = robot.graph.latched("grid_slam/status")
+    return "" if latched is None else latched.data
 
 
 @pytest.fixture(scope="module")
@@ -87,6 +95,49 @@ def test_another_node_continues_from_the_log_as_if_nothing_had_happened(driven):
     restored.step(HALF)
     assert restored.true_error() < 0.06
     assert restored.node._mapper.closed > before.closed
+
+
+def test_the_robot_has_its_pose_while_its_map_is_restored(driven):
+    robot, kept = driven
+    jobs = HeldJobs()
+    restored = kept.restored(worker=jobs)
+    restored.next = HALF
+    restored.step(3)
+    assert restored.in_map.distance_to(robot.node._map_to_odom @ restored.odometry(HALF + 2)) < 1e-6
+    assert status(restored) == "the map is being restored: scans are used in a moment"
+    assert "pose" not in restored.heard
+    again = Kept()
+    again.state, again.entries = restored.node.checkpoint(), dict(restored.node.whole_log().entries)
+    assert (again.state, again.entries, restored.node.log_change()) == (kept.state, kept.entries, None)
+    answers = []
+    restored.graph.call("dynamic_map", Empty(), answers.append)
+    jobs.release()
+    assert len(restored.heard["pose"]) == 3, "the scans have waited"
+    assert status(restored) == ""
+    assert answers[0].map.info.width > 0
+    restored.step(HALF - 3)
+    assert restored.true_error() < 0.06
+
+
+def test_a_call_that_fails_after_the_map_was_restored_is_answered(driven):
+    _, kept = driven
+    jobs, answers = HeldJobs(), []
+    restored = kept.restored(worker=jobs)
+    restored.graph.call("save_map", SaveMapRequest(), answers.append)
+    initial_pose(restored, Pose2D(0.0, 0.0, 0.0))
+    assert answers == []
+    jobs.release()
+    assert isinstance(answers[0], Unavailable)
+    assert restored.node._mapper._tracker.is_placing
+
+
+def test_a_node_that_moves_while_its_map_is_restored_takes_it_along(driven):
+    _, kept = driven
+    restored = kept.restored(worker=HeldJobs())
+    moved = Kept()
+    moved.entries = dict(restored.node.whole_log().entries)
+    moved.state = restored.graph.remove("grid_slam")
+    assert len(moved.restored().node._mapper.key_frames) == len(kept.restored().node._mapper.key_frames)
 
 
 def test_a_checkpoint_is_small_while_the_log_grows(driven):
@@ -203,6 +254,33 @@ def test_localization_leaves_the_map_as_it_is(driven, file):
     assert restored.true_error() < 0.05
 
 
+def test_a_published_map_takes_the_place_of_a_log_that_cannot_be_read(driven, file):
+    given = {"graphs": PoseGraphStore(load=lambda name: file), "map_file_name": "ring"}
+    robot, kept = MappingRobot(ring_drive(), **given), Kept()
+    robot.step(3)
+    kept.save(robot)
+    whole = dict(kept.entries)
+    kept.entries[1] = whole[1][:-1] + b"?"
+    restored = kept.restored(**given)
+    assert "the map so far is lost" in restored.node._problem()
+    assert len(restored.node._mapper.key_frames) == len(unpack_mapping(file).frames)
+    kept.save(restored)
+    assert not set(whole) & set(kept.entries)
+    assert len(kept.restored(**given).node._mapper.key_frames) == len(restored.node._mapper.key_frames)
+
+
+def test_entries_that_localization_left_in_the_store_are_removed(driven, file):
+    _, before = driven
+    given = {"graphs": PoseGraphStore(load=lambda name: file), "map_file_name": "ring", "mode": "localization"}
+    robot, kept = MappingRobot(ring_drive(), **given), Kept()
+    kept.save(robot)
+    kept.entries = dict(before.entries)
+    restored = kept.restored(**given)
+    assert not restored.node._mapper.keeps
+    kept.save(restored)
+    assert kept.entries == {}
+
+
 def test_localization_in_a_map_that_was_continued_is_restored(driven, file):
     given = {"graphs": PoseGraphStore(load=lambda name: file), "map_file_name": "ring"}
     robot, kept = MappingRobot(ring_drive(), **given), Kept()
@@ -213,6 +291,33 @@ def test_localization_in_a_map_that_was_continued_is_restored(driven, file):
     restored = kept.restored(**given)
     assert not restored.node._mapper.keeps
     assert (restored.node.log_change(), restored.node.checkpoint()) == (None, kept.state)
+
+
+def test_scans_go_on_while_a_map_is_loaded(driven, file):
+    jobs, answers = HeldJobs(), []
+    robot = MappingRobot(ring_drive(), jobs, graphs=PoseGraphStore(load=lambda name: file))
+    robot.step(3)
+    first = robot.node._mapper
+    robot.graph.call("deserialize_map", DeserializePoseGraphRequest("ring"), answers.append)
+    robot.graph.call("pose_graph", GetPoseGraphRequest(-1), answers.append)
+    robot.step(3)
+    assert (len(robot.heard["pose"]), answers) == (6, [])
+    assert robot.node._mapper is first
+    jobs.release()
+    assert answers[0] == Empty()
+    assert answers[1].key_frames == len(unpack_mapping(file).frames) == len(robot.node._mapper.key_frames)
+    robot.step()
+    assert len(robot.heard["pose"]) == 7
+
+
+def test_a_map_that_cannot_be_loaded_leaves_the_current_one():
+    robot = MappingRobot(ring_drive(), graphs=PoseGraphStore(load=lambda _: b"P5"))
+    robot.step(3)
+    first = robot.node._mapper
+    with pytest.raises(InvalidGraph):
+        robot.call("deserialize_map", DeserializePoseGraphRequest("ring"))
+    assert robot.node._mapper is first
+    assert robot.call("dynamic_map").map.info.width > 0
 
 
 def test_deserialize_map_starts_where_it_is_told(driven, file):

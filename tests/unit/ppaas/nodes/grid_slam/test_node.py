@@ -9,6 +9,7 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN
 from ppaas.messages.slam_toolbox import SaveMapRequest
 from ppaas.messages.std_msgs import String
+from ppaas.transforms.planar import CACHE_TIME
 from tests.support.world.mapping_robot import HeldJobs, MappingRobot
 from tests.support.world.ring_drive import ring_drive
 
@@ -66,17 +67,27 @@ def test_changes_are_published_every_second_while_the_robot_drives(mapped):
     assert np.quantile(gaps, 0.9) <= 1.3
 
 
-def test_scans_are_used_once_the_node_is_prepared(caplog):
+def test_scans_wait_until_the_node_is_prepared(caplog):
     jobs = HeldJobs()
     robot = MappingRobot(ring_drive(), jobs, prepare=lambda: None)
     robot.step(3)
     assert "pose" not in robot.heard
     assert status(robot) == "mapping is being prepared: scans are used in a moment"
     jobs.release()
+    assert len(robot.heard["pose"]) == 3
     robot.step(2)
-    assert len(robot.heard["pose"]) == 2
+    assert len(robot.heard["pose"]) == 5
     assert status(robot) == ""
     assert caplog.messages == []
+
+
+def test_scans_from_before_the_transforms_that_tf_keeps_are_not_used():
+    jobs = HeldJobs()
+    robot = MappingRobot(ring_drive(), jobs, prepare=lambda: None)
+    robot.step(100)
+    jobs.release()
+    lasted = robot.drive.log.stamps[99] - robot.drive.log.stamps[:100]
+    assert len(robot.heard["pose"]) == np.count_nonzero(lasted <= CACHE_TIME)
 
 
 def test_scans_are_used_although_preparing_fails(caplog):

@@ -66,6 +66,22 @@ def test_points_on_another_robot_do_not_enter_the_map(published):
     assert len(heard) == SCANS
 
 
+@pytest.mark.parametrize("home", ["cloud", "robot"])
+def test_a_node_that_replaces_another_is_in_the_same_frame(published, home):
+    before, _ = drive(published)
+    given = {"map_file_name": "ring"}
+    if home == "cloud":
+        given["graphs"] = PoseGraphStore(load=lambda _name: published)
+    robot, heard = MappingRobot(ring_drive(), **given), []
+    robot.graph.tap("grid_slam/shared_pose", lambda _topic, message: heard.append(message))
+    change, state = before.node.log_change(), before.node.checkpoint()
+    robot.node.restore(state)
+    robot.node.restore_log(change.entries)
+    robot.next = before.next
+    robot.step(3)
+    assert len(heard) == 3
+
+
 def test_a_map_of_its_own_has_no_frame_in_common():
     robot, heard = MappingRobot(ring_drive()), []
     robot.graph.tap("grid_slam/shared_pose", lambda _topic, message: heard.append(message))
