@@ -6,13 +6,13 @@ from engine.master.quotas import Quotas
 from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.plan_rate import PlanRate
 from engine.service.robot_navigation import RobotNavigation
-from engine.service.views import ContainerView, MachineView
+from engine.service.views import ContainerView, MachineView, MappingRobot
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import PPaaSError
 from ppaas.messages.octomap_msgs import GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome
-from ppaas.messages.slam_toolbox import GetPoseGraphResponse
+from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
 from storage.records import Limits, MapRecord, User
 
 
@@ -145,6 +145,22 @@ class ControlPlane(Protocol):
             The robot has no container now, or no map yet.
         Conflict
             The robot does not make a map.
+        """
+        ...
+
+    def mapping_robots(self) -> list[MappingRobot]:
+        """Return the robots that make new maps now, except those that continue a published one."""
+        ...
+
+    async def use_joint_map(self, user: str, robot: str, page: UseJointMapRequest) -> UseJointMapResponse:
+        """Send a page of a joint map to a robot that makes a map; after the last one it goes on with the joint map.
+
+        Raises
+        ------
+        Unavailable
+            The robot has no container or no map now.
+        Conflict
+            The joint map does not contain the robot's own map.
         """
         ...
 

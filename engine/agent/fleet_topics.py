@@ -59,7 +59,7 @@ class FleetTopics:
         Raises
         ------
         NotPermitted
-            The container only plans, or its robot makes a new map.
+            The container only plans.
         MessageTooLarge
             The payload is over `MAX_SHARED` bytes.
         """
@@ -84,7 +84,7 @@ class FleetTopics:
 
 def _shared_key(frame: machine_link.Share, scope: Scope | None) -> str:
     if scope is None:
-        raise NotPermitted("a container that only plans, or whose robot makes a new map, has no topics to share")
+        raise NotPermitted("a container that only plans has no topics to share")
     if len(frame.payload) > MAX_SHARED:
         raise MessageTooLarge(f"a shared message may have up to {MAX_SHARED} bytes, not {len(frame.payload)}")
     return scope.shared_key(frame.topic)
@@ -93,10 +93,10 @@ def _shared_key(frame: machine_link.Share, scope: Scope | None) -> str:
 def scope_of(spec: ContainerSpec) -> Scope | None:
     """Return the scope in which a container may publish and subscribe.
 
-    A robot that continues a published map shares with the robots on that map. None if the container only plans, or if
-    its robot makes a map from nothing, in whose frame no other robot is.
+    A robot that continues a published map shares with the robots on that map; one that makes a map from nothing with
+    those whose maps may be joined with it. None if the container only plans.
     """
     if spec.robot is None:
         return None
     on = spec.robot.continued if spec.maps else spec.map
-    return None if on is None else Scope(spec.user, DEFAULT_GROUP, spec.robot.id, on.id)
+    return Scope(spec.user, DEFAULT_GROUP, spec.robot.id, spec.joint_map if on is None else on.id)

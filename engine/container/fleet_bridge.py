@@ -18,6 +18,7 @@ from ppaas.messages.ppaas_msgs import RobotState, RobotStates
 from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes import topics
 from ppaas.nodes.base import Payload
+from ppaas.nodes.frames import MAP
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.other_robots import checked_state
 from ppaas.planners.base import PlanResult, pose_message
@@ -74,7 +75,8 @@ class FleetBridge:
         self._driven: tuple[float, Twist] = float("-inf"), Twist()
         robot = launch.spec.robot
         self._radius = robot_body(robot.model, robot.urdf, robot.parameters).robot_radius if robot else 0.0
-        # A new map is one that nobody else has; other robots are in its frame only while it continues a published one.
+        self._frame, self._is_joint = MAP, bool(launch.spec.joint_map)
+        # The frame of a new map is that of the other robots only while it continues a published or a joint one.
         shared = topics.SHARED_POSE if launch.spec.maps else topics.AMCL_POSE
         if shared.name in graph.topics:
             graph.tap(shared.name, self._share_pose)
@@ -95,15 +97,25 @@ class FleetBridge:
         now = self._graph.elapsed()
         if now - self._last_shared < SHARE_PERIOD or not isinstance(pose, PoseWithCovarianceStamped):
             return
+        if self._launch.spec.maps and not self._is_in_frame(pose.header.frame_id):
+            return
         self._last_shared = now
         since, twist = self._driven
         state = RobotState(pose.header, pose.pose, twist if now - since < FRESH else Twist(), self._radius)
         self._machine.share(topics.AMCL_POSE.name, encode(state))
 
+    def _is_in_frame(self, frame: str) -> bool:
+        """Return whether other robots may know the frame of a pose; note it if it is that of a map to be joined."""
+        if self._is_joint and frame != self._frame:
+            self._frame = frame
+            self._others.clear()
+        return frame == self._frame
+
     def shared(self, message: machine_link.Shared) -> None:
         """Take the position and velocity of another robot on this map, and publish all recent ones to the clone.
 
-        A payload that is not a valid `RobotState` is dropped, and logged once for each robot.
+        One in the frame of a map that is not joined with this one is ignored. A payload that is not a valid state is
+        dropped, and logged once for each robot.
         """
         if message.topic != topics.AMCL_POSE.name or topics.ROBOTS.name not in self._graph.topics:
             return
@@ -111,8 +123,10 @@ class FleetBridge:
             return  # its map has left the frame of the published one, or nothing is known of it
         who = message.user, message.robot
         try:
-            self._others[who] = (self._graph.elapsed(), checked_state(decode(RobotState, message.payload)))
-            self._tell_others()
+            state = checked_state(decode(RobotState, message.payload))
+            if not self._is_joint or state.header.frame_id == self._frame:
+                self._others[who] = (self._graph.elapsed(), state)
+                self._tell_others()
         except PPaaSError as error:
             level = logging.DEBUG if who in self._refused else logging.WARNING
             logger.log(level, "robot %s of user %s shared an invalid position: %s", message.robot, message.user, error)

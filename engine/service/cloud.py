@@ -7,13 +7,13 @@ from engine.service.plan_rate import PlanRate
 from engine.service.planning import Planning
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.robot_nodes import RobotNodes
-from engine.service.views import ContainerView, MachineView
+from engine.service.views import ContainerView, MachineView, MappingRobot
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import PPaaSError
 from ppaas.messages.octomap_msgs import GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome
-from ppaas.messages.slam_toolbox import GetPoseGraphResponse
+from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
 from storage.records import Limits, MapRecord, User
 from storage.versions import OCTOMAP, YAML
 
@@ -108,6 +108,14 @@ class Cloud:
     async def robot_map(self, user: str, robot: str, offset: int) -> GetPoseGraphResponse:
         """Return a page of the pose graph of the map that a robot makes; −1 returns its numbers."""
         return await self._nodes.map(user, robot, offset)
+
+    def mapping_robots(self) -> list[MappingRobot]:
+        """Return the robots that make new maps now, except those that continue a published one."""
+        return self._driver.mapping_robots()
+
+    async def use_joint_map(self, user: str, robot: str, page: UseJointMapRequest) -> UseJointMapResponse:
+        """Send a page of a joint map to a robot that makes a map."""
+        return await self._nodes.use_joint_map(user, robot, page)
 
     async def robot_octomap(self, user: str, robot: str, offset: int) -> GetOctomapFileResponse:
         """Return a page of the octomap that a robot makes; an empty one if it makes none."""

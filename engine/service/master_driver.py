@@ -34,7 +34,7 @@ from engine.service.machine_events import MachineEvents
 from engine.service.order_execution import OrderExecution
 from engine.service.start_times import StartTimes
 from engine.service.view_building import container_view, machine_view
-from engine.service.views import ContainerView, MachineView
+from engine.service.views import ContainerView, MachineView, MappingRobot
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import MapVersion
 from engine.specs.robot_frames import base_frame
@@ -314,6 +314,19 @@ class MasterDriver:
         """Return the containers of a user, or of all users if None."""
         places = (place for place in self._master.places.values() if user in (None, place.request.user))
         return [view for place in places if (view := self._view(place)) is not None]
+
+    def mapping_robots(self) -> list[MappingRobot]:
+        """Return the robots with a running container that make new maps, except those that continue a published one."""
+        specs = [
+            place.spec
+            for key, link in self._places.items()
+            if link.container is not None and (place := self._master.places.get(key)) is not None
+        ]
+        return [
+            MappingRobot(spec.user, spec.robot.id, spec.joint_map)
+            for spec in specs
+            if spec is not None and spec.robot is not None and spec.joint_map
+        ]
 
     def _view(self, place: Place) -> ContainerView | None:
         container = place.spec.id if place.spec is not None else ""

@@ -8,7 +8,12 @@ from ppaas.messages import decode, encode
 from ppaas.messages.message import Empty, Message
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes, RunNodeRequest
-from ppaas.messages.slam_toolbox import GetPoseGraphRequest, GetPoseGraphResponse
+from ppaas.messages.slam_toolbox import (
+    GetPoseGraphRequest,
+    GetPoseGraphResponse,
+    UseJointMapRequest,
+    UseJointMapResponse,
+)
 
 ANSWER_TIMEOUT = 10.0
 """Time limit of a call of the node monitor [s], which normally answers within milliseconds."""
@@ -79,6 +84,20 @@ class RobotNodes:
                 f'robot {robot!r} drives on a published map and makes none: set "map": "new:NAME" in its file'
             ) from error
         return decode(GetPoseGraphResponse, answer)
+
+    async def use_joint_map(self, user: str, robot: str, page: UseJointMapRequest) -> UseJointMapResponse:
+        """Send a page of a joint map to a robot that makes a map; after the last one it goes on with the joint map.
+
+        Raises
+        ------
+        Unavailable
+            The robot has no container or no map now.
+        Conflict
+            The joint map does not contain the robot's own map.
+        """
+        place = self._place(user, robot)
+        answer = await place.call("grid_slam/use_joint_map", encode(page), MAP_TIMEOUT)
+        return decode(UseJointMapResponse, answer)
 
     async def octomap(self, user: str, robot: str, offset: int) -> GetOctomapFileResponse:
         """Return a page of the octomap that a robot makes; an empty one if it makes none.

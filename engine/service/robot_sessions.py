@@ -15,6 +15,7 @@ from engine.service.master_driver import MasterDriver
 from engine.specs.containers import MapVersion, RobotConfig
 from engine.specs.continued_maps import continued_map
 from engine.specs.filter_masks import mask_versions
+from engine.specs.joint_maps import joint_map_owner
 from ppaas.errors import Conflict, NotFound, NotPermitted, PPaaSError, Unavailable
 from ppaas.maps.new_map import new_map_id
 from ppaas.nodes.map_server.costmap_filters import check_no_masks
@@ -137,7 +138,7 @@ class RobotSessions:
             return self._service.open_place(request, queue=queue)
         except Conflict:
             self._follow(request)
-            request = self._as_continued(request)
+            request = self._as_begun(request)
         with contextlib.suppress(Conflict):
             return self._service.open_place(request, queue=queue)
         # The robot is not connected, so the old place is closed in favour of the changed robot or map.
@@ -152,17 +153,18 @@ class RobotSessions:
                 self._service.map_changed(mask, in_space=None)
             self._service.map_changed(request.map, in_space=robot.in_space)
 
-    def _as_continued(self, request: PlaceRequest) -> PlaceRequest:
-        """Return a request with the version of the continued map with which its open place began.
+    def _as_begun(self, request: PlaceRequest) -> PlaceRequest:
+        """Return a request with the version of the continued map, and its owner, with which its open place began.
 
         Its robot has made more of the map since, which would be lost with the place.
         """
-        known = self._service.request_of(request.key)
-        begun = known.robot.continued if known is not None and known.robot is not None else None
-        robot = request.robot
-        if robot is None or robot.continued is None or begun is None or begun.id != robot.continued.id:
+        known, robot = self._service.request_of(request.key), request.robot
+        begun = None if known is None else known.robot
+        if robot is None or begun is None:
             return request
-        return dataclasses.replace(request, robot=replace(robot, continued=begun))
+        if robot.continued is not None and begun.continued is not None and begun.continued.id == robot.continued.id:
+            robot = replace(robot, continued=begun.continued)
+        return dataclasses.replace(request, robot=replace(robot, map_owner=begun.map_owner))
 
     def position(self, place: PlaceLink) -> int | None:
         """Return the position of a place in the queue, from 1; None if it is not queued."""
@@ -175,7 +177,9 @@ class RobotSessions:
         config = replace(config, parameters=with_priorities(config.parameters, self._node_priorities))
         if config.new_map:
             check_no_masks(config.parameters)
-            config = replace(config, continued=continued_map(self._map_store, user, config.parameters))
+            continued = continued_map(self._map_store, user, config.parameters)
+            owner = joint_map_owner(self._map_store, user, config.new_map)
+            config = replace(config, continued=continued, map_owner=owner)
             return PlaceRequest(user, MapVersion(record.map, ""), record.cores, config, labels=record.labels)
         version = self._map_store.map_head(record.map)
         _check_readable(version, user)

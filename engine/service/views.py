@@ -119,6 +119,21 @@ class ContainerView(msgspec.Struct, frozen=True):
     masks: tuple[str, ...] = ()
 
 
+class MappingRobot(msgspec.Struct, frozen=True):
+    """Robot that makes a new map of its own.
+
+    Parameters
+    ----------
+    user, robot : str
+    joint_map : str
+        Name of the joint map that its map may become part of.
+    """
+
+    user: str
+    robot: str
+    joint_map: str
+
+
 GoalState = Literal["pending", "active", "succeeded", "canceled", "aborted", "rejected", "lost"]
 
 

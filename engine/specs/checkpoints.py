@@ -142,7 +142,7 @@ def _lasting(robot: RobotConfig | None) -> RobotConfig | None:
         return None
     masks = {name: msgspec.structs.replace(mask, version="") for name, mask in robot.masks.items()}
     continued = None if robot.continued is None else msgspec.structs.replace(robot.continued, version="")
-    return msgspec.structs.replace(robot, urdf_text=b"", masks=masks, in_space=False, continued=continued)
+    return msgspec.structs.replace(robot, urdf_text=b"", masks=masks, in_space=False, continued=continued, map_owner="")
 
 
 def _with(spec: ContainerSpec, nodes: Mapping[str, bytes]) -> ContainerSpec:

@@ -72,6 +72,9 @@ class RobotConfig(msgspec.Struct, frozen=True):
         Id under which the map that the robot makes is to be published; empty on a published map.
     continued : MapVersion, optional
         Published map with a pose graph that this map continues; its robots share their positions.
+    map_owner : str
+        User whose robots may join maps of the same name with the new map: this one, or another who shares the published
+        map of that id with this one. Empty for this one.
     """
 
     id: str
@@ -86,6 +89,7 @@ class RobotConfig(msgspec.Struct, frozen=True):
     in_space: bool = False
     new_map: str = ""
     continued: MapVersion | None = None
+    map_owner: str = ""
 
 
 class ContainerSpec(msgspec.Struct, frozen=True):
@@ -137,9 +141,18 @@ class ContainerSpec(msgspec.Struct, frozen=True):
     def maps(self) -> bool:
         """Whether its robot makes a new map. Such a container has no layers and stores no plans.
 
-        It shares positions with other robots only if it continues a published map (`RobotConfig.continued`).
+        It shares positions with robots on the published map that it continues (`RobotConfig.continued`), or else with
+        those that make a map of the same name, once their maps are joined.
         """
         return self.robot is not None and self.robot.new_map != ""
+
+    @property
+    def joint_map(self) -> str:
+        """Name of the joint map that the new map of its robot may become part of; empty if there is none."""
+        robot = self.robot
+        if robot is None or not self.maps or robot.continued is not None:
+            return ""
+        return f"{self.map.id}@{robot.map_owner or self.user}"
 
     def on_maps(self, version: MapVersion, masks: dict[str, MapVersion], *, in_space: bool) -> "ContainerSpec":
         """Return the spec with other versions of its map and masks; ``in_space`` is whether the map has an octomap."""

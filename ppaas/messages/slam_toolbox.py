@@ -1,4 +1,4 @@
-"""``slam_toolbox``: services of a node that makes a map, and one of this project that hands out pose graphs."""
+"""``slam_toolbox``: services of a node that makes a map, and two of this project that exchange pose graphs."""
 
 from enum import IntEnum
 from typing import ClassVar
@@ -106,6 +106,10 @@ class GetPoseGraphResponse(OwnMessage):
     min_pass_through : int
     occupancy_threshold : float
         Parameters of the map.
+    scans : int
+        Number of scans since the map was begun; of a joint map, of all its robots.
+    frame : str
+        Name of the map frame by its first key frame: equal for robots whose maps are joined.
     """
 
     data: str = ""
@@ -116,6 +120,44 @@ class GetPoseGraphResponse(OwnMessage):
     resolution: float = 0.05
     min_pass_through: int = 2
     occupancy_threshold: float = 0.1
+    scans: int = 0
+    frame: str = ""
+
+
+class UseJointMapRequest(OwnMessage):
+    """``ppaas_msgs/UseJointMap`` request: a page of a joint map. After the last one the robot goes on with that map.
+
+    Parameters
+    ----------
+    offset : int
+        Offset of the page in the file [bytes]: 0 begins a file, and others continue it.
+    size : int
+        Size of the file [bytes].
+    data : str
+        The page, in base64.
+    robots : list of str
+        Robots whose maps were joined, for ``grid_slam/status``.
+    """
+
+    offset: int
+    size: int
+    data: str
+    robots: list[str] = field(default_factory=list)
+
+
+class UseJointMapResponse(OwnMessage):
+    """``ppaas_msgs/UseJointMap`` response.
+
+    Parameters
+    ----------
+    key_frames : int
+        Number of key frames of the map that the robot goes on with; 0 before the last page.
+    motion : Pose2D
+        Motion of the pose of the robot in the map frame.
+    """
+
+    key_frames: int = 0
+    motion: Pose2D = field(default_factory=Pose2D)
 
 
 SaveMap = ServiceType("slam_toolbox/SaveMap", SaveMapRequest, SaveMapResponse)
@@ -127,5 +169,6 @@ SerializePoseGraph = ServiceType(
 )
 DeserializePoseGraph = ServiceType("slam_toolbox/DeserializePoseGraph", DeserializePoseGraphRequest, Empty)
 GetPoseGraph = ServiceType("ppaas_msgs/GetPoseGraph", GetPoseGraphRequest, GetPoseGraphResponse)
+UseJointMap = ServiceType("ppaas_msgs/UseJointMap", UseJointMapRequest, UseJointMapResponse)
 
-SERVICES = (SaveMap, Pause, Clear, SerializePoseGraph, DeserializePoseGraph, GetPoseGraph)
+SERVICES = (SaveMap, Pause, Clear, SerializePoseGraph, DeserializePoseGraph, GetPoseGraph, UseJointMap)

@@ -19,6 +19,12 @@ CHUNK = 256
 ID_BYTES = 16
 """Size of the id of a key frame [bytes]."""
 
+NAME_BYTES = 8
+"""Size of the number in the name of a map frame [bytes]."""
+
+SAME_POSE = 1e-6
+"""Step to which the pose of the first key frame is rounded in the name of the map frame [m, rad]."""
+
 
 class United(NamedTuple):
     """Two mappings as one.
@@ -51,6 +57,14 @@ def frame_ids(mapping: Mapping) -> list[bytes]:
         rows = zip(*scans, steps[begin : begin + CHUNK], strict=True)
         ids += [blake2b(b"".join(part.tobytes() for part in row), digest_size=ID_BYTES).digest() for row in rows]
     return ids
+
+
+def frame_name(frames: KeyFrames) -> str:
+    """Return a name of the map frame: of the first key frame and its pose, which never moves; there must be one."""
+    scan = _quantised(frames, slice(0, 1))
+    pose = np.round(frames.poses[0] / SAME_POSE).astype(np.int64)
+    digest = blake2b(b"".join(part.tobytes() for part in (*scan, pose)), digest_size=NAME_BYTES)
+    return f"map_{digest.hexdigest()}"
 
 
 def united(first: Mapping, second: Mapping) -> United | None:

@@ -15,14 +15,14 @@ from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, Pa
 from engine.service.plan_rate import PlanRate
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.view_building import machine_view
-from engine.service.views import ContainerView, MachineView
+from engine.service.views import ContainerView, MachineView, MappingRobot
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import Conflict, NotFound, PPaaSError
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.messages.octomap_msgs import GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome
-from ppaas.messages.slam_toolbox import GetPoseGraphResponse
+from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
 from storage.records import Limits, MapRecord, User
 
 MAP_PAGE = 1000
@@ -65,6 +65,9 @@ class FakeCloud:
         self.error: Exception | None = None
         self.map_file = b""
         self.octomap_file = b""
+        self.mapping: list[MappingRobot] = []
+        self.joint_maps: dict[str, bytes] = {}
+        """Bytes of the joint maps that robots have received so far."""
         self.running: list[ContainerView] = []
         self.known = {"m1": machine()}
         self.given_up: list[str] = []
@@ -136,6 +139,15 @@ class FakeCloud:
             raise self.error
         page = self.map_file[max(offset, 0) : offset + MAP_PAGE] if offset >= 0 else b""
         return GetPoseGraphResponse(base64.b64encode(page).decode(), len(self.map_file), 3, 2, 0)
+
+    def mapping_robots(self) -> list[MappingRobot]:
+        return self.mapping
+
+    async def use_joint_map(self, user: str, robot: str, page: UseJointMapRequest) -> UseJointMapResponse:
+        if self.error is not None:
+            raise self.error
+        self.joint_maps[robot] = self.joint_maps.get(robot, b"")[: page.offset] + base64.b64decode(page.data)
+        return UseJointMapResponse(9 if len(self.joint_maps[robot]) == page.size else 0)
 
     async def robot_octomap(self, user: str, robot: str, offset: int) -> GetOctomapFileResponse:
         page = self.octomap_file[offset : offset + MAP_PAGE]

@@ -20,8 +20,6 @@ def test_oversized_or_unowned_messages_are_refused() -> None:
         topics.share(scope_of(robot_spec("c1", "ann", "tb1")), machine_link.Share("amcl_pose", bytes(MAX_SHARED + 1)))
     with pytest.raises(NotPermitted):
         topics.share(scope_of(planning_spec()), machine_link.Share("amcl_pose", b"here"))
-    with pytest.raises(NotPermitted):
-        topics.share(scope_of(mapping_spec()), machine_link.Share("amcl_pose", b"here"))
     assert fabric.published == []
 
 
@@ -31,6 +29,17 @@ def test_a_robot_that_continues_a_map_shares_with_the_robots_on_it() -> None:
     robot = msgspec.structs.replace(spec.robot, continued=HOUSE)
     scope = scope_of(msgspec.structs.replace(spec, robot=robot))
     assert scope == scope_of(robot_spec("c1", "ann", "tb1"))
+
+
+def test_robots_share_with_those_whose_maps_may_be_joined() -> None:
+    own, other = scope_of(mapping_spec("m1", "ann", "tb1")), scope_of(mapping_spec("m2", "bob", "tb2"))
+    spec = mapping_spec("m3", "bob", "tb3")
+    assert own is not None and other is not None and spec.robot is not None
+    robot = msgspec.structs.replace(spec.robot, map_owner="ann")
+    guest = scope_of(msgspec.structs.replace(spec, robot=robot))
+    assert guest is not None
+    assert own.shared_pattern("amcl_pose") == guest.shared_pattern("amcl_pose") != other.shared_pattern("amcl_pose")
+    assert guest.shared_key("amcl_pose") == "ppaas/map/new%3Aoffice-2%40ann/bob/tb3/amcl_pose"
 
 
 @settings(max_examples=300)

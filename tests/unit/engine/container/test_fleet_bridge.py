@@ -11,7 +11,7 @@ from engine.container.fleet_bridge import FRESH, SHARE_PERIOD, TELL_PERIOD, Flee
 from engine.container.machine_client import MachineClient
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
-from engine.specs.containers import Launch
+from engine.specs.containers import ContainerSpec, Launch
 from ppaas.clock import ManualClock
 from ppaas.messages import encode
 from ppaas.messages.geometry_msgs import (
@@ -33,18 +33,25 @@ from ppaas.nodes.graph import Graph
 from ppaas.planners.base import PlanResult
 from ppaas.plans.reuse.plan_ids import PlanIds
 from tests.support.engine.engine_links import pair, receive
-from tests.support.engine.specs import mapping_spec, robot_spec
+from tests.support.engine.specs import HOUSE, mapping_spec, robot_spec
 from tests.support.world.echo_node import EchoNode
 
 
-def pose(x: float, w: float = 1.0) -> PoseWithCovarianceStamped:
+def pose(x: float, w: float = 1.0, frame: str = "map") -> PoseWithCovarianceStamped:
     where = Pose(Point(x, 0.0), Quaternion(x=0.0, y=0.0, z=0.0, w=w))
-    return PoseWithCovarianceStamped(Header(frame_id="map"), PoseWithCovariance(where))
+    return PoseWithCovarianceStamped(Header(frame_id=frame), PoseWithCovariance(where))
 
 
-def state(x: float, twist: Twist | None = None) -> RobotState:
+def continuing_spec() -> ContainerSpec:
+    """Return the spec of a robot that continues a published map."""
+    spec = mapping_spec()
+    assert spec.robot is not None
+    return replace(spec, robot=replace(spec.robot, continued=HOUSE))
+
+
+def state(x: float, twist: Twist | None = None, frame: str = "map") -> RobotState:
     """Return the shared state of a TurtleBot."""
-    stamped = pose(x)
+    stamped = pose(x, frame=frame)
     return RobotState(stamped.header, stamped.pose, twist or Twist(), 0.18)
 
 
@@ -127,7 +134,7 @@ async def test_a_robot_that_makes_a_map_shares_neither_positions_nor_plans() -> 
 async def test_a_robot_that_continues_a_map_shares_the_positions_in_its_frame() -> None:
     near, far = await pair(machine_link.ToContainer, machine_link.FromContainer)
     client = MachineClient(near)
-    clone = Clone(client, far, replace(LAUNCH, spec=mapping_spec()))
+    clone = Clone(client, far, replace(LAUNCH, spec=continuing_spec()))
     clone.graph.publish("grid_slam/shared_pose", pose(2.0))
     assert await receive(far) == machine_link.Share("amcl_pose", encode(state(2.0)))
     clone.outside.shared(shared("bob", encode(state(1.0))))
@@ -135,6 +142,33 @@ async def test_a_robot_that_continues_a_map_shares_the_positions_in_its_frame() 
     clone.clock.advance(FRESH)
     clone.outside.shared(shared("bob", encode(state(3.0))))
     assert clone.seen() == [1.0]
+    await client.close()
+    await far.close()
+
+
+async def test_robots_whose_maps_are_joined_receive_each_other() -> None:
+    near, far = await pair(machine_link.ToContainer, machine_link.FromContainer)
+    client = MachineClient(near)
+    clone = Clone(client, far, replace(LAUNCH, spec=mapping_spec()))
+    clone.graph.publish("grid_slam/shared_pose", pose(2.0, frame="map_1"))
+    assert await receive(far) == machine_link.Share("amcl_pose", encode(state(2.0, frame="map_1")))
+    clone.outside.shared(shared("bob", encode(state(1.0, frame="map_2"))))
+    assert not clone.node.robots
+    clone.clock.advance(SHARE_PERIOD)
+    clone.graph.publish("grid_slam/shared_pose", pose(2.5, frame="map_2"))
+    clone.outside.shared(shared("bob", encode(state(1.0, frame="map_2"))))
+    assert clone.seen() == [1.0]
+    await client.close()
+    await far.close()
+
+
+async def test_robot_that_left_the_published_map_shares_nothing_with_the_robots_on_it() -> None:
+    near, far = await pair(machine_link.ToContainer, machine_link.FromContainer)
+    client = MachineClient(near)
+    clone = Clone(client, far, replace(LAUNCH, spec=continuing_spec()))
+    clone.graph.publish("grid_slam/shared_pose", pose(2.0, frame="map_1"))
+    client.share("end", b"")
+    assert await receive(far) == machine_link.Share("end", b"")
     await client.close()
     await far.close()
 

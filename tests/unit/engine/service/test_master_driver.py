@@ -13,8 +13,9 @@ from engine.master.master import Master
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import control_link, robot_link
 from engine.service.master_driver import MasterDriver
+from engine.service.views import MappingRobot
 from engine.specs.checkpoints import CheckpointSelection
-from engine.specs.containers import SESSION_STATE
+from engine.specs.containers import SESSION_STATE, MapVersion
 from ppaas.errors import Conflict, NotFound, QuotaExceeded, Unavailable
 from storage.memory.store import MemoryStore
 from storage.records import CloneCheckpoint
@@ -368,6 +369,21 @@ async def test_given_up_container_is_replaced(service: MasterDriver, machine: Fa
     assert (second.spec.session, client.reasons) == (first.spec.session, [])
     with pytest.raises(NotFound, match=first.spec.id):
         service.give_up_container(first.spec.id)
+
+
+async def test_robots_that_make_new_maps_are_listed_once_their_containers_run(
+    service: MasterDriver, machine: FakeMachine
+) -> None:
+    new = MapVersion("new:office-2", "")
+    own = service.open_place(robot_request("tb1", version=new, new_map="office-2"))
+    service.open_place(robot_request("tb2", version=new, new_map="office-2", continued=HOUSE))
+    service.open_place(robot_request("tb3"))
+    assert service.mapping_robots() == []
+    containers = [await machine.boot(await machine.started()) for _ in range(3)]
+    await own.ready(10)
+    await until(lambda: len([view for view in service.containers("ann") if view.state == "ready"]) == 3)
+    assert service.mapping_robots() == [MappingRobot("ann", "tb1", "new:office-2@ann")]
+    await containers[0].stream.close()
 
 
 async def test_reports_about_unknown_containers_change_nothing(service: MasterDriver, machine: FakeMachine) -> None:

@@ -8,7 +8,7 @@ from ppaas.errors import Conflict, NotFound, Unavailable
 from ppaas.messages import encode
 from ppaas.messages.octomap_msgs import GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes
-from ppaas.messages.slam_toolbox import GetPoseGraphResponse
+from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
 
 AMCL = NodeHome("amcl", "robot", "robot", -1.0, ["a client requested this home"])
 
@@ -32,6 +32,18 @@ class FakeService:
 
     def place(self, key: str) -> FakePlace | None:
         return self.known if key == robot_key("ann", "tb1") else None
+
+
+async def test_a_page_of_a_joint_map_is_sent_to_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    service = FakeService()
+
+    async def call(called: str, payload: bytes, timeout: float) -> bytes:
+        assert (called, payload) == ("grid_slam/use_joint_map", encode(UseJointMapRequest(0, 3, "AAAA", ["tb2"])))
+        return encode(UseJointMapResponse(7))
+
+    monkeypatch.setattr(service.known, "call", call)
+    page = UseJointMapRequest(0, 3, "AAAA", ["tb2"])
+    assert (await RobotNodes(service).use_joint_map("ann", "tb1", page)).key_frames == 7  # type: ignore[arg-type]
 
 
 async def test_requests_are_sent_to_the_robots_node_monitor() -> None:

@@ -434,6 +434,25 @@ async def test_a_robot_keeps_its_place_although_the_map_that_it_continues_is_pub
     assert await sessions.join("ann", "tb1", as_robot=True) is not place
 
 
+async def test_a_robot_keeps_its_place_although_others_may_join_its_new_map_by_now(
+    service: MasterDriver, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    store.put_robot(records.robot("tb1", user="bob", map="new:office-2"))
+    place = await sessions.join("bob", "tb1", as_robot=True)
+    records.put_map(map_store, records.house("office-2", readers=("bob",)))
+    sessions.leave(place, as_robot=True)
+    assert await sessions.join("bob", "tb1", as_robot=True) is place
+    request = service.request_of(place.key)
+    assert request is not None and request.robot is not None
+    assert request.robot.map_owner == "bob"
+    sessions.leave(place, as_robot=True)
+    await service.close_place(place.key, Unavailable("gone"))
+    place = await sessions.join("bob", "tb1", as_robot=True)
+    request = service.request_of(place.key)
+    assert request is not None and request.robot is not None
+    assert request.robot.map_owner == "ann"
+
+
 def continuing(map_id: str) -> RobotRecord:
     """Return a robot that continues a map."""
     return records.robot("tb1", user="ann", map="new:office-2", parameters={"grid_slam": {"map_file_name": map_id}})

@@ -120,7 +120,7 @@ def test_own_key_frames_stay_one_chain_at_the_end(story):
 def test_scans_have_other_numbers_and_the_old_ones_are_known(story):
     for (own, _), (mapping, _), adoption in zip(story.before, story.after, story.adoptions, strict=True):
         np.testing.assert_array_equal(adoption.before, own.frames.scans)
-        of = {number: each for number, each in zip(mapping.frames.scans.tolist(), frame_ids(mapping), strict=True)}
+        of = dict(zip(mapping.frames.scans.tolist(), frame_ids(mapping), strict=True))
         assert [of[number] for number in adoption.after.tolist()] == frame_ids(own)
         assert (np.diff(adoption.after) > 0).all() or adoption.after[0] == 0
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ppaas.mapping.merging.united import frame_ids, united
+from ppaas.mapping.merging.united import frame_ids, frame_name, united
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
 from ppaas.planar_poses import compose, relative
 from tests.support.world.mapping_parts import beginning
@@ -83,3 +83,12 @@ def test_inputs_stay_unchanged(tour):
     np.testing.assert_array_equal(first.frames.poses, before[0])
     np.testing.assert_array_equal(second.frames.poses, before[1])
     assert second.graph.edge_count == before[2]
+
+
+def test_frame_is_named_by_the_first_key_frame_and_its_pose(tour):
+    name = frame_name(tour.frames)
+    assert name == frame_name(beginning(read(tour), 5).frames)
+    assert name != frame_name(moved(tour).frames)
+    other = beginning(tour, 1)
+    other.frames.points[0] += 0.1
+    assert name != frame_name(other.frames)
