@@ -152,6 +152,21 @@ class ScanTracker:
         self._pose, self._odometry = pose, odometry
         self._look_around()
 
+    def replace(self, frames: KeyFrames, kept: NDArray[np.bool_]) -> None:
+        """Go on with other key frames of the same map, of which some were removed.
+
+        Parameters
+        ----------
+        frames : KeyFrames
+            Those that are left, at their poses, and those that are not in ``kept``.
+        kept : (k,) bool array
+            Which of the first k key frames are left; the last one is.
+        """
+        frames.limit(self._parameters.max_key_frames)
+        self._loaded = int(kept[: self._loaded].sum())
+        self.key_frames = frames
+        self._look_around()
+
     def place(self, robot: Pose2D) -> None:
         """Search the next scan around a pose of the **robot** in the map frame."""
         if self._keeps:

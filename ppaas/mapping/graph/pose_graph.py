@@ -48,6 +48,11 @@ class Edges(NamedTuple):
         return _of_each(self, lambda array: array[first:])
 
 
+def join_edges(*parts: Edges) -> Edges:
+    """Return copies of sets of edges as one."""
+    return Edges(*map(np.concatenate, zip(*parts, strict=True)))
+
+
 _NO_EDGES = Edges(
     np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3, 3)), np.empty(0, np.uint8)
 )

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ppaas.errors import QuotaExceeded
 from ppaas.mapping.closures.agreement import CLOSING, GRADUATED, add_closure, divide
 from ppaas.mapping.closures.closing import ClosureSearch
 from ppaas.mapping.closures.closure import Closure, Searched
@@ -11,7 +10,7 @@ from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import PoseGraph
 from ppaas.mapping.graph.solver import GraphSolver
 from ppaas.mapping.key_frames import KeyFrames
-from ppaas.mapping.live.map_canvas import MapCanvas
+from ppaas.mapping.live.map_canvas import MapCanvas, drawn
 from ppaas.mapping.map_drawing import DrawingSettings
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.planar_poses import PoseArray
@@ -96,9 +95,4 @@ class ClosingWork:
         """Return the map at the corrected poses, of which this thread has a copy of its own."""
         frames = self.frames.snapshot()
         frames.poses[:] = poses
-        try:
-            canvas = MapCanvas(self.drawing, self.extent)
-            canvas.draw(frames, 0)
-        except QuotaExceeded:
-            return None
-        return canvas
+        return drawn(frames, self.drawing, self.extent)

@@ -8,18 +8,22 @@ from ppaas.mapping.closures.closing import ClosureSearch
 from ppaas.mapping.closures.closure import Closure
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submaps
-from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
+from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
 from ppaas.mapping.graph.solver import GraphSolver
 from ppaas.mapping.key_frame_graph import append_key_frame, append_placed
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
+from ppaas.mapping.lifelong.parameters import LifelongParameters
+from ppaas.mapping.lifelong.thinning import Chosen, Thinned, is_due, renumbered_closures
 from ppaas.mapping.live.closing_work import Closed, ClosingWork
 from ppaas.mapping.live.map_canvas import MapCanvas
+from ppaas.mapping.live.thinning_work import ThinnedMap, ThinningWork
 from ppaas.mapping.map_drawing import DEFAULTS, DrawingSettings
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.scan_tracker import ScanTracker, Tracked
 from ppaas.mapping.serialization.mapping import Mapping
+from ppaas.mapping.serialization.mapping_log import GrowingMapping, Rewritten
 from ppaas.mapping.serialization.row_selection import divided_edges
 
 FRONT_END, CLOSURES = SlamParameters(), ClosureParameters()
@@ -42,11 +46,15 @@ class LiveMapper:
         Of the search for loop closures; None to close no loops.
     drawing : DrawingSettings
         Of the map.
+    lifelong : LifelongParameters, optional
+        Of the thinning of the pose graph; None to keep every key frame.
 
     Attributes
     ----------
     graph : PoseGraph
         One node per key frame.
+    thinnings : int
+        Number of times that key frames or beams were removed.
     closed : int
         Number of closures in the graph.
     solves : int
@@ -59,15 +67,18 @@ class LiveMapper:
         parameters: SlamParameters = FRONT_END,
         closures: ClosureParameters | None = CLOSURES,
         drawing: DrawingSettings = DEFAULTS,
+        lifelong: LifelongParameters | None = None,
     ) -> None:
-        self.graph, self.closed, self.solves = PoseGraph(), 0, 0
+        self.graph, self.closed, self.solves, self.thinnings = PoseGraph(), 0, 0, 0
         self._tracker = ScanTracker(geometry, parameters)
         self._search, self._solver = ClosureSearch(closures), GraphSolver()
         self._closes, self._keeps = closures is not None, True
         self._fixed: KeyFrames | None = None
-        self._submaps = Submaps((closures or CLOSURES).submap_travel)
-        self._searched = 0
-        self._running: ClosingWork | None = None
+        self._travel = (closures or CLOSURES).submap_travel
+        self._submaps, self._searched = Submaps(self._travel), 0
+        self._lifelong, self._thinned_to = lifelong, 0
+        self._rewritten: Rewritten | None = None
+        self._running: ClosingWork | ThinningWork | None = None
         self._waiting: list[Closure] = []
         self._drawing, self._canvas, self._drawn = drawing, MapCanvas(drawing), 0
 
@@ -126,12 +137,22 @@ class LiveMapper:
     @property
     def searched(self) -> int:
         """Number of submaps whose closures were searched for."""
-        return self._searched - (self._running is not None)
+        return self._searched - isinstance(self._running, ClosingWork)
 
     @property
     def waiting(self) -> list[Closure]:
         """Closures that wait for others to agree with."""
         return list(self._waiting)
+
+    @property
+    def is_rewritten(self) -> bool:
+        """Whether parts of the map were removed since the last `growing`: its log has to begin again."""
+        return self._rewritten is not None
+
+    def growing(self) -> GrowingMapping:
+        """Return what a log writer reads. If the map is rewritten, another log has to begin with it."""
+        rewritten, self._rewritten = self._rewritten, None
+        return GrowingMapping(self.key_frames, self.graph, self.solves, self.waiting, rewritten)
 
     def mapping(self, laser_frame: str) -> Mapping:
         """Return the mapping as it is now, for another thread; without key frames that are not kept."""
@@ -180,27 +201,30 @@ class LiveMapper:
 
     def _take_over(self, mapping: Mapping) -> None:
         self.graph, self._waiting = mapping.graph, list(mapping.waiting)
-        edges, (steps, others) = mapping.graph.edges, divided_edges(mapping.graph)
+        others = self._divide()
+        self.closed, self._searched = int((others.kinds == EdgeKind.CLOSURE).sum()), len(self._submaps.finished)
+        self._thinned_to, self._rewritten = len(self.key_frames), None
+
+    def _divide(self) -> Edges:
+        """Divide the key frames into submaps, and return the edges that are not steps between successive ones."""
+        self._submaps = Submaps(self._travel)
+        edges, (steps, others) = self.graph.edges, divided_edges(self.graph)
         for edge in steps.tolist():
             if edge < 0:
                 self._submaps.finish()
             self._submaps.add(np.zeros(3) if edge < 0 else edges.measurements[edge])
-        self.closed, self._searched = int((others.kinds == EdgeKind.CLOSURE).sum()), len(self._submaps.finished)
+        return others
 
-    # -- closures ------------------------------------------------------------------------------------------------------
+    # -- work beside the scans -----------------------------------------------------------------------------------------
 
-    def next_work(self) -> ClosingWork | None:
-        """Return the next search for closures; None if one is running, or no submap is waiting."""
-        if not self._closes or self._running is not None or self._searched == len(self._submaps.finished):
-            return None
-        self._searched += 1
-        self._running = ClosingWork(
-            self.key_frames.snapshot(), self.graph.copy(), self._submaps.finished[: self._searched],
-            list(self._waiting), self._search, self._solver, self._drawing, self._canvas.extent,
-        )  # fmt: skip
-        return self._running
+    def next_work(self) -> ClosingWork | ThinningWork | None:
+        """Return the next search for closures, or else a thinning; None if work is running, or none is due."""
+        if self._running is None:
+            self._running = self._next_closing() or self._next_thinning()
+            return self._running
+        return None
 
-    def apply(self, closed: Closed | None) -> Pose2D | None:
+    def apply(self, result: Closed | ThinnedMap | None) -> Pose2D | None:
         """Apply the result of the work that `next_work` returned; None if it failed or was cancelled.
 
         Returns
@@ -209,8 +233,22 @@ class LiveMapper:
             Motion of the robot's pose in the map frame; None if no key frame has moved.
         """
         self._running = None
-        if closed is None:
+        if isinstance(result, ThinnedMap):
+            if result.thinned.changes:
+                self._thin(*result)
             return None
+        return None if result is None else self._close(result)
+
+    def _next_closing(self) -> ClosingWork | None:
+        if not self._closes or self._searched == len(self._submaps.finished):
+            return None
+        self._searched += 1
+        return ClosingWork(
+            self.key_frames.snapshot(), self.graph.copy(), self._submaps.finished[: self._searched],
+            list(self._waiting), self._search, self._solver, self._drawing, self._canvas.extent,
+        )  # fmt: skip
+
+    def _close(self, closed: Closed) -> Pose2D | None:
         self._waiting = closed.waiting[-WAITING:]
         if closed.poses is None:
             return None
@@ -224,6 +262,44 @@ class LiveMapper:
         if closed.canvas is not None:
             self._canvas, self._drawn = closed.canvas, len(closed.poses)
         return Pose2D(*self.key_frames.poses[-1].tolist()) @ before.inverse()
+
+    def _next_thinning(self) -> ThinningWork | None:
+        count, settings = len(self.key_frames), self._lifelong
+        if settings is None or not self._keeps or not is_due(count, self._thinned_to, settings):
+            return None
+        protected = np.zeros(count, np.bool_)
+        protected[self._searched_to if self._closes else count :] = True
+        for closure in self._waiting:
+            protected[closure.edges.first] = protected[closure.edges.second] = True
+        since, self._thinned_to = self._thinned_to, count
+        return ThinningWork(
+            self.key_frames.snapshot(), self.graph.copy(), Chosen(since, protected), settings, self._drawing,
+            self._canvas.extent,
+        )  # fmt: skip
+
+    @property
+    def _searched_to(self) -> int:
+        """Index of the first key frame whose closures were not searched for."""
+        return self._submaps.finished[self._searched - 1].end if self._searched else 0
+
+    def _thin(self, thinned: Thinned, canvas: MapCanvas | None) -> None:
+        """Take over what thinning left, with the key frames that came meanwhile."""
+        graph = thinned.with_later_nodes(self.graph)
+        if graph is None:
+            self._thinned_to = 0
+            return
+        kept = thinned.kept
+        searched_to, self._drawn = (int(kept[:end].sum()) for end in (self._searched_to, self._drawn))
+        self._tracker.replace(thinned.with_later_frames(self.key_frames), kept)
+        self.graph, self._waiting = graph, renumbered_closures(self._waiting, kept)
+        others = self._divide()
+        self.closed = int((others.kinds == EdgeKind.CLOSURE).sum())
+        self._searched = sum(submap.end <= searched_to for submap in self._submaps.finished)
+        self._thinned_to = int(kept.sum())
+        self.thinnings += 1
+        self._rewritten = thinned.rewritten(self.solves)
+        if canvas is not None:
+            self._canvas, self._drawn = canvas, self._thinned_to
 
     # -- map -----------------------------------------------------------------------------------------------------------
 

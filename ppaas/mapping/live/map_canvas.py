@@ -113,3 +113,21 @@ class MapCanvas:
         if self.extent is not None:
             grown[self.extent.moved(-extent.row, -extent.column).slices] = array
         return grown
+
+
+def drawn(frames: KeyFrames, settings: DrawingSettings, extent: Rectangle | None) -> MapCanvas | None:
+    """Return the map of key frames; None if it would be too large.
+
+    Parameters
+    ----------
+    frames : KeyFrames
+    settings : DrawingSettings
+    extent : Rectangle or None
+        Least extent, in cells from the origin of the map frame.
+    """
+    try:
+        canvas = MapCanvas(settings, extent)
+        canvas.draw(frames, 0)
+    except QuotaExceeded:
+        return None
+    return canvas

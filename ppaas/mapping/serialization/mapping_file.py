@@ -8,17 +8,13 @@ from ppaas.errors import InvalidGraph
 from ppaas.mapping.serialization.mapping import Mapping, pack_laser
 from ppaas.mapping.serialization.rebuilding import MOST_BYTES, Rebuilding
 from ppaas.mapping.serialization.records import RecordKind, pack_record, unpack_records
-from ppaas.mapping.serialization.row_selection import divided_edges, frame_rows
-from ppaas.mapping.serialization.rows import pack_edges, pack_frames
+from ppaas.mapping.serialization.row_selection import packed_rows
 
 MAGIC = b"PPaaS posegraph "
 """First bytes of a file, before the number of its format."""
 
 FORMAT = 1
 """Number of the format."""
-
-CHUNK = 256
-"""Number of key frames of a record."""
 
 _START = struct.Struct(f"<{len(MAGIC)}sI")
 
@@ -91,12 +87,7 @@ def _pieces(mapping: Mapping) -> Iterator[bytes]:
     """Yield the bytes of a file but its last record."""
     yield _START.pack(MAGIC, FORMAT)
     yield pack_laser(mapping.frames.geometry, mapping.laser_frame)
-    steps, others = divided_edges(mapping.graph)
-    for first in range(0, len(mapping.frames), CHUNK):
-        rows = frame_rows(mapping.frames, mapping.graph, steps, first, min(first + CHUNK, len(mapping.frames)))
-        yield pack_record(RecordKind.FRAMES, pack_frames(rows))
-    if len(others.first):
-        yield pack_record(RecordKind.EDGES, pack_edges(others))
+    yield from packed_rows(mapping.frames, mapping.graph)
 
 
 def _check_start(view: memoryview) -> None:

@@ -26,6 +26,25 @@ MOST_FRAMES = 512
 """Largest number of key frames that are written at once: those of a map that was loaded come in parts."""
 
 
+class Rewritten(NamedTuple):
+    """Mapping of which parts were removed: its log begins again.
+
+    Parameters
+    ----------
+    rows : bytes
+        Records of its key frames and edges, see `packed_rows`; the poses are those after ``solves`` solves.
+    frames, edges, others : int
+        Numbers of the key frames, of all edges, and of those that are not steps between successive key frames.
+    solves : int
+    """
+
+    rows: bytes
+    frames: int
+    edges: int
+    others: int
+    solves: int
+
+
 class GrowingMapping(NamedTuple):
     """Parts of a mapper that a log writer reads.
 
@@ -37,12 +56,15 @@ class GrowingMapping(NamedTuple):
     solves : int
         Number of solves that moved key frames.
     waiting : list of Closure
+    rewritten : Rewritten, optional
+        Beginning of the mapping since which key frames and edges were only appended; for a log that begins.
     """
 
     frames: KeyFrames
     graph: PoseGraph
     solves: int
     waiting: list[Closure]
+    rewritten: Rewritten | None = None
 
 
 class LogWriter:
@@ -90,13 +112,21 @@ class LogWriter:
             RecordKind.POSES: writer._poses, RecordKind.WAITING: writer._waiting,
         }  # fmt: skip
         for entry in entries:
-            _, record = next(unpack_records(entry.data))
-            if record.kind == RecordKind.FRAMES and (rows := row_range(record.payload))[1] >= FOLD:
-                writer._folded_frames = sum(rows)
+            (_, record), *rows = unpack_records(entry.data)
+            if rows:  # an entry with a whole mapping
+                ends = {row.kind: sum(row_range(row.payload)) for _, row in rows}
+                writer._folded_frames = ends[RecordKind.FRAMES]
+                writer._folded_edges = ends.get(RecordKind.EDGES, 0)
+            elif record.kind == RecordKind.FRAMES and (range_ := row_range(record.payload))[1] >= FOLD:
+                writer._folded_frames = sum(range_)
                 writer._small_frames.clear()
             elif record.kind in numbers:
                 numbers[record.kind].append(entry.number)
         return writer
+
+    def restarted(self, obsolete: Iterable[int]) -> "LogWriter":
+        """Return a writer of another log of the mapping, which makes the entries of this one obsolete."""
+        return LogWriter(self._laser_frame, self._number, obsolete)
 
     @property
     def number(self) -> int:
@@ -107,8 +137,7 @@ class LogWriter:
         """Return the change since the last call; None if there is none. There must be a key frame."""
         entries: list[LogEntry] = []
         if not self._begun:
-            self._append(entries, pack_laser(growing.frames.geometry, self._laser_frame))
-            self._begun = True
+            self._begin(entries, growing)
         count, solves = min(len(growing.frames), self._frames + MOST_FRAMES), growing.solves
         if count > self._frames or growing.graph.edge_count > self._edges:
             self._write_rows(entries, growing, count)
@@ -122,6 +151,18 @@ class LogWriter:
         self._frames, self._solves = count, solves
         obsolete, self._obsolete = self._obsolete, []
         return LogChange(entries, obsolete) if entries else None
+
+    def _begin(self, entries: list[LogEntry], growing: GrowingMapping) -> None:
+        """Write the laser. A mapping of which parts were removed follows in the same entry: a log has all, or none."""
+        self._begun, laser = True, pack_laser(growing.frames.geometry, self._laser_frame)
+        rewritten = growing.rewritten
+        if rewritten is None:
+            self._append(entries, laser)
+            return
+        self._append(entries, laser + rewritten.rows)
+        self._frames = self._folded_frames = rewritten.frames
+        self._others = self._folded_edges = rewritten.others
+        self._edges, self._solves = rewritten.edges, rewritten.solves
 
     def _write_rows(self, entries: list[LogEntry], growing: GrowingMapping, end: int) -> None:
         """Write the key frames before ``end``, and the other edges if these are all."""

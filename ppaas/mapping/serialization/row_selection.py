@@ -1,12 +1,18 @@
 """Row selection: the rows of key frames and edges that a mapping consists of."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.scan_points import ScanPoints
-from ppaas.mapping.serialization.rows import FrameRows
+from ppaas.mapping.serialization.records import RecordKind, pack_record
+from ppaas.mapping.serialization.rows import FrameRows, pack_edges, pack_frames
+
+CHUNK = 256
+"""Number of key frames of a record."""
 
 
 def divided_edges(graph: PoseGraph) -> tuple[NDArray[np.int64], Edges]:
@@ -40,3 +46,13 @@ def frame_rows(frames: KeyFrames, graph: PoseGraph, steps: NDArray[np.int64], fi
         first, frames.poses[part], frames.information[part], frames.scans[part],
         stepped, measurements, information, scans,
     )  # fmt: skip
+
+
+def packed_rows(frames: KeyFrames, graph: PoseGraph) -> Iterator[bytes]:
+    """Yield the records of all key frames, then that of all other edges if there are any."""
+    steps, others = divided_edges(graph)
+    for first in range(0, len(frames), CHUNK):
+        rows = frame_rows(frames, graph, steps, first, min(first + CHUNK, len(frames)))
+        yield pack_record(RecordKind.FRAMES, pack_frames(rows))
+    if len(others.first):
+        yield pack_record(RecordKind.EDGES, pack_edges(others))

@@ -11,12 +11,14 @@ from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
 from ppaas.mapping.graph.solver import Robust
 from ppaas.mapping.laser_geometry import LaserGeometry
+from ppaas.mapping.lifelong.parameters import LifelongParameters
 from ppaas.mapping.live import closing_work
 from ppaas.mapping.live.closing_work import Closed
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import prepare
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
+from ppaas.mapping.serialization.mapping_log import LogWriter, read_log
 from tests.support.world.room_scans import LASER, scan_at
 
 GEOMETRY = LaserGeometry(-1.5, 0.1, 31)
@@ -186,6 +188,69 @@ def test_a_scan_that_fits_nowhere_near_changes_nothing(room):
     assert len(continued.key_frames) == 20
     continued.place(tour(3))
     assert continued.add(scan_at(tour(3)), Pose2D(0.0, 0.0, 0.0)).is_key
+
+
+def round_trips(mapper: LiveMapper, laps: int) -> None:
+    """Drive round a circle of 1 m; thin when it is due."""
+    begin = len(mapper.key_frames) and int(mapper.key_frames.scans[-1]) + 1
+    for k in range(begin, begin + 30 * laps):
+        angle = 2.0 * np.pi * k / 30
+        pose = Pose2D(np.cos(angle), np.sin(angle) - 1.0, (angle + np.pi / 2.0 + np.pi) % (2.0 * np.pi) - np.pi)
+        mapper.add(scan_at(pose, noise=0.01, seed=k), pose)
+        while (work := mapper.next_work()) is not None:
+            assert mapper.apply(work(never)) is None
+
+
+LIFELONG = LifelongParameters(pass_distance=4.0, least_new_frames=20)
+
+
+def test_a_lifelong_map_stops_growing_and_stays_whole():
+    mapper = LiveMapper(LASER, closures=None, lifelong=LIFELONG)
+    round_trips(mapper, 6)
+    count, thinnings = len(mapper.key_frames), mapper.thinnings
+    assert thinnings >= 2
+    assert count < 150
+    round_trips(mapper, 4)
+    assert len(mapper.key_frames) <= count + 40
+    assert mapper.graph.node_count == len(mapper.key_frames)
+    np.testing.assert_array_equal(mapper.graph.poses, mapper.key_frames.poses)
+    read = unpack_mapping(b"".join(pack_mapping(mapper.mapping("laser"))))
+    assert len(read.frames) == len(mapper.key_frames)
+    resumed = LiveMapper(LASER, closures=None)
+    resumed.resume(read, mapper.pose, mapper.odometry, mapper.searched)
+    assert resumed._submaps.finished == mapper._submaps.finished
+    np.testing.assert_array_equal(resumed.draw().cells.shape, mapper.draw().cells.shape)
+
+
+def test_a_thinned_map_is_told_once_to_a_new_log():
+    mapper = LiveMapper(LASER, closures=None, lifelong=LIFELONG)
+    round_trips(mapper, 6)
+    assert mapper.is_rewritten
+    growing = mapper.growing()
+    change = LogWriter("laser", 7, [1, 2]).write(growing)
+    assert change.obsolete == [1, 2]
+    read = read_log(change.entries)
+    np.testing.assert_array_equal(read.frames.scans, mapper.key_frames.scans)
+    np.testing.assert_array_equal(read.frames.poses, mapper.key_frames.poses)
+    assert not mapper.is_rewritten and mapper.growing().rewritten is None
+
+
+def test_thinning_during_which_the_robot_was_placed_on_a_removed_key_frame_is_given_up():
+    mapper = LiveMapper(LASER, closures=None, lifelong=LifelongParameters(pass_distance=4.0, least_new_frames=150))
+    round_trips(mapper, 4)
+    for k in range(120, 150):
+        angle = 2.0 * np.pi * k / 30
+        pose = Pose2D(np.cos(angle), np.sin(angle) - 1.0, (angle + np.pi / 2.0 + np.pi) % (2.0 * np.pi) - np.pi)
+        mapper.add(scan_at(pose, noise=0.01, seed=k), pose)
+    work = mapper.next_work()
+    found = work(never)
+    removed = int(np.flatnonzero(~found.thinned.kept)[0])
+    mapper.graph.add_node(mapper.graph.poses[-1])
+    mapper.graph.add_edge(removed, mapper.graph.node_count - 1, (0.1, 0.0, 0.0), np.eye(3), EdgeKind.ODOMETRY)
+    count = len(mapper.key_frames)
+    mapper.apply(found)
+    assert (len(mapper.key_frames), mapper.thinnings) == (count, 0)
+    assert mapper.next_work() is not None
 
 
 @pytest.mark.parametrize(("wide", "method"), [(False, Robust.SCALING), (True, Robust.GRADUATED)])

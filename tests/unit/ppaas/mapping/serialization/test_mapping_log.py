@@ -9,7 +9,8 @@ from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import EdgeKind
 from ppaas.mapping.serialization import mapping_log
 from ppaas.mapping.serialization.mapping_file import pack_mapping
-from ppaas.mapping.serialization.mapping_log import GrowingMapping, LogWriter, read_log
+from ppaas.mapping.serialization.mapping_log import GrowingMapping, LogWriter, Rewritten, read_log
+from ppaas.mapping.serialization.row_selection import packed_rows
 from tests.support.world.mappings import extend_tour, room_mapping
 
 
@@ -179,3 +180,28 @@ def test_a_log_that_lacks_an_entry_is_refused(log):
         log.read()
     with pytest.raises(InvalidGraph, match="no key frame"):
         read_log([])
+
+
+def test_a_rewritten_mapping_is_one_entry_that_a_log_continues(log):
+    log.grow(30, closures=3, solves=1)
+    log.write()
+    frames, graph = log.mapping.frames, log.mapping.graph
+    others = graph.edge_count - len(frames) + 1
+    rows = b"".join(packed_rows(frames, graph))
+    rewritten = Rewritten(rows, len(frames), graph.edge_count, others, log.solves)
+    log.grow(2, closures=1)
+    log.writer = log.writer.restarted(sorted(log.entries))
+    log.keep(log.writer.write(GrowingMapping(frames, graph, log.solves, log.waiting, rewritten)))
+    assert len(log.entries) == 3
+    log.assert_is_whole()
+    for _ in range(20):
+        log.writer = LogWriter.resumed(
+            [LogEntry(number, log.entries[number]) for number in sorted(log.entries)], log.read()
+        )
+        log.solves = 0
+        log.grow(1, closures=1)
+        log.write()
+        log.assert_is_whole()
+    assert len(log.entries) <= 1 + 20 // 8 + 8 + 9 + 2
+    first, *_ = (LogEntry(number, log.entries[number]) for number in sorted(log.entries))
+    assert len(read_log([first]).frames) == 30
