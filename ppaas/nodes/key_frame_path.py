@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
@@ -63,7 +64,19 @@ class KeyFramePublisher:
             del self._stamps[-1], self._numbers[-1]
         self._numbers.append(int(key_frames.scans[-1]))
         self._stamps.append(stamp)
+        if len(self._numbers) > 2 * len(key_frames):  # most of them were removed from the map
+            self.renumber(key_frames.scans, key_frames.scans)
         self.publish(key_frames)
+
+    def renumber(self, before: NDArray[np.int64], after: NDArray[np.int64]) -> None:
+        """Note that scans (k,) have other numbers now; the times of all others are forgotten."""
+        numbers = dict(zip(before.tolist(), after.tolist(), strict=True))
+        kept = [
+            (numbers[number], stamp)
+            for number, stamp in zip(self._numbers, self._stamps, strict=True)
+            if number in numbers
+        ]
+        self._numbers, self._stamps = [number for number, _ in kept], [stamp for _, stamp in kept]
 
     def publish(self, key_frames: KeyFrames) -> None:
         """Publish the poses of the robot at the key frames whose times are known."""

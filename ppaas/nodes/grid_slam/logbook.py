@@ -58,6 +58,7 @@ class Logbook:
         self._numbers: set[int] = set()
         self._written = self._next = 0
         self._ended = False
+        self._replacement: LogChange | None = None
 
     def head(self, mapper: LiveMapper, correction: Pose2D, *, paused: bool, shared: bool = False) -> Head:
         """Return the head of a map that has a key frame, and of the pose of the odometry frame in it."""
@@ -69,7 +70,7 @@ class Logbook:
 
     def has_change(self, mapper: LiveMapper) -> bool:
         """Return whether there are key frames that are not in the log."""
-        return len(mapper.key_frames) > self._written
+        return self._replacement is not None or len(mapper.key_frames) > self._written
 
     def begin(self, laser_frame: str) -> None:
         """Begin the log of another map."""
@@ -100,6 +101,9 @@ class Logbook:
             return None
         self._written = len(mapper.key_frames)
         change = self._writer.write(GrowingMapping(mapper.key_frames, mapper.graph, mapper.solves, mapper.waiting))
+        first, self._replacement = self._replacement, None
+        if first is not None:
+            change = first if change is None else first.then(change)
         if change is not None:
             self._numbers |= {entry.number for entry in change.entries}
             self._numbers -= set(change.obsolete)
@@ -109,6 +113,26 @@ class Logbook:
         """Return a change that replaces all entries."""
         self.begin(laser_frame)
         return self.change(mapper)
+
+    @property
+    def number(self) -> int:
+        """Number of the next entry."""
+        return self._next if self._writer is None else self._writer.number
+
+    def replace(self, writer: LogWriter, change: LogChange, written: int) -> None:
+        """Go on with another log of the same map, at once.
+
+        Parameters
+        ----------
+        writer : LogWriter
+            Of the other log.
+        change : LogChange
+            All its entries, with numbers above those of this one.
+        written : int
+            Number of key frames in it.
+        """
+        self._replacement = LogChange(change.entries, [*change.obsolete, *sorted(self._numbers)])
+        self._writer, self._written = writer, written
 
     def take_over(self, entries: Iterable[LogEntry]) -> None:
         """Take over the entries that are stored. Unless they are continued, the next log makes them obsolete."""
@@ -123,7 +147,7 @@ class Logbook:
     def _end_writer(self) -> None:
         if self._writer is not None:
             self._next = self._writer.number
-        self._writer, self._written = None, 0
+        self._writer, self._written, self._replacement = None, 0, None
 
 
 def _triple(pose: Pose2D) -> Triple:

@@ -10,9 +10,13 @@ import msgspec
 from ppaas.change_log import LogChange, LogEntry
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
+from ppaas.mapping.live.joint_mapper import JointMapper
 from ppaas.mapping.live.live_mapper import LiveMapper
+from ppaas.mapping.merging.united import frame_name
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.nodes.base import Context, Node
+from ppaas.nodes.frames import MAP
+from ppaas.nodes.grid_slam.joint_maps import Current
 from ppaas.nodes.grid_slam.laser import MappingLaser
 from ppaas.nodes.grid_slam.logbook import Head, Located, Logbook
 from ppaas.nodes.grid_slam.map_jobs import MapJobs
@@ -48,7 +52,7 @@ class LoggedMapNode(Node):
 
     def _new_mapper(self, laser: MappingLaser) -> LiveMapper:
         parameters = self._parameters
-        return LiveMapper(laser.geometry, self._front_end, parameters.closures(), parameters.drawing())
+        return JointMapper(laser.geometry, self._front_end, parameters.closures(), parameters.drawing())
 
     def _mapping(self) -> Mapping:
         """Return the mapping as it is now; raises ``Unavailable`` if there is none yet."""
@@ -137,6 +141,17 @@ class LoggedMapNode(Node):
             self._map_to_odom = mapper.pose @ laser.geometry.mount.inverse() @ mapper.odometry.inverse()
             self._restored(mapper, shared=isinstance(self._head, Head) and self._head.shared)
         self._ready()
+
+    def _frame_name(self, mapper: LiveMapper) -> str:
+        """Return the name of the map frame for other robots that know it."""
+        return MAP if self._parameters.map_file_name else frame_name(mapper.key_frames)
+
+    def _joinable(self) -> Current | None:
+        """Return the map if it may become a part of a joint one."""
+        mapper, laser = self._growing, self._laser
+        if self._parameters.mode != "mapping" or laser is None or not isinstance(mapper, JointMapper):
+            return None
+        return Current(mapper, laser.frame, self._front_end.max_key_frames)
 
     def _is_shared(self, _mapper: LiveMapper) -> bool:
         """Return whether a map is in a frame that other robots know."""

@@ -7,17 +7,25 @@ from typing import ClassVar, NamedTuple
 
 from ppaas.errors import PPaaSError, TransformError
 from ppaas.geometry import Pose2D
+from ppaas.mapping.live.joint_mapper import Adoption
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from ppaas.messages.message import Empty, Message
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.slam_toolbox import Clear, DeserializePoseGraphRequest, Pause, PauseResponse
+from ppaas.messages.slam_toolbox import (
+    Clear,
+    DeserializePoseGraphRequest,
+    Pause,
+    PauseResponse,
+    UseJointMapRequest,
+)
 from ppaas.messages.std_msgs import Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Demands, Payload, Reply, Service, Topic
 from ppaas.nodes.frames import MAP, FrameListener
 from ppaas.nodes.grid_slam.closure_jobs import ClosureJobs
+from ppaas.nodes.grid_slam.joint_maps import USE_JOINT_MAP, JointMaps
 from ppaas.nodes.grid_slam.laser import MappingLaser
 from ppaas.nodes.grid_slam.logged_map import LoggedMapNode
 from ppaas.nodes.grid_slam.map_services import DYNAMIC_MAP, SAVE_MAP, MapSaver, MapServices
@@ -99,7 +107,7 @@ class GridSlamNode(LoggedMapNode):
         topics.TF, topics.MAP, topics.MAP_METADATA, topics.MAP_UPDATES, topics.SLAM_POSE, topics.AMCL_POSE,
         topics.ENTROPY, topics.GRID_SLAM_STATUS, topics.KEY_FRAMES, topics.SHARED_POSE,
     )  # fmt: skip
-    services: ClassVar[tuple[Service, ...]] = (*MAP_SERVICES, CLEAR, PAUSE, *GRAPH_SERVICES)
+    services: ClassVar[tuple[Service, ...]] = (*MAP_SERVICES, CLEAR, PAUSE, *GRAPH_SERVICES, USE_JOINT_MAP)
 
     def __init__(
         self,
@@ -119,6 +127,7 @@ class GridSlamNode(LoggedMapNode):
         self._key_frames, self._others = KeyFramePublisher(context), OtherRobots()
         self._closures = ClosureJobs(context, lambda: self._mapper, self._on_moved)
         self._graphs = PoseGraphServices(context, graphs, parameters.drawing())
+        self._joint_maps = JointMaps(context, self._joinable, self._logbook, self._on_joined)
         self._loads = bool(parameters.map_file_name) and graphs.load is not None  # otherwise it comes with the log
 
     def start(self) -> None:
@@ -192,6 +201,9 @@ class GridSlamNode(LoggedMapNode):
             self._continue(self._graphs.requested(request), reply)
         elif service in (SERIALIZE.name, POSE_GRAPH.name):
             self._graphs.answer(request, self._mapping(), reply)
+        elif service == USE_JOINT_MAP.name:
+            assert isinstance(request, UseJointMapRequest)
+            self._joint_maps.receive(request, reply)
         else:
             self._paused = not self._paused
             reply(PauseResponse(self._paused))
@@ -256,7 +268,8 @@ class GridSlamNode(LoggedMapNode):
         tracked = mapper.add(points, odom)
         robot = tracked.pose @ laser.geometry.mount.inverse()
         self._map_to_odom = robot @ odom.inverse()
-        self._poses.publish(tracked, robot, moment, shared=self._others.are_in(mapper.key_frames))
+        shared = self._others.frame if self._others.are_in(mapper.key_frames) else None
+        self._poses.publish(tracked, robot, moment, shared=shared)
         if tracked.is_key:
             self._key_frames.add(mapper.key_frames, stamp)
             self._closures.start()
@@ -307,7 +320,7 @@ class GridSlamNode(LoggedMapNode):
 
     def _restored(self, mapper: LiveMapper, *, shared: bool) -> None:
         if shared:
-            self._others.use_frame_of(mapper.key_frames)
+            self._others.use_frame_of(mapper.key_frames, self._frame_name(mapper))
 
     def _ready(self) -> None:
         self._publish_map()
@@ -340,6 +353,17 @@ class GridSlamNode(LoggedMapNode):
         self._laser, self._mapper = loaded
         if loaded.mapper.keeps:
             self._logbook.begin(loaded.laser.frame)
+
+    def _on_joined(self, adoption: Adoption, text: str) -> None:
+        """Go on in the frame of a joint map: pose, map and key frames move at once, and goals with the key frames."""
+        mapper = self._mapper
+        assert mapper is not None
+        self._key_frames.renumber(adoption.before, adoption.after)
+        self._others.use_frame_of(mapper.key_frames, self._frame_name(mapper))
+        self._on_moved(adoption.motion)
+        self._closures.start()
+        if text:
+            self._status.report(text)
 
     def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
         """Search the next scan around a pose; without effect before there is a map."""

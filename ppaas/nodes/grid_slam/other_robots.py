@@ -1,4 +1,4 @@
-"""Other robots in the frame of a published map that is continued: they are not mapped."""
+"""Other robots in the frame of a published map that is continued, or of a joint map: they are not mapped."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from ppaas.mapping.scan_cutting import without_discs
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.nodes.base import Payload
+from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import expect
 from ppaas.nodes.other_robots import OTHERS_FRESH, others_of
 
@@ -21,18 +22,26 @@ SAME = 1e-6
 
 
 class OtherRobots:
-    """Positions of other robots. They hold only while the map has the first key frame of the published one.
+    """Positions of other robots. They hold only while the map has the first key frame of the map in common.
 
     A robot that starts a map of its own, by ``clear`` or another pose graph, is in a frame that the others do not know.
+
+    Attributes
+    ----------
+    frame : str
+        Name of the frame for the other robots: ``map`` on a published map, or that of a joint map.
     """
 
     def __init__(self) -> None:
+        self.frame = MAP
         self._heard: tuple[float, tuple[MovingObstacle, ...]] = float("-inf"), ()
         self._first: tuple[NDArray[np.float32], NDArray[np.float64]] | None = None
 
-    def use_frame_of(self, published: KeyFrames) -> None:
-        """Compare maps with this one from now on."""
-        self._first = published.points[0].copy(), published.poses[0].copy()
+    def use_frame_of(self, common: KeyFrames, frame: str = MAP) -> None:
+        """Compare maps with this one from now on; positions that were heard before are forgotten."""
+        self._first = common.points[0].copy(), common.poses[0].copy()
+        if frame != self.frame:
+            self.frame, self._heard = frame, (float("-inf"), ())
 
     def are_in(self, frames: KeyFrames) -> bool:
         """Return whether the poses of other robots are in the frame of a map."""

@@ -1,5 +1,7 @@
 """Publisher of where a robot is in its map: its pose, the entropy of the pose, and the transform of odometry."""
 
+import msgspec
+
 from ppaas.geometry import Pose2D
 from ppaas.mapping.scan_tracker import Tracked
 from ppaas.messages.std_msgs import Float64, Time
@@ -28,7 +30,7 @@ class PosePublisher:
     def __init__(self, context: Context, frames: FrameListener, parameters: GridSlamParameters) -> None:
         self._context, self._frames, self._parameters = context, frames, parameters
 
-    def publish(self, tracked: Tracked, robot: Pose2D, stamp: Time, *, shared: bool) -> None:
+    def publish(self, tracked: Tracked, robot: Pose2D, stamp: Time, *, shared: str | None) -> None:
         """Publish the pose of the robot at a tracked scan, and its entropy.
 
         Parameters
@@ -38,13 +40,16 @@ class PosePublisher:
             In the map frame.
         stamp : Time
             Stamp of the scan.
-        shared : bool
-            Whether the other robots know the map frame, so that the pose is for them too.
+        shared : str, optional
+            Name of the map frame for the other robots, if they know it, so that the pose is for them too.
         """
         covariance = tracked_covariance(tracked, robot)
         pose = pose_message(robot, covariance, stamp)
-        for topic in (topics.SLAM_POSE, topics.AMCL_POSE, *((topics.SHARED_POSE,) if shared else ())):
+        for topic in (topics.SLAM_POSE, topics.AMCL_POSE):
             self._context.publish(topic.name, pose)
+        if shared is not None:
+            header = msgspec.structs.replace(pose.header, frame_id=shared)
+            self._context.publish(topics.SHARED_POSE.name, msgspec.structs.replace(pose, header=header))
         self._context.publish(topics.ENTROPY.name, Float64(entropy_of(covariance)))
 
     def publish_transform(self, map_to_odom: Pose2D, stamp: float) -> None:

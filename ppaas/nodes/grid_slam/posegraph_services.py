@@ -7,6 +7,7 @@ from ppaas.errors import InvalidInput, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.mapping.graph.pose_graph import EdgeKind
 from ppaas.mapping.map_drawing import DrawingSettings
+from ppaas.mapping.merging.united import frame_name
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.mapping_file import unpack_mapping
 from ppaas.messages.message import Message
@@ -147,4 +148,6 @@ class PoseGraphServices:
 
     def _numbers(self, mapping: Mapping) -> GetPoseGraphResponse:
         closures = int((mapping.graph.edges.kinds == EdgeKind.CLOSURE).sum())
-        return GetPoseGraphResponse("", 0, len(mapping.frames), mapping.graph.edge_count, closures, *self._drawing)
+        scans, frame = int(mapping.frames.scans[-1]) + 1, frame_name(mapping.frames)
+        counts = len(mapping.frames), mapping.graph.edge_count, closures
+        return GetPoseGraphResponse("", 0, *counts, *self._drawing, scans, frame)

@@ -1,0 +1,209 @@
+"""Joint maps: a robot that maps goes on with the map of several robots, which comes page by page by a service."""
+
+import base64
+import binascii
+import logging
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+from ppaas.change_log import LogChange
+from ppaas.errors import InvalidInput, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.geometry import Pose2D
+from ppaas.mapping.live.adoption import Adopted, AdoptionWork
+from ppaas.mapping.live.joint_mapper import Adoption, JointMapper
+from ppaas.mapping.serialization.mapping_log import GrowingMapping, LogWriter
+from ppaas.messages.geometry_msgs import Pose2D as Pose2DMessage
+from ppaas.messages.slam_toolbox import UseJointMap, UseJointMapRequest, UseJointMapResponse
+from ppaas.nodes.base import Context, Reply, Service, Timer
+from ppaas.nodes.grid_slam.logbook import Logbook
+from ppaas.nodes.jobs import LongWork
+
+logger = logging.getLogger(__name__)
+
+USE_JOINT_MAP = Service("grid_slam/use_joint_map", UseJointMap)
+
+MOST_BYTES = 1 << 28
+"""Largest joint map [bytes]."""
+
+RETRY = 0.1
+"""Time after which a joint map is tried again that came while loops were closed [s]."""
+
+STAYS = 0.5
+"""Motion of the robot's pose up to which the map frame is the same, apart from corrections [m, rad]."""
+
+RESERVED = 1 << 16
+"""Numbers of log entries that are left for what is mapped while a joint map is made the robot's own."""
+
+
+class Current(NamedTuple):
+    """Map that a robot makes.
+
+    Parameters
+    ----------
+    mapper : JointMapper
+    laser_frame : str
+    most : int
+        Largest number of key frames.
+    """
+
+    mapper: JointMapper
+    laser_frame: str
+    most: int
+
+
+class Prepared(NamedTuple):
+    """Joint map that a robot goes on with, and its log.
+
+    Parameters
+    ----------
+    adopted : Adopted
+    writer : LogWriter
+        Of the log, which has all key frames of ``adopted``.
+    change : LogChange
+        The log so far.
+    """
+
+    adopted: Adopted
+    writer: LogWriter
+    change: LogChange
+
+
+class _Waiting(NamedTuple):
+    """Joint map that waits until other work on the map is done."""
+
+    file: bytes
+    current: Current
+    reply: Reply
+    robots: list[str]
+
+
+class JointMaps:
+    """Receives joint maps, and makes them those of a mapper in jobs: no scan waits for it.
+
+    Parameters
+    ----------
+    context : Context
+        Of the node.
+    current : callable
+        Returns the map that grows; None if there is none.
+    logbook : Logbook
+        Log of the map.
+    on_adopted : callable
+        Called with what has changed, and a status text if other robots than before are in the joint map.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        current: Callable[[], Current | None],
+        logbook: Logbook,
+        on_adopted: Callable[[Adoption, str], None],
+    ) -> None:
+        self._context, self._current, self._logbook, self._on_adopted = context, current, logbook, on_adopted
+        self._file, self._robots = bytearray(), list[str]()
+        self._waiting: _Waiting | None = None
+        self._timer: Timer | None = None
+
+    def receive(self, request: UseJointMapRequest, reply: Reply) -> None:
+        """Take a page; after the last one reply when the robot goes on with the map.
+
+        Raises
+        ------
+        InvalidInput
+            It is not the next page of a file.
+        QuotaExceeded
+            The file is too large.
+        Unavailable
+            The robot has no map that grows, or has another joint map in work.
+        """
+        if request.offset == 0:
+            self._file.clear()
+        _check_page(request, len(self._file))
+        try:
+            self._file += base64.b64decode(request.data, validate=True)
+        except binascii.Error as error:
+            raise InvalidInput(f"the page of the joint map is not base64: {error}") from error
+        if len(self._file) < request.size:
+            reply(UseJointMapResponse())
+            return
+        file, current = bytes(self._file), self._current()
+        self._file.clear()
+        if current is None:
+            raise Unavailable("the robot has no map that grows yet: it cannot go on with a joint one")
+        if self._timer is not None or self._waiting is not None:
+            raise Unavailable("the robot is taking over a joint map just now: send this one later")
+        self._waiting = _Waiting(file, current, reply, request.robots)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Start the job, or try again as soon as no other work on the map is running."""
+        waiting = self._waiting
+        assert waiting is not None
+        file, current = waiting.file, waiting.current
+        work = current.mapper.adoption(file, current.laser_frame, current.most)
+        if work is None:
+            self._timer = self._timer or self._context.every(RETRY, self._begin)
+            return
+        self._stop_timer()
+        number, solves = self._logbook.number + RESERVED, current.mapper.solves
+        self._context.start(LongWork(partial(_prepared, work, number, solves)), self._finish)
+
+    def _finish(self, prepared: Prepared | PPaaSError) -> None:
+        waiting, self._waiting = self._waiting, None
+        assert waiting is not None
+        mapper, now = waiting.current.mapper, self._current()
+        if now is None or now.mapper is not mapper:
+            prepared = Unavailable("the map of the robot was cleared or replaced meanwhile")
+        adoption = None
+        try:
+            adoption = mapper.adopt(None if isinstance(prepared, PPaaSError) else prepared.adopted)
+        except PPaaSError as error:
+            prepared = error
+        if isinstance(prepared, PPaaSError) or adoption is None:
+            logger.warning("the robot keeps its own map: %s", prepared)
+            waiting.reply(
+                prepared if isinstance(prepared, PPaaSError) else Unavailable("there was nothing to take over")
+            )
+            return
+        self._logbook.replace(prepared.writer, prepared.change, len(prepared.adopted.mapping.frames))
+        robots, self._robots = self._robots, waiting.robots
+        motion = adoption.motion
+        self._on_adopted(adoption, _text(waiting.robots, motion) if robots != waiting.robots else "")
+        waiting.reply(UseJointMapResponse(len(mapper.key_frames), Pose2DMessage(motion.x, motion.y, motion.theta)))
+
+    def _stop_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.stop()
+            self._timer = None
+
+
+def _text(robots: list[str], motion: Pose2D) -> str:
+    """Return the status of a robot whose map was joined with others."""
+    moved = math.hypot(motion.x, motion.y) > STAYS or abs(motion.theta) > STAYS
+    to = f"its frame is another one, in which the robot has moved by ({motion.x:.2f} m, {motion.y:.2f} m, "
+    frame = f"{to}{motion.theta:.2f} rad)" if moved else "its frame stays"
+    return f"the map is joined with that of {' and '.join(robots)}; {frame}"
+
+
+def _check_page(request: UseJointMapRequest, received: int) -> None:
+    if not 0 < request.size <= MOST_BYTES:
+        raise QuotaExceeded(f"a joint map may have up to {MOST_BYTES} bytes, not {request.size}")
+    length = 3 * len(request.data) // 4
+    if request.offset != received or received + length > request.size + 2:
+        raise InvalidInput(
+            f"{received} of {request.size} bytes of the joint map are here, and a page of about {length} bytes at "
+            f"{request.offset} does not follow: begin at 0"
+        )
+
+
+def _prepared(work: AdoptionWork, number: int, solves: int, cancelled: Callable[[], bool]) -> Prepared:
+    """Return the map that a robot goes on with, and its log from a number on; raises as the work does."""
+    adopted = work(cancelled)
+    mapping = adopted.mapping
+    writer, change = LogWriter(mapping.laser_frame, number), LogChange([], [])
+    growing = GrowingMapping(mapping.frames, mapping.graph, solves, [])
+    while (more := writer.write(growing)) is not None:
+        change = change.then(more)
+    return Prepared(adopted, writer, change)
