@@ -1,4 +1,4 @@
-"""Jobs of ``grid_slam`` that search for loop closures, one after the other."""
+"""Jobs of ``grid_slam`` that search for loop closures and thin the pose graph, one after the other."""
 
 import logging
 from collections.abc import Callable
@@ -8,6 +8,7 @@ from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.mapping.live.closing_work import Closed
 from ppaas.mapping.live.live_mapper import LiveMapper
+from ppaas.mapping.live.thinning_work import ThinnedMap
 from ppaas.nodes.base import Context
 from ppaas.nodes.jobs import LongWork
 
@@ -15,7 +16,7 @@ logger = logging.getLogger(__name__)
 
 
 class ClosureJobs:
-    """Searches for the closures of a mapper in jobs, and applies them: no scan waits for it.
+    """Does the work of a mapper in jobs, searches and thinnings, and applies the results: no scan waits for it.
 
     Parameters
     ----------
@@ -38,11 +39,11 @@ class ClosureJobs:
         if mapper is not None and (work := mapper.next_work()) is not None:
             self._context.start(LongWork(work), partial(self._on_closed, mapper))
 
-    def _on_closed(self, mapper: LiveMapper, closed: Closed | PPaaSError | None) -> None:
+    def _on_closed(self, mapper: LiveMapper, closed: Closed | ThinnedMap | PPaaSError | None) -> None:
         if mapper is not self._current():
             return  # the map was cleared meanwhile
         if isinstance(closed, PPaaSError):
-            logger.warning("a search for loop closures failed: %s", closed)
+            logger.warning("a search for loop closures or redundant key frames failed: %s", closed)
             closed = None
         motion = mapper.apply(closed)
         if motion is not None:

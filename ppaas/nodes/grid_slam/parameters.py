@@ -6,6 +6,7 @@ from typing import Any, Literal
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.parameters import ClosureParameters
+from ppaas.mapping.lifelong.parameters import LifelongParameters
 from ppaas.mapping.map_drawing import DrawingSettings
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.nodes.frames import BASE_LINK, MAP, FrameNames
@@ -27,6 +28,12 @@ GMAPPING = {
 }
 """Names of gmapping, and the parameters that they set."""
 
+WITHOUT_EFFECT = (
+    "lifelong_search_use_tree", "lifelong_minimum_score", "lifelong_node_removal_score", "lifelong_overlap_score_scale",
+    "lifelong_constraint_multiplier", "lifelong_nearby_penalty", "lifelong_candidates_scale",
+)  # fmt: skip
+"""Parameters of slam_toolbox that are accepted without effect: they weigh its score of key frames, which decays."""
+
 
 class GridSlamParameters(SlamParameters, frozen=True):
     """Parameters of `GridSlamNode`, in metres, radians and seconds; those of the front end are in `SlamParameters`.
@@ -39,7 +46,9 @@ class GridSlamParameters(SlamParameters, frozen=True):
     it, and occupied if a part of them of ``occupancy_threshold`` end there. ``paused_new_measurements`` starts paused.
 
     ``map_file_name`` is the name of a published map with a pose graph, which is continued from ``map_start_pose`` (x, y
-    [m], yaw [rad]), or else from its first key frame. With ``mode`` ``localization`` that map stays as it is.
+    [m], yaw [rad]), or else from its first key frame. With ``mode`` ``localization`` that map stays as it is. With
+    ``mode`` ``lifelong`` a map that grows has a number of key frames that the area bounds: one is removed if others
+    show a part of ``lifelong_iou_match`` of its points. The other parameters of that mode are `WITHOUT_EFFECT`.
 
     Frames: ``odom_frame`` is by default the frame that the odometry names, ``base_frame`` that of the robot, and
     ``map_frame`` is another name of ``map``; ``tf_prefix`` is the prefix of frames that are named without one.
@@ -62,9 +71,17 @@ class GridSlamParameters(SlamParameters, frozen=True):
     occupancy_threshold: float = 0.1
     do_loop_closing: bool = True
     paused_new_measurements: bool = False
-    mode: Literal["mapping", "localization"] = "mapping"
+    mode: Literal["mapping", "localization", "lifelong"] = "mapping"
     map_file_name: str = ""
     map_start_pose: tuple[float, float, float] | None = None
+    lifelong_iou_match: float = 0.85
+    lifelong_search_use_tree: bool | None = None
+    lifelong_minimum_score: float | None = None
+    lifelong_node_removal_score: float | None = None
+    lifelong_overlap_score_scale: float | None = None
+    lifelong_constraint_multiplier: float | None = None
+    lifelong_nearby_penalty: float | None = None
+    lifelong_candidates_scale: float | None = None
     loop_search_maximum_distance: float = 40.0
     loop_search_space_resolution: float = 0.1
     loop_search_space_smear_deviation: float = 0.1
@@ -89,6 +106,16 @@ class GridSlamParameters(SlamParameters, frozen=True):
             raise InvalidParameter("mode 'localization' needs the name of a published map as map_file_name")
         self.front_end()
         self.closures()
+        LifelongParameters(self.lifelong_iou_match)
+
+    @property
+    def unused(self) -> list[str]:
+        """Names of the parameters given that have no effect."""
+        return [name for name in WITHOUT_EFFECT if getattr(self, name) is not None]
+
+    def lifelong(self) -> LifelongParameters | None:
+        """Return the parameters of lifelong mapping; None in other modes."""
+        return LifelongParameters(self.lifelong_iou_match) if self.mode == "lifelong" else None
 
     def front_end(self) -> SlamParameters:
         """Return the parameters of the front end.
