@@ -3,12 +3,13 @@
 from collections.abc import Iterable
 
 import msgspec
+import numpy as np
 
 from ppaas.change_log import LogChange, LogEntry
 from ppaas.geometry import Pose2D
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.serialization.mapping import Mapping
-from ppaas.mapping.serialization.mapping_log import GrowingMapping, LogWriter
+from ppaas.mapping.serialization.mapping_log import LogWriter
 
 Triple = tuple[float, float, float]
 
@@ -39,6 +40,9 @@ class Head(msgspec.Struct, frozen=True, tag="head", omit_defaults=True):
         None in the heads of earlier releases.
     shared : bool
         Whether the map frame is one that other robots know.
+    scan : int
+        Index of the scan of that key frame, which it keeps when others are removed; -1 in the heads of earlier
+        releases.
     """
 
     key_frame: int
@@ -48,6 +52,7 @@ class Head(msgspec.Struct, frozen=True, tag="head", omit_defaults=True):
     paused: bool = False
     correction: Triple | None = None
     shared: bool = False
+    scan: int = -1
 
 
 class Logbook:
@@ -66,11 +71,12 @@ class Logbook:
         frame = Pose2D(*mapper.key_frames.poses[index].tolist())
         offset, odometry = frame.inverse() @ mapper.pose, mapper.odometry
         placed = _triple(offset), _triple(odometry)
-        return Head(index, *placed, mapper.searched, paused, _triple(correction), shared)
+        scan = int(mapper.key_frames.scans[index])
+        return Head(index, *placed, mapper.searched, paused, _triple(correction), shared, scan)
 
     def has_change(self, mapper: LiveMapper) -> bool:
         """Return whether there are key frames that are not in the log."""
-        return self._replacement is not None or len(mapper.key_frames) > self._written
+        return self._replacement is not None or mapper.is_rewritten or len(mapper.key_frames) > self._written
 
     def begin(self, laser_frame: str) -> None:
         """Begin the log of another map."""
@@ -99,8 +105,10 @@ class Logbook:
         """Return what is new since the last call."""
         if self._writer is None:
             return None
+        if mapper.is_rewritten:
+            self._writer, self._replacement = self._writer.restarted(sorted(self._numbers)), None
         self._written = len(mapper.key_frames)
-        change = self._writer.write(GrowingMapping(mapper.key_frames, mapper.graph, mapper.solves, mapper.waiting))
+        change = self._writer.write(mapper.growing())
         first, self._replacement = self._replacement, None
         if first is not None:
             change = first if change is None else first.then(change)
@@ -164,9 +172,16 @@ def resume(mapper: LiveMapper, mapping: Mapping, head: Head | None) -> None:
     mapping : Mapping
     head : Head, optional
     """
-    last = len(mapping.frames) - 1
-    index = last if head is None or head.key_frame > last else head.key_frame
-    offset = Pose2D(0.0, 0.0, 0.0) if head is None or head.key_frame > last else Pose2D(*head.offset)
-    pose = Pose2D(*mapping.frames.poses[index].tolist()) @ offset
+    index = None if head is None else _key_frame(mapping, head)
+    offset = Pose2D(0.0, 0.0, 0.0) if head is None or index is None else Pose2D(*head.offset)
+    pose = Pose2D(*mapping.frames.poses[-1 if index is None else index].tolist()) @ offset
     odometry = Pose2D(0.0, 0.0, 0.0) if head is None else Pose2D(*head.odometry)
     mapper.resume(mapping, pose, odometry, 0 if head is None else head.searched)
+
+
+def _key_frame(mapping: Mapping, head: Head) -> int | None:
+    """Return the index of the key frame that a head names; None if the mapping lacks it."""
+    if head.scan < 0:
+        return head.key_frame if head.key_frame < len(mapping.frames) else None
+    found = np.flatnonzero(mapping.frames.scans == head.scan)
+    return int(found[0]) if len(found) else None

@@ -52,7 +52,9 @@ class LoggedMapNode(Node):
 
     def _new_mapper(self, laser: MappingLaser) -> LiveMapper:
         parameters = self._parameters
-        return JointMapper(laser.geometry, self._front_end, parameters.closures(), parameters.drawing())
+        return JointMapper(
+            laser.geometry, self._front_end, parameters.closures(), parameters.drawing(), parameters.lifelong()
+        )
 
     def _mapping(self) -> Mapping:
         """Return the mapping as it is now; raises ``Unavailable`` if there is none yet."""

@@ -139,11 +139,13 @@ class GridSlamNode(LoggedMapNode):
             The map of ``map_file_name`` has no pose graph, or one that cannot be read.
         """
         if self._loads:
-            keeps = self._parameters.mode == "mapping"
+            keeps = self._parameters.mode != "localization"
             load = self._graphs.loading(self._parameters.map_file_name, self._parameters.start_pose, keeps=keeps)
             graph = load()
             self._others.use_frame_of(graph.mapping.frames)
             self._use(self._loaded(graph))
+        for name in self._parameters.unused:
+            logger.info("parameter %r of grid_slam has no effect: see 'lifelong_iou_match'", name)
         self.context.every(MAP_PERIOD, self._publish_map)
         if (prepare := self._prepare) is not None:
             self.context.start(LongWork(lambda _cancelled: prepare()), self._on_prepared)
