@@ -1,0 +1,212 @@
+"""Changes of a map: what two passes of a robot found gone, and what they found new."""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.errors import InvalidInput
+from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.lifelong.cell_passes import CellPasses
+from ppaas.mapping.lifelong.passes import mileage
+from ppaas.maps.grid import FREE, OCCUPIED, OCCUPIED_THRESHOLD, UNKNOWN, GridInfo, GridMap
+
+PASSES = 2
+"""Number of passes that confirm a change."""
+
+NEAR = 2
+"""Distance within which an occupied cell may move without being a change [cells]: walls are rarely thinner."""
+
+SQUARE = 4
+"""Edge of the squares of which the rectangles around changes consist [cells]."""
+
+LEAST_CELLS = 6
+"""Fewest cells of a change; fewer are noise at the edge of a wall."""
+
+SAME_SCAN = 0.1
+"""Largest median distance of the scans that a robot shares with the map [m]: above, their frames differ."""
+
+
+class ChangedPlace(NamedTuple):
+    """Rectangle around cells that have changed, in the map frame.
+
+    Parameters
+    ----------
+    x, y : float
+        Centre [m].
+    width, height : float
+        Sides [m].
+    cells : int
+        Number of changed cells in it.
+    """
+
+    x: float
+    y: float
+    width: float
+    height: float
+    cells: int
+
+
+@dataclass(frozen=True, slots=True)
+class ConfirmedChanges:
+    """Changes that two passes confirm.
+
+    Parameters
+    ----------
+    left, new : list of ChangedPlace
+        Where something stood before, and where something is now; the largest first.
+    grid : GridMap
+        The map with these changes; cells that were unknown are as the robot sees them.
+    """
+
+    left: list[ChangedPlace]
+    new: list[ChangedPlace]
+    grid: GridMap
+
+
+def later_frames(frames: KeyFrames, published: KeyFrames) -> NDArray[np.int64]:
+    """Return the indices of the key frames of a robot that are not in the map that it continues.
+
+    Parameters
+    ----------
+    frames, published : KeyFrames
+        Those of the robot, and those of the map.
+
+    Raises
+    ------
+    InvalidInput
+        The robot does not continue this map, or its frame is another one.
+    """
+    if not np.array_equal(frames.points[0], published.points[0]):
+        raise InvalidInput("the robot does not continue this map: its first key frame is another one")
+    common, own, theirs = np.intersect1d(frames.scans, published.scans, assume_unique=True, return_indices=True)
+    apart = frames.poses[own, :2] - published.poses[theirs, :2]
+    if np.median(np.hypot(apart[:, 0], apart[:, 1])) > SAME_SCAN:
+        raise InvalidInput("the robot does not continue this map: its key frames are at other places")
+    return np.flatnonzero(~np.isin(frames.scans, common))
+
+
+def confirmed_changes(
+    before: GridMap, now: GridMap, frames: KeyFrames, later: NDArray[np.int64], apart: float
+) -> ConfirmedChanges:
+    """Return the changes of a map that two passes of a robot confirm.
+
+    Parameters
+    ----------
+    before : GridMap
+        The map.
+    now : GridMap
+        The map that the robot has made of all key frames; with the same resolution and axes, and cells that coincide.
+    frames : KeyFrames
+        Those of the robot.
+    later : (n,) int64 array
+        Indices of those that are not in the map.
+    apart : float
+        Least distance travelled between two passes [m].
+
+    Raises
+    ------
+    InvalidInput
+        The cells of the two grids do not coincide.
+    """
+    info = _around(before.info, now.info)
+    old, current = _extended(before, info), _extended(now, info)
+    was, is_ = old >= OCCUPIED_THRESHOLD, current >= OCCUPIED_THRESHOLD
+    passes = CellPasses(info, apart)
+    passes.add(frames, later, mileage(frames.poses))
+    left = was & ~_widened(is_, NEAR) & (current != UNKNOWN) & (_most_beside(passes.passed) >= PASSES)
+    new = is_ & ~_widened(was, NEAR) & (old != UNKNOWN) & (_most_beside(passes.ended) >= PASSES)
+    left_places, left = _places(left, info)
+    new_places, new = _places(new, info)
+    cells = np.where(old == UNKNOWN, current, old)
+    cells[left], cells[new] = FREE, OCCUPIED
+    return ConfirmedChanges(left_places, new_places, replace(now, data=cells, info=info))
+
+
+def _around(one: GridInfo, other: GridInfo) -> GridInfo:
+    """Return the smallest grid around two, whose cells coincide with theirs."""
+    shift = one.shift_to(other)
+    if shift is None:
+        raise InvalidInput("the cells of the two grids do not coincide: their resolutions or origins differ")
+    row, column = -shift[0], -shift[1]  # of the other grid in the first one
+    bottom, left = min(0, row), min(0, column)
+    top, right = max(one.height, row + other.height), max(one.width, column + other.width)
+    origin = one.origin._replace(x=one.origin.x + left * one.resolution, y=one.origin.y + bottom * one.resolution)
+    return GridInfo(one.resolution, right - left, top - bottom, origin)
+
+
+def _extended(grid: GridMap, info: GridInfo) -> NDArray[np.int8]:
+    """Return the cells of a grid in a larger one."""
+    cells = np.full(info.shape, UNKNOWN, np.int8)
+    shift = grid.info.shift_to(info)
+    assert shift is not None
+    cells[shift[0] : shift[0] + grid.info.height, shift[1] : shift[1] + grid.info.width] = grid.data
+    return cells
+
+
+def _widened(mask: NDArray[np.bool_], by: int) -> NDArray[np.bool_]:
+    """Return a mask of all cells within a distance of those of another one."""
+    widened = mask.copy()
+    for axis in (0, 1):
+        rows = np.moveaxis(widened, axis, 0)
+        original = rows.copy()
+        for step in range(1, by + 1):
+            rows[step:] |= original[:-step]
+            rows[:-step] |= original[step:]
+    return widened
+
+
+def _most_beside(counts: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the largest of each cell's count and those of the cells beside it."""
+    most = counts.copy()
+    for axis in (0, 1):
+        rows = np.moveaxis(most, axis, 0)
+        original = rows.copy()
+        np.maximum(rows[1:], original[:-1], out=rows[1:])
+        np.maximum(rows[:-1], original[1:], out=rows[:-1])
+    return most
+
+
+def _places(mask: NDArray[np.bool_], info: GridInfo) -> tuple[list[ChangedPlace], NDArray[np.bool_]]:
+    """Return rectangles around groups of cells, and the mask without groups that are too small."""
+    rows, columns = np.nonzero(mask)
+    squares, index, counts = np.unique(
+        np.column_stack((rows // SQUARE, columns // SQUARE)), axis=0, return_inverse=True, return_counts=True
+    )
+    groups = _groups(squares)
+    of_cell, sizes = groups[index.ravel()], np.bincount(groups, counts, minlength=1).astype(np.int64)
+    kept, places = np.zeros_like(mask), []
+    for group in np.argsort(-sizes, kind="stable"):
+        if sizes[group] < LEAST_CELLS:
+            break
+        own = of_cell == group
+        kept[rows[own], columns[own]] = True
+        places.append(_place(rows[own], columns[own], info))
+    return places, kept
+
+
+def _place(rows: NDArray[np.int64], columns: NDArray[np.int64], info: GridInfo) -> ChangedPlace:
+    left, right, bottom, top = columns.min(), columns.max() + 1, rows.min(), rows.max() + 1
+    size = info.resolution
+    x, y = info.origin.x + 0.5 * (left + right) * size, info.origin.y + 0.5 * (bottom + top) * size
+    return ChangedPlace(float(x), float(y), float((right - left) * size), float((top - bottom) * size), len(rows))
+
+
+def _groups(squares: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the number of the group of each square (n, 2): those that touch are one."""
+    at = {square: number for number, square in enumerate(map(tuple, squares.tolist()))}
+    groups, count = np.full(len(squares), -1), 0
+    for number, start in enumerate(at):
+        if groups[number] >= 0:
+            continue
+        waiting, groups[number] = [start], count
+        while waiting:
+            row, column = waiting.pop()
+            for beside in ((row + r, column + c) for r in (-1, 0, 1) for c in (-1, 0, 1)):
+                other = at.get(beside, -1)
+                if other >= 0 and groups[other] < 0:
+                    groups[other] = count
+                    waiting.append(beside)
+        count += 1
+    return groups

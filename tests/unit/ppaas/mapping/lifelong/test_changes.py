@@ -1,0 +1,86 @@
+"""Changes of a map, found by a robot that goes round a room in which a box was moved and people walk."""
+
+import numpy as np
+import pytest
+
+from benchmarks.mapping.changing_room import AFTER, BEFORE, changing_drive, room
+from ppaas.errors import InvalidInput
+from ppaas.geometry import Pose2D
+from ppaas.mapping.lifelong.changes import confirmed_changes, later_frames
+from ppaas.mapping.lifelong.parameters import LifelongParameters
+from ppaas.mapping.live.live_mapper import LiveMapper
+from ppaas.mapping.map_drawing import draw_map
+from ppaas.mapping.parameters import SlamParameters
+from ppaas.mapping.scan_points import prepare
+from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
+
+PEOPLE = ((0.5, 4.0, 0.8, 4.3), (5.0, 2.2, 5.3, 2.5), (2.8, 4.2, 3.1, 4.5), (2.5, 0.5, 2.8, 0.8))
+LAPS = [room(BEFORE)] * 2 + [room(AFTER, person) for person in PEOPLE]
+DRIVE = changing_drive(LAPS, beams=60)
+ORIGIN = DRIVE.true[0, :2]
+
+
+@pytest.fixture(scope="module")
+def mapped():
+    """Return the mapping after each lap, with its grid."""
+    mapper, parameters, found = LiveMapper(DRIVE.log.geometry, lifelong=LifelongParameters()), SlamParameters(), []
+    for scan, odometry in enumerate(DRIVE.log.odometry.tolist()):
+        mapper.add(prepare(DRIVE.log.ranges[scan], DRIVE.log.geometry, parameters), Pose2D(*odometry))
+        while (work := mapper.next_work()) is not None:
+            mapper.apply(work(lambda: False))
+        if scan + 1 == len(DRIVE.log) * (len(found) + 1) // len(LAPS):
+            mapping = mapper.mapping("laser")
+            found.append((mapping, draw_map(mapping.frames, mapping.frames.poses)))
+    return found
+
+
+def changes(mapped, lap: int):
+    (base, before), (mapping, now) = mapped[1], mapped[lap]
+    later = later_frames(mapping.frames, base.frames)
+    return confirmed_changes(before, now, mapping.frames, later, 6.0)
+
+
+def assert_is_box(place, box):
+    assert place.x + ORIGIN[0] == pytest.approx((box[0] + box[2]) / 2.0, abs=0.25)
+    assert place.y + ORIGIN[1] == pytest.approx((box[1] + box[3]) / 2.0, abs=0.25)
+    assert 0.3 < max(place.width, place.height) < 0.9
+
+
+def test_a_box_that_was_moved_is_gone_at_one_place_and_new_at_the_other(mapped):
+    found = changes(mapped, 5)
+    assert len(found.left) == len(found.new) == 1
+    assert_is_box(found.left[0], BEFORE)
+    assert_is_box(found.new[0], AFTER)
+
+
+def test_one_pass_and_people_are_not_changes(mapped):
+    found = changes(mapped, 2)
+    assert (found.left, found.new) == ([], [])
+
+
+def test_the_map_with_the_changes_differs_at_no_other_place(mapped):
+    before, found = mapped[1][1], changes(mapped, 5)
+    shift = before.info.shift_to(found.grid.info)
+    part = found.grid.data[shift[0] : shift[0] + before.info.height, shift[1] : shift[1] + before.info.width]
+    differs = (part != before.data) & (before.data != UNKNOWN)
+    assert differs.sum() == sum(place.cells for place in (*found.left, *found.new))
+    assert set(np.unique(part[differs])) == {FREE, OCCUPIED}
+
+
+def test_a_robot_that_does_not_continue_the_map_is_refused(mapped):
+    base = mapped[1][0].frames
+    moved, other = base.snapshot(), base.snapshot()
+    moved.poses[:, 0] += 0.5
+    with pytest.raises(InvalidInput, match="at other places"):
+        later_frames(moved, base)
+    other._arrays = other._arrays._replace(points=other.points[::-1])
+    with pytest.raises(InvalidInput, match="its first key frame is another one"):
+        later_frames(other, base)
+
+
+def test_grids_whose_cells_do_not_coincide_are_refused(mapped):
+    mapping, now = mapped[1]
+    info = now.info
+    shifted = GridMap(now.data, GridInfo(info.resolution, info.width, info.height, Pose2D(0.013, 0.0)))
+    with pytest.raises(InvalidInput, match="do not coincide"):
+        confirmed_changes(shifted, now, mapping.frames, np.arange(0), 6.0)
