@@ -96,7 +96,9 @@ def while_mapping(given: NodeParameters, posegraph: Callable[[str], bytes | memo
     blank = blank_layers(parameters.drawing().resolution)
     graphs = PoseGraphStore(load=None if posegraph is None else only(parameters.map_file_name, posegraph))
     makers: Makers = {
-        GRID_SLAM: lambda context: GridSlamNode(context, parameters, prepare=_load_kernels, graphs=graphs)
+        GRID_SLAM: lambda context: GridSlamNode(
+            context, parameters, prepare=_load_tracking, graphs=graphs, prepare_closures=_load_kernels
+        )
     }
     return Localization(blank, parameters.frames(), makers)
 
@@ -124,10 +126,21 @@ def _grid_slam_parameters() -> "type[GridSlamParameters]":
     return GridSlamParameters
 
 
-def _load_kernels() -> None:
-    """Load the kernels of mapping, which are not loaded with those that all clones use."""
-    loaded = (module for name, module in sorted(sys.modules.items()) if name.startswith(f"{mapping.__name__}."))
-    for module in loaded:
+def _load_tracking() -> None:
+    """Load the kernels that scans and the drawing of a map need."""
+    _load_kernels("kernels.")
+
+
+def _load_kernels(of: str = "") -> None:
+    """Load the kernels of mapping, which are not loaded with those that all clones use.
+
+    Parameters
+    ----------
+    of : str
+        Beginning of the names of their modules.
+    """
+    begin = f"{mapping.__name__}.{of}"
+    for module in [module for name, module in sorted(sys.modules.items()) if name.startswith(begin)]:
         if hasattr(module, "warm"):
             module.warm()
 

@@ -96,6 +96,8 @@ class GridSlamNode(LoggedMapNode):
         Run in a job, such as the loading of kernels, before any scan is used.
     graphs : PoseGraphStore
         What pose graphs are saved to and loaded from.
+    prepare_closures : callable, optional
+        Run in a job once scans are used, such as the loading of kernels that only the search for closures needs.
     """
 
     name: ClassVar[str] = "grid_slam"
@@ -117,9 +119,10 @@ class GridSlamNode(LoggedMapNode):
         prepare: Callable[[], None] | None = None,
         *,
         graphs: PoseGraphStore = NO_STORE,
+        prepare_closures: Callable[[], None] | None = None,
     ) -> None:
         super().__init__(context, parameters)
-        self._prepare = prepare
+        self._prepare, self._prepare_closures = prepare, prepare_closures
         self._frames, self._status = FrameListener(parameters.frames()), StatusPublisher(context)
         self._intake = ScanIntake(context, self._frames, parameters, self._status)
         self._maps = MapServices(context, parameters.map_update_interval, save)
@@ -151,10 +154,16 @@ class GridSlamNode(LoggedMapNode):
             self.context.start(LongWork(lambda _cancelled: prepare()), self._on_prepared)
 
     def _on_prepared(self, outcome: PPaaSError | None) -> None:
-        if outcome is not None:
-            logger.warning("kernels of mapping are loaded at their first call: %s", outcome)
+        _warn_of(outcome)
         self._prepare = None
+        self._begin()
+
+    def _begin(self) -> None:
+        """Use the scans that have waited, if nothing else is missing."""
         self._use_scans()
+        if self._is_ready and (prepare := self._prepare_closures) is not None:
+            self._prepare_closures = None
+            self.context.start(LongWork(lambda _cancelled: prepare()), _warn_of)
 
     def on_message(self, topic: str, message: Payload) -> None:
         """Handle a scan or a transform.
@@ -326,7 +335,7 @@ class GridSlamNode(LoggedMapNode):
 
     def _ready(self) -> None:
         self._publish_map()
-        self._use_scans()
+        self._begin()
 
     def _continue(self, load: Callable[[], LoadedGraph], reply: Reply) -> None:
         """Load another mapping in a job, and continue it or localize in it, instead of the current one."""
@@ -377,3 +386,8 @@ class GridSlamNode(LoggedMapNode):
     def _place(self, pose: Pose2D) -> None:
         if self._mapper is not None and len(self._mapper.key_frames):
             self._mapper.place(pose)
+
+
+def _warn_of(outcome: PPaaSError | None) -> None:
+    if outcome is not None:
+        logger.warning("kernels of mapping are loaded at their first call: %s", outcome)

@@ -61,6 +61,8 @@ class MappingRobot:
         Run before the first scan.
     graphs : PoseGraphStore
         What pose graphs are saved to and loaded from.
+    prepare_closures : callable, optional
+        Run once scans are used.
     **parameters
         Parameters of ``grid_slam``.
     """
@@ -72,6 +74,7 @@ class MappingRobot:
         save: MapSaver | None = None,
         prepare: Callable[[], None] | None = None,
         graphs: PoseGraphStore = NO_STORE,
+        prepare_closures: Callable[[], None] | None = None,
         **parameters: Any,
     ) -> None:
         self.drive, self.clock = drive, ManualClock(START)
@@ -80,7 +83,9 @@ class MappingRobot:
         self.heard: dict[str, list[Any]] = {}
         self.next = 0
         read = GridSlamParameters(**parameters)
-        self.node = self.graph.add(lambda context: GridSlamNode(context, read, save, prepare, graphs=graphs))
+        self.node = self.graph.add(
+            lambda context: GridSlamNode(context, read, save, prepare, graphs=graphs, prepare_closures=prepare_closures)
+        )
         self.graph.tap("tf", lambda topic, message: self.frames.hear(topic, message, self.clock()))
         for topic in ("map", "map_metadata", "map_updates", "pose", "entropy"):
             self.graph.tap(topic, self._hear)

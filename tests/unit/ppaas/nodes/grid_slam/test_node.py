@@ -81,6 +81,19 @@ def test_scans_wait_until_the_node_is_prepared(caplog):
     assert caplog.messages == []
 
 
+def test_scans_do_not_wait_for_what_only_closures_need():
+    jobs, prepared = HeldJobs(), []
+    robot = MappingRobot(
+        ring_drive(), jobs, prepare=lambda: prepared.append("scans"), prepare_closures=lambda: prepared.append("loops")
+    )
+    robot.step(3)
+    jobs.release()
+    assert (prepared, len(robot.heard["pose"])) == (["scans"], 3)
+    jobs.release()
+    robot.step()
+    assert (prepared, jobs.held) == (["scans", "loops"], [])
+
+
 def test_scans_from_before_the_transforms_that_tf_keeps_are_not_used():
     jobs = HeldJobs()
     robot = MappingRobot(ring_drive(), jobs, prepare=lambda: None)
