@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.mapping.ray_casting import cast
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.scan_log import ScanLog
@@ -25,6 +26,10 @@ TOO_LONG, JITTER = 0.02, 0.05
 """Relative error of the distance by the odometry: systematic, and random in each step."""
 TURN_NOISE = 0.15
 """Relative random error of the turn by the odometry in each step."""
+
+
+Segments = NDArray[np.float64]
+"""Walls (n, 4): x0, y0, x1, y1 [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +64,7 @@ def simulate(
     sweep: float = 0.0,
     beams: int = 180,
     mount: Pose2D = Pose2D(0.1, 0.0),
+    speed: float = SPEED,
 ) -> SimulatedDrive:
     """Drive along way points and scan the walls.
 
@@ -76,9 +82,11 @@ def simulate(
         Number of beams over 180 degrees.
     mount : Pose2D
         Pose of the laser on the robot.
+    speed : float
+        Largest speed [m/s].
     """
     random = np.random.default_rng(seed)
-    true = drive(way_points)[::EVERY]
+    true = drive(way_points, speed)[::EVERY]
     geometry = LaserGeometry(-math.pi / 2.0, math.pi / beams, beams, mount, sweep / beams)
     ranges = _scans(walls, compose(true, np.array(mount)), geometry)
     ranges += NOISE * random.standard_normal(ranges.shape)
@@ -91,14 +99,14 @@ def simulate(
     )
 
 
-def drive(way_points: NDArray[np.float64]) -> NDArray[np.float64]:
+def drive(way_points: NDArray[np.float64], fastest: float = SPEED) -> NDArray[np.float64]:
     """Return the pose of a robot in each control cycle, which turns to each way point and drives to it."""
     (x, y), theta = way_points[0].tolist(), 0.0
     poses = [(x, y, theta)]
     for goal_x, goal_y in way_points[1:].tolist():
         while math.hypot(goal_x - x, goal_y - y) > ARRIVED:
             off = wrap_angle(math.atan2(goal_y - y, goal_x - x) - theta)
-            speed = SPEED * max(0.0, math.cos(off)) ** 3 if abs(off) < 1.2 else 0.0
+            speed = fastest * max(0.0, math.cos(off)) ** 3 if abs(off) < 1.2 else 0.0
             theta = wrap_angle(theta + STEP * max(-TURN, min(TURN, 2.5 * off)))
             x, y = x + STEP * speed * math.cos(theta), y + STEP * speed * math.sin(theta)
             poses.append((x, y, theta))
@@ -131,20 +139,3 @@ def _scans(walls: NDArray[np.float64], laser: NDArray[np.float64], geometry: Las
         moved = compose(pose, times[:, None] * velocity)
         ranges[row] = cast(walls, moved[:, :2], moved[:, 2] + angles)
     return ranges
-
-
-def cast(walls: NDArray[np.float64], origins: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the distance from each origin (b, 2) to the nearest wall in a direction (b,) [m]; infinite without one."""
-    begin, along = walls[:, :2], walls[:, 2:] - walls[:, :2]
-    directions = np.column_stack((np.cos(angles), np.sin(angles)))
-    # Cross products of vectors (x, y) and (u, v): x v − y u. The ray is o + r d, the wall a + t e, so
-    # r = (a − o) × e / d × e and t = (a − o) × d / d × e.
-    turned = np.stack((along[:, 1], -along[:, 0]))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        per = 1.0 / (directions @ turned)
-        distance = ((begin * turned.T).sum(axis=1) - origins @ turned) * per
-        crossed = np.stack((directions[:, 1], -directions[:, 0]), axis=1)
-        place = (crossed @ begin.T - (origins * crossed).sum(axis=1)[:, None]) * per
-    hit = (distance > 0.0) & (place >= 0.0) & (place <= 1.0)
-    nearest: NDArray[np.float64] = np.where(hit, distance, np.inf).min(axis=1)
-    return nearest

@@ -3,7 +3,7 @@ import itertools
 import numpy as np
 
 from benchmarks.mapping.corridors import HALF, OPEN, RECESS, corridor_route, corridors
-from benchmarks.mapping.simulated_drive import cast
+from benchmarks.mapping.ray_casting import cast
 
 
 def test_the_route_of_two_kilometres_stays_inside_the_corridors():
