@@ -68,6 +68,7 @@ class ScanCheck:
 
     def __init__(self, frames: KeyFrames, poses: NDArray[np.float64], parameters: ClosureParameters) -> None:
         self._frames, self._poses, self._parameters = frames, poses, parameters
+        self._centres = np.full((len(frames), 2), np.nan)
 
     def run(
         self, source: Submap, target: Submap, moved: NDArray[np.float64], *, slides: bool = False
@@ -113,15 +114,22 @@ class ScanCheck:
 
         Two scans in opposite directions show the same part of a corridor from places far apart.
         """
-        others, chosen = self._poses[target.first : target.end], slice(target.first, target.end)
-        centre = compose(np.array(pose), _as_pose(_view_centres(self._frames, slice(source, source + 1))))[0]
-        centres = compose(others, _as_pose(_view_centres(self._frames, chosen)))
+        others = self._poses[target.first : target.end]
+        centre = compose(np.array(pose), _as_pose(self._view_centres(source, source + 1)))[0]
+        centres = compose(others, _as_pose(self._view_centres(target.first, target.end)))
         away = np.hypot(centres[:, 0] - centre[0], centres[:, 1] - centre[1])
         indices = target.first + np.argsort(away, kind="stable")[:ALIGNED_WITH]
         return NearFrames(indices, self._poses[indices])
 
+    def _view_centres(self, first: int, end: int) -> NDArray[np.float64]:
+        """Return the centres (k, 2) of what key frames show; each is calculated once."""
+        missing = first + np.flatnonzero(np.isnan(self._centres[first:end, 0]))
+        if missing.size:
+            self._centres[missing] = _view_centres(self._frames, missing)
+        return self._centres[first:end]
 
-def _view_centres(frames: KeyFrames, chosen: slice) -> NDArray[np.float64]:
+
+def _view_centres(frames: KeyFrames, chosen: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return the mean (k, 2) of the points of key frames within `VIEW`, each in its own frame [m]."""
     points = frames.points[chosen].astype(np.float64)
     counted = frames.valid[chosen] & (np.hypot(points[..., 0], points[..., 1]) < VIEW)
