@@ -4,6 +4,7 @@ As bundle adjustment: the pairs of points are found at the current poses, their 
 of key frames, and one sparse system gives the step of all poses.
 """
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,9 @@ from ppaas.planar_poses import PoseArray, relative, rotated, symmetric, upper_tr
 
 DAMPING = 1e-3
 """Information added to each pose in a step [1/m², 1/rad²]."""
+
+CHUNK = 8192
+"""Number of pairs of key frames that are linearised at once, which bounds the memory of all that is calculated."""
 
 LEAST_PART = 0.01
 """Least part of the information of the best direction that a direction of the position must have."""
@@ -137,51 +141,49 @@ class _Refinement:
 
     def find_pairs(self, poses: PoseArray) -> None:
         """Choose the pairs of key frames: nearest ones, and those that follow each other, if their scans overlap."""
-        settings = self._settings
-        self._first, self._second = _pairs_of(poses, settings)
-        _, counts, _ = self._linearise(poses, settings.gates[0])
-        overlap = self._overlap(counts)
+        self._first, self._second = _pairs_of(poses, self._settings)
+        parts = self._linearised(poses, self._settings.gates[0])
+        overlap = np.concatenate([self._overlap(counts) for _, _, counts, _ in parts])
         self._first, self._second = self._first[overlap], self._second[overlap]
 
     def step(self, poses: PoseArray, gate: float) -> PoseArray:
         """Return the changes of all poses."""
-        settings = self._settings
-        sums, counts, squares = self._linearise(poses, gate)
-        # Pairs that do not overlap any more stay in the system with weight 0, so that its pattern stays the same.
-        overlap = self._overlap(counts)
-        sums *= (overlap * settings.evidence / settings.deviation**2)[:, np.newaxis]
-        _forget_undetermined(sums)
-        self.used = int(overlap.sum())
-        self.distance = float(np.sqrt(squares[overlap].sum() / max(counts[overlap, 0].sum(), 1)))
-        return self._system.step(poses, self._joined(poses, sums), DAMPING)
-
-    def _joined(self, poses: PoseArray, sums: NDArray[np.float64]) -> LinearisedPairs:
-        """Return the models of pairs, turned into the frames of their first key frames, and those of the odometry."""
-        turns = poses[self._second, 2] - poses[self._first, 2]
-        c, s = np.cos(turns), np.sin(turns)
-        gradients = np.stack((c * sums[:, 6] - s * sums[:, 7], s * sums[:, 6] + c * sums[:, 7], sums[:, 8]), axis=-1)
-        edges = self._odometry
-        errors = relative(poses[edges.first], poses[edges.second]) - edges.measurements
+        settings, pairs, odometry = self._settings, len(self._first), self._odometry
+        hessians, gradients = np.empty((pairs + len(odometry.first), 3, 3)), np.empty((pairs + len(odometry.first), 3))
+        used = points = 0
+        squared = 0.0
+        for chunk, sums, counts, squares in self._linearised(poses, gate):
+            # Pairs that do not overlap any more stay in the system with weight 0, so that its pattern stays the same.
+            overlap = self._overlap(counts)
+            weighted = sums * (overlap * settings.evidence / settings.deviation**2)[:, np.newaxis]
+            _forget_undetermined(weighted)
+            turns = poses[self._second[chunk], 2] - poses[self._first[chunk], 2]
+            hessians[chunk], gradients[chunk] = _turned(weighted, turns)
+            used, points = used + int(overlap.sum()), points + int(counts[overlap, 0].sum())
+            squared += float(squares[overlap].sum())
+        self.used, self.distance = used, float(np.sqrt(squared / max(points, 1)))
+        errors = relative(poses[odometry.first], poses[odometry.second]) - odometry.measurements
         errors[:, 2] = wrap_angles(errors[:, 2])
-        return LinearisedPairs(
-            np.concatenate((self._first, edges.first)),
-            np.concatenate((self._second, edges.second)),
-            np.concatenate((rotated(symmetric(sums[:, :6]), turns), edges.information)),
-            np.concatenate((gradients, np.einsum("mij,mj->mi", edges.information, errors))),
-        )
+        hessians[pairs:] = odometry.information
+        gradients[pairs:] = np.einsum("mij,mj->mi", odometry.information, errors)
+        first, second = np.concatenate((self._first, odometry.first)), np.concatenate((self._second, odometry.second))
+        return self._system.step(poses, LinearisedPairs(first, second, hessians, gradients), DAMPING)
 
-    def _linearise(
+    def _linearised(
         self, poses: PoseArray, gate: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
+    ) -> Iterator[tuple[slice, NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]]:
+        """Yield the normal equations of the pairs in chunks, see `ppaas.mapping.kernels.alignment.linearise`."""
         frames, settings = self._frames, self._settings
         geometry = frames.geometry
-        found: tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]] = kernels.linearise(
-            self._first, self._second, relative(poses[self._first], poses[self._second]),
-            frames.points, frames.normals, frames.valid,
-            geometry.angle_min, geometry.beams_per_radian, geometry.beams_per_turn,
-            gate, settings.scale * max(1.0, gate / kernels.WIDE_GATE), settings.beams,
-        )  # fmt: skip
-        return found
+        for begin in range(0, len(self._first), CHUNK):
+            chunk = slice(begin, min(begin + CHUNK, len(self._first)))
+            first, second = self._first[chunk], self._second[chunk]
+            sums, counts, squares = kernels.linearise(
+                first, second, relative(poses[first], poses[second]), frames.points, frames.normals, frames.valid,
+                geometry.angle_min, geometry.beams_per_radian, geometry.beams_per_turn,
+                gate, settings.scale * max(1.0, gate / kernels.WIDE_GATE), settings.beams,
+            )  # fmt: skip
+            yield chunk, sums, counts, squares
 
     def _overlap(self, counts: NDArray[np.int64]) -> NDArray[np.bool_]:
         overlap: NDArray[np.bool_] = counts[:, 0] >= self._settings.least_ratio * np.maximum(counts[:, 1], 1)
@@ -199,6 +201,13 @@ def _pairs_of(poses: PoseArray, settings: RefinementSettings) -> tuple[NDArray[n
         keys += [before * count + after, after * count + before]
     found = np.unique(np.concatenate(keys))
     return found // count, found % count
+
+
+def _turned(sums: NDArray[np.float64], turns: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return normal equations (m, 9) in other frames, turned by (m,) angles: Hessians (m, 3, 3), gradients (m, 3)."""
+    c, s = np.cos(turns), np.sin(turns)
+    gradients = np.stack((c * sums[:, 6] - s * sums[:, 7], s * sums[:, 6] + c * sums[:, 7], sums[:, 8]), axis=-1)
+    return rotated(symmetric(sums[:, :6]), turns), gradients
 
 
 def _forget_undetermined(sums: NDArray[np.float64]) -> None:

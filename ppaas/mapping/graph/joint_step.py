@@ -55,6 +55,7 @@ class JointSystem:
         """
         equations = self._equations
         if equations is None or not equations.has_pattern(len(poses), pairs.first, pairs.second):
+            equations = self._equations = None  # frees the old factor before the new one is made
             equations = self._equations = NormalEquations(len(poses), pairs.first, pairs.second)
         equations.linearise(poses, pairs.hessians, pairs.gradients, np.ones(len(pairs.first)))
         changes = equations.step(damping)

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
+from ppaas.mapping import refinement
 from ppaas.mapping.edge_information import STEP_FLOOR, edge_information
 from ppaas.mapping.graph.pose_graph import Edges
 from ppaas.mapping.key_frames import KeyFrames
@@ -39,6 +40,14 @@ def test_poses_become_true_and_the_first_stays(frames):
     assert np.abs(refined.poses - TRUE).max() < 0.01
     assert refined.pairs > 50
     assert refined.distance < 0.01
+
+
+def test_pairs_give_the_same_poses_in_chunks_and_all_at_once(frames, monkeypatch):
+    whole = refine(frames, TRUE + OFF, odometry_of(TRUE + OFF, 0.1))
+    monkeypatch.setattr(refinement, "CHUNK", 7)
+    parts = refine(frames, TRUE + OFF, odometry_of(TRUE + OFF, 0.1))
+    np.testing.assert_array_equal(parts.poses, whole.poses)
+    assert (parts.pairs, parts.distance) == (whole.pairs, pytest.approx(whole.distance))
 
 
 def test_odometry_holds_poses_that_scans_do_not_determine(frames):
