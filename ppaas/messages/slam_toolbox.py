@@ -110,6 +110,8 @@ class GetPoseGraphResponse(OwnMessage):
         Number of scans since the map was begun; of a joint map, of all its robots.
     frame : str
         Name of the map frame by its first key frame: equal for robots whose maps are joined.
+    do_loop_closing : bool
+        Parameter of the map.
     """
 
     data: str = ""
@@ -122,6 +124,7 @@ class GetPoseGraphResponse(OwnMessage):
     occupancy_threshold: float = 0.1
     scans: int = 0
     frame: str = ""
+    do_loop_closing: bool = True
 
 
 class UseJointMapRequest(OwnMessage):

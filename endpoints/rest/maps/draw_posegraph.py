@@ -1,19 +1,16 @@
-"""Program that refines a pose graph and draws its grid."""
+"""Program that finishes a pose graph and draws its grid."""
 
 import json
 import sys
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from endpoints.rest.maps.map_programs import be_program
+from endpoints.services.publications import ProgressFile, Stage
 from ppaas.errors import InvalidGraph, InvalidMap, QuotaExceeded
-from ppaas.mapping.closures.agreement import GRADUATED
-from ppaas.mapping.graph.pose_graph import EdgeKind
-from ppaas.mapping.graph.solver import GraphSolver
 from ppaas.mapping.map_drawing import DrawingSettings, draw_map
-from ppaas.mapping.refinement import refine
+from ppaas.mapping.pipeline.finishing import finish_mapping
+from ppaas.mapping.pipeline.graph_mapper import CLOSURES
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
 from ppaas.maps.formats.map_files import save_map
@@ -29,7 +26,8 @@ def draw(folder: Path, settings: dict[str, Any]) -> None:
     folder : Path
         With the file of the pose graph, named as the part of a map.
     settings : dict
-        ``refine``: whether all scans are aligned with each other first; and the fields of `DrawingSettings`.
+        ``refine``: whether the mapping is finished first, as at the end of a recorded drive; ``do_loop_closing``:
+        whether missing loops are closed then; and the fields of `DrawingSettings`.
 
     Raises
     ------
@@ -38,9 +36,12 @@ def draw(folder: Path, settings: dict[str, Any]) -> None:
     QuotaExceeded
         The grid would be too large.
     """
-    mapping = _read(folder / POSEGRAPH)
-    if settings.pop("refine"):
-        _refine(mapping)
+    mapping, progress = _read(folder / POSEGRAPH), ProgressFile(folder)
+    refines, closes = settings.pop("refine"), settings.pop("do_loop_closing")
+    if refines:
+        closures = CLOSURES if closes else None
+        mapping = finish_mapping(mapping, closures, lambda part, done: progress.write(Stage(part), done))
+    progress.write(Stage.DRAWING)
     grid = draw_map(mapping.frames, mapping.frames.poses, DrawingSettings(**settings))
     record, pixels = save_map(grid, "map.pgm")
     (folder / YAML).write_bytes(record)
@@ -54,16 +55,6 @@ def _read(path: Path) -> Mapping:
         return unpack_mapping(memoryview(mapped(path)))
     except InvalidGraph as error:
         raise InvalidMap(str(error)) from error
-
-
-def _refine(mapping: Mapping) -> None:
-    """Solve the graph, and align all scans that overlap, as at the end of a recorded drive."""
-    solved = GraphSolver().solve(mapping.graph, GRADUATED)
-    edges = mapping.graph.edges
-    odometry = edges.take(np.asarray(edges.kinds == EdgeKind.ODOMETRY))
-    poses = refine(mapping.frames, solved.poses, odometry).poses
-    mapping.frames.poses[:] = poses
-    mapping.graph.move_nodes(poses)
 
 
 if __name__ == "__main__":

@@ -56,7 +56,9 @@ class PublishRequest(RequestBody):
     model_config = ConfigDict(json_schema_extra={"examples": [{"publish": "office-2"}]})
 
     publish: Name = Field(description="Id of the map; a new version of it if it exists")
-    refine: bool = Field(default=True, description="Whether all scans that overlap are aligned with each other first")
+    refine: bool = Field(
+        default=True, description="Whether missing loops are closed and all scans aligned with each other first"
+    )
     message: str = Field(default="", max_length=MAX_DESCRIPTION, description="Shown in the list of versions")
 
 
@@ -133,7 +135,7 @@ def _publish(
     posegraph, octomap = files
     settings = {
         "refine": wanted.refine, "resolution": numbers.resolution, "min_pass_through": numbers.min_pass_through,
-        "occupancy_threshold": numbers.occupancy_threshold,
+        "occupancy_threshold": numbers.occupancy_threshold, "do_loop_closing": numbers.do_loop_closing,
     }  # fmt: skip
     with temporary_folder() as folder, services.map_store.stage() as upload:
         with disk_errors(folder):

@@ -24,7 +24,7 @@ from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.scan_tracker import ScanTracker, Tracked
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.mapping_log import GrowingMapping, Rewritten
-from ppaas.mapping.serialization.row_selection import divided_edges
+from ppaas.mapping.serialization.submap_division import divided_submaps
 
 FRONT_END, CLOSURES = SlamParameters(), ClosureParameters()
 """Default parameters."""
@@ -207,12 +207,7 @@ class LiveMapper:
 
     def _divide(self) -> Edges:
         """Divide the key frames into submaps, and return the edges that are not steps between successive ones."""
-        self._submaps = Submaps(self._travel)
-        edges, (steps, others) = self.graph.edges, divided_edges(self.graph)
-        for edge in steps.tolist():
-            if edge < 0:
-                self._submaps.finish()
-            self._submaps.add(np.zeros(3) if edge < 0 else edges.measurements[edge])
+        self._submaps, others = divided_submaps(self.graph, self._travel)
         return others
 
     # -- work beside the scans -----------------------------------------------------------------------------------------

@@ -6,6 +6,7 @@ from functools import partial
 from typing import TypeVar
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ppaas.clock import monotonic
@@ -24,6 +25,8 @@ from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.scan_tracker import ScanTracker, Tracked
+from ppaas.mapping.serialization.mapping import Mapping
+from ppaas.mapping.serialization.submap_division import divided_submaps
 from ppaas.planar_poses import PoseArray
 
 FRONT_END, CLOSURES = SlamParameters(), ClosureParameters()
@@ -107,6 +110,25 @@ class GraphMapper:
         self._submaps = Submaps(closures.submap_travel)
         self._waiting: list[Closure] = []
 
+    @classmethod
+    def of(cls, mapping: Mapping, closures: ClosureParameters = CLOSURES) -> "GraphMapper":
+        """Return the mapper of a mapping that was made elsewhere, whose loops `finish` closes.
+
+        Parameters
+        ----------
+        mapping : Mapping
+            Taken over; the searches for closures of all but its last submap are taken to be done.
+        closures : ClosureParameters
+        """
+        frames, graph = mapping.frames, mapping.graph
+        most = max(FRONT_END.max_key_frames, len(frames))
+        mapper = cls(frames.geometry, replace(FRONT_END, max_key_frames=most), closures)
+        pose = Pose2D(*frames.poses[-1].tolist())
+        mapper._tracker.resume(frames, pose, pose @ frames.geometry.mount.inverse())
+        mapper.graph, mapper._waiting = graph, list(mapping.waiting)
+        mapper._submaps, _ = divided_submaps(graph, closures.submap_travel)
+        return mapper
+
     @property
     def key_frames(self) -> KeyFrames:
         """Key frames, at their current poses."""
@@ -131,12 +153,18 @@ class GraphMapper:
             self._close_loops()
         return tracked
 
-    def finish(self) -> Solution:
-        """Close the loops of the last submap, solve the graph and move the key frames; return the solution."""
+    def finish(self, done: Callable[[int, int], None] | None = None) -> Solution:
+        """Close the loops of the last submap, solve the graph and move the key frames; return the solution.
+
+        Parameters
+        ----------
+        done : callable, optional
+            Called with the number of submaps searched and that of all to search at most, after each.
+        """
         if self._submaps.finish() is not None:
             self._close_loops()
-        for _ in range(PASSES):
-            if not self._close_again():
+        for number in range(PASSES):
+            if not self._close_again(done, number):
                 break
         self.counts.lone += len(self._waiting)
         self._waiting.clear()
@@ -165,7 +193,7 @@ class GraphMapper:
             self._add_closure(closure)
         return bool(trusted)
 
-    def _close_again(self) -> bool:
+    def _close_again(self, done: Callable[[int, int], None] | None, number: int) -> bool:
         """Search all submaps again at the poses that the closures gave, for those missing; return whether any was."""
         submaps = self._submaps.finished
         links, count = Links(submaps, self.graph.edges), self.counts.closures
@@ -173,6 +201,8 @@ class GraphMapper:
             self._trust(
                 self._timed("closures", partial(self._search.search, self.key_frames, self.graph, submaps, of, links))
             )
+            if done is not None:
+                done(number * len(submaps) + of + 1, PASSES * len(submaps))
         if self.counts.closures == count:
             return False
         self._solve(GRADUATED)

@@ -129,7 +129,7 @@ class GridSlamNode(LoggedMapNode):
         self._poses = PosePublisher(context, self._frames, parameters)
         self._key_frames, self._others = KeyFramePublisher(context), OtherRobots()
         self._closures = ClosureJobs(context, lambda: self._mapper, self._on_moved)
-        self._graphs = PoseGraphServices(context, graphs, parameters.drawing())
+        self._graphs = PoseGraphServices(context, graphs, parameters.drawing(), closes=parameters.do_loop_closing)
         self._joint_maps = JointMaps(context, self._joinable, self._logbook, self._on_joined)
         self._loads = bool(parameters.map_file_name) and graphs.load is not None  # otherwise it comes with the log
 

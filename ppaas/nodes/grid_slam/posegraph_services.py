@@ -80,10 +80,14 @@ class PoseGraphServices:
     store : PoseGraphStore
     drawing : DrawingSettings
         Of the map.
+    closes : bool
+        Whether loops of the map are closed.
     """
 
-    def __init__(self, context: Context, store: PoseGraphStore, drawing: DrawingSettings) -> None:
-        self._store, self._drawing = store, drawing
+    def __init__(
+        self, context: Context, store: PoseGraphStore, drawing: DrawingSettings, *, closes: bool = True
+    ) -> None:
+        self._store, self._drawing, self._closes = store, drawing, closes
         self._pages = PosegraphPages(context)
 
     def loading(self, name: str, start: Pose2D | None, *, keeps: bool) -> Callable[[], LoadedGraph]:
@@ -150,4 +154,4 @@ class PoseGraphServices:
         closures = int((mapping.graph.edges.kinds == EdgeKind.CLOSURE).sum())
         scans, frame = int(mapping.frames.scans[-1]) + 1, frame_name(mapping.frames)
         counts = len(mapping.frames), mapping.graph.edge_count, closures
-        return GetPoseGraphResponse("", 0, *counts, *self._drawing, scans, frame)
+        return GetPoseGraphResponse("", 0, *counts, *self._drawing, scans, frame, self._closes)
