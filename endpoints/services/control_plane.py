@@ -6,7 +6,7 @@ from engine.master.quotas import Quotas
 from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.plan_rate import PlanRate
 from engine.service.robot_navigation import RobotNavigation
-from engine.service.views import ContainerView, MachineView, MappingRobot
+from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import PPaaSError
@@ -150,6 +150,10 @@ class ControlPlane(Protocol):
 
     def mapping_robots(self) -> list[MappingRobot]:
         """Return the robots that make new maps now, except those that continue a published one."""
+        ...
+
+    def lifelong_robots(self) -> list[LifelongRobot]:
+        """Return the robots that continue a published map for life now."""
         ...
 
     async def use_joint_map(self, user: str, robot: str, page: UseJointMapRequest) -> UseJointMapResponse:

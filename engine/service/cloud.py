@@ -7,7 +7,7 @@ from engine.service.plan_rate import PlanRate
 from engine.service.planning import Planning
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.robot_nodes import RobotNodes
-from engine.service.views import ContainerView, MachineView, MappingRobot
+from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import PPaaSError
@@ -112,6 +112,10 @@ class Cloud:
     def mapping_robots(self) -> list[MappingRobot]:
         """Return the robots that make new maps now, except those that continue a published one."""
         return self._driver.mapping_robots()
+
+    def lifelong_robots(self) -> list[LifelongRobot]:
+        """Return the robots that continue a published map for life now."""
+        return self._driver.lifelong_robots()
 
     async def use_joint_map(self, user: str, robot: str, page: UseJointMapRequest) -> UseJointMapResponse:
         """Send a page of a joint map to a robot that makes a map."""

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import logging
+from collections.abc import Iterator
 from pathlib import Path
 
 from engine.master.events import (
@@ -34,9 +35,10 @@ from engine.service.machine_events import MachineEvents
 from engine.service.order_execution import OrderExecution
 from engine.service.start_times import StartTimes
 from engine.service.view_building import container_view, machine_view
-from engine.service.views import ContainerView, MachineView, MappingRobot
+from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot
 from engine.specs.checkpoints import CheckpointSelection
-from engine.specs.containers import MapVersion
+from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
+from engine.specs.continued_maps import is_lifelong
 from engine.specs.robot_frames import base_frame
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable, rebuild
@@ -317,16 +319,25 @@ class MasterDriver:
 
     def mapping_robots(self) -> list[MappingRobot]:
         """Return the robots with a running container that make new maps, except those that continue a published one."""
-        specs = [
-            place.spec
-            for key, link in self._places.items()
-            if link.container is not None and (place := self._master.places.get(key)) is not None
-        ]
         return [
-            MappingRobot(spec.user, spec.robot.id, spec.joint_map)
-            for spec in specs
-            if spec is not None and spec.robot is not None and spec.joint_map
+            MappingRobot(spec.user, robot.id, spec.joint_map)
+            for spec, robot in self._running_robots()
+            if spec.joint_map
         ]
+
+    def lifelong_robots(self) -> list[LifelongRobot]:
+        """Return the robots with a running container that continue a published map for life."""
+        return [
+            LifelongRobot(spec.user, robot.id, robot.continued.id)
+            for spec, robot in self._running_robots()
+            if robot.continued is not None and is_lifelong(robot.parameters)
+        ]
+
+    def _running_robots(self) -> Iterator[tuple[ContainerSpec, RobotConfig]]:
+        for key, link in self._places.items():
+            place = self._master.places.get(key)
+            if link.container is not None and place is not None and place.spec is not None and place.spec.robot:
+                yield place.spec, place.spec.robot
 
     def _view(self, place: Place) -> ContainerView | None:
         container = place.spec.id if place.spec is not None else ""

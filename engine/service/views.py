@@ -134,6 +134,21 @@ class MappingRobot(msgspec.Struct, frozen=True):
     joint_map: str
 
 
+class LifelongRobot(msgspec.Struct, frozen=True):
+    """Robot that continues a published map for life.
+
+    Parameters
+    ----------
+    user, robot : str
+    map : str
+        Id of the map.
+    """
+
+    user: str
+    robot: str
+    map: str
+
+
 GoalState = Literal["pending", "active", "succeeded", "canceled", "aborted", "rejected", "lost"]
 
 

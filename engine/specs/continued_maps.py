@@ -49,6 +49,12 @@ def continued_map(maps: MapStore, user: str, parameters: Mapping[str, Any]) -> M
     return MapVersion(head.id, head.version)
 
 
+def is_lifelong(parameters: Mapping[str, Any]) -> bool:
+    """Return whether the parameters of a robot let it map for life."""
+    given = parameters.get("grid_slam")
+    return isinstance(given, Mapping) and given.get("mode") == "lifelong"
+
+
 def _no_map(name: str) -> InvalidParameter:
     return InvalidParameter(
         f"{NAME}: {name!r} is not a published map: publish it, or change the parameter of the robot"

@@ -7,7 +7,7 @@ from ppaas.mapping.kernels import occupancy as kernels
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.maps.grid import GridInfo
 
-STAYING = 3.0
+STAYING = 1.5
 """Factor of the distance after which points in a cell count as another pass: people stand for some time."""
 
 PART = 3.0

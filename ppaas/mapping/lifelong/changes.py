@@ -1,6 +1,8 @@
 """Changes of a map: what two passes of a robot found gone, and what they found new."""
 
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +25,9 @@ SQUARE = 4
 
 LEAST_CELLS = 6
 """Fewest cells of a change; fewer are noise at the edge of a wall."""
+
+SAME_PLACE = 0.75
+"""Distance of the centres up to which two changes of a kind are the same [m]."""
 
 SAME_SCAN = 0.1
 """Largest median distance of the scans that a robot shares with the map [m]: above, their frames differ."""
@@ -48,6 +53,27 @@ class ChangedPlace(NamedTuple):
     cells: int
 
 
+Centres = Sequence[tuple[float, float]]
+"""Centres x, y of changed places [m]."""
+
+
+class KnownChanges(NamedTuple):
+    """Changes that were proposed before, and are left out.
+
+    Parameters
+    ----------
+    left, new : sequence of (float, float)
+        Centres of the places where something stood, and where something was new [m].
+    """
+
+    left: Centres = ()
+    new: Centres = ()
+
+
+NOTHING = KnownChanges()
+"""No known changes."""
+
+
 @dataclass(frozen=True, slots=True)
 class ConfirmedChanges:
     """Changes that two passes confirm.
@@ -65,8 +91,23 @@ class ConfirmedChanges:
     grid: GridMap
 
 
-def later_frames(frames: KeyFrames, published: KeyFrames) -> NDArray[np.int64]:
-    """Return the indices of the key frames of a robot that are not in the map that it continues.
+class LaterFrames(NamedTuple):
+    """Key frames of a robot that are not in the map that it continues.
+
+    Parameters
+    ----------
+    frames : KeyFrames
+        All of the robot.
+    indices : (n,) int64 array
+        Those that are not in the map.
+    """
+
+    frames: KeyFrames
+    indices: NDArray[np.int64]
+
+
+def later_frames(frames: KeyFrames, published: KeyFrames) -> LaterFrames:
+    """Return the key frames of a robot that are not in the map that it continues.
 
     Parameters
     ----------
@@ -84,11 +125,11 @@ def later_frames(frames: KeyFrames, published: KeyFrames) -> NDArray[np.int64]:
     apart = frames.poses[own, :2] - published.poses[theirs, :2]
     if np.median(np.hypot(apart[:, 0], apart[:, 1])) > SAME_SCAN:
         raise InvalidInput("the robot does not continue this map: its key frames are at other places")
-    return np.flatnonzero(~np.isin(frames.scans, common))
+    return LaterFrames(frames, np.flatnonzero(~np.isin(frames.scans, common)))
 
 
 def confirmed_changes(
-    before: GridMap, now: GridMap, frames: KeyFrames, later: NDArray[np.int64], apart: float
+    before: GridMap, now: GridMap, later: LaterFrames, apart: float, known: KnownChanges = NOTHING
 ) -> ConfirmedChanges:
     """Return the changes of a map that two passes of a robot confirm.
 
@@ -98,12 +139,11 @@ def confirmed_changes(
         The map.
     now : GridMap
         The map that the robot has made of all key frames; with the same resolution and axes, and cells that coincide.
-    frames : KeyFrames
-        Those of the robot.
-    later : (n,) int64 array
-        Indices of those that are not in the map.
+    later : LaterFrames
     apart : float
         Least distance travelled between two passes [m].
+    known : KnownChanges
+        Changes that are left out.
 
     Raises
     ------
@@ -114,14 +154,19 @@ def confirmed_changes(
     old, current = _extended(before, info), _extended(now, info)
     was, is_ = old >= OCCUPIED_THRESHOLD, current >= OCCUPIED_THRESHOLD
     passes = CellPasses(info, apart)
-    passes.add(frames, later, mileage(frames.poses))
+    passes.add(later.frames, later.indices, mileage(later.frames.poses))
     left = was & ~_widened(is_, NEAR) & (current != UNKNOWN) & (_most_beside(passes.passed) >= PASSES)
     new = is_ & ~_widened(was, NEAR) & (old != UNKNOWN) & (_most_beside(passes.ended) >= PASSES)
-    left_places, left = _places(left, info)
-    new_places, new = _places(new, info)
+    left_places, left = _places(left, info, known.left)
+    new_places, new = _places(new, info, known.new)
     cells = np.where(old == UNKNOWN, current, old)
     cells[left], cells[new] = FREE, OCCUPIED
-    return ConfirmedChanges(left_places, new_places, replace(now, data=cells, info=info))
+    return ConfirmedChanges(left_places, new_places, GridMap(cells, info))
+
+
+def is_among(place: ChangedPlace, known: Centres) -> bool:
+    """Return whether the centre of a place is at one of some others."""
+    return any(math.dist((place.x, place.y), centre) <= SAME_PLACE for centre in known)
 
 
 def _around(one: GridInfo, other: GridInfo) -> GridInfo:
@@ -168,8 +213,8 @@ def _most_beside(counts: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return most
 
 
-def _places(mask: NDArray[np.bool_], info: GridInfo) -> tuple[list[ChangedPlace], NDArray[np.bool_]]:
-    """Return rectangles around groups of cells, and the mask without groups that are too small."""
+def _places(mask: NDArray[np.bool_], info: GridInfo, known: Centres) -> tuple[list[ChangedPlace], NDArray[np.bool_]]:
+    """Return rectangles around groups of cells, and the mask without groups that are too small or known."""
     rows, columns = np.nonzero(mask)
     squares, index, counts = np.unique(
         np.column_stack((rows // SQUARE, columns // SQUARE)), axis=0, return_inverse=True, return_counts=True
@@ -181,8 +226,10 @@ def _places(mask: NDArray[np.bool_], info: GridInfo) -> tuple[list[ChangedPlace]
         if sizes[group] < LEAST_CELLS:
             break
         own = of_cell == group
-        kept[rows[own], columns[own]] = True
-        places.append(_place(rows[own], columns[own], info))
+        place = _place(rows[own], columns[own], info)
+        if not is_among(place, known):
+            kept[rows[own], columns[own]] = True
+            places.append(place)
     return places, kept
 
 

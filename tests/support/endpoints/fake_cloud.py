@@ -15,7 +15,7 @@ from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, Pa
 from engine.service.plan_rate import PlanRate
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.view_building import machine_view
-from engine.service.views import ContainerView, MachineView, MappingRobot
+from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import Conflict, NotFound, PPaaSError
@@ -66,6 +66,7 @@ class FakeCloud:
         self.map_file = b""
         self.octomap_file = b""
         self.mapping: list[MappingRobot] = []
+        self.lifelong: list[LifelongRobot] = []
         self.joint_maps: dict[str, bytes] = {}
         """Bytes of the joint maps that robots have received so far."""
         self.running: list[ContainerView] = []
@@ -142,6 +143,9 @@ class FakeCloud:
 
     def mapping_robots(self) -> list[MappingRobot]:
         return self.mapping
+
+    def lifelong_robots(self) -> list[LifelongRobot]:
+        return self.lifelong
 
     async def use_joint_map(self, user: str, robot: str, page: UseJointMapRequest) -> UseJointMapResponse:
         if self.error is not None:

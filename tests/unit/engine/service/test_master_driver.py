@@ -13,7 +13,7 @@ from engine.master.master import Master
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import control_link, robot_link
 from engine.service.master_driver import MasterDriver
-from engine.service.views import MappingRobot
+from engine.service.views import LifelongRobot, MappingRobot
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import SESSION_STATE, MapVersion
 from ppaas.errors import Conflict, NotFound, QuotaExceeded, Unavailable
@@ -376,13 +376,15 @@ async def test_robots_that_make_new_maps_are_listed_once_their_containers_run(
 ) -> None:
     new = MapVersion("new:office-2", "")
     own = service.open_place(robot_request("tb1", version=new, new_map="office-2"))
-    service.open_place(robot_request("tb2", version=new, new_map="office-2", continued=HOUSE))
+    lifelong = {"grid_slam": {"mode": "lifelong"}}
+    service.open_place(robot_request("tb2", version=new, new_map="office-2", continued=HOUSE, parameters=lifelong))
     service.open_place(robot_request("tb3"))
-    assert service.mapping_robots() == []
+    assert service.mapping_robots() == service.lifelong_robots() == []
     containers = [await machine.boot(await machine.started()) for _ in range(3)]
     await own.ready(10)
     await until(lambda: len([view for view in service.containers("ann") if view.state == "ready"]) == 3)
     assert service.mapping_robots() == [MappingRobot("ann", "tb1", "new:office-2@ann")]
+    assert service.lifelong_robots() == [LifelongRobot("ann", "tb2", "house")]
     await containers[0].stream.close()
 
 

@@ -6,7 +6,7 @@ import pytest
 from benchmarks.mapping.changing_room import AFTER, BEFORE, changing_drive, room
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.mapping.lifelong.changes import confirmed_changes, later_frames
+from ppaas.mapping.lifelong.changes import KnownChanges, LaterFrames, confirmed_changes, later_frames
 from ppaas.mapping.lifelong.parameters import LifelongParameters
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.map_drawing import draw_map
@@ -17,6 +17,7 @@ from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
 PEOPLE = ((0.5, 4.0, 0.8, 4.3), (5.0, 2.2, 5.3, 2.5), (2.8, 4.2, 3.1, 4.5), (2.5, 0.5, 2.8, 0.8))
 LAPS = [room(BEFORE)] * 2 + [room(AFTER, person) for person in PEOPLE]
 DRIVE = changing_drive(LAPS, beams=60)
+NOTHING = KnownChanges()
 ORIGIN = DRIVE.true[0, :2]
 
 
@@ -34,10 +35,10 @@ def mapped():
     return found
 
 
-def changes(mapped, lap: int):
+def changes(mapped, lap: int, known: KnownChanges = NOTHING):
     (base, before), (mapping, now) = mapped[1], mapped[lap]
     later = later_frames(mapping.frames, base.frames)
-    return confirmed_changes(before, now, mapping.frames, later, 6.0)
+    return confirmed_changes(before, now, later, 6.0, known)
 
 
 def assert_is_box(place, box):
@@ -67,6 +68,14 @@ def test_the_map_with_the_changes_differs_at_no_other_place(mapped):
     assert set(np.unique(part[differs])) == {FREE, OCCUPIED}
 
 
+def test_known_changes_are_left_out(mapped):
+    found = changes(mapped, 5)
+    x, y = found.left[0].x, found.left[0].y
+    rest = changes(mapped, 5, KnownChanges([(x + 0.4, y - 0.4)], [(x, y)]))
+    assert (rest.left, rest.new) == ([], found.new)
+    assert (rest.grid.data != found.grid.data).sum() == found.left[0].cells
+
+
 def test_a_robot_that_does_not_continue_the_map_is_refused(mapped):
     base = mapped[1][0].frames
     moved, other = base.snapshot(), base.snapshot()
@@ -83,4 +92,4 @@ def test_grids_whose_cells_do_not_coincide_are_refused(mapped):
     info = now.info
     shifted = GridMap(now.data, GridInfo(info.resolution, info.width, info.height, Pose2D(0.013, 0.0)))
     with pytest.raises(InvalidInput, match="do not coincide"):
-        confirmed_changes(shifted, now, mapping.frames, np.arange(0), 6.0)
+        confirmed_changes(shifted, now, LaterFrames(mapping.frames, np.arange(0)), 6.0)

@@ -7,57 +7,15 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.closure import Closure
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
-from ppaas.mapping.key_frame_graph import append_key_frame
 from ppaas.mapping.key_frames import KeyFrames
-from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.lifelong.parameters import LifelongParameters
 from ppaas.mapping.lifelong.thinning import Chosen, is_due, renumbered_closures, thin
 from ppaas.mapping.map_drawing import draw_map
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
 from ppaas.planar_poses import relative
-from tests.support.world.room_scans import ROOM, scan_at, segments
-
-LASER = LaserGeometry(0.0, np.pi / 60.0, 120)
-
-LAP = 30
-"""Key frames of a lap, on a circle of 1 m around the origin."""
-
-PARAMETERS = LifelongParameters(pass_distance=4.0)
-CHAIR, TABLE = (2.2, -0.2), (-2.6, -0.2)
-
-
-def box(x: float, y: float) -> np.ndarray:
-    return segments([(x, y), (x + 0.4, y), (x + 0.4, y + 0.4), (x, y + 0.4)])
-
-
-def with_boxes(*places: tuple[float, float]) -> np.ndarray:
-    return np.concatenate((ROOM, *(box(*place) for place in places)))
-
-
-def go_round(frames: KeyFrames, graph: PoseGraph, walls: np.ndarray, count: int = LAP) -> None:
-    """Append the key frames of a lap, with a closure to the lap before at every third one."""
-    for _ in range(count):
-        k = int(frames.scans[-1]) + 1 if len(frames) else 0
-        angle = 2.0 * np.pi * k / LAP
-        pose = Pose2D(np.cos(angle), np.sin(angle), (angle + np.pi / 2.0 + np.pi) % (2.0 * np.pi) - np.pi)
-        frames.add(scan_at(pose, LASER, walls, noise=0.01, seed=k), k, pose, np.array((1e4, 0, 0, 1e4, 0, 1e5)))
-        append_key_frame(graph, frames)
-        before = np.flatnonzero(frames.scans == k - LAP)
-        if k % 3 == 0 and len(before):
-            first, second = int(before[0]), len(frames) - 1
-            graph.add_edge(first, second, relative(*frames.poses[[first, second]]), 1e3 * np.eye(3), EdgeKind.CLOSURE)
-
-
-def mapped(*laps: np.ndarray) -> tuple[KeyFrames, PoseGraph]:
-    """Return the key frames of laps, thinned after each."""
-    frames, graph = KeyFrames(LASER), PoseGraph()
-    for walls in laps:
-        since = len(frames)
-        go_round(frames, graph, walls)
-        thinned = thin(frames, graph, Chosen(since, np.zeros(len(frames), np.bool_)), PARAMETERS)
-        frames, graph = thinned.frames, thinned.graph
-    return frames, graph
+from tests.support.world.changing_rounds import CHAIR, LAP, LASER, PARAMETERS, TABLE, go_round, mapped, with_boxes
+from tests.support.world.room_scans import ROOM
 
 
 def occupied(frames: KeyFrames, place: tuple[float, float]) -> int:
