@@ -20,6 +20,7 @@ from endpoints.http.http_protocol import DirectHttp, http_protocol
 from endpoints.http.tls import ServerTls
 from endpoints.http.tls_handshake import TlsListener
 from endpoints.http.websocket_protocol import DirectWebSocket
+from endpoints.merging.coordinator import JointMapCoordinator
 from endpoints.rosbridge.idle_watch import IdleWatch
 from endpoints.rosbridge.rights_watch import RightsWatch
 from endpoints.rosbridge.robot_socket import serve_robot_socket
@@ -112,6 +113,7 @@ class Web:
             keep_versions=engine.keep_versions,
             audit=audit,
         )
+        self._joint_maps = JointMapCoordinator(services)
         self._disk = DiskWatch.of(engine.reserve, engine.store)
         self._rights = RightsWatch(self._sessions, engine.sessions, services)
         self._tls = tls
@@ -124,6 +126,7 @@ class Web:
         self._background.run(self._idle.run())
         self._background.run(self._rights.run())
         self._background.run(self._disk.run())
+        self._background.run(self._joint_maps.run())
         if self._tls is not None:
             self._background.run(self._tls.watch())
         await self._server.serve(list(listeners))

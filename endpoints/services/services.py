@@ -8,6 +8,7 @@ from endpoints.audit.event import AuditLog, MemoryAuditLog
 from endpoints.services.control_plane import ControlPlane
 from endpoints.services.heavy_work import HeavyWork
 from endpoints.services.installed_planners import InstalledPlanners
+from endpoints.services.joint_maps import JointMaps
 from endpoints.services.map_cache import MapHeadCache
 from endpoints.services.plan_writer import PlanWriter
 from endpoints.services.request_limits import RequestLimits
@@ -31,6 +32,7 @@ class Services:
     usage: Usage = field(default_factory=Usage)
     planners: InstalledPlanners = field(default_factory=InstalledPlanners)
     heavy_work: HeavyWork = field(default_factory=HeavyWork)
+    joint_maps: JointMaps = field(default_factory=JointMaps)
     disk: DiskReserve | None = None
     keep_versions: int | None = None
     audit: AuditLog = field(default_factory=MemoryAuditLog)

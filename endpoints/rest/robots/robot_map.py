@@ -1,8 +1,6 @@
 """Routes of the map that a robot makes: its size, its pose graph, and its publication."""
 
-import base64
 import json
-from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING
 
 from fastapi import APIRouter, Request, Response
@@ -19,9 +17,9 @@ from endpoints.rest.names import Name, RobotId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.schemas import MAX_DESCRIPTION, RequestBody, ResponseBody
 from endpoints.rest.strict_json import StrictRoute
+from endpoints.services.robot_files import whole_file
 from endpoints.services.services import Services
-from ppaas.errors import Conflict, Unavailable
-from ppaas.messages.octomap_msgs import GetOctomapFileResponse
+from ppaas.errors import Conflict
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.disk_errors import disk_errors
 from storage.records import MapRecord, User
@@ -33,12 +31,6 @@ if TYPE_CHECKING:
 
 _DRAWING = "endpoints.rest.maps.draw_posegraph"
 
-MOST_BYTES = 1 << 28
-"""Largest pose graph or octomap that is taken from a robot [bytes]."""
-
-FilePage = GetPoseGraphResponse | GetOctomapFileResponse
-"""Page of a file."""
-
 router = APIRouter(prefix="/robots/{robot_id}/map", tags=["robots"], route_class=StrictRoute)
 
 
@@ -48,6 +40,11 @@ class RobotMapAnswer(ResponseBody):
     key_frames: int = Field(description="Number of scans that the map consists of")
     edges: int = Field(description="Number of measured relative poses between them")
     closures: int = Field(description="Number of those that close loops")
+    joined_with: list[str] = Field(description="Robots whose maps are one with this one; `USER/ROBOT` of other users")
+    refused: str | None = Field(
+        description="Why the map could not be joined with those of other robots at the last attempt; null if it could"
+    )
+    tried: float | None = Field(description="Time of that attempt [s since the epoch]; null if there was none")
 
 
 class PublishRequest(RequestBody):
@@ -63,10 +60,19 @@ class PublishRequest(RequestBody):
 
 
 @router.get("", response_model=RobotMapAnswer, responses=KNOWN | problems(404, 503))
-async def show_robot_map(robot_id: RobotId, services: Provided, user: Caller) -> GetPoseGraphResponse:
-    """Show the size of the map that a connected robot makes."""
+async def show_robot_map(robot_id: RobotId, services: Provided, user: Caller) -> RobotMapAnswer:
+    """Show the size of the map that a connected robot makes, and the robots with which it makes it."""
     await own_robot(services, user, robot_id)
-    return await services.cloud.robot_map(user.id, robot_id, -1)
+    numbers = await services.cloud.robot_map(user.id, robot_id, -1)
+    sharing = services.joint_maps.sharing(user.id, robot_id)
+    return RobotMapAnswer(
+        key_frames=numbers.key_frames,
+        edges=numbers.edges,
+        closures=numbers.closures,
+        joined_with=list(sharing.joined_with),
+        refused=sharing.refused or None,
+        tried=sharing.tried,
+    )
 
 
 @router.get(
@@ -106,26 +112,13 @@ async def publish_robot_map(
 async def _taken(services: Services, user: User, robot: str) -> tuple[bytes, GetPoseGraphResponse]:
     """Return the file of the pose graph of a robot, as it was at the first page."""
     numbers = await services.cloud.robot_map(user.id, robot, 0)
-    return await _whole(numbers, lambda offset: services.cloud.robot_map(user.id, robot, offset), robot), numbers
+    return await whole_file(numbers, lambda offset: services.cloud.robot_map(user.id, robot, offset), robot), numbers
 
 
 async def _octomap(services: Services, user: User, robot: str) -> bytes:
     """Return the octomap of a robot; empty if it makes none."""
     first = await services.cloud.robot_octomap(user.id, robot, 0)
-    return await _whole(first, lambda offset: services.cloud.robot_octomap(user.id, robot, offset), robot)
-
-
-async def _whole(first: FilePage, page_at: Callable[[int], Awaitable[FilePage]], robot: str) -> bytes:
-    """Return a file from its first page on."""
-    page, file = first, bytearray()
-    while data := base64.b64decode(page.data):
-        file += data
-        if page.size != first.size or len(file) > min(first.size, MOST_BYTES):
-            raise Unavailable(f"the map of robot {robot!r} changed while it was read, or is too large: try again")
-        page = await page_at(len(file))
-    if len(file) != first.size:
-        raise Unavailable(f"the map of robot {robot!r} ended early: try again")
-    return bytes(file)
+    return await whole_file(first, lambda offset: services.cloud.robot_octomap(user.id, robot, offset), robot)
 
 
 def _publish(

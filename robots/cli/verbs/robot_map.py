@@ -8,7 +8,7 @@ from robots.cli.output import show
 from robots.cli.session import add_session_arguments, logged_in
 from robots.client.rest_paths import path_of
 
-COLUMNS = ("key_frames", "edges", "closures")
+COLUMNS = ("key_frames", "edges", "closures", "joined_with", "refused")
 
 PUBLISHED = ("id", "version", "width", "height", "resolution", "origin")
 

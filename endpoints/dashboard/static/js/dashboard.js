@@ -72,6 +72,7 @@ export class Dashboard {
     this.#maps.update(maps, robots, own);
     await this.#showMap();
     await this.#showChanges(maps);
+    await this.#showSharing();
     this.#fleet.update(robots.filter(({ map }) => map === this.#maps.current), own, this.#radii);
     showMachines(found);
     showContainers(containers, this.#me.role === "admin");
@@ -92,6 +93,18 @@ export class Dashboard {
     const grid = current === null ? null : await this.#rest.grid(current);
     this.#grid = { id: current, version: grid?.version };
     this.#stage.show(current, grid);
+  }
+
+  /** Show whether the map that the selected robot makes is one with those of others. */
+  async #showSharing() {
+    const { robot, mapping, connected } = this.#fleet.selected ?? {};
+    if (!mapping || !connected) return this.#card.showSharing(null);
+    try {
+      this.#card.showSharing(await this.#rest.get(`v1/robots/${encodeURIComponent(robot.id)}/map`));
+    } catch (error) {
+      if (!(error instanceof Refused) || error.status === 401) throw error;
+      this.#card.showSharing(null); // it has no map yet, or has just left
+    }
   }
 
   get #mapPath() {

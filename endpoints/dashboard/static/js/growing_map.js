@@ -15,6 +15,18 @@ export function nameOf(map) {
   return map.slice(NEW.length);
 }
 
+/**
+ * Say with which robots a robot makes its map, as the cloud tells.
+ * @param {{joined_with: string[], refused: string | null} | null} map
+ */
+export function sharing(map) {
+  if (!map) return "";
+  const reason = map.refused ? `not joined with another map: ${map.refused}` : "";
+  if (!map.joined_with.length) return reason ? `Map ${reason}` : "";
+  const others = `Map made together with ${map.joined_with.join(", ")}`;
+  return reason ? `${others}; ${reason}` : others;
+}
+
 export class GrowingMap {
   /** @type {import("./grid.js").Grid | null} another object after each change */ grid = null;
 

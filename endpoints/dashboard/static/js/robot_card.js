@@ -2,7 +2,7 @@
 
 import { byId, make, say } from "./dom.js";
 import { degrees, number } from "./format.js";
-import { nameOf } from "./growing_map.js";
+import { nameOf, sharing } from "./growing_map.js";
 import { NAME_OF_MAP, orderForm } from "./order_form.js";
 import { doing, showPresence } from "./robot_list.js";
 
@@ -24,6 +24,7 @@ export class RobotCard {
       presence: make("span", { className: "presence" }),
       doing: make("p", { className: "doing", role: "status" }),
       where: make("p", { className: "where" }),
+      shared: make("p", { className: "where" }),
       cancel: make("button", { className: "button stop", type: "button", textContent: "Cancel goal", onclick: orders.cancel }),
       release: make("button", { className: "button", type: "button", textContent: "Done", onclick: orders.release }),
       explore: make("button", { className: "button", type: "button", textContent: "Explore", onclick: orders.explore }),
@@ -37,7 +38,7 @@ export class RobotCard {
   }
 
   #build(orders) {
-    const { swatch, name, presence, doing: what, where, cancel, release, explore } = this.#parts;
+    const { swatch, name, presence, doing: what, where, shared, cancel, release, explore } = this.#parts;
     const form = make("form", { className: "go-form", "aria-label": "Drive to coordinates" });
     form.append(...this.#inputs.map(({ label }) => label), make("button", { className: "button", textContent: "Go" }));
     form.addEventListener("submit", (event) => {
@@ -46,7 +47,7 @@ export class RobotCard {
       orders.drive({ x, y, theta: (yaw * Math.PI) / 180 });
     });
     this.#card.replaceChildren(
-      make("div", { className: "head" }, swatch, name, presence), what, where,
+      make("div", { className: "head" }, swatch, name, presence), what, where, shared,
       make("details", { className: "go" }, make("summary", { textContent: "Drive to coordinates" }), form),
       this.#publishForm(orders), make("div", { className: "actions" }, explore, cancel, release),
     );
@@ -66,6 +67,11 @@ export class RobotCard {
     explore.disabled = !connected || state.exploration !== null;
     const input = publish.querySelector("input");
     if (mapping && !input.value) input.value = nameOf(robot.map);
+  }
+
+  /** Show with which robots the selected one makes its map. @param {Parameters<typeof sharing>[0]} map */
+  showSharing(map) {
+    say(this.#parts.shared, sharing(map));
   }
 
   /** @param {import("./robot_link.js").RobotLink | null} link @param {string} colour */

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 import { poseMessage } from "../../../../endpoints/dashboard/static/js/geometry.js";
-import { GrowingMap, isNew, nameOf } from "../../../../endpoints/dashboard/static/js/growing_map.js";
+import { GrowingMap, isNew, nameOf, sharing } from "../../../../endpoints/dashboard/static/js/growing_map.js";
 
 const whole = () => ({
   info: { resolution: 0.5, width: 3, height: 2, origin: poseMessage({ x: -1, y: 2, theta: 0 }) }, data: [0, 1, 2, 3, 4, -1],
@@ -46,4 +46,13 @@ test("changes of another grid and incomplete messages are ignored", () => {
   for (const message of wrong) map.change(message);
   for (const message of [{}, { ...whole(), data: [1] }, { ...whole(), info: { ...whole().info, resolution: 0 } }]) map.replace(message);
   assert.equal(map.grid, grid);
+});
+
+test("the card says with which robots a map is made, or why it is not", () => {
+  assert.equal(sharing(null), "");
+  assert.equal(sharing({ joined_with: [], refused: null }), "");
+  assert.equal(sharing({ joined_with: ["tb2", "bob/tb3"], refused: null }), "Map made together with tb2, bob/tb3");
+  assert.equal(sharing({ joined_with: [], refused: "too few places" }), "Map not joined with another map: too few places");
+  const both = sharing({ joined_with: ["tb2"], refused: "too few places" });
+  assert.equal(both, "Map made together with tb2; not joined with another map: too few places");
 });

@@ -4,6 +4,7 @@ import httpx
 import numpy as np
 import pytest
 
+from endpoints.services.joint_maps import RobotMap
 from endpoints.services.services import Services
 from ppaas.errors import Conflict, PPaaSError, Unavailable
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
@@ -31,7 +32,24 @@ async def ann(client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud) -> dic
 
 async def test_the_size_of_the_map_so_far_is_shown(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
     answer = await client.get(MAP, headers=ann)
-    assert answer.json() == {"key_frames": 3, "edges": 2, "closures": 0}
+    size = {"key_frames": 3, "edges": 2, "closures": 0}
+    assert answer.json() == size | {"joined_with": [], "refused": None, "tried": None}
+
+
+async def test_the_robots_with_which_the_map_is_made_are_shown(
+    client: httpx.AsyncClient, ann: dict[str, str], services: Services
+) -> None:
+    joint = services.joint_maps
+    maps = [RobotMap("ann", "tb1", "a", 30, 50), RobotMap("bob", "tb9", "b", 30, 90)]
+    joint.report({"new:office-2@ann": maps})
+    join = joint.next_join()
+    assert join is not None
+    joint.done(join, 60, "the maps do not overlap enough: too few places")
+    answer = (await client.get(MAP, headers=ann)).json()
+    assert (answer["joined_with"], answer["refused"]) == ([], "the maps do not overlap enough: too few places")
+    joint.report({"new:office-2@ann": [maps[0], maps[1]._replace(frame="a")]})
+    answer = (await client.get(MAP, headers=ann)).json()
+    assert (answer["joined_with"], answer["refused"]) == (["bob/tb9"], None)
 
 
 async def test_the_pose_graph_so_far_is_returned(

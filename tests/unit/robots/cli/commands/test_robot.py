@@ -55,7 +55,7 @@ async def test_the_map_of_a_robot_is_shown_saved_and_published(ppaas: CommandLin
     ppaas.cloud.map_file = b"".join(pack_mapping(room_mapping(4)))
     saved = tmp_path / "tb1.posegraph"
     shown = await ppaas("robot", "map", "tb1", "--posegraph", str(saved))
-    assert shown.rows == [["key_frames", "edges", "closures"], ["3", "2", "0"]]
+    assert shown.rows == [["key_frames", "edges", "closures", "joined_with", "refused"], ["3", "2", "0", "-", "-"]]
     assert saved.read_bytes() == ppaas.cloud.map_file
     published = await ppaas("robot", "map", "tb1", "--publish", "office-2", "--message", "first walk", "--no-refine")
     assert published.err == ""

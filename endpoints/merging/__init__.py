@@ -1,0 +1,1 @@
+"""Merging of the maps of robots while they make them."""

@@ -1,0 +1,168 @@
+"""Joining of the maps of simulated robots while they make them, from the merge to exchanges and failures."""
+
+import asyncio
+
+import numpy as np
+import pytest
+
+from endpoints.merging import coordinator as module
+from endpoints.merging.coordinator import JointMapCoordinator, join_in_process
+from endpoints.merging.join_program import join_files
+from endpoints.services.joint_maps import Sharing
+from endpoints.services.services import Services
+from ppaas.errors import MapsNotMerged
+from ppaas.geometry import Pose2D
+from ppaas.mapping.merging.united import frame_ids
+from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
+from storage.memory.maps import MemoryMapStore
+from storage.memory.store import MemoryStore
+from tests.support.endpoints.mapping_cloud import MappingCloud
+from tests.support.world.joint_maps import joint_map, start_of
+from tests.support.world.mapping_robot import MappingRobot
+from tests.support.world.mappings import room_mapping
+from tests.support.world.merge_drives import first_drive, second_drive
+
+MET = 100
+"""Scans of each robot when it may be joined with the other."""
+
+
+def services(cloud):
+    return Services(MemoryStore(), MemoryMapStore(), None, cloud)
+
+
+class ByTruth:
+    """Joins maps by the true poses of both drives; those with scans in common as the program does."""
+
+    def __init__(self, tmp_path):
+        self.calls, self.refusal, self.tmp_path = [], None, tmp_path
+
+    def __call__(self, groups):
+        self.calls.append([len(group) for group in groups])
+        if self.refusal is not None:
+            raise self.refusal
+        paths = []
+        for number, group in enumerate(groups):
+            paths.append([])
+            for of, file in enumerate(group):
+                path = self.tmp_path / f"{number}-{of}"
+                path.write_bytes(file)
+                paths[-1].append(str(path))
+        to = self.tmp_path / "joint"
+        try:
+            join_files(paths, to)
+        except MapsNotMerged:
+            drives = first_drive(), second_drive()
+            first, second = (unpack_mapping(group[0]) for group in groups)
+            joined = joint_map(*zip(drives, (first, second), strict=True))
+            to.write_bytes(b"".join(pack_mapping(joined)))
+        return to.read_bytes()
+
+
+@pytest.fixture
+def join(tmp_path):
+    return ByTruth(tmp_path)
+
+
+@pytest.fixture
+def robots():
+    both = MappingRobot(first_drive()), MappingRobot(second_drive())
+    for robot in both:
+        robot.step(MET)
+    return both
+
+
+@pytest.fixture
+def cloud(robots):
+    first, second = robots
+    return MappingCloud(tb1=first, tb2=second)
+
+
+def ids(robot):
+    return set(frame_ids(robot.node._mapping()))
+
+
+def off(robot):
+    """Return the distance of a robot from its true pose in the frame of the first one [m]."""
+    true = Pose2D(*robot.drive.true[robot.next - 1].tolist())
+    return robot.in_map.distance_to(start_of(first_drive()).inverse() @ true)
+
+
+async def test_two_robots_go_on_in_one_map_and_exchange_what_they_map(cloud, robots, join, monkeypatch):
+    monkeypatch.setattr("endpoints.services.joint_maps.LEAST_PERIOD", 0.0)
+    used = services(cloud)
+    coordinator = JointMapCoordinator(used, join)
+    own = [ids(robot) for robot in robots]
+    first = await coordinator.step()
+    assert [len(group) for group in first.groups] == [1, 1]
+    assert ids(robots[0]) == ids(robots[1]) == own[0] | own[1]
+    await coordinator.step()
+    assert [used.joint_maps.sharing("ann", name).joined_with for name in ("tb1", "tb2")] == [("tb2",), ("tb1",)]
+    for robot in robots:
+        robot.step(60)
+        assert off(robot) < 0.15
+    assert ids(robots[0]) != ids(robots[1])
+    await coordinator.step()
+    assert ids(robots[0]) == ids(robots[1])
+    assert len(ids(robots[0])) > len(own[0] | own[1]) + 20
+    assert join.calls == [[1, 1], [2]]
+
+
+async def test_reason_of_a_refusal_is_kept_and_maps_stay(cloud, robots, join):
+    join.refusal = MapsNotMerged("the maps do not overlap enough: too few places")
+    used = services(cloud)
+    coordinator, own = JointMapCoordinator(used, join), [ids(robot) for robot in robots]
+    assert await coordinator.step() is not None
+    assert await coordinator.step() is None
+    assert [ids(robot) for robot in robots] == own
+    sharing = used.joint_maps.sharing("ann", "tb2")
+    assert sharing == Sharing((), "the maps do not overlap enough: too few places", sharing.tried)
+
+
+async def test_robot_that_missed_a_merge_joins_later_without_a_search(cloud, robots, join, monkeypatch):
+    monkeypatch.setattr("endpoints.services.joint_maps.LEAST_PERIOD", 0.0)
+    cloud.deaf.add("tb2")
+    used = services(cloud)
+    coordinator = JointMapCoordinator(used, join)
+    await coordinator.step()
+    assert ids(robots[1]) < ids(robots[0])
+    cloud.deaf.clear()
+    assert "no container now" in used.joint_maps.sharing("ann", "tb2").refused
+    coordinator = JointMapCoordinator(services(cloud), join)  # another cloud process, which knows nothing
+    robots[1].step(10)
+    join.refusal = None
+    await coordinator.step()
+    assert ids(robots[1]) > ids(robots[0]) - ids(robots[1])
+    assert len(ids(robots[1]) - ids(robots[0])) == 0
+    np.testing.assert_allclose(robots[0].node._mapping().frames.poses[0], robots[1].node._mapping().frames.poses[0])
+
+
+async def test_robots_of_other_joint_maps_are_not_even_asked(cloud, robots, join):
+    cloud.mapping = [each.__class__(each.user, each.robot, f"new:{each.robot}@ann") for each in cloud.mapping]
+    assert await JointMapCoordinator(services(cloud), join).step() is None
+    assert join.calls == []
+
+
+async def test_robot_without_a_map_is_left_out(cloud, join):
+    cloud.robots["ann", "tb2"] = MappingRobot(second_drive())
+    assert await JointMapCoordinator(services(cloud), join).step() is None
+
+
+async def test_coordinator_goes_on_after_an_error(cloud, join, monkeypatch, caplog):
+    monkeypatch.setattr(module, "PERIOD", 0.0)
+    coordinator, calls = JointMapCoordinator(services(cloud), join), []
+
+    async def step():
+        calls.append(1)
+        if len(calls) == 2:
+            raise asyncio.CancelledError
+        raise RuntimeError("a defect")
+
+    monkeypatch.setattr(coordinator, "step", step)
+    with pytest.raises(asyncio.CancelledError):
+        await coordinator.run()
+    assert "it is tried again" in caplog.text
+
+
+def test_program_joins_files_in_a_process_of_its_own():
+    file = b"".join(pack_mapping(room_mapping(3)))
+    assert len(unpack_mapping(join_in_process([[file, file]])).frames) == 3
