@@ -1,0 +1,163 @@
+"""Change watch: looks at robots that map for life, and proposes the changes of their maps that they have confirmed."""
+
+import contextlib
+import json
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.audit.event import AuditEvent
+from endpoints.proposals.compared_files import BEFORE, PARTS
+from endpoints.proposals.reasons import is_of, known_changes, reason_of
+from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
+from endpoints.rest.maps.map_reviews import propose
+from endpoints.rest.maps.review_schemas import MapReviewAnswer
+from endpoints.services.robot_files import whole_file
+from endpoints.services.services import Services
+from engine.processes.background import repeat
+from engine.service.views import LifelongRobot
+from ppaas.clock import epoch
+from ppaas.errors import PPaaSError
+from ppaas.mapping.lifelong.changes import NOTHING, ChangedPlace, KnownChanges, is_among
+from ppaas.messages.slam_toolbox import GetPoseGraphResponse
+from storage.disk_errors import disk_errors
+from storage.records import MapRecord, MapReview, Publication
+from storage.staged_uploads import blocks, mapped, temporary_folder
+from storage.versions import POSEGRAPH
+
+if TYPE_CHECKING:
+    from endpoints.proposals import change_program  # noqa: F401 - the program named below
+
+logger = logging.getLogger(__name__)
+
+_PROGRAM = "endpoints.proposals.change_program"
+
+PERIOD = 60.0
+"""Time between two looks at the maps of the robots [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Taken:
+    """Pose graph of a robot, and the parameters of its map."""
+
+    posegraph: bytes
+    numbers: GetPoseGraphResponse
+
+
+class ChangeWatch:
+    """Proposes changes, at most one version of a robot and a map at once.
+
+    A change is proposed when two looks in a row have found it, since people stand for some time. What the reviews of a
+    map name, whether they wait or were closed, is not proposed again; so nothing has to be stored.
+
+    Parameters
+    ----------
+    services : Services
+    """
+
+    def __init__(self, services: Services) -> None:
+        self._services, self._cloud = services, services.cloud
+        self._seen: dict[LifelongRobot, tuple[int, ...]] = {}
+        self._found: dict[LifelongRobot, KnownChanges] = {}
+
+    async def run(self) -> None:
+        """Propose changes until cancelled."""
+        await repeat(self.step, PERIOD)
+
+    async def step(self) -> None:
+        """Look at all robots once."""
+        robots = self._cloud.lifelong_robots()
+        for robot in self._seen.keys() - set(robots):
+            del self._seen[robot]
+            self._found.pop(robot, None)
+        for robot in robots:
+            try:
+                await self._look(robot)
+            except PPaaSError as error:
+                logger.info("map %r is not compared with that of robot %r: %s", robot.map, robot.robot, error)
+
+    async def _look(self, robot: LifelongRobot) -> None:
+        """Propose what a robot has found since the last look, unless a proposal of it waits."""
+        numbers = await self._cloud.robot_map(robot.user, robot.robot, -1)
+        size = numbers.key_frames, numbers.edges, numbers.scans
+        if self._seen.get(robot) == size:
+            return
+        head, reviews = await run_in_threadpool(_reviewed, self._services, robot.map)
+        if POSEGRAPH not in head.present.files or any(one.waits and is_of(robot.robot, one.message) for one in reviews):
+            return
+        first = await self._cloud.robot_map(robot.user, robot.robot, 0)
+        file = await whole_file(
+            first, lambda offset: self._cloud.robot_map(robot.user, robot.robot, offset), robot.robot
+        )
+        known = known_changes(one.message for one in reviews)
+        async with self._services.heavy_work.turn(robot.user):
+            found = await run_in_threadpool(self._propose, robot, head, _Taken(file, first), known)
+        self._seen[robot] = size
+        if found is not None:
+            self._record(robot, found)
+
+    def _propose(
+        self, robot: LifelongRobot, head: MapRecord, taken: _Taken, known: KnownChanges
+    ) -> MapReviewAnswer | None:
+        """Propose the changes of a map; None if there are none. Blocks."""
+        services = self._services
+        with temporary_folder() as folder, services.map_store.stage() as upload:
+            self._write(folder, head, taken.posegraph)
+            left, new = _compared(folder, taken.numbers, known)
+            before, self._found[robot] = self._found.get(robot, NOTHING), _centres(left, new)
+            fresh = _centres(
+                [place for place in left if not is_among(place, before.left)],
+                [place for place in new if not is_among(place, before.new)],
+            )
+            if fresh.left or fresh.new:
+                known = KnownChanges([*known.left, *fresh.left], [*known.new, *fresh.new])
+                left, new = _compared(folder, taken.numbers, known)
+            if not left and not new:
+                return None
+            for part in PARTS:
+                upload.add(part, blocks(mapped(folder / part)))
+            message = reason_of(robot.robot, left, new)
+            publication = Publication(head.id, robot.user, epoch(), message, if_match=head.version)
+            return propose(services, services.store.user(robot.user), upload, publication)
+
+    def _write(self, folder: Path, head: MapRecord, posegraph: bytes) -> None:
+        """Write the files of a map, and the pose graph of the robot that continues it."""
+        with contextlib.ExitStack() as stack, disk_errors(folder):
+            opened = stack.enter_context(self._services.map_store.open_map(head.id, head.version, only=PARTS))
+            for part in PARTS:
+                with (folder / f"{BEFORE}{part}").open("wb") as file:
+                    file.writelines(blocks(opened.buffer(part)))
+            (folder / POSEGRAPH).write_bytes(posegraph)
+
+    def _record(self, robot: LifelongRobot, review: MapReviewAnswer) -> None:
+        details = {"robot": robot.robot, "review": review.number, "version": review.version, "base": review.base}
+        self._services.audit.record(
+            AuditEvent(action="propose_change", user=robot.user, object=f"maps/{robot.map}", details=details)
+        )
+        logger.info("review %d of map %r waits: %s", review.number, robot.map, review.message)
+
+
+def _reviewed(services: Services, map_id: str) -> tuple[MapRecord, list[MapReview]]:
+    return services.map_store.map_head(map_id), services.map_store.reviews(map_id)
+
+
+def _compared(
+    folder: Path, numbers: GetPoseGraphResponse, known: KnownChanges
+) -> tuple[list[ChangedPlace], list[ChangedPlace]]:
+    """Return what is gone and what is new, without known changes; the program writes the changed map. Blocks."""
+    settings = {
+        "left": known.left, "new": known.new, "min_pass_through": numbers.min_pass_through,
+        "occupancy_threshold": numbers.occupancy_threshold,
+    }  # fmt: skip
+    arguments = [str(folder), json.dumps(settings)]
+    found: dict[str, Any] = run_program(_PROGRAM, arguments, "the map could not be compared", MAKE_SECONDS)
+    left, new = ([ChangedPlace(*place) for place in found[kind]] for kind in ("left", "new"))
+    return left, new
+
+
+def _centres(left: Sequence[ChangedPlace], new: Sequence[ChangedPlace]) -> KnownChanges:
+    return KnownChanges([(one.x, one.y) for one in left], [(one.x, one.y) for one in new])
