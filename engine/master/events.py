@@ -44,11 +44,13 @@ class ResizeRequested:
 class MapChanged:
     """A map has another current version; ``in_space`` is whether it has an octomap, None if that is not known.
 
-    The clones on this map, and those that use it as a mask, go on with this version.
+    The clones on this map, and those that use it as a mask, go on with this version. ``number`` is that of its
+    publication: an event that arrives after one with a higher number is out of date.
     """
 
     map: MapVersion
     in_space: bool | None = False
+    number: int = 0
 
 
 @dataclass(frozen=True, slots=True)

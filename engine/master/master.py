@@ -147,6 +147,10 @@ class Master:
         place = self._state.places.get(key)
         return place.request if place is not None else self._state.queue.get(key)
 
+    def current(self, request: PlaceRequest) -> PlaceRequest:
+        """Return a request with the current versions of its map and masks, as far as they are known."""
+        return self._state.versions.of(request)
+
     def position(self, key: str) -> int | None:
         """Return the position of a place in the queue, from 1; None if it is not queued."""
         return self._state.queue.position(key)

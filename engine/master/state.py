@@ -5,6 +5,7 @@ import itertools
 from engine.master.adoption import may_adopt, request_of, take_up
 from engine.master.balancer import Balancer
 from engine.master.machine import Machine
+from engine.master.map_versions import CurrentVersions
 from engine.master.orders import Adopt, End, Order, Start
 from engine.master.places import Place, PlaceRequest
 from engine.master.queueing import Queue
@@ -47,6 +48,8 @@ class MasterState:
         Machines that administrators removed; they may not join.
     queue : Queue
         Requests for places that wait until they may be opened.
+    versions : CurrentVersions
+        Current versions of maps.
     closing : bool
         Whether the cloud is shutting down.
     """
@@ -66,6 +69,7 @@ class MasterState:
         self.settings: dict[str, MachineSettings] = {}
         self.removed: set[str] = set()
         self.queue = Queue(quotas)
+        self.versions = CurrentVersions()
         self.closing = False
 
     def machine(self, machine_id: str) -> Machine:

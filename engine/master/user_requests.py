@@ -37,9 +37,9 @@ def handle_user_request(event: UserRequest, state: MasterState) -> list[Order]:
     """
     match event:
         case PlaceRequested(request, queue=True):
-            return state.queue.open(request, partial(open_place, state=state))
+            return state.queue.open(state.versions.of(request), partial(open_place, state=state))
         case PlaceRequested(request):
-            return open_place(request, state)
+            return open_place(state.versions.of(request), state)
         case PlaceReleased(place):
             return _close_place(place, state)
         case ResizeRequested():

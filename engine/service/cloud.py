@@ -91,7 +91,7 @@ class Cloud:
         """
         files = head.present.files
         if YAML in files:
-            self._driver.map_changed(MapVersion(head.id, head.version), in_space=OCTOMAP in files)
+            self._driver.map_changed(MapVersion(head.id, head.version), head.present.number, in_space=OCTOMAP in files)
 
     def resize_container(self, container: str, cores: float) -> None:
         """Change the size of a running container [cores]."""

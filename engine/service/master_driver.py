@@ -177,7 +177,7 @@ class MasterDriver:
         """
         known = self._places.get(request.key)
         if known is not None:
-            if self.request_of(request.key) != request:
+            if self.request_of(request.key) != self._master.current(request):
                 raise Conflict(
                     f"{request.key} runs with earlier settings; disconnect it and connect again to apply the changes"
                 )
@@ -229,12 +229,13 @@ class MasterDriver:
         """
         self._control.order(self._master.machine_of(container), control_link.StopContainer(container, grace=0.0))
 
-    def map_changed(self, version: MapVersion, *, in_space: bool | None) -> None:
+    def map_changed(self, version: MapVersion, number: int, *, in_space: bool | None) -> None:
         """Let the robots on a map, or with it as a mask, go on with another version of it, which must have a grid.
 
-        ``in_space`` is whether it has an octomap, None if that is not known.
+        ``number`` is that of the publication; if a later one is known, nothing changes. ``in_space`` is whether it has
+        an octomap, None if that is not known.
         """
-        self._handle(MapChanged(version, in_space))
+        self._handle(MapChanged(version, in_space, number))
 
     def resize_container(self, container: str, cores: float) -> None:
         """Change the size of a running container [cores]; raises as ``Master.handle`` does."""

@@ -5,6 +5,7 @@ import contextlib
 import dataclasses
 import logging
 from collections import Counter
+from collections.abc import Iterable
 
 from msgspec.structs import replace
 
@@ -14,7 +15,7 @@ from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
 from engine.specs.containers import MapVersion, RobotConfig
 from engine.specs.continued_maps import continued_map
-from engine.specs.filter_masks import mask_versions
+from engine.specs.filter_masks import mask_heads
 from engine.specs.joint_maps import joint_map_owner
 from ppaas.errors import Conflict, NotFound, NotPermitted, PPaaSError, Unavailable
 from ppaas.maps.new_map import new_map_id
@@ -23,7 +24,7 @@ from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.robot_model.describe import describe
 from storage.ports import MapStore, Store
 from storage.records import MapRecord, RobotRecord
-from storage.versions import OCTOMAP
+from storage.versions import OCTOMAP, YAML
 
 logger = logging.getLogger(__name__)
 
@@ -105,8 +106,9 @@ class RobotSessions:
                 raise Unavailable("the robot has no container now: wait until it connects, or connect without hold=0")
             return place
         if place is None:
-            request = await asyncio.to_thread(self._request, user, robot)
+            request, heads = await asyncio.to_thread(self._request, user, robot)
             self._check_single(user, robot, as_robot=as_robot)
+            self._follow(heads)
             place = await self._open(request, queue=queue)
             self._check_single(user, robot, as_robot=as_robot)
         closing = self._closing.pop(key, None)
@@ -137,7 +139,6 @@ class RobotSessions:
         try:
             return self._service.open_place(request, queue=queue)
         except Conflict:
-            self._follow(request)
             request = self._as_begun(request)
         with contextlib.suppress(Conflict):
             return self._service.open_place(request, queue=queue)
@@ -145,13 +146,16 @@ class RobotSessions:
         await self._service.close_place(request.key, Unavailable("its robot or map was changed"))
         return self._service.open_place(request, queue=queue)
 
-    def _follow(self, request: PlaceRequest) -> None:
-        """Let an open place follow the versions of map and masks, if another cloud has published them."""
-        robot = request.robot
-        if robot is not None and not robot.new_map:
-            for mask in robot.masks.values():
-                self._service.map_changed(mask, in_space=None)
-            self._service.map_changed(request.map, in_space=robot.in_space)
+    def _follow(self, heads: Iterable[MapRecord]) -> None:
+        """Let open places follow the versions of a map and its masks, if another cloud has published them.
+
+        If another version was published since they were read, the request gets that one.
+        """
+        for head in heads:
+            files = head.present.files
+            if YAML in files:
+                version = MapVersion(head.id, head.version)
+                self._service.map_changed(version, head.present.number, in_space=OCTOMAP in files)
 
     def _as_begun(self, request: PlaceRequest) -> PlaceRequest:
         """Return a request with the version of the continued map, and its owner, with which its open place began.
@@ -170,7 +174,8 @@ class RobotSessions:
         """Return the position of a place in the queue, from 1; None if it is not queued."""
         return self._service.position(place.key)
 
-    def _request(self, user: str, robot: str) -> PlaceRequest:
+    def _request(self, user: str, robot: str) -> tuple[PlaceRequest, list[MapRecord]]:
+        """Return the request for the place of a robot, and the current versions of its map and masks."""
         record = self._store.robot(user, robot)
         urdf = self._urdf(user, robot)
         config = robot_config(record, urdf)
@@ -180,12 +185,14 @@ class RobotSessions:
             continued = continued_map(self._map_store, user, config.parameters)
             owner = joint_map_owner(self._map_store, user, config.new_map)
             config = replace(config, continued=continued, map_owner=owner)
-            return PlaceRequest(user, MapVersion(record.map, ""), record.cores, config, labels=record.labels)
+            return PlaceRequest(user, MapVersion(record.map, ""), record.cores, config, labels=record.labels), []
         version = self._map_store.map_head(record.map)
         _check_readable(version, user)
-        masks = mask_versions(self._map_store, user, config.parameters)
+        heads = mask_heads(self._map_store, user, config.parameters)
+        masks = {name: MapVersion(head.id, head.version) for name, head in heads.items()}
         config = replace(config, masks=masks, in_space=OCTOMAP in version.present.files)
-        return PlaceRequest(user, MapVersion(version.id, version.version), record.cores, config, labels=record.labels)
+        place = MapVersion(version.id, version.version)
+        return PlaceRequest(user, place, record.cores, config, labels=record.labels), [*heads.values(), version]
 
     def _urdf(self, user: str, robot: str) -> bytes | None:
         try:

@@ -3,14 +3,14 @@
 from collections.abc import Mapping
 from typing import Any
 
-from engine.specs.containers import MapVersion
 from ppaas.errors import InvalidParameter, NotFound
 from ppaas.nodes.map_server.costmap_filters import filter_masks
 from storage.ports import MapStore
+from storage.records import MapRecord
 from storage.versions import YAML
 
 
-def mask_versions(maps: MapStore, user: str, parameters: Mapping[str, Any]) -> dict[str, MapVersion]:
+def mask_heads(maps: MapStore, user: str, parameters: Mapping[str, Any]) -> dict[str, MapRecord]:
     """Return the head versions of the masks in a robot's parameters, by the names of their filters. May block.
 
     Parameters
@@ -27,10 +27,10 @@ def mask_versions(maps: MapStore, user: str, parameters: Mapping[str, Any]) -> d
     InvalidParameter
         A mask is not a map that this user may read, or has no grid; or the parameters of a filter are invalid.
     """
-    return {name: _version(maps, user, name, mask) for name, mask in filter_masks(parameters).items()}
+    return {name: _head(maps, user, name, mask) for name, mask in filter_masks(parameters).items()}
 
 
-def _version(maps: MapStore, user: str, name: str, mask: str) -> MapVersion:
+def _head(maps: MapStore, user: str, name: str, mask: str) -> MapRecord:
     try:
         head = maps.map_head(mask)
     except NotFound as error:
@@ -39,7 +39,7 @@ def _version(maps: MapStore, user: str, name: str, mask: str) -> MapVersion:
         raise no_mask(name, mask)  # the same error as for an unknown map, so that ids are not revealed
     if YAML not in head.present.files:
         raise no_grid_in(name, mask)
-    return MapVersion(head.id, head.version)
+    return head
 
 
 def no_mask(name: str, mask: str) -> InvalidParameter:

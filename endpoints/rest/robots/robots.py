@@ -17,7 +17,7 @@ from endpoints.rest.robots.schemas import RobotAnswer, RobotChange, RobotDetail,
 from endpoints.rest.schemas import triple
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
-from engine.specs.filter_masks import mask_versions
+from engine.specs.filter_masks import mask_heads
 from ppaas.errors import Conflict, NotFound
 from ppaas.maps.new_map import new_map_id
 from ppaas.nodes.map_server.costmap_filters import check_no_masks
@@ -99,7 +99,7 @@ async def _check_masks(services: Services, user: User, file: RobotFile) -> None:
     if new_map_id(file.map) is not None:
         check_no_masks(file.parameters)
         return
-    await run_in_threadpool(mask_versions, services.map_store, user.id, file.parameters)
+    await run_in_threadpool(mask_heads, services.map_store, user.id, file.parameters)
 
 
 def _put(services: Services, record: RobotRecord) -> bool:

@@ -2,6 +2,7 @@
 
 import pytest
 
+from engine.master import map_versions
 from engine.master.balancers.ppaas import SameMap
 from engine.master.events import ContainerLost, ContainerReady, MapChanged, PlaceReleased, PlaceRequested, RobotTimed
 from engine.master.master import Master
@@ -73,6 +74,40 @@ def test_robots_on_other_maps_planning_and_mapping_robots_do_not_follow(master: 
 def test_the_current_version_again_orders_nothing(master: Master) -> None:
     ready(master)
     assert master.handle(MapChanged(HOUSE)) == []
+
+
+def test_a_version_that_was_read_before_a_later_one_was_published_is_not_used(master: Master) -> None:
+    container = ready(master)
+    last = MapVersion(HOUSE.id, "v3")
+    assert maps_of(master.handle(MapChanged(last, number=7))) == [(container, last)]
+    assert master.handle(MapChanged(NEXT, number=6)) == []
+    request = master.request_of(PLACE)
+    assert request is not None and request.map == last
+    rolled_back = master.handle(MapChanged(NEXT, number=8))
+    assert maps_of(rolled_back) == [(container, NEXT)]
+
+
+def test_a_place_opens_with_the_version_that_was_published_after_its_request_was_read(master: Master) -> None:
+    masks = {"keepout_filter": MapVersion("zones", "v1")}
+    master.handle(MapChanged(NEXT, in_space=True, number=2))
+    master.handle(MapChanged(MapVersion("zones", "v2"), number=5))
+    opened(master, PlaceRequest("ann", HOUSE, 1.0, robot_config("tb1", masks=masks)))
+    request = master.request_of(PLACE)
+    assert request is not None and request.robot is not None
+    assert (request.map, request.robot.in_space) == (NEXT, True)
+    assert request.robot.masks == {"keepout_filter": MapVersion("zones", "v2")}
+
+
+def test_the_versions_of_the_maps_that_changed_last_are_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(map_versions, "MOST_KNOWN", 2)
+    versions = map_versions.CurrentVersions()
+    for name in ("house", "depot", "house", "office"):
+        assert versions.note(MapChanged(MapVersion(name, "v2"), number=1))
+    found = [
+        versions.of(PlaceRequest("ann", MapVersion(name, "v1"), 1.0, robot_config("tb1"))).map.version
+        for name in ("house", "depot", "office")
+    ]
+    assert found == ["v2", "v1", "v2"]
 
 
 def test_masks_follow_too(master: Master) -> None:

@@ -70,7 +70,12 @@ JOINED = st.builds(joined, MACHINES, st.integers(1, 3), carries=st.just(()) | st
 REASONS = st.sampled_from([Unavailable("boom"), InvalidMap("not square")])
 
 RARE: list[st.SearchStrategy[Event]] = [
-    st.builds(MapChanged, st.sampled_from(["office", "house"]).map(lambda name: MapVersion(name, "v2")), st.booleans()),
+    st.builds(
+        MapChanged,
+        st.sampled_from(["office", "house"]).map(lambda name: MapVersion(name, "v2")),
+        st.booleans(),
+        st.integers(0, 3),
+    ),
     st.builds(LimitsChanged, USERS, st.builds(Limits, st.none() | st.integers(0, 4))),
     st.builds(SettingsLoaded, st.dictionaries(MACHINES, SETTINGS), st.lists(MACHINES).map(tuple)),
     st.builds(MachinesExpected, st.lists(MACHINES).map(tuple)),
