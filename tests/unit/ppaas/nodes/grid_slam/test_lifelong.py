@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.mapping.changing_room import AFTER, BEFORE, changing_drive, room
+from benchmarks.mapping.lifelong.changing_room import AFTER, BEFORE, changing_drive, room
 from ppaas.change_log import LogEntry
 from ppaas.geometry import Pose2D
 from ppaas.mapping.live.live_mapper import LiveMapper

@@ -1,0 +1,1 @@
+"""Drives through one place again and again, and the memory that its map takes."""
