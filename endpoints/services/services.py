@@ -11,6 +11,7 @@ from endpoints.services.installed_planners import InstalledPlanners
 from endpoints.services.joint_maps import JointMaps
 from endpoints.services.map_cache import MapHeadCache
 from endpoints.services.plan_writer import PlanWriter
+from endpoints.services.publications import Publications
 from endpoints.services.request_limits import RequestLimits
 from endpoints.services.store_health import StoreHealthCheck
 from storage.disk_space.reserve import DiskReserve
@@ -33,6 +34,7 @@ class Services:
     planners: InstalledPlanners = field(default_factory=InstalledPlanners)
     heavy_work: HeavyWork = field(default_factory=HeavyWork)
     joint_maps: JointMaps = field(default_factory=JointMaps)
+    publications: Publications = field(default_factory=Publications)
     disk: DiskReserve | None = None
     keep_versions: int | None = None
     audit: AuditLog = field(default_factory=MemoryAuditLog)

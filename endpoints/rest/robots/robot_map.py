@@ -1,7 +1,8 @@
 """Routes of the map that a robot makes: its size, its pose graph, and its publication."""
 
 import json
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 from fastapi import APIRouter, Request, Response
 from pydantic import ConfigDict, Field
@@ -17,6 +18,7 @@ from endpoints.rest.names import Name, RobotId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.schemas import MAX_DESCRIPTION, RequestBody, ResponseBody
 from endpoints.rest.strict_json import StrictRoute
+from endpoints.services.publications import ProgressFile, Publication, Stage
 from endpoints.services.robot_files import whole_file
 from endpoints.services.services import Services
 from ppaas.errors import Conflict
@@ -34,6 +36,13 @@ _DRAWING = "endpoints.rest.maps.draw_posegraph"
 router = APIRouter(prefix="/robots/{robot_id}/map", tags=["robots"], route_class=StrictRoute)
 
 
+class PublishingAnswer(ResponseBody):
+    """How far the publication of a map is."""
+
+    stage: Stage = Field(description="What is done now, in the order of this list")
+    part: float = Field(description="Part of the stage that is done, from 0 to 1; 0 where it is not known")
+
+
 class RobotMapAnswer(ResponseBody):
     """Size of the map that a robot makes."""
 
@@ -45,6 +54,7 @@ class RobotMapAnswer(ResponseBody):
         description="Why the map could not be joined with those of other robots at the last attempt; null if it could"
     )
     tried: float | None = Field(description="Time of that attempt [s since the epoch]; null if there was none")
+    publishing: PublishingAnswer | None = Field(description="Publication in progress; null if there is none")
 
 
 class PublishRequest(RequestBody):
@@ -65,6 +75,7 @@ async def show_robot_map(robot_id: RobotId, services: Provided, user: Caller) ->
     await own_robot(services, user, robot_id)
     numbers = await services.cloud.robot_map(user.id, robot_id, -1)
     sharing = services.joint_maps.sharing(user.id, robot_id)
+    progress = await run_in_threadpool(services.publications.progress, user.id, robot_id)
     return RobotMapAnswer(
         key_frames=numbers.key_frames,
         edges=numbers.edges,
@@ -72,6 +83,7 @@ async def show_robot_map(robot_id: RobotId, services: Provided, user: Caller) ->
         joined_with=list(sharing.joined_with),
         refused=sharing.refused or None,
         tried=sharing.tried,
+        publishing=None if progress is None else PublishingAnswer(stage=progress.stage, part=progress.part),
     )
 
 
@@ -93,20 +105,29 @@ async def publish_robot_map(
 ) -> MapAnswer:
     """Publish the map that a connected robot makes, with its pose graph, as a version; the robot may go on mapping.
 
-    If the robot makes a 3D map too, the version has it as its octomap.
+    If the robot makes a 3D map too, the version has it as its octomap. Meanwhile `GET` shows how far it is.
     """
     await own_robot(services, user, robot_id)
     await run_in_threadpool(check_may_publish, services, user, wanted.publish)
-    file, numbers = await _taken(services, user, robot_id)
-    if not file:
-        raise Conflict(f"robot {robot_id!r} has mapped nothing yet: publish its map once it sent scans and odometry")
-    octomap = await _octomap(services, user, robot_id)
-    with invalidated(services, wanted.publish):
-        async with services.heavy_work.turn(user.id):
-            published, record = await run_in_threadpool(_publish, services, user, wanted, (file, octomap), numbers)
+    with services.publications.begin(user.id, robot_id) as publication:
+        published, record = await _publish(services, user, robot_id, wanted, publication)
     services.cloud.map_changed(record)
     note_details(request.scope, map=wanted.publish, version=published.version)
     return published
+
+
+async def _publish(
+    services: Services, user: User, robot: str, wanted: PublishRequest, publication: Publication
+) -> tuple[MapAnswer, MapRecord]:
+    file, numbers = await _taken(services, user, robot)
+    if not file:
+        raise Conflict(f"robot {robot!r} has mapped nothing yet: publish its map once it sent scans and odometry")
+    octomap = await _octomap(services, user, robot)
+    publication.stage = Stage.WAITING
+    with invalidated(services, wanted.publish):
+        async with services.heavy_work.turn(user.id):
+            work = _Drawing(services, user, wanted, numbers, publication)
+            return await run_in_threadpool(work.publish, file, octomap)
 
 
 async def _taken(services: Services, user: User, robot: str) -> tuple[bytes, GetPoseGraphResponse]:
@@ -121,22 +142,37 @@ async def _octomap(services: Services, user: User, robot: str) -> bytes:
     return await whole_file(first, lambda offset: services.cloud.robot_octomap(user.id, robot, offset), robot)
 
 
-def _publish(
-    services: Services, user: User, wanted: PublishRequest, files: tuple[bytes, bytes], numbers: GetPoseGraphResponse
-) -> tuple[MapAnswer, MapRecord]:
-    """Draw the grid of a pose graph in a process of its own, and publish both, with the octomap if there is one."""
-    posegraph, octomap = files
-    settings = {
-        "refine": wanted.refine, "resolution": numbers.resolution, "min_pass_through": numbers.min_pass_through,
-        "occupancy_threshold": numbers.occupancy_threshold, "do_loop_closing": numbers.do_loop_closing,
-    }  # fmt: skip
-    with temporary_folder() as folder, services.map_store.stage() as upload:
-        with disk_errors(folder):
-            (folder / POSEGRAPH).write_bytes(posegraph)
-            (folder / OCTOMAP).write_bytes(octomap)
-        arguments = [str(folder), json.dumps(settings)]
-        run_program(_DRAWING, arguments, "the map of the robot could not be drawn", MAKE_SECONDS)
-        for part in (YAML, IMAGE, POSEGRAPH, *([OCTOMAP] if octomap else [])):
-            upload.add(part, blocks(mapped(folder / part)))
-        form = MapForm(wanted.publish, None, None, wanted.message)
-        return publish_upload(services, user, form, upload, None)
+class _Drawing(NamedTuple):
+    """Work that draws a map and publishes it; blocks."""
+
+    services: Services
+    user: User
+    wanted: PublishRequest
+    numbers: GetPoseGraphResponse
+    publication: Publication
+
+    def publish(self, posegraph: bytes, octomap: bytes) -> tuple[MapAnswer, MapRecord]:
+        """Draw the grid of a pose graph in a process of its own, and publish both, with the octomap if there is one."""
+        services, wanted = self.services, self.wanted
+        with temporary_folder() as folder, services.map_store.stage() as upload:
+            with disk_errors(folder):
+                (folder / POSEGRAPH).write_bytes(posegraph)
+                (folder / OCTOMAP).write_bytes(octomap)
+            self._draw(folder)
+            for part in (YAML, IMAGE, POSEGRAPH, *([OCTOMAP] if octomap else [])):
+                upload.add(part, blocks(mapped(folder / part)))
+            form = MapForm(wanted.publish, None, None, wanted.message)
+            return publish_upload(services, self.user, form, upload, None)
+
+    def _draw(self, folder: Path) -> None:
+        numbers, publication = self.numbers, self.publication
+        settings = {
+            "refine": self.wanted.refine, "do_loop_closing": numbers.do_loop_closing, "resolution": numbers.resolution,
+            "min_pass_through": numbers.min_pass_through, "occupancy_threshold": numbers.occupancy_threshold,
+        }  # fmt: skip
+        publication.file = ProgressFile(folder)
+        try:
+            arguments = [str(folder), json.dumps(settings)]
+            run_program(_DRAWING, arguments, "the map of the robot could not be drawn", MAKE_SECONDS)
+        finally:
+            publication.stage, publication.file = Stage.STORING, None

@@ -1,11 +1,15 @@
 """Verb ``ppaas robot map``: shows, saves and publishes the map that a robot makes."""
 
 import argparse
+import asyncio
+import contextlib
 from pathlib import Path
 
-from ppaas.errors import InvalidInput
+from ppaas.errors import InvalidInput, PPaaSError
 from robots.cli.output import show
+from robots.cli.progress import Report, progress_bar
 from robots.cli.session import add_session_arguments, logged_in
+from robots.client.rest import RestClient
 from robots.client.rest_paths import path_of
 
 COLUMNS = ("key_frames", "edges", "closures", "joined_with", "refused")
@@ -14,6 +18,19 @@ PUBLISHED = ("id", "version", "width", "height", "resolution", "origin")
 
 TIMEOUT = 300.0
 """Time limit of a publication [s]: the map is refined and drawn."""
+
+PERIOD = 0.5
+"""Time between two requests for the progress of a publication [s]."""
+
+STAGES = {
+    "transfer": ("get the pose graph", 0.0, 0.0),
+    "waiting": ("wait for other work", 0.05, 0.0),
+    "loops": ("search for missing loops", 0.1, 0.6),
+    "alignment": ("align all scans", 0.7, 0.0),
+    "drawing": ("draw the map", 0.9, 0.0),
+    "storing": ("store the map", 0.95, 0.0),
+}
+"""Stages of a publication: text, and the part of the bar at which it begins, and that it takes."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -38,4 +55,22 @@ async def run(arguments: argparse.Namespace) -> None:
         show(await client.get(path), COLUMNS, as_json=arguments.json)
         return
     wanted = {"publish": arguments.publish, "refine": not arguments.no_refine, "message": arguments.message}
-    show(await client.with_timeout(TIMEOUT).post(path, wanted), PUBLISHED, as_json=arguments.json)
+    with progress_bar(f"publish {arguments.publish}") as report:
+        watching = asyncio.create_task(_watch(client, path, report))
+        try:
+            published = await client.with_timeout(TIMEOUT).post(path, wanted)
+        finally:
+            watching.cancel()
+            await asyncio.gather(watching, return_exceptions=True)
+    show(published, PUBLISHED, as_json=arguments.json)
+
+
+async def _watch(client: RestClient, path: str, report: Report | None) -> None:
+    """Report how far a publication is, until cancelled; without a terminal, do nothing."""
+    while report is not None:
+        with contextlib.suppress(PPaaSError):  # the robot is away for a moment; the publication itself goes on
+            publishing = (await client.get(path))["publishing"]
+            if publishing is not None:
+                text, begin, length = STAGES.get(publishing["stage"], (publishing["stage"], 0.0, 0.0))
+                report(text, begin + length * publishing["part"])
+        await asyncio.sleep(PERIOD)

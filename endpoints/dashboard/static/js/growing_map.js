@@ -15,12 +15,21 @@ export function nameOf(map) {
   return map.slice(NEW.length);
 }
 
+const STAGES = {
+  transfer: "the map is fetched", waiting: "other work comes first", loops: "missing loops are searched",
+  alignment: "all scans are aligned", drawing: "the map is drawn", storing: "the map is stored",
+};
+
 /**
- * Say with which robots a robot makes its map, as the cloud tells.
- * @param {{joined_with: string[], refused: string | null} | null} map
+ * Say how far the publication of a robot's map is; otherwise with which robots it makes the map, as the cloud tells.
+ * @param {{joined_with: string[], refused: string | null, publishing?: {stage: string, part: number} | null} | null} map
  */
 export function sharing(map) {
   if (!map) return "";
+  if (map.publishing) {
+    const { stage, part } = map.publishing;
+    return `Publishing: ${STAGES[stage] ?? stage}${part > 0 ? `, ${Math.floor(100 * part)} %` : ""}`;
+  }
   const reason = map.refused ? `not joined with another map: ${map.refused}` : "";
   if (!map.joined_with.length) return reason ? `Map ${reason}` : "";
   const others = `Map made together with ${map.joined_with.join(", ")}`;

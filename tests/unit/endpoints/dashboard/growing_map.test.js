@@ -48,6 +48,14 @@ test("changes of another grid and incomplete messages are ignored", () => {
   assert.equal(map.grid, grid);
 });
 
+test("the card says how far a publication is", () => {
+  const map = { joined_with: ["tb2"], refused: null };
+  assert.equal(sharing({ ...map, publishing: null }), "Map made together with tb2");
+  assert.equal(sharing({ ...map, publishing: { stage: "loops", part: 0.256 } }), "Publishing: missing loops are searched, 25 %");
+  assert.equal(sharing({ ...map, publishing: { stage: "storing", part: 0 } }), "Publishing: the map is stored");
+  assert.equal(sharing({ ...map, publishing: { stage: "new", part: 0 } }), "Publishing: new");
+});
+
 test("the card says with which robots a map is made, or why it is not", () => {
   assert.equal(sharing(null), "");
   assert.equal(sharing({ joined_with: [], refused: null }), "");

@@ -1,10 +1,15 @@
 """Maps that robots make, over REST."""
 
+import asyncio
+import threading
+from pathlib import Path
+
 import httpx
 import numpy as np
 import pytest
 
 from endpoints.services.joint_maps import RobotMap
+from endpoints.services.publications import ProgressFile, Stage
 from endpoints.services.services import Services
 from ppaas.errors import Conflict, PPaaSError, Unavailable
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
@@ -33,7 +38,7 @@ async def ann(client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud) -> dic
 async def test_the_size_of_the_map_so_far_is_shown(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
     answer = await client.get(MAP, headers=ann)
     size = {"key_frames": 3, "edges": 2, "closures": 0}
-    assert answer.json() == size | {"joined_with": [], "refused": None, "tried": None}
+    assert answer.json() == size | {"joined_with": [], "refused": None, "tried": None, "publishing": None}
 
 
 async def test_the_robots_with_which_the_map_is_made_are_shown(
@@ -72,6 +77,26 @@ async def test_the_map_is_published_with_its_pose_graph(
     before = unpack_mapping(cloud.map_file).frames.poses
     np.testing.assert_allclose(graph.frames.poses, before, atol=0.02)
     assert not np.array_equal(graph.frames.poses, before)
+
+
+async def test_it_is_shown_how_far_a_publication_is(
+    client: httpx.AsyncClient, ann: dict[str, str], services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, may_end = threading.Event(), threading.Event()
+
+    def draw(_module: str, arguments: list[str], *_: object) -> None:
+        ProgressFile(Path(arguments[0])).write(Stage.LOOPS, 0.25)
+        begun.set()
+        may_end.wait(10)
+        raise Unavailable("no time")
+
+    monkeypatch.setattr("endpoints.rest.robots.robot_map.run_program", draw)
+    publishing = asyncio.create_task(client.post(MAP, headers=ann, json={"publish": "office-2"}))
+    await asyncio.to_thread(begun.wait, 10)
+    assert (await client.get(MAP, headers=ann)).json()["publishing"] == {"stage": "loops", "part": 0.25}
+    may_end.set()
+    problem_of(await publishing, 503, "unavailable")
+    assert (await client.get(MAP, headers=ann)).json()["publishing"] is None
 
 
 async def test_a_3d_map_is_published_as_the_octomap_of_the_version(
