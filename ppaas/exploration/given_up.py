@@ -5,6 +5,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.geometry import Pose2D
+
 TILE = 0.25
 """Edge of the tiles by which places are remembered [m]. A loop closure moves a frontier by less, mostly."""
 
@@ -39,6 +41,14 @@ class GivenUp:
             del self._tiles[oldest]
         self._near = None
 
+    def moved(self, motion: Pose2D) -> "GivenUp":
+        """Return the same places after a motion of the map frame."""
+        moved = GivenUp()
+        if self._tiles:
+            centres = (np.array(list(self._tiles), np.float64) + 0.5) * TILE
+            moved.add(moved_points(motion, centres))
+        return moved
+
     def covers(self, points: NDArray[np.float64]) -> bool:
         """Return whether a frontier with cells at (n, 2) points x, y [m] is given up."""
         if not self._tiles:
@@ -48,6 +58,13 @@ class GivenUp:
             self._near = {(x + right, y + up) for x, y in self._tiles for right in steps for up in steps}
         within = sum(tile in self._near for tile in map(tuple, _tiles_of(points).tolist()))
         return 2 * within > len(points)
+
+
+def moved_points(motion: Pose2D, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return points (n, 2) after a motion."""
+    cos, sin = np.cos(motion.theta), np.sin(motion.theta)
+    moved: NDArray[np.float64] = points @ np.array(((cos, sin), (-sin, cos))) + np.array((motion.x, motion.y))
+    return moved
 
 
 def thinned(points: NDArray[np.float64]) -> NDArray[np.float64]:

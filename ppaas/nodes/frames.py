@@ -159,6 +159,10 @@ class FrameListener:
         """Return the pose of the robot in the frame of the map; raises as `odometry`."""
         return self.tree.lookup(MAP, self.base, stamp)
 
+    def restart_localization(self) -> None:
+        """Use the newest pose of the odometry in the map alone, not those before: the map is in another frame."""
+        self.tree.keep_newest(self.odom)
+
     def mount(self, frame: str) -> Rigid:
         """Return the pose of a sensor in the robot's body; a sensor without a frame is at its origin.
 

@@ -124,6 +124,12 @@ class TransformTree:
         self._moving.pop(child, None)
         self._static[child] = pose
 
+    def keep_newest(self, child: str) -> None:
+        """Forget the transforms of a moving frame before its newest one, which has jumped: it holds from now on."""
+        buffer = self._moving.get(child)
+        if buffer:
+            del buffer[:-1]
+
     def set_message(self, transform: TransformStamped, *, static: bool = False, now: float = 0.0) -> None:
         """Set a transform from ``geometry_msgs/TransformStamped``; a stamp of zero means ``now`` [s].
 

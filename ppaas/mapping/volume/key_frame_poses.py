@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
 
+JUMP, JUMP_TURN = 0.5, 0.3
+"""Motion of a key frame above which all that is known in the map frame has to move with it [m, rad]."""
+
 
 class Anchor(NamedTuple):
     """Key frame that a point cloud hangs on.
@@ -58,6 +61,18 @@ class KeyFramePoses:
         nearest = int(np.abs(common - stamp).argmin())
         old, new = (Pose2D(*poses.tolist()) for poses in (before.poses[first[nearest]], self.poses[second[nearest]]))
         return new @ old.inverse()
+
+    def jump_since(self, before: "KeyFramePoses") -> Pose2D | None:
+        """Return the motion of the last key frame before, if the map is in another frame now; else None.
+
+        Loop closures move it less than `JUMP`, mostly; a map that was joined with others is in their frame.
+        """
+        if not len(before) or not len(self):
+            return None
+        at = float(before.stamps[-1])
+        motion, pose = self.motion_since(before, at), before.anchor(at).pose
+        is_jump = pose.distance_to(motion @ pose) > JUMP or abs(motion.theta) > JUMP_TURN
+        return motion if is_jump else None
 
     def differs(self, before: "KeyFramePoses") -> bool:
         """Return whether a key frame has moved since, or none of those before is left."""

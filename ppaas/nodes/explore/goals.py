@@ -1,10 +1,13 @@
 """Goals that the node ``explore`` sends to Move Base: one at once, and their outcomes."""
 
+import dataclasses
+
 import numpy as np
+from msgspec.structs import replace
 
 from ppaas.exploration.approaches import Approach
 from ppaas.exploration.choice import choose, same_frontier
-from ppaas.exploration.given_up import GivenUp, thinned
+from ppaas.exploration.given_up import GivenUp, moved_points, thinned
 from ppaas.exploration.parameters import ExploreParameters
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.messages.actionlib_msgs import GoalID
@@ -56,6 +59,17 @@ class ExplorationGoals:
         """Whether the robot drives back to its start."""
         target = self._exploration.target
         return target is not None and target.seen is None
+
+    def move(self, motion: Pose2D) -> None:
+        """Move all places with the map frame; the goal of Move Base moves there too."""
+        exploration = self._exploration
+        exploration.start = exploration.start and motion @ exploration.start
+        exploration.target, exploration.arrived = (
+            None if target is None else moved_target(target, motion)
+            for target in (exploration.target, exploration.arrived)
+        )
+        self._given_up, self._failures = self._given_up.moved(motion), self._failures.moved(motion)
+        exploration.tiles = self._given_up.tiles
 
     # -- choice --------------------------------------------------------------------------------------------------------
 
@@ -187,3 +201,11 @@ class ExplorationGoals:
         stamped = PoseStamped(Header(stamp=Time.of(self._context.now()), frame_id=MAP), Pose.of(pose))
         goal_id = GoalID(Time.of(target.goal.stamp), target.goal.id)
         self._context.publish(topics.MOVE_BASE_GOAL.name, MoveBaseActionGoal(MoveBaseGoal(stamped), goal_id))
+
+
+def moved_target(target: Target, motion: Pose2D) -> Target:
+    """Return a target after a motion of the map frame."""
+    goal = dataclasses.replace(target.goal, pose=motion @ target.goal.pose)
+    points = moved_points(motion, np.array(target.points).reshape(-1, 2)).tolist()
+    seen = None if target.seen is None else moved_points(motion, np.array([target.seen]))[0].tolist()
+    return replace(target, goal=goal, points=list(map(tuple, points)), seen=None if seen is None else tuple(seen))

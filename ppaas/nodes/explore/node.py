@@ -8,6 +8,7 @@ import msgspec
 from ppaas.errors import InvalidInput, PPaaSError, TransformError
 from ppaas.exploration.parameters import ExploreParameters
 from ppaas.geometry import Pose2D
+from ppaas.mapping.volume.key_frame_poses import NO_KEY_FRAMES
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
 from ppaas.messages.explore_msgs import ExploreActionGoal, ExploreFeedback, ExploreResult
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
@@ -25,6 +26,7 @@ from ppaas.nodes.explore.goals import ExplorationGoals
 from ppaas.nodes.explore.known_map import KnownMap
 from ppaas.nodes.explore.survey import Build, Survey
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
+from ppaas.nodes.key_frame_path import key_frames_of
 from ppaas.nodes.nav2_actions import EXPLORE, NAVIGATE_THROUGH_POSES
 
 STATUS_PERIOD = 1.0
@@ -62,7 +64,7 @@ class ExploreNode(Node):
     subscribes: ClassVar[tuple[Topic, ...]] = (
         EXPLORE.goal, EXPLORE.cancel, topics.MAP, topics.MAP_UPDATES, topics.TF, topics.TF_STATIC,
         topics.MOVE_BASE_GOAL, topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.MOVE_BASE_CANCEL, topics.MOVE_BASE_RESULT,
-        topics.MOVE_BASE_STATUS, NAVIGATE_THROUGH_POSES.goal,
+        topics.MOVE_BASE_STATUS, NAVIGATE_THROUGH_POSES.goal, topics.KEY_FRAMES,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (*EXPLORE[2:], topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL)
 
@@ -74,6 +76,7 @@ class ExploreNode(Node):
         self._actions: ActionPublisher[Exploration] = ActionPublisher(context, EXPLORE)
         self._frames = FrameListener(names)
         self._map = KnownMap(context, build, parameters.min_frontier_size)
+        self._key_frames, self._jumps = NO_KEY_FRAMES, 0
         self._explorations: GoalList[Exploration] = GoalList()
         self._goals: ExplorationGoals | None = None
         self._timers: list[Timer] = []
@@ -103,7 +106,7 @@ class ExploreNode(Node):
         TransformError
             A transform is not valid.
         """
-        if self._map.take(message):
+        if self._map.take(message) or self._take_key_frames(topic, message):
             return
         now = self.context.elapsed()
         match message:
@@ -196,6 +199,18 @@ class ExploreNode(Node):
         if exploration is not None and exploration.target is None and cancels(event, exploration):
             self._end(Status.PREEMPTED, "The goal was cancelled.")
 
+    def _take_key_frames(self, topic: str, message: Payload) -> bool:
+        """Move what is known with a map that is in another frame from now on; return whether it is of this topic."""
+        if topic != topics.KEY_FRAMES.name:
+            return False
+        before, self._key_frames = self._key_frames, key_frames_of(message)
+        motion = self._key_frames.jump_since(before)
+        if motion is not None and self._goals is not None and self._exploration is not None:
+            self._jumps += 1
+            self._frames.restart_localization()
+            self._goals.move(motion)
+        return True
+
     # -- exploring -----------------------------------------------------------------------------------------------------
 
     @property
@@ -241,7 +256,7 @@ class ExploreNode(Node):
             return
         exploration.start = exploration.start or robot
         if self._map.has_map:
-            self._map.survey(robot, partial(self._on_survey, exploration))
+            self._map.survey(robot, partial(self._on_survey, exploration, self._jumps))
         else:
             self._wait(NO_MAP)
 
@@ -252,10 +267,10 @@ class ExploreNode(Node):
         if target is not None and self.context.elapsed() - target.since > self._parameters.progress_timeout:
             self._map.expect_change()
 
-    def _on_survey(self, exploration: Exploration, surveyed: Survey | PPaaSError) -> None:
+    def _on_survey(self, exploration: Exploration, jumps: int, surveyed: Survey | PPaaSError) -> None:
         goals = self._goals
-        if exploration is not self._exploration or goals is None:
-            return  # the goal has ended meanwhile
+        if exploration is not self._exploration or goals is None or jumps != self._jumps:
+            return  # the goal has ended meanwhile, or the map is in another frame
         if isinstance(surveyed, PPaaSError) or surveyed.grid is None:
             self._wait(NO_MAP if isinstance(surveyed, Survey) else str(surveyed))
             return

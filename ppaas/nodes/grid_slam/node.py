@@ -371,6 +371,7 @@ class GridSlamNode(LoggedMapNode):
         assert mapper is not None
         self._key_frames.renumber(adoption.before, adoption.after)
         self._others.use_frame_of(mapper.key_frames, self._frame_name(mapper))
+        self._poses.publish_jump(adoption.motion @ self._map_to_odom)
         self._on_moved(adoption.motion)
         self._closures.start()
         if text:

@@ -14,6 +14,9 @@ from ppaas.nodes.grid_slam.messages import entropy_of, tracked_covariance
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.transforms.planar import transform_message
 
+JUST_AFTER = 1e-3
+"""Time after the newest odometry of a transform that comes without a scan [s]: no two of tf have one stamp."""
+
 
 class PosePublisher:
     """Publishes ``pose``, ``amcl_pose``, ``grid_slam/shared_pose``, ``entropy``, and ``tf`` map → odom.
@@ -51,6 +54,12 @@ class PosePublisher:
             header = msgspec.structs.replace(pose.header, frame_id=shared)
             self._context.publish(topics.SHARED_POSE.name, msgspec.structs.replace(pose, header=header))
         self._context.publish(topics.ENTROPY.name, Float64(entropy_of(covariance)))
+
+    def publish_jump(self, map_to_odom: Pose2D) -> None:
+        """Publish the transform at once, without a scan: the map is in another frame."""
+        newest = self._frames.newest()
+        if newest is not None:
+            self.publish_transform(map_to_odom, newest + JUST_AFTER)
 
     def publish_transform(self, map_to_odom: Pose2D, stamp: float) -> None:
         """Publish the pose of the odometry frame in the map frame, stamped ``transform_timeout`` after a time [s].

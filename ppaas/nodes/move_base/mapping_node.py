@@ -40,6 +40,7 @@ class MappingMoveBaseNode(MoveBaseNode):
         super().__init__(context, **options)
         self._drawn: KeyFramePoses = NO_KEY_FRAMES
         self._key_frames: list[tuple[float, KeyFramePoses]] = []
+        self._has_jumped = False
 
     def on_message(self, topic: str, message: Payload) -> None:
         """Handle a message; raises as that of Move Base does."""
@@ -50,13 +51,34 @@ class MappingMoveBaseNode(MoveBaseNode):
 
     def _take_key_frames(self, key_frames: KeyFramePoses) -> None:
         """Keep key frames until the map is drawn of them; if there are none, the map was cleared."""
+        last = self._key_frames[-1][1] if self._key_frames else self._drawn
         self._key_frames = [*self._key_frames[-MOST_WAITING:], (self.context.elapsed(), key_frames)]
-        if not len(key_frames) and self._static_layer is not None:
+        if self._static_layer is None:
+            return
+        if not len(key_frames):
             self._static_layer.forget()
+        elif key_frames.jump_since(last) is not None:
+            self._jump(self._static_layer, key_frames)
+
+    def _jump(self, static_layer: StaticLayer, key_frames: KeyFramePoses) -> None:
+        """Take the goal to another frame at once, since the next one may be given in it, and wait for the map there."""
+        before, self._drawn, self._key_frames = self._drawn, key_frames, []
+        self._surroundings.frames.restart_localization()
+        self._move_goal(before, key_frames)
+        static_layer.expect()
+        self._has_jumped = True
+        self._feed(events.PlanBlocked(self.context.elapsed()))
 
     def use_layers(self, layers: MapLayers, version: str | None = None) -> None:
         """Replace the map, as Move Base does, and move the goal with the key frames."""
-        before, after = self._drawn, self._take_drawn()
+        before = self._drawn
+        self._move_goal(before, self._take_drawn())
+        super().use_layers(layers, version)
+        if self._has_jumped:  # a plan that was made meanwhile is one in the frame before
+            self._has_jumped = False
+            self._feed(events.PlanBlocked(self.context.elapsed()))
+
+    def _move_goal(self, before: KeyFramePoses, after: KeyFramePoses) -> None:
         active = self._machine.goals.active
         if active is not None and len(before) and after.differs(before):
             pose = carried(active.goal.pose, before, after)
@@ -65,7 +87,6 @@ class MappingMoveBaseNode(MoveBaseNode):
             through = tuple(carried(each, before, after) for each in active.goal.through)
             self._feed(events.GoalMoved(self.context.elapsed(), pose, through))
             self._topics.current_goal(active.goal)
-        super().use_layers(layers, version)
 
     def _take_drawn(self) -> KeyFramePoses:
         """Return the key frames of which the map of the last build was drawn."""

@@ -81,7 +81,7 @@ class StaticLayer:
         self._info: GridInfo | None = None
         self._layers: MapLayers | None = None
         self._messages: list[MapMessage] = []
-        self._running, self._forgotten = False, 0
+        self._running, self._forgotten, self._expects = False, 0, False
         self._next = float("-inf")
         self._timer: Timer | None = None
 
@@ -100,8 +100,16 @@ class StaticLayer:
         self.has_map, self._grid, self._layers, self._messages = False, None, None, []
         self._forgotten += 1
 
+    def expect(self) -> None:
+        """Build the layers again at once: the map is in another frame, in which what was built before is wrong."""
+        self._layers, self._expects, self._next = None, True, float("-inf")
+        self._forgotten += 1
+        self._wake()
+
     def waits(self) -> str:
         """Return why the robot cannot drive to its goals yet; empty if it can."""
+        if self._expects:
+            return "the map is in another frame from now on, and is being prepared"
         if not self.has_map or self._layers is None or self._grid is None:
             return "no map yet: no message has come on 'map'"
         info = self._layers.grid.info
@@ -148,7 +156,7 @@ class StaticLayer:
         self._context.start(LongWork(work), done)
 
     def _is_behind(self) -> bool:
-        if self._messages:
+        if self._messages or self._expects:
             return True
         if self._grid is None or self._layers is None:
             return False
@@ -164,6 +172,7 @@ class StaticLayer:
 
     def _take_built(self, built: _Built) -> None:
         self._grid = built.grid
+        self._expects = False
         if built.layers is not None:
             self.has_map, self._layers = True, built.layers
             self._use(built.layers)

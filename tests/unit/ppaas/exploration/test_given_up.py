@@ -4,6 +4,7 @@ import numpy as np
 
 from ppaas.exploration import given_up
 from ppaas.exploration.given_up import GivenUp
+from ppaas.geometry import Pose2D
 
 LINE = np.stack((np.linspace(1.0, 3.0, 40), np.full(40, 2.0)), axis=1)
 
@@ -45,3 +46,14 @@ def test_oldest_places_are_forgotten(monkeypatch):
     assert len(places.tiles) == 10
     assert places.covers(LINE + 50.0)
     assert not places.covers(LINE)
+
+
+def test_places_move_with_the_map_frame():
+    places, motion = GivenUp(), Pose2D(3.0, -2.0, 0.6)
+    places.add(LINE)
+    moved = given_up.moved_points(motion, LINE)
+    expected = [motion @ Pose2D(x, y, 0.0) for x, y in LINE.tolist()]
+    np.testing.assert_allclose(moved, [pose[:2] for pose in expected])
+    assert places.moved(motion).covers(moved)
+    assert not places.moved(motion).covers(LINE)
+    assert GivenUp().moved(motion).tiles == []

@@ -302,3 +302,14 @@ def test_a_frame_out_of_the_plane_is_refused(rotation):
 def test_a_quaternion_that_is_not_a_rotation_is_refused(rotation):
     with pytest.raises(TransformError, match="not a rotation quaternion"):
         TransformTree().set_message(tilted(rotation))
+
+
+def test_frame_that_jumps_is_at_its_newest_place_only():
+    tree = TransformTree()
+    for stamp, x in ((1.0, 0.0), (1.2, 0.0), (1.3, 9.0)):
+        tree.set("map", "odom", Pose2D(x, 0.0, 0.0), stamp)
+        tree.set("odom", "base_link", Pose2D(0.0, 1.0, 0.0), stamp - 0.2)
+    assert tree.lookup("map", "base_link") == Pose2D(0.0, 1.0, 0.0)
+    tree.keep_newest("odom")
+    tree.keep_newest("unknown")
+    assert tree.lookup("map", "base_link") == Pose2D(9.0, 1.0, 0.0)

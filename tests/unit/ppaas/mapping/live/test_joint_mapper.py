@@ -15,9 +15,10 @@ from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import prepare
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
 from ppaas.mapping.serialization.row_selection import divided_edges
+from tests.support.world.joint_maps import joint_map
 from tests.support.world.merge_drives import first_drive, second_drive
 
-BEGIN, MERGED, END = 330, 345, 590
+BEGIN, MERGED, END = 100, 115, 200
 """Numbers of scans when a merge begins, when it is adopted, and at the end."""
 
 
@@ -72,7 +73,7 @@ def file_of(*groups):
 def story():
     """Two robots that merge their maps, go on, and exchange what they mapped since."""
     robots = Robot(first_drive()).until(BEGIN), Robot(second_drive()).until(BEGIN)
-    file = file_of(*[[robot.mapping()] for robot in robots])
+    file = b"".join(pack_mapping(joint_map(*((robot.drive, robot.mapping()) for robot in robots))))
     for robot in robots:
         robot.until(MERGED)
     before = [(robot.mapping(), robot.mapper.pose) for robot in robots]

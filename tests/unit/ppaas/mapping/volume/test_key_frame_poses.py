@@ -32,3 +32,19 @@ def test_without_common_key_frames_nothing_moves():
     assert other.differs(BEFORE)
     assert other.motion_since(BEFORE, 2.0) == Pose2D(0.0, 0.0, 0.0)
     assert not len(NO_KEY_FRAMES)
+
+
+@pytest.mark.parametrize(
+    ("moved", "jumps"), [((0.4, 0.0, 0.1), False), ((0.6, 0.0, 0.0), True), ((0.0, 0.0, 0.4), True)]
+)
+def test_frame_has_jumped_if_the_last_key_frame_moved_far(moved, jumps):
+    before = KeyFramePoses(np.array([1.0, 2.0]), np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
+    motion = Pose2D(*moved)
+    poses = np.array([motion @ Pose2D(*pose) for pose in before.poses.tolist()])
+    after = KeyFramePoses(np.array([1.0, 2.0, 3.0]), np.vstack((poses, [[5.0, 0.0, 0.0]])))
+    found = after.jump_since(before)
+    assert (found is not None) is jumps
+    if found is not None:
+        np.testing.assert_allclose(found, motion, atol=1e-12)
+    assert after.jump_since(NO_KEY_FRAMES) is None
+    assert NO_KEY_FRAMES.jump_since(before) is None

@@ -197,3 +197,18 @@ def test_the_map_is_not_extended_to_goals_that_are_too_far_away(listening: Liste
     listening.run(0.2)
     listening.node.goals = [far]
     assert listening.node.layer.waits() == "", "planning then fails, with its own words"
+
+
+def test_the_map_of_another_frame_is_waited_for(listening: Listening) -> None:
+    listening.send(GridMapMessage(FREE))
+    listening.run(0.2)
+    other = GridMap(FREE.data.copy(), TURNED)
+    listening.send(GridMapMessage(other))
+    listening.node.layer.expect()
+    assert listening.node.layer.waits().startswith("the map is in another frame")
+    listening.run(0.15)
+    assert listening.grid is other
+    assert listening.node.layer.waits() == ""
+    listening.node.layer.expect()
+    listening.run(0.15)
+    assert listening.node.layer.waits() == "", "the map came before the frame"
