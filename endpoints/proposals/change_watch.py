@@ -14,7 +14,7 @@ from endpoints.audit.event import AuditEvent
 from endpoints.proposals.compared_files import BEFORE, PARTS
 from endpoints.proposals.reasons import is_of, known_changes, reason_of
 from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
-from endpoints.rest.maps.map_reviews import propose
+from endpoints.rest.maps.map_reviews import check_may_propose, propose
 from endpoints.rest.maps.review_schemas import MapReviewAnswer
 from endpoints.services.robot_files import whole_file
 from endpoints.services.services import Services
@@ -63,6 +63,7 @@ class ChangeWatch:
         self._services, self._cloud = services, services.cloud
         self._seen: dict[LifelongRobot, tuple[int, ...]] = {}
         self._found: dict[LifelongRobot, KnownChanges] = {}
+        self._errors: dict[LifelongRobot, str] = {}
 
     async def run(self) -> None:
         """Propose changes until cancelled."""
@@ -71,14 +72,17 @@ class ChangeWatch:
     async def step(self) -> None:
         """Look at all robots once."""
         robots = self._cloud.lifelong_robots()
-        for robot in self._seen.keys() - set(robots):
-            del self._seen[robot]
-            self._found.pop(robot, None)
+        for notes in (self._seen, self._found, self._errors):
+            for robot in notes.keys() - set(robots):
+                del notes[robot]
         for robot in robots:
             try:
                 await self._look(robot)
+                self._errors.pop(robot, None)
             except PPaaSError as error:
-                logger.info("map %r is not compared with that of robot %r: %s", robot.map, robot.robot, error)
+                if self._errors.get(robot) != str(error):
+                    self._errors[robot] = str(error)
+                    logger.info("map %r is not compared with that of robot %r: %s", robot.map, robot.robot, error)
 
     async def _look(self, robot: LifelongRobot) -> None:
         """Propose what a robot has found since the last look, unless a proposal of it waits."""
@@ -86,17 +90,16 @@ class ChangeWatch:
         size = numbers.key_frames, numbers.edges, numbers.scans
         if self._seen.get(robot) == size:
             return
-        head, reviews = await run_in_threadpool(_reviewed, self._services, robot.map)
+        head, reviews = await run_in_threadpool(_reviewed, self._services, robot)
         if POSEGRAPH not in head.present.files or any(one.waits and is_of(robot.robot, one.message) for one in reviews):
             return
         first = await self._cloud.robot_map(robot.user, robot.robot, 0)
         file = await whole_file(
             first, lambda offset: self._cloud.robot_map(robot.user, robot.robot, offset), robot.robot
         )
-        known = known_changes(one.message for one in reviews)
+        known, self._seen[robot] = known_changes(one.message for one in reviews), size
         async with self._services.heavy_work.turn(robot.user):
             found = await run_in_threadpool(self._propose, robot, head, _Taken(file, first), known)
-        self._seen[robot] = size
         if found is not None:
             self._record(robot, found)
 
@@ -141,8 +144,11 @@ class ChangeWatch:
         logger.info("review %d of map %r waits: %s", review.number, robot.map, review.message)
 
 
-def _reviewed(services: Services, map_id: str) -> tuple[MapRecord, list[MapReview]]:
-    return services.map_store.map_head(map_id), services.map_store.reviews(map_id)
+def _reviewed(services: Services, robot: LifelongRobot) -> tuple[MapRecord, list[MapReview]]:
+    """Return a map of which the robot's user may propose versions, and its reviews. Blocks."""
+    head = services.map_store.map_head(robot.map)
+    check_may_propose(services.store.user(robot.user), head)
+    return head, services.map_store.reviews(robot.map)
 
 
 def _compared(

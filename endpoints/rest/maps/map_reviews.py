@@ -98,6 +98,14 @@ def _reviews(services: Services, map_id: str) -> tuple[MapRecord, list[MapReview
     return services.map_store.map_head(map_id), services.map_store.reviews(map_id)
 
 
+def check_may_propose(user: User, head: MapRecord) -> None:
+    """Raise ``NotFound`` if the user may not see a map, and ``NotPermitted`` if the user may not propose versions."""
+    if not may_read(user, head):
+        raise NotFound("map", head.id)
+    if user.role != "admin" and user.id != head.owner and user.id not in head.readers:
+        raise NotPermitted(f"only the owner of map {head.id!r} and the readers named by the owner may propose versions")
+
+
 def propose(services: Services, user: User, upload: StagedUpload, publication: Publication) -> MapReviewAnswer:
     """Store an upload as a version that waits for a review; blocks.
 
@@ -114,10 +122,7 @@ def propose(services: Services, user: User, upload: StagedUpload, publication: P
     """
     maps, map_id = services.map_store, publication.map
     head = maps.map_head(map_id)
-    if not may_read(user, head):
-        raise NotFound("map", map_id)
-    if user.role != "admin" and user.id != head.owner and user.id not in head.readers:
-        raise NotPermitted(f"only the owner of map {map_id!r} and the readers named by the owner may propose versions")
+    check_may_propose(user, head)
     proposal = Publication(map_id, user.id, epoch(), publication.message, head.owner, if_match=publication.if_match)
     change = _change(services, upload, head)
     with services.usage.new_map(services, head.owner, map_id, upload):

@@ -121,11 +121,13 @@ def later_frames(frames: KeyFrames, published: KeyFrames) -> LaterFrames:
     """
     if not np.array_equal(frames.points[0], published.points[0]):
         raise InvalidInput("the robot does not continue this map: its first key frame is another one")
-    common, own, theirs = np.intersect1d(frames.scans, published.scans, assume_unique=True, return_indices=True)
+    own, theirs = _common(frames, published)
     apart = frames.poses[own, :2] - published.poses[theirs, :2]
     if np.median(np.hypot(apart[:, 0], apart[:, 1])) > SAME_SCAN:
         raise InvalidInput("the robot does not continue this map: its key frames are at other places")
-    return LaterFrames(frames, np.flatnonzero(~np.isin(frames.scans, common)))
+    later = np.ones(len(frames), np.bool_)
+    later[own] = False
+    return LaterFrames(frames, np.flatnonzero(later))
 
 
 def confirmed_changes(
@@ -162,6 +164,14 @@ def confirmed_changes(
     cells = np.where(old == UNKNOWN, current, old)
     cells[left], cells[new] = FREE, OCCUPIED
     return ConfirmedChanges(left_places, new_places, GridMap(cells, info))
+
+
+def _common(frames: KeyFrames, published: KeyFrames) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the indices of equal key frames in both maps; scans of two robots that continue one have equal numbers."""
+    _, own, theirs = np.intersect1d(frames.scans, published.scans, assume_unique=True, return_indices=True)
+    both = frames.valid[own] & published.valid[theirs]  # outdated beams have left one of them
+    same = ((frames.points[own] == published.points[theirs]).all(axis=2) | ~both).all(axis=1)
+    return own[same], theirs[same]
 
 
 def is_among(place: ChangedPlace, known: Centres) -> bool:

@@ -3,6 +3,7 @@
 import json
 import logging
 from pathlib import Path
+from typing import Any
 
 import httpx
 import pytest
@@ -74,8 +75,9 @@ async def look(services: Services) -> None:
         watch._seen.clear()
 
 
-async def reviews(client: httpx.AsyncClient, headers: dict[str, str]) -> list[dict]:
-    return (await client.get(REVIEWS, headers=headers)).json()["items"]
+async def reviews(client: httpx.AsyncClient, headers: dict[str, str]) -> list[dict[str, Any]]:
+    listed: dict[str, Any] = (await client.get(REVIEWS, headers=headers)).json()
+    return list(listed["items"])
 
 
 async def test_a_confirmed_change_waits_for_a_review(
@@ -163,6 +165,19 @@ async def test_a_robot_that_does_not_answer_is_no_fault(
     cloud.error = Unavailable("the robot has no container now")
     await look(services)
     assert "map 'office' is not compared with that of robot 'tb1': the robot has no container now" in caplog.text
+
+
+async def test_robots_whose_user_may_not_propose_are_not_looked_at(
+    client: httpx.AsyncClient, ann: dict[str, str], log_in: LogIn, services: Services, cloud: FakeCloud,
+    caplog: pytest.LogCaptureFixture,
+) -> None:  # fmt: skip
+    caplog.set_level(logging.INFO)
+    await log_in("bob")
+    await client.patch("/v1/maps/office", headers=ann, json={"readers": ["*"]})
+    cloud.lifelong = [LifelongRobot("bob", "tb9", "office")]
+    await look(services)
+    assert caplog.text.count("the readers named by the owner may propose versions") == 1
+    assert await reviews(client, ann) == []
 
 
 async def test_another_map_of_the_same_id_is_not_compared(

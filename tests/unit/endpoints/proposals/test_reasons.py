@@ -7,7 +7,7 @@ from ppaas.mapping.lifelong.changes import ChangedPlace
 LEFT, NEW = ChangedPlace(1.25, -0.5, 0.6, 0.4, 24), ChangedPlace(-3.0, 2.0, 0.4, 0.4, 12)
 
 
-def test_a_reason_says_who_found_what_and_where():
+def test_a_reason_says_who_found_what_and_where() -> None:
     assert reason_of("tb1", [LEFT], [NEW, NEW]) == (
         "tb1: two passes show gone: 1 place, 24 cells, 0.60 × 0.40 m at (1.25, -0.50); "
         "new: 2 places, 24 cells, 0.40 × 0.40 m at (-3.00, 2.00), 0.40 × 0.40 m at (-3.00, 2.00)"
@@ -15,20 +15,20 @@ def test_a_reason_says_who_found_what_and_where():
     assert reason_of("tb1", [], [NEW]).startswith("tb1: two passes show new: 1 place, ")
 
 
-def test_the_places_of_reasons_are_read_again():
+def test_the_places_of_reasons_are_read_again() -> None:
     known = known_changes([reason_of("tb1", [LEFT], [NEW]), reason_of("b", [], [LEFT]), "a wall at (1.0, 2.0) m"])
     assert known.left == [(1.25, -0.5)]
     assert known.new == [(-3.0, 2.0), (1.25, -0.5)]
     assert known_changes([]) == ([], [])
 
 
-def test_a_reason_is_of_one_robot():
+def test_a_reason_is_of_one_robot() -> None:
     assert is_of("tb1", reason_of("tb1", [LEFT], []))
     assert not is_of("tb", reason_of("tb1", [LEFT], []))
     assert not is_of("tb1", "tb1: a new wall")
 
 
-def test_a_reason_of_many_changes_fits():
+def test_a_reason_of_many_changes_fits() -> None:
     far = ChangedPlace(-12345.67, -12345.67, 123.45, 123.45, 99999)
     reason = reason_of("r" * 64, [far] * 50, [far] * 50)
     assert len(reason) <= MAX_DESCRIPTION

@@ -8,10 +8,11 @@ from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.mapping.lifelong.changes import KnownChanges, LaterFrames, confirmed_changes, later_frames
 from ppaas.mapping.lifelong.parameters import LifelongParameters
+from ppaas.mapping.lifelong.thinning import kept_frames
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.map_drawing import draw_map
 from ppaas.mapping.parameters import SlamParameters
-from ppaas.mapping.scan_points import prepare
+from ppaas.mapping.scan_points import ScanPoints, prepare
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
 
 PEOPLE = ((0.5, 4.0, 0.8, 4.3), (5.0, 2.2, 5.3, 2.5), (2.8, 4.2, 3.1, 4.5), (2.5, 0.5, 2.8, 0.8))
@@ -85,6 +86,15 @@ def test_a_robot_that_does_not_continue_the_map_is_refused(mapped):
     other._arrays = other._arrays._replace(points=other.points[::-1])
     with pytest.raises(InvalidInput, match="its first key frame is another one"):
         later_frames(other, base)
+
+
+def test_scans_of_two_robots_have_equal_numbers(mapped):
+    (base, _), (one, _), (other, _) = mapped[1], mapped[2], mapped[5]
+    kept = np.isin(other.frames.scans, base.frames.scans) | (other.frames.scans >= one.frames.scans[-1])
+    frames = kept_frames(other.frames, ScanPoints(other.frames.points, other.frames.normals, other.frames.valid), kept)
+    own = ~np.isin(frames.scans, base.frames.scans)
+    frames.scans[own] = base.frames.scans[-1] + 1 + np.arange(own.sum())
+    np.testing.assert_array_equal(later_frames(frames, one.frames).indices, np.flatnonzero(own))
 
 
 def test_grids_whose_cells_do_not_coincide_are_refused(mapped):
