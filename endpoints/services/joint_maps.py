@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from ppaas.clock import Clock, epoch, monotonic
 
-LEAST = 20
-"""Fewest key frames of a map that is joined with another [6 m and more]."""
+LEAST = 30
+"""Fewest key frames of a map that is joined with another; a merge needs places along 12 m of the drive."""
 
 GROWTH, MORE = 1.2, 10
 """Two maps are tried again when their key frames together are so many times as many, and these in addition."""
@@ -19,8 +19,8 @@ GROWTH, MORE = 1.2, 10
 EXCHANGE = 20
 """Number of new key frames of the robots in one frame after which they are exchanged."""
 
-LEAST_PERIOD = 15.0
-"""Least time between two attempts with the same maps [s]."""
+MERGE_PERIOD, EXCHANGE_PERIOD = 5.0, 15.0
+"""Least time between two attempts to merge the same maps, and between two exchanges in one frame [s]."""
 
 MOST_ROBOTS = 8
 """Largest number of robots in one frame."""
@@ -183,16 +183,15 @@ class JointMaps:
         last = self._attempts.get(frozenset((group[0].frame,)))
         if last is None:
             return True
-        return _size(group) >= last.size + EXCHANGE and self._has_waited(last)
+        return _size(group) >= last.size + EXCHANGE and self._clock() - last.at >= EXCHANGE_PERIOD
 
     def _is_merge_due(self, join: Join) -> bool:
         if any(max(robot.key_frames for robot in group) < LEAST for group in join.groups):
             return False
         last = self._attempts.get(join.frames)
-        return last is None or (_size(join.robots) >= GROWTH * last.size + MORE and self._has_waited(last))
-
-    def _has_waited(self, last: _Attempt) -> bool:
-        return self._clock() - last.at >= LEAST_PERIOD
+        if last is None:
+            return True
+        return _size(join.robots) >= GROWTH * last.size + MORE and self._clock() - last.at >= MERGE_PERIOD
 
     def _priority(self, join: Join) -> tuple[float, float]:
         attempt = self._attempts.get(join.frames)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from endpoints.merging import coordinator as module
-from endpoints.merging.coordinator import JointMapCoordinator, join_in_process
+from endpoints.merging.coordinator import JointMapCoordinator
 from endpoints.merging.join_program import join_files
 from endpoints.services.joint_maps import Sharing
 from endpoints.services.services import Services
@@ -19,7 +19,6 @@ from storage.memory.store import MemoryStore
 from tests.support.endpoints.mapping_cloud import MappingCloud
 from tests.support.world.joint_maps import joint_map, start_of
 from tests.support.world.mapping_robot import MappingRobot
-from tests.support.world.mappings import room_mapping
 from tests.support.world.merge_drives import first_drive, second_drive
 
 MET = 100
@@ -88,7 +87,7 @@ def off(robot):
 
 
 async def test_two_robots_go_on_in_one_map_and_exchange_what_they_map(cloud, robots, join, monkeypatch):
-    monkeypatch.setattr("endpoints.services.joint_maps.LEAST_PERIOD", 0.0)
+    monkeypatch.setattr("endpoints.services.joint_maps.EXCHANGE_PERIOD", 0.0)
     used = services(cloud)
     coordinator = JointMapCoordinator(used, join)
     own = [ids(robot) for robot in robots]
@@ -119,7 +118,7 @@ async def test_reason_of_a_refusal_is_kept_and_maps_stay(cloud, robots, join):
 
 
 async def test_robot_that_missed_a_merge_joins_later_without_a_search(cloud, robots, join, monkeypatch):
-    monkeypatch.setattr("endpoints.services.joint_maps.LEAST_PERIOD", 0.0)
+    monkeypatch.setattr("endpoints.services.joint_maps.EXCHANGE_PERIOD", 0.0)
     cloud.deaf.add("tb2")
     used = services(cloud)
     coordinator = JointMapCoordinator(used, join)
@@ -161,8 +160,3 @@ async def test_coordinator_goes_on_after_an_error(cloud, join, monkeypatch, capl
     with pytest.raises(asyncio.CancelledError):
         await coordinator.run()
     assert "it is tried again" in caplog.text
-
-
-def test_program_joins_files_in_a_process_of_its_own():
-    file = b"".join(pack_mapping(room_mapping(3)))
-    assert len(unpack_mapping(join_in_process([[file, file]])).frames) == 3

@@ -6,8 +6,9 @@ from hypothesis import strategies as st
 from endpoints.services.joint_maps import (
     ALONE,
     EXCHANGE,
+    EXCHANGE_PERIOD,
     LEAST,
-    LEAST_PERIOD,
+    MERGE_PERIOD,
     MOST_ROBOTS,
     JointMaps,
     RobotMap,
@@ -57,12 +58,12 @@ def test_refused_maps_are_tried_again_when_they_have_grown_and_some_time_has_pas
     grown = {OFFICE: [robot("tb1", "a", 150), robot("tb2", "b", 100)]}
     joint.report(grown)
     assert joint.next_join() is None
-    clock.advance(LEAST_PERIOD)
+    clock.advance(MERGE_PERIOD)
     assert joint.next_join() is not None
     joint.done(joint.next_join(), 250, "too few places")
-    clock.advance(10.0 * LEAST_PERIOD)
+    clock.advance(10.0 * MERGE_PERIOD)
     assert joint.next_join() is None
-    assert joint.sharing("ann", "tb2") == Sharing((), "too few places", 1000.0 + LEAST_PERIOD)
+    assert joint.sharing("ann", "tb2") == Sharing((), "too few places", 1000.0 + MERGE_PERIOD)
 
 
 def test_robots_that_did_not_answer_are_tried_again_without_growing():
@@ -70,7 +71,7 @@ def test_robots_that_did_not_answer_are_tried_again_without_growing():
     joint = maps(robot("tb1", "a"), robot("tb2", "b"), clock=clock)
     joint.done(joint.next_join(), 0, "robot 'tb2' has no container now")
     assert joint.next_join() is None
-    clock.advance(LEAST_PERIOD)
+    clock.advance(MERGE_PERIOD)
     assert joint.next_join() is not None
 
 
@@ -80,7 +81,7 @@ def test_robots_in_one_frame_exchange_what_they_mapped():
     joint.done(joint.next_join(), 80)
     both = [robot("tb1", "a", 40), robot("tb2", "a", 40, user="bob")]
     joint.report({OFFICE: both})
-    clock.advance(LEAST_PERIOD)
+    clock.advance(EXCHANGE_PERIOD)
     assert joint.next_join() is None
     assert joint.sharing("ann", "tb1") == Sharing(("bob/tb2",), "", 1000.0)
     assert joint.sharing("bob", "tb2").joined_with == ("ann/tb1",)
