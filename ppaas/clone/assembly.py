@@ -134,7 +134,7 @@ def build_clone(
         **located.makers,
         StatePublisherNode.name: lambda context: StatePublisherNode(context, body, state, located.names, urdf_text),
         MoveBaseNode.name: move_base,
-        WaypointFollowerNode.name: lambda context: WaypointFollowerNode(context, touring),
+        WaypointFollowerNode.name: lambda context: _follower_kind(layers is None)(context, touring),
         ParameterServerNode.name: lambda context: ParameterServerNode(context, given.in_use, urdf_text),
         TfRepublisherNode.name: TfRepublisherNode,
         **optional,
@@ -197,6 +197,14 @@ def _kind(maps: bool) -> type[MoveBaseNode]:
     from ppaas.nodes.move_base.mapping_node import MappingMoveBaseNode  # noqa: PLC0415
 
     return MappingMoveBaseNode
+
+
+def _follower_kind(maps: bool) -> type[WaypointFollowerNode]:
+    if not maps:
+        return WaypointFollowerNode
+    from ppaas.nodes.waypoint_follower.mapping_node import MappingWaypointFollowerNode  # noqa: PLC0415  # as above
+
+    return MappingWaypointFollowerNode
 
 
 def _processors(reuse: ReuseSetup, body: RobotModel, driving: MoveBaseParameters, *, tracked: bool) -> Processors:

@@ -62,6 +62,11 @@ class KeyFramePoses:
         old, new = (Pose2D(*poses.tolist()) for poses in (before.poses[first[nearest]], self.poses[second[nearest]]))
         return new @ old.inverse()
 
+    def carry(self, pose: Pose2D, before: "KeyFramePoses") -> Pose2D:
+        """Return a pose of the map frame that moves with the key frame that was nearest to it; there must be one."""
+        nearest = int(np.argmin(np.hypot(*(before.poses[:, :2] - pose[:2]).T)))
+        return self.motion_since(before, float(before.stamps[nearest])) @ pose
+
     def jump_since(self, before: "KeyFramePoses") -> Pose2D | None:
         """Return the motion of the last key frame before, if the map is in another frame now; else None.
 

@@ -50,30 +50,63 @@ def test_goals_in_unknown_space_are_refused_if_the_planner_may_not_lead_there() 
     assert driving.last_status() is Status.SUCCEEDED, driving.results[-1].status.text
 
 
-def test_a_goal_moves_with_the_key_frame_nearest_to_it() -> None:
-    driving = loop()
-    current: list[PoseStamped] = []
-    driving.graph.tap("move_base/current_goal", lambda _, message: current.append(message))  # type: ignore[arg-type]
-    driving.send_goal(in_map(BEHIND_WALL))
+def stopped(driving: ClosedLoop) -> None:
+    """Stop the sensors, and wait until the last changes are in the map."""
     driving.run(5.0)
     driving.sensing = False
-    driving.run(1.2)  # until the last changes are in the map
+    driving.run(1.2)
+
+
+def move_key_frames(driving: ClosedLoop) -> None:
+    """Move the key frames along y, as a loop closure does."""
     published = driving.graph.latched("key_frames")
     assert isinstance(published, KeyFramePath)
     poses = published.key_frames.poses.copy()
     poses[1:, 1] += 0.3
     moved = KeyFramePath(KeyFramePoses(published.key_frames.stamps, poses), published.stamp)
     driving.graph.deliver_to("move_base", "key_frames", moved)
-    driving.run(0.2)
-    assert len(current) == 1, "the map is that of the key frames before"
+
+
+def redraw(driving: ClosedLoop) -> None:
+    """Publish the map with a cell that has changed."""
     map_ = driving.graph.latched("map")
     assert isinstance(map_, GridMapMessage)
     cells = map_.grid.data.copy()
     cells[0, 0] = 100 - max(cells[0, 0], 0)
     driving.graph.deliver_to("move_base", "map", GridMapMessage(GridMap(cells, map_.grid.info)))
     driving.run(1.1)
+
+
+def current_goals(driving: ClosedLoop) -> list[PoseStamped]:
+    """Return the list to which the current goal is appended when it changes."""
+    current: list[PoseStamped] = []
+    driving.graph.tap("move_base/current_goal", lambda _, message: current.append(message))  # type: ignore[arg-type]
+    return current
+
+
+def test_a_goal_moves_with_the_key_frame_nearest_to_it() -> None:
+    driving = loop()
+    current = current_goals(driving)
+    driving.send_goal(in_map(BEHIND_WALL))
+    stopped(driving)
+    move_key_frames(driving)
+    driving.run(0.2)
+    assert len(current) == 1, "the map is that of the key frames before"
+    redraw(driving)
     first, last = (message.pose.planar() for message in (current[0], current[-1]))
     assert last == pytest.approx((first.x, first.y + 0.3, first.theta))
+
+
+def test_a_goal_that_comes_after_the_key_frames_have_moved_stays() -> None:
+    driving = loop()
+    driving.send_goal(in_map(BEHIND_WALL))
+    stopped(driving)
+    move_key_frames(driving)
+    current = current_goals(driving)
+    given = in_map(Pose2D(2.5, 1.0, 0.0))
+    driving.send_goal(given)
+    redraw(driving)
+    assert {message.pose.planar() for message in current} == {given}
 
 
 def test_a_goal_waits_for_the_next_map_after_the_map_was_cleared() -> None:
