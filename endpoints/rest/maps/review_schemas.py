@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, StrictBool
 
 from endpoints.rest.maps.schemas import CellRectangle
 from endpoints.rest.schemas import Description, RequestBody
@@ -48,7 +48,7 @@ class Approval(RequestBody):
     """Approval of a version that waits."""
 
     why: Description = ""
-    force: bool = Field(
+    force: StrictBool = Field(
         default=False, description="Approve it although its base is not the current version any more; `why` is required"
     )
 

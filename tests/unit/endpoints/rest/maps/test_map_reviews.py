@@ -80,6 +80,7 @@ async def test_a_version_made_from_another_than_the_current_one_is_approved_by_f
     assert (await client.get(REVIEWS, headers=ann)).json()["items"][0]["outdated"]
     problem_of(await client.post(approve, headers=ann, json={}), 409, "conflict")
     problem_of(await client.post(approve, headers=ann, json={"force": True}), 422, "invalid-parameter")
+    problem_of(await client.post(approve, headers=ann, json={"force": 1, "why": "x"}), 422, "invalid-request")
     forced = await client.post(approve, headers=ann, json={"force": True, "why": "the other one was a mistake"})
     assert forced.json()["version"] == waiting["version"]
 
