@@ -1,8 +1,9 @@
 """Fixtures that all tests share, and how several processes share the tests."""
 
+import gc
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +22,21 @@ settings.load_profile("ppaas")
 ROOT = Path(__file__).resolve().parent.parent
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Collect tests without searches for garbage: modules and tests are millions of objects that live to the end."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()  # later searches do not visit them either
+        gc.enable()
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put the longest shares first."""
-    items.sort(key=lambda item: place_in_line(item.path.relative_to(ROOT)))
+    places = {path: place_in_line(path.relative_to(ROOT)) for path in {item.path for item in items}}
+    items.sort(key=lambda item: places[item.path])
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -41,10 +41,11 @@ LONG = (
 @cache
 def share_of(file: PurePath) -> str:
     """Return the share of a test file, given below the root: one of ``SHARES``, else a share of its own."""
+    name = file.as_posix()
     for share, places in SHARES.items():
-        if any(file.is_relative_to(place) for place in places):
+        if any(name == place or name.startswith(f"{place}/") for place in places):
             return share
-    return file.as_posix()
+    return name
 
 
 @cache

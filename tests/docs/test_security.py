@@ -32,6 +32,7 @@ from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from tests.support.documents import table, text_of
 from tests.support.endpoints.fake_cloud import FakeCloud, container
+from tests.support.endpoints.fuzzed_rest import operations
 from tests.support.endpoints.still_place import StillPlace
 from tests.support.storage import records
 from tests.support.world.mappings import room_mapping
@@ -90,15 +91,6 @@ class Seeded:
     names: dict[str, str]
 
 
-def operations() -> list[Operation]:
-    app = empty_app()
-    return [
-        Operation(described["operationId"], method, path)
-        for path, methods in app.openapi()["paths"].items()
-        for method, described in methods.items()
-    ]
-
-
 @pytest.fixture(scope="module")
 def passwords() -> Iterator[Passwords]:
     hashing = Passwords(PasswordHasher.from_parameters(profiles.CHEAPEST), workers=1, waiting=8)
@@ -109,15 +101,11 @@ def passwords() -> Iterator[Passwords]:
 @pytest.fixture(scope="module")
 def app() -> FastAPI:
     """Return an application, whose services each request replaces."""
-    return empty_app()
-
-
-def empty_app() -> FastAPI:
     store = MemoryStore()
     return create_app(Services(store, MemoryMapStore(), Accounts(store), FakeCloud()))
 
 
-OPERATIONS = operations()
+OPERATIONS = [Operation(described["operationId"], method, path) for path, method, described in operations()]
 
 
 async def seeded(passwords: Passwords) -> Seeded:

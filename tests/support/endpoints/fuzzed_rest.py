@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 from argon2 import PasswordHasher, profiles
@@ -51,6 +52,7 @@ class FuzzedService:
     cloud: FakeCloud
     url: str = ""
     answers: Counter[tuple[str, int]] = field(default_factory=Counter)
+    known: dict[str, str] = field(default_factory=KNOWN.copy)
 
     def refill(self) -> None:
         """Restore objects that requests may have removed."""
@@ -61,10 +63,19 @@ class FuzzedService:
         store.add_token(Token(token_id(TOKEN), "root", 1e12))
         store.put_robot(robot(ROBOT, user="root", map=MAP))
         store.add_plan(plan(PLAN, user="root", map=MAP))
-        put_map(self.services.map_store, house(MAP, owner="root", image=pgm()))
-        propose(self.services.map_store, house(MAP, owner="root", image=pgm(value=0)))
+        self._refill_map()
         self.cloud.running = [container("c1", user="root", robot="tb2")]
         self.cloud.places[robot_key("root", ROBOT)] = StillPlace()
+
+    def _refill_map(self) -> None:
+        """Publish the map and propose a version of it, if requests have changed it or closed the review."""
+        store = self.services.map_store
+        if MAP not in {head.id for head in store.maps()} or store.map_head(MAP).version != KNOWN["version"]:
+            put_map(store, house(MAP, owner="root", image=pgm()))
+        waiting = [review for review in store.reviews(MAP) if review.state == "waiting"]
+        if not waiting:
+            waiting = [propose(store, house(MAP, owner="root", image=pgm(value=0)))]
+        self.known["number"] = str(waiting[0].number)
 
     def summary(self) -> str:
         """Return the number of requests of each operation by status."""
@@ -75,6 +86,7 @@ class FuzzedService:
         return "\n".join([*lines, f"{len(lines)} operations, {sum(self.answers.values())} requests"])
 
 
+@cache
 def description() -> dict[str, Any]:
     """Return the OpenAPI description of the service."""
     store = MemoryStore()
@@ -83,6 +95,15 @@ def description() -> dict[str, Any]:
         return create_app(Services(store, MemoryMapStore(), accounts, FakeCloud())).openapi()
     finally:
         accounts.close()
+
+
+def operations() -> list[tuple[str, str, dict[str, Any]]]:
+    """Return the path, method and description of each operation."""
+    return [
+        (path, method, described)
+        for path, methods in description()["paths"].items()
+        for method, described in methods.items()
+    ]
 
 
 @contextmanager

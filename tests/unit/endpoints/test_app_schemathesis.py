@@ -11,9 +11,11 @@ import pytest
 import schemathesis
 from hypothesis import HealthCheck, settings
 from schemathesis.checks import load_all_checks
+from schemathesis.generation.hypothesis.builder import HypothesisTestConfig, HypothesisTestMode, create_test
 from schemathesis.specs.openapi.checks import negative_data_rejection, positive_data_acceptance
+from schemathesis.specs.openapi.schemas import OpenApiSchema
 
-from tests.support.endpoints.fuzzed_rest import KNOWN, TOKEN, FuzzedService, description, fuzzed_service
+from tests.support.endpoints.fuzzed_rest import TOKEN, FuzzedService, description, fuzzed_service, operations
 
 EXAMPLES = int(os.environ.get("PPAAS_SCHEMATHESIS_EXAMPLES", "10"))
 BEYOND_A_SCHEMA = [positive_data_acceptance]
@@ -32,7 +34,11 @@ def map_headers(context: schemathesis.HookContext, headers: dict[str, str] | Non
 
 
 load_all_checks()
-DESCRIBED = schemathesis.openapi.from_dict(description())
+
+
+@pytest.fixture(scope="module")
+def schema() -> OpenApiSchema:
+    return schemathesis.openapi.from_dict(description())
 
 
 @pytest.fixture(scope="module")
@@ -41,30 +47,30 @@ def service() -> Iterator[FuzzedService]:
         yield running
 
 
-def answered_as_described(case: schemathesis.Case, service: FuzzedService) -> None:
-    if ask(service, case) == 404 and case.path_parameters:
-        # Generated names match nothing: use the names of existing objects.
-        case.path_parameters = {name: KNOWN[name] for name in case.path_parameters}
-        ask(service, case)
+@pytest.mark.parametrize("operation_id", [described["operationId"] for _, _, described in operations()])
+def test_an_operation_answers_as_described(operation_id: str, schema: OpenApiSchema, service: FuzzedService) -> None:
+    def answers(case: schemathesis.Case) -> None:
+        if ask(service, case) == 404 and case.path_parameters:
+            # Generated names match nothing: use the names of existing objects.
+            case.path_parameters = {name: service.known[name] for name in case.path_parameters}
+            ask(service, case)
+
+    checked_with_requests(answers, schema, operation_id)()
 
 
-def test_of(operation_id: str) -> Callable[..., None]:
-    """Return the test of one operation."""
+def checked_with_requests(
+    check: Callable[[schemathesis.Case], None], schema: OpenApiSchema, operation_id: str
+) -> Callable[[], None]:
+    """Return a function that calls ``check`` with requests of an operation.
 
-    def test(case: schemathesis.Case, service: FuzzedService) -> None:
-        answered_as_described(case, service)
-
+    ``schema.parametrize`` makes the same requests when pytest collects the tests. That takes seconds, and each process
+    collects all tests to run some.
+    """
     limits = settings(max_examples=EXAMPLES, derandomize=True, database=None, suppress_health_check=list(HealthCheck))
-    found: Callable[..., None] = DESCRIBED.include(operation_id=operation_id).parametrize()(limits(test))
-    return found
-
-
-test_of.__test__ = False  # type: ignore[attr-defined]
-
-# A name each: those that one ``parametrize`` makes of all operations share theirs, and pytest-xdist runs one of them.
-for _operation in DESCRIBED.get_all_operations():
-    _id = _operation.ok().definition.raw["operationId"]
-    globals()[f"test_{_id}_answers_as_described"] = test_of(_id)
+    operation = schema.find_operation_by_id(operation_id)
+    wanted = HypothesisTestConfig(schema.config, list(HypothesisTestMode), explicit_settings=limits)
+    checked: Callable[[], None] = create_test(operation=operation, test_func=check, config=wanted)
+    return checked
 
 
 def ask(service: FuzzedService, case: schemathesis.Case) -> int:
