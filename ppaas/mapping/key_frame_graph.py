@@ -31,6 +31,12 @@ def append_key_frame(graph: PoseGraph, frames: KeyFrames) -> PoseArray:
     return step
 
 
+def append_lost(graph: PoseGraph, frames: KeyFrames) -> PoseArray:
+    """Append the last key frame to a graph as the first one of a part that no edge connects; return zeros (3,)."""
+    graph.add_node(frames.poses[-1])
+    return np.zeros(3)
+
+
 def append_placed(graph: PoseGraph, frames: KeyFrames, nearest: int) -> None:
     """Append the last key frame to a graph, with an edge from another one that it was aligned with.
 

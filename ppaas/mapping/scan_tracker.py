@@ -16,6 +16,7 @@ from ppaas.mapping.near_poses import nearest_poses
 from ppaas.mapping.odometry_noise import odometry_deviations
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import ScanPoints
+from ppaas.mapping.tracking_doubt import CONTRADICTED, TrackingDoubt, confirmation
 from ppaas.planar_poses import compose, relative
 
 STANDING = 0.02
@@ -56,6 +57,11 @@ class Tracked(NamedTuple):
         Information of the pose in the frame of the scan, with that of the odometry; 0 of the first scan.
     ratio : float
         Part of the points that fit the key frames; 1 of the first scan.
+    is_lost : bool
+        Whether the robot is elsewhere than the key frames show, as after it was carried away. The scan is the first key
+        frame of another part of the map; where that part lies is unknown.
+    is_doubted : bool
+        Whether the scan contradicts the key frames, so that the robot may be lost.
     """
 
     pose: Pose2D
@@ -63,6 +69,8 @@ class Tracked(NamedTuple):
     key_frame: int
     information: NDArray[np.float64]
     ratio: float
+    is_lost: bool = False
+    is_doubted: bool = False
 
 
 class ScanTracker:
@@ -73,6 +81,9 @@ class ScanTracker:
 
     Each scan is expected where the odometry moved the last one. A correlative search finds the start, and the alignment
     with the last key frames the pose. A scan far enough from the last key frame becomes the next one.
+
+    Scans that contradict the key frames become none until it is decided whether the robot was carried away; see
+    `TrackingDoubt`. If so, another part of the map begins, and scans are aligned with key frames of that part only.
 
     Parameters
     ----------
@@ -93,6 +104,7 @@ class ScanTracker:
         self._near = self.key_frames.latest(0)
         self._loaded, self._keeps = 0, True
         self._start: Pose2D | None = None
+        self._doubt, self._part = TrackingDoubt(geometry), 0
 
     @property
     def pose(self) -> Pose2D:
@@ -171,6 +183,7 @@ class ScanTracker:
         """Search the next scan around a pose of the **robot** in the map frame."""
         if self._keeps:
             self._loaded = len(self.key_frames)
+        self._doubt.clear()
         self._start = self._pose = robot @ self._mount
         self._look_around()
 
@@ -198,15 +211,26 @@ class ScanTracker:
             pose, information, ratio, _ = self._align(scan, odometry)
         else:
             pose, information, ratio = odometry @ self._mount, np.zeros(6), 1.0
-        is_key = placed or not self._scans or self._is_far(pose)
+        lost = self._doubt.is_lost
+        is_key = placed or lost or not self._scans or (not self._doubt.is_raised and self._is_far(pose))
+        if lost:
+            information, ratio = np.zeros(6), 1.0
         if is_key:
             self.key_frames.add(scan, self._scans, pose, information)
         self._pose, self._odometry, self._start = pose, odometry, None
         self._scans += 1
-        if is_key:
+        if lost:
+            self.restrict(len(self.key_frames) - 1)
+        elif is_key:
             self._forget_oldest()
             self._look_around()
-        return Tracked(pose, is_key, len(self.key_frames) - 1, information, ratio)
+        return Tracked(pose, is_key, len(self.key_frames) - 1, information, ratio, lost, self._doubt.is_raised)
+
+    def restrict(self, first: int) -> None:
+        """Align the next scans with the key frames from an index on, which are a part of the map."""
+        self._part, self._loaded = first, 0
+        self._doubt.clear()
+        self._look_around()
 
     def rebase(self, odometry: Pose2D) -> None:
         """Continue from other odometry, as after a reset: the robot is taken not to have moved since the last scan."""
@@ -238,7 +262,11 @@ class ScanTracker:
         if max(abs(moved.x), abs(moved.y), abs(moved.theta)) > STANDING:
             start, _ = self._grid.search(scan, start, self._window(prior))
         aligned = align(scan, start, self.key_frames, self._near, TRACKING, prior=prior)
-        return aligned if aligned.ratio >= LOST else self._recover(scan, prior, aligned)
+        if aligned.ratio < LOST:
+            aligned = self._recover(scan, prior, aligned)
+        confirmed = confirmation(scan, aligned, self.key_frames, self._near) if self._keeps else 1.0
+        self._doubt.note(scan, moved, confirmed)
+        return aligned if confirmed >= CONTRADICTED else _likely(prior, aligned)
 
     def _recover(self, scan: ScanPoints, prior: Prior, aligned: Aligned) -> Aligned:
         """Search around a pose that the odometry may have got wrong, as after a slip; return the better alignment."""
@@ -246,7 +274,7 @@ class ScanTracker:
         again = align(scan, start, self.key_frames, self._near, TRACKING, prior=Prior(start, SLIP_DEVIATIONS))
         if again.ratio >= max(LOST, aligned.ratio + BETTER):
             return again
-        return aligned if _agrees(prior, aligned.pose) else _expected(prior, aligned)
+        return _likely(prior, aligned)
 
     def _placed(self, scan: ScanPoints, near: Pose2D) -> Aligned:
         """Return the pose of a scan around a pose that was given."""
@@ -286,21 +314,19 @@ class ScanTracker:
         """Return the nearest key frames of a loaded map, then the latest, ``count`` in all or as many as there are."""
         frames, loaded = self.key_frames, self._loaded
         if not loaded:
-            return frames.latest(count)
-        near = nearest_poses(np.array([self._pose]), frames.poses[:loaded], count, NEAR)[0]
-        near = near[near >= 0]
+            return frames.latest(min(count, len(frames) - self._part))
+        near = nearest_poses(np.array([self._pose]), frames.poses[self._part : loaded], count, NEAR)[0]
+        near = self._part + near[near >= 0]
         latest = np.arange(max(loaded, len(frames) - count + len(near)), len(frames))
         chosen = np.concatenate((near, latest))
         return NearFrames(chosen, frames.poses[chosen])
 
 
-def _agrees(prior: Prior, pose: Pose2D) -> bool:
-    apart = prior.pose.inverse() @ pose
-    return all(abs(off) <= AGREEING * deviation for off, deviation in zip(apart, prior.deviations, strict=True))
-
-
-def _expected(prior: Prior, aligned: Aligned) -> Aligned:
-    """Return the pose that the odometry expects, for a scan that fits nowhere."""
+def _likely(prior: Prior, aligned: Aligned) -> Aligned:
+    """Return a pose that few points fit if the odometry allows it, otherwise the pose that the odometry expects."""
+    apart = prior.pose.inverse() @ aligned.pose
+    if all(abs(off) <= AGREEING * deviation for off, deviation in zip(apart, prior.deviations, strict=True)):
+        return aligned
     information = np.zeros(6)
     information[[0, 3, 5]] = 1.0 / np.square(prior.deviations)
     return aligned._replace(pose=prior.pose, information=information)

@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.mapping.alignment import align
-from ppaas.mapping.closures.kernels.visibility import agreement
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.edge_information import forgetting, weakest_information
 from ppaas.mapping.key_frames import KeyFrames, NearFrames
+from ppaas.mapping.visible_points import confirmed_share
 from ppaas.planar_poses import compose, relative, symmetric, upper_triangle
 
 ALIGNED_WITH = 6
@@ -25,9 +25,6 @@ VIEW = 15.0
 
 SURE = 2.0
 """Factor of the least information below which a scan may slide along a corridor."""
-
-LEAST_VISIBLE = 10
-"""Fewest points, seen by both lasers, that visibility is judged by."""
 
 
 class CheckedScan(NamedTuple):
@@ -103,7 +100,8 @@ class ScanCheck:
             return None
         if slides and weakest < SURE * least:
             information = _without_weakest(information)
-        confirmed = confirmed_share(self._frames, source, near, found.pose, self._parameters.visibility_tolerance)
+        scan, tolerance = self._frames.scan_points(source), self._parameters.visibility_tolerance
+        confirmed = confirmed_share(self._frames, scan, near, found.pose, tolerance)
         if confirmed < self._parameters.least_confirmed:
             return None
         measurement = relative(near.poses[0], np.array(found.pose))
@@ -148,45 +146,3 @@ def _without_weakest(information: NDArray[np.float64]) -> NDArray[np.float64]:
     kept = forgetting(information)
     left: NDArray[np.float64] = upper_triangle(kept @ symmetric(information) @ kept)
     return left
-
-
-def confirmed_share(frames: KeyFrames, source: int, near: NearFrames, pose: Pose2D, tolerance: float) -> float:
-    """Return the share of visible points that a scan and older key frames confirm of each other.
-
-    Parameters
-    ----------
-    frames : KeyFrames
-    source : int
-        Key frame of the scan.
-    near : NearFrames
-        Older key frames.
-    pose : Pose2D
-        Pose of the scan in the map frame.
-    tolerance : float
-        Difference of ranges that still agrees [m].
-
-    Returns
-    -------
-    float
-        From 0 to 1; 0 if too few points are visible to both.
-    """
-    confirmed = contradicted = 0
-    forth, back = relative(near.poses, np.array(pose)), relative(np.array(pose), near.poses)
-    for other, there, here in zip(near.indices, forth, back, strict=True):
-        for a, b, between in ((source, other, there), (other, source, here)):
-            agreed, opposed = _agreement(frames, a, b, between, tolerance)
-            confirmed, contradicted = confirmed + agreed, contradicted + opposed
-    visible = confirmed + contradicted
-    return confirmed / visible if visible >= LEAST_VISIBLE else 0.0
-
-
-def _agreement(
-    frames: KeyFrames, scan: int, other: int, pose: NDArray[np.float64], tolerance: float
-) -> tuple[int, int]:
-    """Return the number of points of a key frame that another confirms and contradicts, at a relative pose."""
-    geometry = frames.geometry
-    one, two = frames.scan_points(scan), frames.scan_points(other)
-    found: tuple[int, int] = agreement(
-        one.points, one.valid, two.points, two.valid, pose, geometry.angle_min, geometry.angle_increment, tolerance
-    )
-    return found

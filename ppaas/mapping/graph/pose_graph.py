@@ -138,6 +138,11 @@ class PoseGraph:
         self._edge_count += 1
         return edge
 
+    def add_edges(self, edges: Edges) -> None:
+        """Append edges; raises as `add_edge`."""
+        for first, second, measurement, information, kind in zip(*edges, strict=True):
+            self.add_edge(int(first), int(second), measurement, information, EdgeKind(kind))
+
     def move_nodes(self, poses: PoseArray) -> None:
         """Replace the poses of all nodes by those of an (n, 3) array."""
         self._poses[: self._node_count] = poses

@@ -12,6 +12,7 @@ from ppaas.mapping.graph.solver import GraphSolver
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.live.map_canvas import MapCanvas, drawn
 from ppaas.mapping.map_drawing import DrawingSettings
+from ppaas.mapping.parts.map_parts import WHOLE, MapParts
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.planar_poses import PoseArray
 
@@ -32,6 +33,8 @@ class Closed:
         Poses of the key frames after the solve; None if no closure is trusted.
     canvas : MapCanvas, optional
         Map of these key frames at these poses; None if it would be too large.
+    part : int
+        Part of the map that it shows.
     """
 
     searched: Searched
@@ -39,6 +42,7 @@ class Closed:
     waiting: list[Closure]
     poses: PoseArray | None = None
     canvas: MapCanvas | None = None
+    part: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +65,8 @@ class ClosingWork:
     drawing : DrawingSettings
     extent : Rectangle or None
         Extent of the map, which is kept.
+    parts : MapParts
+        Parts of the map, of which the current one is drawn.
     """
 
     frames: KeyFrames
@@ -71,6 +77,7 @@ class ClosingWork:
     solver: GraphSolver
     drawing: DrawingSettings
     extent: Rectangle | None
+    parts: MapParts = WHOLE
 
     def __call__(self, cancelled: Callable[[], bool]) -> Closed | None:
         """Return the closures and the corrected poses; None if the work was cancelled."""
@@ -81,10 +88,10 @@ class ClosingWork:
         if not trusted:
             return Closed(searched, [], rest)
         poses = self._solved(trusted)
-        return Closed(searched, trusted, rest, poses, self._drawn(poses))
+        return Closed(searched, trusted, rest, poses, self._drawn(poses), self.parts.current)
 
     def _solved(self, trusted: list[Closure]) -> PoseArray:
-        graph = self.graph.copy()
+        graph = self.parts.held(self.graph)
         for closure in trusted:
             add_closure(graph, closure)
         # Where a wide window was needed, the robot was far from its place.
@@ -95,4 +102,4 @@ class ClosingWork:
         """Return the map at the corrected poses, of which this thread has a copy of its own."""
         frames = self.frames.snapshot()
         frames.poses[:] = poses
-        return drawn(frames, self.drawing, self.extent)
+        return drawn(frames, self.drawing, self.extent, self.parts)

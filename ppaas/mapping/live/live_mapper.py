@@ -10,21 +10,25 @@ from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submaps
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
 from ppaas.mapping.graph.solver import GraphSolver
-from ppaas.mapping.key_frame_graph import append_key_frame, append_placed
+from ppaas.mapping.key_frame_graph import append_key_frame, append_lost, append_placed
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.lifelong.parameters import LifelongParameters
 from ppaas.mapping.lifelong.thinning import Chosen, Thinned, is_due, renumbered_closures
 from ppaas.mapping.live.closing_work import Closed, ClosingWork
+from ppaas.mapping.live.joining_work import JoinedMap, JoiningWork
 from ppaas.mapping.live.map_canvas import MapCanvas
 from ppaas.mapping.live.thinning_work import ThinnedMap, ThinningWork
 from ppaas.mapping.map_drawing import DEFAULTS, DrawingSettings
 from ppaas.mapping.parameters import SlamParameters
+from ppaas.mapping.parts.joining import JoiningSchedule
+from ppaas.mapping.parts.map_parts import WHOLE, MapParts
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.scan_tracker import ScanTracker, Tracked
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.mapping_log import GrowingMapping, Rewritten
 from ppaas.mapping.serialization.submap_division import divided_submaps
+from ppaas.planar_poses import PoseArray
 
 FRONT_END, CLOSURES = SlamParameters(), ClosureParameters()
 """Default parameters."""
@@ -59,6 +63,8 @@ class LiveMapper:
         Number of closures in the graph.
     solves : int
         Number of solves that moved key frames.
+    parts : MapParts
+        Parts of the map that no edge connects, since the robot was carried away. The map shows the current one.
     """
 
     def __init__(
@@ -70,6 +76,7 @@ class LiveMapper:
         lifelong: LifelongParameters | None = None,
     ) -> None:
         self.graph, self.closed, self.solves, self.thinnings = PoseGraph(), 0, 0, 0
+        self.parts, self._joining = WHOLE, JoiningSchedule()
         self._tracker = ScanTracker(geometry, parameters)
         self._search, self._solver = ClosureSearch(closures), GraphSolver()
         self._closes, self._keeps = closures is not None, True
@@ -78,7 +85,7 @@ class LiveMapper:
         self._submaps, self._searched = Submaps(self._travel), 0
         self._lifelong, self._thinned_to = lifelong, 0
         self._rewritten: Rewritten | None = None
-        self._running: ClosingWork | ThinningWork | None = None
+        self._running: ClosingWork | JoiningWork | ThinningWork | None = None
         self._waiting: list[Closure] = []
         self._drawing, self._canvas, self._drawn = drawing, MapCanvas(drawing), 0
 
@@ -105,13 +112,22 @@ class LiveMapper:
         tracked = self._tracker.add(scan, odometry)
         if not self._keeps or not tracked.is_key:
             return tracked
-        if nearest is not None:
+        if tracked.is_lost:
+            self._begin_part()
+        elif nearest is not None:
             append_placed(self.graph, self.key_frames, nearest)
             self._submaps.finish()
             self._submaps.add(np.zeros(3))
         else:
             self._submaps.add(append_key_frame(self.graph, self.key_frames))
         return tracked
+
+    def _begin_part(self) -> None:
+        """Begin a part of the map with the last key frame; the map shows that part only."""
+        self._submaps.finish()
+        self._submaps.add(append_lost(self.graph, self.key_frames))
+        self.parts = self.parts.begin(len(self.key_frames) - 1)
+        self._canvas, self._drawn = MapCanvas(self._drawing), 0
 
     def rebase(self, odometry: Pose2D) -> None:
         """Continue from other odometry, as after a reset of the wheels."""
@@ -201,9 +217,15 @@ class LiveMapper:
 
     def _take_over(self, mapping: Mapping) -> None:
         self.graph, self._waiting = mapping.graph, list(mapping.waiting)
+        self._find_parts()
         others = self._divide()
         self.closed, self._searched = int((others.kinds == EdgeKind.CLOSURE).sum()), len(self._submaps.finished)
         self._thinned_to, self._rewritten = len(self.key_frames), None
+
+    def _find_parts(self) -> None:
+        self.parts = MapParts.of(self.graph)
+        if not self.parts.is_whole:
+            self._tracker.restrict(self.parts.last_start)
 
     def _divide(self) -> Edges:
         """Divide the key frames into submaps, and return the edges that are not steps between successive ones."""
@@ -212,14 +234,18 @@ class LiveMapper:
 
     # -- work beside the scans -----------------------------------------------------------------------------------------
 
-    def next_work(self) -> ClosingWork | ThinningWork | None:
-        """Return the next search for closures, or else a thinning; None if work is running, or none is due."""
+    def next_work(self) -> ClosingWork | JoiningWork | ThinningWork | None:
+        """Return the next work that is due; None if work is running.
+
+        That is the search for closures of a submap, or else for places that the current part of the map and another one
+        have in common, or else a thinning.
+        """
         if self._running is None:
-            self._running = self._next_closing() or self._next_thinning()
+            self._running = self._next_closing() or self._next_joining() or self._next_thinning()
             return self._running
         return None
 
-    def apply(self, result: Closed | ThinnedMap | None) -> Pose2D | None:
+    def apply(self, result: Closed | JoinedMap | ThinnedMap | None) -> Pose2D | None:
         """Apply the result of the work that `next_work` returned; None if it failed or was cancelled.
 
         Returns
@@ -232,15 +258,18 @@ class LiveMapper:
             if result.thinned.changes:
                 self._thin(*result)
             return None
+        if isinstance(result, JoinedMap):
+            return self._join(result)
         return None if result is None else self._close(result)
 
     def _next_closing(self) -> ClosingWork | None:
         if not self._closes or self._searched == len(self._submaps.finished):
             return None
         self._searched += 1
+        submaps = self.parts.beside(self._submaps.finished[: self._searched])
         return ClosingWork(
-            self.key_frames.snapshot(), self.graph.copy(), self._submaps.finished[: self._searched],
-            list(self._waiting), self._search, self._solver, self._drawing, self._canvas.extent,
+            self.key_frames.snapshot(), self.graph.copy(), submaps, list(self._waiting), self._search, self._solver,
+            self._drawing, self._canvas.extent, self.parts,
         )  # fmt: skip
 
     def _close(self, closed: Closed) -> Pose2D | None:
@@ -250,17 +279,36 @@ class LiveMapper:
         for closure in closed.trusted:
             add_closure(self.graph, closure)
         self.closed += len(closed.trusted)
-        self.solves += 1
+        return self._move(closed.poses, closed.canvas, closed.part)
+
+    def _next_joining(self) -> JoiningWork | None:
+        if not self._closes or not self._joining.is_due(self.parts, self.key_frames.poses):
+            return None
+        return JoiningWork(Mapping(self.key_frames.snapshot(), self.graph.copy()), self.parts, self._drawing)
+
+    def _join(self, result: JoinedMap) -> Pose2D:
+        (one, other), edges, poses = result.joined
+        self.graph.add_edges(edges)
+        self.parts, self.closed = self.parts.join(one, other), self.closed + 1
+        if self.parts.is_whole:
+            self._tracker.restrict(0)
+        return self._move(poses, result.canvas, min(one, other))
+
+    def _move(self, poses: PoseArray, canvas: MapCanvas | None, part: int) -> Pose2D:
+        """Move the first key frames to poses (k, 3); return the motion of the robot. The canvas is that of a part."""
         before = Pose2D(*self.key_frames.poses[-1].tolist())
-        self._tracker.correct(closed.poses)
+        self._tracker.correct(poses)
         self.graph.move_nodes(self.key_frames.poses)
-        if closed.canvas is not None:
-            self._canvas, self._drawn = closed.canvas, len(closed.poses)
+        self.solves += 1
+        if canvas is not None and part == self.parts.current:
+            self._canvas, self._drawn = canvas, len(poses)
         return Pose2D(*self.key_frames.poses[-1].tolist()) @ before.inverse()
 
     def _next_thinning(self) -> ThinningWork | None:
         count, settings = len(self.key_frames), self._lifelong
         if settings is None or not self._keeps or not is_due(count, self._thinned_to, settings):
+            return None
+        if not self.parts.is_whole:
             return None
         protected = np.zeros(count, np.bool_)
         protected[self._searched_to if self._closes else count :] = True
@@ -291,9 +339,10 @@ class LiveMapper:
         self.closed = int((others.kinds == EdgeKind.CLOSURE).sum())
         self._searched = sum(submap.end <= searched_to for submap in self._submaps.finished)
         self._thinned_to = int(kept.sum())
+        self._find_parts()
         self.thinnings += 1
         self._rewritten = thinned.rewritten(self.solves)
-        if canvas is not None:
+        if canvas is not None and self.parts.is_whole:
             self._canvas, self._drawn = canvas, self._thinned_to
 
     # -- map -----------------------------------------------------------------------------------------------------------
@@ -308,5 +357,6 @@ class LiveMapper:
         """
         frames = self._fixed or self.key_frames
         first, self._drawn = self._drawn, len(frames)
-        self._canvas.draw(frames, first)
+        for run in self.parts.runs(self.parts.current, len(frames)):
+            self._canvas.draw(frames, max(run.start, first), run.stop)
         return self._canvas

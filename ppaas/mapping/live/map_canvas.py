@@ -10,6 +10,7 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.kernels import occupancy as kernels
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.map_drawing import DEFAULTS, MARGIN, MOST_CELLS, DrawingSettings, occupancy
+from ppaas.mapping.parts.map_parts import WHOLE, MapParts
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.maps.grid import UNKNOWN, GridInfo
 
@@ -59,15 +60,16 @@ class MapCanvas:
         touched, self._touched = self._touched.moved(-self.extent.row, -self.extent.column), None
         return touched
 
-    def draw(self, key_frames: KeyFrames, first: int) -> None:
-        """Add the key frames from an index on, at their poses.
+    def draw(self, key_frames: KeyFrames, first: int, end: int | None = None) -> None:
+        """Add the key frames from an index on, to before another one, at their poses.
 
         Raises
         ------
         QuotaExceeded
             The map would have more than `MOST_CELLS` cells; it is left unchanged.
         """
-        poses, points, valid = key_frames.poses[first:], key_frames.points[first:], key_frames.valid[first:]
+        part = slice(first, end)
+        poses, points, valid = key_frames.poses[part], key_frames.points[part], key_frames.valid[part]
         if not len(poses):
             return
         seen = self._around(*kernels.bounds(poses, points, valid))
@@ -77,8 +79,8 @@ class MapCanvas:
             self._ended, self._passed, info.origin.x, info.origin.y, info.resolution, poses, points, valid
         )
         assert self.extent is not None
-        part = seen.moved(-self.extent.row, -self.extent.column).slices
-        self.cells[part] = occupancy(self._ended[part], self._passed[part], self._settings)
+        cells = seen.moved(-self.extent.row, -self.extent.column).slices
+        self.cells[cells] = occupancy(self._ended[cells], self._passed[cells], self._settings)
         self._touched = seen if self._touched is None else seen.around(self._touched)
 
     def _around(self, x0: float, y0: float, x1: float, y1: float) -> Rectangle:
@@ -115,19 +117,24 @@ class MapCanvas:
         return grown
 
 
-def drawn(frames: KeyFrames, settings: DrawingSettings, extent: Rectangle | None) -> MapCanvas | None:
+def drawn(
+    frames: KeyFrames, settings: DrawingSettings, extent: Rectangle | None = None, parts: MapParts = WHOLE
+) -> MapCanvas | None:
     """Return the map of key frames; None if it would be too large.
 
     Parameters
     ----------
     frames : KeyFrames
     settings : DrawingSettings
-    extent : Rectangle or None
+    extent : Rectangle, optional
         Least extent, in cells from the origin of the map frame.
+    parts : MapParts
+        Parts of the map, of which the current one is drawn.
     """
     try:
         canvas = MapCanvas(settings, extent)
-        canvas.draw(frames, 0)
+        for run in parts.runs(parts.current, len(frames)):
+            canvas.draw(frames, run.start, run.stop)
     except QuotaExceeded:
         return None
     return canvas

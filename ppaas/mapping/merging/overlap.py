@@ -7,11 +7,12 @@ from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.mapping.alignment import align
-from ppaas.mapping.closures.check import ALIGNED_WITH, MOST_MOVED, MOST_TURNED, CheckedScan, confirmed_share
+from ppaas.mapping.closures.check import ALIGNED_WITH, MOST_MOVED, MOST_TURNED, CheckedScan
 from ppaas.mapping.edge_information import weakest_information
 from ppaas.mapping.key_frames import KeyFrames, NearFrames
 from ppaas.mapping.merging.parameters import MergeParameters
 from ppaas.mapping.near_poses import nearest_poses
+from ppaas.mapping.visible_points import confirmed_share
 from ppaas.planar_poses import PoseArray, relative
 
 NEAR = 1.5
@@ -77,11 +78,12 @@ def _checked(
 ) -> CheckedScan | None:
     """Return a scan aligned with key frames of the first mapping; None if it does not fit."""
     near, start = NearFrames(others, poses[others]), Pose2D(*poses[node].tolist())
-    found = align(frames.scan_points(node), start, frames, near)
+    scan = frames.scan_points(node)
+    found = align(scan, start, frames, near)
     if found.ratio < parameters.closures.least_ratio or start.distance_to(found.pose) > MOST_MOVED:
         return None
     if abs(wrap_angle(found.pose.theta - start.theta)) > MOST_TURNED:
         return None
-    confirmed = confirmed_share(frames, node, near, found.pose, parameters.tolerance)
+    confirmed = confirmed_share(frames, scan, near, found.pose, parameters.tolerance)
     measurement = relative(near.poses[0], np.array(found.pose))
     return CheckedScan(node, int(others[0]), measurement, found.information, found.ratio, confirmed)

@@ -19,21 +19,26 @@ from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submaps
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.mapping.graph.solver import GraphSolver, Solution, SolverOptions
-from ppaas.mapping.key_frame_graph import append_key_frame
+from ppaas.mapping.key_frame_graph import append_key_frame, append_lost
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.parameters import SlamParameters
+from ppaas.mapping.parts.joining import join, placed_beside
+from ppaas.mapping.parts.map_parts import WHOLE
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.scan_tracker import ScanTracker, Tracked
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.submap_division import divided_submaps
-from ppaas.planar_poses import PoseArray
+from ppaas.planar_poses import PoseArray, relative
 
 FRONT_END, CLOSURES = SlamParameters(), ClosureParameters()
 """Default parameters."""
 
 PASSES = 2
 """Largest number of searches of all submaps after the drive."""
+
+BESIDE = 5.0
+"""Distance between parts of the map that were not joined [m]."""
 
 TRUSTED = 0.3
 """Least weight of a closure that counts as part of the map; one with less contradicts the others."""
@@ -94,6 +99,10 @@ class GraphMapper:
         Weights of the edges of the graph after `finish`, from 0 to 1.
     seconds : dict of str to float
         Time spent in tracking, the search for closures, and the solver [s].
+    parts : MapParts
+        Parts of the map that no edge connects, since the robot was carried away. After `finish` they lie side by side.
+    steps : list of (3,) array
+        Pose of each key frame in the frame of the one before by tracking alone; that of the first one is 0.
     """
 
     def __init__(
@@ -109,6 +118,7 @@ class GraphMapper:
         self._search, self._solver = ClosureSearch(closures), GraphSolver()
         self._submaps = Submaps(closures.submap_travel)
         self._waiting: list[Closure] = []
+        self.parts, self.steps = WHOLE, list[PoseArray]()
 
     @classmethod
     def of(cls, mapping: Mapping, closures: ClosureParameters = CLOSURES) -> "GraphMapper":
@@ -149,9 +159,21 @@ class GraphMapper:
             The pose is that before loops were closed.
         """
         tracked = self._timed("tracking", lambda: self._tracker.add(scan, odometry))
-        if tracked.is_key and self._submaps.add(append_key_frame(self.graph, self.key_frames)) is not None:
-            self._close_loops()
+        if tracked.is_lost:
+            self._begin_part()
+        elif tracked.is_key:
+            self.steps.append(append_key_frame(self.graph, self.key_frames))
+            if self._submaps.add(self.steps[-1]) is not None:
+                self._close_loops()
         return tracked
+
+    def _begin_part(self) -> None:
+        """Begin a part of the map with the last key frame."""
+        if self._submaps.finish() is not None:
+            self._close_loops()
+        self.steps.append(relative(self.key_frames.poses[-2], self.key_frames.poses[-1]))
+        self._submaps.add(append_lost(self.graph, self.key_frames))
+        self.parts = self.parts.begin(len(self.key_frames) - 1)
 
     def finish(self, done: Callable[[int, int], None] | None = None) -> Solution:
         """Close the loops of the last submap, solve the graph and move the key frames; return the solution.
@@ -163,20 +185,23 @@ class GraphMapper:
         """
         if self._submaps.finish() is not None:
             self._close_loops()
+        self._join_parts()
         for number in range(PASSES):
             if not self._close_again(done, number):
                 break
         self.counts.lone += len(self._waiting)
         self._waiting.clear()
         solution = self._solve(GRADUATED)
-        self.weights = solution.weights
+        if not self.parts.is_whole:
+            self.move(placed_beside(self._mapping(), self.parts, BESIDE))
+        self.weights = solution.weights[: self.graph.edge_count]
         closure = self.graph.edges.kinds == EdgeKind.CLOSURE
-        self.counts.distrusted = int((solution.weights[closure] < TRUSTED).sum())
+        self.counts.distrusted = int((self.weights[closure] < TRUSTED).sum())
         return solution
 
     def _close_loops(self) -> None:
         """Search for closures of the last finished submap; if any is trusted, solve the graph."""
-        submaps = self._submaps.finished
+        submaps = self.parts.beside(self._submaps.finished)
         found = self._timed(
             "closures", lambda: self._search.search(self.key_frames, self.graph, submaps, len(submaps) - 1)
         )
@@ -195,18 +220,34 @@ class GraphMapper:
 
     def _close_again(self, done: Callable[[int, int], None] | None, number: int) -> bool:
         """Search all submaps again at the poses that the closures gave, for those missing; return whether any was."""
-        submaps = self._submaps.finished
-        links, count = Links(submaps, self.graph.edges), self.counts.closures
-        for of in range(len(submaps)):
-            self._trust(
-                self._timed("closures", partial(self._search.search, self.key_frames, self.graph, submaps, of, links))
-            )
-            if done is not None:
-                done(number * len(submaps) + of + 1, PASSES * len(submaps))
+        count, searched, of_all = self.counts.closures, 0, PASSES * len(self._submaps.finished)
+        for submaps in self.parts.by_run(self._submaps.finished):
+            links = Links(submaps, self.graph.edges)
+            for of in range(len(submaps)):
+                search = partial(self._search.search, self.key_frames, self.graph, submaps, of, links)
+                self._trust(self._timed("closures", search))
+                searched += 1
+                if done is not None:
+                    done(number * len(self._submaps.finished) + searched, of_all)
         if self.counts.closures == count:
             return False
         self._solve(GRADUATED)
         return True
+
+    def _join_parts(self) -> None:
+        """Join the last part with the others, as far as they are recognized."""
+        while not self.parts.is_whole:
+            joined = self._timed("closures", lambda: join(self._mapping(), self.parts, lambda: False))
+            if joined is None:
+                return
+            self.graph.add_edges(joined.edges)
+            self.parts = self.parts.join(*joined.numbers)
+            self.move(joined.poses)
+            self.counts.closures += 1
+            self.counts.edges += len(joined.edges.first)
+
+    def _mapping(self) -> Mapping:
+        return Mapping(self.key_frames, self.graph)
 
     def _add_closure(self, closure: Closure) -> None:
         add_closure(self.graph, closure)
@@ -214,7 +255,7 @@ class GraphMapper:
         self.counts.edges += len(closure.edges.first)
 
     def _solve(self, options: SolverOptions) -> Solution:
-        solution = self._timed("solver", lambda: self._solver.solve(self.graph, options))
+        solution = self._timed("solver", lambda: self._solver.solve(self.parts.held(self.graph), options))
         self.move(solution.poses)
         return solution
 

@@ -63,6 +63,7 @@ class LogMap:
             "closure_edges": counts.edges,
             "distrusted_edges": counts.distrusted,
             "lone_closures": counts.lone,
+            "parts": 1 + len(self.mapper.parts.others),
             "refused": dict(counts.refused),
             "seconds": {name: round(value, 3) for name, value in self.seconds.items()},
         }
@@ -138,12 +139,15 @@ def _track(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Add all scans to a mapper; return the last key frame (n,) at each scan, and the pose (n, 3) in its frame."""
     frames, within = np.empty(len(log), np.int64), np.zeros((len(log), 3))
+    doubted: list[tuple[int, Pose2D]] = []  # these scans belong to the part that begins, if the robot is lost
     for number, odometry in enumerate(log.odometry.tolist()):
         found = mapper.add(scans[number], Pose2D(*odometry))
-        frames[number] = found.key_frame
-        if not found.is_key:
+        doubted = [*doubted, (number, found.pose)] if found.is_doubted or found.is_lost else []
+        for at, pose in doubted if found.is_lost else [(number, found.pose)]:
             frame = Pose2D(*mapper.key_frames.poses[found.key_frame].tolist())
-            within[number] = frame.inverse() @ found.pose
+            frames[at], within[at] = found.key_frame, frame.inverse() @ pose
+        if found.is_key:
+            within[number] = 0.0
         if done is not None:
             done(number + 1)
     return frames, within
@@ -152,7 +156,7 @@ def _track(
 def _tracked_frames(mapper: GraphMapper) -> NDArray[np.float64]:
     """Return the poses (k, 3) of the key frames by tracking alone, without closures."""
     poses = [Pose2D(*mapper.key_frames.poses[0].tolist())]
-    for step in _odometry_edges(mapper).measurements.tolist():
+    for step in np.array(mapper.steps[1:]).tolist():
         poses.append(poses[-1] @ Pose2D(*step))
     return np.array(poses)
 

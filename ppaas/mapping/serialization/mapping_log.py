@@ -219,7 +219,7 @@ def read_log(entries: Iterable[LogEntry], most_bytes: int = MOST_BYTES) -> Mappi
     QuotaExceeded
         The mapping would take more memory than allowed.
     """
-    rebuilt = Rebuilding(most_bytes)
+    rebuilt = Rebuilding(most_bytes, parts=True)
     for entry in entries:
         for _, record in unpack_records(entry.data):
             if record.kind == RecordKind.END:

@@ -7,6 +7,7 @@ import numpy as np
 
 from ppaas.errors import InvalidGraph, QuotaExceeded
 from ppaas.mapping.closures.closure import Closure
+from ppaas.mapping.graph.components import components
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.scan_points import ScanPoints
@@ -48,10 +49,12 @@ class Rebuilding:
     ----------
     most_bytes : int
         Memory that it may take [bytes].
+    parts : bool
+        Whether it may consist of parts that no edge connects, as that of a robot that was carried away.
     """
 
-    def __init__(self, most_bytes: int = MOST_BYTES) -> None:
-        self._most = most_bytes
+    def __init__(self, most_bytes: int = MOST_BYTES, *, parts: bool = False) -> None:
+        self._most, self._parts = most_bytes, parts
         self._laser: LaserRecord | None = None
         self._rows: list[FrameRows] = []
         self._count = 0
@@ -105,6 +108,8 @@ class Rebuilding:
         _check_rows(rows)
         graph = PoseGraph.of(rows.poses, _all_edges(rows, self._edges))
         _check_edges(graph)
+        if not self._parts and components(graph).max() > 0:
+            raise InvalidGraph("the pose graph consists of parts that no edge connects: merge them first")
         _check_waiting(self._waiting, graph.node_count)
         frames = KeyFrames(self._laser.geometry)
         frames.extend(rows.poses, rows.information, rows.numbers, rows.scans)
@@ -207,7 +212,7 @@ def _check_rows(rows: FrameRows) -> None:
 
 
 def _check_edges(graph: PoseGraph) -> None:
-    """Raise ``InvalidGraph`` unless every information is positive semidefinite, and all key frames are connected."""
+    """Raise ``InvalidGraph`` unless every edge is of a known kind, and its information positive semidefinite."""
     edges = graph.edges
     if len(edges.kinds) and edges.kinds.max() > max(EdgeKind):
         raise InvalidGraph("the pose graph has an edge of an unknown kind: read it with a later release")
@@ -216,29 +221,6 @@ def _check_edges(graph: PoseGraph) -> None:
     if len(wrong):
         ends = int(edges.first[wrong[0]]), int(edges.second[wrong[0]])
         raise InvalidGraph(f"the information of the edge from key frame {ends[0]} to {ends[1]} is not one: solve again")
-    if not _is_connected(graph):
-        raise InvalidGraph("the pose graph consists of parts that no edge connects: merge them first")
-
-
-def _is_connected(graph: PoseGraph) -> bool:
-    """Return whether edges connect all nodes: first those between successive nodes, then those between such chains."""
-    edges = graph.edges
-    low, high = np.minimum(edges.first, edges.second), np.maximum(edges.first, edges.second)
-    starts = np.ones(graph.node_count, bool)
-    starts[high[high - low == 1]] = False
-    chains = np.cumsum(starts) - 1
-    between = np.unique(np.column_stack((chains[low], chains[high])), axis=0).tolist()
-    roots = list(range(int(starts.sum())))
-    for ends in between:
-        first, second = (_root(roots, chain) for chain in ends)
-        roots[second] = first
-    return len({_root(roots, chain) for chain in range(len(roots))}) == 1
-
-
-def _root(roots: list[int], chain: int) -> int:
-    while roots[chain] != chain:
-        roots[chain] = chain = roots[roots[chain]]
-    return chain
 
 
 def _check_waiting(closures: list[Closure], count: int) -> None:

@@ -13,7 +13,10 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.live.joint_mapper import JointMapper
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.merging.united import frame_name
+from ppaas.mapping.parts.map_parts import check_is_main, current_part
 from ppaas.mapping.serialization.mapping import Mapping
+from ppaas.messages.message import Message
+from ppaas.messages.slam_toolbox import GetPoseGraphRequest
 from ppaas.nodes.base import Context, Node
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.grid_slam.joint_maps import Current
@@ -61,6 +64,20 @@ class LoggedMapNode(Node):
         if self._mapper is None or self._laser is None or not len(self._mapper.key_frames):
             raise Unavailable("the robot has no map yet: drive it, with scans and odometry")
         return self._mapper.mapping(self._laser.frame)
+
+    def _current_part(self, request: Message) -> Mapping:
+        """Return the mapping that the map shows, for a call of ``serialize_map`` or ``pose_graph``.
+
+        Raises
+        ------
+        Unavailable
+            There is none yet, or its file would lack the larger part of what the robot has seen.
+        """
+        mapping = self._mapping()
+        assert self._mapper is not None
+        if not isinstance(request, GetPoseGraphRequest) or request.offset == 0:
+            check_is_main(self._mapper.parts, len(mapping.frames))
+        return current_part(mapping, self._mapper.parts)
 
     @property
     def _growing(self) -> LiveMapper | None:

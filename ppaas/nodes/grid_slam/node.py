@@ -45,7 +45,7 @@ from ppaas.nodes.grid_slam.posegraph_services import (
 from ppaas.nodes.grid_slam.posegraph_services import SERVICES as GRAPH_SERVICES
 from ppaas.nodes.grid_slam.restoration import draw
 from ppaas.nodes.grid_slam.scan_intake import ScanIntake
-from ppaas.nodes.grid_slam.status import StatusPublisher
+from ppaas.nodes.grid_slam.status import StatusPublisher, lost_status
 from ppaas.nodes.jobs import LongWork
 from ppaas.nodes.key_frame_path import KeyFramePublisher
 from ppaas.nodes.message_checks import expect, finite_pose
@@ -211,7 +211,7 @@ class GridSlamNode(LoggedMapNode):
             assert isinstance(request, DeserializePoseGraphRequest)
             self._continue(self._graphs.requested(request), reply)
         elif service in (SERIALIZE.name, POSE_GRAPH.name):
-            self._graphs.answer(request, self._mapping(), reply)
+            self._graphs.answer(request, self._current_part(request), reply)
         elif service == USE_JOINT_MAP.name:
             assert isinstance(request, UseJointMapRequest)
             self._joint_maps.receive(request, reply)
@@ -269,17 +269,22 @@ class GridSlamNode(LoggedMapNode):
             return "the map is being restored: scans are used in a moment"
         if self._paused:
             return "mapping is paused: call 'pause' to resume it"
-        return self._maps.problem or self._map_error
+        return self._maps.problem or self._map_error or lost_status(self._mapper)
 
     def _track(self, scan: RobotScan, odom: Pose2D, stamp: float, moment: Time) -> None:
         laser, mapper = self._started(scan)
         laser.check(scan)
         points, expected = laser.points(scan, odom, stamp), self._map_to_odom @ odom @ laser.geometry.mount
-        points = self._others.cut_from(points, expected, mapper.key_frames, self.context.elapsed())
+        if is_shared := self._is_shared(mapper):
+            points = self._others.cut_from(points, expected, mapper.key_frames, self.context.elapsed())
         tracked = mapper.add(points, odom)
+        if tracked.is_lost:
+            logger.warning("the robot was carried away: it maps another part until it recognizes a place")
+            self._maps.forget()
+            self._key_frames.clear()
         robot = tracked.pose @ laser.geometry.mount.inverse()
         self._map_to_odom = robot @ odom.inverse()
-        shared = self._others.frame if self._others.are_in(mapper.key_frames) else None
+        shared = self._others.frame if is_shared and not tracked.is_lost else None
         self._poses.publish(tracked, robot, moment, shared=shared)
         if tracked.is_key:
             self._key_frames.add(mapper.key_frames, stamp)
@@ -327,7 +332,7 @@ class GridSlamNode(LoggedMapNode):
     # -- mappings that are kept ----------------------------------------------------------------------------------------
 
     def _is_shared(self, mapper: LiveMapper) -> bool:
-        return self._others.are_in(mapper.key_frames)
+        return mapper.parts.current == 0 and self._others.are_in(mapper.key_frames)
 
     def _restored(self, mapper: LiveMapper, *, shared: bool) -> None:
         if shared:

@@ -1,5 +1,6 @@
 """Publisher of ``grid_slam/status``: the reason for which scans or parts of the map are left out."""
 
+from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.messages.std_msgs import String
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context
@@ -22,3 +23,10 @@ class StatusPublisher:
         if text != self._reported:
             self._reported = text
             self._context.publish(topics.GRID_SLAM_STATUS.name, String(text))
+
+
+def lost_status(mapper: LiveMapper | None) -> str:
+    """Return what to do for a robot that was carried away while it mapped; empty if its map is whole."""
+    if mapper is None or mapper.parts.is_whole:
+        return ""
+    return "the robot was carried away: it maps where it is now until it recognizes a place where it was before"

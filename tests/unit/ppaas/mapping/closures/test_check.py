@@ -2,11 +2,12 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.check import ScanCheck, confirmed_share
+from ppaas.mapping.closures.check import ScanCheck
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.edge_information import weakest_information
 from ppaas.mapping.key_frames import KeyFrames, NearFrames
+from ppaas.mapping.visible_points import confirmed_share
 from ppaas.planar_poses import relative
 from tests.support.world.room_scans import CORRIDOR, LASER, scan_at
 
@@ -36,14 +37,15 @@ def test_no_scan_of_a_wrong_match_passes(frames):
 
 def test_scan_in_another_place_is_contradicted(frames):
     near = NearFrames(np.arange(6), POSES[:6])
-    right, wrong = (confirmed_share(frames, 7, near, Pose2D(x, -1.0, 0.1), 0.3) for x in (POSES[7, 0], 1.0))
+    scan = frames.scan_points(7)
+    right, wrong = (confirmed_share(frames, scan, near, Pose2D(x, -1.0, 0.1), 0.3) for x in (POSES[7, 0], 1.0))
     assert right > 0.95
     assert wrong < 0.8
 
 
 def test_scan_that_sees_nothing_in_common_confirms_nothing(frames):
     near = NearFrames(np.arange(6), POSES[:6])
-    assert confirmed_share(frames, 7, near, Pose2D(500.0, 0.0, 0.0), 0.3) == 0.0
+    assert confirmed_share(frames, frames.scan_points(7), near, Pose2D(500.0, 0.0, 0.0), 0.3) == 0.0
 
 
 def test_scans_in_opposite_directions_are_aligned_with_those_that_show_the_same():

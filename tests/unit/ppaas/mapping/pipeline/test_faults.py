@@ -13,9 +13,11 @@ from ppaas.mapping.edge_information import CLOSURE_FLOOR
 from ppaas.mapping.graph.pose_graph import EdgeKind
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.parameters import SlamParameters
+from ppaas.mapping.parts.map_parts import MapParts
 from ppaas.mapping.pipeline.offline import map_log
 from ppaas.mapping.scan_points import prepare
 from ppaas.planar_poses import compose, relative
+from tests.support.world.carried_robots import carried, followed
 
 FALSE = 0.5
 """Distance from the true place above which a closure is false [m]."""
@@ -102,25 +104,34 @@ def test_the_map_of_a_disturbed_drive_is_right(ring, mapped, fault):
 
 
 @pytest.mark.parametrize("mapped", [offline, live])
-def test_a_robot_that_was_carried_away_takes_no_place_for_another(ring, mapped):
-    count = len(ring.true)
-    kept = np.r_[0 : count // 4, count // 4 + 40 : count]
-    log = ring.log
-    odometry = log.odometry[kept]
-    left, found = odometry[count // 4 - 1], odometry[count // 4 :]
-    odometry[count // 4 :] = compose(left, relative(found[0], found))
-    carried = SimulatedDrive(
-        replace(
-            log,
-            stamps=log.stamps[kept],
-            odometry=odometry,
-            ranges=log.ranges[kept],
-            first_angles=log.first_angles[kept],
-        ),
-        ring.true[kept],
+def test_the_map_of_a_robot_that_was_carried_away_becomes_whole_where_it_was_before(ring, mapped):
+    drive = carried(ring, len(ring.true) // 4, len(ring.true) // 4 + 40)
+    poses, graph, scans = mapped(drive.log)
+    assert MapParts.of(graph).is_whole
+    assert false_closures(drive, graph, scans) == 0
+    assert absolute_errors(drive.true, poses)[scans].max() < 0.1
+
+
+@pytest.mark.parametrize("mapped", [offline, live])
+def test_maps_of_a_robot_that_was_carried_to_another_building_stay_apart(ring, mapped):
+    first = ring.first(len(ring.true) // 4)
+    drive = followed(
+        first, simulate(elsewhere(), np.array([(1.0, 1.0), (9.0, 1.0), (9.0, 6.0), (1.0, 6.0)]), 3, beams=90)
     )
-    _, graph, scans = mapped(carried.log)
-    assert false_closures(carried, graph, scans) == 0
+    poses, graph, _ = mapped(drive.log)
+    count = len(first.true)
+    assert MapParts.of(graph).numbers == (0, 1)
+    assert absolute_errors(first.true, poses[:count]).max() < 0.2
+    assert absolute_errors(drive.true[count + 10 :], poses[count + 10 :]).max() < 0.2
+
+
+def elsewhere():
+    """Return walls of a hall with five columns, which is no part of the ring."""
+    columns = [(x, y, x + 0.7, y + 0.5) for x, y in ((2.0, 3.0), (4.5, 2.2), (5.0, 4.1), (7.2, 3.3), (6.4, 2.4))]
+    boxes = [(0.0, 0.0, 10.0, 7.0), *columns]
+    return np.array([
+        side for x, y, u, v in boxes for side in ((x, y, u, y), (u, y, u, v), (u, v, x, v), (x, v, x, y))
+    ])  # fmt: skip
 
 
 @pytest.mark.parametrize("mapped", [offline, live])

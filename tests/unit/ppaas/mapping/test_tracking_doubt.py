@@ -1,0 +1,49 @@
+import numpy as np
+import pytest
+
+from ppaas.geometry import Pose2D
+from ppaas.mapping.tracking_doubt import SCANS, TrackingDoubt
+from tests.support.world.room_scans import LASER, scan_at
+
+STEP = Pose2D(0.1, 0.0, 0.0)
+
+
+@pytest.fixture
+def doubt() -> TrackingDoubt:
+    return TrackingDoubt(LASER)
+
+
+def noted(doubt: TrackingDoubt, count: int, confirmed: float, step: Pose2D = STEP) -> list[bool]:
+    """Note scans of a room along which the robot drives, and return after which it is lost."""
+    lost = []
+    for number in range(count):
+        doubt.note(scan_at(Pose2D(0.1 * number - 1.0, 0.0, 0.0), seed=number), step, confirmed)
+        lost.append(doubt.is_lost)
+    return lost
+
+
+def test_a_robot_whose_scans_contradict_the_map_but_not_each_other_is_lost(doubt):
+    assert noted(doubt, 6, 0.3) == [False] * SCANS + [True]
+    assert not doubt.is_raised
+
+
+def test_a_robot_that_stands_is_not_lost(doubt):
+    assert noted(doubt, 50, 0.3, Pose2D(0.0, 0.0, 0.0)) == [False] * 50
+    assert doubt.is_raised
+
+
+def test_a_scan_that_fits_ends_the_doubt(doubt):
+    noted(doubt, 5, 0.3)
+    noted(doubt, 1, 0.9)
+    assert not doubt.is_raised
+    assert not any(noted(doubt, 5, 0.3))
+
+
+def test_in_a_crowd_scans_contradict_each_other_too(doubt):
+    random = np.random.default_rng(0)
+    for number in range(20):
+        scan = scan_at(Pose2D(0.1 * number - 1.0, 0.0, 0.0), seed=number)
+        for begin in random.integers(0, LASER.beams - LASER.beams // 6, 3):
+            scan.points[begin : begin + LASER.beams // 6] *= random.uniform(0.2, 0.5)
+        doubt.note(scan, STEP, 0.5)
+        assert not doubt.is_lost
