@@ -49,6 +49,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--live", action="store_true", help="measure single steps instead: scan to pose, search, layers"
     )
     parser.add_argument(
+        "--lifelong", action="store_true",
+        help="map the office for two hours with mode lifelong instead: memory after each hour, some minutes",
+    )  # fmt: skip
+    parser.add_argument(
         "--corridors", action="store_true", help="map simulated corridors, too: 1.9 km that look alike, a few minutes"
     )
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="chart the error and the time after each stage")
@@ -64,6 +68,8 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
         return _measure_graphs(arguments.graphs, arguments.false, progress)
     if arguments.live:
         return _measure_steps(progress)
+    if arguments.lifelong:
+        return _measure_hours(progress)
     from benchmarks.mapping import suite  # noqa: PLC0415 - ``ppaas bench --help`` loads this module
     from benchmarks.mapping.run import row  # noqa: PLC0415
 
@@ -85,6 +91,14 @@ def _measure_steps(progress: "Progress") -> Measured:
     task = progress.add_task("drive, search and build layers", total=3)
     results = live.measure(lambda: progress.advance(task))
     return Measured({"steps": results}, [live.row(result) for result in results])
+
+
+def _measure_hours(progress: "Progress") -> Measured:
+    from benchmarks.mapping.lifelong import next_hour  # noqa: PLC0415
+
+    task = progress.add_task("map for two hours", total=1)
+    results = next_hour.measure(lambda: progress.advance(task))
+    return Measured({"hours": results}, next_hour.rows(results))
 
 
 def _measure_graphs(files: list[Path], false: int, progress: "Progress") -> Measured:
