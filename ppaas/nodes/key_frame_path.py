@@ -1,5 +1,6 @@
 """Key frames of a map as ``nav_msgs/Path``, for nodes whose data hang on them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,6 +45,47 @@ class KeyFramePath:
         return Path(Header(stamp=self.stamp, frame_id=MAP), path)
 
 
+class KeyFrameTimes:
+    """Times of key frames by the indices of their scans.
+
+    Attributes
+    ----------
+    numbers : list of int
+        Indices of the scans.
+    stamps : list of float
+        Times of these, ascending [s].
+    edition : int
+        Number of times that known times were removed or got other numbers.
+    """
+
+    def __init__(self) -> None:
+        self.numbers: list[int] = []
+        self.stamps: list[float] = []
+        self.edition = 0
+
+    def add(self, number: int, stamp: float) -> None:
+        """Note the time of a key frame. Earlier ones with later times are forgotten: the clock was set back."""
+        while self.stamps and self.stamps[-1] >= stamp:
+            del self.stamps[-1], self.numbers[-1]
+            self.edition += 1
+        self.numbers.append(number)
+        self.stamps.append(stamp)
+
+    def renumber(self, numbers: Mapping[int, int]) -> None:
+        """Keep the times of some scans, which have other indices now."""
+        kept = [
+            (numbers[number], stamp)
+            for number, stamp in zip(self.numbers, self.stamps, strict=True)
+            if number in numbers
+        ]
+        self.use([number for number, _ in kept], [stamp for _, stamp in kept])
+
+    def use(self, numbers: list[int], stamps: list[float]) -> None:
+        """Replace all times."""
+        self.numbers, self.stamps = numbers, stamps
+        self.edition += 1
+
+
 class KeyFramePublisher:
     """Publishes ``key_frames``, while somebody subscribes to it.
 
@@ -51,44 +93,35 @@ class KeyFramePublisher:
     ----------
     context : Context
         Of the node.
+    times : KeyFrameTimes
+        Times of the key frames, which are noted there.
     """
 
-    def __init__(self, context: Context) -> None:
-        self._context = context
-        self._numbers: list[int] = []
-        self._stamps: list[float] = []
+    def __init__(self, context: Context, times: KeyFrameTimes) -> None:
+        self._context, self._times = context, times
 
     def add(self, key_frames: KeyFrames, stamp: float) -> None:
-        """Note the time of the newest key frame [s], and publish. Earlier ones with later times are forgotten."""
-        while self._stamps and self._stamps[-1] >= stamp:
-            del self._stamps[-1], self._numbers[-1]
-        self._numbers.append(int(key_frames.scans[-1]))
-        self._stamps.append(stamp)
-        if len(self._numbers) > 2 * len(key_frames):  # most of them were removed from the map
+        """Note the time of the newest key frame [s], and publish."""
+        self._times.add(int(key_frames.scans[-1]), stamp)
+        if len(self._times.numbers) > 2 * len(key_frames):  # most of them were removed from the map
             self.renumber(key_frames.scans, key_frames.scans)
         self.publish(key_frames)
 
     def renumber(self, before: NDArray[np.int64], after: NDArray[np.int64]) -> None:
         """Note that scans (k,) have other numbers now; the times of all others are forgotten."""
-        numbers = dict(zip(before.tolist(), after.tolist(), strict=True))
-        kept = [
-            (numbers[number], stamp)
-            for number, stamp in zip(self._numbers, self._stamps, strict=True)
-            if number in numbers
-        ]
-        self._numbers, self._stamps = [number for number, _ in kept], [stamp for _, stamp in kept]
+        self._times.renumber(dict(zip(before.tolist(), after.tolist(), strict=True)))
 
     def publish(self, key_frames: KeyFrames) -> None:
         """Publish the poses of the robot at the key frames whose times are known."""
         if not self._context.has_subscribers(KEY_FRAMES.name):
             return
-        _, frames, times = np.intersect1d(key_frames.scans, self._numbers, return_indices=True)
+        _, frames, times = np.intersect1d(key_frames.scans, self._times.numbers, return_indices=True)
         robot = compose(key_frames.poses[frames], np.array(key_frames.geometry.mount.inverse()))
-        self._publish(KeyFramePoses(np.array(self._stamps)[times], robot))
+        self._publish(KeyFramePoses(np.array(self._times.stamps)[times], robot))
 
     def clear(self) -> None:
         """Publish that there are no key frames: the map was cleared."""
-        self._numbers, self._stamps = [], []
+        self._times.use([], [])
         self._publish(NO_KEY_FRAMES)
 
     def _publish(self, key_frames: KeyFramePoses) -> None:

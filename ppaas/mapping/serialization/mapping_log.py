@@ -133,6 +133,12 @@ class LogWriter:
         """Number of the next entry."""
         return self._number
 
+    def add(self, record: bytes) -> LogEntry:
+        """Return an entry with a record that is no part of the mapping, and that this writer does not replace."""
+        entry = LogEntry(self._number, record)
+        self._number += 1
+        return entry
+
     def write(self, growing: GrowingMapping) -> LogChange | None:
         """Return the change since the last call; None if there is none. There must be a key frame."""
         entries: list[LogEntry] = []

@@ -30,6 +30,8 @@ class RecordKind(IntEnum):
     """Closures that wait for others to agree with; replaces the last such record."""
     END = 6
     """End of a file: numbers of key frames and edges, and the CRC-32 of all before."""
+    TIMES = 7
+    """Times of scans of key frames; part of a log only."""
 
 
 _KINDS = frozenset(RecordKind)

@@ -40,6 +40,8 @@ _WAITING = np.dtype([("submaps", "<u4", 4), ("score", "<f8"), ("motion", "<f8", 
 
 _POSE = np.dtype(("<f8", 3))
 
+_TIME = np.dtype([("scan", "<u8"), ("stamp", "<f8")])
+
 
 class FrameRows(NamedTuple):
     """Successive key frames, each with the step from the one before.
@@ -118,6 +120,19 @@ def unpack_frames(payload: memoryview | bytes, beams: int) -> FrameRows:
         table["stepped"] != 0, _native(table["step"]), symmetric(_native(table["step_information"])),
         unpack_scans(table["exponent"], memoryview(data)[of_table:], beams),
     )  # fmt: skip
+
+
+def pack_times(numbers: Sequence[int], stamps: Sequence[float]) -> bytes:
+    """Return the payload of a record of the times of scans [s]."""
+    table = np.zeros(len(numbers), _TIME)
+    table["scan"], table["stamp"] = numbers, stamps
+    return _COUNTS.pack(0, len(table)) + zlib.compress(table.tobytes(), LEVEL)
+
+
+def unpack_times(payload: memoryview | bytes) -> tuple[list[int], list[float]]:
+    """Return the indices of scans of a record, and their times [s]; raises ``InvalidGraph`` if it is none."""
+    table = _table(payload, _TIME, "times")
+    return table["scan"].tolist(), table["stamp"].tolist()
 
 
 def pack_edges(edges: Edges, first: int = 0) -> bytes:

@@ -1,6 +1,6 @@
 """Logbook of ``grid_slam``: the head that is in each checkpoint, and the log of the map."""
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import msgspec
 import numpy as np
@@ -10,6 +10,8 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.mapping_log import LogWriter
+from ppaas.nodes.grid_slam.times_log import TimesLog
+from ppaas.nodes.key_frame_path import KeyFrameTimes
 
 Triple = tuple[float, float, float]
 
@@ -56,9 +58,17 @@ class Head(msgspec.Struct, frozen=True, tag="head", omit_defaults=True):
 
 
 class Logbook:
-    """Log of one map after the other; a map that begins makes the log of the last one obsolete."""
+    """Log of one map after the other; a map that begins makes the log of the last one obsolete.
+
+    Attributes
+    ----------
+    times : KeyFrameTimes
+        Times of the key frames of the map, which are part of the log.
+    """
 
     def __init__(self) -> None:
+        self.times = KeyFrameTimes()
+        self._timed = TimesLog()
         self._writer: LogWriter | None = None
         self._numbers: set[int] = set()
         self._written = self._next = 0
@@ -110,8 +120,7 @@ class Logbook:
         self._written = len(mapper.key_frames)
         change = self._writer.write(mapper.growing())
         first, self._replacement = self._replacement, None
-        if first is not None:
-            change = first if change is None else first.then(change)
+        change = _joined(_joined(first, change), self._timed.change(self._writer, self.times))
         if change is not None:
             self._numbers |= {entry.number for entry in change.entries}
             self._numbers -= set(change.obsolete)
@@ -142,20 +151,26 @@ class Logbook:
         self._replacement = LogChange(change.entries, [*change.obsolete, *sorted(self._numbers)])
         self._writer, self._written = writer, written
 
-    def take_over(self, entries: Iterable[LogEntry]) -> None:
+    def take_over(self, entries: Sequence[LogEntry]) -> None:
         """Take over the entries that are stored. Unless they are continued, the next log makes them obsolete."""
         self._writer, self._written, self._ended = None, 0, False
         self._numbers = {entry.number for entry in entries}
         self._next = max(self._numbers, default=-1) + 1
+        self._timed.read(entries, self.times)
 
     def resume(self, writer: LogWriter, written: int) -> None:
         """Continue the log that was taken over, by its writer; it has ``written`` key frames."""
         self._writer, self._written = writer, written
+        self._timed.resume(writer, self.times)
 
     def _end_writer(self) -> None:
         if self._writer is not None:
             self._next = self._writer.number
         self._writer, self._written, self._replacement = None, 0, None
+
+
+def _joined(change: LogChange | None, later: LogChange | None) -> LogChange | None:
+    return change.then(later) if change is not None and later is not None else change or later
 
 
 def _triple(pose: Pose2D) -> Triple:

@@ -127,7 +127,7 @@ class GridSlamNode(LoggedMapNode):
         self._intake = ScanIntake(context, self._frames, parameters, self._status)
         self._maps = MapServices(context, parameters.map_update_interval, save)
         self._poses = PosePublisher(context, self._frames, parameters)
-        self._key_frames, self._others = KeyFramePublisher(context), OtherRobots()
+        self._key_frames, self._others = KeyFramePublisher(context, self._logbook.times), OtherRobots()
         self._closures = ClosureJobs(context, lambda: self._mapper, self._on_moved)
         self._graphs = PoseGraphServices(context, graphs, parameters.drawing(), closes=parameters.do_loop_closing)
         self._joint_maps = JointMaps(context, self._joinable, self._logbook, self._on_joined)
@@ -337,6 +337,7 @@ class GridSlamNode(LoggedMapNode):
     def _restored(self, mapper: LiveMapper, *, shared: bool) -> None:
         if shared:
             self._others.use_frame_of(mapper.key_frames, self._frame_name(mapper))
+        self._key_frames.publish(mapper.key_frames)
 
     def _ready(self) -> None:
         self._publish_map()

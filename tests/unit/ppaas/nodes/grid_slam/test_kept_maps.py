@@ -9,6 +9,7 @@ from ppaas.change_log import LogEntry
 from ppaas.errors import InvalidGraph, InvalidInput, InvalidParameter, NotFound, TransformError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.mapping.serialization.mapping_file import unpack_mapping
+from ppaas.mapping.serialization.records import RecordKind, unpack_records
 from ppaas.messages import geometry_msgs
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped
 from ppaas.messages.message import Empty
@@ -21,9 +22,11 @@ from ppaas.messages.slam_toolbox import (
 )
 from ppaas.messages.std_msgs import Header
 from ppaas.nodes import file_pages
+from ppaas.nodes.grid_slam import times_log
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.nodes.grid_slam.posegraph_services import PoseGraphStore
 from ppaas.nodes.jobs import run_inline
+from ppaas.nodes.key_frame_path import key_frames_of
 from tests.support.world.mapping_robot import HeldJobs, MappingRobot
 from tests.support.world.ring_drive import ring_drive
 
@@ -117,6 +120,42 @@ def test_the_robot_has_its_pose_while_its_map_is_restored(driven):
     assert answers[0].map.info.width > 0
     restored.step(HALF - 3)
     assert restored.true_error() < 0.06
+
+
+@pytest.mark.parametrize("rewritten", [False, True])
+def test_another_node_knows_the_times_of_all_key_frames(driven, rewritten):
+    robot, kept = driven
+    restored, heard = (all_anew(kept) if rewritten else kept).restored(), []
+    restored.graph.tap("key_frames", lambda _, message: heard.append(key_frames_of(message)))
+    restored.next = HALF
+    while not heard:
+        restored.step()
+    times = robot.node._logbook.times
+    assert heard[-1].stamps.tolist()[:-1] == pytest.approx(times.stamps)
+    assert len(times.stamps) == len(robot.node._mapper.key_frames)
+
+
+def all_anew(kept):
+    """Return what is stored after another node has replaced all entries of the log."""
+    again, robot = Kept(), kept.restored()
+    change = robot.node.whole_log()
+    again.state, again.entries = robot.node.checkpoint(), dict(change.entries)
+    assert set(change.obsolete) == set(kept.entries)
+    return again
+
+
+def test_times_of_key_frames_are_few_entries(monkeypatch):
+    monkeypatch.setattr(times_log, "FOLD", 3)
+    robot, kept = MappingRobot(ring_drive()), Kept()
+    for _ in range(30):
+        robot.step()
+        kept.save(robot)
+        entries = [data for data in kept.entries.values() if next(unpack_records(data))[1].kind == RecordKind.TIMES]
+        assert len(entries) <= 3
+    assert kept.restored().node._logbook.times.stamps == robot.node._logbook.times.stamps
+    robot.node._logbook.times.renumber({0: 0})
+    kept.save(robot)
+    assert kept.restored().node._logbook.times.numbers == [0]
 
 
 def test_a_call_that_fails_after_the_map_was_restored_is_answered(driven):
