@@ -16,7 +16,9 @@ from endpoints.services.joint_maps import Join, RobotMap, shown_to
 from endpoints.services.robot_files import whole_file
 from endpoints.services.services import Services
 from engine.service.views import MappingRobot
-from ppaas.errors import PPaaSError
+from engine.specs.joint_maps import joint_map_owner
+from ppaas.errors import PPaaSError, Unavailable
+from ppaas.maps.new_map import new_map_id
 from ppaas.messages.slam_toolbox import UseJointMapRequest
 from storage.disk_errors import disk_errors
 from storage.staged_uploads import temporary_folder
@@ -55,6 +57,7 @@ class JointMapCoordinator:
     """
 
     def __init__(self, services: Services, join: Program | None = None) -> None:
+        self._map_store = services.map_store
         self._cloud, self._maps, self._heavy = services.cloud, services.joint_maps, services.heavy_work
         self._join = join or join_in_process
 
@@ -78,7 +81,7 @@ class JointMapCoordinator:
     async def _reports(self) -> dict[str, list[RobotMap]]:
         """Return the maps of robots, by the names of joint maps that have several robots."""
         named: dict[str, list[MappingRobot]] = {}
-        for robot in self._cloud.mapping_robots():
+        for robot in await run_in_threadpool(self._permitted, self._cloud.mapping_robots()):
             named.setdefault(robot.joint_map, []).append(robot)
         several = {name: robots for name, robots in named.items() if len(robots) > 1}
         found = await asyncio.gather(*(self._report(robot) for robots in several.values() for robot in robots))
@@ -88,32 +91,51 @@ class JointMapCoordinator:
                 maps[robot.joint_map].append(report)
         return maps
 
+    def _permitted(self, robots: list[MappingRobot]) -> list[MappingRobot]:
+        """Return the robots without those of users with whom the published map is not shared any more; may block."""
+        kept: list[MappingRobot] = []
+        for robot in robots:
+            name, _, owner = robot.joint_map.partition("@")
+            new = new_map_id(name)
+            if robot.user == owner or (new and joint_map_owner(self._map_store, robot.user, new) == owner):
+                kept.append(robot)
+        return kept
+
     async def _report(self, robot: MappingRobot) -> RobotMap | None:
-        """Return the map of a robot; None if it has none, or its clone does not answer."""
+        """Return the map of a robot; None if it has none that may be joined, or its clone does not answer."""
         with contextlib.suppress(PPaaSError, TimeoutError):
             async with asyncio.timeout(ANSWER_TIMEOUT):
                 numbers = await self._cloud.robot_map(robot.user, robot.robot, -1)
-            return RobotMap(robot.user, robot.robot, numbers.frame, numbers.key_frames, numbers.scans)
+            if numbers.frame:
+                return RobotMap(robot.user, robot.robot, numbers.frame, numbers.key_frames, numbers.scans)
         return None
 
     async def _execute(self, join: Join) -> None:
-        size = 0  # robots that do not answer are tried again soon
         try:
             files = [await asyncio.gather(*map(self._fetch, group)) for group in join.groups]
-            size = sum(robot.key_frames for robot in join.robots)
+        except PPaaSError as error:
+            self._refused(join, error)
+            return
+        try:
             async with self._heavy.turn(join.owner):
                 joint = await run_in_threadpool(self._join, files)
-            size = 0
-            sent = await asyncio.gather(
-                *(self._send(robot, joint, join) for robot in join.robots), return_exceptions=True
-            )
-            sizes = [_raised_or(outcome) for outcome in sent]
         except PPaaSError as error:
-            logger.info("maps of %s are not joined: %s", _names(join), error)
-            self._maps.done(join, size, str(error))
+            self._refused(join, error, final=True)
             return
+        sent = await asyncio.gather(*(self._send(robot, joint, join) for robot in join.robots))
+        errors = [outcome for outcome in sent if isinstance(outcome, PPaaSError)]
+        if errors:
+            self._refused(join, errors[0], final=not all(isinstance(error, Unavailable) for error in errors))
+            return
+        sizes = [outcome for outcome in sent if isinstance(outcome, int)]
         self._maps.done(join, sum(sizes))
         logger.info("maps of %s are joined: %d key frames", _names(join), max(sizes))
+
+    def _refused(self, join: Join, error: PPaaSError, *, final: bool = False) -> None:
+        """Note that maps are not joined; a final reason holds until they have grown."""
+        logger.info("maps of %s are not joined: %s", _names(join), error)
+        size = sum(robot.key_frames for robot in join.robots) if final else 0
+        self._maps.done(join, size, str(error))
 
     async def _fetch(self, robot: RobotMap) -> bytes:
         """Return the pose graph of a robot."""
@@ -122,25 +144,20 @@ class JointMapCoordinator:
             first, lambda offset: self._cloud.robot_map(robot.user, robot.robot, offset), robot.robot
         )
 
-    async def _send(self, robot: RobotMap, joint: bytes, join: Join) -> int:
-        """Send a joint map to one of its robots; return the number of its key frames then.
+    async def _send(self, robot: RobotMap, joint: bytes, join: Join) -> int | PPaaSError:
+        """Send a joint map to one of its robots; return the number of its key frames then, or the error.
 
         A robot that does not take it keeps its own map. The next join finds the scans that both have, without a search.
         """
-        others = [shown_to(robot.user, other) for other in join.robots if other is not robot]
-        key_frames = 0
-        for at in range(0, len(joint), PAGE):
-            page = base64.b64encode(joint[at : at + PAGE]).decode()
-            request = UseJointMapRequest(at, len(joint), page, others)
-            key_frames = (await self._cloud.use_joint_map(robot.user, robot.robot, request)).key_frames
+        others, key_frames = [shown_to(robot.user, other) for other in join.robots if other is not robot], 0
+        try:
+            for at in range(0, len(joint), PAGE):
+                page = base64.b64encode(joint[at : at + PAGE]).decode()
+                request = UseJointMapRequest(at, len(joint), page, others)
+                key_frames = (await self._cloud.use_joint_map(robot.user, robot.robot, request)).key_frames
+        except PPaaSError as error:
+            return error
         return key_frames
-
-
-def _raised_or(outcome: int | BaseException) -> int:
-    """Return the outcome of a task; raise it if it is an exception."""
-    if isinstance(outcome, BaseException):
-        raise outcome
-    return outcome
 
 
 def _names(join: Join) -> str:

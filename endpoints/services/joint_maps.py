@@ -22,6 +22,9 @@ EXCHANGE = 20
 MERGE_PERIOD, EXCHANGE_PERIOD = 5.0, 15.0
 """Least time between two attempts to merge the same maps, and between two exchanges in one frame [s]."""
 
+SILENT_PERIOD = 30.0
+"""Time after which maps are tried again one of whose robots did not answer [s]."""
+
 MOST_ROBOTS = 8
 """Largest number of robots in one frame."""
 
@@ -141,7 +144,8 @@ class JointMaps:
         ----------
         join : Join
         size : int
-            Sum of the numbers of key frames of its robots by now; 0 to try again although they do not grow.
+            Sum of the numbers of key frames of its robots by now; 0 to try again after a while although they do not
+            grow.
         refused : str
             Why the maps were not joined; empty if they were.
         """
@@ -183,7 +187,7 @@ class JointMaps:
         last = self._attempts.get(frozenset((group[0].frame,)))
         if last is None:
             return True
-        return _size(group) >= last.size + EXCHANGE and self._clock() - last.at >= EXCHANGE_PERIOD
+        return _size(group) >= last.size + EXCHANGE and self._has_waited(last, EXCHANGE_PERIOD)
 
     def _is_merge_due(self, join: Join) -> bool:
         if any(max(robot.key_frames for robot in group) < LEAST for group in join.groups):
@@ -191,7 +195,10 @@ class JointMaps:
         last = self._attempts.get(join.frames)
         if last is None:
             return True
-        return _size(join.robots) >= GROWTH * last.size + MORE and self._clock() - last.at >= MERGE_PERIOD
+        return _size(join.robots) >= GROWTH * last.size + MORE and self._has_waited(last, MERGE_PERIOD)
+
+    def _has_waited(self, last: _Attempt, period: float) -> bool:
+        return self._clock() - last.at >= (period if last.size else SILENT_PERIOD)
 
     def _priority(self, join: Join) -> tuple[float, float]:
         attempt = self._attempts.get(join.frames)

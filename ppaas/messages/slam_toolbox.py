@@ -109,7 +109,8 @@ class GetPoseGraphResponse(OwnMessage):
     scans : int
         Number of scans since the map was begun; of a joint map, of all its robots.
     frame : str
-        Name of the map frame by its first key frame: equal for robots whose maps are joined.
+        Name of the map frame by its first key frame: equal for robots whose maps are joined. Empty if the map cannot
+        be joined with others.
     do_loop_closing : bool
         Parameter of the map.
     """

@@ -84,7 +84,7 @@ class JointMapper(LiveMapper):
         return AdoptionWork(file, self.mapping(laser_frame), first, self._drawing, most)
 
     def adopt(self, adopted: Adopted | None) -> Adoption | None:
-        """Go on with a joint map; None if the adoption failed.
+        """Go on with a joint map; return None if there is none, or the robot was carried away meanwhile.
 
         Raises
         ------
@@ -92,7 +92,7 @@ class JointMapper(LiveMapper):
             There are more key frames than allowed by now; nothing has changed.
         """
         self._adopting = False
-        if adopted is None:
+        if adopted is None or not self.parts.is_whole:
             return None
         own, pose, odometry = self.key_frames, self.pose, self.odometry
         known = len(adopted.places)

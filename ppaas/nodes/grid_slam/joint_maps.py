@@ -36,6 +36,8 @@ STAYS = 0.5
 RESERVED = 1 << 16
 """Numbers of log entries that are left for what is mapped while a joint map is made the robot's own."""
 
+CARRIED_AWAY = "the robot was carried away meanwhile: its map is joined when it knows again where it is"
+
 
 class Current(NamedTuple):
     """Map that a robot makes.
@@ -163,9 +165,7 @@ class JointMaps:
             prepared = error
         if isinstance(prepared, PPaaSError) or adoption is None:
             logger.warning("the robot keeps its own map: %s", prepared)
-            waiting.reply(
-                prepared if isinstance(prepared, PPaaSError) else Unavailable("there was nothing to take over")
-            )
+            waiting.reply(prepared if isinstance(prepared, PPaaSError) else Unavailable(CARRIED_AWAY))
             return
         self._logbook.replace(prepared.writer, prepared.change, len(prepared.adopted.mapping.frames))
         robots, self._robots = self._robots, waiting.robots

@@ -170,6 +170,8 @@ class LoggedMapNode(Node):
         mapper, laser = self._growing, self._laser
         if self._parameters.mode != "mapping" or laser is None or not isinstance(mapper, JointMapper):
             return None
+        if not mapper.parts.is_whole:
+            return None
         return Current(mapper, laser.frame, self._front_end.max_key_frames)
 
     def _is_shared(self, _mapper: LiveMapper) -> bool:

@@ -211,7 +211,7 @@ class GridSlamNode(LoggedMapNode):
             assert isinstance(request, DeserializePoseGraphRequest)
             self._continue(self._graphs.requested(request), reply)
         elif service in (SERIALIZE.name, POSE_GRAPH.name):
-            self._graphs.answer(request, self._current_part(request), reply)
+            self._graphs.answer(request, self._current_part(request), reply, may_join=self._joinable() is not None)
         elif service == USE_JOINT_MAP.name:
             assert isinstance(request, UseJointMapRequest)
             self._joint_maps.receive(request, reply)

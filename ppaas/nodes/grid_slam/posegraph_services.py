@@ -113,8 +113,8 @@ class PoseGraphServices:
         localizes = request.match_type == MatchType.LOCALIZE_AT_POSE
         return self.loading(request.filename, start if given else None, keeps=not localizes)
 
-    def answer(self, request: Message, mapping: Mapping, reply: Reply) -> None:
-        """Answer ``serialize_map`` or ``pose_graph`` with the current mapping.
+    def answer(self, request: Message, mapping: Mapping, reply: Reply, *, may_join: bool = False) -> None:
+        """Answer ``serialize_map`` or ``pose_graph`` with the current mapping, and whether it may join a joint map.
 
         Raises
         ------
@@ -127,7 +127,7 @@ class PoseGraphServices:
             self._save(request.filename, mapping, reply)
         else:
             assert isinstance(request, GetPoseGraphRequest)
-            numbers = self._numbers(mapping)
+            numbers = self._numbers(mapping, may_join=may_join)
             if request.offset < 0:
                 reply(numbers)
             else:
@@ -150,8 +150,8 @@ class PoseGraphServices:
 
         self._pages.make(mapping, made)
 
-    def _numbers(self, mapping: Mapping) -> GetPoseGraphResponse:
+    def _numbers(self, mapping: Mapping, *, may_join: bool) -> GetPoseGraphResponse:
         closures = int((mapping.graph.edges.kinds == EdgeKind.CLOSURE).sum())
-        scans, frame = int(mapping.frames.scans[-1]) + 1, frame_name(mapping.frames)
+        scans, frame = int(mapping.frames.scans[-1]) + 1, frame_name(mapping.frames) if may_join else ""
         counts = len(mapping.frames), mapping.graph.edge_count, closures
         return GetPoseGraphResponse("", 0, *counts, *self._drawing, scans, frame, self._closes)

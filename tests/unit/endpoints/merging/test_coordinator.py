@@ -10,6 +10,7 @@ from endpoints.merging.coordinator import JointMapCoordinator
 from endpoints.merging.join_program import join_files
 from endpoints.services.joint_maps import Sharing
 from endpoints.services.services import Services
+from engine.service.views import MappingRobot as MappingView
 from ppaas.errors import MapsNotMerged
 from ppaas.geometry import Pose2D
 from ppaas.mapping.merging.united import frame_ids
@@ -17,6 +18,7 @@ from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mappin
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from tests.support.endpoints.mapping_cloud import MappingCloud
+from tests.support.storage.records import house, put_map
 from tests.support.world.joint_maps import joint_map, start_of
 from tests.support.world.mapping_robot import MappingRobot
 from tests.support.world.merge_drives import first_drive, second_drive
@@ -136,7 +138,7 @@ async def test_robot_that_missed_a_merge_joins_later_without_a_search(cloud, rob
 
 
 async def test_robots_of_other_joint_maps_are_not_even_asked(cloud, robots, join):
-    cloud.mapping = [each.__class__(each.user, each.robot, f"new:{each.robot}@ann") for each in cloud.mapping]
+    cloud.mapping = [MappingView(each.user, each.robot, f"new:{each.robot}@ann") for each in cloud.mapping]
     assert await JointMapCoordinator(services(cloud), join).step() is None
     assert join.calls == []
 
@@ -144,6 +146,25 @@ async def test_robots_of_other_joint_maps_are_not_even_asked(cloud, robots, join
 async def test_robot_without_a_map_is_left_out(cloud, join):
     cloud.robots["ann", "tb2"] = MappingRobot(second_drive())
     assert await JointMapCoordinator(services(cloud), join).step() is None
+
+
+async def test_map_that_cannot_be_joined_is_left_out(cloud, join):
+    robot = MappingRobot(second_drive(), mode="lifelong")
+    robot.step(MET)
+    cloud.robots["ann", "tb2"] = robot
+    assert await JointMapCoordinator(services(cloud), join).step() is None
+
+
+async def test_maps_of_a_user_with_whom_the_published_map_is_not_shared_any_more_stay_apart(cloud, robots, join):
+    cloud.robots["bob", "tb2"] = cloud.robots.pop(("ann", "tb2"))
+    cloud.mapping = [MappingView("ann", "tb1", "new:office@ann"), MappingView("bob", "tb2", "new:office@ann")]
+    used = services(cloud)
+    put_map(used.map_store, house("office"))
+    assert await JointMapCoordinator(used, join).step() is None
+    used.map_store.change_map("office", readers=("bob",))
+    join_made = await JointMapCoordinator(used, join).step()
+    assert join_made.owner == "ann"
+    assert ids(robots[0]) == ids(robots[1])
 
 
 async def test_coordinator_goes_on_after_an_error(cloud, join, monkeypatch, caplog):

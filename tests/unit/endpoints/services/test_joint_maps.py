@@ -10,6 +10,7 @@ from endpoints.services.joint_maps import (
     LEAST,
     MERGE_PERIOD,
     MOST_ROBOTS,
+    SILENT_PERIOD,
     JointMaps,
     RobotMap,
     Sharing,
@@ -70,8 +71,9 @@ def test_robots_that_did_not_answer_are_tried_again_without_growing():
     clock = ManualClock(1000.0)
     joint = maps(robot("tb1", "a"), robot("tb2", "b"), clock=clock)
     joint.done(joint.next_join(), 0, "robot 'tb2' has no container now")
-    assert joint.next_join() is None
     clock.advance(MERGE_PERIOD)
+    assert joint.next_join() is None
+    clock.advance(SILENT_PERIOD)
     assert joint.next_join() is not None
 
 
