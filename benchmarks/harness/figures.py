@@ -1,6 +1,7 @@
 """Results of a bench: figures with baselines and limits, as a table or as JSON."""
 
 import statistics
+import sys
 from collections.abc import Sequence
 
 import msgspec
@@ -8,6 +9,9 @@ from rich.console import Console
 from rich.table import Table
 
 from robots.cli.benches import Measured
+
+WIDTH = 160
+"""Width of a table that is not printed on a terminal [characters]."""
 
 
 class Figure(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -65,7 +69,7 @@ def median_of(part: str, name: str, samples: Sequence[float], unit: str = "ms", 
 
 def measured(figures: Sequence[Figure]) -> Measured:
     """Return figures as the result of a bench; in the table, baselines are dim."""
-    console = Console()
+    console = Console(width=None if sys.stdout.isatty() else WIDTH)
     with console.capture() as captured:
         console.print(_table(figures))
     return Measured(msgspec.to_builtins({"figures": figures}), text=captured.get().removesuffix("\n"))
@@ -74,16 +78,17 @@ def measured(figures: Sequence[Figure]) -> Measured:
 def _table(figures: Sequence[Figure]) -> Table:
     table = Table(title="ppaas bench", title_justify="left")
     for column, justify in (("part", "left"), ("measured", "left"), ("median", "right"), ("least–most", "right"),
-                            ("limit", "right"), ("what it is made of", "left")):  # fmt: skip
+                            ("limit", "right"), ("met", "left"), ("what it is made of", "left")):  # fmt: skip
         table.add_column(column, justify=justify)  # type: ignore[arg-type]
     for figure in figures:
         table.add_row(*_cells(figure), style="dim" if figure.yardstick else None)
     return table
 
 
-def _cells(figure: Figure) -> tuple[str, str, str, str, str, str]:
+def _cells(figure: Figure) -> tuple[str, ...]:
     spread = "" if figure.least is None else f"{figure.least:,.4g}–{figure.most:,.4g}"
     limit = "" if figure.limit is None else f"{'≥' if figure.floor else '≤'} {figure.limit:g}"
     colour = {None: "", True: "[green]", False: "[red]"}[figure.kept]
-    value = f"{colour}{figure.value:,.4g} {figure.unit}"
-    return figure.part, figure.name, value, spread, limit, figure.note
+    value = f"{colour}{figure.value:,.4g} {figure.unit}".rstrip()
+    met = {None: "", True: "yes", False: "NO"}[figure.kept]
+    return figure.part, figure.name, value, spread, limit, met, figure.note

@@ -9,7 +9,9 @@ J = TypeVar("J")
 R = TypeVar("R")
 
 
-def run_all(run: Callable[[J], R], jobs: Sequence[J], processes: int, done: Callable[[], None]) -> list[R]:
+def run_all(
+    run: Callable[[J], R], jobs: Sequence[J], processes: int, done: Callable[[], None], *, fresh: bool = False
+) -> list[R]:
     """Run a function on each job; return the results in the order of the jobs.
 
     Parameters
@@ -22,12 +24,15 @@ def run_all(run: Callable[[J], R], jobs: Sequence[J], processes: int, done: Call
         Number of processes; with one, all jobs run in this process.
     done : callable
         Called after each run.
+    fresh : bool
+        Run each job in a new process, so that its peak memory is its own.
     """
-    if processes == 1:
+    if processes == 1 and not fresh:
         return [_told(run(job), done) for job in jobs]
     others = multiprocessing.active_children()
     # A fork after kernels have started threads may hang, so processes are spawned.
-    with ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool:
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(processes, context, max_tasks_per_child=1 if fresh else None) as pool:
         futures = [pool.submit(run, job) for job in jobs]
         try:
             for future in as_completed(futures):

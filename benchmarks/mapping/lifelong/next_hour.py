@@ -2,10 +2,7 @@
 
 import ctypes
 import gc
-import multiprocessing
 import time
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -48,14 +45,6 @@ class Log:
     def size(self) -> int:
         """Size of all entries [bytes]."""
         return sum(self._sizes.values())
-
-
-def measure(done: Callable[[], None]) -> list[dict[str, Any]]:
-    """Return the state after each hour, measured in a process of its own; ``done`` is called at the end."""
-    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
-        results = pool.submit(run).result()
-    done()
-    return results
 
 
 def run() -> list[dict[str, Any]]:

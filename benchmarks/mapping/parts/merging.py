@@ -1,33 +1,27 @@
-"""Bench of merging: halves of one log, mapped apart, and pairs of different buildings, which must not be merged.
+"""Part ``merging``: halves of one log, mapped apart without a common start, and merged.
 
-``python -m benchmarks.mapping.merging [LOG …] [--pairs]``: the halves of each log and of the simulated office are
-mapped without a common start and merged. Relative poses of scans of different halves that are less than 3 m apart are
-compared with the same log mapped whole, with the true poses if it is simulated, and with the true relations of the file
-beside the log that ends with ``.relations``. ``--pairs`` tries to merge every two of the logs, the office, its mirror
-image and corridors. Times are CPU times of one thread [s].
+Relative poses of scans of different halves that are less than 3 m apart are compared with the same log mapped whole,
+with the true poses if it is simulated, and with the true relations of the file beside the log.
 """
 
-import argparse
-import itertools
-import json
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 from time import process_time
 from typing import Any
 
 import numpy as np
 
-from benchmarks.mapping.merge_worlds import WORLDS
+from benchmarks.harness.figures import Figure
+from benchmarks.mapping.parts.mapped import mapped, mapping_of
+from benchmarks.mapping.parts.part import PartResult, SlamOptions, name_of, relations_of
 from benchmarks.mapping.ring import ring_drive
 from benchmarks.mapping.true_error import random_relations
+from benchmarks.mapping.worlds import OFFICE, drive_of
 from ppaas.errors import MapsNotMerged
 from ppaas.mapping.merging.merge import Merged, merge
 from ppaas.mapping.pipeline.offline import LogMap, map_log
 from ppaas.mapping.relations import Relations, parse_relations, score
 from ppaas.mapping.scan_log import ScanLog
-from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.planar_poses import PoseArray, compose, inverse, relative
 from robots.recordings.scan_logs import read_scan_log
 
@@ -36,6 +30,17 @@ ELSEWHERE = np.array((31.0, -12.0, 2.2))
 
 SEED = 1
 """Seed of the choice of relations."""
+
+
+TIME_LIMIT, ERROR_LIMIT = 5.0, 0.03
+"""Largest CPU time of a merge [s], and largest mean error of relations between the halves [m]."""
+
+AGAINST = {
+    "against_whole": "by the whole log",
+    "against_truth": "by the true poses",
+    "against_relations": "by the true relations",
+}
+"""Sources of relations between the halves, and their names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,34 +63,25 @@ class Drive:
     relations: Relations | None = None
 
 
-def main() -> None:
-    """Print the results as JSON, one line each."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("logs", nargs="*", type=Path)
-    parser.add_argument("--pairs", action="store_true", help="try to merge different buildings")
-    options = parser.parse_args()
-    drives = [*map(read_drive, options.logs), world_drive("office")]
+def measure(options: SlamOptions) -> PartResult:
+    """Merge the halves of the logs, of those of the folder of data that have true relations, and of the office."""
     warm_up()
-    rows: Iterator[dict[str, Any]] = map(halves, drives)
-    if options.pairs:
-        others = [world_drive(name) for name in WORLDS if name != "office"]
-        rows = itertools.chain(rows, pairs([*drives, *others]))
-    for row in rows:
-        print(json.dumps(row), flush=True)  # noqa: T201 - the output of the bench
+    drives = [*map(read_drive, options.with_relations()), *([office_drive()] if options.worlds else [])]
+    results = [halves(drive, options.folder) for drive in drives]
+    return PartResult([figure for result in results for figure in figures_of(result)], list(map(row, results)), results)
 
 
 def read_drive(path: Path) -> Drive:
     """Return the log of a file, with the relations of the file beside it."""
-    name = path.name.partition(".")[0]
-    beside = path.with_name(f"{name}.relations")
+    beside = relations_of(path)
     relations = parse_relations(beside.read_text("ascii")) if beside.is_file() else None
-    return Drive(name, read_scan_log(path), None, relations)
+    return Drive(name_of(path), read_scan_log(path), None, relations)
 
 
-def world_drive(name: str) -> Drive:
-    """Return a simulated drive through a world of `WORLDS`."""
-    drive = WORLDS[name]()
-    return Drive(name, drive.log, drive.true)
+def office_drive() -> Drive:
+    """Return a drive through the office."""
+    drive = drive_of(OFFICE, 0)
+    return Drive(f"{OFFICE} 0", drive.log, drive.true)
 
 
 def warm_up() -> None:
@@ -94,8 +90,8 @@ def warm_up() -> None:
     merge(mapping_of(map_log(first)), mapping_of(map_log(second)))
 
 
-def halves(drive: Drive) -> dict[str, Any]:
-    """Return the time and the errors of a merge of the halves of a drive."""
+def halves(drive: Drive, folder: Path) -> dict[str, Any]:
+    """Return the time and the errors of a merge of the halves of a drive; see `mapped` for the folder."""
     log = drive.log
     first, second = (map_log(part) for part in divided(log))
     begin = process_time()
@@ -111,7 +107,7 @@ def halves(drive: Drive) -> dict[str, Any]:
         "places": merged.matches,
         "support": round(merged.support, 3),
         "confirmed": round(merged.confirmed, 4),
-        "against_whole": errors(_between(log, map_log(log).poses), log, poses),
+        "against_whole": errors(_between(log, mapped(folder, drive.name, lambda: log).poses), log, poses),
     }
     if drive.true is not None:
         answer["against_truth"] = errors(_between(log, drive.true), log, poses)
@@ -120,21 +116,37 @@ def halves(drive: Drive) -> dict[str, Any]:
     return answer
 
 
-def pairs(drives: Sequence[Drive]) -> Iterator[dict[str, Any]]:
-    """Yield the result of a merge of each two drives through different buildings, in both directions."""
-    made = cache(lambda at: mapping_of(map_log(drives[at].log)))
-    for one, other in itertools.permutations(range(len(drives)), 2):
-        begin = process_time()
-        try:
-            merged, why = bool(merge(made(one), made(other))), ""
-        except MapsNotMerged as error:
-            merged, why = False, str(error)
-        yield {
-            "different": [drives[one].name, drives[other].name],
-            "merged": merged,
-            "cpu_s": round(process_time() - begin, 2),
-            "why": why,
-        }
+def figures_of(result: dict[str, Any]) -> list[Figure]:
+    """Return the time and the errors of a merge; a merge that was refused has neither."""
+    name = f"halves of {result['halves']}"
+    if not result["merged"]:
+        return [Figure("merging", f"{name}: merged", 0, "", limit=1.0, floor=True, note=result["why"])]
+    note = f"{result['places']} places agree, {100.0 * result['support']:.0f} % of the scans fit"
+    figures = [Figure("merging", f"{name}: time", result["cpu_s"], "s", limit=TIME_LIMIT, note=note)]
+    for against, name_of_truth in AGAINST.items():
+        if found := result.get(against):
+            limit = ERROR_LIMIT if against == "against_whole" else None
+            note = f"± {found['std_m']:.4f}, largest {found['max_m']:.2f} m, of {found['relations']}, {name_of_truth}"
+            figures.append(Figure("merging", f"{name}: cross relations", found["mean_m"], "m", limit=limit, note=note))
+    return figures
+
+
+def row(result: dict[str, Any]) -> dict[str, str]:
+    """Return the row of the table for a result."""
+    merged = result["merged"]
+    return {
+        "halves": result["halves"],
+        "cpu s": f"{result['cpu_s']:.1f}",
+        "places": str(result["places"]) if merged else "",
+        "scans that fit": f"{100.0 * result['support']:.0f} %" if merged else "",
+        "points confirmed": f"{100.0 * result['confirmed']:.1f} %" if merged else "",
+        **{f"{against.replace('_', ' ')} m": _text(result.get(against)) for against in AGAINST},
+        "refused": result.get("why", ""),
+    }
+
+
+def _text(found: dict[str, Any] | None) -> str:
+    return f"{found['mean_m']:.4f} ± {found['std_m']:.4f} (max {found['max_m']:.2f})" if found else ""
 
 
 def divided(log: ScanLog) -> tuple[ScanLog, ScanLog]:
@@ -148,11 +160,6 @@ def divided(log: ScanLog) -> tuple[ScanLog, ScanLog]:
         first_angles=log.first_angles[middle:],
     )
     return log.first(middle), rest
-
-
-def mapping_of(made: LogMap) -> Mapping:
-    """Return the mapping of a log."""
-    return Mapping(made.mapper.key_frames, made.mapper.graph)
 
 
 def scan_poses(merged: Merged, *parts: LogMap) -> PoseArray:
@@ -185,7 +192,3 @@ def _across(relations: Relations, log: ScanLog) -> Relations:
     before = relations.stamps < middle
     chosen = before[:, 0] != before[:, 1]
     return Relations(relations.stamps[chosen], relations.poses[chosen])
-
-
-if __name__ == "__main__":
-    main()

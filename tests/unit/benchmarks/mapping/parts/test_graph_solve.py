@@ -1,27 +1,13 @@
-import argparse
-
 import numpy as np
 import pytest
 
-from benchmarks.commands import slam as command
-from benchmarks.mapping import graph_solve
-from ppaas.errors import InvalidInput
+from benchmarks.mapping.parts import graph_solve, graphs
+from benchmarks.mapping.parts.part import SlamOptions
 from ppaas.mapping.graph.g2o import format_g2o
 from ppaas.mapping.graph.kernels.edges import edge_errors
 from ppaas.mapping.graph.normal_equations import NormalEquations
 from ppaas.mapping.graph.solver import Robust
 from tests.support.world.pose_graphs import walk
-
-
-class _Progress:
-    def __init__(self) -> None:
-        self.done = 0
-
-    def add_task(self, name: str, total: int) -> int:
-        return 0
-
-    def advance(self, task: int) -> None:
-        self.done += 1
 
 
 @pytest.fixture(autouse=True)
@@ -43,23 +29,14 @@ def test_step_of_superlu_is_that_of_the_solver() -> None:
 
 def test_synthetic_graphs_and_files_are_solved(tmp_path) -> None:
     (tmp_path / "small.g2o").write_text("".join(format_g2o(walk(50, 20).graph)))
-    parser, progress = argparse.ArgumentParser(), _Progress()
-    command.configure(parser)
-    measured = command.measure(parser.parse_args(["--graphs", str(tmp_path / "small.g2o"), "--false", "5"]), progress)
-    assert progress.done == len(measured.rows) == 5
-    assert [result["method"] for result in measured.result["graphs"]] == [
-        "none", "graduated", "scaling", "graduated", "graduated",
-    ]  # fmt: skip
-    assert measured.result["graphs"][1]["mean_m"] < 0.1
-    assert measured.rows[4]["graph"] == "small" and measured.rows[4]["error m"] == ""
+    found = graphs.measure(SlamOptions(graphs=(tmp_path / "small.g2o",), false=5))
+    assert [result["method"] for result in found.results] == ["none", "graduated", "scaling", "graduated", "graduated"]
+    assert found.results[1]["mean_m"] < 0.1
+    assert found.rows[4]["graph"] == "small" and found.rows[4]["error m"] == ""
+    limits = {figure.name: figure.limit for figure in found.figures}
+    assert limits["walk, 0 false, none: warm"] == 0.3 and limits["walk, 0 false, graduated: warm"] is None
+    assert limits["walk, 5 false, scaling: rejected"] == 5
 
 
 def test_results_have_the_methods_name() -> None:
     assert graph_solve.measure(*graph_solve.walks(0), Robust.SCALING)["method"] == "scaling"
-
-
-def test_missing_file_is_refused() -> None:
-    parser = argparse.ArgumentParser()
-    command.configure(parser)
-    with pytest.raises(InvalidInput, match="no file"):
-        command.measure(parser.parse_args(["--graphs", "missing.g2o"]), _Progress())

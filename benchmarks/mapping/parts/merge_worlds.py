@@ -53,7 +53,7 @@ def _to_and_fro(begin: float, end: float) -> Segments:
 
 
 WORLDS: dict[str, Callable[[], SimulatedDrive]] = {
-    "office": lambda: simulate(office(0), route(), 0),
+    "office 0": lambda: simulate(office(0), route(), 0),
     "mirrored office": mirrored_office,
     "corridor of 90 m": lambda: bare_corridor(90.0, 13),
     "corridor of 110 m": lambda: bare_corridor(110.0, 14),

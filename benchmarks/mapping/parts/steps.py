@@ -1,13 +1,14 @@
-"""Single steps of mapping, beside baselines: from a scan to its pose, a search for a loop, and the layers of a map."""
+"""Part ``steps``: from a scan to its pose, a search for a loop, and the layers of a map, beside baselines."""
 
 import time
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.harness.figures import Figure
 from benchmarks.mapping.office import office, route
+from benchmarks.mapping.parts.part import PartResult, SlamOptions
 from benchmarks.mapping.simulated_drive import simulate
 from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
@@ -38,17 +39,30 @@ MAP_SIDE, BUILDS = 100.0, 10
 SCAN, SEARCH = "scan to pose", f"search of {SEARCHED:g} m × {TURN:g}°"
 
 
-def measure(done: Callable[[], None]) -> list[dict[str, Any]]:
-    """Return the results of all steps; ``done`` is called after each."""
+LIMITS_MS = {SCAN: 20.0, SEARCH: 10.0}
+"""Largest times: of 99 % of the scans, and of a search on average [ms]."""
+
+
+def measure(_options: SlamOptions) -> PartResult:
+    """Measure all steps."""
     log = simulate(office(0), route(), 0).log.first(SCANS)
     drive(log)  # compiles or loads the kernels
     frames, latencies = drive(log)
-    done()
-    searched = searches(frames)
-    done()
-    built = layers(office_map(0, MAP_SIDE, MAP_SIDE))
-    done()
-    return [latencies.result(), searched, built]
+    results = [latencies.result(), searches(frames), layers(office_map(0, MAP_SIDE, MAP_SIDE))]
+    return PartResult([figure for result in results for figure in figures_of(result)], list(map(row, results)), results)
+
+
+def figures_of(result: dict[str, Any]) -> list[Figure]:
+    """Return the time of a step, and that of its baseline."""
+    step = result["step"]
+    name, value = (f"{step}: 99 % within", "p99_ms") if step == SCAN else (f"{step}: mean", "mean_ms")
+    note = f"mean {result['mean_ms']:.2f}, largest {result['max_ms']:.1f} ms, of {result['count']}"
+    return [
+        Figure("steps", name, result[value], "ms", limit=LIMITS_MS.get(step), note=note),
+        Figure(
+            "steps", f"{step}: baseline", result["yardstick_mean_ms"], "ms", yardstick=True, note=result["yardstick"]
+        ),
+    ]
 
 
 class Latencies:

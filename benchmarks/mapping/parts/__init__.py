@@ -1,0 +1,1 @@
+"""Parts of ``ppaas bench slam``: each measures figures that have bars."""
