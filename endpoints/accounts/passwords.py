@@ -5,8 +5,8 @@ requests waits for them in a fair queue: a flood of logins blocks neither memory
 """
 
 import asyncio
+import base64
 import contextlib
-import functools
 import logging
 import os
 import secrets
@@ -17,6 +17,7 @@ from typing import TypeVar
 
 from argon2 import PasswordHasher
 from argon2.exceptions import InvalidHashError, VerificationError, VerifyMismatchError
+from argon2.low_level import ARGON2_VERSION
 
 from endpoints.accounts.fair_queue import FairQueue, Origin
 from ppaas.errors import Unavailable
@@ -61,6 +62,7 @@ class Passwords:
     ) -> None:
         workers = workers or len(os.sched_getaffinity(0))
         self._hasher = hasher or PasswordHasher(parallelism=1)
+        self._dummy_hash = _hash_of_nothing(self._hasher)
         self._threads = ThreadPoolExecutor(workers, "argon2", _be_nice)
         self._free = workers
         self._turns: FairQueue[asyncio.Future[None]] = FairQueue(waiting)
@@ -81,14 +83,9 @@ class Passwords:
         """End the threads."""
         self._threads.shutdown(cancel_futures=True)
 
-    @functools.cached_property
-    def _dummy_hash(self) -> str:
-        return self._hasher.hash(secrets.token_bytes(16))
-
     def _verify(self, password_hash: str | None, password: str) -> bool:
-        dummy = self._dummy_hash  # computed also for existing users, so that timing reveals nothing
         try:
-            return self._hasher.verify(password_hash or dummy, _bytes(password))
+            return self._hasher.verify(password_hash or self._dummy_hash, _bytes(password))
         except VerifyMismatchError:
             return False
         except (VerificationError, InvalidHashError):
@@ -131,6 +128,19 @@ class Passwords:
                 turn.set_result(None)
                 return
         self._free += 1
+
+
+def _hash_of_nothing(hasher: PasswordHasher) -> str:
+    """Return a hash that no password has. A comparison with it takes as long as with any other, and it costs nothing.
+
+    Random bytes stand for salt and hash, in the encoding of argon2's reference implementation.
+    """
+    salt, digest = (
+        base64.b64encode(secrets.token_bytes(length)).decode().rstrip("=")
+        for length in (hasher.salt_len, hasher.hash_len)
+    )
+    cost = f"m={hasher.memory_cost},t={hasher.time_cost},p={hasher.parallelism}"
+    return f"$argon2{hasher.type.name.lower()}$v={ARGON2_VERSION}${cost}${salt}${digest}"
 
 
 def _call_on(loop: asyncio.AbstractEventLoop, function: Callable[[], None]) -> None:

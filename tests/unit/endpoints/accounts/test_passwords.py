@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 import pytest
-from argon2 import PasswordHasher, profiles
+from argon2 import Parameters, PasswordHasher, extract_parameters, profiles
 
 from endpoints.accounts import passwords as module
 from endpoints.accounts.fair_queue import Origin
@@ -49,6 +49,24 @@ async def test_logins_beyond_workers_and_queue_are_refused() -> None:
     assert await asyncio.gather(*waiting) == [True] * 5
     assert hasher.max_active <= 2
     assert await passwords.verify(right, "wrong password") is False
+    passwords.close()
+
+
+@pytest.mark.parametrize("profile", [profiles.CHEAPEST, profiles.PRE_21_2])
+async def test_the_password_of_an_unknown_user_is_compared_at_the_cost_of_any_other(
+    profile: Parameters,
+) -> None:
+    compared = []
+
+    class Hasher(PasswordHasher):
+        def verify(self, hash: str | bytes, password: str | bytes) -> bool:  # noqa: A002
+            compared.append(extract_parameters(str(hash)))
+            return super().verify(hash, password)
+
+    passwords = Passwords(Hasher.from_parameters(profile), workers=1)
+    for known in (None, await passwords.hash(PASSWORD)):
+        assert await passwords.verify(known, "wrong password") is False
+    assert compared == [profile, profile]
     passwords.close()
 
 
