@@ -8,12 +8,14 @@ removed from every kernel before it is compiled: it runs serially, with the same
 Call ``choose`` before the first import of a kernel. ``threads`` sets the number of threads of a container.
 """
 
+import contextlib
 import ctypes
 import functools
-import importlib
+import importlib.util
 import os
 import sys
 from collections.abc import Callable
+from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import Any, Literal
 
@@ -58,17 +60,29 @@ def chosen() -> Layer:
 
 
 def _load_tbb() -> bool:
+    """Load TBB and numba's library that needs it, without numba, which takes a quarter of a second."""
     for path in (
         Path(sys.prefix, "lib", _TBB),
         Path(_TBB),
     ):  # PyPI's wheel puts it outside the search path of the loader
-        try:
+        with contextlib.suppress(OSError):
             ctypes.CDLL(str(path), mode=ctypes.RTLD_GLOBAL)
-            importlib.import_module("numba.np.ufunc.tbbpool")
-        except (OSError, ImportError):
-            continue
-        return True
+            for library in _numba_on_tbb():
+                ctypes.CDLL(str(library))
+                return True
     return False
+
+
+def _numba_on_tbb() -> list[Path]:
+    """Return numba's extension module for TBB, if this build of numba has it."""
+    numba = importlib.util.find_spec("numba")
+    places = (numba and numba.submodule_search_locations) or []
+    return [
+        file
+        for place in places
+        for suffix in EXTENSION_SUFFIXES
+        if (file := Path(place, "np", "ufunc", f"tbbpool{suffix}")).exists()
+    ]
 
 
 def _run_serially() -> None:
