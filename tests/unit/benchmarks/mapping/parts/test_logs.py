@@ -18,7 +18,8 @@ def result_of(name: str, **changed: Any) -> dict[str, Any]:
     result = {
         "log": name, "beams": 180, "scans": 100, "metres": 30.0, "minutes": 1.5, "closures": 4, "cpu_s": 1.0,
         "wall_s": 1.0, "times_real_time": 90.0, "yardstick_s": 0.5, "seconds": {"tracking": 0.05}, "peak_mib": 200.0,
-        "own_mib": 20.0, "private_mib": 100.0, "false_closures": {"edges": 5, "judged": 4, "false": 1}, "wrong_cells": 0.002,
+        "own_mib": 20.0, "private_mib": 100.0, "false_closures": {"edges": 5, "judged": 4, "false": 1},
+        "wrong_cells": 0.002,
         "stages": {"tracking": ERRORS | {"mean_m": 0.1}, "polish": ERRORS | ABSOLUTE},
     }  # fmt: skip
     return result | changed
