@@ -17,6 +17,7 @@ from endpoints.rest.maps import map_programs, multipart
 from endpoints.rest.maps.upload_form import MAX_FIELDS
 from endpoints.rest.plans.schemas import MAX_MATRIX, MAX_WAYPOINTS
 from endpoints.services import heavy_work
+from endpoints.services.joint_maps import MOST_ROBOTS
 from endpoints.services.request_limits import RequestLimits
 from endpoints.web import MAX_FRAME
 from engine.protocols import sockets
@@ -24,6 +25,7 @@ from engine.remote import joining, tls_listener
 from ppaas.mapping.serialization import rebuilding
 from ppaas.maps.formats import map_yaml, netpbm, pbm, pictures, pillow_rows, png, yaml_keys
 from ppaas.maps.grid import MAX_CELLS
+from ppaas.nodes.grid_slam import joint_maps
 from ppaas.perception.depth_scan import MOST_PIXELS
 from ppaas.robot_model import urdf, xml_document
 from ppaas.wire import fragments
@@ -84,6 +86,11 @@ ROWS = {
         f"{rebuilding.MOST_BYTES >> 20} MiB",
         f"{map_programs.MEMORY >> 20} MiB",
     ],
+    ("[joint map](mapping.md#joint-maps) for a robot", "size, and memory of its key frames"): [
+        f"{joint_maps.MOST_BYTES >> 20} MiB",
+        f"{rebuilding.MOST_BYTES >> 20} MiB",
+    ],
+    ("joint map", "robots, and joins at once"): [f"{MOST_ROBOTS}, and 1"],
     ("maps that are drawn from a pose graph or merged", "memory and time of a process of its own"): [
         f"{map_programs.MEMORY >> 20} MiB",
         f"{map_programs.MAKE_SECONDS:g} s",
