@@ -3,7 +3,6 @@
 import base64
 import binascii
 import logging
-import math
 from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
@@ -13,6 +12,7 @@ from ppaas.errors import InvalidInput, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.mapping.live.adoption import Adopted, AdoptionWork
 from ppaas.mapping.live.joint_mapper import Adoption, JointMapper
+from ppaas.mapping.merging.united import frame_name
 from ppaas.mapping.serialization.mapping_log import GrowingMapping, LogWriter
 from ppaas.messages.geometry_msgs import Pose2D as Pose2DMessage
 from ppaas.messages.slam_toolbox import UseJointMap, UseJointMapRequest, UseJointMapResponse
@@ -29,9 +29,6 @@ MOST_BYTES = 1 << 28
 
 RETRY = 0.1
 """Time after which a joint map is tried again that came while loops were closed [s]."""
-
-STAYS = 0.5
-"""Motion of the robot's pose up to which the map frame is the same, apart from corrections [m, rad]."""
 
 RESERVED = 1 << 16
 """Numbers of log entries that are left for what is mapped while a joint map is made the robot's own."""
@@ -158,33 +155,34 @@ class JointMaps:
         mapper, now = waiting.current.mapper, self._current()
         if now is None or now.mapper is not mapper:
             prepared = Unavailable("the map of the robot was cleared or replaced meanwhile")
-        adoption = None
+        adoption, frame = None, frame_name(mapper.key_frames)
         try:
             adoption = mapper.adopt(None if isinstance(prepared, PPaaSError) else prepared.adopted)
         except PPaaSError as error:
             prepared = error
         if isinstance(prepared, PPaaSError) or adoption is None:
-            logger.warning("the robot keeps its own map: %s", prepared)
-            waiting.reply(prepared if isinstance(prepared, PPaaSError) else Unavailable(CARRIED_AWAY))
+            error = prepared if isinstance(prepared, PPaaSError) else Unavailable(CARRIED_AWAY)
+            logger.warning("the robot keeps its own map: %s", error)
+            waiting.reply(error)
             return
         self._logbook.replace(prepared.writer, prepared.change, len(prepared.adopted.mapping.frames))
-        robots, self._robots = self._robots, waiting.robots
         motion = adoption.motion
-        self._on_adopted(adoption, _text(waiting.robots, motion) if robots != waiting.robots else "")
+        self._on_adopted(adoption, self._news(waiting.robots, motion, frame_name(mapper.key_frames) != frame))
         waiting.reply(UseJointMapResponse(len(mapper.key_frames), Pose2DMessage(motion.x, motion.y, motion.theta)))
+
+    def _news(self, robots: list[str], motion: Pose2D, is_other_frame: bool) -> str:
+        """Return the status of a robot whose map was joined with others; empty if its robots and frame are the same."""
+        before, self._robots = self._robots, robots
+        joined = f"the map is joined with that of {' and '.join(robots)}; its frame"
+        if is_other_frame:
+            at = f"{motion.x:.2f} m, {motion.y:.2f} m, {motion.theta:.2f} rad"
+            return f"{joined} is another one: the former origin is at ({at})"
+        return f"{joined} stays" if robots != before else ""
 
     def _stop_timer(self) -> None:
         if self._timer is not None:
             self._timer.stop()
             self._timer = None
-
-
-def _text(robots: list[str], motion: Pose2D) -> str:
-    """Return the status of a robot whose map was joined with others."""
-    moved = math.hypot(motion.x, motion.y) > STAYS or abs(motion.theta) > STAYS
-    to = f"its frame is another one, in which the robot has moved by ({motion.x:.2f} m, {motion.y:.2f} m, "
-    frame = f"{to}{motion.theta:.2f} rad)" if moved else "its frame stays"
-    return f"the map is joined with that of {' and '.join(robots)}; {frame}"
 
 
 def _check_page(request: UseJointMapRequest, received: int) -> None:

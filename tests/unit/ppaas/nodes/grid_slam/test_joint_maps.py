@@ -113,9 +113,7 @@ def test_map_of_both_is_published_at_once(met):
 def test_status_says_that_the_frame_is_another_one(met):
     texts = [message.data for message in met.heard["grid_slam/status"]]
     [text] = [text for text in texts if "joined" in text]
-    assert text.startswith(
-        "the map is joined with that of tb2; its frame is another one, in which the robot has moved by"
-    )
+    assert text.startswith("the map is joined with that of tb2; its frame is another one: the former origin is at")
     assert texts[-1] == ""
 
 
