@@ -117,6 +117,7 @@ class ChangeWatch:
                 [place for place in new if not is_among(place, before.new)],
             )
             if fresh.left or fresh.new:
+                self._seen.pop(robot, None)  # the next look decides, even if the robot stands
                 known = KnownChanges([*known.left, *fresh.left], [*known.new, *fresh.new])
                 left, new = _compared(folder, taken.numbers, known)
             if not left and not new:
