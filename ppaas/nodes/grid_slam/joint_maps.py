@@ -158,8 +158,8 @@ class JointMaps:
         adoption, frame = None, frame_name(mapper.key_frames)
         try:
             adoption = mapper.adopt(None if isinstance(prepared, PPaaSError) else prepared.adopted)
-        except PPaaSError as error:
-            prepared = error
+        except PPaaSError as refused:
+            prepared = refused
         if isinstance(prepared, PPaaSError) or adoption is None:
             error = prepared if isinstance(prepared, PPaaSError) else Unavailable(CARRIED_AWAY)
             logger.warning("the robot keeps its own map: %s", error)
