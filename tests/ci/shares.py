@@ -31,7 +31,6 @@ LONG = (
     "tests/unit/endpoints/test_app_schemathesis.py",
     "tests/unit/ppaas/planners/field/test_tile_field.py",
     "tests/unit/ppaas/planners/field/test_tile_field_threads.py",
-    "tests/unit/ppaas/maps/kernels/test_serial.py",
     "tests/unit/benchmarks/engine/test_suite.py",
     "tests/unit/engine/runtimes/memory_tuning/test_cached_kernels.py",
 )
