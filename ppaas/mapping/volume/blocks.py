@@ -11,6 +11,9 @@ Words = NDArray[np.int64]
 _FIRST = 64
 """Number of blocks that memory is allocated for at first."""
 
+PAGE = 64
+"""Number of blocks of a page, the unit in which changes are noted."""
+
 
 class VoxelBlocks:
     """Blocks of 8 × 8 × 8 log-odds, and the table that finds them.
@@ -24,6 +27,7 @@ class VoxelBlocks:
     def __init__(self, most: int) -> None:
         self._most = most
         self._used = 0
+        self._changed: set[int] = set()
         self._log_odds = np.full((_FIRST, kernels.VOXELS), np.nan, np.float32)
         self._codes, self._slots = _table(2 * _FIRST)
 
@@ -55,8 +59,22 @@ class VoxelBlocks:
         shifts = np.arange(3) * kernels.BITS
         return np.asarray((self.codes[:, None] >> shifts & mask) * kernels.EDGE)
 
+    @property
+    def pages(self) -> int:
+        """Number of pages."""
+        return -(-self._used // PAGE)
+
+    def take_changed(self) -> set[int]:
+        """Return the pages with blocks that were passed to `add` or `note_change` since the last call."""
+        changed, self._changed = self._changed, set()
+        return changed
+
+    def note_change(self, slots: Words) -> None:
+        """Note that the blocks in these slots (n,) change."""
+        self._changed.update(np.unique(slots // PAGE).tolist())
+
     def add(self, codes: Words) -> Words:
-        """Return the slots of blocks, (n,); blocks that do not exist yet are added.
+        """Return the slots of blocks, (n,), to change them; blocks that do not exist yet are added.
 
         Parameters
         ----------
@@ -79,6 +97,7 @@ class VoxelBlocks:
             self._reserve(needed)
             kernels.find_slots(self._codes, self._slots, codes, found, self._used)
             self._used = needed
+        self.note_change(found)
         return found
 
     def find(self, codes: Words) -> Words:

@@ -57,6 +57,7 @@ def clear_box(
         values = blocks.log_odds[part]
         values[inside & ~np.isnan(values)] = free
         blocks.log_odds[part] = values
+        blocks.note_change(part)
 
 
 def _near(begins: np.ndarray, least: np.ndarray, most: np.ndarray, resolution: float, motion: Pose2D) -> np.ndarray:

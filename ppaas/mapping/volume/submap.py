@@ -27,6 +27,8 @@ class Submap:
 
     Parameters
     ----------
+    number : int
+        Number that no other submap of the map has or had.
     stamp : float
         Time of the key frame that the submap hangs on [s].
     most : int
@@ -34,6 +36,7 @@ class Submap:
 
     Attributes
     ----------
+    number : int
     stamp : float
     blocks : VoxelBlocks
         Log-odds that the clouds of this submap added, at their first places.
@@ -41,9 +44,16 @@ class Submap:
         Motion of the submap in the map frame since then.
     """
 
-    def __init__(self, stamp: float, most: int) -> None:
-        self.stamp, self.motion = stamp, Pose2D(0.0, 0.0, 0.0)
+    def __init__(self, number: int, stamp: float, most: int) -> None:
+        self.number, self.stamp, self.motion = number, stamp, Pose2D(0.0, 0.0, 0.0)
         self.blocks = VoxelBlocks(most)
+
+    @classmethod
+    def of(cls, number: int, stamp: float, motion: Pose2D, blocks: VoxelBlocks) -> "Submap":
+        """Return a submap with blocks, at their first places."""
+        submap = cls(number, stamp, 0)
+        submap.motion, submap.blocks = motion, blocks
+        return submap
 
     def placed(self, resolution: float) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
         """Return the codes (n,) and the log-odds (n, 512) of the blocks at their current place."""

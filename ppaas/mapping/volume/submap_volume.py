@@ -56,6 +56,7 @@ class SubmapVolume:
         self.submaps: list[Submap] = []
         self.joined, self.fixed = 0, False
         self._last: Anchor | None = None
+        self._begun = 0
         self._submap_travel, self._travel = submap_travel, 0.0
 
     def __len__(self) -> int:
@@ -118,6 +119,31 @@ class SubmapVolume:
         self.volume.clear()
         self.submaps, self.joined, self.fixed, self._last = [], 0, False, None
 
+    def resume(self, submaps: list[Submap], whole: VoxelBlocks | None, *, joined: int, fixed: bool) -> None:
+        """Continue another map.
+
+        Parameters
+        ----------
+        submaps : list of Submap
+            Its parts.
+        whole : VoxelBlocks, optional
+            Its voxels; by default put together from the parts.
+        joined : int
+        fixed : bool
+            Those of the other map.
+
+        Raises
+        ------
+        QuotaExceeded
+            There are more blocks than allowed.
+        """
+        self.submaps, self.joined, self.fixed, self._last = submaps, joined, fixed, None
+        self._begun = max((submap.number for submap in submaps), default=0)
+        if whole is None:
+            self._assemble()
+        else:
+            self.volume.blocks = whole
+
     def _submap(self, anchor: Anchor | None) -> Submap | None:
         """Return the submap for a cloud; None as long as there was no key frame."""
         if anchor is None:
@@ -136,7 +162,8 @@ class SubmapVolume:
         if last is None or self._travel >= self._submap_travel or not self.submaps:
             if self.submaps:
                 self.submaps[-1].blocks.trim()
-            self.submaps.append(Submap(anchor.stamp, 2 * self.volume.parameters.max_blocks))
+            self._begun += 1
+            self.submaps.append(Submap(self._begun, anchor.stamp, 2 * self.volume.parameters.max_blocks))
             self._travel = 0.0
         return self.submaps[-1]
 

@@ -1,17 +1,20 @@
 """Work on the 3D map of ``octomap_server``, which runs in jobs, one after the other."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ppaas.change_log import LogChange, LogEntry
+from ppaas.errors import PPaaSError
 from ppaas.mapping.volume.ground_plane import ground_mask
 from ppaas.mapping.volume.key_frame_poses import Anchor, KeyFramePoses
 from ppaas.mapping.volume.octree_export import binary_file, full_file
 from ppaas.mapping.volume.projection import project_volume
 from ppaas.mapping.volume.registration import CloudRegistration, apply
 from ppaas.mapping.volume.submap_volume import SubmapVolume
+from ppaas.mapping.volume.volume_log import VolumeLogWriter, read_log
 from ppaas.maps.grid import GridMap
 from ppaas.nodes import topics
 from ppaas.nodes.octomap_server.clouds import Placed, Points
@@ -78,6 +81,30 @@ class MapWork:
         self._parameters, self._ground = parameters, parameters.ground_filter()
         self._map = SubmapVolume(parameters.volume(), threads)
         self._registration = CloudRegistration(threads) if parameters.registration else None
+        self._log = VolumeLogWriter()
+
+    def log_change(self, key_frames: KeyFramePoses) -> LogChange | None:
+        """Return the change of the log of the map, which is at the poses of these key frames; see `VolumeLogWriter`."""
+        return self._log.write(self._map, key_frames)
+
+    def restore(self, entries: Sequence[LogEntry]) -> KeyFramePoses:
+        """Continue the map of a log; return the key frames of its submaps, at whose poses it is.
+
+        Raises
+        ------
+        InvalidMap
+            The log is damaged. The map is empty, and the log begins again.
+        QuotaExceeded
+            There are more blocks than allowed.
+        """
+        try:
+            key_frames = read_log(entries, self._map)
+        except PPaaSError:
+            self._map.clear()
+            self._log.take_over(entries, None)
+            raise
+        self._log.take_over(entries, self._map)
+        return key_frames
 
     def insert(self, cloud: PlacedCloud) -> str:
         """Add a cloud, and return what limits the map; empty if nothing does.

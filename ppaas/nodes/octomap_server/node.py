@@ -1,10 +1,12 @@
 """Node ``octomap_server``: makes a 3D map of point clouds and depth images."""
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any, ClassVar
 
 import msgspec
 
+from ppaas.change_log import LogChange, LogEntry
 from ppaas.errors import PPaaSError
 from ppaas.mapping.volume.key_frame_poses import KeyFramePoses
 from ppaas.maps.occupancy import GridMapMessage
@@ -31,6 +33,7 @@ from ppaas.nodes.message_checks import expect
 from ppaas.nodes.octomap_server.cloud_poses import CloudPoses
 from ppaas.nodes.octomap_server.clouds import CloudReader, DepthCamera, SensorCloud
 from ppaas.nodes.octomap_server.job_queue import JobQueue
+from ppaas.nodes.octomap_server.map_log import MapLog
 from ppaas.nodes.octomap_server.map_work import MapWork, Rendered
 from ppaas.nodes.octomap_server.messages import OctomapFile
 from ppaas.nodes.octomap_server.parameters import OctomapServerParameters
@@ -46,6 +49,9 @@ FILE = Service("octomap_server/file", GetOctomapFile)
 
 MAP_PERIOD = 1.0
 """Time between two publications of the map [s]."""
+
+LOG_PERIOD = 3.0
+"""Time between two changes of the log [s]; clouds of this time are lost with a container."""
 
 MOST_WAITING = 5
 """Largest number of clouds that wait for transforms, as in octomap_server."""
@@ -64,7 +70,8 @@ class OctomapServerNode(Node):
     after the other; if they come faster, the oldest are left out. Maps are published once a second if they have
     changed and somebody subscribes.
 
-    While ``grid_slam`` makes the 2D map, clouds hang on its key frames and move with them when it closes a loop.
+    While ``grid_slam`` makes the 2D map, clouds hang on its key frames and move with them when it closes a loop. The
+    map is in a log beside the checkpoint.
     ``octomap_server/status`` gives the reason for which clouds are left out.
 
     Parameters
@@ -92,6 +99,7 @@ class OctomapServerNode(Node):
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.OCTOMAP_BINARY, topics.OCTOMAP_FULL, topics.PROJECTED_MAP, topics.OCTOMAP_SERVER_STATUS,
     )  # fmt: skip
+    keeps_log: ClassVar[bool] = True
     services: ClassVar[tuple[Service, ...]] = (
         OCTOMAP_BINARY, OCTOMAP_FULL, CLEAR_BBX, CLEAR_BBOX, RESET, FILE,
     )  # fmt: skip
@@ -114,18 +122,44 @@ class OctomapServerNode(Node):
         self._jobs, self._pages = JobQueue(context, MOST_QUEUED), FilePages("octomap")
         self._revision, self._published = 0, dict.fromkeys(MAPS, 0)
         self._rendering, self._reported, self._limit = False, "", ""
+        self._log = MapLog(self._jobs, self._work)
 
     def start(self) -> None:
         """Publish maps from now on."""
         self.context.every(MAP_PERIOD, self._publish_maps)
+        self.context.every(LOG_PERIOD, lambda: self._log.write(self._revision, self._poses.key_frames))
 
     def checkpoint(self) -> bytes | None:
-        """Return the camera's parameters, which a robot may publish only once. The map is not part of it."""
+        """Return the camera's parameters, which a robot may publish only once. The map is in the log."""
         return msgspec.json.encode(self._reader.camera) if self._reader.camera is not None else None
 
     def restore(self, state: bytes) -> None:
         """Use the camera's parameters of a checkpoint."""
         self._reader.camera = msgspec.json.decode(state, type=DepthCamera)
+
+    # -- log -----------------------------------------------------------------------------------------------------------
+
+    def log_change(self) -> LogChange | None:
+        """Return the change of the log of the map, as it was at most `LOG_PERIOD` ago."""
+        return self._log.take()
+
+    def restore_log(self, entries: Sequence[LogEntry]) -> None:
+        """Continue the map of a log, which is read in a job; clouds wait for it.
+
+        If it cannot be read, ``octomap_server/status`` reports that, and the map is lost.
+        """
+        self._log.restore(entries, self._on_restored)
+
+    def _on_restored(self, key_frames: KeyFramePoses | None) -> None:
+        self._revision += 1
+        if key_frames is None:
+            self._report(self._log.loss)
+        elif len(key_frames) and len(self._poses.key_frames):
+            self._jobs.add(partial(self._work.correct, key_frames, self._poses.key_frames), self._on_changed)
+        elif len(key_frames):
+            self._poses.set_key_frames(key_frames)
+
+    # -- messages and calls --------------------------------------------------------------------------------------------
 
     def on_message(self, topic: str, message: Payload) -> None:
         """Handle a cloud, an image, a ``camera_info``, transforms or key frames.
@@ -211,7 +245,7 @@ class OctomapServerNode(Node):
         self._revision += 1
         self._limit = result
         slow = "clouds are left out: they come faster than they are inserted, so send fewer or smaller ones"
-        self._report(result or (slow if self._jobs.dropped else ""))
+        self._report(result or (slow if self._jobs.dropped else self._log.loss))
         self._jobs.dropped = 0
 
     def _report(self, text: str) -> None:

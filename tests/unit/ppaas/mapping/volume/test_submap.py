@@ -67,7 +67,7 @@ def test_log_odds_are_added_within_the_limits_of_the_model(volume):
 
 
 def test_joined_submaps_have_the_voxels_of_both_where_they_are(volume):
-    first, second = Submap(1.0, 1000), Submap(2.0, 1000)
+    first, second = Submap(1, 1.0, 1000), Submap(2, 2.0, 1000)
     for submap in (first, second):
         add_log_odds(submap.blocks, volume.blocks.codes, volume.blocks.log_odds, MODEL)
     second.motion = Pose2D(12.8, 0.0, 0.0)
@@ -77,10 +77,10 @@ def test_joined_submaps_have_the_voxels_of_both_where_they_are(volume):
 
 
 def test_a_small_motion_leaves_the_voxels_in_place(volume):
-    submap = Submap(1.0, 1000)
+    submap = Submap(1, 1.0, 1000)
     add_log_odds(submap.blocks, volume.blocks.codes, volume.blocks.log_odds, MODEL)
     submap.motion = Pose2D(0.02, 0.0, 0.0)
     assert submap.placed(0.1)[1] is not None
     assert np.array_equal(submap.placed(0.1)[0], submap.blocks.codes)
     assert submap.reach_of_motion(Pose2D(0.0, 0.0, math.pi), 0.1) > 1.0
-    assert Submap(1.0, 10).reach_of_motion(Pose2D(1.0, 0.0, 0.0), 0.1) == 0.0
+    assert Submap(1, 1.0, 10).reach_of_motion(Pose2D(1.0, 0.0, 0.0), 0.1) == 0.0
