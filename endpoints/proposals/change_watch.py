@@ -40,6 +40,10 @@ PERIOD = 60.0
 """Time between two looks at the maps of the robots [s]."""
 
 
+Places = tuple[list[ChangedPlace], list[ChangedPlace]]
+"""What is gone, and what is new."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Taken:
     """Pose graph of a robot, and the parameters of its map."""
@@ -110,16 +114,7 @@ class ChangeWatch:
         services = self._services
         with temporary_folder() as folder, services.map_store.stage() as upload:
             self._write(folder, head, taken.posegraph)
-            left, new = _compared(folder, taken.numbers, known)
-            before, self._found[robot] = self._found.get(robot, NOTHING), _centres(left, new)
-            fresh = _centres(
-                [place for place in left if not is_among(place, before.left)],
-                [place for place in new if not is_among(place, before.new)],
-            )
-            if fresh.left or fresh.new:
-                self._seen.pop(robot, None)  # the next look decides, even if the robot stands
-                known = KnownChanges([*known.left, *fresh.left], [*known.new, *fresh.new])
-                left, new = _compared(folder, taken.numbers, known)
+            left, new = self._twice_found(robot, folder, taken.numbers, known)
             if not left and not new:
                 return None
             for part in PARTS:
@@ -127,6 +122,25 @@ class ChangeWatch:
             message = reason_of(robot.robot, left, new)
             publication = Publication(head.id, robot.user, epoch(), message, if_match=head.version)
             return propose(services, services.store.user(robot.user), upload, publication)
+
+    def _twice_found(
+        self, robot: LifelongRobot, folder: Path, numbers: GetPoseGraphResponse, known: KnownChanges
+    ) -> Places:
+        """Return what is gone and what is new, that the last look has found too; the changed map is in the folder."""
+        left, new = _compared(folder, numbers, known)
+        before, self._found[robot] = self._found.get(robot, NOTHING), KnownChanges(_centres(left), _centres(new))
+        kept = (
+            [place for place in left if is_among(place, before.left)],
+            [place for place in new if is_among(place, before.new)],
+        )
+        if kept == (left, new):
+            return kept
+        self._seen.pop(robot, None)  # the next look decides, even if the robot stands
+        if not any(kept):
+            return kept
+        fresh = [[place for place in found if place not in of] for found, of in zip((left, new), kept, strict=True)]
+        known = KnownChanges([*known.left, *_centres(fresh[0])], [*known.new, *_centres(fresh[1])])
+        return _compared(folder, numbers, known)
 
     def _write(self, folder: Path, head: MapRecord, posegraph: bytes) -> None:
         """Write the files of a map, and the pose graph of the robot that continues it."""
@@ -152,9 +166,7 @@ def _reviewed(services: Services, robot: LifelongRobot) -> tuple[MapRecord, list
     return head, services.map_store.reviews(robot.map)
 
 
-def _compared(
-    folder: Path, numbers: GetPoseGraphResponse, known: KnownChanges
-) -> tuple[list[ChangedPlace], list[ChangedPlace]]:
+def _compared(folder: Path, numbers: GetPoseGraphResponse, known: KnownChanges) -> Places:
     """Return what is gone and what is new, without known changes; the program writes the changed map. Blocks."""
     settings = {
         "left": known.left, "new": known.new, "min_pass_through": numbers.min_pass_through,
@@ -166,5 +178,5 @@ def _compared(
     return left, new
 
 
-def _centres(left: Sequence[ChangedPlace], new: Sequence[ChangedPlace]) -> KnownChanges:
-    return KnownChanges([(one.x, one.y) for one in left], [(one.x, one.y) for one in new])
+def _centres(places: Sequence[ChangedPlace]) -> list[tuple[float, float]]:
+    return [(place.x, place.y) for place in places]

@@ -22,6 +22,7 @@ from ppaas.mapping.map_drawing import draw_map
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.mapping_file import pack_mapping
 from ppaas.maps.formats.map_files import save_map
+from storage.records import Publication
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.world.changing_rounds import CHAIR, TABLE, mapped, with_boxes
 from tests.unit.endpoints.conftest import LogIn
@@ -55,14 +56,15 @@ def _program(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) ->
 
 
 @pytest.fixture
-async def ann(client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud) -> dict[str, str]:
+async def ann(log_in: LogIn, services: Services, cloud: FakeCloud) -> dict[str, str]:
     """Return the headers of a user with a robot that continues a published map, in which a box was moved."""
     headers = await log_in("ann")
     grid = draw_map(BASE[0], BASE[0].poses)
     record, pixels = save_map(grid, "map.pgm")
-    files = {"yaml": ("a.yaml", record), "image": ("a.pgm", pixels), "posegraph": ("a.posegraph", BASE_FILE)}
-    published = await client.post("/v1/maps", headers=headers, data={"id": "office"}, files=files)
-    assert published.status_code == 201, published.text
+    with services.map_store.stage() as upload:
+        for part, data in (("yaml", record), ("image", pixels), ("posegraph", BASE_FILE)):
+            upload.add(part, [data])
+        services.map_store.publish(upload, Publication("office", "ann", 0.0))
     cloud.lifelong, cloud.map_file = [ROBOT], MOVED_FILE
     return headers
 
@@ -192,8 +194,8 @@ async def test_another_map_of_the_same_id_is_not_compared(
     assert await reviews(client, ann) == []
 
 
-async def test_maps_are_compared_in_a_process_of_its_own(
-    client: httpx.AsyncClient, ann: dict[str, str], services: Services
-) -> None:
-    await look(services)
-    assert len(await reviews(client, ann)) == 1
+async def test_maps_are_compared_in_a_process_of_its_own(ann: dict[str, str], services: Services) -> None:
+    watch = ChangeWatch(services)
+    await watch.step()
+    found = watch._found[ROBOT]
+    assert (len(found.left), len(found.new)) == (1, 1)
