@@ -33,8 +33,9 @@ async def arrives_once(drive: Drive, goal_id: str) -> None:
     assert drive.results.empty(), "one result a goal"
 
 
-async def drives(drive: Drive) -> None:
-    before = len(drive.commands)
+async def drives(drive: Drive, since: int | None = None) -> None:
+    """Wait until the robot has received some commands after the first ``since``, by default those until now."""
+    before = len(drive.commands) if since is None else since
     await until(lambda: len(drive.commands) > before + 5)
 
 
@@ -43,14 +44,15 @@ async def stands_still(drive: Drive) -> None:
     await until(lambda: base.wheels.linear == base.wheels.angular == 0.0)
 
 
-async def away(drive: Drive, wire: Wire) -> None:
-    """Cut the wire for `AWAY` seconds; the robot stops by itself."""
+async def away(drive: Drive, wire: Wire) -> int:
+    """Cut the wire for `AWAY` seconds; the robot stops by itself. Return the number of commands so far."""
     loop = asyncio.get_running_loop()
     wire.cut()
     mended = loop.time() + AWAY
     await stands_still(drive)
     await asyncio.sleep(mended - loop.time())
     wire.mend()
+    return len(drive.commands)
 
 
 async def container_of(cloud: RunningCloud, robot: str) -> int:
@@ -75,9 +77,10 @@ async def test_a_robot_away_for_5_s_resumes_session_subscriptions_and_goal(
             pid = await container_of(cloud, "traveller")
             if container_dies:
                 os.kill(pid, signal.SIGKILL)
-            await away(drive, wire)
+            stopped = await away(drive, wire)
+            # Either client may be back first, by seconds, and the robot may arrive before the operator is.
+            await drives(drive, stopped)
             await until(lambda n=times: [(c.connections, c.resumptions) for c in clients] == [(n + 1, n)] * 2)
-            await drives(drive)
             assert (await container_of(cloud, "traveller") != pid) is container_dies
         await arrives_once(drive, "far")
         assert drive.scorer.error(0, goal) <= 0.25
