@@ -7,9 +7,11 @@ from pathlib import Path
 
 from rich.progress import Progress
 
+from benchmarks.harness.figures import Figure
 from benchmarks.harness.parallel_runs import run_all
 from benchmarks.mapping.parts import graphs, hours, logs, merging, pairs, push, steps, volumes
 from benchmarks.mapping.parts.part import PartResult, SlamOptions
+from ppaas.errors import InvalidInput, PPaaSError
 
 PARTS: dict[str, Callable[[SlamOptions], PartResult]] = {
     "steps": steps.measure,
@@ -27,7 +29,7 @@ NAMES = ("logs", *PARTS)
 
 
 def measure(options: SlamOptions, only: Sequence[str], progress: Progress) -> dict[str, PartResult]:
-    """Return the results of the chosen parts; of all, if none is chosen.
+    """Return the results of the chosen parts; of all, if none is chosen. The others go on if one fails.
 
     Raises
     ------
@@ -43,9 +45,19 @@ def measure(options: SlamOptions, only: Sequence[str], progress: Progress) -> di
         options = replace(options, folder=Path(made))
         for name in chosen:
             progress.update(task, description=name)
-            if name == "logs":
-                results[name] = logs.measure(options, lambda: progress.advance(task))
-            else:
-                (results[name],) = run_all(PARTS[name], [options], 1, lambda: None, fresh=True)
+            try:
+                if name == "logs":
+                    results[name] = logs.measure(options, lambda: progress.advance(task))
+                else:
+                    (results[name],) = run_all(PARTS[name], [options], 1, lambda: None, fresh=True)
+            except InvalidInput:
+                raise
+            except PPaaSError as error:
+                results[name] = _failed(name, error)
             progress.advance(task)
     return results
+
+
+def _failed(part: str, error: PPaaSError) -> PartResult:
+    """Return a figure that misses its bar, with the reason."""
+    return PartResult([Figure(part, "measured", 0, "", limit=1.0, floor=True, note=str(error))], [], [])
