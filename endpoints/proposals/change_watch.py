@@ -55,8 +55,8 @@ class _Taken:
 class ChangeWatch:
     """Proposes changes, at most one version of a robot and a map at once.
 
-    A change is proposed when two looks in a row have found it, since people stand for some time. What the reviews of a
-    map name, whether they wait or were closed, is not proposed again; so nothing has to be stored.
+    A change is proposed when two looks in a row have found it, since people stand for some time. What reviews of a map
+    name that wait or were refused is not proposed again; so nothing has to be stored.
 
     Parameters
     ----------
@@ -101,7 +101,8 @@ class ChangeWatch:
         file = await whole_file(
             first, lambda offset: self._cloud.robot_map(robot.user, robot.robot, offset), robot.robot
         )
-        known, self._seen[robot] = known_changes(one.message for one in reviews), size
+        known = known_changes(one.message for one in reviews if one.state != "approved")
+        self._seen[robot] = size
         async with self._services.heavy_work.turn(robot.user):
             found = await run_in_threadpool(self._propose, robot, head, _Taken(file, first), known)
         if found is not None:

@@ -113,6 +113,18 @@ async def test_an_approved_change_is_the_map_and_is_not_proposed_again(
     assert [one["state"] for one in await reviews(client, ann)] == ["approved"]
 
 
+async def test_a_change_that_was_approved_and_undone_is_proposed_again(
+    client: httpx.AsyncClient, ann: dict[str, str], services: Services
+) -> None:
+    before = services.map_store.map_head("office").version
+    await look(services)
+    await client.post(f"{REVIEWS}/2/approve", headers=ann, json={"why": "seen it"})
+    undone = await client.post("/v1/maps/office/roll_back", headers=ann, json={"version": before})
+    assert undone.status_code == 200, undone.text
+    await look(services)
+    assert [one["state"] for one in await reviews(client, ann)] == ["waiting", "approved"]
+
+
 async def test_a_refused_change_is_not_proposed_again_by_any_robot(
     client: httpx.AsyncClient, ann: dict[str, str], services: Services, cloud: FakeCloud
 ) -> None:
