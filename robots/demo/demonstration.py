@@ -49,6 +49,8 @@ class DemoOptions:
         Move Base's global and local planner.
     cloud : CloudAccess, optional
         Running cloud to use; by default one is started.
+    explorers : int
+        Number of robots that explore, in the demo of mapping.
     """
 
     robots: int = 3
@@ -60,6 +62,7 @@ class DemoOptions:
     planner: str = "dijkstra"
     controller: str = "dwa"
     cloud: "CloudAccess | None" = None
+    explorers: int = 1
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""The demo of mapping: a robot explores an unknown office and publishes its map, on which another one drives."""
+"""The demo of mapping: robots explore an unknown office, one publishes its map, and another one drives on that."""
 
 import asyncio
 import contextlib
@@ -8,11 +8,13 @@ from functools import partial
 from typing import Any
 
 from ppaas.clock import monotonic
+from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
 from ppaas.maps.new_map import NEW
+from ppaas.messages.actionlib_msgs import Status
 from robots.cli.explore_progress import ExploreProgress
 from robots.client.explore import ExploreClient, ExploreOutcome
 from robots.client.map_files import read_map_file
@@ -27,7 +29,7 @@ from robots.demo.report import ExplorationReport, RobotReport
 from robots.demo.scorer import Scorer
 from robots.sim.courses import Course, CoursePlanner
 from robots.sim.driver import Driver
-from robots.sim.robot import SimulatedRobotModel
+from robots.sim.robot import SimulatedRobot, SimulatedRobotModel
 from robots.sim.simulator import Simulator
 from robots.sim.world import World
 
@@ -35,7 +37,13 @@ GOALS = 6
 """Goals of the robot that drives on the map."""
 
 EXPLORER, FOLLOWER = "explorer", "follower"
-"""Ids of the two robots."""
+"""Ids of the robots; further ones that explore have numbers behind that of the first."""
+
+HEAD_START = 3.0
+"""Time between the connections of two robots that explore [s]."""
+
+LOOK = 1.0
+"""Time between two looks whether maps are joined [s]."""
 
 PUBLISH_TIMEOUT = 300.0
 """Time limit of the publication [s]: the map is refined and drawn."""
@@ -56,11 +64,14 @@ class ExplorationStage:
         The true world.
     course : Course
         Start and goals of the robot that drives on the map.
+    starts : tuple of Pose2D
+        Starts of the robots that explore; that of the first is the origin.
     """
 
     map_id: str
     grid: GridMap
     course: Course
+    starts: tuple[Pose2D, ...]
 
 
 def set_stage(options: DemoOptions) -> ExplorationStage:
@@ -73,10 +84,12 @@ def set_stage(options: DemoOptions) -> ExplorationStage:
     """
     path = options.map_path
     grid = read_map_file(path) if path else office(options.seed, WIDTH, HEIGHT)
-    explorer, _ = CoursePlanner(grid, options.seed).choose(2, 1)
-    moved = GridMap(grid.data, replace(grid.info, origin=explorer.start.inverse() @ grid.info.origin))
+    explorers = CoursePlanner(grid, options.seed).choose(max(2, options.explorers), 1)[: options.explorers]
+    origin = explorers[0].start.inverse()
+    moved = GridMap(grid.data, replace(grid.info, origin=origin @ grid.info.origin))
     [course] = CoursePlanner(moved, options.seed + 1).choose(1, GOALS)
-    return ExplorationStage(path.stem if path else "office", moved, course)
+    starts = Pose2D(0.0, 0.0, 0.0), *(origin @ other.start for other in explorers[1:])
+    return ExplorationStage(path.stem if path else "office", moved, course, starts)
 
 
 async def explore_and_drive(options: DemoOptions) -> ExplorationReport:
@@ -101,31 +114,67 @@ async def explore_and_drive(options: DemoOptions) -> ExplorationReport:
 
 @dataclass(frozen=True, slots=True)
 class _Explored:
-    """Outcome of the exploration, the map that was made, and the report of the robot."""
+    """Outcomes of the explorations, the map that was made, reports of the robots, and when their maps were joined."""
 
-    outcome: ExploreOutcome
+    outcomes: list[ExploreOutcome]
     made: GridMap
-    robot: RobotReport
+    robots: list[RobotReport]
+    joined: float | None
 
 
 async def _explore(rest: RestClient, access: CloudAccess, stage: ExplorationStage, options: DemoOptions) -> _Explored:
-    """Let the first robot explore the world and publish the map."""
+    """Let robots explore the world, and the first one publish the map."""
     world = World(stage.grid, options.seed)
-    world.add_robot(Pose2D(0.0, 0.0, 0.0), SimulatedRobotModel())
-    await rest.put_robot(EXPLORER, _robot_file(options, NEW + stage.map_id))
-    token, lines = rest.token or "", _lines(options)
-    async with (
-        background(Simulator(world).run()),
-        RobotClient(access.url, robot=EXPLORER, token=token) as client,
-        background(Driver(world.robots[0], client).run()),
-        RobotClient(access.url, robot=EXPLORER, token=token, role="operator") as operator,
-    ):
-        progress = None if lines is None else ExploreProgress(lines)
-        outcome = await ExploreClient(operator, progress).explore()
+    names = [EXPLORER, *(f"{EXPLORER}-{number}" for number in range(2, len(stage.starts) + 1))]
+    for name, start in zip(names, stage.starts, strict=True):
+        world.add_robot(start, SimulatedRobotModel())
+        await rest.put_robot(name, _robot_file(options, NEW + stage.map_id))
+    joining = asyncio.create_task(_joined(rest, names))
+    async with contextlib.AsyncExitStack() as stack:
+        await stack.enter_async_context(background(Simulator(world).run()))
+        operators = []
+        for robot, name in zip(world.robots, names, strict=True):
+            operators.append(await _connected(stack, access, rest.token or "", robot, name))
+            if name != names[-1]:
+                await asyncio.sleep(HEAD_START)  # the map is in the frame of the robot that began first
+        explorers = [ExploreClient(each, _progress(options, name, len(names))) for each, name in operators]
+        outcomes = await asyncio.gather(*(each.explore() for each in explorers))
         made = await _published(rest, stage.map_id)
+    joining.cancel()
     scorer = Scorer(world)
-    robot = RobotReport(EXPLORER, distance_m=round(scorer.distance(0), 3), collisions=scorer.collisions(0))
-    return _Explored(outcome, made, robot)
+    robots = [
+        RobotReport(name, distance_m=round(scorer.distance(number), 3), collisions=scorer.collisions(number))
+        for number, name in enumerate(names)
+    ]
+    return _Explored(outcomes, made, robots, joining.result() if joining.done() else None)
+
+
+async def _connected(
+    stack: contextlib.AsyncExitStack, access: CloudAccess, token: str, robot: SimulatedRobot, name: str
+) -> tuple[RobotClient, str]:
+    """Connect a robot and an operator until the stack is closed; return the operator, and the name."""
+    client = await stack.enter_async_context(RobotClient(access.url, robot=name, token=token))
+    await stack.enter_async_context(background(Driver(robot, client).run()))
+    return await stack.enter_async_context(RobotClient(access.url, robot=name, token=token, role="operator")), name
+
+
+async def _joined(rest: RestClient, names: list[str]) -> float | None:
+    """Wait until the map of the first robot is one with those of all others; return the time that it took [s]."""
+    began = monotonic()
+    while len(names) > 1:
+        await asyncio.sleep(LOOK)
+        with contextlib.suppress(PPaaSError):
+            if len((await rest.get(path_of("robots", EXPLORER, "map")))["joined_with"]) == len(names) - 1:
+                return monotonic() - began
+    return None
+
+
+def _progress(options: DemoOptions, name: str, robots: int) -> ExploreProgress | None:
+    """Return what writes the progress of a robot, with its name if there are several."""
+    lines = _lines(options)
+    if lines is None:
+        return None
+    return ExploreProgress(lines if robots == 1 else lambda line: lines(f"{name:12}{line}"))
 
 
 async def _published(rest: RestClient, map_id: str) -> GridMap:
@@ -159,19 +208,23 @@ def _robot_file(options: DemoOptions, map_id: str, start: Pose2D = Pose2D(0.0, 0
 
 
 def _report(stage: ExplorationStage, explored: _Explored, drove: RobotReport, seconds: float) -> ExplorationReport:
-    result = explored.outcome.result
+    results = [outcome.result for outcome in explored.outcomes]
+    worst = next(
+        (outcome.status for outcome in explored.outcomes if outcome.status != Status.SUCCEEDED), Status.SUCCEEDED
+    )
     wrong, known = wrong_cells(explored.made, stage.grid)
     return ExplorationReport(
         map=stage.map_id,
         seconds=round(seconds, 2),
-        explored=explored.outcome.status.name.lower(),
-        explored_seconds=round(result.exploration_time.seconds(), 2),
-        frontiers=result.frontiers,
-        unreachable=result.unreachable,
+        explored=worst.name.lower(),
+        explored_seconds=round(max(result.exploration_time.seconds() for result in results), 2),
+        frontiers=max(result.frontiers for result in results),
+        unreachable=max(result.unreachable for result in results),
         area_m2=round(known * explored.made.info.resolution**2, 2),
         known_cells=known,
         wrong_cells=wrong,
-        robots=[explored.robot, drove],
+        robots=[*explored.robots, drove],
+        joined_seconds=None if explored.joined is None else round(explored.joined, 1),
     )
 
 

@@ -63,8 +63,10 @@ def robot_line(robot: RobotReport) -> str:
 
 def exploration_lines(report: ExplorationReport) -> list[str]:
     """Return the lines of an exploration and of its map."""
+    joined = [] if report.joined_seconds is None else [f"the maps were joined after {report.joined_seconds:.0f} s"]
     share = 100.0 * report.wrong_cells / max(report.known_cells, 1)
     return [
+        *joined,
         f"exploring {report.explored} after {report.explored_seconds:.0f} s: {report.frontiers} frontiers left, "
         f"{report.unreachable} given up",
         f"map: {report.area_m2:.1f} m² known, {report.wrong_cells} of {report.known_cells} cells wrong ({share:.2f} %)",

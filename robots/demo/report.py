@@ -60,7 +60,7 @@ class DemoReport(msgspec.Struct):
 
 
 class ExplorationReport(msgspec.Struct):
-    """Report of a demo in which one robot explores, and another drives on the map that it has published.
+    """Report of a demo in which robots explore, and another drives on the map that the first one has published.
 
     Parameters
     ----------
@@ -69,17 +69,19 @@ class ExplorationReport(msgspec.Struct):
     seconds : float
         Duration of exploring and driving [s].
     explored : str
-        How the exploration ended.
+        How the exploration of the first robot ended that did not succeed; else ``succeeded``.
     explored_seconds : float
-        Duration of the exploration [s].
+        Duration of the longest exploration [s].
     frontiers, unreachable : int
-        Frontiers left, and those that the robot gave up.
+        Frontiers left, and those that a robot gave up.
     area_m2 : float
         Known area of the published map [m²].
     known_cells, wrong_cells : int
         Known cells of the published map, and those of them that are wrong.
     robots : list of RobotReport
-        The robot that explored, and the one that drove on its map.
+        The robots that explored, and the one that drove on their map.
+    joined_seconds : float, optional
+        Time after which the maps of all robots that explored were one [s]; None if they never were, or for one robot.
     """
 
     map: str
@@ -92,6 +94,7 @@ class ExplorationReport(msgspec.Struct):
     known_cells: int
     wrong_cells: int
     robots: list[RobotReport]
+    joined_seconds: float | None = None
 
     @property
     def passed(self) -> bool:

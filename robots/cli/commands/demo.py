@@ -21,6 +21,9 @@ ADMIN = "admin"
 ROBOTS, GOALS = 3, 2
 """Robots, and goals of each."""
 
+MOST_EXPLORERS = 4
+"""Largest number of robots that explore at once."""
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
@@ -33,6 +36,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--explore",
         action="store_true",
         help="a robot explores an unknown office and publishes its map, on which another one drives to six goals",
+    )
+    parser.add_argument(
+        "--explorers", type=whole(), default=1, help="with --explore: robots that explore at once (%(default)s)"
     )
     parser.add_argument("--seed", type=int, default=0, help="seed of the courses (%(default)s)")
     parser.add_argument("--planner", default="dijkstra", help="global planner (%(default)s)")
@@ -52,6 +58,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidParameter("--keep-going needs a terminal, because only Ctrl-C ends it")
     if arguments.explore and (arguments.keep_going or (arguments.robots, arguments.goals) != (ROBOTS, GOALS)):
         raise InvalidParameter("--explore has its own robots and goals: leave out --robots, --goals and --keep-going")
+    if not 1 <= arguments.explorers <= MOST_EXPLORERS or (arguments.explorers > 1 and not arguments.explore):
+        raise InvalidParameter(f"--explorers goes with --explore, and must be 1 to {MOST_EXPLORERS}")
     if arguments.seed < 0:
         raise InvalidParameter(f"--seed must be 0 or more, not {arguments.seed}")
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(message)s", stream=sys.stderr)
@@ -79,6 +87,7 @@ async def _run(arguments: argparse.Namespace) -> int:
         planner=arguments.planner,
         controller=arguments.controller,
         cloud=_access(arguments),
+        explorers=arguments.explorers,
     )
     report = await (explore_and_drive if arguments.explore else demonstrate)(options)
     if arguments.json:

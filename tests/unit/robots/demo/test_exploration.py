@@ -5,6 +5,7 @@ import asyncio
 import pytest
 
 from ppaas.errors import Conflict, Unavailable
+from ppaas.geometry import Pose2D
 from ppaas.maps.grid import FREE
 from robots.demo.demonstration import DemoOptions
 from robots.demo.exploration import GOALS, background, set_stage
@@ -18,6 +19,15 @@ def test_explorer_starts_at_the_origin_and_all_poses_are_free() -> None:
         cell = stage.grid.info.cell_of(x, y)
         assert cell is not None
         assert stage.grid.data[cell] == FREE
+
+
+def test_several_explorers_start_apart_in_the_frame_of_the_first() -> None:
+    stage, alone = set_stage(DemoOptions(seed=3, explorers=2)), set_stage(DemoOptions(seed=3))
+    assert stage.starts[0] == alone.starts[0] == Pose2D(0.0, 0.0, 0.0)
+    assert stage.course == alone.course
+    assert stage.starts[0].distance_to(stage.starts[1]) > 1.0
+    cell = stage.grid.info.cell_of(stage.starts[1].x, stage.starts[1].y)
+    assert cell is not None and stage.grid.data[cell] == FREE
 
 
 async def _fail() -> None:

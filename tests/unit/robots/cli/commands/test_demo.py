@@ -47,6 +47,12 @@ def test_exploring_has_its_own_robots_and_goals(arguments: tuple[str, ...]) -> N
         demo.run(parse("--explore", *arguments))
 
 
+@pytest.mark.parametrize("arguments", [("--explorers", "2"), ("--explore", "--explorers", "5")])
+def test_several_robots_explore_only_where_exploring_is_shown(arguments: tuple[str, ...]) -> None:
+    with pytest.raises(InvalidParameter, match="--explorers goes with --explore, and must be 1 to 4"):
+        demo.run(parse(*arguments))
+
+
 def test_a_negative_seed_is_refused() -> None:
     with pytest.raises(InvalidParameter, match="--seed"):
         demo.run(parse("--seed=-1"))
