@@ -22,6 +22,9 @@ from ppaas.planar_poses import compose, relative
 STANDING = 0.02
 """Step of the odometry up to which the start is not searched for [m, rad]."""
 
+UNKNOWN = 0.1
+"""Least deviations of a step while the odometry has never changed [m, rad]."""
+
 LEAST_TURN = 0.02
 """Turn to each side that a search covers, besides twice the deviation of the odometry [rad]."""
 
@@ -105,6 +108,7 @@ class ScanTracker:
         self._loaded, self._keeps = 0, True
         self._start: Pose2D | None = None
         self._doubt, self._part = TrackingDoubt(geometry), 0
+        self._has_odometry = False
 
     @property
     def pose(self) -> Pose2D:
@@ -254,27 +258,44 @@ class ScanTracker:
 
     def _align(self, scan: ScanPoints, odometry: Pose2D) -> Aligned:
         moved = self._odometry.inverse() @ odometry
-        prior = Prior(
-            self._pose @ laser_step(self._odometry, odometry, self._mount),
-            odometry_deviations(moved, self._parameters),
-        )
+        self._has_odometry |= odometry != self._odometry
+        prior = Prior(self._pose @ laser_step(self._odometry, odometry, self._mount), self._deviations(moved))
         start = prior.pose
-        if max(abs(moved.x), abs(moved.y), abs(moved.theta)) > STANDING:
+        if max(abs(moved.x), abs(moved.y), abs(moved.theta), prior.deviations[0]) > STANDING:
             start, _ = self._grid.search(scan, start, self._window(prior))
         aligned = align(scan, start, self.key_frames, self._near, TRACKING, prior=prior)
         if aligned.ratio < LOST:
             aligned = self._recover(scan, prior, aligned)
-        confirmed = confirmation(scan, aligned, self.key_frames, self._near) if self._keeps else 1.0
+        confirmed = self._confirmed(scan, aligned)
+        if aligned.ratio >= LOST and confirmed < CONTRADICTED:
+            again = self._searched(scan, prior)
+            if (better := self._confirmed(scan, again)) >= CONTRADICTED:
+                aligned, confirmed = again, better
         self._doubt.note(scan, moved, confirmed)
         return aligned if confirmed >= CONTRADICTED else _likely(prior, aligned)
 
+    def _deviations(self, moved: Pose2D) -> tuple[float, float, float]:
+        """Return the deviations of a step of the odometry; they are large if it has never changed: there is none."""
+        along, across, turn = odometry_deviations(moved, self._parameters)
+        if self._has_odometry:
+            return along, across, turn
+        return max(along, UNKNOWN), max(across, UNKNOWN), max(turn, UNKNOWN)
+
     def _recover(self, scan: ScanPoints, prior: Prior, aligned: Aligned) -> Aligned:
         """Search around a pose that the odometry may have got wrong, as after a slip; return the better alignment."""
-        start, _ = self._grid.search(scan, prior.pose, SLIP)
-        again = align(scan, start, self.key_frames, self._near, TRACKING, prior=Prior(start, SLIP_DEVIATIONS))
+        again = self._searched(scan, prior)
         if again.ratio >= max(LOST, aligned.ratio + BETTER):
             return again
         return _likely(prior, aligned)
+
+    def _searched(self, scan: ScanPoints, prior: Prior) -> Aligned:
+        """Return the pose of a scan that is searched around the one that the odometry expects."""
+        start, _ = self._grid.search(scan, prior.pose, SLIP)
+        return align(scan, start, self.key_frames, self._near, TRACKING, prior=Prior(start, SLIP_DEVIATIONS))
+
+    def _confirmed(self, scan: ScanPoints, aligned: Aligned) -> float:
+        """Return the share of a scan that the key frames confirm; 1 while the robot is localized in a fixed map."""
+        return confirmation(scan, aligned, self.key_frames, self._near) if self._keeps else 1.0
 
     def _placed(self, scan: ScanPoints, near: Pose2D) -> Aligned:
         """Return the pose of a scan around a pose that was given."""

@@ -167,6 +167,10 @@ class GraphMapper:
                 self._close_loops()
         return tracked
 
+    def rebase(self, odometry: Pose2D) -> None:
+        """Continue from other odometry, as after a reset of the wheels."""
+        self._tracker.rebase(odometry)
+
     def _begin_part(self) -> None:
         """Begin a part of the map with the last key frame."""
         if self._submaps.finish() is not None:

@@ -15,6 +15,7 @@ from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_motion import velocities
 from ppaas.mapping.map_drawing import DEFAULTS as DRAWING
 from ppaas.mapping.map_drawing import draw_map
+from ppaas.mapping.odometry_noise import resets
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.pipeline.graph_mapper import CLOSURES, FRONT_END, GraphMapper
 from ppaas.mapping.polish import ScanPolisher
@@ -140,7 +141,10 @@ def _track(
     """Add all scans to a mapper; return the last key frame (n,) at each scan, and the pose (n, 3) in its frame."""
     frames, within = np.empty(len(log), np.int64), np.zeros((len(log), 3))
     doubted: list[tuple[int, Pose2D]] = []  # these scans belong to the part that begins, if the robot is lost
+    reset = resets(log.stamps, log.odometry)
     for number, odometry in enumerate(log.odometry.tolist()):
+        if reset[number]:
+            mapper.rebase(Pose2D(*odometry))
         found = mapper.add(scans[number], Pose2D(*odometry))
         doubted = [*doubted, (number, found.pose)] if found.is_doubted or found.is_lost else []
         for at, pose in doubted if found.is_lost else [(number, found.pose)]:

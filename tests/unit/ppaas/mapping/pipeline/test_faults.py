@@ -94,6 +94,19 @@ def among_people(drive) -> SimulatedDrive:
     return with_log(drive, ranges=ranges)
 
 
+def without_odometry(drive) -> SimulatedDrive:
+    """Let the robot publish one pose all the time."""
+    return with_log(drive, odometry=np.tile((3.0, 1.0, 0.5), (len(drive.true), 1)))
+
+
+def with_reset_odometry(drive) -> SimulatedDrive:
+    """Let the odometry and the clock begin again in the middle."""
+    odometry, stamps, middle = drive.log.odometry.copy(), drive.log.stamps.copy(), len(drive.true) // 2
+    odometry[middle:] = relative(np.array((-80.0, 60.0, 2.0)), odometry[middle:])
+    stamps[middle:] -= 1000.0
+    return with_log(drive, odometry=odometry, stamps=stamps)
+
+
 @pytest.mark.parametrize("mapped", [offline, live])
 @pytest.mark.parametrize("fault", [slipped, behind_glass, among_people])
 def test_the_map_of_a_disturbed_drive_is_right(ring, mapped, fault):
@@ -158,6 +171,13 @@ def test_two_rooms_that_look_alike_stay_two(mapped):
     poses, graph, scans = mapped(drive.log)
     assert false_closures(drive, graph, scans) == 0
     assert absolute_errors(drive.true, poses).max() < 0.3
+
+
+@pytest.mark.parametrize("fault", [without_odometry, with_reset_odometry])
+def test_the_map_is_right_although_the_odometry_fails(ring, fault):
+    drive = fault(ring)
+    poses, _, _ = offline(drive.log)
+    assert absolute_errors(drive.true, poses).max() < 0.05
 
 
 def test_a_log_that_is_cut_off_has_the_map_of_its_part(ring):
