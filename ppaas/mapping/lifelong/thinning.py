@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.errors import QuotaExceeded
 from ppaas.mapping.closures.closure import Closure
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import PoseGraph, join_edges
@@ -20,6 +21,9 @@ from ppaas.mapping.near_poses import nearest_poses
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.serialization.mapping_log import Rewritten
 from ppaas.mapping.serialization.row_selection import divided_edges, packed_rows
+
+MOST_BYTES = 12 << 20
+"""Largest map that is thinned [bytes]: it is one entry of a log, and Cassandra takes at most 16 MiB at once."""
 
 GROWTH = 0.125
 """Part of the key frames that are new when the pose graph is thinned again."""
@@ -133,6 +137,11 @@ def thin(
     -------
     Thinned or None
         None if it was cancelled.
+
+    Raises
+    ------
+    QuotaExceeded
+        What is left is too large for an entry of a log.
     """
     found = _judged(frames, chosen, parameters, cancelled)
     if found is None:
@@ -140,7 +149,17 @@ def thin(
     outdated, removed = found
     left = kept_frames(frames, without_beams(frames, outdated), ~removed)
     thinned = Thinned(~removed, left, without_nodes(graph, removed), graph.edge_count, int(outdated.sum()))
-    return replace(thinned, rows=b"".join(packed_rows(left, thinned.graph))) if thinned.changes else thinned
+    return replace(thinned, rows=_packed(left, thinned.graph)) if thinned.changes else thinned
+
+
+def _packed(frames: KeyFrames, graph: PoseGraph) -> bytes:
+    rows = b"".join(packed_rows(frames, graph))
+    if len(rows) > MOST_BYTES:
+        raise QuotaExceeded(
+            f"a map of {len(rows) >> 20} MiB is not thinned, at most {MOST_BYTES >> 20} MiB are: map with fewer beams, or "
+            "a larger minimum_travel_distance"
+        )
+    return rows
 
 
 def _judged(

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+from ppaas.errors import QuotaExceeded
 from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.closure import Closure
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.lifelong import thinning
 from ppaas.mapping.lifelong.parameters import LifelongParameters
 from ppaas.mapping.lifelong.thinning import Chosen, is_due, renumbered_closures, thin
 from ppaas.mapping.map_drawing import draw_map
@@ -85,6 +87,15 @@ def test_protected_and_first_key_frames_stay():
     fixed = thin(frames, graph, Chosen(0, np.ones(len(frames), np.bool_)), PARAMETERS)
     assert fixed.kept.all()
     assert thin(frames, graph, Chosen(0, fixed.kept), PARAMETERS, cancelled=lambda: True) is None
+
+
+def test_a_map_that_is_too_large_for_an_entry_of_a_log_is_not_thinned(monkeypatch):
+    frames, graph = KeyFrames(LASER), PoseGraph()
+    for _ in range(4):
+        go_round(frames, graph, ROOM)
+    monkeypatch.setattr(thinning, "MOST_BYTES", 1 << 10)
+    with pytest.raises(QuotaExceeded, match="is not thinned, at most 0 MiB are: map with fewer beams"):
+        thin(frames, graph, Chosen(0, np.zeros(len(frames), np.bool_)), PARAMETERS)
 
 
 def test_what_came_meanwhile_is_appended():
