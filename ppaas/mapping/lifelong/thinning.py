@@ -156,8 +156,8 @@ def _packed(frames: KeyFrames, graph: PoseGraph) -> bytes:
     rows = b"".join(packed_rows(frames, graph))
     if len(rows) > MOST_BYTES:
         raise QuotaExceeded(
-            f"a map of {len(rows) >> 20} MiB is not thinned, at most {MOST_BYTES >> 20} MiB are: map with fewer beams, or "
-            "a larger minimum_travel_distance"
+            f"a map of {len(rows) >> 20} MiB is not thinned, at most {MOST_BYTES >> 20} MiB are: map with fewer beams, "
+            "or a larger minimum_travel_distance"
         )
     return rows
 
