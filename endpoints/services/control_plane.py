@@ -10,7 +10,7 @@ from engine.service.views import ContainerView, LifelongRobot, MachineView, Mapp
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import PPaaSError
-from ppaas.messages.octomap_msgs import GetOctomapFileResponse
+from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
 from storage.records import Limits, MapRecord, User
@@ -168,8 +168,8 @@ class ControlPlane(Protocol):
         """
         ...
 
-    async def robot_octomap(self, user: str, robot: str, offset: int) -> GetOctomapFileResponse:
-        """Return a page of the octomap that a robot makes, from an offset [bytes]; an empty one if it makes none.
+    async def robot_octomap(self, user: str, robot: str, request: GetOctomapFileRequest) -> GetOctomapFileResponse:
+        """Return a page of the octomap that a robot makes; an empty one if it makes none.
 
         Raises
         ------

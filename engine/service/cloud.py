@@ -11,7 +11,7 @@ from engine.service.views import ContainerView, LifelongRobot, MachineView, Mapp
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import PPaaSError
-from ppaas.messages.octomap_msgs import GetOctomapFileResponse
+from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
 from storage.records import Limits, MapRecord, User
@@ -121,9 +121,9 @@ class Cloud:
         """Send a page of a joint map to a robot that makes a map."""
         return await self._nodes.use_joint_map(user, robot, page)
 
-    async def robot_octomap(self, user: str, robot: str, offset: int) -> GetOctomapFileResponse:
+    async def robot_octomap(self, user: str, robot: str, request: GetOctomapFileRequest) -> GetOctomapFileResponse:
         """Return a page of the octomap that a robot makes; an empty one if it makes none."""
-        return await self._nodes.octomap(user, robot, offset)
+        return await self._nodes.octomap(user, robot, request)
 
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         """Compute a path in a planning container."""

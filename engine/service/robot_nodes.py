@@ -99,7 +99,7 @@ class RobotNodes:
         answer = await place.call("grid_slam/use_joint_map", encode(page), MAP_TIMEOUT)
         return decode(UseJointMapResponse, answer)
 
-    async def octomap(self, user: str, robot: str, offset: int) -> GetOctomapFileResponse:
+    async def octomap(self, user: str, robot: str, request: GetOctomapFileRequest) -> GetOctomapFileResponse:
         """Return a page of the octomap that a robot makes; an empty one if it makes none.
 
         Raises
@@ -109,7 +109,7 @@ class RobotNodes:
         """
         place = self._place(user, robot)
         try:
-            answer = await place.call("octomap_server/file", encode(GetOctomapFileRequest(offset)), MAP_TIMEOUT)
+            answer = await place.call("octomap_server/file", encode(request), MAP_TIMEOUT)
         except NotFound:
             return GetOctomapFileResponse()
         return decode(GetOctomapFileResponse, answer)

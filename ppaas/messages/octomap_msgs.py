@@ -53,9 +53,14 @@ class GetOctomapFileRequest(Message):
     ----------
     offset : int
         Offset in the file [bytes]: 0 takes a new one, and others continue it.
+    before, after : list of float
+        Poses of the robot at key frames now, and where they are to be in a new file, which moves with them: x, y [m],
+        theta [rad] one after the other. Without them, the file is that of the current map.
     """
 
     offset: int = 0
+    before: list[float] = field(default_factory=list)
+    after: list[float] = field(default_factory=list)
 
 
 class GetOctomapFileResponse(OwnMessage):

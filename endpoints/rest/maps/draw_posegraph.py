@@ -5,6 +5,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from endpoints.rest.maps.map_programs import be_program
 from endpoints.services.publications import ProgressFile, Stage
 from ppaas.errors import InvalidGraph, InvalidMap, QuotaExceeded
@@ -14,12 +16,19 @@ from ppaas.mapping.pipeline.graph_mapper import CLOSURES
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
 from ppaas.maps.formats.map_files import save_map
+from ppaas.planar_poses import PoseArray, compose
 from storage.staged_uploads import mapped
 from storage.versions import IMAGE, POSEGRAPH, YAML
 
 
-def draw(folder: Path, settings: dict[str, Any]) -> None:
+def draw(folder: Path, settings: dict[str, Any]) -> dict[str, list[float]]:
     """Write YAML and image of the pose graph in a folder beside it, and the refined pose graph in its place.
+
+    Returns
+    -------
+    dict
+        ``before``, ``after``: poses of the robot at the key frames, x, y [m], theta [rad] one after the other; empty
+        without ``refine``.
 
     Parameters
     ----------
@@ -37,6 +46,7 @@ def draw(folder: Path, settings: dict[str, Any]) -> None:
         The grid would be too large.
     """
     mapping, progress = _read(folder / POSEGRAPH), ProgressFile(folder)
+    before = mapping.frames.poses.copy()
     refines, closes = settings.pop("refine"), settings.pop("do_loop_closing")
     if refines:
         closures = CLOSURES if closes else None
@@ -48,6 +58,13 @@ def draw(folder: Path, settings: dict[str, Any]) -> None:
     (folder / IMAGE).write_bytes(pixels)
     (folder / f"{POSEGRAPH}.new").write_bytes(b"".join(pack_mapping(mapping)))
     (folder / f"{POSEGRAPH}.new").replace(folder / POSEGRAPH)
+    return _motion(mapping, before) if refines else {"before": [], "after": []}
+
+
+def _motion(mapping: Mapping, before: PoseArray) -> dict[str, list[float]]:
+    robot = np.array(mapping.frames.geometry.mount.inverse())
+    poses = {"before": compose(before, robot), "after": compose(mapping.frames.poses, robot)}
+    return {name: of.ravel().tolist() for name, of in poses.items()}
 
 
 def _read(path: Path) -> Mapping:

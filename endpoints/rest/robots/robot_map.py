@@ -1,6 +1,9 @@
 """Routes of the map that a robot makes: its size, its pose graph, and its publication."""
 
+import asyncio
+import contextlib
 import json
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -21,7 +24,8 @@ from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.publications import ProgressFile, Publication, Stage
 from endpoints.services.robot_files import whole_file
 from endpoints.services.services import Services
-from ppaas.errors import Conflict
+from ppaas.errors import Conflict, Unavailable
+from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.disk_errors import disk_errors
 from storage.records import MapRecord, User
@@ -30,6 +34,12 @@ from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML
 
 if TYPE_CHECKING:
     from endpoints.rest.maps import draw_posegraph  # noqa: F401 - the program named below
+
+Motion = dict[str, list[float]]
+"""Motion of key frames: ``before`` and ``after``, see `draw_posegraph.draw`."""
+
+OCTOMAP_TIMEOUT = 60.0
+"""Time within which a robot has to send its octomap again, moved with the key frames [s]."""
 
 _DRAWING = "endpoints.rest.maps.draw_posegraph"
 
@@ -126,8 +136,14 @@ async def _publish(
     publication.stage = Stage.WAITING
     with invalidated(services, wanted.publish):
         async with services.heavy_work.turn(user.id):
-            work = _Drawing(services, user, wanted, numbers, publication)
-            return await run_in_threadpool(work.publish, file, octomap)
+            loop = asyncio.get_running_loop()
+
+            def moved(motion: Motion) -> bytes:
+                fetched = _moved_octomap(services, user, robot, octomap, motion)
+                return asyncio.run_coroutine_threadsafe(fetched, loop).result(2.0 * OCTOMAP_TIMEOUT)
+
+            work = _Drawing(services, user, wanted, numbers, publication, moved)
+            return await run_in_threadpool(work.publish, file)
 
 
 async def _taken(services: Services, user: User, robot: str) -> tuple[bytes, GetPoseGraphResponse]:
@@ -136,10 +152,24 @@ async def _taken(services: Services, user: User, robot: str) -> tuple[bytes, Get
     return await whole_file(numbers, lambda offset: services.cloud.robot_map(user.id, robot, offset), robot), numbers
 
 
-async def _octomap(services: Services, user: User, robot: str) -> bytes:
-    """Return the octomap of a robot; empty if it makes none."""
-    first = await services.cloud.robot_octomap(user.id, robot, 0)
-    return await whole_file(first, lambda offset: services.cloud.robot_octomap(user.id, robot, offset), robot)
+async def _octomap(services: Services, user: User, robot: str, motion: Motion | None = None) -> bytes:
+    """Return the octomap of a robot, moved with its key frames; empty if it makes none."""
+
+    def page(offset: int) -> Awaitable[GetOctomapFileResponse]:
+        request = GetOctomapFileRequest(offset, **(motion or {})) if offset == 0 else GetOctomapFileRequest(offset)
+        return services.cloud.robot_octomap(user.id, robot, request)
+
+    return await whole_file(await page(0), page, robot)
+
+
+async def _moved_octomap(services: Services, user: User, robot: str, octomap: bytes, motion: Motion) -> bytes:
+    """Return the octomap of a robot, moved with its key frames; that of before if the robot does not send it."""
+    if not (octomap and motion["before"]):
+        return octomap
+    with contextlib.suppress(Unavailable, TimeoutError):
+        async with asyncio.timeout(OCTOMAP_TIMEOUT):
+            return await _octomap(services, user, robot, motion) or octomap
+    return octomap
 
 
 class _Drawing(NamedTuple):
@@ -150,21 +180,24 @@ class _Drawing(NamedTuple):
     wanted: PublishRequest
     numbers: GetPoseGraphResponse
     publication: Publication
+    octomap: Callable[[Motion], bytes]
 
-    def publish(self, posegraph: bytes, octomap: bytes) -> tuple[MapAnswer, MapRecord]:
+    def publish(self, posegraph: bytes) -> tuple[MapAnswer, MapRecord]:
         """Draw the grid of a pose graph in a process of its own, and publish both, with the octomap if there is one."""
         services, wanted = self.services, self.wanted
         with temporary_folder() as folder, services.map_store.stage() as upload:
             with disk_errors(folder):
                 (folder / POSEGRAPH).write_bytes(posegraph)
+            motion = self._draw(folder)
+            octomap = self.octomap(motion)
+            with disk_errors(folder):
                 (folder / OCTOMAP).write_bytes(octomap)
-            self._draw(folder)
             for part in (YAML, IMAGE, POSEGRAPH, *([OCTOMAP] if octomap else [])):
                 upload.add(part, blocks(mapped(folder / part)))
             form = MapForm(wanted.publish, None, None, wanted.message)
             return publish_upload(services, self.user, form, upload, None)
 
-    def _draw(self, folder: Path) -> None:
+    def _draw(self, folder: Path) -> Motion:
         numbers, publication = self.numbers, self.publication
         settings = {
             "refine": self.wanted.refine, "do_loop_closing": numbers.do_loop_closing, "resolution": numbers.resolution,
@@ -173,6 +206,7 @@ class _Drawing(NamedTuple):
         publication.file = ProgressFile(folder)
         try:
             arguments = [str(folder), json.dumps(settings)]
-            run_program(_DRAWING, arguments, "the map of the robot could not be drawn", MAKE_SECONDS)
+            motion: Motion = run_program(_DRAWING, arguments, "the map of the robot could not be drawn", MAKE_SECONDS)
+            return motion
         finally:
             publication.stage, publication.file = Stage.STORING, None

@@ -15,6 +15,8 @@ from ppaas.mapping.volume.parameters import SensorModel
 LEAST_MOTION = 0.25
 """Motion of a submap below which its voxels stay where they are [voxels]."""
 
+NO_STEP = Pose2D(0.0, 0.0, 0.0)
+
 _MOST_INDEX = 2 * MIDDLE // EDGE
 _NEIGHBOURS = np.stack(np.meshgrid(np.arange(3), np.arange(3), indexing="ij"), axis=-1).reshape(-1, 2)
 """Offsets of the blocks that a turned block may touch, from the first of them: its diagonal is 11.3 voxels."""
@@ -55,11 +57,12 @@ class Submap:
         submap.motion, submap.blocks = motion, blocks
         return submap
 
-    def placed(self, resolution: float) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-        """Return the codes (n,) and the log-odds (n, 512) of the blocks at their current place."""
-        if self.reach_of_motion(self.motion, resolution) < LEAST_MOTION * resolution:
+    def placed(self, resolution: float, step: Pose2D = NO_STEP) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+        """Return the codes (n,) and the log-odds (n, 512) of the blocks at their current place, moved by a step."""
+        motion = step @ self.motion
+        if self.reach_of_motion(motion, resolution) < LEAST_MOTION * resolution:
             return self.blocks.codes, self.blocks.log_odds
-        return moved(self.blocks, self.motion, resolution)
+        return moved(self.blocks, motion, resolution)
 
     def reach_of_motion(self, motion: Pose2D, resolution: float) -> float:
         """Return the largest distance that a motion in the map frame moves a voxel of this submap [m]."""

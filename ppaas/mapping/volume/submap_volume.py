@@ -7,12 +7,14 @@ volume is put together again from the submaps at their new places.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ppaas.geometry import Pose2D
 from ppaas.mapping.volume.blocks import VoxelBlocks
 from ppaas.mapping.volume.clearing import clear_box
 from ppaas.mapping.volume.key_frame_poses import Anchor, KeyFramePoses
 from ppaas.mapping.volume.parameters import VolumeParameters
 from ppaas.mapping.volume.submap import LEAST_MOTION, Submap, add_log_odds
 from ppaas.mapping.volume.voxel_volume import VoxelVolume
+from ppaas.planar_poses import PoseArray
 from ppaas.thread_budget import Threads, one_thread
 
 SUBMAP_TRAVEL = 3.0
@@ -106,6 +108,34 @@ class SubmapVolume:
         if changed:
             self._assemble()
         return changed
+
+    def moved(self, key_frames: KeyFramePoses, before: PoseArray, after: PoseArray) -> VoxelVolume:
+        """Return the volume as it would be if key frames moved; a map that is fixed does not.
+
+        Parameters
+        ----------
+        key_frames : KeyFramePoses
+            Key frames at whose poses the map is.
+        before, after : (k, 3) array
+            Poses of the robot at key frames, and where they would move to. A submap moves with the one that is nearest
+            to its own.
+
+        Raises
+        ------
+        QuotaExceeded
+            There would be more blocks than allowed.
+        """
+        own = self.volume.parameters
+        volume, model = VoxelVolume(own), own.model()
+        if not (self.submaps and len(key_frames) and len(before)):
+            volume.blocks = self.volume.blocks
+            return volume
+        for submap in self.submaps:
+            pose = key_frames.anchor(submap.stamp).pose
+            nearest = int(np.hypot(*(before[:, :2] - pose[:2]).T).argmin())
+            old, new = Pose2D(*before[nearest].tolist()), Pose2D(*after[nearest].tolist())
+            add_log_odds(volume.blocks, *submap.placed(own.resolution, new @ old.inverse()), model)
+        return volume
 
     def clear_box(self, low: ArrayLike, high: ArrayLike) -> None:
         """Make all known voxels free whose centres are in a box of the map frame, (3,) corners [m]."""

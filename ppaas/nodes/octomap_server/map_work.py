@@ -19,6 +19,7 @@ from ppaas.maps.grid import GridMap
 from ppaas.nodes import topics
 from ppaas.nodes.octomap_server.clouds import Placed, Points
 from ppaas.nodes.octomap_server.parameters import OctomapServerParameters
+from ppaas.planar_poses import PoseArray
 from ppaas.thread_budget import Threads
 from ppaas.transforms.spatial import Rigid, matrix_of
 
@@ -156,9 +157,10 @@ class MapWork:
             project_volume(volume) if topics.PROJECTED_MAP.name in names and len(volume.blocks) else None,
         )
 
-    def file(self) -> bytes:
-        """Return the binary OctoMap file; empty if the map is."""
-        return binary_file(self._map.volume) if len(self._map.volume.blocks) else b""
+    def file(self, key_frames: KeyFramePoses, before: PoseArray, after: PoseArray) -> bytes:
+        """Return the binary OctoMap file of the map with moved key frames, see `SubmapVolume.moved`; empty if it is."""
+        volume = self._map.moved(key_frames, before, after)
+        return binary_file(volume) if len(volume.blocks) else b""
 
     def _points(self, cloud: PlacedCloud) -> tuple[Points, NDArray[np.bool_] | None]:
         """Return the points of a cloud in the map frame within the limits, and which of them are of the ground."""

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import msgspec
 
 from ppaas.change_log import LogChange, LogEntry
-from ppaas.errors import PPaaSError
+from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.mapping.volume.key_frame_poses import KeyFramePoses
 from ppaas.maps.occupancy import GridMapMessage
 from ppaas.messages.message import Empty, Message
@@ -35,7 +35,7 @@ from ppaas.nodes.octomap_server.clouds import CloudReader, DepthCamera, SensorCl
 from ppaas.nodes.octomap_server.job_queue import JobQueue
 from ppaas.nodes.octomap_server.map_log import MapLog
 from ppaas.nodes.octomap_server.map_work import MapWork, Rendered
-from ppaas.nodes.octomap_server.messages import OctomapFile
+from ppaas.nodes.octomap_server.messages import OctomapFile, poses_of
 from ppaas.nodes.octomap_server.parameters import OctomapServerParameters
 from ppaas.nodes.robot_scans import WaitingData
 from ppaas.thread_budget import Threads, one_thread
@@ -189,7 +189,7 @@ class OctomapServerNode(Node):
         Raises
         ------
         InvalidInput
-            The page does not exist.
+            The page does not exist, or key frames are not poses.
         """
         if service in (OCTOMAP_BINARY.name, OCTOMAP_FULL.name):
             self._jobs.add(partial(self._work.render, [service]), partial(self._reply_map, reply))
@@ -198,7 +198,12 @@ class OctomapServerNode(Node):
             if request.offset:
                 reply(GetOctomapFileResponse(*self._pages.page(request.offset)))
             else:
-                self._jobs.add(self._work.file, partial(self._reply_file, reply))
+                moves = (poses_of(request.before, "before"), poses_of(request.after, "after"))
+                if len(moves[0]) != len(moves[1]):
+                    raise InvalidInput("before and after must be poses of the same key frames")
+                self._jobs.add(
+                    partial(self._work.file, self._poses.key_frames, *moves), partial(self._reply_file, reply)
+                )
         elif service == RESET.name:
             self._jobs.add(self._work.clear, partial(self._reply_change, reply))
         else:

@@ -20,7 +20,7 @@ from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import Conflict, NotFound, PPaaSError
 from ppaas.geometry import Pose2D, poses_along
-from ppaas.messages.octomap_msgs import GetOctomapFileResponse
+from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
 from storage.records import Limits, MapRecord, User
@@ -65,6 +65,7 @@ class FakeCloud:
         self.error: Exception | None = None
         self.map_file = b""
         self.octomap_file = b""
+        self.octomaps_asked: list[GetOctomapFileRequest] = []
         self.mapping: list[MappingRobot] = []
         self.lifelong: list[LifelongRobot] = []
         self.joint_maps: dict[str, bytes] = {}
@@ -153,8 +154,9 @@ class FakeCloud:
         self.joint_maps[robot] = self.joint_maps.get(robot, b"")[: page.offset] + base64.b64decode(page.data)
         return UseJointMapResponse(9 if len(self.joint_maps[robot]) == page.size else 0)
 
-    async def robot_octomap(self, user: str, robot: str, offset: int) -> GetOctomapFileResponse:
-        page = self.octomap_file[offset : offset + MAP_PAGE]
+    async def robot_octomap(self, user: str, robot: str, request: GetOctomapFileRequest) -> GetOctomapFileResponse:
+        self.octomaps_asked.append(request)
+        page = self.octomap_file[request.offset : request.offset + MAP_PAGE]
         return GetOctomapFileResponse(base64.b64encode(page).decode(), len(self.octomap_file))
 
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002

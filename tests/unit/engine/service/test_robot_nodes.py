@@ -6,7 +6,7 @@ from engine.master.places import robot_key
 from engine.service.robot_nodes import RobotNodes
 from ppaas.errors import Conflict, NotFound, Unavailable
 from ppaas.messages import encode
-from ppaas.messages.octomap_msgs import GetOctomapFileResponse
+from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
 
@@ -68,13 +68,13 @@ async def test_a_robot_without_a_3d_map_has_an_empty_octomap(
     service = FakeService()
 
     async def call(called: str, payload: bytes, timeout: float) -> bytes:
-        assert (called, payload) == ("octomap_server/file", b'{"offset":7}')
+        assert (called, payload) == ("octomap_server/file", encode(GetOctomapFileRequest(7)))
         if not page.data:
             raise NotFound("service", called)
         return encode(page)
 
     monkeypatch.setattr(service.known, "call", call)
-    assert await RobotNodes(service).octomap("ann", "tb1", 7) == page  # type: ignore[arg-type]
+    assert await RobotNodes(service).octomap("ann", "tb1", GetOctomapFileRequest(7)) == page  # type: ignore[arg-type]
 
 
 async def test_a_robot_on_a_published_map_makes_none(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,6 +17,7 @@ from ppaas.maps.formats.map_files import load_map
 from ppaas.maps.octomap import binary_octomap
 from ppaas.maps.octree import octree_of
 from ppaas.maps.voxels import OCCUPIED
+from ppaas.planar_poses import compose
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
 from tests.support.world.mappings import room_mapping
@@ -105,6 +106,21 @@ async def test_a_3d_map_is_published_as_the_octomap_of_the_version(
     cloud.octomap_file = binary_octomap(octree_of(grid(np.full((3, 3, 3), OCCUPIED, np.uint8), 0.5)))
     published = await client.post(MAP, headers=ann, json={"publish": "office-2", "refine": False})
     assert published.json()["parts"] == ["image", "octomap", "posegraph", "yaml"]
+    with services.map_store.open_map("office-2") as opened:
+        assert bytes(opened.buffers["octomap"]) == cloud.octomap_file
+
+
+async def test_the_octomap_moves_with_the_key_frames_that_are_refined(
+    client: httpx.AsyncClient, ann: dict[str, str], services: Services, cloud: FakeCloud
+) -> None:
+    cloud.octomap_file = binary_octomap(octree_of(grid(np.full((3, 3, 3), OCCUPIED, np.uint8), 0.5)))
+    await client.post(MAP, headers=ann, json={"publish": "office-2"})
+    assert cloud.octomaps_asked[0].before == []
+    mapping = unpack_mapping(cloud.map_file)
+    robot = compose(mapping.frames.poses, np.array(mapping.frames.geometry.mount.inverse()))
+    moved = next(request for request in cloud.octomaps_asked if request.before)
+    np.testing.assert_allclose(np.reshape(moved.before, (-1, 3)), robot, atol=1e-9)
+    assert 0.0 < np.abs(np.subtract(moved.after, moved.before)).max() < 0.02
     with services.map_store.open_map("office-2") as opened:
         assert bytes(opened.buffers["octomap"]) == cloud.octomap_file
 

@@ -71,6 +71,18 @@ def part_near(keys, others):
     return np.mean([tuple(key) in near for key in keys.tolist()])
 
 
+def test_a_copy_with_moved_key_frames_is_the_map_as_if_they_had_moved():
+    volume = driven(DRIFTED)
+    before = log_odds(volume.volume)
+    copy = volume.moved(DRIFTED, DRIFTED.poses, TRUE.poses)
+    assert log_odds(volume.volume) == before
+    volume.correct(DRIFTED, TRUE)
+    assert log_odds(copy) == log_odds(volume.volume)
+    fixed = SubmapVolume(PARAMETERS)
+    fixed.insert(scan(np.array([0.0, 0.0, 0.5])).astype(np.float32), [0.0, 0.0, 0.5])
+    assert fixed.moved(TRUE, TRUE.poses, DRIFTED.poses).blocks is fixed.volume.blocks
+
+
 def test_map_is_that_of_octomap_as_long_as_no_loop_is_closed(fresh):
     volume = driven(TRUE)
     assert log_odds(volume.volume) == fresh

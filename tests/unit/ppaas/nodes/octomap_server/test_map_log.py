@@ -1,10 +1,15 @@
 """3D maps that a node continues from the log of another."""
 
+import base64
+
 import numpy as np
 import pytest
 
 from ppaas.change_log import LogEntry
+from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
+from ppaas.maps.octomap import parse_octomap
+from ppaas.messages.octomap_msgs import GetOctomapFileRequest
 from ppaas.nodes.octomap_server.node import LOG_PERIOD
 from tests.support.world.cloud_robot import START, CloudRobot, wall
 from tests.support.world.mapping_robot import HeldJobs
@@ -69,6 +74,18 @@ def test_key_frames_that_have_moved_since_the_map_was_logged_move_it(mapped):
     while jobs.held:
         jobs.release()
     assert robot.node._work._map.submaps[0].motion == Pose2D(0.0, 1.0, 0.0)
+
+
+def test_a_file_is_that_of_the_key_frames_requested(mapped):
+    moved = GetOctomapFileRequest(0, [0.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+    file = base64.b64decode(mapped.call("octomap_server/file", moved).data)
+    tree = parse_octomap(file)
+    centres = (tree.corners[tree.occupied].astype(float) - 32768 + 0.5) * tree.resolution
+    assert centres[:, 1].mean() == pytest.approx(1.0, abs=0.06)
+    assert abs(mapped.occupied()[:, 1].mean()) < 0.06
+    for wrong in ([0.0, 0.0], [0.0, 0.0, float("inf")], [0.0] * 6):
+        with pytest.raises(InvalidInput):
+            mapped.call("octomap_server/file", GetOctomapFileRequest(0, [0.0, 0.0, 0.0], wrong))
 
 
 def test_a_log_that_cannot_be_read_is_reported_and_mapping_begins_again(mapped, caplog):
