@@ -45,13 +45,18 @@ FIELDS: dict[str, st.SearchStrategy[Any]] = {
 }  # fmt: skip
 
 
+# Made once: Hypothesis examines every new strategy.
+_OPERATION, _WRONG = st.sampled_from(OPS), st.sets(st.sampled_from(sorted(FIELDS)), max_size=2)
+_SEED = st.integers(0, 2**32)
+
+
 @st.composite
 def nearly_right(draw: st.DrawFn) -> str:
     """Return an operation with mostly valid fields."""
-    frame = {"op": draw(st.sampled_from(OPS))}
-    wrong = draw(st.sets(st.sampled_from(sorted(FIELDS)), max_size=2))
+    frame = {"op": draw(_OPERATION)}
+    wrong = draw(_WRONG)
     # One seed instead of a draw a field: ten thousand frames of sixteen fields must cost seconds.
-    dice = random.Random(draw(st.integers(0, 2**32)))
+    dice = random.Random(draw(_SEED))
     for name, strategy in FIELDS.items():
         if name in wrong:
             frame[name] = draw(JSON if dice.random() < 0.5 else strategy)
@@ -78,5 +83,6 @@ GOOD: dict[str, Any] = {
 }  # fmt: skip
 
 RUBBISH = st.text(max_size=20) | st.none() | st.sampled_from(["{", "[]", '{"op":1}', "[" * 5000, "\ud800", '"', "\x00"])
-FRAME = st.integers(0, 9).flatmap(lambda number: nearly_right() if number else RUBBISH)
+_NEARLY_RIGHT = nearly_right()
+FRAME = st.integers(0, 9).flatmap(lambda number: _NEARLY_RIGHT if number else RUBBISH)
 """A text frame, or None for a binary frame; one in ten is garbage."""
