@@ -32,14 +32,29 @@ def same_frontier(
     return approaches[best] if best >= 0 and nearest[best] <= within else None
 
 
-def score(approach: Approach, parameters: ChoiceParameters) -> float:
-    """Return the cost of the path less the gain of the frontier [m]; the lowest score is the best."""
+NOBODY: NDArray[np.float64] = np.empty((0, 2))
+"""Positions of no other robot."""
+
+
+def score(approach: Approach, parameters: ChoiceParameters, others: NDArray[np.float64] = NOBODY) -> float:
+    """Return the cost of the path less the gain of the frontier [m]; the lowest score is the best.
+
+    Robots of one map spread: a frontier costs more if one of the others (n, 2), x, y [m], is nearer to it.
+    """
     gain = min(approach.size, parameters.largest_gain)
-    return parameters.potential_scale * approach.distance - parameters.gain_scale * gain
+    left = bool((np.hypot(*(others - approach.seen).T) < approach.distance).any())
+    return (
+        parameters.potential_scale * approach.distance
+        - parameters.gain_scale * gain
+        + (parameters.others_penalty if left else 0.0)
+    )
 
 
 def choose(
-    approaches: Sequence[Approach], parameters: ChoiceParameters, current: Approach | None = None
+    approaches: Sequence[Approach],
+    parameters: ChoiceParameters,
+    current: Approach | None = None,
+    others: NDArray[np.float64] = NOBODY,
 ) -> Approach | None:
     """Return the best approach; None if there is none.
 
@@ -49,10 +64,13 @@ def choose(
     parameters : ChoiceParameters
     current : Approach, optional
         The one among them that the robot drives to. Another must be better by the hysteresis.
+    others : (n, 2) array
+        Positions of other robots that explore the same map, x, y [m].
     """
     if not approaches:
         return None
-    best = min(approaches, key=lambda each: score(each, parameters))
-    if current is not None and score(best, parameters) > score(current, parameters) - parameters.hysteresis:
+    scores = [score(each, parameters, others) for each in approaches]
+    best = approaches[int(np.argmin(scores))]
+    if current is not None and min(scores) > score(current, parameters, others) - parameters.hysteresis:
         return current
     return best

@@ -22,6 +22,8 @@ class ChoiceParameters(Parameters, frozen=True):
         Size above which a larger frontier is not preferred [m].
     hysteresis : float
         By how much another frontier must be better than the one that the robot drives to [m].
+    others_penalty : float
+        By how much a frontier must be better to which another robot is nearer [m].
     """
 
     min_frontier_size: float = 0.5
@@ -29,6 +31,7 @@ class ChoiceParameters(Parameters, frozen=True):
     gain_scale: float = 0.5
     largest_gain: float = 4.0
     hysteresis: float = 2.0
+    others_penalty: float = 4.0
 
     def __post_init__(self) -> None:
         """Check the ranges."""

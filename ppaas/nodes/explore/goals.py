@@ -6,7 +6,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ppaas.exploration.approaches import Approach
-from ppaas.exploration.choice import choose, same_frontier
+from ppaas.exploration.choice import NOBODY, choose, same_frontier
 from ppaas.exploration.given_up import GivenUp, moved_points, thinned
 from ppaas.exploration.parameters import ExploreParameters
 from ppaas.geometry import Pose2D, wrap_angle
@@ -73,8 +73,15 @@ class ExplorationGoals:
 
     # -- choice --------------------------------------------------------------------------------------------------------
 
-    def steer(self, surveyed: Survey) -> str:
-        """Send the robot to the best frontier of a survey; return what it does now, empty if no frontier is left."""
+    def steer(self, surveyed: Survey, others: Points = NOBODY) -> str:
+        """Send the robot to the best frontier of a survey; return what it does now, empty if no frontier is left.
+
+        Parameters
+        ----------
+        surveyed : Survey
+        others : (n, 2) array
+            Positions of the other robots on the map, x, y [m].
+        """
         exploration = self._exploration
         self._judge_arrival(surveyed)
         left = surveyed.without(self._given_up)
@@ -84,8 +91,8 @@ class ExplorationGoals:
         kept = self._followed(left)
         if kept is not None and self._is_stuck(kept):
             self.give_up("no progress")
-            return self.steer(surveyed)
-        chosen = choose(left.approaches, self._parameters, kept)
+            return self.steer(surveyed, others)
+        chosen = choose(left.approaches, self._parameters, kept, others)
         if chosen is None:
             exploration.reached += exploration.target is not None
             return ""

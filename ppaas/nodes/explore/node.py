@@ -4,8 +4,10 @@ from functools import partial
 from typing import ClassVar
 
 import msgspec
+import numpy as np
 
 from ppaas.errors import InvalidInput, PPaaSError, TransformError
+from ppaas.exploration.choice import NOBODY
 from ppaas.exploration.parameters import ExploreParameters
 from ppaas.geometry import Pose2D
 from ppaas.mapping.volume.key_frame_poses import NO_KEY_FRAMES
@@ -14,6 +16,7 @@ from ppaas.messages.explore_msgs import ExploreActionGoal, ExploreFeedback, Expl
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult
 from ppaas.messages.nav2_msgs import NavigateThroughPosesActionGoal
+from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.std_msgs import Duration, Header
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.navigation.action_goals import GoalList, cancels
@@ -28,6 +31,7 @@ from ppaas.nodes.explore.survey import Build, Survey
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
 from ppaas.nodes.key_frame_path import key_frames_of
 from ppaas.nodes.nav2_actions import EXPLORE, NAVIGATE_THROUGH_POSES
+from ppaas.nodes.other_robots import OTHERS_FRESH, others_of
 
 STATUS_PERIOD = 1.0
 ODOMETER_PERIOD = 0.25
@@ -65,6 +69,7 @@ class ExploreNode(Node):
         EXPLORE.goal, EXPLORE.cancel, topics.MAP, topics.MAP_UPDATES, topics.TF, topics.TF_STATIC,
         topics.MOVE_BASE_GOAL, topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.MOVE_BASE_CANCEL, topics.MOVE_BASE_RESULT,
         topics.MOVE_BASE_STATUS, NAVIGATE_THROUGH_POSES.goal, topics.KEY_FRAMES,
+        topics.ROBOTS,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (*EXPLORE[2:], topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL)
 
@@ -77,6 +82,7 @@ class ExploreNode(Node):
         self._frames = FrameListener(names)
         self._map = KnownMap(context, build, parameters.min_frontier_size)
         self._key_frames, self._jumps = NO_KEY_FRAMES, 0
+        self._others = float("-inf"), NOBODY
         self._explorations: GoalList[Exploration] = GoalList()
         self._goals: ExplorationGoals | None = None
         self._timers: list[Timer] = []
@@ -106,7 +112,7 @@ class ExploreNode(Node):
         TransformError
             A transform is not valid.
         """
-        if self._map.take(message) or self._take_key_frames(topic, message):
+        if self._map.take(message) or self._take_key_frames(topic, message) or self._take_others(message):
             return
         now = self.context.elapsed()
         match message:
@@ -199,6 +205,14 @@ class ExploreNode(Node):
         if exploration is not None and exploration.target is None and cancels(event, exploration):
             self._end(Status.PREEMPTED, "The goal was cancelled.")
 
+    def _take_others(self, message: Payload) -> bool:
+        """Note where other robots are on the map; return whether a message says so."""
+        if not isinstance(message, RobotStates):
+            return False
+        others = [(other.x, other.y) for other in others_of(message, 0.0)]
+        self._others = self.context.elapsed(), np.array(others).reshape(-1, 2)
+        return True
+
     def _take_key_frames(self, topic: str, message: Payload) -> bool:
         """Move what is known with a map that is in another frame from now on; return whether it is of this topic."""
         if topic != topics.KEY_FRAMES.name:
@@ -208,6 +222,7 @@ class ExploreNode(Node):
         if motion is not None and self._goals is not None and self._exploration is not None:
             self._jumps += 1
             self._frames.restart_localization()
+            self._others = float("-inf"), NOBODY
             self._goals.move(motion)
         return True
 
@@ -275,7 +290,8 @@ class ExploreNode(Node):
             self._wait(NO_MAP if isinstance(surveyed, Survey) else str(surveyed))
             return
         self._well = self.context.elapsed()
-        doing = goals.steer(surveyed)
+        at, others = self._others
+        doing = goals.steer(surveyed, others if self.context.elapsed() - at <= OTHERS_FRESH else NOBODY)
         if doing:
             if doing != self._doing:
                 self._say(doing)

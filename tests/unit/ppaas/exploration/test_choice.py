@@ -1,5 +1,7 @@
 """Choice: near and large frontiers first, and no swinging between two."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -29,6 +31,15 @@ def test_nearer_and_larger_frontiers_are_preferred():
     assert choose([far, near], USUAL) is near
     assert choose([near, large], USUAL) is large
     assert choose([], USUAL) is None
+
+
+def test_frontiers_that_other_robots_are_nearer_to_are_left_to_them():
+    near, far = approach(2.0), replace(approach(5.0), seen=np.array([9.0, 0.0]))
+    beside_near, away = np.array([[0.5, 0.0]]), np.array([[0.0, 30.0]])
+    assert choose([near, far], USUAL, others=beside_near) is far
+    assert choose([near, far], USUAL, others=away) is near
+    assert choose([near], USUAL, others=beside_near) is near
+    assert choose([near, far], ChoiceParameters(others_penalty=0.0), others=beside_near) is near
 
 
 @given(st.lists(ANY, min_size=1, max_size=8), st.data())

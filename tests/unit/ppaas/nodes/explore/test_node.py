@@ -17,6 +17,7 @@ from ppaas.messages.explore_msgs import ExploreActionGoal, ExploreActionResult, 
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult
 from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid
+from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.std_msgs import Header, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.explore.node import ExploreNode
@@ -117,6 +118,17 @@ def test_robot_is_sent_to_the_nearest_frontier():
     assert alone.target.theta == pytest.approx(math.pi, abs=1e-6) or alone.target.theta == pytest.approx(-math.pi)
     assert alone.texts[-1] == "driving to a frontier at (1.0, 2.0)"
     assert alone.node.busy
+
+
+def test_robot_leaves_a_frontier_to_another_robot_that_is_nearer_to_it():
+    alone = Alone()
+    beside = RobotStates(Header(frame_id="map"), [Pose.of(Pose2D(0.5, 2.0, 0.0))])
+    alone.graph.inject("robots", beside)
+    alone.place()
+    alone.show(corridor())
+    alone.send()
+    alone.wait(0.5)
+    assert alone.target.x > 2.0
 
 
 def test_exploring_succeeds_although_a_frontier_is_given_up_if_another_was_seen():
