@@ -44,7 +44,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument("--no-worlds", action="store_true", help="map and merge recorded logs only")
     parser.add_argument("--equal-corridors", action="store_true", help="map corridors without open doors, too")
-    parser.add_argument("--all-pairs", action="store_true", help="try to merge logs of different buildings, too: slow")
+    parser.add_argument("--all-pairs", action="store_true", help="try to merge logs, too, and in both directions: slow")
     parser.add_argument(
         "--graphs", type=Path, nargs="+", default=[], metavar="FILE", help="solve graphs in the format of g2o, too"
     )

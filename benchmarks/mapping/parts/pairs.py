@@ -19,13 +19,14 @@ from robots.recordings.scan_logs import read_scan_log
 
 
 def measure(options: SlamOptions) -> PartResult:
-    """Try to merge each two of the simulated worlds in both directions; with ``all_pairs``, of the logs, too."""
+    """Try to merge each two of the simulated worlds; with ``all_pairs``, of the logs, too, and in both directions."""
     warm_up()
     logs: dict[str, Callable[[], ScanLog]] = {name: partial(_simulated, name) for name in WORLDS}
     if options.all_pairs:
         logs |= {name_of(log): partial(read_scan_log, log) for log in (*options.logs, *options.recorded())}
     maps = {name: mapped(options.folder, name, read).mapping for name, read in logs.items()}
-    results = [tried(one, other, maps) for one, other in itertools.permutations(maps, 2)]
+    choose = itertools.permutations if options.all_pairs else itertools.combinations
+    results = [tried(one, other, maps) for one, other in choose(maps, 2)]
     false = sum(result["merged"] for result in results)
     note = f"of {len(results)} pairs; the longest took {max(result['cpu_s'] for result in results):.0f} s of CPU"
     figure = Figure("pairs", "false merges among different buildings", false, "", limit=0.0, note=note)
