@@ -16,7 +16,7 @@ from ppaas.mapping.near_poses import nearest_poses
 from ppaas.mapping.odometry_noise import odometry_deviations
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import ScanPoints
-from ppaas.mapping.tracking_doubt import CONTRADICTED, TrackingDoubt, confirmation
+from ppaas.mapping.tracking_doubt import CONTRADICTED, TrackingDoubt
 from ppaas.planar_poses import compose, relative
 
 STANDING = 0.02
@@ -271,7 +271,7 @@ class ScanTracker:
             again = self._searched(scan, prior)
             if (better := self._confirmed(scan, again)) >= CONTRADICTED:
                 aligned, confirmed = again, better
-        self._doubt.note(scan, moved, confirmed)
+        self._doubt.note(scan, moved, aligned.ratio, confirmed)
         return aligned if confirmed >= CONTRADICTED else _likely(prior, aligned)
 
     def _deviations(self, moved: Pose2D) -> tuple[float, float, float]:
@@ -295,7 +295,7 @@ class ScanTracker:
 
     def _confirmed(self, scan: ScanPoints, aligned: Aligned) -> float:
         """Return the share of a scan that the key frames confirm; 1 while the robot is localized in a fixed map."""
-        return confirmation(scan, aligned, self.key_frames, self._near) if self._keeps else 1.0
+        return self._doubt.confirmation(scan, aligned, self.key_frames, self._near) if self._keeps else 1.0
 
     def _placed(self, scan: ScanPoints, near: Pose2D) -> Aligned:
         """Return the pose of a scan around a pose that was given."""

@@ -14,6 +14,9 @@ from ppaas.mapping.visible_points import confirmed_share
 POORLY = 0.7
 """Part of the points that fit below which a scan is compared with what the key frames show."""
 
+USUAL, AVERAGED = 0.65, 50
+"""Mean of that part, over the last scans that fit, below which scans do not contradict, and number of these scans."""
+
 CONTRADICTED = 0.8
 """Share of the visible points that are confirmed, below which a scan contradicts the key frames."""
 
@@ -48,6 +51,7 @@ class TrackingDoubt:
         self._geometry = geometry
         self._seen = KeyFrames(geometry, SCANS)
         self._scans, self._travel, self._robot = 0, 0.0, START
+        self._usual, self._fitting = 0.0, 0
         self.is_lost = False
 
     @property
@@ -60,7 +64,7 @@ class TrackingDoubt:
         self._scans, self._travel, self._robot, self.is_lost = 0, 0.0, START, False
         self._seen = KeyFrames(self._geometry, SCANS)
 
-    def note(self, scan: ScanPoints, step: Pose2D, confirmed: float) -> None:
+    def note(self, scan: ScanPoints, step: Pose2D, ratio: float, confirmed: float) -> None:
         """Note the next scan, and decide whether the robot is lost if there are enough.
 
         Parameters
@@ -68,10 +72,14 @@ class TrackingDoubt:
         scan : ScanPoints
         step : Pose2D
             Motion of the robot by its odometry since the scan before.
+        ratio : float
+            Part of the points that fit the key frames.
         confirmed : float
             Share of the visible points that the key frames confirm; see `confirmation`.
         """
         if confirmed >= CONTRADICTED:
+            self._fitting += 1
+            self._usual += (ratio - self._usual) / min(self._fitting, AVERAGED)
             if self._scans:
                 self.clear()
             return
@@ -88,17 +96,21 @@ class TrackingDoubt:
         elif self._scans <= SCANS:
             self._seen.add(scan, self._scans, laser, np.zeros(6))
 
+    def confirmation(self, scan: ScanPoints, aligned: Aligned, frames: KeyFrames, near: NearFrames) -> float:
+        """Return the share of the visible points of a scan that key frames confirm.
 
-def confirmation(scan: ScanPoints, aligned: Aligned, frames: KeyFrames, near: NearFrames) -> float:
-    """Return the share of the visible points of a scan that key frames confirm; 1 if most of its points fit them.
+        It is 1 if most points of the scan fit them, or if few points of scans usually do, as outdoors: there, a scan
+        that fits poorly tells nothing.
 
-    Parameters
-    ----------
-    scan : ScanPoints
-    aligned : Aligned
-        Best alignment with the key frames.
-    frames : KeyFrames
-    near : NearFrames
-        Those that the scan was aligned with.
-    """
-    return 1.0 if aligned.ratio >= POORLY else confirmed_share(frames, scan, near, aligned.pose, TOLERANCE, unseen=1.0)
+        Parameters
+        ----------
+        scan : ScanPoints
+        aligned : Aligned
+            Best alignment with the key frames.
+        frames : KeyFrames
+        near : NearFrames
+            Those that the scan was aligned with.
+        """
+        if aligned.ratio >= POORLY or self._usual < USUAL:
+            return 1.0
+        return confirmed_share(frames, scan, near, aligned.pose, TOLERANCE, unseen=1.0)

@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.tracking_doubt import SCANS, TrackingDoubt
+from ppaas.mapping.alignment import Aligned
+from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.tracking_doubt import CONTRADICTED, SCANS, TrackingDoubt
 from tests.support.world.room_scans import LASER, scan_at
 
 STEP = Pose2D(0.1, 0.0, 0.0)
@@ -17,7 +19,7 @@ def noted(doubt: TrackingDoubt, count: int, confirmed: float, step: Pose2D = STE
     """Note scans of a room along which the robot drives, and return after which it is lost."""
     lost = []
     for number in range(count):
-        doubt.note(scan_at(Pose2D(0.1 * number - 1.0, 0.0, 0.0), seed=number), step, confirmed)
+        doubt.note(scan_at(Pose2D(0.1 * number - 1.0, 0.0, 0.0), seed=number), step, 0.9, confirmed)
         lost.append(doubt.is_lost)
     return lost
 
@@ -45,5 +47,16 @@ def test_in_a_crowd_scans_contradict_each_other_too(doubt):
         scan = scan_at(Pose2D(0.1 * number - 1.0, 0.0, 0.0), seed=number)
         for begin in random.integers(0, LASER.beams - LASER.beams // 6, 3):
             scan.points[begin : begin + LASER.beams // 6] *= random.uniform(0.2, 0.5)
-        doubt.note(scan, STEP, 0.5)
+        doubt.note(scan, STEP, 0.3, 0.5)
         assert not doubt.is_lost
+
+
+@pytest.mark.parametrize(("usual", "contradicts"), [(0.9, True), (0.3, False)])
+def test_where_few_points_usually_fit_a_scan_that_fits_poorly_contradicts_nothing(doubt, usual, contradicts):
+    frames = KeyFrames(LASER)
+    frames.add(scan_at(Pose2D(0.0, 0.0, 0.0)), 0, Pose2D(0.0, 0.0, 0.0), np.zeros(6))
+    for _ in range(30):
+        doubt.note(scan_at(Pose2D(0.0, 0.0, 0.0)), STEP, usual, 1.0)
+    elsewhere = Aligned(Pose2D(1.5, 0.5, 1.0), np.zeros(6), 0.2, 10)
+    confirmed = doubt.confirmation(scan_at(Pose2D(0.0, 0.0, 0.0)), elsewhere, frames, frames.latest(1))
+    assert (confirmed < CONTRADICTED) == contradicts
