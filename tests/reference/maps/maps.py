@@ -65,11 +65,12 @@ def cast(occupied: NDArray[np.uint8], ray: Pose2D, far: float, grown: float) -> 
 def stepped(occupied: NDArray[np.uint8], ray: Pose2D, far: float, step: float = 1e-3) -> float:
     """Return the range of the first of many fine steps that is in an occupied cell."""
     height, width = occupied.shape
-    for length in np.arange(0.0, far, step).tolist():
-        column, row = (math.floor(v) for v in (ray @ Pose2D(length, 0.0))[:2])
-        if 0 <= row < height and 0 <= column < width and occupied[row, column]:
-            return length
-    return math.inf
+    lengths = np.arange(0.0, far, step)
+    columns = np.floor(ray.x + math.cos(ray.theta) * lengths).astype(int)
+    rows = np.floor(ray.y + math.sin(ray.theta) * lengths).astype(int)
+    inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+    hits = lengths[inside][occupied[rows[inside], columns[inside]] > 0]
+    return float(hits[0]) if len(hits) else math.inf
 
 
 def cost(distance: float, unknown: bool, inscribed: float, inflation: float, scaling: float) -> float:
