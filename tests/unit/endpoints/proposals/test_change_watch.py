@@ -2,6 +2,7 @@
 
 import json
 import logging
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,6 @@ from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.world.changing_rounds import CHAIR, TABLE, mapped, with_boxes
 from tests.unit.endpoints.conftest import LogIn
 
-BASE = mapped(*[with_boxes(CHAIR)] * 2)
 ROBOT = LifelongRobot("ann", "tb1", "office")
 REVIEWS = "/v1/maps/office/reviews"
 
@@ -36,8 +36,19 @@ def file_of(frames: KeyFrames, graph: PoseGraph) -> bytes:
     return b"".join(pack_mapping(Mapping(frames, graph, "laser")))
 
 
-BASE_FILE, SAME_FILE = file_of(*BASE), file_of(*mapped(*[with_boxes(CHAIR)] * 3, after=BASE))
-MOVED_FILE = file_of(*mapped(*[with_boxes(TABLE)] * 5, after=BASE))
+@cache
+def base() -> tuple[KeyFrames, PoseGraph]:
+    return mapped(*[with_boxes(CHAIR)] * 2)
+
+
+@cache
+def same_file() -> bytes:
+    return file_of(*mapped(*[with_boxes(CHAIR)] * 3, after=base()))
+
+
+@cache
+def moved_file() -> bytes:
+    return file_of(*mapped(*[with_boxes(TABLE)] * 5, after=base()))
 
 
 @pytest.fixture(autouse=True)
@@ -59,13 +70,13 @@ def _program(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) ->
 async def ann(log_in: LogIn, services: Services, cloud: FakeCloud) -> dict[str, str]:
     """Return the headers of a user with a robot that continues a published map, in which a box was moved."""
     headers = await log_in("ann")
-    grid = draw_map(BASE[0], BASE[0].poses)
+    grid = draw_map(base()[0], base()[0].poses)
     record, pixels = save_map(grid, "map.pgm")
     with services.map_store.stage() as upload:
-        for part, data in (("yaml", record), ("image", pixels), ("posegraph", BASE_FILE)):
+        for part, data in (("yaml", record), ("image", pixels), ("posegraph", file_of(*base()))):
             upload.add(part, [data])
         services.map_store.publish(upload, Publication("office", "ann", 0.0))
-    cloud.lifelong, cloud.map_file = [ROBOT], MOVED_FILE
+    cloud.lifelong, cloud.map_file = [ROBOT], moved_file()
     return headers
 
 
@@ -138,7 +149,7 @@ async def test_a_refused_change_is_not_proposed_again_by_any_robot(
 async def test_a_place_that_stayed_the_same_is_not_proposed(
     client: httpx.AsyncClient, ann: dict[str, str], services: Services, cloud: FakeCloud
 ) -> None:
-    cloud.map_file = SAME_FILE
+    cloud.map_file = same_file()
     await look(services)
     assert await reviews(client, ann) == []
 
@@ -149,10 +160,10 @@ async def test_what_one_look_found_is_not_proposed(
     watch = ChangeWatch(services)
     await watch.step()
     assert await reviews(client, ann) == []
-    cloud.map_file = SAME_FILE
+    cloud.map_file = same_file()
     watch._seen.clear()
     await watch.step()
-    cloud.map_file = MOVED_FILE
+    cloud.map_file = moved_file()
     watch._seen.clear()
     await watch.step()
     assert await reviews(client, ann) == []

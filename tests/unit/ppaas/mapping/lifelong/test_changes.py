@@ -1,9 +1,12 @@
 """Changes of a map, found by a robot that goes round a room in which a box was moved and people walk."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 from benchmarks.mapping.lifelong.changing_room import AFTER, BEFORE, changing_drive, room
+from benchmarks.mapping.simulated_drive import SimulatedDrive
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.mapping.lifelong.changes import KnownChanges, LaterFrames, confirmed_changes, later_frames
@@ -17,20 +20,23 @@ from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
 
 PEOPLE = ((0.5, 4.0, 0.8, 4.3), (5.0, 2.2, 5.3, 2.5), (2.8, 4.2, 3.1, 4.5), (2.5, 0.5, 2.8, 0.8))
 LAPS = [room(BEFORE)] * 2 + [room(AFTER, person) for person in PEOPLE]
-DRIVE = changing_drive(LAPS, beams=60)
 NOTHING = KnownChanges()
-ORIGIN = DRIVE.true[0, :2]
+
+
+@cache
+def drive() -> SimulatedDrive:
+    return changing_drive(LAPS, beams=60)
 
 
 @pytest.fixture(scope="module")
 def mapped():
     """Return the mapping after each lap, with its grid."""
-    mapper, parameters, found = LiveMapper(DRIVE.log.geometry, lifelong=LifelongParameters()), SlamParameters(), []
-    for scan, odometry in enumerate(DRIVE.log.odometry.tolist()):
-        mapper.add(prepare(DRIVE.log.ranges[scan], DRIVE.log.geometry, parameters), Pose2D(*odometry))
+    mapper, parameters, found = LiveMapper(drive().log.geometry, lifelong=LifelongParameters()), SlamParameters(), []
+    for scan, odometry in enumerate(drive().log.odometry.tolist()):
+        mapper.add(prepare(drive().log.ranges[scan], drive().log.geometry, parameters), Pose2D(*odometry))
         while (work := mapper.next_work()) is not None:
             mapper.apply(work(lambda: False))
-        if scan + 1 == len(DRIVE.log) * (len(found) + 1) // len(LAPS):
+        if scan + 1 == len(drive().log) * (len(found) + 1) // len(LAPS):
             mapping = mapper.mapping("laser")
             found.append((mapping, draw_map(mapping.frames, mapping.frames.poses)))
     return found
@@ -43,8 +49,8 @@ def changes(mapped, lap: int, known: KnownChanges = NOTHING):
 
 
 def assert_is_box(place, box):
-    assert place.x + ORIGIN[0] == pytest.approx((box[0] + box[2]) / 2.0, abs=0.25)
-    assert place.y + ORIGIN[1] == pytest.approx((box[1] + box[3]) / 2.0, abs=0.25)
+    assert place.x + drive().true[0, 0] == pytest.approx((box[0] + box[2]) / 2.0, abs=0.25)
+    assert place.y + drive().true[0, 1] == pytest.approx((box[1] + box[3]) / 2.0, abs=0.25)
     assert 0.3 < max(place.width, place.height) < 0.9
 
 

@@ -1,9 +1,12 @@
 """Lifelong mapping by ``grid_slam``: a robot goes round a room again and again, and a box is moved."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 from benchmarks.mapping.lifelong.changing_room import AFTER, BEFORE, changing_drive, room
+from benchmarks.mapping.simulated_drive import SimulatedDrive
 from ppaas.change_log import LogEntry
 from ppaas.geometry import Pose2D
 from ppaas.mapping.live.live_mapper import LiveMapper
@@ -14,7 +17,10 @@ from tests.support.world.mapping_robot import MappingRobot
 LAPS, CHANGE = 7, 2
 """Laps of the drive, and the lap before which the box is moved."""
 
-DRIVE = changing_drive([room(BEFORE)] * CHANGE + [room(AFTER)] * (LAPS - CHANGE), beams=60)
+
+@cache
+def drive() -> SimulatedDrive:
+    return changing_drive([room(BEFORE)] * CHANGE + [room(AFTER)] * (LAPS - CHANGE), beams=60)
 
 
 class Stored:
@@ -33,7 +39,7 @@ class Stored:
         self.largest = max(self.largest, sum(map(len, self.entries.values())))
 
     def restored(self):
-        robot = MappingRobot(DRIVE, mode="lifelong")
+        robot = MappingRobot(drive(), mode="lifelong")
         robot.node.restore(self.state)
         robot.node.restore_log([LogEntry(*entry) for entry in sorted(self.entries.items())])
         return robot
@@ -41,7 +47,7 @@ class Stored:
 
 def at_box(grid: GridMap, box: tuple[float, float, float, float]) -> int:
     """Return the number of occupied cells at a box, away from the walls."""
-    origin, info = DRIVE.true[0, :2], grid.info
+    origin, info = drive().true[0, :2], grid.info
     rows, columns = np.nonzero(grid.data == OCCUPIED)
     x = (columns + 0.5) * info.resolution + info.origin.x + origin[0]
     y = (rows + 0.5) * info.resolution + info.origin.y + origin[1]
@@ -52,10 +58,10 @@ def at_box(grid: GridMap, box: tuple[float, float, float, float]) -> int:
 @pytest.fixture(scope="module")
 def driven():
     """Return a robot after the drive, what was stored of it, and the numbers of its key frames after each lap."""
-    robot, stored, counts = MappingRobot(DRIVE, mode="lifelong"), Stored(), []
+    robot, stored, counts = MappingRobot(drive(), mode="lifelong"), Stored(), []
     for lap in range(LAPS):
-        while robot.next < len(DRIVE.log) * (lap + 1) // LAPS:
-            robot.step(10 if robot.next + 10 < len(DRIVE.log) else 1)
+        while robot.next < len(drive().log) * (lap + 1) // LAPS:
+            robot.step(10 if robot.next + 10 < len(drive().log) else 1)
             if robot.node.has_log_change:
                 stored.save(robot)
         counts.append(len(robot.node._mapper.key_frames))
@@ -109,6 +115,6 @@ def test_a_checkpoint_from_before_a_thinning_names_its_key_frame_by_the_scan(dri
 
 def test_parameters_of_slam_toolbox_without_effect_are_reported(caplog):
     caplog.set_level("INFO")
-    MappingRobot(DRIVE, mode="lifelong", lifelong_minimum_score=0.1, lifelong_search_use_tree=False)
+    MappingRobot(drive(), mode="lifelong", lifelong_minimum_score=0.1, lifelong_search_use_tree=False)
     assert "'lifelong_minimum_score' of grid_slam has no effect" in caplog.text
     assert "'lifelong_search_use_tree' of grid_slam has no effect" in caplog.text
