@@ -1,7 +1,6 @@
 """Joint maps: a robot that maps goes on with the map of several robots, which comes page by page by a service."""
 
 import base64
-import binascii
 import logging
 from collections.abc import Callable
 from functools import partial
@@ -33,7 +32,8 @@ RETRY = 0.1
 RESERVED = 1 << 16
 """Numbers of log entries that are left for what is mapped while a joint map is made the robot's own."""
 
-CARRIED_AWAY = "the robot was carried away meanwhile: its map is joined when it knows again where it is"
+CHANGED = "the map of the robot was cleared or replaced meanwhile, or the robot was carried away: it is joined later"
+"""Error for a joint map that its robot cannot go on with any more."""
 
 
 class Current(NamedTuple):
@@ -122,7 +122,7 @@ class JointMaps:
         _check_page(request, len(self._file))
         try:
             self._file += base64.b64decode(request.data, validate=True)
-        except binascii.Error as error:
+        except ValueError as error:  # of characters that are not ASCII, too
             raise InvalidInput(f"the page of the joint map is not base64: {error}") from error
         if len(self._file) < request.size:
             reply(UseJointMapResponse())
@@ -141,6 +141,10 @@ class JointMaps:
         waiting = self._waiting
         assert waiting is not None
         file, current = waiting.file, waiting.current
+        if not self._is_current(current.mapper):  # the result of its work may be dropped: it would never end
+            self._stop_timer()
+            self._finish(Unavailable(CHANGED))
+            return
         work = current.mapper.adoption(file, current.laser_frame, current.most)
         if work is None:
             self._timer = self._timer or self._context.every(RETRY, self._begin)
@@ -152,16 +156,16 @@ class JointMaps:
     def _finish(self, prepared: Prepared | PPaaSError) -> None:
         waiting, self._waiting = self._waiting, None
         assert waiting is not None
-        mapper, now = waiting.current.mapper, self._current()
-        if now is None or now.mapper is not mapper:
-            prepared = Unavailable("the map of the robot was cleared or replaced meanwhile")
+        mapper = waiting.current.mapper
+        if not self._is_current(mapper):
+            prepared = Unavailable(CHANGED)
         adoption, frame = None, frame_name(mapper.key_frames)
         try:
             adoption = mapper.adopt(None if isinstance(prepared, PPaaSError) else prepared.adopted)
         except PPaaSError as refused:
             prepared = refused
         if isinstance(prepared, PPaaSError) or adoption is None:
-            error = prepared if isinstance(prepared, PPaaSError) else Unavailable(CARRIED_AWAY)
+            error = prepared if isinstance(prepared, PPaaSError) else Unavailable(CHANGED)
             logger.warning("the robot keeps its own map: %s", error)
             waiting.reply(error)
             return
@@ -178,6 +182,10 @@ class JointMaps:
             at = f"{motion.x:.2f} m, {motion.y:.2f} m, {motion.theta:.2f} rad"
             return f"{joined} is another one: the former origin is at ({at})"
         return f"{joined} stays" if robots != before else ""
+
+    def _is_current(self, mapper: JointMapper) -> bool:
+        current = self._current()
+        return current is not None and current.mapper is mapper
 
     def _stop_timer(self) -> None:
         if self._timer is not None:

@@ -176,6 +176,27 @@ def test_map_that_was_cleared_meanwhile_is_not_joined(joint):
     assert robot.node._mapper is None
 
 
+def test_map_that_was_cleared_while_a_joint_one_waited_is_not_joined_and_the_next_one_is(joint):
+    jobs = HeldJobs()
+    robot = MappingRobot(second_drive(), worker=jobs)
+    while not jobs.held:
+        robot.step()
+    replies = []
+    for page in pages(joint):
+        robot.graph.call("grid_slam/use_joint_map", page, replies.append)
+    robot.call("clear")
+    jobs.release()
+    robot.clock.advance(joint_maps.RETRY)
+    robot.graph.run_due()
+    assert isinstance(replies[-1], Unavailable)
+    robot.step(10)
+    jobs.release()
+    for page in pages(file_of(robot)):
+        robot.graph.call("grid_slam/use_joint_map", page, replies.append)
+    jobs.release()
+    assert replies[-1].key_frames > 0
+
+
 def test_map_of_other_robots_is_refused_and_the_own_one_stays(joint):
     robot, other = MappingRobot(first_drive()), MappingRobot(second_drive())
     for each in (robot, other):
@@ -197,6 +218,7 @@ def test_map_of_other_robots_is_refused_and_the_own_one_stays(joint):
         (UseJointMapRequest(3, 9, "AAAA"), InvalidInput),
         (UseJointMapRequest(0, 3, "AAAAAAAAAAAA"), InvalidInput),
         (UseJointMapRequest(0, 9, "?"), InvalidInput),
+        (UseJointMapRequest(0, 9, "é"), InvalidInput),
         (UseJointMapRequest(0, 3, "AAAA"), Unavailable),
     ],
 )
