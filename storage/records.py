@@ -96,11 +96,28 @@ CellBox = tuple[int, int, int, int]
 """Rectangle of cells: column and row of its lower-left cell, width, height."""
 
 
+class ConfirmedPlaces(msgspec.Struct, frozen=True):
+    """Places that a robot has found changed, and that a proposed version of a map therefore changes.
+
+    Parameters
+    ----------
+    robot : str
+        Id of the robot. Its user is the author of the proposal.
+    left, new : tuple of (float, float)
+        Centres x, y of the places where something stood, and where something is new, in the map frame [m].
+    """
+
+    robot: str
+    left: tuple[tuple[float, float], ...] = ()
+    new: tuple[tuple[float, float], ...] = ()
+
+
 class MapChange(msgspec.Struct, frozen=True):
     """Cells that differ between a proposed version of a map and the version that it was made from.
 
     A cell that was unknown and is free or occupied now counts as ``known`` too. ``rectangles`` cover the cells that
-    changed; they are in cells of the proposed grid.
+    changed; they are in cells of the proposed grid. ``confirmed`` are the places that a robot has found; None if the
+    version is not the proposal of a robot.
     """
 
     occupied: int = 0
@@ -108,6 +125,7 @@ class MapChange(msgspec.Struct, frozen=True):
     known: int = 0
     unknown: int = 0
     rectangles: tuple[CellBox, ...] = ()
+    confirmed: ConfirmedPlaces | None = None
 
 
 class MapReview(msgspec.Struct, frozen=True):

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from endpoints.proposals.compared_files import BEFORE
+from endpoints.proposals.compared_files import BEFORE, SETTINGS
 from endpoints.rest.maps.map_programs import be_program
 from ppaas.errors import QuotaExceeded
 from ppaas.mapping.lifelong.changes import KnownChanges, confirmed_changes, later_frames
@@ -18,15 +18,14 @@ from storage.staged_uploads import mapped
 from storage.versions import IMAGE, POSEGRAPH, YAML
 
 
-def find(folder: Path, settings: dict[str, Any]) -> dict[str, Any]:
+def find(folder: Path) -> dict[str, Any]:
     """Write YAML and image of the changed map into a folder, and return the changes.
 
     Parameters
     ----------
     folder : Path
-        With the files of the map, and the pose graph of the robot.
-    settings : dict
-        ``left``, ``new``: centres of known changes; ``min_pass_through``, ``occupancy_threshold``.
+        With the files of the map, the pose graph of the robot, and the settings: ``left``, ``new``, the centres of
+        known changes [m], ``min_pass_through`` and ``occupancy_threshold``.
 
     Returns
     -------
@@ -40,6 +39,7 @@ def find(folder: Path, settings: dict[str, Any]) -> dict[str, Any]:
     QuotaExceeded
         The grid would be too large.
     """
+    settings = json.loads((folder / SETTINGS).read_bytes())
     rows = open_grid((folder / f"{BEFORE}{YAML}").read_bytes(), mapped(folder / f"{BEFORE}{IMAGE}"))
     before = GridMap(rows.rows(0, rows.info.height), rows.info)
     published = unpack_mapping(memoryview(mapped(folder / f"{BEFORE}{POSEGRAPH}"))).frames
@@ -57,6 +57,6 @@ def find(folder: Path, settings: dict[str, Any]) -> dict[str, Any]:
 
 if __name__ == "__main__":
     be_program(
-        lambda: find(Path(sys.argv[1]), json.loads(sys.argv[2])),
+        lambda: find(Path(sys.argv[1])),
         QuotaExceeded("the map is too large to be compared: choose a coarser resolution"),
     )

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.audit.event import AuditEvent
-from endpoints.proposals.compared_files import BEFORE, PARTS
-from endpoints.proposals.reasons import is_of, known_changes, reason_of
+from endpoints.proposals.compared_files import BEFORE, PARTS, SETTINGS
+from endpoints.proposals.findings import confirmed_places, known_changes, waits
+from endpoints.proposals.reasons import reason_of
 from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
 from endpoints.rest.maps.map_reviews import check_may_propose, propose
 from endpoints.rest.maps.review_schemas import MapReviewAnswer
@@ -55,8 +56,8 @@ class _Taken:
 class ChangeWatch:
     """Proposes changes, at most one version of a robot and a map at once.
 
-    A change is proposed when two looks in a row have found it, since people stand for some time. What reviews of a map
-    name that wait or were refused is not proposed again; so nothing has to be stored.
+    A change is proposed when two looks in a row have found it, since people stand for some time. It is not proposed
+    again while it waits for its review, or after it was refused.
 
     Parameters
     ----------
@@ -95,13 +96,13 @@ class ChangeWatch:
         if self._seen.get(robot) == size:
             return
         head, reviews = await run_in_threadpool(_reviewed, self._services, robot)
-        if POSEGRAPH not in head.present.files or any(one.waits and is_of(robot.robot, one.message) for one in reviews):
+        if POSEGRAPH not in head.present.files or waits(reviews, robot):
             return
         first = await self._cloud.robot_map(robot.user, robot.robot, 0)
         file = await whole_file(
             first, lambda offset: self._cloud.robot_map(robot.user, robot.robot, offset), robot.robot
         )
-        known = known_changes(one.message for one in reviews if one.state != "approved")
+        known = known_changes(reviews)
         self._seen[robot] = size
         async with self._services.heavy_work.turn(robot.user):
             found = await run_in_threadpool(self._propose, robot, head, _Taken(file, first), known)
@@ -122,7 +123,8 @@ class ChangeWatch:
                 upload.add(part, blocks(mapped(folder / part)))
             message = reason_of(robot.robot, left, new)
             publication = Publication(head.id, robot.user, epoch(), message, if_match=head.version)
-            return propose(services, services.store.user(robot.user), upload, publication)
+            confirmed = confirmed_places(robot.robot, left, new)
+            return propose(services, services.store.user(robot.user), upload, publication, confirmed)
 
     def _twice_found(
         self, robot: LifelongRobot, folder: Path, numbers: GetPoseGraphResponse, known: KnownChanges
@@ -173,8 +175,9 @@ def _compared(folder: Path, numbers: GetPoseGraphResponse, known: KnownChanges) 
         "left": known.left, "new": known.new, "min_pass_through": numbers.min_pass_through,
         "occupancy_threshold": numbers.occupancy_threshold,
     }  # fmt: skip
-    arguments = [str(folder), json.dumps(settings)]
-    found: dict[str, Any] = run_program(_PROGRAM, arguments, "the map could not be compared", MAKE_SECONDS)
+    with disk_errors(folder):
+        (folder / SETTINGS).write_text(json.dumps(settings))
+    found: dict[str, Any] = run_program(_PROGRAM, [str(folder)], "the map could not be compared", MAKE_SECONDS)
     left, new = ([ChangedPlace(*place) for place in found[kind]] for kind in ("left", "new"))
     return left, new
 

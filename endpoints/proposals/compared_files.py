@@ -1,4 +1,4 @@
-"""Files of a comparison: those of the map, and the pose graph of the robot that continues it."""
+"""Files of a comparison: those of the map, the pose graph of the robot that continues it, and the settings."""
 
 from storage.versions import IMAGE, POSEGRAPH, YAML
 
@@ -7,3 +7,6 @@ BEFORE = "before-"
 
 PARTS = (YAML, IMAGE, POSEGRAPH)
 """Files of the map that are compared."""
+
+SETTINGS = "settings.json"
+"""Known changes and thresholds of the drawing; too many for arguments of a program."""

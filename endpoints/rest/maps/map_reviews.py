@@ -4,6 +4,7 @@ from contextlib import ExitStack
 from typing import Annotated
 
 from fastapi import APIRouter, Path, Request
+from msgspec.structs import replace
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.audit.notes import note_details
@@ -20,7 +21,7 @@ from ppaas.clock import epoch
 from ppaas.errors import InvalidParameter, NotFound, NotPermitted
 from ppaas.maps.formats.difference import difference
 from ppaas.maps.formats.map_files import open_grid
-from storage.records import MapChange, MapRecord, MapReview, Publication, User
+from storage.records import ConfirmedPlaces, MapChange, MapRecord, MapReview, Publication, User
 from storage.staged_uploads import StagedUpload
 from storage.versions import IMAGE, YAML
 
@@ -106,10 +107,17 @@ def check_may_propose(user: User, head: MapRecord) -> None:
         raise NotPermitted(f"only the owner of map {head.id!r} and the readers named by the owner may propose versions")
 
 
-def propose(services: Services, user: User, upload: StagedUpload, publication: Publication) -> MapReviewAnswer:
+def propose(
+    services: Services,
+    user: User,
+    upload: StagedUpload,
+    publication: Publication,
+    confirmed: ConfirmedPlaces | None = None,
+) -> MapReviewAnswer:
     """Store an upload as a version that waits for a review; blocks.
 
-    The owner, administrators and the readers that the owner has named may propose versions.
+    The owner, administrators and the readers that the owner has named may propose versions. ``confirmed`` are the
+    places that a robot has found, if it is a robot's proposal.
 
     Raises
     ------
@@ -124,7 +132,7 @@ def propose(services: Services, user: User, upload: StagedUpload, publication: P
     head = maps.map_head(map_id)
     check_may_propose(user, head)
     proposal = Publication(map_id, user.id, epoch(), publication.message, head.owner, if_match=publication.if_match)
-    change = _change(services, upload, head)
+    change = replace(_change(services, upload, head), confirmed=confirmed)
     with services.usage.new_map(services, head.owner, map_id, upload):
         review = maps.propose(upload, proposal, base=head.version, change=change)
     services.usage.stored.forget_map(head.owner, map_id)

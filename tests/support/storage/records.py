@@ -10,6 +10,7 @@ from storage.memory.maps import MemoryMapStore
 from storage.ports import MapStore
 from storage.records import (
     CloneCheckpoint,
+    ConfirmedPlaces,
     MapChange,
     MapFile,
     MapRecord,
@@ -106,7 +107,8 @@ def put_map(store: MapStore, given: GivenMap, **said: Any) -> MapRecord:
 def propose(store: MapStore, given: GivenMap, base: str | None = None, **said: Any) -> MapReview:
     """Propose a version of a map, made from its current version by default."""
     told = {"author": given.owner, "created": given.created, "owner": given.owner} | said
-    change = MapChange(occupied=3, rectangles=((0, 1, 2, 3),))
+    places = ConfirmedPlaces("tb1", left=((1.25, -0.5),))
+    change = MapChange(occupied=3, rectangles=((0, 1, 2, 3),), confirmed=places)
     with store.stage() as upload:
         for part, data in given.files.items():
             upload.add(part, [data])

@@ -56,8 +56,7 @@ def _program(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) ->
     """Run the program in this process, which is faster."""
 
     def run(_module: str, arguments: list[str], *_: object) -> object:
-        folder, settings = Path(arguments[0]), json.loads(arguments[1])
-        outcome = outcome_of(lambda: find(folder, settings), QuotaExceeded("too large"))
+        outcome = outcome_of(lambda: find(Path(arguments[0])), QuotaExceeded("too large"))
         if "fault" in outcome:
             raise rebuild(*outcome["fault"])
         return json.loads(json.dumps(outcome["result"]))

@@ -1,6 +1,6 @@
 """Reasons of proposals."""
 
-from endpoints.proposals.reasons import MOST_PLACES, is_of, known_changes, reason_of
+from endpoints.proposals.reasons import MOST_PLACES, reason_of
 from endpoints.rest.schemas import MAX_DESCRIPTION
 from ppaas.mapping.lifelong.changes import ChangedPlace
 
@@ -13,19 +13,6 @@ def test_a_reason_says_who_found_what_and_where() -> None:
         "new: 2 places, 24 cells, 0.40 × 0.40 m at (-3.00, 2.00), 0.40 × 0.40 m at (-3.00, 2.00)"
     )
     assert reason_of("tb1", [], [NEW]).startswith("tb1: two passes show new: 1 place, ")
-
-
-def test_the_places_of_reasons_are_read_again() -> None:
-    known = known_changes([reason_of("tb1", [LEFT], [NEW]), reason_of("b", [], [LEFT]), "a wall at (1.0, 2.0) m"])
-    assert known.left == [(1.25, -0.5)]
-    assert known.new == [(-3.0, 2.0), (1.25, -0.5)]
-    assert known_changes([]) == ([], [])
-
-
-def test_a_reason_is_of_one_robot() -> None:
-    assert is_of("tb1", reason_of("tb1", [LEFT], []))
-    assert not is_of("tb", reason_of("tb1", [LEFT], []))
-    assert not is_of("tb1", "tb1: a new wall")
 
 
 def test_a_reason_of_many_changes_fits() -> None:

@@ -8,6 +8,7 @@ import pytest
 from ppaas.errors import Unavailable
 from storage.files.log_entries import LogEntry, decode_entry, encode_entry
 from storage.files.store import FileMapStore
+from storage.records import MapChange
 from tests.support.storage.records import found_map, house, put_map
 
 ENTRY = LogEntry(3, "ann", ("bob",), "a house", removed=(1, 2))
@@ -23,6 +24,11 @@ def test_an_entry_of_an_earlier_release_without_a_checksum_is_read() -> None:
 
 def test_an_earlier_release_reads_an_entry_with_a_checksum() -> None:
     assert msgspec.json.decode(encode_entry(ENTRY), type=LogEntry) == ENTRY
+
+
+def test_a_review_of_an_earlier_release_names_no_places_of_a_robot() -> None:
+    review = b'{"number":2,"version":"b","base":"a","created":0.0,"author":"ann","change":{"free":3}}'
+    assert decode_entry(b'{"era":1,"reviews":[' + review + b"]}").reviews[0].change == MapChange(free=3, confirmed=None)
 
 
 def test_any_changed_byte_after_the_name_of_the_checksum_is_noticed() -> None:

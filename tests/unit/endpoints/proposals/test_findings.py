@@ -1,0 +1,39 @@
+"""Findings of robots in the reviews of a map."""
+
+from endpoints.proposals.findings import MOST_PLACES, confirmed_places, known_changes, waits
+from engine.service.views import LifelongRobot
+from ppaas.mapping.lifelong.changes import ChangedPlace
+from storage.records import MapChange, MapReview, ReviewState
+
+LEFT, NEW = ChangedPlace(1.251, -0.5, 0.6, 0.4, 24), ChangedPlace(-3.0, 2.0, 0.4, 0.4, 12)
+
+
+def review(left: list[ChangedPlace], new: list[ChangedPlace], state: ReviewState = "waiting") -> MapReview:
+    change = MapChange(confirmed=confirmed_places("tb1", left, new))
+    return MapReview(1, "b", "a", 0.0, "ann", "a chair", change=change, state=state)
+
+
+PERSONS = MapReview(2, "c", "a", 0.0, "ann", "tb1: two passes show gone: 1 place, 1.00 × 1.00 m at (1.00, 2.00)")
+"""Proposal of a user, whose text is that of a robot."""
+
+
+def test_places_that_wait_or_were_refused_are_known() -> None:
+    known = known_changes([review([LEFT], [NEW]), review([], [LEFT], "refused"), review([NEW], [], "approved")])
+    assert (known.left, known.new) == ([(1.25, -0.5)], [(-3.0, 2.0), (1.25, -0.5)])
+
+
+def test_texts_of_users_name_no_places() -> None:
+    assert known_changes([PERSONS]) == ([], [])
+    assert not waits([PERSONS], LifelongRobot("ann", "tb1", "office"))
+
+
+def test_a_proposal_waits_for_the_robot_of_its_author_only() -> None:
+    waiting = review([LEFT], [])
+    assert waits([PERSONS, waiting], LifelongRobot("ann", "tb1", "office"))
+    assert not waits([waiting], LifelongRobot("ann", "tb2", "office"))
+    assert not waits([waiting], LifelongRobot("bob", "tb1", "office"))
+    assert not waits([review([LEFT], [], "refused")], LifelongRobot("ann", "tb1", "office"))
+
+
+def test_a_review_stores_a_bounded_number_of_places() -> None:
+    assert len(confirmed_places("tb1", [LEFT] * (MOST_PLACES + 1), []).left) == MOST_PLACES
