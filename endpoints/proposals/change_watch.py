@@ -27,7 +27,7 @@ from ppaas.mapping.lifelong.changes import NOTHING, ChangedPlace, KnownChanges, 
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.disk_errors import disk_errors
 from storage.records import MapRecord, MapReview, Publication
-from storage.staged_uploads import blocks, mapped, temporary_folder
+from storage.staged_uploads import StagedUpload, blocks, mapped, temporary_folder
 from storage.versions import POSEGRAPH
 
 if TYPE_CHECKING:
@@ -121,6 +121,7 @@ class ChangeWatch:
                 return None
             for part in PARTS:
                 upload.add(part, blocks(mapped(folder / part)))
+            self._add_others(upload, head)
             message = reason_of(robot.robot, left, new)
             publication = Publication(head.id, robot.user, epoch(), message, if_match=head.version)
             confirmed = confirmed_places(robot.robot, left, new)
@@ -153,6 +154,13 @@ class ChangeWatch:
                 with (folder / f"{BEFORE}{part}").open("wb") as file:
                     file.writelines(blocks(opened.buffer(part)))
             (folder / POSEGRAPH).write_bytes(posegraph)
+
+    def _add_others(self, upload: StagedUpload, head: MapRecord) -> None:
+        """Add the files of a map that are not compared, such as an octomap."""
+        others = head.present.files.keys() - set(PARTS)
+        with self._services.map_store.open_map(head.id, head.version, only=others) as opened:
+            for part, data in opened.buffers.items():
+                upload.add(part, blocks(data))
 
     def _record(self, robot: LifelongRobot, review: MapReviewAnswer) -> None:
         details = {"robot": robot.robot, "review": review.number, "version": review.version, "base": review.base}

@@ -104,6 +104,21 @@ async def test_a_confirmed_change_waits_for_a_review(
     assert (event.user, event.object, event.details["robot"]) == ("ann", "maps/office", "tb1")
 
 
+async def test_a_proposal_keeps_the_other_files_of_the_map(
+    client: httpx.AsyncClient, ann: dict[str, str], services: Services
+) -> None:
+    with services.map_store.open_map("office") as opened, services.map_store.stage() as upload:
+        upload.add("octomap", [b"octomap"])
+        for part, data in opened.buffers.items():
+            upload.add(part, [bytes(data)])
+        services.map_store.publish(upload, Publication("office", "ann", 1.0))
+    await look(services)
+    (review,) = await reviews(client, ann)
+    assert review["parts"] == ["image", "octomap", "posegraph", "yaml"]
+    with services.map_store.open_map("office", review["version"]) as opened:
+        assert bytes(opened.buffer("octomap")) == b"octomap"
+
+
 async def test_at_most_one_proposal_of_a_robot_waits(
     client: httpx.AsyncClient, ann: dict[str, str], services: Services
 ) -> None:
