@@ -1,5 +1,7 @@
 """Node ``grid_slam``, on a simulated drive."""
 
+import math
+
 import msgspec
 import numpy as np
 import pytest
@@ -261,6 +263,29 @@ def test_another_laser_is_refused():
     scan.header.frame_id = "velodyne"
     with pytest.raises(TransformError, match="velodyne"):
         robot.graph.inject("scan", scan)
+
+
+def test_beams_without_a_reading_leave_the_map_right():
+    missing = (0.0, math.inf, -math.inf, math.nan, -1.0, 1e30, None)
+    robot = MappingRobot(ring_drive())
+    whole = robot.scan_message
+
+    def with_gaps(number, stamp=None):
+        scan = whole(number, stamp)
+        ranges = [missing[i % 7] if i % 4 == 0 else reading for i, reading in enumerate(scan.ranges)]
+        return msgspec.structs.replace(scan, ranges=ranges)
+
+    robot.scan_message = with_gaps
+    robot.step(60)
+    assert robot.true_error() < 0.05
+    assert status(robot) == ""
+
+
+def test_odometry_that_never_changes_is_none():
+    robot = MappingRobot(ring_drive())
+    robot.odometry = lambda _number: Pose2D(1.0, 2.0, 0.5)
+    robot.step(120)
+    assert robot.true_error() < 0.05
 
 
 def test_without_odometry_scans_wait():
