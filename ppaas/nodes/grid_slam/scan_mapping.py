@@ -1,0 +1,201 @@
+"""Scan mapping: a node that tracks scans, and publishes the map that they become and the pose of the robot."""
+
+import logging
+from collections.abc import Callable
+
+from ppaas.errors import PPaaSError
+from ppaas.geometry import Pose2D
+from ppaas.mapping.live.live_mapper import LiveMapper
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.std_msgs import Time
+from ppaas.nodes.base import Context
+from ppaas.nodes.frames import FrameListener
+from ppaas.nodes.grid_slam.closure_jobs import ClosureJobs
+from ppaas.nodes.grid_slam.laser import MappingLaser
+from ppaas.nodes.grid_slam.logged_map import LoggedMapNode
+from ppaas.nodes.grid_slam.map_services import MapSaver, MapServices
+from ppaas.nodes.grid_slam.other_robots import OtherRobots
+from ppaas.nodes.grid_slam.parameters import GridSlamParameters
+from ppaas.nodes.grid_slam.pose_publisher import PosePublisher
+from ppaas.nodes.grid_slam.scan_intake import ScanIntake
+from ppaas.nodes.grid_slam.status import StatusPublisher, lost_status
+from ppaas.nodes.jobs import LongWork
+from ppaas.nodes.key_frame_path import KeyFramePublisher
+from ppaas.nodes.robot_scans import RobotScan
+
+logger = logging.getLogger(__name__)
+
+MAP_PERIOD = 1.0
+"""Time between two publications of changes of the map [s]."""
+
+Preparation = Callable[[], None]
+"""Run in a job, such as the loading of kernels."""
+
+
+class ScanMappingNode(LoggedMapNode):
+    """Node that maps scans: they wait until kernels are loaded and a log is read, then each is tracked.
+
+    Parameters
+    ----------
+    context : Context
+        The node's context.
+    parameters : GridSlamParameters
+    save : callable, optional
+        Saves a map for ``save_map``.
+    prepare : callable, optional
+        Run in a job before any scan is used.
+    prepare_closures : callable, optional
+        Run in a job once scans are used.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        parameters: GridSlamParameters,
+        save: MapSaver | None = None,
+        prepare: Preparation | None = None,
+        prepare_closures: Preparation | None = None,
+    ) -> None:
+        super().__init__(context, parameters)
+        self._prepare, self._prepare_closures = prepare, prepare_closures
+        self._frames, self._status = FrameListener(parameters.frames()), StatusPublisher(context)
+        self._intake = ScanIntake(context, self._frames, parameters, self._status)
+        self._maps = MapServices(context, parameters.map_update_interval, save)
+        self._poses = PosePublisher(context, self._frames, parameters)
+        self._key_frames, self._others = KeyFramePublisher(context, self._logbook.times), OtherRobots()
+        self._closures = ClosureJobs(context, lambda: self._mapper, self._on_moved)
+
+    def start(self) -> None:
+        """Publish changes of the map from now on, and load the kernels that scans need."""
+        self.context.every(MAP_PERIOD, self._publish_map)
+        if (prepare := self._prepare) is not None:
+            self.context.start(LongWork(lambda _cancelled: prepare()), self._on_prepared)
+
+    def _on_prepared(self, outcome: PPaaSError | None) -> None:
+        _warn_of(outcome)
+        self._prepare = None
+        self._begin()
+
+    def _begin(self) -> None:
+        """Use the scans that have waited, if nothing else is missing."""
+        self._use_scans()
+        if self._is_ready and (prepare := self._prepare_closures) is not None:
+            self._prepare_closures = None
+            self.context.start(LongWork(lambda _cancelled: prepare()), _warn_of)
+
+    # -- scans ---------------------------------------------------------------------------------------------------------
+
+    def _on_scan(self, message: LaserScan) -> None:
+        try:
+            self._intake.add(message, self._laser)
+            errors = self._use_scans()
+            if errors:
+                raise errors[-1]
+            if not self._is_ready:
+                self._report_waiting()
+        except PPaaSError as error:
+            self._status.report(f"scans are refused: {error}")
+            raise
+
+    @property
+    def _is_ready(self) -> bool:
+        """Whether scans are used; until then they wait."""
+        return self._prepare is None and self._restoration is None
+
+    def _use_scans(self) -> list[PPaaSError]:
+        """Use the scans that odometry has reached; return the errors of those that cannot be used."""
+        return self._intake.process(self._process) if self._is_ready else []
+
+    def _report_waiting(self) -> None:
+        """Report why scans wait. If the robot has a map, it is where its odometry says."""
+        newest = self._frames.newest()
+        if newest is not None:
+            self._status.report(self._problem())
+            if self._restoration is not None or self._mapper is not None:
+                self._poses.publish_transform(self._map_to_odom, newest)
+
+    def _process(self, scan: RobotScan, stamp: float) -> None:
+        odom, before = self._intake.odometry(scan, stamp)
+        if before is not None:
+            self._on_odometry_reset(before, odom)
+        moment = scan.scan.header.stamp if scan.stamp else Time.of(stamp)
+        if not self._paused and self._intake.is_due(stamp):
+            self._track(scan, odom, stamp, moment)
+        if self._mapper is not None:
+            self._poses.publish_transform(self._map_to_odom, stamp)
+        self._status.report(self._problem())
+
+    def _problem(self) -> str:
+        """Return the reason for which scans or parts of the map are left out now; empty if there is none."""
+        if self._prepare is not None:
+            return "mapping is being prepared: scans are used in a moment"
+        if self._restoration is not None:
+            return "the map is being restored: scans are used in a moment"
+        if self._paused:
+            return "mapping is paused: call 'pause' to resume it"
+        return self._maps.problem or self._map_error or lost_status(self._mapper)
+
+    def _track(self, scan: RobotScan, odom: Pose2D, stamp: float, moment: Time) -> None:
+        laser, mapper = self._started(scan)
+        laser.check(scan)
+        points, expected = laser.points(scan, odom, stamp), self._map_to_odom @ odom @ laser.geometry.mount
+        if is_shared := self._is_shared(mapper):
+            points = self._others.cut_from(points, expected, mapper.key_frames, self.context.elapsed())
+        tracked = mapper.add(points, odom)
+        if tracked.is_lost:
+            logger.warning("the robot was carried away: it maps another part until it recognizes a place")
+            self._maps.forget()
+            self._key_frames.clear()
+        robot = tracked.pose @ laser.geometry.mount.inverse()
+        self._map_to_odom = robot @ odom.inverse()
+        shared = self._others.frame if is_shared and not tracked.is_lost else None
+        self._poses.publish(tracked, robot, moment, shared=shared)
+        if tracked.is_key:
+            self._key_frames.add(mapper.key_frames, stamp)
+            self._closures.start()
+
+    def _started(self, scan: RobotScan) -> tuple[MappingLaser, LiveMapper]:
+        """Return the laser and the mapper, made for the first scan."""
+        if self._laser is None or self._mapper is None:
+            self._laser = MappingLaser.of(scan, self._front_end)
+            self._mapper = self._new_mapper(self._laser)
+            self._logbook.begin(self._laser.frame)
+        return self._laser, self._mapper
+
+    def _on_odometry_reset(self, before: Pose2D, odom: Pose2D) -> None:
+        self._map_to_odom = self._map_to_odom @ before @ odom.inverse()
+        if self._mapper is not None and self._laser is not None:
+            self._mapper.rebase(odom)
+            self._laser.forget_motion()
+
+    # -- map -----------------------------------------------------------------------------------------------------------
+
+    def _on_moved(self, motion: Pose2D) -> None:
+        """Publish the map that loop closures have moved; ``tf`` changes with the next scan."""
+        self._map_to_odom = motion @ self._map_to_odom
+        self._publish_map()
+        if self._mapper is not None:
+            self._key_frames.publish(self._mapper.key_frames)
+
+    def _publish_map(self) -> None:
+        if self._mapper is not None:
+            self._maps.publish(self._mapper)
+            if self._maps.problem:
+                self._status.report(self._maps.problem)
+
+    def _is_shared(self, mapper: LiveMapper) -> bool:
+        return mapper.parts.current == 0 and self._others.are_in(mapper.key_frames)
+
+    def _restored(self, mapper: LiveMapper, *, shared: bool) -> None:
+        if shared:
+            self._others.use_frame_of(mapper.key_frames, self._frame_name(mapper))
+        self._key_frames.publish(mapper.key_frames)
+
+    def _ready(self) -> None:
+        self._publish_map()
+        self._begin()
+
+
+def _warn_of(outcome: PPaaSError | None) -> None:
+    if outcome is not None:
+        logger.warning("kernels of mapping are loaded at their first call: %s", outcome)
