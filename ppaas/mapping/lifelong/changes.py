@@ -122,6 +122,8 @@ def later_frames(frames: KeyFrames, published: KeyFrames) -> LaterFrames:
     if not np.array_equal(frames.points[0], published.points[0]):
         raise InvalidInput("the robot does not continue this map: its first key frame is another one")
     own, theirs = _common(frames, published)
+    if not len(own):
+        raise InvalidInput("the robot does not continue this map: it has no key frame in common with it")
     apart = frames.poses[own, :2] - published.poses[theirs, :2]
     if np.median(np.hypot(apart[:, 0], apart[:, 1])) > SAME_SCAN:
         raise InvalidInput("the robot does not continue this map: its key frames are at other places")

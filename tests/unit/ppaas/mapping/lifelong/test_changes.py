@@ -94,6 +94,14 @@ def test_a_robot_that_does_not_continue_the_map_is_refused(mapped):
         later_frames(other, base)
 
 
+def test_a_map_whose_scans_have_other_numbers_is_refused(mapped):
+    base, every = mapped[1][0].frames, np.ones(len(mapped[1][0].frames), np.bool_)
+    renumbered = kept_frames(base, ScanPoints(base.points, base.normals, base.valid), every)
+    renumbered.scans[:] += 100_000
+    with pytest.raises(InvalidInput, match="has no key frame in common with it"):
+        later_frames(renumbered, base)
+
+
 def test_scans_of_two_robots_have_equal_numbers(mapped):
     (base, _), (one, _), (other, _) = mapped[1], mapped[2], mapped[5]
     kept = np.isin(other.frames.scans, base.frames.scans) | (other.frames.scans >= one.frames.scans[-1])
