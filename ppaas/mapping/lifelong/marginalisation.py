@@ -17,6 +17,9 @@ from ppaas.mapping.lifelong.uncertain_step import UncertainStep
 MOST_CLOSURES = 8
 """Largest number of closures that a node keeps when edges are joined; less certain ones are left out."""
 
+LEAST_INFORMATION = 1e-6
+"""Least eigenvalue of an information matrix, as a part of its largest one: a smaller one is rounded to float32."""
+
 Key = tuple[int, int, EdgeKind]
 
 
@@ -51,9 +54,9 @@ class _Joining:
     def __init__(self, edges: Edges) -> None:
         self._steps: dict[Key, UncertainStep] = {}
         self._at: dict[int, set[Key]] = {}
-        for first, second, measurement, information, kind in zip(*edges, strict=True):
-            step = UncertainStep(measurement, np.linalg.inv(information))
-            self._add(int(first), int(second), EdgeKind(kind), step)
+        covariances = _covariances(edges.information)
+        for first, second, measurement, covariance, kind in zip(*edges[:3], covariances, edges.kinds, strict=True):
+            self._add(int(first), int(second), EdgeKind(kind), UncertainStep(measurement, covariance))
 
     def remove(self, node: int) -> None:
         """Remove a node, and join its edges."""
@@ -139,6 +142,14 @@ class _Chains:
         while self._roots[node] != root:
             self._roots[node], node = root, self._roots[node]
         return root
+
+
+def _covariances(information: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the covariances of information matrices (m, 3, 3), large where they determine nothing."""
+    values, axes = np.linalg.eigh(information)
+    least = LEAST_INFORMATION * np.maximum(values[:, -1:], LEAST_INFORMATION)
+    covariances: NDArray[np.float64] = (axes / np.maximum(values, least)[:, np.newaxis]) @ axes.transpose(0, 2, 1)
+    return covariances
 
 
 def _other(key: Key, node: int) -> int:

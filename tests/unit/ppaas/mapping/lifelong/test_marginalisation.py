@@ -119,6 +119,21 @@ def test_a_chain_that_only_a_closure_connects_stays_connected():
     assert (thinned.node_count, thinned.edge_count) == (2, 1)
 
 
+@pytest.mark.parametrize("least", [0.0, -1e-3])
+def test_edges_that_determine_nothing_in_one_direction_are_the_least_certain(least):
+    graph, removed = walk(5, 6), np.arange(5) == 2
+    root = np.linalg.qr(np.random.default_rng(6).normal(size=(3, 3)))[0]
+    weak = root @ np.diag((least, 1e4, 1e4)) @ root.T  # slightly negative: rounded to float32
+    for first in (1, 3):
+        graph.add_edge(first, 4, relative(*graph.poses[[first, 4]]), weak, EdgeKind.CLOSURE)
+    graph.add_edge(2, 4, relative(*graph.poses[[2, 4]]), 100.0 * np.eye(3), EdgeKind.CLOSURE)
+    edges = without_nodes(graph, removed).edges
+    assert np.linalg.eigvalsh(edges.information).min() > 0.0
+    traces = np.trace(edges.information[edges.kinds == EdgeKind.CLOSURE], axis1=1, axis2=2)
+    assert traces.min() < 300.0  # the edge through the removed node has replaced a weak one
+    assert traces.max() == pytest.approx(2e4, rel=1e-3)
+
+
 @pytest.mark.parametrize("removed", [[], [1]])
 def test_the_graph_itself_is_unchanged(removed):
     graph = walk(4, 5)
