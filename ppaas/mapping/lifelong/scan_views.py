@@ -100,6 +100,8 @@ def _nearest_beside(ranges: NDArray[np.float32], side: int) -> NDArray[np.float3
     """Return the nearest end (k, b) of each beam and those beside it; NaN unless all have a reading."""
     nearest, beams = np.full_like(ranges, np.nan), ranges.shape[1]
     if beams > 2 * side:
-        shifted = [ranges[:, begin : beams - 2 * side + begin] for begin in range(2 * side + 1)]
-        nearest[:, side : beams - side] = np.minimum.reduce(shifted)
+        inner = nearest[:, side : beams - side]
+        inner[:] = ranges[:, : beams - 2 * side]
+        for begin in range(1, 2 * side + 1):
+            np.minimum(inner, ranges[:, begin : beams - 2 * side + begin], out=inner)
     return nearest
