@@ -218,7 +218,7 @@ def renumbered_closures(closures: list[Closure], kept: NDArray[np.bool_]) -> lis
         source, target = (
             Submap(int(before[part.first]), int(before[part.end])) for part in (closure.source, closure.target)
         )
-        if kept[edges.first].all() and kept[edges.second].all() and source.first < source.end > 0:
+        if kept[edges.first].all() and kept[edges.second].all() and source.first < source.end:
             renumbered = edges._replace(first=before[edges.first], second=before[edges.second])
             moved.append(replace(closure, source=source, target=target, edges=renumbered))
     return moved

@@ -332,7 +332,8 @@ class LiveMapper:
             self._thinned_to = 0
             return
         kept = thinned.kept
-        searched_to, self._drawn = (int(kept[:end].sum()) for end in (self._searched_to, self._drawn))
+        searched_to, drawn = (int(kept[:end].sum()) for end in (self._searched_to, self._drawn))
+        self._drawn = drawn + max(0, self._drawn - len(kept))
         self._tracker.replace(thinned.with_later_frames(self.key_frames), kept)
         self.graph, self._waiting = graph, renumbered_closures(self._waiting, kept)
         others = self._divide()

@@ -15,6 +15,7 @@ from ppaas.mapping.lifelong.parameters import LifelongParameters
 from ppaas.mapping.live import closing_work
 from ppaas.mapping.live.closing_work import Closed
 from ppaas.mapping.live.live_mapper import LiveMapper
+from ppaas.mapping.live.thinning_work import ThinnedMap
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import prepare
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
@@ -194,11 +195,26 @@ def round_trips(mapper: LiveMapper, laps: int) -> None:
     """Drive round a circle of 1 m; thin when it is due."""
     begin = len(mapper.key_frames) and int(mapper.key_frames.scans[-1]) + 1
     for k in range(begin, begin + 30 * laps):
-        angle = 2.0 * np.pi * k / 30
-        pose = Pose2D(np.cos(angle), np.sin(angle) - 1.0, (angle + np.pi / 2.0 + np.pi) % (2.0 * np.pi) - np.pi)
-        mapper.add(scan_at(pose, noise=0.01, seed=k), pose)
+        go_round(mapper, k)
         while (work := mapper.next_work()) is not None:
             assert mapper.apply(work(never)) is None
+
+
+def go_round(mapper: LiveMapper, k: int) -> None:
+    """Add a key frame on the circle, the k-th."""
+    angle = 2.0 * np.pi * k / 30
+    pose = Pose2D(np.cos(angle), np.sin(angle) - 1.0, (angle + np.pi / 2.0 + np.pi) % (2.0 * np.pi) - np.pi)
+    mapper.add(scan_at(pose, noise=0.01, seed=k), pose)
+
+
+def thinning_after_five_laps(mapper: LiveMapper) -> ThinnedMap:
+    """Go round five times, and return the first thinning, which is not applied."""
+    for k in range(150):
+        assert mapper.next_work() is None
+        go_round(mapper, k)
+    found = mapper.next_work()(never)
+    assert isinstance(found, ThinnedMap)
+    return found
 
 
 LIFELONG = LifelongParameters(pass_distance=4.0, least_new_frames=20)
@@ -237,13 +253,7 @@ def test_a_thinned_map_is_told_once_to_a_new_log():
 
 def test_thinning_during_which_the_robot_was_placed_on_a_removed_key_frame_is_given_up():
     mapper = LiveMapper(LASER, closures=None, lifelong=LifelongParameters(pass_distance=4.0, least_new_frames=150))
-    round_trips(mapper, 4)
-    for k in range(120, 150):
-        angle = 2.0 * np.pi * k / 30
-        pose = Pose2D(np.cos(angle), np.sin(angle) - 1.0, (angle + np.pi / 2.0 + np.pi) % (2.0 * np.pi) - np.pi)
-        mapper.add(scan_at(pose, noise=0.01, seed=k), pose)
-    work = mapper.next_work()
-    found = work(never)
+    found = thinning_after_five_laps(mapper)
     removed = int(np.flatnonzero(~found.thinned.kept)[0])
     mapper.graph.add_node(mapper.graph.poses[-1])
     mapper.graph.add_edge(removed, mapper.graph.node_count - 1, (0.1, 0.0, 0.0), np.eye(3), EdgeKind.ODOMETRY)
@@ -251,6 +261,17 @@ def test_thinning_during_which_the_robot_was_placed_on_a_removed_key_frame_is_gi
     mapper.apply(found)
     assert (len(mapper.key_frames), mapper.thinnings) == (count, 0)
     assert mapper.next_work() is not None
+
+
+def test_key_frames_that_are_drawn_during_a_thinning_are_not_drawn_again():
+    mapper = LiveMapper(LASER, closures=None, lifelong=LifelongParameters(pass_distance=4.0, least_new_frames=150))
+    found = thinning_after_five_laps(mapper)
+    for k in range(150, 155):
+        go_round(mapper, k)
+    beams = mapper.draw()._ended.sum()
+    mapper.apply(found._replace(canvas=None))  # the map of what is left would be too large
+    assert len(mapper.key_frames) < 155
+    assert mapper.draw()._ended.sum() == beams
 
 
 @pytest.mark.parametrize(("wide", "method"), [(False, Robust.SCALING), (True, Robust.GRADUATED)])
