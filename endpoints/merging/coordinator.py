@@ -5,7 +5,7 @@ import base64
 import contextlib
 import json
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,11 +13,11 @@ from starlette.concurrency import run_in_threadpool
 
 from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
 from endpoints.services.joint_maps import Join, RobotMap, shown_to
-from endpoints.services.robot_files import whole_file
 from endpoints.services.services import Services
+from engine.processes.background import repeat
 from engine.service.views import MappingRobot
 from engine.specs.joint_maps import joint_map_owner
-from ppaas.errors import PPaaSError, Unavailable
+from ppaas.errors import NotPermitted, PPaaSError, Unavailable
 from ppaas.maps.new_map import new_map_id
 from ppaas.messages.slam_toolbox import UseJointMapRequest
 from storage.disk_errors import disk_errors
@@ -35,6 +35,12 @@ PERIOD = 3.0
 
 ANSWER_TIMEOUT = 5.0
 """Time within which a robot's clone reports the size of its map [s]."""
+
+TRANSFER_TIMEOUT = 60.0
+"""Time limit of the transfer of a map from or to a robot [s], since joins of other robots wait meanwhile."""
+
+TURN_TIMEOUT = 60.0
+"""Time limit of the wait for a turn of the owner's heavy work [s], for the same reason."""
 
 PAGE = 3 << 18
 """Size of a page of a joint map [bytes]; 1 MiB in base64."""
@@ -58,24 +64,24 @@ class JointMapCoordinator:
 
     def __init__(self, services: Services, join: Program | None = None) -> None:
         self._map_store = services.map_store
-        self._cloud, self._maps, self._heavy = services.cloud, services.joint_maps, services.heavy_work
+        self._cloud, self._posegraphs = services.cloud, services.posegraphs
+        self._maps, self._heavy = services.joint_maps, services.heavy_work
         self._join = join or join_in_process
 
     async def run(self) -> None:
         """Join maps until cancelled."""
-        while True:
-            try:
-                await self.step()
-            except Exception:
-                logger.exception("joining the maps of robots failed; it is tried again")
-            await asyncio.sleep(PERIOD)
+        await repeat(self.step, PERIOD)
 
     async def step(self) -> Join | None:
         """Look at the maps of all robots, and join those that are due; return them."""
         self._maps.report(await self._reports())
         join = self._maps.next_join()
         if join is not None:
-            await self._execute(join)
+            try:
+                await self._execute(join)
+            except Exception:
+                self._maps.done(join, join.key_frames, "the maps could not be joined: an internal error")
+                raise
         return join
 
     async def _reports(self) -> dict[str, list[RobotMap]]:
@@ -93,13 +99,12 @@ class JointMapCoordinator:
 
     def _permitted(self, robots: list[MappingRobot]) -> list[MappingRobot]:
         """Return the robots without those of users with whom the published map is not shared any more; may block."""
-        kept: list[MappingRobot] = []
-        for robot in robots:
-            name, _, owner = robot.joint_map.partition("@")
-            new = new_map_id(name)
-            if robot.user == owner or (new and joint_map_owner(self._map_store, robot.user, new) == owner):
-                kept.append(robot)
-        return kept
+        return [robot for robot in robots if self._may_join(robot.user, robot.joint_map)]
+
+    def _may_join(self, user: str, joint_map: str) -> bool:
+        name, _, owner = joint_map.partition("@")
+        new = new_map_id(name)
+        return user == owner or (new is not None and joint_map_owner(self._map_store, user, new) == owner)
 
     async def _report(self, robot: MappingRobot) -> RobotMap | None:
         """Return the map of a robot; None if it has none that may be joined, or its clone does not answer."""
@@ -113,14 +118,12 @@ class JointMapCoordinator:
     async def _execute(self, join: Join) -> None:
         try:
             files = [await asyncio.gather(*map(self._fetch, group)) for group in join.groups]
+            joint = await self._joined(join, files)
         except PPaaSError as error:
             self._refused(join, error)
             return
-        try:
-            async with self._heavy.turn(join.owner):
-                joint = await run_in_threadpool(self._join, files)
-        except PPaaSError as error:
-            self._refused(join, error, final=True)
+        if isinstance(joint, PPaaSError):
+            self._refused(join, joint, final=True)
             return
         sent = await asyncio.gather(*(self._send(robot, joint, join) for robot in join.robots))
         errors = [outcome for outcome in sent if isinstance(outcome, PPaaSError)]
@@ -131,18 +134,43 @@ class JointMapCoordinator:
         self._maps.done(join, sum(sizes))
         logger.info("maps of %s are joined: %d key frames", _names(join), max(sizes))
 
+    async def _joined(self, join: Join, files: Sequence[Sequence[bytes]]) -> bytes | PPaaSError:
+        """Return the joint map of files, or why they cannot be joined.
+
+        Raises
+        ------
+        Unavailable
+            The turn of the owner did not come.
+        NotPermitted
+            The published map is not shared any more.
+        """
+        try:
+            async with asyncio.timeout(TURN_TIMEOUT) as limit, self._heavy.turn(join.owner):
+                limit.reschedule(None)
+                return await run_in_threadpool(self._permitted_join, join, files)
+        except TimeoutError as error:
+            raise Unavailable("the maps could not be joined yet: other work of their owner takes long") from error
+
+    def _permitted_join(self, join: Join, files: Sequence[Sequence[bytes]]) -> bytes | PPaaSError:
+        """Join files, and check after that time that all users may still have the result; blocks."""
+        try:
+            joint = self._join(files)
+        except PPaaSError as error:
+            return error
+        for robot in join.robots:
+            if not self._may_join(robot.user, join.joint_map):
+                raise NotPermitted(f"the published map is no longer shared with {robot.user!r}")
+        return joint
+
     def _refused(self, join: Join, error: PPaaSError, *, final: bool = False) -> None:
         """Note that maps are not joined; a final reason holds until they have grown."""
         logger.info("maps of %s are not joined: %s", _names(join), error)
-        size = sum(robot.key_frames for robot in join.robots) if final else 0
-        self._maps.done(join, size, str(error))
+        self._maps.done(join, join.key_frames if final else 0, str(error))
 
     async def _fetch(self, robot: RobotMap) -> bytes:
-        """Return the pose graph of a robot."""
-        first = await self._cloud.robot_map(robot.user, robot.robot, 0)
-        return await whole_file(
-            first, lambda offset: self._cloud.robot_map(robot.user, robot.robot, offset), robot.robot
-        )
+        """Return the pose graph of a robot; raises ``Unavailable`` if it does not come in time."""
+        async with _transfer(robot):
+            return (await self._posegraphs.fetch(self._cloud, robot.user, robot.robot))[0]
 
     async def _send(self, robot: RobotMap, joint: bytes, join: Join) -> int | PPaaSError:
         """Send a joint map to one of its robots; return the number of its key frames then, or the error.
@@ -151,13 +179,26 @@ class JointMapCoordinator:
         """
         others, key_frames = [shown_to(robot.user, other) for other in join.robots if other is not robot], 0
         try:
-            for at in range(0, len(joint), PAGE):
-                page = base64.b64encode(joint[at : at + PAGE]).decode()
-                request = UseJointMapRequest(at, len(joint), page, others)
-                key_frames = (await self._cloud.use_joint_map(robot.user, robot.robot, request)).key_frames
+            async with _transfer(robot):
+                for at in range(0, len(joint), PAGE):
+                    page = base64.b64encode(joint[at : at + PAGE]).decode()
+                    request = UseJointMapRequest(at, len(joint), page, others)
+                    key_frames = (await self._cloud.use_joint_map(robot.user, robot.robot, request)).key_frames
         except PPaaSError as error:
             return error
         return key_frames
+
+
+@contextlib.asynccontextmanager
+async def _transfer(robot: RobotMap) -> AsyncIterator[None]:
+    """Limit the time of a transfer; raises ``Unavailable`` when it is over."""
+    try:
+        async with asyncio.timeout(TRANSFER_TIMEOUT):
+            yield
+    except TimeoutError as error:
+        raise Unavailable(
+            f"the map of robot {robot.robot!r} was not transferred within {TRANSFER_TIMEOUT:g} s: it is tried again"
+        ) from error
 
 
 def _names(join: Join) -> str:

@@ -17,7 +17,6 @@ from endpoints.proposals.reasons import reason_of
 from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
 from endpoints.rest.maps.map_reviews import check_may_propose, propose
 from endpoints.rest.maps.review_schemas import MapReviewAnswer
-from endpoints.services.robot_files import whole_file
 from endpoints.services.services import Services
 from engine.processes.background import repeat
 from engine.service.views import LifelongRobot
@@ -98,10 +97,7 @@ class ChangeWatch:
         head, reviews = await run_in_threadpool(_reviewed, self._services, robot)
         if POSEGRAPH not in head.present.files or waits(reviews, robot):
             return
-        first = await self._cloud.robot_map(robot.user, robot.robot, 0)
-        file = await whole_file(
-            first, lambda offset: self._cloud.robot_map(robot.user, robot.robot, offset), robot.robot
-        )
+        file, first = await self._services.posegraphs.fetch(self._cloud, robot.user, robot.robot)
         known = known_changes(reviews)
         self._seen[robot] = size
         async with self._services.heavy_work.turn(robot.user):

@@ -74,6 +74,11 @@ class Join(NamedTuple):
         return [robot for group in self.groups for robot in group]
 
     @property
+    def key_frames(self) -> int:
+        """Sum of the numbers of key frames of its robots, when it was chosen."""
+        return sum(robot.key_frames for robot in self.robots)
+
+    @property
     def owner(self) -> str:
         """User on whose behalf the maps are joined."""
         return self.joint_map.partition("@")[2]
@@ -100,6 +105,13 @@ class Sharing(NamedTuple):
 ALONE = Sharing()
 
 
+class _Tried(NamedTuple):
+    """Maps of an attempt: frames of a joint map. Robots of another joint map may report frames of the same names."""
+
+    joint_map: str
+    frames: frozenset[str]
+
+
 class _Attempt(NamedTuple):
     """Last attempt to join maps, with the number of their key frames then."""
 
@@ -121,14 +133,18 @@ class JointMaps:
     def __init__(self, clock: Clock = monotonic, time: Clock = epoch) -> None:
         self._clock, self._time = clock, time
         self._maps: dict[str, list[RobotMap]] = {}
-        self._attempts: dict[frozenset[str], _Attempt] = {}
+        self._attempts: dict[_Tried, _Attempt] = {}
         self._served: dict[str, float] = {}
 
     def report(self, maps: Mapping[str, Iterable[RobotMap]]) -> None:
         """Take the maps of all robots that map now, by the names of their joint maps; others are forgotten."""
         self._maps = {name: list(robots) for name, robots in maps.items()}
-        frames = {robot.frame for robots in self._maps.values() for robot in robots}
-        self._attempts = {key: attempt for key, attempt in self._attempts.items() if key <= frames}
+        frames = {name: {robot.frame for robot in robots} for name, robots in self._maps.items()}
+        self._attempts = {
+            tried: attempt
+            for tried, attempt in self._attempts.items()
+            if tried.frames <= frames.get(tried.joint_map, set())
+        }
         owners = {name.partition("@")[2] for name in self._maps}
         self._served = {owner: at for owner, at in self._served.items() if owner in owners}
 
@@ -152,20 +168,24 @@ class JointMaps:
         now = self._clock()
         self._served[join.owner] = now
         frames = join.frames if refused else frozenset((join.groups[0][0].frame,))
-        self._attempts[frames] = _Attempt(size, now, self._time(), refused)
+        self._attempts[_Tried(join.joint_map, frames)] = _Attempt(size, now, self._time(), refused)
 
     def sharing(self, user: str, robot: str) -> Sharing:
         """Return whether the map of a robot is part of a joint one, by the last report."""
-        for robots in self._maps.values():
+        for name, robots in self._maps.items():
             for one in robots:
                 if (one.user, one.robot) == (user, robot):
-                    return self._sharing(one, robots)
+                    return self._sharing(one, name, robots)
         return ALONE
 
-    def _sharing(self, one: RobotMap, robots: list[RobotMap]) -> Sharing:
+    def _sharing(self, one: RobotMap, name: str, robots: list[RobotMap]) -> Sharing:
         others = [other for other in robots if other.frame == one.frame and other is not one]
         names = tuple(shown_to(one.user, other) for other in others)
-        attempts = [attempt for frames, attempt in self._attempts.items() if one.frame in frames]
+        attempts = [
+            attempt
+            for tried, attempt in self._attempts.items()
+            if tried.joint_map == name and one.frame in tried.frames
+        ]
         last = max(attempts, key=lambda attempt: attempt.at, default=None)
         return Sharing(names) if last is None else Sharing(names, last.refused, last.tried)
 
@@ -175,33 +195,37 @@ class JointMaps:
             frames.setdefault(robot.frame, []).append(robot)
         groups = [tuple(group) for group in frames.values()]
         for group in groups:
-            if len(group) > 1 and self._is_exchange_due(group):
-                yield Join(name, (group,))
+            join = Join(name, (group,))
+            if len(group) > 1 and self._is_exchange_due(join):
+                yield join
         for pair in combinations(groups, 2):
             older, younger = sorted(pair, key=_age, reverse=True)
             join = Join(name, (older, younger))
             if len(join.robots) <= MOST_ROBOTS and self._is_merge_due(join):
                 yield join
 
-    def _is_exchange_due(self, group: tuple[RobotMap, ...]) -> bool:
-        last = self._attempts.get(frozenset((group[0].frame,)))
+    def _is_exchange_due(self, join: Join) -> bool:
+        last = self._last(join)
         if last is None:
             return True
-        return _size(group) >= last.size + EXCHANGE and self._has_waited(last, EXCHANGE_PERIOD)
+        return join.key_frames >= last.size + EXCHANGE and self._has_waited(last, EXCHANGE_PERIOD)
 
     def _is_merge_due(self, join: Join) -> bool:
         if any(max(robot.key_frames for robot in group) < LEAST for group in join.groups):
             return False
-        last = self._attempts.get(join.frames)
+        last = self._last(join)
         if last is None:
             return True
-        return _size(join.robots) >= GROWTH * last.size + MORE and self._has_waited(last, MERGE_PERIOD)
+        return join.key_frames >= GROWTH * last.size + MORE and self._has_waited(last, MERGE_PERIOD)
+
+    def _last(self, join: Join) -> _Attempt | None:
+        return self._attempts.get(_Tried(join.joint_map, join.frames))
 
     def _has_waited(self, last: _Attempt, period: float) -> bool:
         return self._clock() - last.at >= (period if last.size else SILENT_PERIOD)
 
     def _priority(self, join: Join) -> tuple[float, float]:
-        attempt = self._attempts.get(join.frames)
+        attempt = self._last(join)
         never = float("-inf")
         return self._served.get(join.owner, never), never if attempt is None else attempt.at
 
@@ -214,7 +238,3 @@ def shown_to(user: str, robot: RobotMap) -> str:
 def _age(group: tuple[RobotMap, ...]) -> tuple[int, str]:
     """Return the number of scans of a map, and its frame, so that the order is the same every time."""
     return max(robot.scans for robot in group), group[0].frame
-
-
-def _size(robots: Iterable[RobotMap]) -> int:
-    return sum(robot.key_frames for robot in robots)

@@ -13,6 +13,7 @@ from endpoints.services.map_cache import MapHeadCache
 from endpoints.services.plan_writer import PlanWriter
 from endpoints.services.publications import Publications
 from endpoints.services.request_limits import RequestLimits
+from endpoints.services.robot_files import PosegraphReader
 from endpoints.services.store_health import StoreHealthCheck
 from storage.disk_space.reserve import DiskReserve
 from storage.ports import MapStore, Store
@@ -35,6 +36,7 @@ class Services:
     heavy_work: HeavyWork = field(default_factory=HeavyWork)
     joint_maps: JointMaps = field(default_factory=JointMaps)
     publications: Publications = field(default_factory=Publications)
+    posegraphs: PosegraphReader = field(default_factory=PosegraphReader)
     disk: DiskReserve | None = None
     keep_versions: int | None = None
     audit: AuditLog = field(default_factory=MemoryAuditLog)

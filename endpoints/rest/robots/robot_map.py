@@ -105,7 +105,7 @@ async def show_robot_map(robot_id: RobotId, services: Provided, user: Caller) ->
 async def fetch_robot_posegraph(robot_id: RobotId, services: Provided, user: Caller) -> Response:
     """Return the pose graph of the map that a connected robot makes."""
     await own_robot(services, user, robot_id)
-    file, _ = await _taken(services, user, robot_id)
+    file, _ = await services.posegraphs.fetch(services.cloud, user.id, robot_id)
     return Response(file, media_type="application/octet-stream", headers={"X-Content-Type-Options": "nosniff"})
 
 
@@ -129,7 +129,7 @@ async def publish_robot_map(
 async def _publish(
     services: Services, user: User, robot: str, wanted: PublishRequest, publication: Publication
 ) -> tuple[MapAnswer, MapRecord]:
-    file, numbers = await _taken(services, user, robot)
+    file, numbers = await services.posegraphs.fetch(services.cloud, user.id, robot)
     if not file:
         raise Conflict(f"robot {robot!r} has mapped nothing yet: publish its map once it sent scans and odometry")
     octomap = await _octomap(services, user, robot)
@@ -144,12 +144,6 @@ async def _publish(
 
             work = _Drawing(services, user, wanted, numbers, publication, moved)
             return await run_in_threadpool(work.publish, file)
-
-
-async def _taken(services: Services, user: User, robot: str) -> tuple[bytes, GetPoseGraphResponse]:
-    """Return the file of the pose graph of a robot, as it was at the first page."""
-    numbers = await services.cloud.robot_map(user.id, robot, 0)
-    return await whole_file(numbers, lambda offset: services.cloud.robot_map(user.id, robot, offset), robot), numbers
 
 
 async def _octomap(services: Services, user: User, robot: str, motion: Motion | None = None) -> bytes:
