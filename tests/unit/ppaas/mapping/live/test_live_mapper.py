@@ -238,7 +238,7 @@ def test_a_lifelong_map_stops_growing_and_stays_whole():
     np.testing.assert_array_equal(resumed.draw().cells.shape, mapper.draw().cells.shape)
 
 
-def test_a_thinned_map_is_told_once_to_a_new_log():
+def test_a_thinned_map_begins_a_new_log_once():
     mapper = LiveMapper(LASER, closures=None, lifelong=LIFELONG)
     round_trips(mapper, 6)
     assert mapper.is_rewritten
