@@ -13,6 +13,7 @@ from endpoints.services.services import Services
 from engine.processes.background import repeat
 from engine.service.links.place_link import PlaceLink
 from engine.service.robot_sessions import RobotSessions
+from engine.specs.joint_maps import owner_by
 from ppaas.errors import NotAuthenticated, NotFound, NotPermitted, Unavailable
 
 PERIOD = 0.5
@@ -21,6 +22,8 @@ PERIOD = 0.5
 
 class RightsWatch:
     """Ends sessions whose token was revoked or has expired, and places whose map is no longer shared with their user.
+
+    A robot that makes a joint map with those of another user connects again, and then maps apart from them.
 
     Parameters
     ----------
@@ -45,14 +48,17 @@ class RightsWatch:
         """Check all sessions once; a right that cannot be checked now, as its store is unreachable, remains."""
         by_token: defaultdict[str, list[Attachment]] = defaultdict(list)
         by_map: defaultdict[str, set[tuple[str, PlaceLink]]] = defaultdict(set)
+        joint: set[tuple[str, PlaceLink]] = set()
         for attachment in self._sessions.attachments():
             by_token[attachment.token].append(attachment)
             place = attachment.retained.place
             for map_id in self._robots.map_ids(place):
                 by_map[map_id].add((attachment.user, place))
+            joint.add((attachment.user, place))
         await asyncio.gather(
             *(self._check_token(token, attachments) for token, attachments in by_token.items()),
             *(self._check_map(map_id, places) for map_id, places in by_map.items()),
+            *(self._check_joint_map(user, place) for user, place in joint),
         )
 
     async def _check_token(self, token: str, attachments: list[Attachment]) -> None:
@@ -72,3 +78,20 @@ class RightsWatch:
         for user, place in places:
             if not head.readable_by(user):
                 await self._robots.let_go(place, NotPermitted(f"map {map_id!r} is no longer shared with {user!r}"))
+
+    async def _check_joint_map(self, user: str, place: PlaceLink) -> None:
+        joint = self._robots.joint_map(place)
+        if joint is None:
+            return
+        map_id, owner = joint
+        try:
+            head = await self._services.map_cache.head(self._services.map_store, map_id)
+            if owner_by(head, user) == owner:
+                return
+        except Unavailable:
+            return
+        except NotFound:
+            pass  # it was removed, and is shared with nobody
+        await self._robots.let_go(
+            place, Unavailable(f"map {map_id!r} of {owner!r} is no longer shared with {user!r}: connect again")
+        )

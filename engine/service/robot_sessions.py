@@ -224,6 +224,14 @@ class RobotSessions:
         masks = request.robot.masks.values() if request.robot is not None else ()
         return (request.map.id, *(mask.id for mask in masks))
 
+    def joint_map(self, place: PlaceLink) -> tuple[str, str] | None:
+        """Return the id of a new map, and the other user with whose robots the one of a place makes it; else None."""
+        request = self._service.request_of(place.key)
+        robot = None if request is None else request.robot
+        if request is None or robot is None or robot.continued is not None or robot.map_owner in ("", request.user):
+            return None
+        return robot.new_map, robot.map_owner
+
     async def let_go(self, place: PlaceLink, reason: PPaaSError) -> None:
         """Close a place although clients are connected, and notify them of the reason."""
         if self._service.place(place.key) is place:

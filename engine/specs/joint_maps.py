@@ -2,6 +2,7 @@
 
 from ppaas.errors import NotFound
 from storage.ports import MapStore
+from storage.records import MapRecord
 
 
 def joint_map_owner(maps: MapStore, user: str, name: str) -> str:
@@ -23,4 +24,9 @@ def joint_map_owner(maps: MapStore, user: str, name: str) -> str:
         head = maps.map_head(name)
     except NotFound:
         return user
+    return owner_by(head, user)
+
+
+def owner_by(head: MapRecord, user: str) -> str:
+    """Return the same by the published map of that id."""
     return head.owner if user in head.readers else user

@@ -80,6 +80,29 @@ async def test_robots_on_a_map_that_is_no_longer_shared_are_disconnected(world: 
         assert reason.startswith("not-permitted: map 'house' is no longer shared with 'ann'")
 
 
+async def test_robot_that_makes_a_joint_map_with_others_maps_apart_when_it_is_no_longer_shared(
+    world: World, watch: RightsWatch
+) -> None:
+    store = world.services.map_store
+    records.put_map(store, records.house("office", owner="bob", readers=("ann",)))
+    world.services.store.put_robot(records.robot("tb1", user="ann", map="new:office"))
+    async with world.robot() as (robot, container):
+        await watch.check()
+        await robot.ping()
+        store.change_map("office", readers=())
+        world.services.map_cache.forget("office")
+        await watch.check()
+        code, reason = await closed(robot)
+        assert code != 1008, "it may connect again"
+        assert reason == "unavailable: map 'office' of 'bob' is no longer shared with 'ann': connect again"
+        assert await world.machine.stopped() == container.spec.id
+        await world.machine.kill(container, 0)
+    async with world.robot():
+        [place] = world.service._master.places.values()
+        assert place.request.robot is not None
+        assert place.request.robot.map_owner == "ann"
+
+
 async def test_clients_stay_while_the_store_is_unreachable(
     world: World, watch: RightsWatch, clock: ManualClock, monkeypatch: pytest.MonkeyPatch
 ) -> None:
