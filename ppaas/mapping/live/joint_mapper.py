@@ -6,15 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.parameters import ClosureParameters
-from ppaas.mapping.closures.submaps import Submaps
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.mapping.key_frames import KeyFrames
-from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.live.adoption import Adopted, AdoptionWork
-from ppaas.mapping.live.live_mapper import CLOSURES, FRONT_END, LiveMapper
+from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.live.map_canvas import MapCanvas
-from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.planar_poses import compose
 
@@ -43,20 +39,12 @@ class JointMapper(LiveMapper):
 
     Parameters
     ----------
-    geometry, parameters, closures, *arguments, **options
+    *arguments, **options
         Of `LiveMapper`.
     """
 
-    def __init__(
-        self,
-        geometry: LaserGeometry,
-        parameters: SlamParameters = FRONT_END,
-        closures: ClosureParameters | None = CLOSURES,
-        *arguments: Any,
-        **options: Any,
-    ) -> None:
-        super().__init__(geometry, parameters, closures, *arguments, **options)
-        self._submap_travel = (closures or CLOSURES).submap_travel
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
         self._adopting = False
 
     def next_work(self) -> Any:
@@ -105,7 +93,6 @@ class JointMapper(LiveMapper):
         self._tracker.resume(frames, motion @ pose, odometry)
         if placing:
             self._tracker.place(motion @ pose @ frames.geometry.mount.inverse())
-        self._submaps = Submaps(self._submap_travel)
         self._take_over(adopted.mapping)
         self._searched = sum(submap.end <= adopted.searched for submap in self._submaps.finished)
         self.solves = solves
