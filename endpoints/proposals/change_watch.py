@@ -89,17 +89,17 @@ class ChangeWatch:
                     logger.info("map %r is not compared with that of robot %r: %s", robot.map, robot.robot, error)
 
     async def _look(self, robot: LifelongRobot) -> None:
-        """Propose what a robot has found since the last look, unless a proposal of it waits."""
+        """Propose what a robot has found, if its map or the published one has changed and no proposal of it waits."""
         numbers = await self._cloud.robot_map(robot.user, robot.robot, -1)
-        size = numbers.key_frames, numbers.edges, numbers.scans
-        if self._seen.get(robot) == size:
-            return
         head, reviews = await run_in_threadpool(_reviewed, self._services, robot)
+        state = head.present.number, numbers.key_frames, numbers.edges, numbers.scans
+        if self._seen.get(robot) == state:
+            return
         if POSEGRAPH not in head.present.files or waits(reviews, robot):
             return
         file, first = await self._services.posegraphs.fetch(self._cloud, robot.user, robot.robot)
         known = known_changes(reviews)
-        self._seen[robot] = size
+        self._seen[robot] = state
         async with self._services.heavy_work.turn(robot.user):
             found = await run_in_threadpool(self._propose, robot, head, _Taken(file, first), known)
         if found is not None:

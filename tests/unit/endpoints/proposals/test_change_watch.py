@@ -79,9 +79,9 @@ async def ann(log_in: LogIn, services: Services, cloud: FakeCloud) -> dict[str, 
     return headers
 
 
-async def look(services: Services) -> None:
-    """Look twice."""
-    watch = ChangeWatch(services)
+async def look(services: Services, watch: ChangeWatch | None = None) -> None:
+    """Look twice, by default after a restart of the cloud."""
+    watch = watch or ChangeWatch(services)
     for _ in range(2):
         await watch.step()
 
@@ -141,12 +141,12 @@ async def test_an_approved_change_is_the_map_and_is_not_proposed_again(
 async def test_a_change_that_was_approved_and_undone_is_proposed_again(
     client: httpx.AsyncClient, ann: dict[str, str], services: Services
 ) -> None:
-    before = services.map_store.map_head("office").version
-    await look(services)
+    before, watch = services.map_store.map_head("office").version, ChangeWatch(services)
+    await look(services, watch)
     await client.post(f"{REVIEWS}/2/approve", headers=ann, json={"why": "seen it"})
     undone = await client.post("/v1/maps/office/roll_back", headers=ann, json={"version": before})
     assert undone.status_code == 200, undone.text
-    await look(services)
+    await look(services, watch)  # the robot stands
     assert [one["state"] for one in await reviews(client, ann)] == ["waiting", "approved"]
 
 
