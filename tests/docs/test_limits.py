@@ -12,6 +12,7 @@ from endpoints.http import (
     tls_handshake,
     websocket_protocol,
 )
+from endpoints.merging.coordinator import TRANSFER_TIMEOUT, TURN_TIMEOUT
 from endpoints.rest import nesting, paging, schemas, strict_json
 from endpoints.rest.maps import map_programs, multipart
 from endpoints.rest.maps.upload_form import MAX_FIELDS
@@ -91,6 +92,9 @@ ROWS = {
         f"{rebuilding.MOST_BYTES >> 20} MiB",
     ],
     ("joint map", "robots, and joins at once"): [f"{MOST_ROBOTS}, and 1"],
+    ("transfer of a joint map or its parts from or to a robot; other work of the owner", "time"): [
+        f"{TRANSFER_TIMEOUT:g} s; {TURN_TIMEOUT:g} s"
+    ],
     ("maps that are drawn from a pose graph or merged", "memory and time of a process of its own"): [
         f"{map_programs.MEMORY >> 20} MiB",
         f"{map_programs.MAKE_SECONDS:g} s",
