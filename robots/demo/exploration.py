@@ -129,8 +129,9 @@ async def _explore(rest: RestClient, access: CloudAccess, stage: ExplorationStag
     for name, start in zip(names, stage.starts, strict=True):
         world.add_robot(start, SimulatedRobotModel())
         await rest.put_robot(name, _robot_file(options, NEW + stage.map_id))
-    joining = asyncio.create_task(_joined(rest, names))
     async with contextlib.AsyncExitStack() as stack:
+        joining = asyncio.create_task(_joined(rest, names))
+        stack.callback(joining.cancel)
         await stack.enter_async_context(background(Simulator(world).run()))
         operators = []
         for robot, name in zip(world.robots, names, strict=True):
@@ -140,7 +141,6 @@ async def _explore(rest: RestClient, access: CloudAccess, stage: ExplorationStag
         explorers = [ExploreClient(each, _progress(options, name, len(names))) for each, name in operators]
         outcomes = await asyncio.gather(*(each.explore() for each in explorers))
         made = await _published(rest, stage.map_id)
-    joining.cancel()
     scorer = Scorer(world)
     robots = [
         RobotReport(name, distance_m=round(scorer.distance(number), 3), collisions=scorer.collisions(number))
