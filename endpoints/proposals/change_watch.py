@@ -140,7 +140,10 @@ class ChangeWatch:
             return kept
         fresh = [[place for place in found if place not in of] for found, of in zip((left, new), kept, strict=True)]
         known = KnownChanges([*known.left, *_centres(fresh[0])], [*known.new, *_centres(fresh[1])])
-        return _compared(folder, numbers, known)
+        rest = _compared(folder, numbers, known)
+        if any(place not in of for found, of in zip(rest, kept, strict=True) for place in found):
+            return [], []  # the largest ones were left out, so smaller ones are found that the last look lacks
+        return rest
 
     def _write(self, folder: Path, head: MapRecord, posegraph: bytes) -> None:
         """Write the files of a map, and the pose graph of the robot that continues it."""

@@ -6,12 +6,12 @@ from engine.service.views import LifelongRobot
 from ppaas.mapping.lifelong.changes import ChangedPlace, KnownChanges
 from storage.records import ConfirmedPlaces, MapReview
 
-MOST_PLACES = 64
-"""Largest number of places of a kind that a review stores, the largest ones: each entry of a map's log has them all."""
-
 
 def confirmed_places(robot: str, left: Sequence[ChangedPlace], new: Sequence[ChangedPlace]) -> ConfirmedPlaces:
-    """Return what a review stores of the places that a robot found gone and new; the largest come first."""
+    """Return what a review stores of the places that a robot found gone and new.
+
+    The search for changes bounds their number: each entry of a map's log has the places of all its reviews.
+    """
     return ConfirmedPlaces(robot, _centres(left), _centres(new))
 
 
@@ -35,4 +35,4 @@ def known_changes(reviews: Iterable[MapReview]) -> KnownChanges:
 
 
 def _centres(places: Sequence[ChangedPlace]) -> tuple[tuple[float, float], ...]:
-    return tuple((round(place.x, 2), round(place.y, 2)) for place in places[:MOST_PLACES])
+    return tuple((round(place.x, 2), round(place.y, 2)) for place in places)

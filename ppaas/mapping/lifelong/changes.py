@@ -26,6 +26,9 @@ SQUARE = 4
 LEAST_CELLS = 6
 """Fewest cells of a change; fewer are noise at the edge of a wall."""
 
+MOST_PLACES = 64
+"""Largest number of changes of a kind that are found at once; the others are found when these are known."""
+
 SAME_PLACE = 0.75
 """Distance of the centres up to which two changes of a kind are the same [m]."""
 
@@ -81,7 +84,7 @@ class ConfirmedChanges:
     Parameters
     ----------
     left, new : list of ChangedPlace
-        Where something stood before, and where something is now; the largest first.
+        Where something stood before, and where something is now; the `MOST_PLACES` largest of each, largest first.
     grid : GridMap
         The map with these changes; cells that were unknown are as the robot sees them.
     """
@@ -226,18 +229,19 @@ def _most_beside(counts: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _places(mask: NDArray[np.bool_], info: GridInfo, known: Centres) -> tuple[list[ChangedPlace], NDArray[np.bool_]]:
-    """Return rectangles around groups of cells, and the mask without groups that are too small or known."""
+    """Return rectangles around the largest groups of cells that are not known, and the mask of these groups."""
     rows, columns = np.nonzero(mask)
     squares, index, counts = np.unique(
         np.column_stack((rows // SQUARE, columns // SQUARE)), axis=0, return_inverse=True, return_counts=True
     )
     groups = _groups(squares)
-    of_cell, sizes = groups[index.ravel()], np.bincount(groups, counts, minlength=1).astype(np.int64)
-    kept, places = np.zeros_like(mask), []
+    sizes = np.bincount(groups, counts, minlength=1).astype(np.int64)
+    sorted_cells, ends = np.argsort(groups[index.ravel()], kind="stable"), np.cumsum(sizes)
+    kept, places = np.zeros_like(mask), list[ChangedPlace]()
     for group in np.argsort(-sizes, kind="stable"):
-        if sizes[group] < LEAST_CELLS:
+        if sizes[group] < LEAST_CELLS or len(places) == MOST_PLACES:
             break
-        own = of_cell == group
+        own = sorted_cells[ends[group] - sizes[group] : ends[group]]
         place = _place(rows[own], columns[own], info)
         if not is_among(place, known):
             kept[rows[own], columns[own]] = True

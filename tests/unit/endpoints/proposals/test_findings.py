@@ -1,6 +1,6 @@
 """Findings of robots in the reviews of a map."""
 
-from endpoints.proposals.findings import MOST_PLACES, confirmed_places, known_changes, waits
+from endpoints.proposals.findings import confirmed_places, known_changes, waits
 from engine.service.views import LifelongRobot
 from ppaas.mapping.lifelong.changes import ChangedPlace
 from storage.records import MapChange, MapReview, ReviewState
@@ -33,7 +33,3 @@ def test_a_proposal_waits_for_the_robot_of_its_author_only() -> None:
     assert not waits([waiting], LifelongRobot("ann", "tb2", "office"))
     assert not waits([waiting], LifelongRobot("bob", "tb1", "office"))
     assert not waits([review([LEFT], [], "refused")], LifelongRobot("ann", "tb1", "office"))
-
-
-def test_a_review_stores_a_bounded_number_of_places() -> None:
-    assert len(confirmed_places("tb1", [LEFT] * (MOST_PLACES + 1), []).left) == MOST_PLACES

@@ -9,6 +9,7 @@ from benchmarks.mapping.lifelong.changing_room import AFTER, BEFORE, changing_dr
 from benchmarks.mapping.simulated_drive import SimulatedDrive
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
+from ppaas.mapping.lifelong import changes as changes_module
 from ppaas.mapping.lifelong.changes import KnownChanges, LaterFrames, confirmed_changes, later_frames
 from ppaas.mapping.lifelong.parameters import LifelongParameters
 from ppaas.mapping.lifelong.thinning import kept_frames
@@ -81,6 +82,20 @@ def test_known_changes_are_left_out(mapped):
     rest = changes(mapped, 5, KnownChanges([(x + 0.4, y - 0.4)], [(x, y)]))
     assert (rest.left, rest.new) == ([], found.new)
     assert (rest.grid.data != found.grid.data).sum() == found.left[0].cells
+
+
+def test_the_largest_changes_are_found_first(mapped, monkeypatch):
+    (base, before), (mapping, now) = mapped[1], mapped[5]
+    assert before.info == now.info
+    columns = (np.indices(before.data.shape) % 20 < 4).all(axis=0)
+    cells = np.where((before.data == FREE) & (now.data == FREE) & columns, np.int8(OCCUPIED), before.data)
+    crowded = GridMap(cells, before.info)
+    later = later_frames(mapping.frames, base.frames)
+    every = confirmed_changes(crowded, now, later, 6.0).left
+    monkeypatch.setattr(changes_module, "MOST_PLACES", 3)
+    found = confirmed_changes(crowded, now, later, 6.0)
+    assert len(every) > 10 and found.left == every[:3]
+    assert ((found.grid.data == FREE) & (cells == OCCUPIED)).sum() == sum(place.cells for place in every[:3])
 
 
 def test_a_robot_that_does_not_continue_the_map_is_refused(mapped):
