@@ -227,6 +227,8 @@ def read_log(entries: Iterable[LogEntry], most_bytes: int = MOST_BYTES) -> Mappi
     """
     rebuilt = Rebuilding(most_bytes, parts=True)
     for entry in entries:
+        if not entry.data:
+            raise InvalidGraph(f"entry {entry.number} of the log of the pose graph is empty: start a new session")
         for _, record in unpack_records(entry.data):
             if record.kind == RecordKind.END:
                 raise InvalidGraph("the log of the pose graph has the end of a file in it: start a new session")

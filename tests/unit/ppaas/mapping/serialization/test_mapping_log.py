@@ -182,6 +182,16 @@ def test_a_log_that_lacks_an_entry_is_refused(log):
         read_log([])
 
 
+def test_an_empty_entry_is_refused(log):
+    log.grow(3)
+    log.write()
+    log.grow(1)
+    log.write()
+    log.entries[max(log.entries)] = b""
+    with pytest.raises(InvalidGraph, match="entry 2 of the log of the pose graph is empty"):
+        log.read()
+
+
 def test_a_rewritten_mapping_is_one_entry_that_a_log_continues(log):
     log.grow(30, closures=3, solves=1)
     log.write()
