@@ -27,7 +27,7 @@ MOST_BYTES = 1 << 28
 """Largest joint map [bytes]."""
 
 RETRY = 0.1
-"""Time after which a joint map is tried again that came while loops were closed [s]."""
+"""Time between attempts to take over a joint map that came while loops were closed [s]."""
 
 RESERVED = 1 << 16
 """Numbers of log entries that are left for what is mapped while a joint map is made the robot's own."""
@@ -91,6 +91,8 @@ class JointMaps:
         Log of the map.
     on_adopted : callable
         Called with what has changed, and a status text if other robots than before are in the joint map.
+    on_ended : callable
+        Called when other work on the map may begin, since one was taken over or refused.
     """
 
     def __init__(
@@ -99,8 +101,10 @@ class JointMaps:
         current: Callable[[], Current | None],
         logbook: Logbook,
         on_adopted: Callable[[Adoption, str], None],
+        on_ended: Callable[[], None],
     ) -> None:
-        self._context, self._current, self._logbook, self._on_adopted = context, current, logbook, on_adopted
+        self._context, self._current, self._logbook = context, current, logbook
+        self._on_adopted, self._on_ended = on_adopted, on_ended
         self._file, self._robots = bytearray(), list[str]()
         self._waiting: _Waiting | None = None
         self._timer: Timer | None = None
@@ -154,6 +158,10 @@ class JointMaps:
         self._context.start(LongWork(partial(_prepared, work, number, solves)), self._finish)
 
     def _finish(self, prepared: Prepared | PPaaSError) -> None:
+        self._use(prepared)
+        self._on_ended()
+
+    def _use(self, prepared: Prepared | PPaaSError) -> None:
         waiting, self._waiting = self._waiting, None
         assert waiting is not None
         mapper = waiting.current.mapper

@@ -111,7 +111,7 @@ class GridSlamNode(ScanMappingNode):
     ) -> None:
         super().__init__(context, parameters, save, prepare, prepare_closures)
         self._graphs = PoseGraphServices(context, graphs, parameters.drawing(), closes=parameters.do_loop_closing)
-        self._joint_maps = JointMaps(context, self._joinable, self._logbook, self._on_joined)
+        self._joint_maps = JointMaps(context, self._joinable, self._logbook, self._on_joined, self._closures.start)
         self._loads = bool(parameters.map_file_name) and graphs.load is not None  # otherwise it comes with the log
 
     def start(self) -> None:
@@ -234,7 +234,6 @@ class GridSlamNode(ScanMappingNode):
         self._others.use_frame_of(mapper.key_frames, self._frame_name(mapper))
         self._poses.publish_jump(adoption.motion @ self._map_to_odom)
         self._on_moved(adoption.motion)
-        self._closures.start()
         if text:
             self._status.report(text)
 

@@ -209,6 +209,22 @@ def test_map_of_other_robots_is_refused_and_the_own_one_stays(joint):
     assert len(robot.node._mapping().frames) > len(own)
 
 
+def test_loops_that_waited_for_a_joint_map_are_closed_although_it_is_refused():
+    jobs = HeldJobs()
+    robot, other = MappingRobot(second_drive(), worker=jobs), MappingRobot(first_drive())
+    for each in (robot, other):
+        each.step(20)
+    jobs.release()
+    replies = []
+    for page in pages(file_of(other)):
+        robot.graph.call("grid_slam/use_joint_map", page, replies.append)
+    robot.step(MET)
+    assert len(jobs.held) == 1
+    jobs.release()
+    assert isinstance(replies[-1], Conflict)
+    assert len(jobs.held) == 1
+
+
 @pytest.mark.parametrize(
     ("page", "error"),
     [
