@@ -14,7 +14,7 @@ LEAST = 30
 """Fewest key frames of a map that is joined with another; a merge needs places along 12 m of the drive."""
 
 GROWTH, MORE = 1.2, 10
-"""Two maps are tried again when their key frames together are so many times as many, and these in addition."""
+"""Two refused maps are tried again when their number of key frames has grown by this factor, and by `MORE` in addition."""
 
 EXCHANGE = 20
 """Number of new key frames of the robots in one frame after which they are exchanged."""
@@ -23,7 +23,7 @@ MERGE_PERIOD, EXCHANGE_PERIOD = 5.0, 15.0
 """Least time between two attempts to merge the same maps, and between two exchanges in one frame [s]."""
 
 SILENT_PERIOD = 30.0
-"""Time after which maps are tried again one of whose robots did not answer [s]."""
+"""Time after which maps are tried again if one of their robots did not answer [s]."""
 
 MOST_ROBOTS = 8
 """Largest number of robots in one frame."""
@@ -122,7 +122,7 @@ class _Attempt(NamedTuple):
 
 
 class JointMaps:
-    """Chooses the maps that are joined next: one at once, those first whose owner waited longest.
+    """Chooses the maps that are joined next: one join at once; the owner who waited longest is first.
 
     Parameters
     ----------
