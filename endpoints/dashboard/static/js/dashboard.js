@@ -100,7 +100,8 @@ export class Dashboard {
     const { robot, mapping, connected } = this.#fleet.selected ?? {};
     if (!mapping || !connected) return this.#card.showSharing(null);
     try {
-      this.#card.showSharing(await this.#rest.get(`v1/robots/${encodeURIComponent(robot.id)}/map`));
+      const map = await this.#rest.get(`v1/robots/${encodeURIComponent(robot.id)}/map`);
+      if (this.#fleet.selected?.robot.id === robot.id) this.#card.showSharing(map); // else another one was selected
     } catch (error) {
       if (!(error instanceof Refused) || error.status === 401) throw error;
       this.#card.showSharing(null); // it has no map yet, or has just left
