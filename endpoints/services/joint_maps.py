@@ -14,7 +14,7 @@ LEAST = 30
 """Fewest key frames of a map that is joined with another; a merge needs places along 12 m of the drive."""
 
 GROWTH, MORE = 1.2, 10
-"""Two refused maps are tried again when their number of key frames has grown by this factor, and by `MORE` in addition."""
+"""Factor, and number in addition, by which the key frames of refused maps must grow before they are tried again."""
 
 EXCHANGE = 20
 """Number of new key frames of the robots in one frame after which they are exchanged."""
