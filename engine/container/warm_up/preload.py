@@ -27,8 +27,9 @@ try:
         with stub_modules.stubbed(stub_modules.TLS):
             import uvloop  # noqa: F401
 
+        threading_layer.choose()
         with stub_modules.stubbed(stub_modules.HTML, stub_modules.POLYNOMIAL):
-            threading_layer.choose()
+            import numba  # noqa: F401
 
         from engine.container.warm_up import first_start
         from engine.runtimes.compilation import kernel_modules

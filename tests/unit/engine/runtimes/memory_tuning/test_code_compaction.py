@@ -1,6 +1,17 @@
+import gc
 import threading
 
+import pytest
+
 from engine.runtimes.memory_tuning import code_compaction
+
+
+@pytest.fixture(autouse=True)
+def _thawed():
+    """Let the garbage collector list the objects of this file, which are frozen after the collection of tests."""
+    gc.unfreeze()
+    yield
+    gc.freeze()
 
 
 def cold():
