@@ -4,13 +4,16 @@ import argparse
 import asyncio
 import contextlib
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ppaas.errors import InvalidInput, PPaaSError
 from robots.cli.output import show
 from robots.cli.progress import Report, progress_bar
 from robots.cli.session import add_session_arguments, logged_in
-from robots.client.rest import RestClient
 from robots.client.rest_paths import path_of
+
+if TYPE_CHECKING:
+    from robots.client.rest import RestClient
 
 COLUMNS = ("key_frames", "edges", "closures", "joined_with", "refused")
 
@@ -65,7 +68,7 @@ async def run(arguments: argparse.Namespace) -> None:
     show(published, PUBLISHED, as_json=arguments.json)
 
 
-async def _watch(client: RestClient, path: str, report: Report | None) -> None:
+async def _watch(client: "RestClient", path: str, report: Report | None) -> None:
     """Report how far a publication is, until cancelled; without a terminal, do nothing."""
     while report is not None:
         with contextlib.suppress(PPaaSError):  # the robot is away for a moment; the publication itself goes on
