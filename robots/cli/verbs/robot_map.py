@@ -1,7 +1,6 @@
 """Verb ``ppaas robot map``: shows, saves and publishes the map that a robot makes."""
 
 import argparse
-import asyncio
 import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -48,6 +47,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 async def run(arguments: argparse.Namespace) -> None:
     """Execute the verb."""
+    import asyncio  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
     client, path = logged_in(arguments), path_of("robots", arguments.id, "map")
     if arguments.posegraph is not None:
         try:
@@ -70,6 +71,8 @@ async def run(arguments: argparse.Namespace) -> None:
 
 async def _watch(client: "RestClient", path: str, report: Report | None) -> None:
     """Report how far a publication is, until cancelled; without a terminal, do nothing."""
+    import asyncio  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
     while report is not None:
         with contextlib.suppress(PPaaSError):  # the robot is away for a moment; the publication itself goes on
             publishing = (await client.get(path))["publishing"]
