@@ -4,7 +4,7 @@ As bundle adjustment: the pairs of points are found at the current poses, their 
 of key frames, and one sparse system gives the step of all poses.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -95,7 +95,11 @@ class Refined(NamedTuple):
 
 
 def refine(
-    key_frames: KeyFrames, poses: PoseArray, odometry: Edges, settings: RefinementSettings = DEFAULTS
+    key_frames: KeyFrames,
+    poses: PoseArray,
+    odometry: Edges,
+    settings: RefinementSettings = DEFAULTS,
+    cancelled: Callable[[], bool] = lambda: False,
 ) -> Refined:
     """Return poses of the key frames at which all overlapping scans fit best.
 
@@ -109,6 +113,8 @@ def refine(
         Edges of the graph to keep, weighted by their information: those of the odometry, not closures.
     settings : RefinementSettings
         Gates, weights and pairs.
+    cancelled : callable
+        Returns whether the result is no longer needed: no further step is made then.
 
     Raises
     ------
@@ -120,6 +126,8 @@ def refine(
     if len(poses) < 2:
         return Refined(moved, 0, 0, 0.0)
     for count, gate in enumerate(settings.gates, start=1):
+        if cancelled():
+            break
         if count - 1 in settings.pair_again:
             work.find_pairs(moved)
         step = work.step(moved, gate)

@@ -23,13 +23,13 @@ class OdometryChain:
     Parameters
     ----------
     graph : PoseGraph
-        If several odometry edges connect two consecutive nodes, the last counts.
+        If several odometry edges connect two consecutive nodes, the first counts.
     """
 
     def __init__(self, graph: PoseGraph) -> None:
         edges = graph.edges
         following = (edges.kinds == EdgeKind.ODOMETRY) & (edges.second == edges.first + 1)
-        count, links = graph.node_count, edges.take(following)
+        count, links = graph.node_count, edges.take(np.flatnonzero(following)[::-1])
         steps, local = np.zeros((count, 3)), np.zeros((count, 3, 3))
         steps[links.second] = links.measurements
         local[links.second] = end_covariances(links)

@@ -140,8 +140,8 @@ class PoseGraph:
 
     def add_edges(self, edges: Edges) -> None:
         """Append edges; raises as `add_edge`."""
-        for first, second, measurement, information, kind in zip(*edges, strict=True):
-            self.add_edge(int(first), int(second), measurement, information, EdgeKind(kind))
+        joined = PoseGraph.of(self.poses, join_edges(self.edges, edges))
+        self._edges, self._edge_count = joined._edges, joined._edge_count
 
     def move_nodes(self, poses: PoseArray) -> None:
         """Replace the poses of all nodes by those of an (n, 3) array."""
@@ -173,6 +173,10 @@ class PoseGraph:
         copied._poses, copied._node_count = self.poses.copy(), self._node_count
         copied._edges, copied._edge_count = _of_each(self.edges, np.copy), self._edge_count
         return copied
+
+    def renew_measurements(self, which: NDArray[np.int64], measurements: PoseArray) -> None:
+        """Replace the measurements of some edges, by their indices (m,), by those of an (m, 3) array."""
+        self._edges.measurements[which] = measurements
 
     def keep_edges(self, keep: NDArray[np.bool_]) -> None:
         """Remove the edges whose entry of an (m,) mask is false."""

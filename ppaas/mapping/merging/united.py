@@ -121,14 +121,23 @@ def _joined(first: KeyFrames, second: KeyFrames, new: NDArray[np.int64]) -> KeyF
 
 
 def _all_edges(first: Mapping, second: Mapping, places: NDArray[np.int64]) -> Edges:
-    """Return the edges of the first mapping, and those that only the second one has."""
+    """Return the edges of the first mapping, and those that only the second one has.
+
+    The n-th edge of a kind between two nodes is the same in both, though a refinement may have changed its measurement.
+    """
     own, edges = first.graph.edges, second.graph.edges
     moved = edges._replace(first=places[edges.first], second=places[edges.second])
-    known = set(map(_edge_id, own.first, own.second, own.measurements))
-    fresh = [_edge_id(*each) not in known for each in zip(moved.first, moved.second, moved.measurements, strict=True)]
+    known = set(_edge_ids(own))
+    fresh = [each not in known for each in _edge_ids(moved)]
     parts: tuple[Edges, ...] = own, moved.take(np.array(fresh, np.bool_))
     return Edges(*map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _edge_id(first: np.int64, second: np.int64, measurement: PoseArray) -> tuple[int, int, bytes]:
-    return int(first), int(second), measurement.tobytes()
+def _edge_ids(edges: Edges) -> list[tuple[int, int, int, int]]:
+    """Return the id of each edge: its nodes, its kind, and how many such edges are before it."""
+    counts: dict[tuple[int, int, int], int] = {}
+    ids = []
+    for ends in zip(edges.first.tolist(), edges.second.tolist(), edges.kinds.tolist(), strict=True):
+        ids.append((*ends, counts.get(ends, 0)))
+        counts[ends] = counts.get(ends, 0) + 1
+    return ids

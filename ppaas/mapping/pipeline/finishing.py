@@ -2,11 +2,10 @@
 
 from collections.abc import Callable
 
-import numpy as np
-
 from ppaas.mapping.closures.agreement import GRADUATED
 from ppaas.mapping.closures.parameters import ClosureParameters
-from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
+from ppaas.mapping.graph.counterweights import measured_odometry
+from ppaas.mapping.graph.pose_graph import PoseGraph
 from ppaas.mapping.graph.solver import GraphSolver
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.pipeline.graph_mapper import CLOSURES, GraphMapper
@@ -43,7 +42,7 @@ def finish_mapping(
         report("loops", 0.0)
         GraphMapper.of(mapping, closures).finish(lambda searched, of: report("loops", searched / of))
     report("alignment", 0.0)
-    _move(frames, graph, refine(frames, graph.poses, _odometry(graph)).poses)
+    _move(frames, graph, refine(frames, graph.poses, measured_odometry(graph.edges)).poses)
     return Mapping(frames, graph, mapping.laser_frame)
 
 
@@ -54,8 +53,3 @@ def _ignore(_part: str, _done: float) -> None:
 def _move(frames: KeyFrames, graph: PoseGraph, poses: PoseArray) -> None:
     frames.poses[:] = poses
     graph.move_nodes(poses)
-
-
-def _odometry(graph: PoseGraph) -> Edges:
-    edges = graph.edges
-    return edges.take(np.asarray(edges.kinds == EdgeKind.ODOMETRY))

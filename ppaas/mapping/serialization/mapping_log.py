@@ -58,6 +58,8 @@ class GrowingMapping(NamedTuple):
     waiting : list of Closure
     rewritten : Rewritten, optional
         Beginning of the mapping since which key frames and edges were only appended; for a log that begins.
+    renewals : int
+        Number of times that edges, other than steps between successive key frames, got other measurements.
     """
 
     frames: KeyFrames
@@ -65,6 +67,7 @@ class GrowingMapping(NamedTuple):
     solves: int
     waiting: list[Closure]
     rewritten: Rewritten | None = None
+    renewals: int = 0
 
 
 class LogWriter:
@@ -84,9 +87,10 @@ class LogWriter:
         self._laser_frame, self._number = laser_frame, number
         self._obsolete = list(obsolete)
         self._begun = False
-        self._frames = self._edges = self._others = self._solves = 0
+        self._frames = self._edges = self._others = self._solves = self._renewals = 0
         self._small_frames: list[int] = []
         self._small_edges: list[int] = []
+        self._large_edges: list[int] = []
         self._folded_frames = self._folded_edges = 0
         self._poses: list[int] = []
         self._waiting: list[int] = []
@@ -122,6 +126,8 @@ class LogWriter:
                 writer._small_frames.clear()
             elif record.kind in numbers:
                 numbers[record.kind].append(entry.number)
+                if record.kind == RecordKind.EDGES and not row_range(record.payload)[0]:
+                    writer._folded_edges = 0  # this entry has all edges before it, too
         return writer
 
     def restarted(self, obsolete: Iterable[int]) -> "LogWriter":
@@ -132,6 +138,11 @@ class LogWriter:
     def number(self) -> int:
         """Number of the next entry."""
         return self._number
+
+    @property
+    def renewals(self) -> int:
+        """Number of renewals of edges that are in the log; see `GrowingMapping`."""
+        return self._renewals
 
     def add(self, record: bytes) -> LogEntry:
         """Return an entry with a record that is no part of the mapping, and that this writer does not replace."""
@@ -145,7 +156,8 @@ class LogWriter:
         if not self._begun:
             self._begin(entries, growing)
         count, solves = min(len(growing.frames), self._frames + MOST_FRAMES), growing.solves
-        if count > self._frames or growing.graph.edge_count > self._edges:
+        is_renewed = growing.renewals > self._renewals
+        if count > self._frames or growing.graph.edge_count > self._edges or is_renewed:
             self._write_rows(entries, growing, count)
         if solves > self._solves:
             self._replace(entries, self._poses, pack_record(RecordKind.POSES, pack_poses(growing.frames.poses)))
@@ -153,7 +165,7 @@ class LogWriter:
             self._last_waiting = list(growing.waiting)
             self._replace(entries, self._waiting, pack_record(RecordKind.WAITING, pack_waiting(growing.waiting)))
         if count == len(growing.frames):
-            self._edges = growing.graph.edge_count
+            self._edges, self._renewals = growing.graph.edge_count, growing.renewals
         self._frames, self._solves = count, solves
         obsolete, self._obsolete = self._obsolete, []
         return LogChange(entries, obsolete) if entries else None
@@ -184,11 +196,18 @@ class LogWriter:
             rows = frame_rows(frames, graph, steps, begin, min(begin + FOLD, end))
             self._append(entries, pack_record(RecordKind.FRAMES, pack_frames(rows)))
         count, known = len(others.first), self._others
-        if count == known or end < len(frames):
+        is_renewed = growing.renewals > self._renewals
+        if end < len(frames) or not (count > known or (count and is_renewed)):
             return
-        if len(self._small_edges) >= FOLD:
+        if is_renewed:
+            known, self._folded_edges = 0, count
+            self._forget(self._small_edges)
+            self._forget(self._large_edges)
+            self._large_edges.append(self._number)
+        elif len(self._small_edges) >= FOLD:
             known, self._folded_edges = self._folded_edges, count
             self._forget(self._small_edges)
+            self._large_edges.append(self._number)
         else:
             self._small_edges.append(self._number)
         self._append(entries, pack_record(RecordKind.EDGES, pack_edges(others.since(known), known)))

@@ -21,14 +21,14 @@ def divided_edges(graph: PoseGraph) -> tuple[NDArray[np.int64], Edges]:
     Returns
     -------
     steps : (k,) int64 array
-        Index of the odometry edge to each node from the one before; -1 if there is none.
+        Index of the first odometry edge to each node from the one before; -1 if there is none.
     others : Edges
         All other edges.
     """
     edges = graph.edges
     found = np.flatnonzero((edges.kinds == EdgeKind.ODOMETRY) & (edges.second == edges.first + 1))
     steps = np.full(graph.node_count, -1)
-    steps[edges.second[found]] = found
+    steps[edges.second[found[::-1]]] = found[::-1]  # of several, the first counts
     rest = np.ones(graph.edge_count, np.bool_)
     rest[steps[steps >= 0]] = False
     return steps, edges.take(rest)

@@ -19,7 +19,7 @@ class Log:
 
     def __init__(self):
         self.mapping = room_mapping(0)
-        self.entries, self.solves, self.waiting = {}, 0, []
+        self.entries, self.solves, self.renewals, self.waiting = {}, 0, 0, []
         self.writer = LogWriter("laser")
 
     def grow(self, frames=0, closures=0, solves=0):
@@ -33,8 +33,15 @@ class Log:
             self.mapping.graph.move_nodes(self.mapping.frames.poses)
         self.solves += solves
 
+    def renew(self):
+        graph = self.mapping.graph
+        closures = np.flatnonzero(graph.edges.kinds == EdgeKind.CLOSURE)
+        graph.renew_measurements(closures, graph.edges.measurements[closures] + 0.001)
+        self.renewals += 1
+
     def write(self):
-        change = self.writer.write(GrowingMapping(self.mapping.frames, self.mapping.graph, self.solves, self.waiting))
+        growing = GrowingMapping(self.mapping.frames, self.mapping.graph, self.solves, self.waiting)
+        change = self.writer.write(growing._replace(renewals=self.renewals))
         if change is not None:
             self.keep(change)
         return change
@@ -215,3 +222,35 @@ def test_a_rewritten_mapping_is_one_entry_that_a_log_continues(log):
     assert len(log.entries) <= 1 + 20 // 8 + 8 + 9 + 2
     first, *_ = (LogEntry(number, log.entries[number]) for number in sorted(log.entries))
     assert len(read_log([first]).frames) == 30
+
+
+@pytest.mark.parametrize("rewritten", [False, True])
+@pytest.mark.parametrize("resumed", [False, True])
+def test_closures_that_get_other_measurements_replace_those_before(log, resumed, rewritten):
+    log.grow(4, closures=3)
+    log.write()
+    if rewritten:
+        frames, graph = log.mapping.frames, log.mapping.graph
+        rows = Rewritten(b"".join(packed_rows(frames, graph)), len(frames), graph.edge_count, 3, 0)
+        log.writer = log.writer.restarted(sorted(log.entries))
+        log.keep(log.writer.write(GrowingMapping(frames, graph, 0, [], rows)))
+    for _ in range(3):
+        log.renew()
+        assert len(log.write().entries) == 1
+        assert log.write() is None
+        log.assert_is_whole()
+        if resumed:
+            entries = [LogEntry(*entry) for entry in sorted(log.entries.items())]
+            log.writer, log.renewals = LogWriter.resumed(entries, read_log(entries)), 0
+        for _ in range(10):  # more than are written one by one
+            log.grow(1, closures=1)
+            log.write()
+            log.assert_is_whole()
+    assert len(log.entries) < 30
+
+
+def test_a_renewal_without_closures_writes_nothing(log):
+    log.grow(4)
+    log.write()
+    log.renewals += 1
+    assert log.write() is None
