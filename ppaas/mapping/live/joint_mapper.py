@@ -9,8 +9,9 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.live.adoption import Adopted, AdoptionWork
-from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.live.map_canvas import MapCanvas
+from ppaas.mapping.live.refining_mapper import RefiningMapper
+from ppaas.mapping.live.refining_work import RefiningWork
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.planar_poses import compose
 
@@ -31,7 +32,7 @@ class Adoption(NamedTuple):
     after: NDArray[np.int64]
 
 
-class JointMapper(LiveMapper):
+class JointMapper(RefiningMapper):
     """Live mapper that adopts joint maps.
 
     `adoption` returns the work that is to be run in any thread, and no other work begins until its result, or None, was
@@ -50,6 +51,10 @@ class JointMapper(LiveMapper):
     def next_work(self) -> Any:
         """Return the work that is due, as `LiveMapper.next_work` does; none during an adoption."""
         return None if self._adopting else super().next_work()
+
+    def next_idle_work(self) -> RefiningWork | None:
+        """Return the refinement that is due, as `RefiningMapper.next_idle_work` does; none during an adoption."""
+        return None if self._adopting else super().next_idle_work()
 
     def adoption(self, file: bytes, laser_frame: str, most: int) -> AdoptionWork | None:
         """Return the work of an adoption; None while other work is running. There must be a key frame.

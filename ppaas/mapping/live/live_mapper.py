@@ -18,6 +18,7 @@ from ppaas.mapping.lifelong.thinning import Chosen, Thinned, is_due, renumbered_
 from ppaas.mapping.live.closing_work import Closed, ClosingWork
 from ppaas.mapping.live.joining_work import JoinedMap, JoiningWork
 from ppaas.mapping.live.map_canvas import MapCanvas
+from ppaas.mapping.live.refining_work import RefiningWork
 from ppaas.mapping.live.thinning_work import ThinnedMap, ThinningWork
 from ppaas.mapping.map_drawing import DEFAULTS, DrawingSettings
 from ppaas.mapping.parameters import SlamParameters
@@ -85,7 +86,7 @@ class LiveMapper:
         self._submaps, self._searched = Submaps(self._travel), 0
         self._lifelong, self._thinned_to = lifelong, 0
         self._rewritten: Rewritten | None = None
-        self._running: ClosingWork | JoiningWork | ThinningWork | None = None
+        self._running: ClosingWork | JoiningWork | ThinningWork | RefiningWork | None = None
         self._waiting: list[Closure] = []
         self._drawing, self._canvas, self._drawn = drawing, MapCanvas(drawing), 0
 

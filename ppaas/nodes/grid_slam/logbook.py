@@ -8,6 +8,7 @@ import numpy as np
 from ppaas.change_log import LogChange, LogEntry
 from ppaas.geometry import Pose2D
 from ppaas.mapping.live.live_mapper import LiveMapper
+from ppaas.mapping.live.refining_mapper import RefiningMapper
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.mapping_log import LogWriter
 from ppaas.nodes.grid_slam.times_log import TimesLog
@@ -85,8 +86,12 @@ class Logbook:
         return Head(index, *placed, mapper.searched, paused, _triple(correction), shared, scan)
 
     def has_change(self, mapper: LiveMapper) -> bool:
-        """Return whether there are key frames that are not in the log."""
-        return self._replacement is not None or mapper.is_rewritten or len(mapper.key_frames) > self._written
+        """Return whether there are key frames that are not in the log, or the map was refined since."""
+        if self._replacement is not None or mapper.is_rewritten or len(mapper.key_frames) > self._written:
+            return True
+        if self._writer is None or not isinstance(mapper, RefiningMapper):
+            return False
+        return mapper.renewals > self._writer.renewals
 
     def begin(self, laser_frame: str) -> None:
         """Begin the log of another map."""

@@ -68,6 +68,7 @@ class ScanMappingNode(LoggedMapNode):
     def start(self) -> None:
         """Publish changes of the map from now on, and load the kernels that scans need."""
         self.context.every(MAP_PERIOD, self._publish_map)
+        self._closures.watch()
         if (prepare := self._prepare) is not None:
             self.context.start(LongWork(lambda _cancelled: prepare()), self._on_prepared)
 
