@@ -14,9 +14,11 @@ from ppaas.mapping.live import refining_mapper
 from ppaas.mapping.live.refining_mapper import RefiningMapper
 from ppaas.mapping.merging.united import frame_ids, united
 from ppaas.mapping.parameters import SlamParameters
+from ppaas.mapping.scan_log import ScanLog
 from ppaas.mapping.scan_points import prepare
 from ppaas.mapping.serialization.mapping_log import LogWriter, read_log
 from ppaas.planar_poses import compose, relative
+from tests.support.world.carried_robots import carried
 from tests.support.world.ring_drive import ring_drive
 
 
@@ -24,9 +26,9 @@ def never() -> bool:
     return False
 
 
-def drive(mapper: RefiningMapper, first: int, end: int, *, closes: bool = True) -> None:
-    """Map some scans of the drive; without closures, all searches fail."""
-    log = ring_drive().log
+def drive(mapper: RefiningMapper, first: int, end: int, *, closes: bool = True, log: ScanLog | None = None) -> None:
+    """Map some scans of a drive; without closures, all searches fail."""
+    log = log or ring_drive().log
     for number in range(first, end):
         scan = prepare(log.ranges[number], log.geometry, SlamParameters(), np.zeros(3))
         mapper.add(scan, Pose2D(*log.odometry[number].tolist()))
@@ -167,3 +169,17 @@ def test_where_no_loops_are_closed_or_the_robot_is_localized_nothing_is_refined(
     ):
         mapper.load(unrefined.mapping("laser"), Pose2D(0.0, 0.0), keeps=keeps)
         assert mapper.next_idle_work() is None
+
+
+def test_of_a_map_with_parts_the_current_one_is_refined():
+    carried_away = carried(ring_drive(), 160, 200)
+    mapper = RefiningMapper(carried_away.log.geometry)
+    drive(mapper, 0, 300, log=carried_away.log)
+    start, before = mapper.parts.last_start, mapper.key_frames.poses.copy()
+    assert 0 < start < len(before) - 16
+    mapper.apply(mapper.next_idle_work()(never))
+    after = mapper.key_frames.poses
+    np.testing.assert_array_equal(after[: start + 1], before[: start + 1])
+    assert np.abs(after[start + 1 :] - before[start + 1 :]).max() > 1e-4
+    held = mapper.parts.held(mapper.graph)
+    np.testing.assert_allclose(GraphSolver().solve(held, CLOSING).poses, after, atol=1e-4)
