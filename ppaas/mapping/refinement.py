@@ -5,6 +5,7 @@ of key frames, and one sparse system gives the step of all poses.
 """
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -121,31 +122,42 @@ def refine(
     InvalidGraph
         The normal equations are not positive definite.
     """
-    work = _Refinement(key_frames, odometry, settings)
+    work = _Refinement(key_frames, odometry, settings, cancelled)
     moved, count = poses.copy(), 0
     if len(poses) < 2:
         return Refined(moved, 0, 0, 0.0)
-    for count, gate in enumerate(settings.gates, start=1):
-        if cancelled():
-            break
-        if count - 1 in settings.pair_again:
-            work.find_pairs(moved)
-        step = work.step(moved, gate)
-        moved += step
-        if np.abs(step).max() < settings.step:
-            break
+    with suppress(_Cancelled):
+        for step in work.steps(moved):
+            moved += step
+            count += 1
     moved[:, 2] = wrap_angles(moved[:, 2])
     return Refined(moved, work.used, count, work.distance)
+
+
+class _Cancelled(Exception):
+    """The result of a refinement is no longer needed."""
 
 
 class _Refinement:
     """Pairs of key frames, and the steps that they give."""
 
-    def __init__(self, key_frames: KeyFrames, odometry: Edges, settings: RefinementSettings) -> None:
-        self._frames, self._odometry, self._settings = key_frames, odometry, settings
+    def __init__(
+        self, key_frames: KeyFrames, odometry: Edges, settings: RefinementSettings, cancelled: Callable[[], bool]
+    ) -> None:
+        self._frames, self._odometry, self._settings, self._cancelled = key_frames, odometry, settings, cancelled
         self._system = JointSystem()
         self._first = self._second = np.empty(0, np.int64)
         self.used, self.distance = 0, 0.0
+
+    def steps(self, poses: PoseArray) -> Iterator[PoseArray]:
+        """Yield changes of poses, which the caller adds to them, until these are small."""
+        for count, gate in enumerate(self._settings.gates):
+            if count in self._settings.pair_again:
+                self.find_pairs(poses)
+            step = self.step(poses, gate)
+            yield step
+            if np.abs(step).max() < self._settings.step:
+                return
 
     def find_pairs(self, poses: PoseArray) -> None:
         """Choose the pairs of key frames: nearest ones, and those that follow each other, if their scans overlap."""
@@ -184,6 +196,8 @@ class _Refinement:
         frames, settings = self._frames, self._settings
         geometry = frames.geometry
         for begin in range(0, len(self._first), CHUNK):
+            if self._cancelled():
+                raise _Cancelled
             chunk = slice(begin, min(begin + CHUNK, len(self._first)))
             first, second = self._first[chunk], self._second[chunk]
             sums, counts, squares = kernels.linearise(

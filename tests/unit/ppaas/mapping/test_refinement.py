@@ -50,6 +50,14 @@ def test_pairs_give_the_same_poses_in_chunks_and_all_at_once(frames, monkeypatch
     assert (parts.pairs, parts.distance) == (whole.pairs, pytest.approx(whole.distance))
 
 
+@pytest.mark.parametrize("calls", [1, 3, 4])
+def test_a_refinement_that_is_cancelled_ends_at_the_last_step(frames, calls):
+    asked = []
+    odometry = odometry_of(TRUE + OFF, 0.1)
+    refined = refine(frames, TRUE + OFF, odometry, cancelled=lambda: asked.append(None) or len(asked) >= calls)
+    assert (len(asked), refined.iterations) == (calls, max(0, calls - 2))
+
+
 def test_odometry_holds_poses_that_scans_do_not_determine(frames):
     empty = KeyFrames(LASER)
     for number, pose in enumerate(TRUE):
