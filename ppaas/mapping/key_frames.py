@@ -171,7 +171,9 @@ class KeyFrames:
             )
         if end > len(self._arrays.poses):
             self._grow(end)
-        for stored, given in zip(self._arrays, (poses, information, numbers, *scans), strict=True):
+        arrays: tuple[NDArray[Any], ...] = self._arrays
+        rows: tuple[NDArray[Any], ...] = (poses, information, numbers, *scans)
+        for stored, given in zip(arrays, rows, strict=True):
             stored[begin:end] = given
         self._count = end
 
