@@ -1,10 +1,10 @@
 """Handles reports on containers: they are launched, become ready, and are lost."""
 
-from engine.master.crashes import CRASH_WINDOW, note_crash
 from engine.master.draining import move_on, use_room
 from engine.master.events import ContainerLaunched, ContainerLost, ContainerReady, ContainerReport, RobotTimed
 from engine.master.map_versions import catch_up
 from engine.master.orders import Close, Order
+from engine.master.places import CRASH_WINDOW, note_crash
 from engine.master.state import MasterState
 from ppaas.errors import Conflict, InvalidInput, NotFound, NotPermitted, PPaaSError, Unavailable
 

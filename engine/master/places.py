@@ -6,6 +6,14 @@ from typing import Literal
 from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
 from engine.specs.machine_settings import labels_text
 
+CRASH_LIMIT = 5
+CRASH_WINDOW = 30.0
+"""More than `CRASH_LIMIT` crashes within `CRASH_WINDOW` [s] are a crash loop: the place is closed."""
+
+RESTART_DELAYS = (0.0, 0.25, 1.0, 2.0, 4.0)
+"""Delay of the restart after the first, second, … crash within the window [s]. A store that is unreachable for a moment
+is back before the place is closed."""
+
 
 def robot_key(user: str, robot: str) -> str:
     """Return the name of a robot's place."""
@@ -69,3 +77,10 @@ class Place:
     def cores(self) -> float:
         """Size of its containers [cores]."""
         return self.request.cores if self.resized is None else self.resized
+
+
+def note_crash(place: Place, now: float) -> float | None:
+    """Count a crash; return the delay until the container is replaced [s], or None in a crash loop."""
+    place.crashes = [t for t in place.crashes if now - t < CRASH_WINDOW] + [now]
+    crashes = len(place.crashes)
+    return RESTART_DELAYS[crashes - 1] if crashes <= CRASH_LIMIT else None

@@ -4,8 +4,8 @@ import itertools
 
 from engine.master.adoption import may_adopt, request_of, take_up
 from engine.master.balancer import Balancer
+from engine.master.current_versions import CurrentVersions
 from engine.master.machine import Machine
-from engine.master.map_versions import CurrentVersions
 from engine.master.orders import Adopt, End, Order, Start
 from engine.master.places import Place, PlaceRequest
 from engine.master.queueing import Queue

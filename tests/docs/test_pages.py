@@ -12,7 +12,7 @@ from engine.container import fleet_bridge
 from engine.container.robot_link_handler import CHECKPOINT_PERIOD
 from engine.fabric.keys import shared_key, topic_key
 from engine.master.balancers.registry import DEFAULT as BALANCER
-from engine.master.crashes import CRASH_LIMIT, CRASH_WINDOW
+from engine.master.places import CRASH_LIMIT, CRASH_WINDOW
 from engine.master.quotas import Quota
 from engine.protocols.control_link import StopContainer
 from engine.service.links import container_link, unacknowledged

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import pytest
 
 from engine.master.balancers.first_fit import FirstFit
-from engine.master.crashes import CRASH_LIMIT, CRASH_WINDOW, RESTART_DELAYS
 from engine.master.events import (
     ContainerLaunched,
     ContainerLost,
@@ -16,7 +15,7 @@ from engine.master.events import (
 )
 from engine.master.master import Master
 from engine.master.orders import Close, End, Start
-from engine.master.places import PlaceRequest
+from engine.master.places import CRASH_LIMIT, CRASH_WINDOW, RESTART_DELAYS, PlaceRequest
 from engine.master.quotas import Quota, Quotas
 from engine.specs.containers import MapVersion, RobotConfig
 from ppaas.clock import ManualClock

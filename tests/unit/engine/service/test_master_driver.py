@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from engine.master.balancers.first_fit import FirstFit
-from engine.master.crashes import CRASH_LIMIT
 from engine.master.master import Master
+from engine.master.places import CRASH_LIMIT
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import control_link, robot_link
 from engine.service.master_driver import MasterDriver
@@ -275,7 +275,7 @@ async def test_container_that_can_never_start_closes_its_place(
 async def test_crash_loop_closes_the_place_with_the_reason(
     service: MasterDriver, machine: FakeMachine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("engine.master.crashes.RESTART_DELAYS", (0.0,) * CRASH_LIMIT)
+    monkeypatch.setattr("engine.master.places.RESTART_DELAYS", (0.0,) * CRASH_LIMIT)
     place = service.open_place(robot_request())
     for _ in range(CRASH_LIMIT + 1):
         order = await machine.started()
