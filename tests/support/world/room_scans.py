@@ -32,7 +32,7 @@ def ranges_at(
     dx, dy = np.cos(angles)[:, None], np.sin(angles)[:, None]
     ax, ay = walls[:, 0] - x, walls[:, 1] - y
     ex, ey = walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         across = dx * ey - dy * ex
         reach, part = (ax * ey - ay * ex) / across, (ax * dy - ay * dx) / across
     hit = (reach > 0.0) & (part >= 0.0) & (part <= 1.0)
