@@ -35,6 +35,13 @@ def relative(poses: PoseArray, others: PoseArray) -> PoseArray:
     return np.stack((c * x + s * y, c * y - s * x, turn), axis=-1)
 
 
+def differences(poses: PoseArray, others: PoseArray) -> PoseArray:
+    """Return ``poses`` − ``others``, number by number, with wrapped headings."""
+    result = poses - others
+    result[..., 2] = wrap_angles(result[..., 2])
+    return result
+
+
 def inverse(poses: PoseArray) -> PoseArray:
     """Return the inverse poses: ``compose(p, inverse(p))`` is the identity."""
     return relative(poses, np.zeros(3))

@@ -202,6 +202,12 @@ class KeyFrames:
         taken._arrays = self._arrays._replace(poses=self.poses.copy())
         return taken
 
+    def at(self, poses: NDArray[np.float64]) -> "KeyFrames":
+        """Return a snapshot at other poses (k, 3), which are copied."""
+        taken = self.snapshot()
+        taken.poses[:] = poses
+        return taken
+
     def latest(self, count: int) -> NearFrames:
         """Return the last ``count`` key frames, or all if there are fewer, at the poses stored."""
         indices = np.arange(max(0, self._count - count), self._count)

@@ -17,7 +17,7 @@ from ppaas.mapping.graph.pose_graph import Edges
 from ppaas.mapping.kernels import alignment as kernels
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.near_poses import nearest_poses
-from ppaas.planar_poses import PoseArray, relative, rotated, symmetric, upper_triangle, wrap_angles
+from ppaas.planar_poses import PoseArray, differences, relative, rotated, symmetric, upper_triangle, wrap_angles
 
 DAMPING = 1e-3
 """Information added to each pose in a step [1/m², 1/rad²]."""
@@ -182,8 +182,7 @@ class _Refinement:
             used, points = used + int(overlap.sum()), points + int(counts[overlap, 0].sum())
             squared += float(squares[overlap].sum())
         self.used, self.distance = used, float(np.sqrt(squared / max(points, 1)))
-        errors = relative(poses[odometry.first], poses[odometry.second]) - odometry.measurements
-        errors[:, 2] = wrap_angles(errors[:, 2])
+        errors = differences(relative(poses[odometry.first], poses[odometry.second]), odometry.measurements)
         hessians[pairs:] = odometry.information
         gradients[pairs:] = np.einsum("mij,mj->mi", odometry.information, errors)
         first, second = np.concatenate((self._first, odometry.first)), np.concatenate((self._second, odometry.second))

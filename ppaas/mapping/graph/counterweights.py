@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
-from ppaas.planar_poses import PoseArray, relative, wrap_angles
+from ppaas.planar_poses import PoseArray, differences, relative
 
 
 def measured_odometry(edges: Edges) -> Edges:
@@ -23,10 +23,7 @@ def balance(graph: PoseGraph, poses: PoseArray) -> None:
     edges = graph.edges
     own, counterweights, of = _odometry(edges)
     refined = relative(poses[edges.first[own]], poses[edges.second[own]])
-    errors = refined - edges.measurements[own]
-    errors[:, 2] = wrap_angles(errors[:, 2])
-    opposite = refined + errors
-    opposite[:, 2] = wrap_angles(opposite[:, 2])
+    opposite = differences(refined, -differences(refined, edges.measurements[own]))
     lacking = np.ones(len(own), np.bool_)
     lacking[of] = False
     added = edges.take(own[lacking])._replace(measurements=opposite[lacking])

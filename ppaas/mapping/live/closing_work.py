@@ -88,7 +88,8 @@ class ClosingWork:
         if not trusted:
             return Closed(searched, [], rest)
         poses = self._solved(trusted)
-        return Closed(searched, trusted, rest, poses, self._drawn(poses), self.parts.current)
+        canvas = drawn(self.frames.at(poses), self.drawing, self.extent, self.parts)
+        return Closed(searched, trusted, rest, poses, canvas, self.parts.current)
 
     def _solved(self, trusted: list[Closure]) -> PoseArray:
         graph = self.parts.held(self.graph)
@@ -97,9 +98,3 @@ class ClosingWork:
         # Where a wide window was needed, the robot was far from its place.
         far = any(closure.wide for closure in trusted)
         return self.solver.solve(graph, GRADUATED if far else CLOSING).poses
-
-    def _drawn(self, poses: PoseArray) -> MapCanvas | None:
-        """Return the map at the corrected poses, of which this thread has a copy of its own."""
-        frames = self.frames.snapshot()
-        frames.poses[:] = poses
-        return drawn(frames, self.drawing, self.extent, self.parts)

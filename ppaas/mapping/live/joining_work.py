@@ -52,6 +52,5 @@ class JoiningWork:
         joined = join(self.mapping, self.parts, cancelled)
         if joined is None:
             return None
-        frames = self.mapping.frames.snapshot()
-        frames.poses[:] = joined.poses
+        frames = self.mapping.frames.at(joined.poses)
         return JoinedMap(joined, drawn(frames, self.drawing, parts=self.parts.join(*joined.numbers)))

@@ -20,7 +20,7 @@ from ppaas.mapping.parts.map_parts import WHOLE, MapParts, current_part
 from ppaas.mapping.refinement import refine
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.maps.cell_rectangle import Rectangle
-from ppaas.planar_poses import PoseArray, relative, wrap_angles
+from ppaas.planar_poses import PoseArray, differences, relative
 
 PASSES = 2
 """Largest number of searches of all submaps; the second one is at the poses that the first one led to."""
@@ -126,9 +126,10 @@ class RefiningWork:
         balance(graph, poses)
         known = graph.edges.measurements[: before.edge_count]
         renewed = np.flatnonzero((known != before.edges.measurements).any(axis=1))
+        canvas = drawn(self.mapping.frames.at(poses), self.drawing, self.extent, self.parts)
         return RefinedMap(
             poses, renewed, known[renewed], graph.edges.since(before.edge_count), loops.closures,
-            loops.waiting[-WAITING:], self._drawn(poses), self.parts.current,
+            loops.waiting[-WAITING:], canvas, self.parts.current,
         )  # fmt: skip
 
     def _runs(self) -> list[list[Submap]]:
@@ -146,11 +147,6 @@ class RefiningWork:
             return None
         poses[self.parts.indices(self.parts.current, len(poses))] = refined.poses
         return poses
-
-    def _drawn(self, poses: PoseArray) -> MapCanvas | None:
-        frames = self.mapping.frames.snapshot()
-        frames.poses[:] = poses
-        return drawn(frames, self.drawing, self.extent, self.parts)
 
 
 class _Loops:
@@ -187,8 +183,7 @@ def _renew_closures(graph: PoseGraph, poses: PoseArray) -> None:
     """Give the closures that agree with refined poses the measurements at these."""
     edges = graph.edges
     refined = relative(poses[edges.first], poses[edges.second])
-    errors = refined - edges.measurements
-    errors[:, 2] = wrap_angles(errors[:, 2])
+    errors = differences(refined, edges.measurements)
     chi2 = np.einsum("mi,mij,mj->m", errors, edges.information, errors)
     agreeing = np.flatnonzero((edges.kinds == EdgeKind.CLOSURE) & (chi2 <= GRADUATED.closure_chi2))
     graph.renew_measurements(agreeing, refined[agreeing])

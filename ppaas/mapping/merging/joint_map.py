@@ -3,21 +3,18 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from ppaas.errors import InvalidInput, MapsNotMerged
 from ppaas.mapping.closures.agreement import CLOSING, GRADUATED, add_closure, divide
 from ppaas.mapping.closures.closing import ClosureSearch
 from ppaas.mapping.closures.closure import Closure
 from ppaas.mapping.closures.links import Links
-from ppaas.mapping.closures.submaps import Submap, Submaps
 from ppaas.mapping.graph.solver import GraphSolver
 from ppaas.mapping.merging.common_laser import are_same
 from ppaas.mapping.merging.merge import DEFAULTS, merge
 from ppaas.mapping.merging.parameters import MergeParameters
 from ppaas.mapping.merging.united import united
 from ppaas.mapping.serialization.mapping import Mapping
-from ppaas.mapping.serialization.row_selection import divided_edges
+from ppaas.mapping.serialization.submap_division import divided_submaps
 
 
 class Joint(NamedTuple):
@@ -93,7 +90,10 @@ def _with_group(joint: Joint, other: Mapping, parameters: MergeParameters) -> Jo
 
 def _settled(mapping: Mapping, since: int, parameters: MergeParameters) -> Mapping:
     """Close the loops of the key frames from an index on, and solve the graph; the mapping is changed."""
-    graph, submaps = mapping.graph, _submaps(mapping, parameters)
+    graph = mapping.graph
+    divided, _ = divided_submaps(graph, parameters.closures.submap_travel)
+    divided.finish()
+    submaps = divided.finished
     search, links, far = ClosureSearch(parameters.closures), Links(submaps, graph.edges), False
     waiting: list[Closure] = []
     for of, submap in enumerate(submaps):
@@ -103,18 +103,5 @@ def _settled(mapping: Mapping, since: int, parameters: MergeParameters) -> Mappi
             far |= any(closure.wide for closure in trusted)
             for closure in trusted:
                 add_closure(graph, closure)
-    poses = GraphSolver().solve(graph, GRADUATED if far else CLOSING).poses
-    graph.move_nodes(poses)
-    mapping.frames.poses[:] = poses
+    mapping.move(GraphSolver().solve(graph, GRADUATED if far else CLOSING).poses)
     return mapping
-
-
-def _submaps(mapping: Mapping, parameters: MergeParameters) -> list[Submap]:
-    """Return the submaps of a mapping; each chain of successive key frames begins one."""
-    submaps, edges = Submaps(parameters.closures.submap_travel), mapping.graph.edges
-    for edge in divided_edges(mapping.graph)[0].tolist():
-        if edge < 0:
-            submaps.finish()
-        submaps.add(np.zeros(3) if edge < 0 else edges.measurements[edge])
-    submaps.finish()
-    return submaps.finished

@@ -5,13 +5,10 @@ from collections.abc import Callable
 from ppaas.mapping.closures.agreement import GRADUATED
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.graph.counterweights import measured_odometry
-from ppaas.mapping.graph.pose_graph import PoseGraph
 from ppaas.mapping.graph.solver import GraphSolver
-from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.pipeline.graph_mapper import CLOSURES, GraphMapper
 from ppaas.mapping.refinement import refine
 from ppaas.mapping.serialization.mapping import Mapping
-from ppaas.planar_poses import PoseArray
 
 
 def finish_mapping(
@@ -37,19 +34,14 @@ def finish_mapping(
     """
     frames, graph, report = mapping.frames, mapping.graph, done or _ignore
     if closures is None:
-        _move(frames, graph, GraphSolver().solve(graph, GRADUATED).poses)
+        mapping.move(GraphSolver().solve(graph, GRADUATED).poses)
     else:
         report("loops", 0.0)
         GraphMapper.of(mapping, closures).finish(lambda searched, of: report("loops", searched / of))
     report("alignment", 0.0)
-    _move(frames, graph, refine(frames, graph.poses, measured_odometry(graph.edges)).poses)
+    mapping.move(refine(frames, graph.poses, measured_odometry(graph.edges)).poses)
     return Mapping(frames, graph, mapping.laser_frame)
 
 
 def _ignore(_part: str, _done: float) -> None:
     """Report nothing."""
-
-
-def _move(frames: KeyFrames, graph: PoseGraph, poses: PoseArray) -> None:
-    frames.poses[:] = poses
-    graph.move_nodes(poses)

@@ -11,6 +11,7 @@ from ppaas.mapping.graph.pose_graph import PoseGraph
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.serialization.records import RecordKind, pack_record
+from ppaas.planar_poses import PoseArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,11 @@ class Mapping:
     graph: PoseGraph
     laser_frame: str = ""
     waiting: list[Closure] = field(default_factory=list)
+
+    def move(self, poses: PoseArray) -> None:
+        """Move the key frames and the nodes of the graph to poses (k, 3) of the laser in the map frame."""
+        self.frames.poses[:] = poses
+        self.graph.move_nodes(poses)
 
 
 class LaserRecord(msgspec.Struct):

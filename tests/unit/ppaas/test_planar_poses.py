@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.geometry import Pose2D
-from ppaas.planar_poses import compose, inverse, relative, rotated, symmetric, upper_triangle, wrap_angles
+from ppaas.planar_poses import compose, differences, inverse, relative, rotated, symmetric, upper_triangle, wrap_angles
 
 coordinates = st.floats(-100.0, 100.0)
 poses = st.tuples(coordinates, coordinates, st.floats(-math.pi, math.pi, exclude_max=True))
@@ -44,3 +44,9 @@ def test_rotated_covariance_has_its_axes_turned():
     assert turned == pytest.approx(np.diag([1.0, 4.0, 9.0]), abs=1e-12)
     many = rotated(np.tile(np.diag([4.0, 1.0, 9.0]), (2, 1, 1)), np.array([0.0, math.pi / 2]))
     assert many[1] == pytest.approx(turned)
+
+
+def test_differences_have_wrapped_headings_and_leave_the_poses():
+    first, second = np.array([[1.0, 2.0, 3.0]]), np.array([[0.5, 4.0, -3.0]])
+    assert differences(first, second) == pytest.approx(np.array([[0.5, -2.0, 6.0 - 2.0 * math.pi]]))
+    assert first.tolist() == [[1.0, 2.0, 3.0]]

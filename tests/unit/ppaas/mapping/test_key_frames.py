@@ -43,3 +43,13 @@ def test_number_of_frames_is_limited():
     with pytest.raises(QuotaExceeded, match="70 key frames"):
         add(frames, 1)
     assert len(frames) == 70
+
+
+def test_snapshot_at_other_poses_leaves_the_frames_where_they_are():
+    frames, poses = KeyFrames(LASER), np.arange(15.0).reshape(5, 3)
+    add(frames, 5)
+    moved = frames.at(poses)
+    poses[0] = 9.0
+    np.testing.assert_array_equal(moved.poses, np.arange(15.0).reshape(5, 3))
+    np.testing.assert_allclose(frames.poses[:, 0], 0.1 * np.arange(5))
+    assert np.shares_memory(moved.points, frames.points)
