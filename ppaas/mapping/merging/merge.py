@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
+from ppaas.mapping.graph.counterweights import measured_odometry
+from ppaas.mapping.graph.pose_graph import PoseGraph
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.merging.acceptance import accepted
 from ppaas.mapping.merging.agreement import agreeing_sets
@@ -84,7 +85,7 @@ def merge(
     report = done or _silent
     # Scans are compared at the beams of the coarser laser: those of a coarse one have gaps at the beams of a fine one.
     coarse, graph = joined_frames(first.frames, second.frames, finest=False), joined_graph(first.graph, second.graph)
-    _put(coarse, graph)
+    coarse.poses[:] = graph.poses
     found = _found(coarse, graph, len(first.frames), parameters, report)
     return _merged(first, second, found, report)
 
@@ -113,19 +114,12 @@ def _merged(first: Mapping, second: Mapping, found: tuple[Hypothesis, int], repo
     """Return the mapping of a hypothesis, refined."""
     best, steps = found
     report(steps, steps + STAGES - 1)
-    frames, edges, before = joined_frames(first.frames, second.frames), best.graph.edges, len(first.frames)
-    odometry = edges.take(edges.kinds == EdgeKind.ODOMETRY)
-    best.graph.move_nodes(refine(frames, best.graph.poses, odometry, REFINEMENT).poses)
-    _put(frames, best.graph)
+    frames, before = joined_frames(first.frames, second.frames), len(first.frames)
+    mapping = Mapping(frames, best.graph, first.laser_frame)
+    mapping.move(refine(frames, best.graph.poses, measured_odometry(best.graph.edges), REFINEMENT).poses)
     motion = Pose2D(*frames.poses[before].tolist()) @ Pose2D(*second.graph.poses[0].tolist()).inverse()
     report(steps + STAGES - 1, steps + STAGES - 1)
-    mapping = Mapping(frames, best.graph, first.laser_frame)
     return Merged(mapping, motion, len(best.matches), best.support, best.confirmed)
-
-
-def _put(frames: KeyFrames, graph: PoseGraph) -> None:
-    """Write the poses of the nodes to the key frames."""
-    frames.poses[:] = graph.poses
 
 
 def _silent(_done: int, _all: int) -> None:

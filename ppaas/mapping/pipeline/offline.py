@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ppaas.clock import monotonic
 from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.parameters import ClosureParameters
-from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
+from ppaas.mapping.graph.counterweights import measured_odometry
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_motion import velocities
 from ppaas.mapping.map_drawing import DEFAULTS as DRAWING
@@ -126,7 +126,7 @@ def map_log(
     }
     clock = monotonic()
     scans.correct(stages["closures"], mapper.key_frames)
-    mapper.move(refine(mapper.key_frames, mapper.graph.poses, _odometry_edges(mapper)).poses)
+    mapper.move(refine(mapper.key_frames, mapper.graph.poses, measured_odometry(mapper.graph.edges)).poses)
     stages["refinement"] = compose(mapper.key_frames.poses[frames], within)
     seconds["refinement"], clock = monotonic() - clock, monotonic()
     stages["polish"] = _polished(stages["refinement"], scans, mapper.key_frames)
@@ -163,11 +163,6 @@ def _tracked_frames(mapper: GraphMapper) -> NDArray[np.float64]:
     for step in np.array(mapper.steps[1:]).tolist():
         poses.append(poses[-1] @ Pose2D(*step))
     return np.array(poses)
-
-
-def _odometry_edges(mapper: GraphMapper) -> Edges:
-    edges = mapper.graph.edges
-    return edges.take(edges.kinds == EdgeKind.ODOMETRY)
 
 
 def _polished(poses: NDArray[np.float64], scans: _Scans, key_frames: KeyFrames) -> NDArray[np.float64]:

@@ -5,8 +5,10 @@ import pytest
 
 from benchmarks.mapping.simulated_drive import simulate
 from ppaas.errors import InvalidInput, MapsNotMerged
+from ppaas.mapping.graph.counterweights import balance
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.merging import merge as merging
 from ppaas.mapping.merging.merge import merge
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
@@ -129,3 +131,14 @@ def test_a_mapping_without_scans_is_refused(parts):
     empty = Mapping(KeyFrames(parts[0].frames.geometry), PoseGraph())
     with pytest.raises(InvalidInput, match="without scans"):
         merge(parts[0], empty)
+
+
+def test_maps_that_were_refined_are_aligned_with_the_measured_odometry_alone(parts, monkeypatch):
+    first, second = parts
+    graph, aligned = first.graph.copy(), []
+    balance(graph, first.frames.poses)
+    refine = merging.refine
+    monkeypatch.setattr(merging, "refine", lambda *args: aligned.append(args[2]) or refine(*args))
+    merge(Mapping(first.frames, graph, first.laser_frame), second)
+    measured = [(mapping.graph.edges.kinds == EdgeKind.ODOMETRY).sum() for mapping in parts]
+    assert [len(odometry.first) for odometry in aligned] == [sum(measured)]
