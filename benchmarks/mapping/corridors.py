@@ -10,6 +10,8 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.mapping.simulated_drive import Segments
+
 LENGTH, DEPTH = 240.0, 60.0
 """Distances between the middles of the outermost corridors [m]."""
 CROSSINGS = (0.0, 80.0, 160.0, 240.0)
@@ -20,8 +22,6 @@ PITCH, DOOR, RECESS, OPEN = 6.0, 1.0, 0.15, 3.0
 """Distance of doors, their width, and the depth of a closed and of an open one [m]."""
 SHARE = 0.1
 """Part of the doors that is open."""
-
-Segments = NDArray[np.float64]
 
 
 def corridors(seed: int, share: float = SHARE) -> Segments:

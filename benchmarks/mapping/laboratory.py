@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.mapping.simulated_drive import Segments, box
+
 LENGTH, DEPTH = 26.0, 16.0
 """Outer size of the ring of corridors [m]."""
 CORRIDOR = 1.8
@@ -23,8 +25,6 @@ DOOR, JAMB = 0.9, 0.12
 """Width of doors, and depth of their frames [m]."""
 SPEED = 0.18
 """Largest speed of the robot [m/s]."""
-
-Segments = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,7 @@ class _Row:
         start, along = np.array(self.begin), np.subtract(self.end, self.begin)
         length = float(np.hypot(*along))
         axes = np.array((along / length, self.out * np.array((-along[1], along[0])) / length))
-        walls, visits = [_box(length / 2.0, self.depth / 2.0, length, self.depth, 0.0)[1:]], []
+        walls, visits = [box(length / 2.0, self.depth / 2.0, length, self.depth, 0.0)[1:]], []
         for left, right in _rooms(length, random):
             door = random.uniform(left + DOOR, right - DOOR)
             walls += [_front(left, right, door, self.depth), _furniture(left, right, self.depth, random)]
@@ -103,18 +103,10 @@ def _front(left: float, right: float, door: float, depth: float) -> Segments:
 def _furniture(left: float, right: float, depth: float, random: np.random.Generator) -> Segments:
     """Return boxes at the back of a room."""
     boxes = [
-        _box(
+        box(
             random.uniform(left + 0.4, right - 0.4), random.uniform(0.8, 0.95) * depth, random.uniform(0.3, 1.0),
             random.uniform(0.2, 0.5), random.uniform(0.0, 3.0),
         )
         for _ in range(random.integers(2, 6))
     ]  # fmt: skip
     return np.concatenate(boxes)
-
-
-def _box(x: float, y: float, width: float, depth: float, theta: float) -> Segments:
-    """Return the four edges of a box around a centre."""
-    corners = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]) * (width, depth)
-    c, s = np.cos(theta), np.sin(theta)
-    turned = corners @ np.array([(c, s), (-s, c)]) + (x, y)
-    return np.hstack((turned, np.roll(turned, -1, axis=0)))

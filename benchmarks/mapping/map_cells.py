@@ -3,12 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.mapping.simulated_drive import Segments
 from ppaas.mapping.pipeline.offline import LogMap
 from ppaas.maps.grid import FREE, OCCUPIED, GridInfo, GridMap
 from ppaas.planar_poses import PoseArray, compose, relative
 from robots.demo.map_score import wrong_cells
-
-Segments = NDArray[np.float64]
 
 
 def wrong_share(made: LogMap, walls: Segments, true: PoseArray) -> float:

@@ -6,6 +6,8 @@ The office is 40 × 30 m. The walls are segments (n, 4): x0, y0, x1, y1 [m].
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.mapping.simulated_drive import Segments, box
+
 LENGTH, DEPTH = 40.0, 20.0
 """Outer size of the ring of corridors [m]."""
 CORRIDOR = 2.2
@@ -18,8 +20,6 @@ FURNITURE = 4
 """Pieces of furniture in each room."""
 MIDDLE = CORRIDOR / 2.0
 """Distance of the route from the outer walls of the corridors [m]."""
-
-Segments = NDArray[np.float64]
 
 
 def office(seed: int) -> Segments:
@@ -55,10 +55,10 @@ def _ring() -> Segments:
 def _inner_block(random: np.random.Generator) -> Segments:
     """Return the walls inside the ring, with cupboards that stand out from them."""
     low, right, top = CORRIDOR, LENGTH - CORRIDOR, DEPTH - CORRIDOR
-    walls = [_box((low + right) / 2.0, (low + top) / 2.0, right - low, top - low, 0.0)]
+    walls = [box((low + right) / 2.0, (low + top) / 2.0, right - low, top - low, 0.0)]
     for x in np.arange(5.0, 37.0, 6.5):
-        walls.append(_box(x, low - 0.05, random.uniform(0.8, 1.2), 0.2, 0.0))
-        walls.append(_box(x + 1.0, top + 0.05, random.uniform(0.8, 1.2), 0.2, 0.0))
+        walls.append(box(x, low - 0.05, random.uniform(0.8, 1.2), 0.2, 0.0))
+        walls.append(box(x + 1.0, top + 0.05, random.uniform(0.8, 1.2), 0.2, 0.0))
     return np.concatenate(walls)
 
 
@@ -84,7 +84,7 @@ def _rooms(y: float, out: float) -> Segments:
 def _furniture(y: float, random: np.random.Generator) -> Segments:
     """Return boxes at the back of the rooms."""
     boxes = [
-        _box(
+        box(
             ROOM * room + random.uniform(0.5, ROOM - 0.5), y + random.uniform(-0.4, 0.4), random.uniform(0.3, 1.4),
             random.uniform(0.3, 0.8), random.uniform(0.0, 3.0),
         )
@@ -92,11 +92,3 @@ def _furniture(y: float, random: np.random.Generator) -> Segments:
         for _ in range(FURNITURE)
     ]  # fmt: skip
     return np.concatenate(boxes)
-
-
-def _box(x: float, y: float, width: float, depth: float, theta: float) -> Segments:
-    """Return the four edges of a box around a centre."""
-    corners = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]) * (width, depth)
-    c, s = np.cos(theta), np.sin(theta)
-    turned = corners @ np.array([(c, s), (-s, c)]) + (x, y)
-    return np.hstack((turned, np.roll(turned, -1, axis=0)))

@@ -139,3 +139,11 @@ def _scans(walls: NDArray[np.float64], laser: NDArray[np.float64], geometry: Las
         moved = compose(pose, times[:, None] * velocity)
         ranges[row] = cast(walls, moved[:, :2], moved[:, 2] + angles)
     return ranges
+
+
+def box(x: float, y: float, width: float, depth: float, theta: float) -> Segments:
+    """Return the four edges (4, 4) of a box around a centre [m], turned by an angle [rad]."""
+    corners = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]) * (width, depth)
+    c, s = np.cos(theta), np.sin(theta)
+    turned = corners @ np.array([(c, s), (-s, c)]) + (x, y)
+    return np.hstack((turned, np.roll(turned, -1, axis=0)))

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from benchmarks.mapping.office import LENGTH, Segments, office, route
-from benchmarks.mapping.simulated_drive import SimulatedDrive, simulate
+from benchmarks.mapping.office import LENGTH, office, route
+from benchmarks.mapping.simulated_drive import Segments, SimulatedDrive, simulate
 
 WIDTH = 2.2
 """Width of the corridors [m]."""
