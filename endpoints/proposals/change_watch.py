@@ -3,7 +3,6 @@
 import contextlib
 import json
 import logging
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +21,7 @@ from engine.processes.background import repeat
 from engine.service.views import LifelongRobot
 from ppaas.clock import epoch
 from ppaas.errors import PPaaSError
-from ppaas.mapping.lifelong.changes import NOTHING, ChangedPlace, KnownChanges, is_among
+from ppaas.mapping.lifelong.changes import NOTHING, ChangedPlace, KnownChanges, centres, is_among
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.disk_errors import disk_errors
 from storage.records import MapRecord, MapReview, Publication
@@ -41,7 +40,7 @@ PERIOD = 60.0
 
 
 Places = tuple[list[ChangedPlace], list[ChangedPlace]]
-"""What is gone, and what is new."""
+"""Places where something is gone, and places where something is new."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +127,10 @@ class ChangeWatch:
     ) -> Places:
         """Return what is gone and what is new, that the last look has found too; the changed map is in the folder."""
         left, new = _compared(folder, numbers, known)
-        before, self._found[robot] = self._found.get(robot, NOTHING), KnownChanges(_centres(left), _centres(new))
+        before, self._found[robot] = (
+            self._found.get(robot, NOTHING),
+            KnownChanges(centres(left), centres(new)),
+        )
         kept = (
             [place for place in left if is_among(place, before.left)],
             [place for place in new if is_among(place, before.new)],
@@ -139,7 +141,7 @@ class ChangeWatch:
         if not any(kept):
             return kept
         fresh = [[place for place in found if place not in of] for found, of in zip((left, new), kept, strict=True)]
-        known = KnownChanges([*known.left, *_centres(fresh[0])], [*known.new, *_centres(fresh[1])])
+        known = KnownChanges([*known.left, *centres(fresh[0])], [*known.new, *centres(fresh[1])])
         rest = _compared(folder, numbers, known)
         if any(place not in of for found, of in zip(rest, kept, strict=True) for place in found):
             return [], []  # the largest ones were left out, so smaller ones are found that the last look lacks
@@ -187,7 +189,3 @@ def _compared(folder: Path, numbers: GetPoseGraphResponse, known: KnownChanges) 
     found: dict[str, Any] = run_program(_PROGRAM, [str(folder)], "the map could not be compared", MAKE_SECONDS)
     left, new = ([ChangedPlace(*place) for place in found[kind]] for kind in ("left", "new"))
     return left, new
-
-
-def _centres(places: Sequence[ChangedPlace]) -> list[tuple[float, float]]:
-    return [(place.x, place.y) for place in places]

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 
 from engine.service.views import LifelongRobot
-from ppaas.mapping.lifelong.changes import ChangedPlace, KnownChanges
+from ppaas.mapping.lifelong.changes import ChangedPlace, KnownChanges, centres
 from storage.records import ConfirmedPlaces, MapReview
 
 
@@ -12,7 +12,7 @@ def confirmed_places(robot: str, left: Sequence[ChangedPlace], new: Sequence[Cha
 
     The search for changes bounds their number: each entry of a map's log has the places of all its reviews.
     """
-    return ConfirmedPlaces(robot, _centres(left), _centres(new))
+    return ConfirmedPlaces(robot, _rounded(left), _rounded(new))
 
 
 def waits(reviews: Iterable[MapReview], robot: LifelongRobot) -> bool:
@@ -34,5 +34,6 @@ def known_changes(reviews: Iterable[MapReview]) -> KnownChanges:
     return KnownChanges([place for one in found for place in one.left], [place for one in found for place in one.new])
 
 
-def _centres(places: Sequence[ChangedPlace]) -> tuple[tuple[float, float], ...]:
-    return tuple((round(place.x, 2), round(place.y, 2)) for place in places)
+def _rounded(places: Sequence[ChangedPlace]) -> tuple[tuple[float, float], ...]:
+    """Return the centres of places, rounded to centimetres."""
+    return tuple((round(x, 2), round(y, 2)) for x, y in centres(places))

@@ -16,7 +16,7 @@ def reason_of(robot: str, left: Sequence[ChangedPlace], new: Sequence[ChangedPla
     robot : str
         Id of the robot.
     left, new : sequence of ChangedPlace
-        What is gone, and what is new; the largest first.
+        Places where something is gone, and places where something is new; the largest first.
     """
     kinds = [f"{name}: {_listed(places)}" for name, places in (("gone", left), ("new", new)) if places]
     return f"{robot}: two passes show {'; '.join(kinds)}"

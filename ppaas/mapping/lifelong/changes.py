@@ -1,4 +1,4 @@
-"""Changes of a map: what two passes of a robot found gone, and what they found new."""
+"""Changes of a map: places where two passes of a robot found something gone, or something new."""
 
 import math
 from collections.abc import Sequence
@@ -177,6 +177,11 @@ def _common(frames: KeyFrames, published: KeyFrames) -> tuple[NDArray[np.int64],
     both = frames.valid[own] & published.valid[theirs]  # outdated beams have left one of them
     same = ((frames.points[own] == published.points[theirs]).all(axis=2) | ~both).all(axis=1)
     return own[same], theirs[same]
+
+
+def centres(places: Sequence[ChangedPlace]) -> list[tuple[float, float]]:
+    """Return the centres x, y of places [m]."""
+    return [(place.x, place.y) for place in places]
 
 
 def is_among(place: ChangedPlace, known: Centres) -> bool:
