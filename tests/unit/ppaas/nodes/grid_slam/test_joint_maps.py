@@ -40,6 +40,12 @@ def send(robot, file, **options):
     return [robot.call("grid_slam/use_joint_map", page) for page in pages(file, **options)][-1]
 
 
+def begin_sending(robot, file, replies):
+    """Send a joint map to a robot whose jobs are held; responses are appended to ``replies`` as they come."""
+    for page in pages(file):
+        robot.graph.call("grid_slam/use_joint_map", page, replies.append)
+
+
 def listen(robot, topic):
     heard = []
     robot.graph.tap(topic, lambda _topic, message: heard.append(message))
@@ -151,8 +157,7 @@ def test_joint_map_waits_until_loops_are_closed(joint):
     while not jobs.held:
         robot.step()
     replies = []
-    for page in pages(joint):
-        robot.graph.call("grid_slam/use_joint_map", page, replies.append)
+    begin_sending(robot, joint, replies)
     assert len(jobs.held) == 1
     jobs.release()
     robot.clock.advance(joint_maps.RETRY)
@@ -168,8 +173,7 @@ def test_map_that_was_cleared_meanwhile_is_not_joined(joint):
     robot.step(20)
     jobs.release()
     replies = []
-    for page in pages(joint):
-        robot.graph.call("grid_slam/use_joint_map", page, replies.append)
+    begin_sending(robot, joint, replies)
     robot.call("clear")
     jobs.release()
     assert isinstance(replies[-1], Unavailable)
@@ -182,8 +186,7 @@ def test_map_that_was_cleared_while_a_joint_one_waited_is_not_joined_and_the_nex
     while not jobs.held:
         robot.step()
     replies = []
-    for page in pages(joint):
-        robot.graph.call("grid_slam/use_joint_map", page, replies.append)
+    begin_sending(robot, joint, replies)
     robot.call("clear")
     jobs.release()
     robot.clock.advance(joint_maps.RETRY)
@@ -191,8 +194,7 @@ def test_map_that_was_cleared_while_a_joint_one_waited_is_not_joined_and_the_nex
     assert isinstance(replies[-1], Unavailable)
     robot.step(10)
     jobs.release()
-    for page in pages(file_of(robot)):
-        robot.graph.call("grid_slam/use_joint_map", page, replies.append)
+    begin_sending(robot, file_of(robot), replies)
     jobs.release()
     assert replies[-1].key_frames > 0
 
@@ -216,8 +218,7 @@ def test_loops_that_waited_for_a_joint_map_are_closed_although_it_is_refused():
         each.step(20)
     jobs.release()
     replies = []
-    for page in pages(file_of(other)):
-        robot.graph.call("grid_slam/use_joint_map", page, replies.append)
+    begin_sending(robot, file_of(other), replies)
     robot.step(MET)
     assert len(jobs.held) == 1
     jobs.release()
