@@ -1,4 +1,4 @@
-"""Joint maps: which robots' maps are to be joined next, and what became of it. It does no I/O.
+"""Joint maps: the choice of the maps that are joined next, and the results of attempts. It does no I/O.
 
 Robots that make maps of one name belong to one *joint map*, but each begins in a frame of its own. Robots in one frame
 exchange what they mapped; those in different frames are joined by places that they have both seen.
@@ -85,7 +85,7 @@ class Join(NamedTuple):
 
 
 class Sharing(NamedTuple):
-    """Whether the map of a robot is part of a joint one.
+    """State of the map of a robot: alone, or part of a joint map.
 
     Parameters
     ----------

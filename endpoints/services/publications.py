@@ -29,7 +29,7 @@ class Stage(StrEnum):
 
 
 class Progress(NamedTuple):
-    """How far a publication is.
+    """Progress of a publication.
 
     Parameters
     ----------

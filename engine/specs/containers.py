@@ -139,7 +139,7 @@ class ContainerSpec(msgspec.Struct, frozen=True):
 
     @property
     def maps(self) -> bool:
-        """Whether its robot makes a new map. Such a container has no layers and stores no plans.
+        """True if its robot makes a new map. Such a container has no layers and stores no plans.
 
         It shares positions with robots on the published map that it continues (`RobotConfig.continued`), or else with
         those that make a map of the same name, once their maps are joined.

@@ -47,7 +47,7 @@ router = APIRouter(prefix="/robots/{robot_id}/map", tags=["robots"], route_class
 
 
 class PublishingAnswer(ResponseBody):
-    """How far the publication of a map is."""
+    """Progress of the publication of a map."""
 
     stage: Stage = Field(description="What is done now, in the order of this list")
     part: float = Field(description="Part of the stage that is done, from 0 to 1; 0 where it is not known")

@@ -20,7 +20,7 @@ FARTHEST = 12.0
 
 
 class View(IntEnum):
-    """What a laser saw at the place of a point."""
+    """Observation of the place of a point by another scan."""
 
     HIDDEN = 0
     """Nothing: the place is hidden, out of sight or at an edge."""
