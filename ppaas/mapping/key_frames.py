@@ -106,8 +106,8 @@ class KeyFrames:
         """Mask of the beams with a reading, (k, b)."""
         return self._arrays.valid[: self._count]
 
-    def scan_points(self, index: int) -> ScanPoints:
-        """Return the scan of one key frame."""
+    def scan_points(self, index: int | slice | NDArray[Any]) -> ScanPoints:
+        """Return the scan of one key frame, or those of several, stacked."""
         return ScanPoints(self.points[index], self.normals[index], self.valid[index])
 
     def add(self, scan: ScanPoints, number: int, pose: Pose2D, information: NDArray[np.float64]) -> int:

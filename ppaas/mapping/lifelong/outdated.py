@@ -41,7 +41,7 @@ def _verdict(near: Neighbourhood, rows: NDArray[np.bool_]) -> NDArray[np.int8]:
 def without_beams(frames: KeyFrames, outdated: NDArray[np.bool_]) -> ScanPoints:
     """Return the scans (k, b) of key frames, in which some beams (k, b) have no reading."""
     if not outdated.any():
-        return ScanPoints(frames.points, frames.normals, frames.valid)
+        return frames.scan_points(slice(None))
     # Lines were fitted to neighbouring points, too: normals beside a beam lean on its point.
     beside = outdated.copy()
     beside[:, :-1] |= outdated[:, 1:]

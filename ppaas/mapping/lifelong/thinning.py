@@ -107,7 +107,7 @@ class Thinned:
     def with_later_frames(self, frames: KeyFrames) -> KeyFrames:
         """Return the key frames with those that the original got meanwhile."""
         later = slice(len(self.kept), len(frames))
-        scans = ScanPoints(frames.points[later], frames.normals[later], frames.valid[later])
+        scans = frames.scan_points(later)
         self.frames.extend(frames.poses[later], frames.information[later], frames.scans[later], scans)
         return self.frames
 

@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 from ppaas.errors import Conflict, InvalidInput, QuotaExceeded
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.mapping.key_frames import KeyFrames
-from ppaas.mapping.live.map_canvas import MapCanvas
+from ppaas.mapping.live.map_canvas import MapCanvas, drawn
 from ppaas.mapping.map_drawing import DrawingSettings
 from ppaas.mapping.merging.common_laser import are_same
 from ppaas.mapping.merging.united import united
-from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.mapping_file import unpack_mapping
 
@@ -100,7 +99,9 @@ class AdoptionWork:
         places, begin = moved[both.places], count - int(is_own.sum())
         searched = int(places[self.searched]) if self.searched < len(places) else count
         mapping = _ordered(both.mapping, order, moved, self.own)
-        return Adopted(mapping, places, self.own.graph.edge_count, max(searched, begin), _drawn(mapping, self.drawing))
+        return Adopted(
+            mapping, places, self.own.graph.edge_count, max(searched, begin), drawn(mapping.frames, self.drawing)
+        )
 
 
 def odometry_chains(graph: PoseGraph) -> NDArray[np.int64]:
@@ -122,16 +123,7 @@ def _ordered(mapping: Mapping, order: NDArray[np.int64], moved: NDArray[np.int64
     """Return a mapping with its key frames in another order, of the laser of the robot."""
     of, edges = mapping.frames, mapping.graph.edges
     frames = KeyFrames(own.frames.geometry)
-    scans = ScanPoints(of.points[order], of.normals[order], of.valid[order])
+    scans = of.scan_points(order)
     frames.extend(of.poses[order], of.information[order], of.scans, scans)
     graph = PoseGraph.of(of.poses[order], edges._replace(first=moved[edges.first], second=moved[edges.second]))
     return Mapping(frames, graph, own.laser_frame)
-
-
-def _drawn(mapping: Mapping, drawing: DrawingSettings) -> MapCanvas | None:
-    canvas = MapCanvas(drawing)
-    try:
-        canvas.draw(mapping.frames, 0)
-    except QuotaExceeded:
-        return None
-    return canvas

@@ -12,7 +12,6 @@ from ppaas.mapping.live.adoption import Adopted, AdoptionWork
 from ppaas.mapping.live.map_canvas import MapCanvas
 from ppaas.mapping.live.refining_mapper import RefiningMapper
 from ppaas.mapping.live.refining_work import RefiningWork
-from ppaas.mapping.scan_points import ScanPoints
 from ppaas.planar_poses import compose
 
 
@@ -113,7 +112,7 @@ def _with_later_frames(adopted: Adopted, own: KeyFrames, motion: Pose2D) -> tupl
     frames.extend(
         compose(np.array(motion), own.poses[known:]), own.information[known:],
         own.scans[known:] - own.scans[known - 1] + frames.scans[-1],
-        ScanPoints(own.points[known:], own.normals[known:], own.valid[known:]),
+        own.scan_points(slice(known, None)),
     )  # fmt: skip
     return frames, places
 

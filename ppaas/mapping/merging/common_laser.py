@@ -30,7 +30,7 @@ def joined_frames(first: KeyFrames, second: KeyFrames, *, finest: bool = True) -
     count = len(first) + len(second)
     joined, after = KeyFrames(geometry, max(count, 1)), int(first.scans[-1]) + 1 if len(first) else 0
     for frames, offset in ((first, 0), (second, after)):
-        scans = ScanPoints(frames.points, frames.normals, frames.valid)
+        scans = frames.scan_points(slice(None))
         if not are_same(frames.geometry, geometry):
             scans = _sorted_into(geometry, scans)
         joined.extend(frames.poses, frames.information, frames.scans + offset, scans)

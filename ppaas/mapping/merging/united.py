@@ -86,7 +86,7 @@ def united(first: Mapping, second: Mapping) -> United | None:
 
 def _quantised(frames: KeyFrames, part: slice) -> ScanPoints:
     """Return scans as they are after they were packed and read."""
-    exponents, data = pack_scans(ScanPoints(frames.points[part], frames.normals[part], frames.valid[part]))
+    exponents, data = pack_scans(frames.scan_points(part))
     return unpack_scans(exponents, data, frames.geometry.beams)
 
 
@@ -112,10 +112,10 @@ def _hung(first: PoseArray, second: PoseArray, places: NDArray[np.int64], new: N
 def _joined(first: KeyFrames, second: KeyFrames, new: NDArray[np.int64]) -> KeyFrames:
     """Return the key frames of the first mapping, then the new ones, whose scans are numbered on."""
     joined = KeyFrames(first.geometry, len(first) + len(new))
-    joined.extend(first.poses, first.information, first.scans, ScanPoints(first.points, first.normals, first.valid))
+    joined.extend(first.poses, first.information, first.scans, first.scan_points(slice(None)))
     if len(new):
         numbers = second.scans[new] - second.scans[new[0]] + first.scans[-1] + 1
-        scans = ScanPoints(second.points[new], second.normals[new], second.valid[new])
+        scans = second.scan_points(new)
         joined.extend(second.poses[new], second.information[new], numbers, scans)
     return joined
 

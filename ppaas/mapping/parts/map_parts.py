@@ -11,7 +11,6 @@ from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.components import components
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.mapping.key_frames import KeyFrames
-from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.planar_poses import relative
 
@@ -123,7 +122,7 @@ def extract(mapping: Mapping, chosen: NDArray[np.int64]) -> Mapping:
     """
     of, edges = mapping.frames, mapping.graph.edges
     frames = KeyFrames(of.geometry, max(len(chosen), 1))
-    scans = ScanPoints(of.points[chosen], of.normals[chosen], of.valid[chosen])
+    scans = of.scan_points(chosen)
     frames.extend(mapping.graph.poses[chosen], of.information[chosen], of.scans[chosen], scans)
     places = np.full(len(of), -1, np.int64)
     places[chosen] = np.arange(len(chosen))

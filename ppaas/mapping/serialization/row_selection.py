@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
 from ppaas.mapping.key_frames import KeyFrames
-from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.serialization.records import RecordKind, pack_record
 from ppaas.mapping.serialization.rows import FrameRows, pack_edges, pack_frames
 
@@ -41,7 +40,7 @@ def frame_rows(frames: KeyFrames, graph: PoseGraph, steps: NDArray[np.int64], fi
     measurements, information = np.zeros((end - first, 3)), np.zeros((end - first, 3, 3))
     measurements[stepped] = edges.measurements[steps[part][stepped]]
     information[stepped] = edges.information[steps[part][stepped]]
-    scans = ScanPoints(frames.points[part], frames.normals[part], frames.valid[part])
+    scans = frames.scan_points(part)
     return FrameRows(
         first, frames.poses[part], frames.information[part], frames.scans[part],
         stepped, measurements, information, scans,
