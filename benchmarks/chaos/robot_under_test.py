@@ -12,8 +12,9 @@ from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
+from ppaas.messages.base.message import Message
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
-from ppaas.messages.message import Message
 from ppaas.messages.move_base_msgs import (
     MoveBaseActionFeedback,
     MoveBaseActionGoal,
@@ -21,7 +22,6 @@ from ppaas.messages.move_base_msgs import (
     MoveBaseGoal,
 )
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header
 from robots.client.goal_tracker import TrackedGoal
 from robots.client.robot_client import RobotClient
 from robots.sim.courses import Course

@@ -4,8 +4,8 @@ from typing import ClassVar
 
 from ppaas.clock import monotonic
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes.base import Node, Payload, Topic
 from ppaas.nodes.graph import Graph
 

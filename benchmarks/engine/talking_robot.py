@@ -13,11 +13,11 @@ from ppaas.clock import epoch, monotonic
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header, Time
 from robots.client.robot_client import RobotClient
 from robots.sim.world import World
 

@@ -8,9 +8,9 @@ from uuid import uuid4
 from ppaas.clock import monotonic
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
-from ppaas.messages.std_msgs import Header
 from robots.client.robot_client import RobotClient
 from robots.sim.courses import Course
 from robots.sim.driver import Driver

@@ -7,11 +7,11 @@ from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
+from ppaas.messages.base.message import Empty
+from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
-from ppaas.messages.message import Empty
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.amcl.node import GLOBAL_LOCALIZATION, AmclNode
 from ppaas.nodes.base import Payload

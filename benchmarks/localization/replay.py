@@ -16,9 +16,9 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.maps.grid import GridMap
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist, TwistWithCovariance
 from ppaas.messages.nav_msgs import Odometry
-from ppaas.messages.std_msgs import Header, Time
 from robots.recordings.recording import Look, Recording
 
 

@@ -11,7 +11,7 @@ from engine.service.links.open_calls import Outcome
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, UnknownType, rebuild
 from ppaas.messages import service_type
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.wire import rosapi
 from ppaas.wire.arguments import as_object
 from ppaas.wire.fragments import size_of

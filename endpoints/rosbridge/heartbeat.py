@@ -10,7 +10,7 @@ from collections.abc import Callable
 from ppaas.clock import epoch
 from ppaas.errors import NotPermitted
 from ppaas.messages import encode, type_name
-from ppaas.messages.std_msgs import Header, Time
+from ppaas.messages.base.std_msgs import Header, Time
 
 HEARTBEAT = "ppaas/heartbeat"
 HEARTBEAT_TYPE = type_name(Header)

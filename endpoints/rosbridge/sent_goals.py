@@ -7,7 +7,7 @@ from engine.service.links.client_actions import GoalEnd, GoalListener
 from engine.service.links.place_link import PlaceLink
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, InvalidInput, QuotaExceeded, UnknownType
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.nodes.base import DEFAULT_DEPTH
 from ppaas.wire.action_frames import feedback_frame, result_frame
 from ppaas.wire.action_types import part_of_action

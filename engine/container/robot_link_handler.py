@@ -19,7 +19,7 @@ from engine.protocols.refusals import refusal_of
 from engine.specs.containers import LINK_STATE, Launch
 from ppaas.errors import PPaaSError
 from ppaas.messages import decode, encode, type_name
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.nodes.base import Node, Payload, Topic
 from ppaas.nodes.graph import Graph
 

@@ -16,9 +16,9 @@ from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, Unavaila
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
+from ppaas.messages.base.std_msgs import Header, String
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
-from ppaas.messages.std_msgs import Header, String
 from ppaas.nodes import topics
 from ppaas.nodes.frames import MAP
 

@@ -16,8 +16,8 @@ from engine.specs.containers import MapVersion
 from ppaas.errors import Queued, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
+from ppaas.messages.base.message import Message
 from ppaas.messages.geometry_msgs import Pose
-from ppaas.messages.message import Message
 from ppaas.messages.ppaas_msgs import (
     ComputeCostsRequest,
     ComputeCostsResponse,

@@ -5,7 +5,7 @@ from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
 from ppaas.errors import Conflict, NotFound, Unavailable
 from ppaas.messages import decode, encode
-from ppaas.messages.message import Empty, Message
+from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes, RunNodeRequest
 from ppaas.messages.slam_toolbox import (

@@ -18,7 +18,7 @@ from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.maps.map_changes import changed_rectangles
 from ppaas.maps.occupancy import to_message
 from ppaas.messages import encode
-from ppaas.messages.std_msgs import Time
+from ppaas.messages.base.std_msgs import Time
 
 MAP_JSON = "map.json"
 """File with the map as JSON of ``nav_msgs/OccupancyGrid``, ready to be sent."""

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.grid import OCCUPIED, UNKNOWN, GridInfo, GridMap
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.map_msgs import OccupancyGridUpdate
 from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid
-from ppaas.messages.std_msgs import Header, Time
 
 # Text of a cell by its byte, padded to four characters, so that one look-up yields the text of the whole grid. The
 # blanks are removed afterwards.

@@ -12,18 +12,20 @@ from ppaas.messages import (
     nav2_msgs,
     nav_msgs,
     octomap_msgs,
+    people_coordination,
     people_msgs,
     ppaas_msgs,
     rosapi,
     sensor_msgs,
     slam_toolbox,
-    std_msgs,
     std_srvs,
     tf2_msgs,
     tf2_web_republisher,
+    vision_msgs,
 )
+from ppaas.messages.base import std_msgs
+from ppaas.messages.base.message import Lazy, Message, ServiceType
 from ppaas.messages.codec import decode, encode
-from ppaas.messages.message import Lazy, Message, ServiceType
 from ppaas.messages.registry import message_type, message_types, service_type, type_name
 
 __all__ = [
@@ -42,6 +44,7 @@ __all__ = [
     "nav2_msgs",
     "nav_msgs",
     "octomap_msgs",
+    "people_coordination",
     "people_msgs",
     "ppaas_msgs",
     "rosapi",
@@ -53,4 +56,5 @@ __all__ = [
     "tf2_msgs",
     "tf2_web_republisher",
     "type_name",
+    "vision_msgs",
 ]

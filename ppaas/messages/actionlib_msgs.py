@@ -5,8 +5,8 @@ from typing import ClassVar
 
 from msgspec import field
 
-from ppaas.messages.message import Message, UInt8
-from ppaas.messages.std_msgs import Header, Time
+from ppaas.messages.base.message import Message, UInt8
+from ppaas.messages.base.std_msgs import Header, Time
 
 
 class Status(IntEnum):

@@ -28,13 +28,13 @@ import msgspec
 from msgspec import inspect
 
 from ppaas.errors import MalformedMessage
+from ppaas.messages.base.message import Message, message_of, plain, struct_of
+from ppaas.messages.base.std_msgs import Duration, Header, Time
 from ppaas.messages.geometry_msgs import Twist, TwistStamped
-from ppaas.messages.message import Message, message_of, plain, struct_of
 from ppaas.messages.rosapi import GetParamRequest
 from ppaas.messages.sensor_msgs import CameraInfo
 from ppaas.messages.spellings.time_spelling import to_ros1
 from ppaas.messages.spellings.tolerant_json import MAX_TOLERATED, read_json
-from ppaas.messages.std_msgs import Duration, Header, Time
 
 M = TypeVar("M", bound=Message)
 

@@ -6,9 +6,9 @@ from msgspec import field
 
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus
+from ppaas.messages.base.message import Message, UInt32
+from ppaas.messages.base.std_msgs import Duration, Header
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
-from ppaas.messages.message import Message, UInt32
-from ppaas.messages.std_msgs import Duration, Header
 
 
 def _nowhere() -> PoseStamped:

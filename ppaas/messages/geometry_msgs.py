@@ -7,8 +7,8 @@ from msgspec import field
 
 from ppaas import geometry
 from ppaas.geometry import quaternion_of, yaw_of
-from ppaas.messages.message import Covariance, Float32, Message
-from ppaas.messages.std_msgs import Header
+from ppaas.messages.base.message import Covariance, Float32, Message
+from ppaas.messages.base.std_msgs import Header
 
 
 class Point(Message):

@@ -2,8 +2,8 @@
 
 from msgspec import Raw
 
-from ppaas.messages.message import Int8, Message, UInt32
-from ppaas.messages.std_msgs import Header
+from ppaas.messages.base.message import Int8, Message, UInt32
+from ppaas.messages.base.std_msgs import Header
 
 
 class OccupancyGridUpdate(Message):

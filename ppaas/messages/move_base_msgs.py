@@ -5,9 +5,9 @@ from typing import ClassVar
 from msgspec import field
 
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus
+from ppaas.messages.base.message import Empty, Message
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import PoseStamped
-from ppaas.messages.message import Empty, Message
-from ppaas.messages.std_msgs import Header
 
 
 class MoveBaseGoal(Message):

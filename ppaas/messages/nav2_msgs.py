@@ -6,10 +6,10 @@ from typing import ClassVar
 from msgspec import field
 
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus
+from ppaas.messages.base.message import Empty, Float32, Int16, Message, ServiceType, UInt16, UInt32
+from ppaas.messages.base.std_msgs import Duration, Header
 from ppaas.messages.geometry_msgs import Point, PoseStamped
-from ppaas.messages.message import Empty, Float32, Int16, Message, ServiceType, UInt16, UInt32
 from ppaas.messages.nav_msgs import Path
-from ppaas.messages.std_msgs import Duration, Header
 
 
 class FollowWaypointsError(IntEnum):

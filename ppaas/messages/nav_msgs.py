@@ -4,9 +4,9 @@ from typing import ClassVar
 
 from msgspec import Raw, field
 
+from ppaas.messages.base.message import Empty, Float32, Int8, Message, ServiceType, UInt32
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, TwistWithCovariance
-from ppaas.messages.message import Empty, Float32, Int8, Message, ServiceType, UInt32
-from ppaas.messages.std_msgs import Header, Time
 
 
 class MapMetaData(Message):

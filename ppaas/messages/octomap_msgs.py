@@ -4,9 +4,9 @@ from typing import ClassVar
 
 from msgspec import Raw, field
 
+from ppaas.messages.base.message import Empty, Int8, Message, OwnMessage, ServiceType
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Point
-from ppaas.messages.message import Empty, Int8, Message, OwnMessage, ServiceType
-from ppaas.messages.std_msgs import Header
 
 
 class Octomap(Message):

@@ -2,9 +2,9 @@
 
 from msgspec import field
 
+from ppaas.messages.base.message import Empty, Message, OwnMessage, ServiceType
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist
-from ppaas.messages.message import Empty, Message, OwnMessage, ServiceType
-from ppaas.messages.std_msgs import Header
 
 
 class ComputePathRequest(Message):

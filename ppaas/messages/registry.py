@@ -12,27 +12,31 @@ from ppaas.messages import (
     nav2_msgs,
     nav_msgs,
     octomap_msgs,
+    people_coordination,
     people_msgs,
     ppaas_msgs,
     rosapi,
     sensor_msgs,
     slam_toolbox,
-    std_msgs,
     std_srvs,
     tf2_msgs,
     tf2_web_republisher,
+    vision_msgs,
 )
-from ppaas.messages.message import Message, ServiceType
+from ppaas.messages.base import std_msgs
+from ppaas.messages.base.message import Message, ServiceType
 
 _PACKAGES: tuple[ModuleType, ...] = (
     std_msgs, geometry_msgs, nav_msgs, sensor_msgs, actionlib_msgs, move_base_msgs, nav2_msgs, tf2_msgs, ppaas_msgs,
     people_msgs, std_srvs, rosapi, tf2_web_republisher, map_msgs, slam_toolbox, explore_msgs,
-    octomap_msgs,
+    octomap_msgs, vision_msgs, people_coordination,
 )  # fmt: skip
 
 
 def _package_of(module: ModuleType) -> str:
-    return module.__name__.rpartition(".")[2]
+    """Return the ROS package of a module: its name, unless it is one of several modules of a package."""
+    package: str = getattr(module, "PACKAGE", module.__name__.rpartition(".")[2])
+    return package
 
 
 def _collect() -> dict[str, type[Message]]:

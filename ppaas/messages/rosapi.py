@@ -6,8 +6,8 @@ respond as newer versions of rosapi do, with ``successful`` and ``reason``. Olde
 
 from msgspec import field
 
-from ppaas.messages.message import Empty, Message, ServiceType, UInt8
-from ppaas.messages.std_msgs import Time
+from ppaas.messages.base.message import Empty, Message, ServiceType, UInt8
+from ppaas.messages.base.std_msgs import Time
 
 
 class TypeDef(Message):

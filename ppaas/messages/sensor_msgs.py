@@ -5,8 +5,8 @@ from typing import Annotated, ClassVar
 
 from msgspec import Meta, field
 
-from ppaas.messages.message import Float32, Message, UInt8, UInt32
-from ppaas.messages.std_msgs import Header
+from ppaas.messages.base.message import Float32, Message, UInt8, UInt32
+from ppaas.messages.base.std_msgs import Header
 
 
 class LaserScan(Message):

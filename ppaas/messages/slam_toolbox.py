@@ -5,9 +5,9 @@ from typing import ClassVar
 
 from msgspec import field
 
+from ppaas.messages.base.message import Empty, Int8, Message, OwnMessage, ServiceType, UInt8
+from ppaas.messages.base.std_msgs import String
 from ppaas.messages.geometry_msgs import Pose2D
-from ppaas.messages.message import Empty, Int8, Message, OwnMessage, ServiceType, UInt8
-from ppaas.messages.std_msgs import String
 
 
 class SaveMapResult(IntEnum):

@@ -1,6 +1,6 @@
 """``std_srvs``: standard service types."""
 
-from ppaas.messages.message import Empty, Message, ServiceType
+from ppaas.messages.base.message import Empty, Message, ServiceType
 
 
 class TriggerResponse(Message):

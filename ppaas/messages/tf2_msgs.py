@@ -1,7 +1,7 @@
 """``tf2_msgs``."""
 
+from ppaas.messages.base.message import Message
 from ppaas.messages.geometry_msgs import TransformStamped
-from ppaas.messages.message import Message
 
 MAX_FRAMES = 1000
 """Limit of frames of one robot; further frames are ignored."""

@@ -5,9 +5,9 @@ from typing import ClassVar
 from msgspec import field
 
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus
+from ppaas.messages.base.message import Empty, Float32, Message, ServiceType
+from ppaas.messages.base.std_msgs import Duration, Header
 from ppaas.messages.geometry_msgs import TransformStamped
-from ppaas.messages.message import Empty, Float32, Message, ServiceType
-from ppaas.messages.std_msgs import Duration, Header
 
 
 class TFArray(Message):

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Generic, cast
 
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
-from ppaas.messages.message import Message
-from ppaas.messages.std_msgs import Header, Time
+from ppaas.messages.base.message import Message
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.navigation.action_goals import ActionGoal, G, GoalStates
 from ppaas.nodes.base import Context
 from ppaas.nodes.nav2_actions import ActionTopics

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
 
 from ppaas.change_log import LogChange, LogEntry
 from ppaas.errors import NotFound, PPaaSError
-from ppaas.messages.message import Lazy, Message, ServiceType
+from ppaas.messages.base.message import Lazy, Message, ServiceType
 
 T = TypeVar("T")
 

@@ -14,7 +14,7 @@ import msgspec
 
 from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.nodes.base import Checkpoint, Context, Node, Payload, Reply, Service
 from ppaas.nodes.jobs import GraphJob, GraphTimer, Worker, run_inline
 from ppaas.nodes.node_context import NodeContext

@@ -10,9 +10,9 @@ from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.volume.key_frame_poses import NO_KEY_FRAMES, KeyFramePoses
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav_msgs import Path
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes.base import Context, Payload
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import expect

@@ -5,8 +5,8 @@ from typing import TypeVar
 
 from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.message import Message
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
-from ppaas.messages.message import Message
 from ppaas.nodes.base import Payload
 from ppaas.nodes.frames import MAP, unprefixed
 from ppaas.transforms.planar import TransformTree

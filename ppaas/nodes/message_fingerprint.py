@@ -3,7 +3,7 @@
 from hashlib import blake2b
 
 from ppaas.messages import encode
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 
 
 def fingerprint(topic: str, message: Message) -> str:

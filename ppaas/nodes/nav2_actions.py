@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from ppaas.messages import explore_msgs, nav2_msgs
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.nodes.base import Topic
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.nodes.base import Node, Payload, Topic
 from ppaas.nodes.run_times import RunTimes
 

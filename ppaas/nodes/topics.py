@@ -4,6 +4,8 @@ Nodes, containers, endpoints, agents and robots all look up the policy of a topi
 """
 
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
+from ppaas.messages.base.message import Message
+from ppaas.messages.base.std_msgs import Float64, String
 from ppaas.messages.geometry_msgs import (
     PolygonStamped,
     PoseArray,
@@ -12,7 +14,6 @@ from ppaas.messages.geometry_msgs import (
     Twist,
 )
 from ppaas.messages.map_msgs import OccupancyGridUpdate
-from ppaas.messages.message import Message
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult
 from ppaas.messages.nav2_msgs import (
     FollowWaypointsActionFeedback,
@@ -23,16 +24,17 @@ from ppaas.messages.nav2_msgs import (
 )
 from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid, Odometry, Path
 from ppaas.messages.octomap_msgs import Octomap
-from ppaas.messages.people_msgs import People
+from ppaas.messages.people_coordination import PeopleReport, PeopleState
+from ppaas.messages.people_msgs import People, PositionMeasurementArray
 from ppaas.messages.ppaas_msgs import NodeHomes, RobotStates
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan, PointCloud2
-from ppaas.messages.std_msgs import Float64, String
 from ppaas.messages.tf2_msgs import TFMessage, merged
 from ppaas.messages.tf2_web_republisher import (
     TFSubscriptionActionFeedback,
     TFSubscriptionActionGoal,
     TFSubscriptionActionResult,
 )
+from ppaas.messages.vision_msgs import Detection3DArray
 from ppaas.nodes.base import Topic
 from ppaas.nodes.nav2_actions import EXPLORE, NAV2_ACTIONS
 
@@ -49,6 +51,15 @@ COMPRESSED_DEPTH_IMAGE = Topic("camera/depth/image_raw/compressedDepth", Compres
 DEPTH_CAMERA_INFO = Topic("camera/depth/camera_info", CameraInfo, local=True)
 CLOUD_IN = Topic("cloud_in", PointCloud2, stream=True, depth=1, local=True)
 PEOPLE = Topic("people", People, stream=True)
+DETECTIONS = Topic("detections", Detection3DArray, stream=True)
+
+# -- people ------------------------------------------------------------------------------------------------------------
+
+LEG_MEASUREMENTS = Topic("leg_tracker_measurements", PositionMeasurementArray, stream=True)
+TORSO_MEASUREMENTS = Topic("torso_detector/measurements", PositionMeasurementArray, stream=True)
+PEOPLE_MEASUREMENTS = Topic("people_tracker_measurements", PositionMeasurementArray, stream=True)
+PEOPLE_REPORT = Topic("people_tracker/report", PeopleReport, stream=True)
+PEOPLE_STATE = Topic("people_coordinator/state", PeopleState, stream=True, depth=1)
 
 # -- map server and localization ---------------------------------------------------------------------------------------
 

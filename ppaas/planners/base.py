@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from ppaas.clock import Clock, monotonic
 from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D, Poses
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Point, Pose, Quaternion
 from ppaas.messages.nav_msgs import Path
-from ppaas.messages.std_msgs import Header
 from ppaas.planners.path_json import path_message
 from ppaas.planners.traits import Traits
 from ppaas.plans.stored import Conditions, Origin

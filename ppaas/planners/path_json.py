@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Poses
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.codec import encode
 from ppaas.messages.nav_msgs import Path
-from ppaas.messages.std_msgs import Header
 from ppaas.planners.kernels.pose_text import BLOCK, MAX_MAGNITUDE, WIDEST, write_rows
 
 _STAMPED = (',"pose":{"position":{"x":', ',"y":', ',"z":', '},"orientation":{"x":', ',"y":', ',"z":', ',"w":', "}}},")

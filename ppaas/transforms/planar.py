@@ -11,8 +11,8 @@ from operator import itemgetter
 
 from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D, wrap_angle, yaw_of
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.transforms.connections import not_connected
 
 logger = logging.getLogger(__name__)

@@ -11,7 +11,7 @@ import msgspec
 
 from ppaas.errors import UnknownType
 from ppaas.messages import message_type, message_types
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.wire.actions import actions, topics_of
 from ppaas.wire.names import ros1_type, ros2_type
 

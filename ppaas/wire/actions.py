@@ -18,11 +18,11 @@ import msgspec
 from ppaas.errors import InvalidInput, NotFound
 from ppaas.messages import decode, message_type
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.messages.base.message import Message
+from ppaas.messages.base.std_msgs import Duration
 from ppaas.messages.geometry_msgs import PoseStamped
-from ppaas.messages.message import Message
 from ppaas.messages.move_base_msgs import MoveBaseFeedback
 from ppaas.messages.nav2_msgs import NavigateToPoseFeedback, NavigateToPoseGoal, NavigateToPoseResult
-from ppaas.messages.std_msgs import Duration
 from ppaas.wire.arguments import as_object
 from ppaas.wire.names import is_ros2_type, ros1_type
 

@@ -3,7 +3,7 @@
 import msgspec
 
 from ppaas.errors import MalformedMessage
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 
 _list_decoder: msgspec.json.Decoder[list[msgspec.Raw]] = msgspec.json.Decoder(list[msgspec.Raw])
 _encoder = msgspec.json.Encoder()

@@ -9,9 +9,9 @@ import math
 import msgspec
 from msgspec import field
 
+from ppaas.messages.base.message import Message
+from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.codec import decode
-from ppaas.messages.message import Message
-from ppaas.messages.std_msgs import Time
 from ppaas.wire.arguments import as_object
 
 CANCEL_GOAL = "/_action/cancel_goal"

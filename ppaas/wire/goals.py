@@ -12,8 +12,8 @@ import msgspec
 
 from ppaas.errors import Conflict, MalformedMessage, NotFound, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.messages.actionlib_msgs import GoalStatus, GoalStatusArray, Status
+from ppaas.messages.base.message import Message
 from ppaas.messages.codec import decode
-from ppaas.messages.message import Message
 from ppaas.messages.spellings.time_spelling import to_ros2
 from ppaas.wire.action_frames import feedback_frame, result_frame
 from ppaas.wire.actions import UNKNOWN, Action, SentGoal, ros2_status

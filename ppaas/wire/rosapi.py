@@ -15,9 +15,9 @@ import msgspec
 
 from ppaas.errors import MalformedMessage, UnknownType
 from ppaas.messages import decode, encode, message_type, message_types, rosapi, service_type, type_name
-from ppaas.messages.message import Empty, Message, ServiceType
+from ppaas.messages.base.message import Empty, Message, ServiceType
+from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.registry import service_types
-from ppaas.messages.std_msgs import Time
 from ppaas.wire.action_types import known_actions, part_of_action, type_of_action
 from ppaas.wire.actions import actions
 from ppaas.wire.arguments import as_object

@@ -8,8 +8,8 @@ each advertisement, which name it anyway, and is no parameter of the robot.
 from collections.abc import Callable
 
 from ppaas.clock import Clock
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.codec import encode
-from ppaas.messages.std_msgs import Header, Time
 
 TWIST = "geometry_msgs/Twist"
 TWIST_STAMPED = "geometry_msgs/TwistStamped"

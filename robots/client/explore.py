@@ -10,6 +10,7 @@ from uuid import uuid4
 from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import Unavailable
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
+from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.explore_msgs import (
     ExploreActionFeedback,
     ExploreActionGoal,
@@ -18,7 +19,6 @@ from ppaas.messages.explore_msgs import (
     ExploreGoal,
     ExploreResult,
 )
-from ppaas.messages.std_msgs import Time
 from robots.client.goal_tracker import TrackedGoal
 from robots.client.robot_client import RobotClient
 

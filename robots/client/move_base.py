@@ -10,10 +10,10 @@ from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
 from ppaas.messages.nav_msgs import Path
-from ppaas.messages.std_msgs import Header, Time
 from robots.client.goal_tracker import TrackedGoal
 from robots.client.robot_client import RobotClient
 

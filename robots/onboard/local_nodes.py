@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 
 from ppaas.errors import NotFound
-from ppaas.messages.message import Empty
+from ppaas.messages.base.message import Empty
 from ppaas.messages.ppaas_msgs import ListNodes, NodeHome, NodeHomes
 from robots.client.robot_client import RobotClient
 from robots.onboard.computer import Computer

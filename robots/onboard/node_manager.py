@@ -20,7 +20,7 @@ import msgspec
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.messages import encode, ppaas_msgs
-from ppaas.messages.message import Empty
+from ppaas.messages.base.message import Empty
 from ppaas.messages.nav_msgs import GetMap, GetMapResponse, OccupancyGrid
 from ppaas.nodes.map_server.node import KEEPOUT_MASK, MAP_SERVICE, SPEED_MASK
 from robots.client.robot_client import RobotClient

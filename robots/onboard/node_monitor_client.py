@@ -8,7 +8,7 @@ import msgspec
 from ppaas.change_log import LogChange
 from ppaas.clock import Clock
 from ppaas.messages import ppaas_msgs
-from ppaas.messages.message import Empty, Message, ServiceType
+from ppaas.messages.base.message import Empty, Message, ServiceType
 from robots.client.robot_client import RobotClient
 from robots.onboard.computer import Computer
 from robots.onboard.executor import protocol

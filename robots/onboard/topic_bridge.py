@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Collection, Sequence
 
 from ppaas.messages import decode, encode, message_type
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.messages.ppaas_msgs import TopicMessage
 from ppaas.nodes.message_fingerprint import fingerprint
 from ppaas.nodes.topics import policy_of

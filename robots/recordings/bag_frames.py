@@ -6,8 +6,8 @@ from typing import Any
 
 from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes.frames import BASE_FOOTPRINT, BASE_LINK, MAP, ODOM, unprefixed
 from ppaas.transforms.planar import TransformTree, is_level
 from ppaas.transforms.spatial import LatestFrames, Rigid

@@ -4,8 +4,8 @@ from itertools import pairwise, repeat
 from pathlib import Path
 
 from ppaas.errors import InvalidInput
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header
 from robots.recordings.log_lines import LogLines, LogScan, read_lines
 from robots.recordings.recording import Look, Recording
 

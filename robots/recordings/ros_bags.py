@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.localization.beams import check_scan
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.perception.level_scans import LevelScan, level_scan
 from ppaas.transforms.planar import tf_time
 from robots.recordings.bag_frames import BagFrames

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
 from ppaas.maps.raycast import cast_rays
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header, Time
 from robots.sim.kernels import discs as kernels
 
 Discs = tuple[NDArray[np.float64], float]

@@ -8,9 +8,9 @@ import numpy as np
 from ppaas.controllers.base import Velocity
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist, TwistWithCovariance, Vector3
 from ppaas.messages.nav_msgs import Odometry
-from ppaas.messages.std_msgs import Header, Time
 
 
 @dataclass(frozen=True, slots=True)

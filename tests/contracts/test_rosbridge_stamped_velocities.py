@@ -12,8 +12,8 @@ import pytest
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import MalformedMessage
 from ppaas.messages import decode
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Twist, TwistStamped, Vector3
-from ppaas.messages.std_msgs import Header
 from tests.support.endpoints.still_place import StillClient, StillPlace, answers, delivered, error_of, says
 
 VELOCITY = {"linear": {"x": 0.25, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": -0.5}}

@@ -19,7 +19,7 @@ from playwright.async_api import WebSocket, expect
 from endpoints.cli import up
 from ppaas.errors import NotFound
 from ppaas.maps.grid import GridInfo, GridMap
-from ppaas.messages.std_msgs import String
+from ppaas.messages.base.std_msgs import String
 from robots.cli.command_parser import CommandParser
 from robots.client.rest import RestClient
 from robots.client.robot_client import RobotClient

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ppaas.maps.grid import GridMap
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, LaserScan
 from ppaas.perception.compressed_depth import compress
 from robots.client.robot_client import RobotClient

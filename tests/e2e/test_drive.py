@@ -9,9 +9,9 @@ import pytest
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, GetPlanResponse, Path
-from ppaas.messages.std_msgs import Header
 from robots.client.rest import RestClient
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
 from tests.support.cloud.drive import Drive, driving

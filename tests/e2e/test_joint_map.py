@@ -10,8 +10,8 @@ from benchmarks.mapping.simulated_drive import SimulatedDrive
 from ppaas.clock import epoch
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.transforms.planar import transform_message
 from robots.client.rest import RestClient

@@ -11,9 +11,9 @@ from ppaas.errors import Conflict, InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import save_map
 from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, GetPlanResponse
-from ppaas.messages.std_msgs import Header
 from robots.client.rest import RestClient
 from robots.client.robot_client import RobotClient
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot

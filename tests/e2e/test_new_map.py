@@ -13,7 +13,7 @@ from ppaas.maps.distance import distance_to_occupied
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridMap
 from ppaas.maps.occupancy import from_message
 from ppaas.maps.raycast import cast_rays
-from ppaas.messages.message import Empty
+from ppaas.messages.base.message import Empty
 from ppaas.messages.nav_msgs import GetMap, GetMapResponse, OccupancyGrid
 from robots.client.rest import RestClient
 from robots.client.robot_client import RobotClient

@@ -9,7 +9,7 @@ import pytest
 
 from ppaas.maps.grid import GridMap
 from ppaas.maps.octomap import parse_octomap
-from ppaas.messages.message import Empty, Message
+from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.octomap_msgs import GetOctomap, GetOctomapResponse, Octomap
 from ppaas.messages.sensor_msgs import LaserScan, PointCloud2
 from robots.client.robot_client import RobotClient

@@ -15,12 +15,12 @@ from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point, Pose, PoseStamped, Twist
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.people_msgs import People, Person
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes import topics
 from ppaas.nodes.amcl.messages import ParticleCloud
 from ppaas.nodes.base import Payload

@@ -15,7 +15,7 @@ from engine.container.monitor.parameters import NAME, NodeMonitorParameters
 from engine.container.monitor.unacknowledged import UnacknowledgedMessages
 from engine.container.monitor.verdict import asked, judge
 from ppaas.errors import InvalidInput, InvalidParameter, NotFound, PPaaSError, Unavailable
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.messages.ppaas_msgs import (
     GiveNode,
     GiveNodeRequest,

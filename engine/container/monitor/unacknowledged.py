@@ -5,7 +5,7 @@ from collections.abc import Collection
 import msgspec
 
 from ppaas.messages import encode
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.messages.ppaas_msgs import TopicMessage
 from ppaas.nodes.base import Payload
 from ppaas.nodes.message_fingerprint import fingerprint

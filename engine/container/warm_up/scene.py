@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from ppaas.clock import epoch
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.messages.base.message import Message
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist, TwistWithCovariance
-from ppaas.messages.message import Message
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header, Time
 
 RADIUS = 2.5
 """Radius of the round room [m]."""

@@ -24,6 +24,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import PPaaSError, Unavailable, rebuild
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import (
     Pose,
     PoseStamped,
@@ -32,7 +33,6 @@ from ppaas.messages.geometry_msgs import (
     Vector3,
 )
 from ppaas.messages.ppaas_msgs import ComputePathRequest, RobotState
-from ppaas.messages.std_msgs import Header
 from ppaas.robot_model.known_models import robot_model
 
 TIMEOUT = 20.0

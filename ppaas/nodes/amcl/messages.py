@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseArray, PoseWithCovariance, PoseWithCovarianceStamped
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes.frames import MAP, FrameNames
 from ppaas.nodes.message_checks import finite_pose
 

@@ -15,10 +15,10 @@ from ppaas.localization.particle_filter import ParticleFilter
 from ppaas.localization.pose_search import PoseCandidates
 from ppaas.localization.pose_tracker import POINTS, PoseTracker
 from ppaas.localization.scan_plausibility import check_plausible
+from ppaas.messages.base.message import Empty, Message
+from ppaas.messages.base.std_msgs import String, Time
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
-from ppaas.messages.message import Empty, Message
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import String, Time
 from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics

@@ -4,8 +4,8 @@ from typing import ClassVar
 
 import msgspec
 
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes.base import Context, Demands, Node, Payload, Topic
 from ppaas.nodes.depth_images import CameraInfoWait, camera_of, depths_of
 from ppaas.nodes.message_checks import expect

@@ -11,9 +11,9 @@ from ppaas.exploration.given_up import GivenUp, moved_points, thinned
 from ppaas.exploration.parameters import ExploreParameters
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.messages.actionlib_msgs import GoalID
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseGoal
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context
 from ppaas.nodes.explore.exploration import FAR, Exploration, Target

@@ -12,12 +12,12 @@ from ppaas.exploration.parameters import ExploreParameters
 from ppaas.geometry import Pose2D
 from ppaas.mapping.volume.key_frame_poses import NO_KEY_FRAMES
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
+from ppaas.messages.base.std_msgs import Duration, Header
 from ppaas.messages.explore_msgs import ExploreActionGoal, ExploreFeedback, ExploreResult
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult
 from ppaas.messages.nav2_msgs import NavigateThroughPosesActionGoal
 from ppaas.messages.ppaas_msgs import RobotStates
-from ppaas.messages.std_msgs import Duration, Header
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.navigation.action_goals import GoalList, cancels
 from ppaas.navigation.events import CancelReceived

@@ -15,7 +15,7 @@ from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.merging.united import frame_name
 from ppaas.mapping.parts.map_parts import check_is_main, current_part
 from ppaas.mapping.serialization.mapping import Mapping
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.messages.slam_toolbox import GetPoseGraphRequest
 from ppaas.nodes.base import Context, Node
 from ppaas.nodes.frames import MAP

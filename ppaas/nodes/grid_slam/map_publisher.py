@@ -8,9 +8,9 @@ from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.maps.map_changes import changed_rectangles
 from ppaas.maps.occupancy import GridMapMessage, MapChange
+from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.nav_msgs import MapMetaData
-from ppaas.messages.std_msgs import Time
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context
 from ppaas.nodes.frames import MAP

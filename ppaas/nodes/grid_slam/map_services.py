@@ -6,10 +6,10 @@ from ppaas.errors import PPaaSError, QuotaExceeded, Unavailable
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.maps.grid import GridMap
 from ppaas.maps.occupancy import to_message
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
+from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.nav_msgs import GetMap, GetMapResponse
 from ppaas.messages.slam_toolbox import SaveMap, SaveMapRequest, SaveMapResponse, SaveMapResult
-from ppaas.messages.std_msgs import Time
 from ppaas.nodes.base import Context, Reply, Service
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.grid_slam.map_publisher import MapPublisher

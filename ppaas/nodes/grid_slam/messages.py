@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
 from ppaas.mapping.scan_tracker import Tracked
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes.frames import MAP
 from ppaas.planar_poses import rotated, symmetric
 

@@ -9,8 +9,8 @@ from ppaas.errors import PPaaSError, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.mapping.live.joint_mapper import Adoption
 from ppaas.mapping.live.live_mapper import LiveMapper
+from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
-from ppaas.messages.message import Empty, Message
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.slam_toolbox import (
     Clear,

@@ -4,7 +4,7 @@ import msgspec
 
 from ppaas.geometry import Pose2D
 from ppaas.mapping.scan_tracker import Tracked
-from ppaas.messages.std_msgs import Float64, Time
+from ppaas.messages.base.std_msgs import Float64, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.nodes.amcl.messages import pose_message

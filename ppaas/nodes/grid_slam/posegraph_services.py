@@ -10,7 +10,7 @@ from ppaas.mapping.map_drawing import DrawingSettings
 from ppaas.mapping.merging.united import frame_name
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.mapping_file import unpack_mapping
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.messages.slam_toolbox import (
     DeserializePoseGraph,
     DeserializePoseGraphRequest,

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.mapping.live.live_mapper import LiveMapper
+from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Time
 from ppaas.nodes.base import Context
 from ppaas.nodes.frames import FrameListener
 from ppaas.nodes.grid_slam.closure_jobs import ClosureJobs

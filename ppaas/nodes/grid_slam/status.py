@@ -1,7 +1,7 @@
 """Publisher of ``grid_slam/status``: the reason for which scans or parts of the map are left out."""
 
 from ppaas.mapping.live.live_mapper import LiveMapper
-from ppaas.messages.std_msgs import String
+from ppaas.messages.base.std_msgs import String
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context
 

@@ -9,10 +9,10 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.maps.map_changes import changed_rectangles
 from ppaas.maps.occupancy import GridMapMessage, MapChange
+from ppaas.messages.base.message import Message
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose
-from ppaas.messages.message import Message
 from ppaas.messages.nav_msgs import GetMap, GetMapResponse, MapMetaData, OccupancyGrid
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Reply, Service, Topic
 from ppaas.nodes.frames import MAP

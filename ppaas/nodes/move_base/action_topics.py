@@ -2,6 +2,7 @@
 
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.messages.base.std_msgs import Duration, Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import (
     MoveBaseActionFeedback,
@@ -14,7 +15,6 @@ from ppaas.messages.nav2_msgs import (
     NavigateToPoseActionFeedback,
     NavigateToPoseFeedback,
 )
-from ppaas.messages.std_msgs import Duration, Header, Time
 from ppaas.navigation.action_goals import GoalList, GoalState
 from ppaas.navigation.events import Goal
 from ppaas.nodes import topics

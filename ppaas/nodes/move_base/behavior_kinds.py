@@ -10,8 +10,8 @@ import msgspec
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.messages import nav2_msgs
-from ppaas.messages.message import Message
-from ppaas.messages.std_msgs import Duration
+from ppaas.messages.base.message import Message
+from ppaas.messages.base.std_msgs import Duration
 from ppaas.nodes.nav2_actions import BACKUP, SPIN, WAIT, ActionTopics
 from ppaas.recoveries.back_up import BackUpRecovery
 from ppaas.recoveries.base import Recovery

@@ -8,7 +8,7 @@ import msgspec
 from ppaas.controllers.base import Velocity
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.messages.actionlib_msgs import GoalID, Status
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.navigation.action_goals import GoalList, cancels
 from ppaas.navigation.events import CancelReceived
 from ppaas.nodes.action_publisher import ActionPublisher

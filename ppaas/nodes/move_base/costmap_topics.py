@@ -18,10 +18,10 @@ from ppaas.footprints import Footprint
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.maps.occupancy import to_message
+from ppaas.messages.base.message import Message
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point32, Polygon, PolygonStamped
-from ppaas.messages.message import Message
 from ppaas.messages.nav_msgs import OccupancyGrid
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Topic
 from ppaas.nodes.frames import MAP

@@ -5,8 +5,8 @@ import numpy as np
 from ppaas.controllers.base import Velocity
 from ppaas.controllers.motion import advance
 from ppaas.geometry import Pose2D, quaternion_of
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.nav_msgs import Path
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes.base import Context
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.topics import LOCAL_PLAN

@@ -15,14 +15,14 @@ from ppaas.errors import InvalidInput, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages import nav2_msgs
 from ppaas.messages.actionlib_msgs import GoalID
+from ppaas.messages.base.message import Empty, Message
+from ppaas.messages.base.std_msgs import String
 from ppaas.messages.geometry_msgs import PoseStamped
-from ppaas.messages.message import Empty, Message
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal
 from ppaas.messages.nav_msgs import GetPlan, Odometry
 from ppaas.messages.people_msgs import People
 from ppaas.messages.ppaas_msgs import ComputePath, RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import String
 from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.navigation import events

@@ -10,8 +10,9 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput, PlanCancelled, PlanningError, PlanTransformError, PPaaSError, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, Status
+from ppaas.messages.base.message import Message
+from ppaas.messages.base.std_msgs import Duration, Header
 from ppaas.messages.geometry_msgs import PoseStamped
-from ppaas.messages.message import Message
 from ppaas.messages.nav2_msgs import (
     ComputePathThroughPosesActionGoal,
     ComputePathThroughPosesResult,
@@ -19,7 +20,6 @@ from ppaas.messages.nav2_msgs import (
     ComputePathToPoseResult,
 )
 from ppaas.messages.nav_msgs import Path
-from ppaas.messages.std_msgs import Duration, Header
 from ppaas.navigation.action_goals import ConcurrentGoals, cancels
 from ppaas.navigation.events import CancelReceived
 from ppaas.nodes.action_publisher import ActionPublisher

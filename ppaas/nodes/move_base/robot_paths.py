@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import TransformError
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.messages.nav_msgs import GetPlanRequest
 from ppaas.messages.ppaas_msgs import ComputePathRequest
 from ppaas.nodes.base import Context, Reply

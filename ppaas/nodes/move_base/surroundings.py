@@ -14,11 +14,11 @@ from ppaas.costmap.obstacle_memory import ObstacleMemory
 from ppaas.costmap.social_layer import PersonNearby
 from ppaas.errors import PPaaSError, TransformError
 from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.messages.base.std_msgs import String
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.people_msgs import People
 from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import String
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
 from ppaas.nodes.move_base.people import SeenPeople

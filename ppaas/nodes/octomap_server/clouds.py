@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.mapping.volume.depth_points import points_of_depth
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, PointCloud2
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes.depth_images import CameraInfoWait, camera_of, depths_of
 from ppaas.perception.compressed_depth import decompress
 from ppaas.perception.depth_scan import PinholeCamera

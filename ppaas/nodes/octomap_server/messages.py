@@ -7,8 +7,8 @@ import numpy as np
 
 from ppaas.errors import InvalidInput
 from ppaas.maps.octomap import octomap_nodes
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.octomap_msgs import Octomap
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes.frames import MAP
 from ppaas.planar_poses import PoseArray
 

@@ -7,7 +7,7 @@ import msgspec
 
 from ppaas.errors import InvalidInput, InvalidParameter, NotFound
 from ppaas.messages import rosapi
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.nodes.base import Context, Node, Reply, Service
 from ppaas.nodes.parameter_server.tree import ParameterTree, read_value
 from ppaas.nodes.tf.urdf_text import UrdfText

@@ -5,8 +5,8 @@ from typing import ClassVar
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.message import Message
 from ppaas.messages.geometry_msgs import PoseStamped
-from ppaas.messages.message import Message
 from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest
 from ppaas.messages.ppaas_msgs import ComputeCosts, ComputeCostsRequest, ComputePath, ComputePathRequest
 from ppaas.nodes.base import Context, Node, Reply, Service

@@ -9,7 +9,7 @@ from ppaas import planners
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput, InvalidPlanner, NotFound, PPaaSError
 from ppaas.geometry import Pose2D
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.messages.nav_msgs import GetPlanResponse
 from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
 from ppaas.nodes.base import Context, Job, Reply

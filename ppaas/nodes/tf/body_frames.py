@@ -10,8 +10,8 @@ import re
 from collections.abc import Iterable
 
 from ppaas.errors import TransformError
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import TransformStamped
-from ppaas.messages.std_msgs import Header
 from ppaas.messages.tf2_msgs import MAX_FRAMES
 from ppaas.nodes.frames import BASE_FOOTPRINT, BASE_LINK, MAP, FrameNames, prefixed, unprefixed
 from ppaas.robot_model.known_models import RobotModel

@@ -10,9 +10,9 @@ import msgspec
 
 from ppaas.errors import InvalidInput, QuotaExceeded
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
+from ppaas.messages.base.message import Message
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import TransformStamped
-from ppaas.messages.message import Message
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.messages.tf2_web_republisher import (
     RepublishTFs,

@@ -5,8 +5,8 @@ from collections.abc import Iterable
 import msgspec
 
 from ppaas.errors import TransformError
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import TransformStamped
-from ppaas.messages.std_msgs import Header
 from ppaas.messages.tf2_msgs import MAX_FRAMES
 from ppaas.transforms.spatial import Rigid
 

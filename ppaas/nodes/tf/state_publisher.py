@@ -3,9 +3,9 @@
 from typing import ClassVar
 
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.geometry_msgs import TransformStamped
 from ppaas.messages.nav_msgs import Odometry
-from ppaas.messages.std_msgs import Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.base import Context, Node, Payload, Topic
 from ppaas.nodes.frames import ODOM as ODOM_FRAME

@@ -8,8 +8,8 @@ import math
 from collections.abc import Callable
 
 from ppaas.errors import InvalidInput, TransformError
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import TransformStamped
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.messages.tf2_web_republisher import TFSubscriptionGoal
 from ppaas.nodes.base import Context
 from ppaas.transforms.spatial import LatestFrames, Rigid

@@ -3,7 +3,7 @@
 import zlib
 from dataclasses import dataclass
 
-from ppaas.messages.std_msgs import String
+from ppaas.messages.base.std_msgs import String
 
 
 @dataclass(frozen=True, slots=True)

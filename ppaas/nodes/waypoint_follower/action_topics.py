@@ -1,6 +1,7 @@
 """Publishers of the action ``follow_waypoints``: status, feedback and results of lists."""
 
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav2_msgs import (
     FollowWaypointsActionFeedback,
@@ -11,7 +12,6 @@ from ppaas.messages.nav2_msgs import (
     Progress,
     WaypointStatus,
 )
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.navigation.action_goals import GoalList, GoalState
 from ppaas.navigation.waypoints import Waypoints
 from ppaas.nodes import topics

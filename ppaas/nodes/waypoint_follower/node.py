@@ -6,6 +6,7 @@ import msgspec
 
 from ppaas.errors import InvalidInput
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, Status
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
 from ppaas.messages.nav2_msgs import (
@@ -13,7 +14,6 @@ from ppaas.messages.nav2_msgs import (
     FollowWaypointsError,
     NavigateThroughPosesActionGoal,
 )
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.navigation.action_goals import GoalList, cancels
 from ppaas.navigation.events import CancelReceived

@@ -23,7 +23,7 @@ from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.maps.occupancy import from_message
 from ppaas.messages import decode, encode, type_name
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.messages.nav_msgs import OccupancyGrid
 from ppaas.nodes.base import Checkpoint, Payload
 from ppaas.nodes.graph import Graph

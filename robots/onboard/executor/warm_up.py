@@ -7,10 +7,10 @@ from collections.abc import Callable
 from ppaas.clock import ManualClock
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, Twist, TwistWithCovariance
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes.graph import Graph
 
 CYCLES = 30

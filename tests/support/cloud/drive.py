@@ -9,9 +9,9 @@ from functools import partial
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
-from ppaas.messages.std_msgs import Header
 from robots.client.connection import ConnectionOptions
 from robots.client.robot_client import RobotClient
 from robots.demo.scorer import Scorer

@@ -5,8 +5,8 @@ from typing import Any
 from engine.container.robot_link_handler import topic_info
 from engine.protocols import robot_link
 from ppaas.errors import PPaaSError
+from ppaas.messages.base.message import Message
 from ppaas.messages.codec import decode, encode
-from ppaas.messages.message import Message
 from ppaas.nodes.base import Payload
 from tests.support.endpoints.still_place import StillClient, StillPlace
 from tests.support.world.closed_loop import ClosedLoop

@@ -9,11 +9,11 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import GoalStatusArray, Status
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes.base import Payload
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import Worker, run_inline

@@ -12,11 +12,11 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.volume.key_frame_poses import KeyFramePoses
 from ppaas.maps.octomap import BINARY, parse_octomap
 from ppaas.maps.octree import OcTree
+from ppaas.messages.base.message import Empty, Message
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
-from ppaas.messages.message import Empty, Message
 from ppaas.messages.octomap_msgs import Octomap
 from ppaas.messages.sensor_msgs import PointCloud2, PointField, PointFieldType
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import Worker, run_inline

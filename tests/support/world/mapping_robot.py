@@ -13,9 +13,9 @@ from ppaas.clock import ManualClock
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.maps.occupancy import from_message
-from ppaas.messages.message import Empty, Message
+from ppaas.messages.base.message import Empty, Message
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.frames import FrameListener
 from ppaas.nodes.graph import Graph

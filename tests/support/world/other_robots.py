@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.raycast import cast_rays
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import TransformStamped
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.robot_model.shapes import placed
 from ppaas.transforms.spatial import Rigid
 from tests.support.world.closed_loop import ClosedLoop

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.maps.grid import FREE, OCCUPIED, GridInfo, GridMap
 from ppaas.maps.raycast import cast_rays
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist, TwistWithCovariance, Vector3
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header, Time
 
 Box = tuple[float, float, float, float]
 """Least x and y, greatest x and y [m]."""

@@ -3,7 +3,7 @@
 from typing import Any
 
 from ppaas.errors import PPaaSError
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.nodes.graph import Graph
 
 

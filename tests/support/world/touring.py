@@ -2,9 +2,9 @@
 
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav2_msgs import FollowWaypointsActionGoal, FollowWaypointsActionResult, FollowWaypointsGoal
-from ppaas.messages.std_msgs import Header, Time
 from tests.support.world.closed_loop import ClosedLoop
 
 

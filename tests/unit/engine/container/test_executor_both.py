@@ -17,10 +17,10 @@ from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import office
 from ppaas.messages import decode, encode
+from ppaas.messages.base.message import Empty, Message
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
-from ppaas.messages.message import Empty, Message
 from ppaas.messages.nav_msgs import GetMapResponse, GetPlanRequest, GetPlanResponse
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes.base import Node, Payload
 from ppaas.nodes.graph import Graph
 from tests.support.world.places import free_pose, reachable_pose

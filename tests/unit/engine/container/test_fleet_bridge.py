@@ -14,6 +14,7 @@ from engine.protocols.framing import FrameStream
 from engine.specs.containers import ContainerSpec, Launch
 from ppaas.clock import ManualClock
 from ppaas.messages import encode
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import (
     Point,
     Pose,
@@ -26,7 +27,6 @@ from ppaas.messages.geometry_msgs import (
 )
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.ppaas_msgs import RobotState
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes import topics
 from ppaas.nodes.base import Node, Topic
 from ppaas.nodes.graph import Graph

@@ -8,7 +8,7 @@ from engine.container.robot_link_handler import MAX_WAITING
 from engine.protocols import robot_link
 from engine.specs.containers import LINK_STATE, ContainerSpec
 from ppaas.messages import decode
-from ppaas.messages.std_msgs import String
+from ppaas.messages.base.std_msgs import String
 from ppaas.messages.std_srvs import TriggerResponse
 from ppaas.nodes.base import Topic
 from tests.support.engine.container_peers import ContainerPeers, say

@@ -10,7 +10,7 @@ import pytest
 from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
 from engine.specs.containers import LINK_STATE
-from ppaas.messages.std_msgs import String
+from ppaas.messages.base.std_msgs import String
 from ppaas.nodes.base import Node, Payload, Topic
 from tests.support.engine.container_peers import ContainerPeers, say
 from tests.support.engine.engine_links import receive

@@ -9,10 +9,10 @@ from msgspec.structs import replace
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.geometry_msgs import Point, Pose, Quaternion
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Time
 from ppaas.nodes.base import Payload
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, error_of, walled_map

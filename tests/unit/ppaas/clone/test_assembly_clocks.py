@@ -12,9 +12,9 @@ import pytest
 from msgspec.structs import replace
 
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.nav_msgs import Odometry
-from ppaas.messages.std_msgs import Time
 from tests.support.world.planar_world import error_of
 from tests.unit.ppaas.clone.test_assembly_bad_senses import Drive, Odometries, shifted
 

@@ -9,10 +9,10 @@ import pytest
 from ppaas.errors import InvalidInput, PPaaSError, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, Status
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Point, Pose, PoseStamped, Quaternion, Twist, Vector3
 from ppaas.messages.people_msgs import People, Person
 from ppaas.messages.ppaas_msgs import RobotStates
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.move_base.node import MoveBaseNode
 from tests.support.world.closed_loop import ClosedLoop

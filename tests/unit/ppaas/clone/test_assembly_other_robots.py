@@ -12,7 +12,7 @@ import pytest
 
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
-from ppaas.messages.std_msgs import Time
+from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.robot_model.describe import describe
 from ppaas.robot_model.shapes import placed

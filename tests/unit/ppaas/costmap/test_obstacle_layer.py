@@ -13,8 +13,8 @@ from ppaas.costmap.kernels import obstacle as kernels
 from ppaas.costmap.obstacle_layer import LaserReading, ObstacleLayer
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header
 from tests.reference.maps import maps as twin
 from tests.support.world.maps import poses, sides
 

@@ -8,8 +8,8 @@ import pytest
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.localization.beams import MAX_RANGES, choose_beams, choose_rays, scan_points
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header
 
 HERE = Pose2D(0.0, 0.0, 0.0)
 

@@ -12,9 +12,9 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.maps.occupancy import GridMapMessage, from_message, to_message
 from ppaas.messages import decode, encode
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid
-from ppaas.messages.std_msgs import Header, Time
 from tests.support.world.maps import grid_maps, real_map
 
 

@@ -6,8 +6,8 @@ import pytest
 
 from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.frames import FrameListener
 from ppaas.transforms.planar import transform_message

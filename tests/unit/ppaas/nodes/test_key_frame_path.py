@@ -6,10 +6,10 @@ import pytest
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
+from ppaas.messages.base.message import Empty
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
-from ppaas.messages.message import Empty
 from ppaas.messages.nav_msgs import Path
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes.key_frame_path import key_frames_of
 from tests.support.world.mapping_robot import START, MappingRobot
 from tests.support.world.ring_drive import ring_drive

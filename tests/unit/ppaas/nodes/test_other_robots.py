@@ -4,9 +4,9 @@ import pytest
 
 from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, Twist, Vector3
 from ppaas.messages.ppaas_msgs import RobotStates
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes.other_robots import FASTEST, LARGEST, OTHERS_MARGIN, others_of
 
 MAP = Header(frame_id="/map")

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput
 from ppaas.localization.beams import scan_points
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header
 from ppaas.perception.level_scans import level_scan
 from ppaas.robot_model.shapes import placed
 from ppaas.transforms.spatial import Rigid

@@ -5,8 +5,8 @@ import pytest
 
 from ppaas.errors import InvalidInput
 from ppaas.messages import decode, encode
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.sensor_msgs import PointCloud2, PointField, PointFieldType
-from ppaas.messages.std_msgs import Header
 from ppaas.perception.point_cloud import coordinates_of_cloud
 
 POINTS = np.arange(18.0).reshape(2, 3, 3)

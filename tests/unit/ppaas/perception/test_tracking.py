@@ -11,8 +11,8 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import UNKNOWN, GridMap
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header
 from ppaas.perception.tracking import FORGET, HITS, MovingObjects, Tracker
 from ppaas.perception.unmapped_objects import LARGEST, UnmappedObject, unmapped_objects_in
 from robots.sim.laser import Laser, LaserModel

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput
 from ppaas.messages import decode, encode
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.nav_msgs import Path
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.planners.kernels.pose_text import BLOCK, MAX_MAGNITUDE, WIDEST, write_rows
 from ppaas.planners.path_json import path_message, rows_text
 from tests.reference.planners import pose_text as twin

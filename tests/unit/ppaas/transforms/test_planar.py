@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.transforms.planar import TransformTree, is_level, tf_time, transform_message
 
 poses = st.builds(

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.messages.tf2_msgs import MAX_FRAMES
 from ppaas.robot_model.shapes import placed
 from ppaas.transforms.planar import transform_message

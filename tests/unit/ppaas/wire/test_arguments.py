@@ -5,8 +5,8 @@ import json
 import pytest
 
 from ppaas.errors import MalformedMessage
+from ppaas.messages.base.std_msgs import Bool
 from ppaas.messages.nav_msgs import GetPlanRequest
-from ppaas.messages.std_msgs import Bool
 from ppaas.wire.arguments import as_object
 
 

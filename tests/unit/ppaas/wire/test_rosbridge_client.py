@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 
 from ppaas.errors import MalformedMessage, NotFound, NotPermitted, PPaaSError, Unavailable
 from ppaas.messages import decode
+from ppaas.messages.base.message import Empty
+from ppaas.messages.base.std_msgs import Float64, String
 from ppaas.messages.geometry_msgs import Twist, Vector3
-from ppaas.messages.message import Empty
-from ppaas.messages.std_msgs import Float64, String
 from ppaas.messages.std_srvs import Trigger, TriggerResponse
 from ppaas.wire import operations, rosbridge
 from ppaas.wire.rosbridge_client import ReceivedMessage, RosbridgeClientSession, ServiceResult, StatusReport, failure_of

@@ -3,8 +3,8 @@
 import pytest
 
 from ppaas.messages import decode, encode
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Twist, TwistStamped, Vector3
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.wire.stamped_twists import may_be_named, stamping
 
 

@@ -1,7 +1,7 @@
 """Lines of progress: one when the robot does something else, and one now and then."""
 
+from ppaas.messages.base.std_msgs import Duration
 from ppaas.messages.explore_msgs import ExploreFeedback
-from ppaas.messages.std_msgs import Duration
 from robots.cli.explore_progress import ExploreProgress, line_of
 
 

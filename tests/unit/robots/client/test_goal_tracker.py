@@ -3,8 +3,8 @@
 import asyncio
 
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
-from ppaas.messages.std_msgs import Header
 from robots.client.goal_tracker import MIN_LISTS, SETTLED, TrackedGoal
 
 

@@ -19,9 +19,9 @@ from ppaas.errors import (
     QuotaExceeded,
     Unavailable,
 )
+from ppaas.messages.base.message import Empty
+from ppaas.messages.base.std_msgs import String
 from ppaas.messages.geometry_msgs import Twist, Vector3
-from ppaas.messages.message import Empty
-from ppaas.messages.std_msgs import String
 from ppaas.messages.std_srvs import EmptyService, Trigger, TriggerResponse
 from robots.client.connection import ConnectionOptions
 from robots.client.robot_client import RobotClient

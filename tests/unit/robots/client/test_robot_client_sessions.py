@@ -9,8 +9,8 @@ from urllib.parse import parse_qs, urlsplit
 import pytest
 
 from ppaas.errors import Conflict, Unavailable
-from ppaas.messages.message import Empty
-from ppaas.messages.std_msgs import String
+from ppaas.messages.base.message import Empty
+from ppaas.messages.base.std_msgs import String
 from ppaas.messages.std_srvs import Trigger, TriggerResponse
 from ppaas.wire.resumption import ID_HEADER, LEFT, STATE_HEADER, TAKEN_HEADER
 from robots.client.robot_client import RobotClient

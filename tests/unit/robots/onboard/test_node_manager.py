@@ -10,10 +10,10 @@ import pytest
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages import ppaas_msgs
+from ppaas.messages.base.message import Message
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose
-from ppaas.messages.message import Message
 from ppaas.messages.nav_msgs import GetMapResponse, MapMetaData, OccupancyGrid
-from ppaas.messages.std_msgs import Header
 from robots.onboard import node_manager
 from robots.onboard.computer import Computer
 from robots.onboard.executor import protocol

@@ -5,7 +5,7 @@ import pytest
 
 from ppaas.errors import Conflict, Unavailable
 from ppaas.messages import ServiceType
-from ppaas.messages.message import Empty
+from ppaas.messages.base.message import Empty
 from ppaas.messages.std_srvs import Trigger, TriggerResponse
 from robots.client.advertised_services import Handler
 from robots.onboard.executor import protocol

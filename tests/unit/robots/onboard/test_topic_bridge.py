@@ -6,13 +6,13 @@ from typing import Any
 import msgspec
 
 from ppaas.messages import decode, encode
+from ppaas.messages.base.message import Message
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Twist, Vector3
-from ppaas.messages.message import Message
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.ppaas_msgs import TopicMessage
 from ppaas.messages.sensor_msgs import Image
-from ppaas.messages.std_msgs import Header
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.message_fingerprint import fingerprint
 from robots.onboard.executor import protocol

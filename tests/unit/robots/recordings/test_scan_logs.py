@@ -9,8 +9,8 @@ import pytest
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header
 from robots.recordings import ros_bags
 from robots.recordings.recording import Look, Recording
 from robots.recordings.scan_logs import read_scan_log

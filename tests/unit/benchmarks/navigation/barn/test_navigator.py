@@ -11,10 +11,10 @@ from benchmarks.navigation.barn.navigator import PERIOD, Navigator
 from benchmarks.navigation.barn.worlds import START, BarnWorld
 from ppaas.costmap.costmap import LETHAL_OBSTACLE
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist, TwistWithCovariance
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header
 from tests.support.world import barn
 
 GOAL = Pose2D(10.0, 0.0)

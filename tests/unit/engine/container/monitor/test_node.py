@@ -14,7 +14,7 @@ from ppaas.clock import ManualClock
 from ppaas.errors import InvalidInput, NotFound, PPaaSError, Unavailable
 from ppaas.messages import decode
 from ppaas.messages.actionlib_msgs import GoalID
-from ppaas.messages.message import Empty, Message
+from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.ppaas_msgs import (
     GiveNodeRequest,
     HoldNodeRequest,

@@ -16,7 +16,7 @@ from ppaas.errors import InvalidParameter, PPaaSError
 from ppaas.maps.generate import office
 from ppaas.messages import decode
 from ppaas.messages.actionlib_msgs import GoalID
-from ppaas.messages.message import Message
+from ppaas.messages.base.message import Message
 from ppaas.messages.ppaas_msgs import (
     GiveNodeRequest,
     HoldNodeRequest,

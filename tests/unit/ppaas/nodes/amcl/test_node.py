@@ -9,6 +9,8 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
+from ppaas.messages.base.message import Empty
+from ppaas.messages.base.std_msgs import Header, String, Time
 from ppaas.messages.geometry_msgs import (
     Pose,
     PoseArray,
@@ -19,8 +21,6 @@ from ppaas.messages.geometry_msgs import (
     TransformStamped,
     Vector3,
 )
-from ppaas.messages.message import Empty
-from ppaas.messages.std_msgs import Header, String, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.amcl.node import AmclNode
 from ppaas.nodes.frames import FrameListener

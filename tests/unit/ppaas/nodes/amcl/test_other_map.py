@@ -7,9 +7,9 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.messages.base.message import Empty
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped
-from ppaas.messages.message import Empty
-from ppaas.messages.std_msgs import Header
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, error_of, walled_map
 

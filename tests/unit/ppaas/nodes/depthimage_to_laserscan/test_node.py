@@ -11,8 +11,8 @@ from ppaas.clone.assembly import build_clone
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.messages import decode, encode
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes.depth_images import depths_of
 from ppaas.nodes.depthimage_to_laserscan.node import DepthImageToLaserScanNode
 from ppaas.nodes.graph import Graph

@@ -12,13 +12,13 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
 from ppaas.maps.occupancy import GridMapMessage
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.explore_msgs import ExploreActionGoal, ExploreActionResult, ExploreGoal
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult
 from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid
 from ppaas.messages.ppaas_msgs import RobotStates
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.explore.node import ExploreNode
 from ppaas.nodes.graph import Graph

@@ -10,10 +10,10 @@ from ppaas.errors import Conflict, InvalidInput, QuotaExceeded, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.mapping.merging.united import frame_ids
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.slam_toolbox import GetPoseGraphRequest, UseJointMapRequest
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes.grid_slam import joint_maps
 from ppaas.nodes.key_frame_path import key_frames_of
 from tests.support.world.joint_maps import joint_map, motion_between, start_of

@@ -11,8 +11,9 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.serialization.mapping_file import unpack_mapping
 from ppaas.mapping.serialization.records import RecordKind, unpack_records
 from ppaas.messages import geometry_msgs
+from ppaas.messages.base.message import Empty
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped
-from ppaas.messages.message import Empty
 from ppaas.messages.slam_toolbox import (
     DeserializePoseGraphRequest,
     GetPoseGraphRequest,
@@ -20,7 +21,6 @@ from ppaas.messages.slam_toolbox import (
     SaveMapRequest,
     SerializePoseGraphRequest,
 )
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes import file_pages
 from ppaas.nodes.grid_slam import times_log
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters

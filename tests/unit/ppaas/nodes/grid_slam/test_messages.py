@@ -8,7 +8,7 @@ import pytest
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.occupancy import MapChange
-from ppaas.messages.std_msgs import Time
+from ppaas.messages.base.std_msgs import Time
 from ppaas.nodes.grid_slam.messages import entropy_of, robot_covariance
 
 

@@ -9,8 +9,8 @@ import pytest
 from ppaas.errors import InvalidInput, NotFound, QuotaExceeded, TransformError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN
+from ppaas.messages.base.std_msgs import String
 from ppaas.messages.slam_toolbox import SaveMapRequest
-from ppaas.messages.std_msgs import String
 from ppaas.transforms.planar import CACHE_TIME
 from tests.support.world.mapping_robot import HeldJobs, MappingRobot
 from tests.support.world.ring_drive import ring_drive

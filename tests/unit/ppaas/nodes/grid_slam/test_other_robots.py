@@ -6,9 +6,9 @@ import pytest
 from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.ppaas_msgs import RobotStates
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes.grid_slam.posegraph_services import PoseGraphStore
 from ppaas.planar_poses import compose
 from tests.support.world.mapping_robot import MappingRobot

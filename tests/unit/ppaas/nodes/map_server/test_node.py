@@ -7,8 +7,8 @@ from ppaas.costmap.map_layers import MapLayers
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.maps.occupancy import from_message, from_update
+from ppaas.messages.base.message import Empty
 from ppaas.messages.codec import decode, encode
-from ppaas.messages.message import Empty
 from ppaas.messages.nav_msgs import GetMapResponse, OccupancyGrid
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.map_server.node import MapServerNode

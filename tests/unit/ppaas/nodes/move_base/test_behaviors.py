@@ -7,9 +7,9 @@ import pytest
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.messages import nav2_msgs
 from ppaas.messages.actionlib_msgs import GoalID, Status
+from ppaas.messages.base.std_msgs import Duration
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.geometry_msgs import Point, Twist
-from ppaas.messages.std_msgs import Duration
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, fill, walled_map
 

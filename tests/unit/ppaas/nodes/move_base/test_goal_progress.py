@@ -9,11 +9,11 @@ import pytest
 
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseGoal
 from ppaas.messages.nav2_msgs import NavigateToPoseActionFeedback
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes.move_base.goal_progress import SLOWEST, GoalProgress
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, fill, walled_map

@@ -5,14 +5,14 @@ import pytest
 from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
+from ppaas.messages.base.message import Empty
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
-from ppaas.messages.message import Empty
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
 from ppaas.messages.nav2_msgs import ClearEntireCostmapRequest, ClearEntireCostmapResponse, SpeedLimit
 from ppaas.messages.nav_msgs import Path
 from ppaas.messages.ppaas_msgs import RobotStates
-from ppaas.messages.std_msgs import Header, Time
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, fill, walled_map
 

@@ -10,9 +10,9 @@ from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.messages import nav2_msgs
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes.jobs import Worker
 from ppaas.nodes.move_base.path_actions import MAX_POSES
 from ppaas.nodes.planner_server.planner_queue import MAX_WAITING

@@ -4,9 +4,9 @@ import pytest
 
 from ppaas.errors import InvalidInput, InvalidParameter, TransformError
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.people_msgs import People, Person
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes.move_base.people import FASTEST, MOST_PEOPLE, SeenPeople, SocialLayerParameters
 from ppaas.transforms.planar import TransformTree
 

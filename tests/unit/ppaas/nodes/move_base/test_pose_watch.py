@@ -9,7 +9,7 @@ import pytest
 
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
-from ppaas.messages.std_msgs import Time
+from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.frames import FrameListener, FrameNames
 from ppaas.nodes.move_base.pose_watch import PoseWatch

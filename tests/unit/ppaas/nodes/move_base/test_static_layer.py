@@ -10,7 +10,7 @@ from ppaas.costmap.map_layers import MapLayers
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import OCCUPIED, UNKNOWN, GridInfo, GridMap
 from ppaas.maps.occupancy import GridMapMessage, MapChange, to_message, to_update
-from ppaas.messages.std_msgs import Header, Time
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.nodes.base import Context, Node, Payload
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.move_base.static_layer import MARGIN, StaticLayer, applied, covering, extended

@@ -4,7 +4,7 @@ import pytest
 
 from ppaas.cost_values import LETHAL_OBSTACLE
 from ppaas.geometry import Pose2D
-from ppaas.messages.std_msgs import Time
+from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.transforms.planar import transform_message

@@ -7,6 +7,7 @@ import pytest
 from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, Status
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav2_msgs import (
@@ -15,7 +16,6 @@ from ppaas.messages.nav2_msgs import (
     NavigateThroughPosesActionResult,
     NavigateThroughPosesGoal,
 )
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes.move_base.through_goals import MAX_POSES
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, fill, walled_map

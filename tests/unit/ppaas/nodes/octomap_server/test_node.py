@@ -11,10 +11,10 @@ from ppaas.maps.grid import FREE, OCCUPIED
 from ppaas.maps.occupancy import from_message
 from ppaas.maps.octomap import parse_octomap
 from ppaas.messages import decode, encode
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.octomap_msgs import BoundingBoxQueryRequest, GetOctomapFileRequest, GetOctomapFileResponse, Octomap
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.perception.compressed_depth import compress
 from tests.support.world.cloud_robot import HEIGHT, START, CloudRobot, cloud_message, tree_of, wall
 from tests.support.world.mapping_robot import HeldJobs

@@ -7,7 +7,7 @@ import pytest
 
 from ppaas.errors import InvalidParameter, NotFound, PPaaSError
 from ppaas.messages import decode
-from ppaas.messages.message import Empty, Message
+from ppaas.messages.base.message import Empty, Message
 from ppaas.nodes.base import Checkpoint
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.parameter_server.node import ParameterServerNode

@@ -18,11 +18,11 @@ from ppaas.errors import (
     StartOutsideMap,
 )
 from ppaas.geometry import Pose2D, quaternion_of
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav_msgs import GetPlanRequest, GetPlanResponse
 from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes.graph import Graph
 from ppaas.plans.reuse.setup import ReuseSetup
 from tests.support.world.planar_world import walled_map

@@ -5,7 +5,7 @@ import pytest
 from ppaas.errors import InvalidInput, NotFound, PPaaSError, QuotaExceeded
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, Status
-from ppaas.messages.std_msgs import Duration, Time
+from ppaas.messages.base.std_msgs import Duration, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.messages.tf2_web_republisher import RepublishTFsRequest, TFSubscriptionActionGoal, TFSubscriptionGoal
 from ppaas.nodes.graph import Graph

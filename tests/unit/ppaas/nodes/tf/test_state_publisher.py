@@ -7,6 +7,7 @@ import pytest
 from ppaas.clock import Clock, ManualClock
 from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Header, String, Time
 from ppaas.messages.geometry_msgs import (
     Pose,
     PoseWithCovariance,
@@ -18,7 +19,6 @@ from ppaas.messages.geometry_msgs import (
     Vector3,
 )
 from ppaas.messages.nav_msgs import Odometry
-from ppaas.messages.std_msgs import Header, String, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.frames import FrameListener, FrameNames
 from ppaas.nodes.graph import Graph

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ppaas.messages.std_msgs import String
+from ppaas.messages.base.std_msgs import String
 from ppaas.nodes.tf.urdf_text import UrdfText
 from tests.support.world.urdf import example
 

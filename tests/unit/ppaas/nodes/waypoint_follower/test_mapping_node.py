@@ -4,11 +4,11 @@ import pytest
 
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, Status
+from ppaas.messages.base.message import Empty
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
-from ppaas.messages.message import Empty
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
 from ppaas.messages.nav_msgs import Path
-from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.waypoint_follower.mapping_node import MappingWaypointFollowerNode
 from ppaas.nodes.waypoint_follower.node import WaypointFollowerParameters

@@ -7,11 +7,11 @@ import pytest
 from ppaas.errors import InvalidInput, PPaaSError, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, Status
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseGoal
 from ppaas.messages.nav2_msgs import FollowWaypointsActionResult, FollowWaypointsError
-from ppaas.messages.std_msgs import Header
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, walled_map
 from tests.support.world.touring import Tour, stamped

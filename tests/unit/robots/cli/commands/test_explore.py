@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.messages.base.std_msgs import Duration
 from ppaas.messages.explore_msgs import ExploreResult
-from ppaas.messages.std_msgs import Duration
 from robots.cli.commands.explore import as_json
 from robots.client.explore import ExploreOutcome
 from tests.support.cloud.command_line import CommandLine

@@ -14,10 +14,10 @@ from ppaas.maps.grid import GridMap
 from ppaas.maps.occupancy import to_message
 from ppaas.messages import decode, encode
 from ppaas.messages.actionlib_msgs import GoalID
+from ppaas.messages.base.message import Message
+from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, Twist, TwistWithCovariance
-from ppaas.messages.message import Message
 from ppaas.messages.nav_msgs import GetPlanRequest, GetPlanResponse, Odometry
-from ppaas.messages.std_msgs import Header
 from ppaas.nodes.amcl.node import AmclNode
 from ppaas.nodes.base import Reply
 from robots.onboard.executor import protocol

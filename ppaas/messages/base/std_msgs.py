@@ -4,7 +4,7 @@ import math
 
 from msgspec import field
 
-from ppaas.messages.message import Empty, Message, UInt32
+from ppaas.messages.base.message import Empty, Message, UInt32
 
 __all__ = ["Bool", "Duration", "Empty", "Float64", "Header", "String", "Time"]
 
