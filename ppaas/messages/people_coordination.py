@@ -7,7 +7,7 @@ from msgspec import field
 
 from ppaas.messages.base.message import Empty, OwnMessage, ServiceType
 from ppaas.messages.base.std_msgs import Header, Time
-from ppaas.messages.geometry_msgs import Point, PoseWithCovariance
+from ppaas.messages.geometry_msgs import Point, PoseStamped, PoseWithCovariance
 from ppaas.messages.people_msgs import PositionMeasurement
 
 PACKAGE = "ppaas_msgs"
@@ -61,6 +61,8 @@ class PeopleReport(OwnMessage):
         Whether the robot can follow a person.
     following : int
         Id of the person that it follows; 0 for none.
+    gave_up : int
+        Id of the person whom it was ordered to follow, and gave up; 0 for none.
     """
 
     header: Header
@@ -70,6 +72,7 @@ class PeopleReport(OwnMessage):
     views: list[SensorView] = field(default_factory=list)
     can_follow: bool = False
     following: int = 0
+    gave_up: int = 0
 
 
 class TrackedPerson(OwnMessage):
@@ -184,6 +187,68 @@ class PeopleState(OwnMessage):
     robots: list[GroupRobot] = field(default_factory=list)
     rule: str = ""
     seconds: float = 0.0
+
+
+IDLE, FOLLOWING, WAITING, SEARCHING, PAUSED, GAVE_UP = (
+    "idle", "following", "waiting", "searching", "paused", "gave_up"
+)  # fmt: skip
+"""States of following: no order; driving after the person; standing near them; searching for them; a client drives the
+robot or has stopped it; they were not found or could not be reached."""
+
+
+class FollowStatus(OwnMessage):
+    """``ppaas_msgs/FollowStatus``: what a robot does to follow a person.
+
+    Parameters
+    ----------
+    header : Header
+        Time of the message; frame of the map.
+    state : str
+        `IDLE`, `FOLLOWING`, `WAITING`, `SEARCHING`, `PAUSED` or `GAVE_UP`.
+    person : int
+        Id of the person of the robot's order; 0 without an order.
+    distance : float
+        Distance from the robot to where the person is believed to be [m]; 0 while it is unknown.
+    reason : str
+        Why it is in this state, for people to read.
+    can_follow : bool
+        Whether the robot can be ordered to follow a person now.
+    """
+
+    header: Header
+    state: str = IDLE
+    person: int = 0
+    distance: float = 0.0
+    reason: str = ""
+    can_follow: bool = True
+
+    @property
+    def following(self) -> int:
+        """Id of the person that the robot follows or searches for; 0 for none."""
+        return self.person if self.state in (FOLLOWING, WAITING, SEARCHING) else 0
+
+    @property
+    def gave_up(self) -> int:
+        """Id of the person that the robot gave up; 0 for none."""
+        return self.person if self.state == GAVE_UP else 0
+
+
+class GoalUpdate(OwnMessage):
+    """``ppaas_msgs/GoalUpdate``: moves a goal of Move Base while the robot drives to it.
+
+    Parameters
+    ----------
+    goal_id : str
+        Id of the goal; without effect if another goal is active.
+    target_pose : PoseStamped
+        Pose of the goal from now on.
+    speed_limit : float
+        Fastest speed until the goal ends or is updated again [m/s]; 0 for no limit. Other limits apply too.
+    """
+
+    goal_id: str
+    target_pose: PoseStamped
+    speed_limit: float = 0.0
 
 
 GetPeople = ServiceType("ppaas_msgs/GetPeople", Empty, PeopleState)

@@ -24,7 +24,7 @@ from ppaas.messages.nav2_msgs import (
 )
 from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid, Odometry, Path
 from ppaas.messages.octomap_msgs import Octomap
-from ppaas.messages.people_coordination import PeopleReport, PeopleState
+from ppaas.messages.people_coordination import FollowStatus, GoalUpdate, PeopleReport, PeopleState
 from ppaas.messages.people_msgs import People, PositionMeasurementArray
 from ppaas.messages.ppaas_msgs import NodeHomes, RobotStates
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan, PointCloud2
@@ -60,6 +60,7 @@ TORSO_MEASUREMENTS = Topic("torso_detector/measurements", PositionMeasurementArr
 PEOPLE_MEASUREMENTS = Topic("people_tracker_measurements", PositionMeasurementArray, stream=True)
 PEOPLE_REPORT = Topic("people_tracker/report", PeopleReport, stream=True)
 PEOPLE_STATE = Topic("people_coordinator/state", PeopleState, stream=True, depth=1)
+FOLLOW_STATUS = Topic("follow_person/status", FollowStatus, latched=True, stream=True, depth=1)
 
 # -- map server and localization ---------------------------------------------------------------------------------------
 
@@ -89,6 +90,8 @@ OCTOMAP_SERVER_STATUS = GRID_SLAM_STATUS._replace(name="octomap_server/status")
 SIMPLE_GOAL = Topic("move_base_simple/goal", PoseStamped, many_publishers=True)
 GOAL_POSE = Topic("goal_pose", PoseStamped)
 MOVE_BASE_GOAL = Topic("move_base/goal", MoveBaseActionGoal, many_publishers=True)
+GOAL_UPDATE = Topic("goal_update", PoseStamped, stream=True, depth=1)
+MOVE_BASE_GOAL_UPDATE = Topic("move_base/goal_update", GoalUpdate, stream=True, depth=1)
 MOVE_BASE_CANCEL = Topic("move_base/cancel", GoalID, many_publishers=True)
 MOVE_BASE_CURRENT_GOAL = Topic("move_base/current_goal", PoseStamped)
 MOVE_BASE_STATUS = Topic("move_base/status", GoalStatusArray, stream=True)
