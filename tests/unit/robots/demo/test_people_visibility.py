@@ -1,0 +1,41 @@
+"""True visibility of people to sensors."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridInfo
+from ppaas.messages.people_coordination import SensorView
+from robots.demo.people_visibility import Surroundings, visible_shares
+
+VIEW = SensorView(0.0, 0.0, 0.0, math.radians(57.0), 0.5, 5.0)
+INFO = GridInfo(0.05, 200, 200, Pose2D(-5.0, -5.0))
+ROBOT = Pose2D(0.0, 0.0)
+
+
+def shares(*people: tuple[float, float], walls: np.ndarray | None = None, discs: tuple = ()) -> list[float]:
+    occupied = np.zeros(INFO.shape, bool) if walls is None else walls
+    return visible_shares(Surroundings(occupied, INFO, discs), ROBOT, [VIEW], np.array(people)).tolist()
+
+
+def test_a_person_in_front_is_wholly_in_view_and_one_out_of_range_or_behind_is_not() -> None:
+    assert shares((2.0, 0.0), (5.5, 0.0), (0.3, 0.3), (-2.0, 0.0)) == [1.0, 0.0, 0.0, 0.0]
+
+
+def test_half_of_a_person_on_the_edge_of_the_field_of_view_is_in_view() -> None:
+    edge = 3.0 * math.cos(VIEW.field_of_view / 2), 3.0 * math.sin(VIEW.field_of_view / 2)
+    assert shares(edge)[0] == pytest.approx(0.5, abs=0.1)
+
+
+def test_a_wall_and_another_person_and_furniture_hide_a_person() -> None:
+    walls = np.zeros(INFO.shape, bool)
+    walls[:, 130] = True  # at x = 1.5 m
+    assert shares((2.0, 0.0), walls=walls) == [0.0]
+    assert shares((2.0, 0.0), (1.0, 0.0)) == [0.0, 1.0]
+    assert shares((3.0, 0.0), discs=((np.array([[1.5, 0.0]]), 0.3),)) == [0.0]
+
+
+def test_a_person_who_is_half_behind_another_is_half_in_view() -> None:
+    assert 0.3 < shares((3.0, 0.0), (1.5, 0.2))[0] < 0.7
