@@ -1,0 +1,37 @@
+"""Gated global assignment: which observation is which known person."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+
+def assign(costs: Array, limit: float) -> tuple[Rows, Rows]:
+    """Assign rows to columns so that the sum of their costs is least; a pair without an assignment costs the limit.
+
+    Parameters
+    ----------
+    costs : (n, m) array
+        Cost of each pair; infinite where a pair is impossible.
+    limit : float
+        Cost from which a pair is not assigned: the gate.
+
+    Returns
+    -------
+    rows, columns : (k,) int arrays
+        The assigned pairs, by rows.
+    """
+    allowed = costs < limit
+    if not allowed.any():
+        return np.zeros(0, np.intp), np.zeros(0, np.intp)
+    rows, columns = np.flatnonzero(allowed.any(axis=1)), np.flatnonzero(allowed.any(axis=0))
+    if (allowed.sum(axis=1) <= 1).all() and (allowed.sum(axis=0) <= 1).all():
+        return rows, np.argmax(allowed[rows], axis=1)
+
+    from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - its memory is that of people alone
+
+    part = np.minimum(costs[np.ix_(rows, columns)], limit)
+    left, right = linear_sum_assignment(part)
+    kept = part[left, right] < limit
+    return rows[left[kept]], columns[right[kept]]

@@ -1,0 +1,90 @@
+"""Tracker of a robot: ids are kept through gaps and crossings, false detections do not become people."""
+
+from collections.abc import Iterable
+
+import numpy as np
+import pytest
+
+from ppaas.people.tracks.tracker import Detection, LocalTrack, Tracker
+
+PERIOD = 0.1
+
+
+def fed(tracker: Tracker, frames: Iterable[list[tuple[float, float]]], start: int = 0) -> Tracker:
+    """Give a tracker one measurement every 0.1 s."""
+    for number, frame in enumerate(frames, start):
+        tracker.step(number * PERIOD, [Detection(x, y) for x, y in frame], expected=lambda _: False)
+    return tracker
+
+
+def walk(x: float, y: float, vx: float, vy: float, steps: range) -> list[tuple[float, float]]:
+    return [(x + step * PERIOD * vx, y + step * PERIOD * vy) for step in steps]
+
+
+def test_a_person_who_walks_keeps_the_id() -> None:
+    tracker = fed(Tracker(), ([at] for at in walk(0.0, 0.0, 1.2, 0.3, range(40))))
+    [person] = tracker.people
+    assert person.id == 1
+    assert (person.vx, person.vy) == (pytest.approx(1.2, abs=0.1), pytest.approx(0.3, abs=0.1))
+
+
+def test_the_id_is_kept_through_two_seconds_behind_a_column() -> None:
+    tracker = fed(Tracker(), ([at] for at in walk(0.0, 0.0, 1.0, 0.0, range(30))))
+    fed(tracker, ([] for _ in range(20)), 30)
+    fed(tracker, ([at] for at in walk(0.0, 0.0, 1.0, 0.0, range(50, 60))), 50)
+    assert [person.id for person in tracker.people] == [1]
+
+
+def test_two_who_cross_keep_their_ids() -> None:
+    one, other = walk(0.0, 0.0, 1.0, 0.0, range(60)), walk(3.0, -3.0, 0.0, 1.0, range(60))
+    tracker = fed(Tracker(), (list(pair) for pair in zip(one, other, strict=True)))
+    assert {person.id: round(person.vx) for person in tracker.people} == {1: 1, 2: 0}
+
+
+def test_a_single_weak_detection_is_no_person() -> None:
+    tracker = Tracker()
+    tracker.step(0.0, [Detection(1.0, 1.0, score=0.5)])
+    assert tracker.people == []
+    tracker.step(0.1, [])
+    assert tracker.tracks == []
+
+
+def test_weak_detections_that_last_are_a_person() -> None:
+    tracker = Tracker()
+    for step in range(15):
+        tracker.step(step * PERIOD, [Detection(1.0, 1.0, score=0.55)])
+    assert [person.id for person in tracker.people] == [1]
+
+
+def test_a_person_who_should_be_seen_and_is_not_has_left() -> None:
+    tracker = fed(Tracker(), ([(1.0, 1.0)] for _ in range(10)))
+    for step in range(10, 18):
+        tracker.step(step * PERIOD, [])
+    assert tracker.tracks == []
+
+
+def test_an_id_is_never_given_twice() -> None:
+    tracker = fed(Tracker(), ([(1.0, 1.0)] for _ in range(5)))
+    tracker.step(100.0, [])
+    tracker.step(100.1, [Detection(1.0, 1.0)])
+    assert [person.id for person in tracker.people] == [2]
+
+
+def test_a_measurement_before_the_last_is_taken_as_of_now() -> None:
+    tracker = fed(Tracker(), ([(1.0, 1.0)] for _ in range(5)))
+    tracker.step(0.1, [Detection(1.0, 1.0)])
+    assert tracker.at == pytest.approx(0.4)
+    assert len(tracker.people) == 1
+
+
+def test_whether_a_person_should_be_seen_is_asked_for_each_who_is_not() -> None:
+    asked: list[int] = []
+
+    def expected(track: LocalTrack) -> bool:
+        asked.append(track.id)
+        return False
+
+    tracker = fed(Tracker(), ([(1.0, 1.0), (4.0, 4.0)] for _ in range(5)))
+    tracker.step(0.5, [Detection(1.0, 1.0)], expected)
+    assert asked == [2]
+    assert np.hypot(tracker.tracks[0].x - 1.0, tracker.tracks[0].y - 1.0) < 0.05
