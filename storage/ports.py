@@ -14,6 +14,7 @@ from typing import Protocol
 
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from storage.map_port import MapStore
+from storage.people_port import PeopleStore
 from storage.plan_query import PlanStoreQuery
 from storage.records import (
     CloneCheckpoint,
@@ -27,7 +28,7 @@ from storage.records import (
     User,
 )
 
-__all__ = ["CloneStore", "HistoryStore", "MapStore", "PlanStore", "RobotStore", "Store", "UserStore"]
+__all__ = ["CloneStore", "HistoryStore", "MapStore", "PeopleStore", "PlanStore", "RobotStore", "Store", "UserStore"]
 
 
 class UserStore(Protocol):
@@ -54,7 +55,7 @@ class UserStore(Protocol):
         ...
 
     def remove_user(self, user_id: str) -> None:
-        """Remove a user with all tokens, robots, their URDFs and checkpoints; ``NotFound`` if it does not exist.
+        """Remove a user with all tokens, robots, URDFs, checkpoints, and settings and counts of people.
 
         The removal is atomic: a later user of the same id never sees data of the former one.
         """
@@ -268,7 +269,7 @@ class HistoryStore(Protocol):
         ...
 
 
-class Store(UserStore, RobotStore, PlanStore, HistoryStore, CloneStore, Protocol):
+class Store(UserStore, RobotStore, PlanStore, HistoryStore, CloneStore, PeopleStore, Protocol):
     """A store of everything but maps: many small records."""
 
     def close(self) -> None:

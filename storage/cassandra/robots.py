@@ -5,6 +5,7 @@ from typing import Any
 
 from ppaas.errors import Conflict, NotFound
 from storage.cassandra.connection.session import CassandraSession
+from storage.cassandra.generations import generation_of
 from storage.encoding import decode, decode_readable, encode
 from storage.names import check_name, check_robot_map
 from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord
@@ -51,7 +52,7 @@ class CassandraRobots:
         """Return the robots of a user, sorted by id."""
         check_name("user", user)
         query = "SELECT record FROM robots WHERE user = ? AND generation = ? AND id > ?"
-        rows = self._session.rows(query, user, self._generation(user), after)
+        rows = self._session.rows(query, user, generation_of(self._session, user), after)
         return decode_readable((row.record for row in rows), RobotRecord, limit)
 
     def remove_robot(self, user: str, robot_id: str) -> None:
@@ -150,11 +151,7 @@ class CassandraRobots:
     def _key(self, user: str, robot_id: str) -> Key:
         check_name("user", user)
         check_name("robot", robot_id)
-        return user, self._generation(user), robot_id
-
-    def _generation(self, user: str) -> int:
-        row = self._session.row("SELECT generation FROM users WHERE shard = 0 AND id = ?", user)
-        return 0 if row is None else row.generation or 0
+        return user, generation_of(self._session, user), robot_id
 
     def _robot_row(self, key: Key) -> Any:
         return self._session.row(f"SELECT record, urdf FROM robots WHERE {_KEY}", *key)

@@ -5,11 +5,12 @@ from storage.cassandra.accounts import CassandraAccounts
 from storage.cassandra.connection.address import parse_address
 from storage.cassandra.connection.session import CassandraSession
 from storage.cassandra.history import CassandraHistory
+from storage.cassandra.people import CassandraPeople
 from storage.cassandra.plans.sweep import CassandraSweep
 from storage.cassandra.robots import CassandraRobots
 
 
-class CassandraStore(CassandraAccounts, CassandraRobots, CassandraHistory, CassandraSweep):
+class CassandraStore(CassandraAccounts, CassandraRobots, CassandraHistory, CassandraPeople, CassandraSweep):
     """A ``Store`` in a Cassandra keyspace, which any number of processes may use at once.
 
     It connects with the first request, so the cluster may be down when the cloud starts.
@@ -36,7 +37,8 @@ class CassandraStore(CassandraAccounts, CassandraRobots, CassandraHistory, Cassa
         self._session.close()
 
     def remove_user(self, user_id: str) -> None:
-        """Remove a user with all tokens, robots and checkpoints; ``NotFound`` if it does not exist."""
+        """Remove a user with all that belongs to it; ``NotFound`` if it does not exist."""
         generation = self._end_generation(user_id)
         self._sweep_tokens(user_id)
         self._sweep_robots(user_id, generation)
+        self._sweep_people(user_id, generation)

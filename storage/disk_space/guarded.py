@@ -22,6 +22,7 @@ REFUSED = frozenset(
         "save_clone",
         "add_history",
         "put_link",
+        "add_people_counts",
         "stage",
         "publish",
         "propose",

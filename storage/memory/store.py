@@ -5,12 +5,13 @@ import threading
 from ppaas.errors import Conflict, NotFound
 from storage.encoding import decode, encode
 from storage.memory.history import MemoryHistory
+from storage.memory.people import MemoryPeople
 from storage.memory.plans import MemoryPlans
 from storage.names import check_name, check_robot_map
 from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord, Token, User
 
 
-class MemoryStore(MemoryPlans, MemoryHistory):
+class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople):
     """A ``Store`` of dictionaries.
 
     Robots and checkpoints are stored as bytes, because they contain dictionaries that a caller may change afterwards.
@@ -19,6 +20,7 @@ class MemoryStore(MemoryPlans, MemoryHistory):
     def __init__(self) -> None:
         MemoryPlans.__init__(self)
         MemoryHistory.__init__(self)
+        MemoryPeople.__init__(self)
         self._lock = threading.Lock()
         self._users: dict[str, User] = {}
         self._tokens: dict[str, Token] = {}
@@ -65,7 +67,7 @@ class MemoryStore(MemoryPlans, MemoryHistory):
             self._users[user.id] = user
 
     def remove_user(self, user_id: str) -> None:
-        """Remove a user with all tokens, robots, their URDFs and checkpoints; ``NotFound`` if it does not exist."""
+        """Remove a user with all that belongs to it; ``NotFound`` if it does not exist."""
         check_name("user", user_id)
         with self._lock:
             if self._users.pop(user_id, None) is None:
@@ -75,6 +77,7 @@ class MemoryStore(MemoryPlans, MemoryHistory):
             self._urdfs = {key: urdf for key, urdf in self._urdfs.items() if key[0] != user_id}
             self._clones = {key: clone for key, clone in self._clones.items() if key[0] != user_id}
             self._logs = {key: logs for key, logs in self._logs.items() if key[0] != user_id}
+            self._forget_people(lambda key: key[0] == user_id)
 
     def add_token(self, token: Token) -> None:
         """Store a token; ``NotFound`` if its user does not exist."""

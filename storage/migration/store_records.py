@@ -1,4 +1,4 @@
-"""Kinds of records that a migration copies between stores: users, tokens, robots, URDFs, checkpoints, plans, history.
+"""Kinds of records that a migration copies between stores: users, robots, checkpoints, people, plans, history.
 
 Records that belong to no user, such as a checkpoint written after its robot was removed, cannot be reached by any
 request and are not copied.
@@ -12,6 +12,7 @@ from msgspec.structs import replace
 
 from ppaas.errors import NotFound
 from storage.migration.copying import PAGE, Key, RecordKind, by_pages, each
+from storage.people_records import BEFORE_ALL, MapPeople, PeopleCount
 from storage.ports import Store
 from storage.records import CloneCheckpoint, CloneLogChange, PlanRecord, RobotRecord, Token
 
@@ -89,6 +90,49 @@ def _read_links(store: Store, keys: Sequence[Key]) -> dict[Key, Any]:
     return {row.link: row for row in store.links() if row.link in keys}
 
 
+def _people(store: Store) -> Iterator[MapPeople]:
+    return chain.from_iterable(map(store.people_of_map, store.people_maps()))
+
+
+def _people_keys(store: Store) -> Iterator[list[Key]]:
+    return ([record.key for record in store.people_of_map(map_id)] for map_id in store.people_maps())
+
+
+def _read_people(store: Store, keys: Sequence[Any]) -> dict[Key, Any]:
+    wanted = set(keys)
+    records = chain.from_iterable(map(store.people_of_map, dict.fromkeys(map_id for _, map_id in keys)))
+    return {record.key: record for record in records if record.key in wanted}
+
+
+def _count_keys(store: Store) -> Iterator[list[Key]]:
+    def of(people: MapPeople) -> Iterator[list[PeopleCount]]:
+        return by_pages(
+            lambda after: store.people_counts(*people.key, after=after, limit=PAGE),
+            BEFORE_ALL,
+            lambda row: (row.hour, row.zone),
+        )
+
+    return ([row.key for row in page] for people in _people(store) for page in of(people))
+
+
+def _read_counts(store: Store, keys: Sequence[Any]) -> dict[Key, Any]:
+    """Return the counts of a page of keys, which are those of one user on one map, in order."""
+    if not keys:
+        return {}
+    wanted, (user, map_id, hour, _) = set(keys), keys[0]
+    found: dict[Key, Any] = {}
+    pages = by_pages(
+        lambda after: store.people_counts(user, map_id, after=after, limit=PAGE),
+        (hour - 1, ""),
+        lambda row: (row.hour, row.zone),
+    )
+    for page in pages:
+        found |= {row.key: row for row in page if row.key in wanted}
+        if page[-1].key >= keys[-1]:
+            break
+    return found
+
+
 def _each(keep: Callable[[Store, Any], object]) -> Callable[[Store, Store, Sequence[Any]], None]:
     """Return a function that stores records in a target one by one."""
 
@@ -164,6 +208,21 @@ KINDS: tuple[RecordKind[Store], ...] = (
         _add_clones,
         _replace_clone,
         lambda clone, there: there == replace(clone, nodes={}),
+    ),
+    RecordKind(
+        "people",
+        _people_keys,
+        _read_people,
+        _each(lambda target, people: target.put_people_settings(people)),
+        lambda _source, target, people, before: target.put_people_settings(people, instead_of=before.settings),
+    ),
+    RecordKind(
+        "counts",
+        _count_keys,
+        _read_counts,
+        lambda _source, target, rows: target.add_people_counts(rows),
+        lambda _source, target, row, _before: target.add_people_counts([row]),
+        exact=False,
     ),
     RecordKind(
         "plans",

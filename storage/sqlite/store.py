@@ -16,10 +16,11 @@ from storage.names import check_name, check_robot_map
 from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord, Token, User
 from storage.sqlite.connections import SqliteConnections
 from storage.sqlite.history import SqliteHistory
+from storage.sqlite.people import SqlitePeople
 from storage.sqlite.plans import SqlitePlans
 
 
-class SqliteStore(SqlitePlans, SqliteHistory):
+class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople):
     """A ``Store`` in an SQLite file, which any number of threads and processes may use at once.
 
     Parameters
@@ -41,6 +42,7 @@ class SqliteStore(SqlitePlans, SqliteHistory):
         self._connections = SqliteConnections(path, busy_timeout)
         SqlitePlans.__init__(self, self._connections, granularity)
         SqliteHistory.__init__(self, self._connections)
+        SqlitePeople.__init__(self, self._connections)
 
     def close(self) -> None:
         """Close the file."""
@@ -80,12 +82,12 @@ class SqliteStore(SqlitePlans, SqliteHistory):
                 connection.execute(others, (user.id, keep_token))
 
     def remove_user(self, user_id: str) -> None:
-        """Remove a user with all tokens, robots, their URDFs and checkpoints; ``NotFound`` if it does not exist."""
+        """Remove a user with all that belongs to it; ``NotFound`` if it does not exist."""
         check_name("user", user_id)
         with self._connections.writing() as connection:
             if not connection.execute("DELETE FROM users WHERE id = ?", (user_id,)).rowcount:
                 raise NotFound("user", user_id)
-            for table in ("robots", "urdfs", "clones", "clone_logs"):
+            for table in ("robots", "urdfs", "clones", "clone_logs", "people", "people_counts"):
                 connection.execute(f"DELETE FROM {table} WHERE user = ?", (user_id,))
 
     def add_token(self, token: Token) -> None:

@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, rule
 
 from ppaas.errors import PPaaSError
+from ppaas.people.settings import PeopleSettings
 from storage.files.store import FileMapStore
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
+from storage.people_records import HOUR, MapPeople, PeopleCount
 from storage.ports import MapStore
 from storage.records import MapRecord, MapVersionRecord, Publication
 from storage.sqlite.store import SqliteStore
@@ -22,6 +24,8 @@ from tests.support.storage.records import GivenMap, clone, found_map, house, pgm
 names = st.sampled_from(["ann", "bob", "x.y-z_1", "../etc"])
 hashes = st.sampled_from(["a" * 64, "b" * 64])
 numbers = st.floats(allow_nan=False, allow_infinity=False)
+hours = st.integers(-1, 3).map(lambda number: HOUR * number)
+zones = st.sampled_from(["", "door"])
 shades = st.integers(0, 2)
 expected = st.none() | shades
 values = st.recursive(
@@ -110,6 +114,30 @@ class StoresAgree(RuleBasedStateMachine):
     @rule(name=names)
     def remove_plan(self, name: str) -> None:
         self.same(lambda store: store.remove_plan(name))
+
+    @rule(name=names, owner=names, history=st.booleans())
+    def put_people_settings(self, name: str, owner: str, history: bool) -> None:
+        record = MapPeople(owner, name, PeopleSettings(history=history))
+        self.same(lambda store: store.put_people_settings(record, instead_of=PeopleSettings() if history else None))
+
+    @rule(name=names, owner=names, hour=hours, zone=zones, people=st.integers(0, 5))
+    def add_people_counts(self, name: str, owner: str, hour: int, zone: str, people: int) -> None:
+        self.same(lambda store: store.add_people_counts([PeopleCount(owner, name, hour, zone, people)]))
+
+    @rule(name=names, owner=names, before=st.none() | hours)
+    def remove_people_counts(self, name: str, owner: str, before: int | None) -> None:
+        self.same(lambda store: store.remove_people_counts(owner, name, before=before))
+
+    @rule(name=names)
+    def remove_people(self, name: str) -> None:
+        self.same(lambda store: store.remove_people(name))
+
+    @rule(name=names, owner=names, after=st.tuples(hours, zones), limit=st.none() | st.integers(0, 3))
+    def count(self, name: str, owner: str, after: tuple[int, str], limit: int | None) -> None:
+        self.same(lambda store: store.people_settings(owner, name))
+        self.same(lambda store: store.people_of_map(name))
+        self.same(lambda store: store.people_maps())
+        self.same(lambda store: store.people_counts(owner, name, after=after, limit=limit))
 
     @rule(
         name=names,

@@ -3,13 +3,18 @@
 import numpy as np
 
 from ppaas.geometry import poses_along
+from ppaas.people.settings import PeopleSettings, Zone
 from ppaas.plans.history import LinkHistory, PlannerHistory
+from storage.people_records import HOUR, MapPeople, PeopleCount
 from storage.ports import MapStore, Store
 from storage.records import PlanRecord, Publication
 from tests.support.storage.records import clone, house, pgm, plan, put_map, robot, token, user
 
 USERS = ("ann", "bob", "carl")
-KINDS = ("users", "tokens", "robots", "URDFs", "checkpoints", "plans", "history", "links")
+KINDS = ("users", "tokens", "robots", "URDFs", "checkpoints", "people", "counts", "plans", "history", "links")
+
+ZONE = Zone("door", [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
+ZONES = ("", "door")
 
 
 def paths(count: int) -> list[PlanRecord]:
@@ -38,6 +43,9 @@ def fill(store: Store, plans: int = 80, robots: int = 12) -> None:
     store.add_plans(paths(plans))
     store.add_history([PlannerHistory("m0", "v", "dijkstra", 3, queries=7, computed=7, micros=1234)])
     store.add_history([PlannerHistory("m1", version, "astar", 4, queries=1, failed=1) for version in "vw"])
+    store.put_people_settings(MapPeople("ann", "m0", PeopleSettings(history=True, zones=[ZONE])))
+    store.put_people_settings(MapPeople("bob", "m0"))
+    store.add_people_counts(PeopleCount("ann", "m0", HOUR * number, zone, 7) for number in range(50) for zone in ZONES)
     store.put_link(LinkHistory("robot-link", 0.02, 1e6, 5, 7.0))
 
 

@@ -19,6 +19,7 @@ from storage.memory.store import MemoryStore
 from storage.migration.copying import Compared, Copied, RecordKind, compare, copy
 from storage.migration.map_records import MAP_KINDS
 from storage.migration.store_records import KINDS
+from storage.people_records import PeopleCount
 from storage.records import CloneLogChange, Publication
 from storage.sqlite.store import SqliteStore
 from storage.urls.opening import open_map_store, open_store
@@ -26,7 +27,10 @@ from tests.support.sources import ROOT
 from tests.support.storage.full_store import fill, fill_maps
 from tests.support.storage.records import clone, found_map, house, pgm, plan, propose, put_map, robot, token, user
 
-SIZES = {"users": 3, "tokens": 3, "robots": 13, "URDFs": 2, "checkpoints": 1, "plans": 80, "history": 3, "links": 1}
+SIZES = {
+    "users": 3, "tokens": 3, "robots": 13, "URDFs": 2, "checkpoints": 1, "people": 2, "counts": 100, "plans": 80,
+    "history": 3, "links": 1,
+}  # fmt: skip
 
 
 def migrate(kinds: tuple[RecordKind[Any], ...], source: Any, target: Any, **options: Any) -> dict[str, Copied]:
@@ -108,6 +112,16 @@ def test_grown_sums_are_counted_and_are_not_errors(stores: tuple[Any, Any]) -> N
     assert migrate(KINDS, source, target, overwrite=True)["history"].different == 1
     found = check(KINDS, source, target)["history"]
     assert (found.different, found.is_good) == (1, True)
+
+
+def test_counts_of_people_that_grew_are_brought_up_to_date_by_a_repeated_run(stores: tuple[Any, Any]) -> None:
+    source, target = stores
+    migrate(KINDS, source, target)
+    source.add_people_counts([PeopleCount("ann", "m0", 0, "door", 9)])
+    found = check(KINDS, source, target)["counts"]
+    assert (found.different, found.is_good) == (1, True)
+    assert migrate(KINDS, source, target, overwrite=True)["counts"].copied == 1
+    assert check(KINDS, source, target)["counts"].same == 100
 
 
 def test_later_additions_to_the_source_are_copied_by_the_next_run(stores: tuple[Any, Any]) -> None:
