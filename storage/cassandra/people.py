@@ -1,7 +1,6 @@
 """Settings and counts of people in Cassandra."""
 
 from collections.abc import Iterable, Sequence
-from itertools import batched
 
 from ppaas.people.settings import PeopleSettings
 from storage.cassandra.connection.session import CassandraSession, Write
@@ -70,8 +69,9 @@ class CassandraPeople:
         for people, counts in groups.items():
             key = self._people_key(*people)
             if self._people_record(key) is not None:
-                for some in batched(sorted(counts.items()), AT_ONCE):
-                    self._add_counts(key, some)
+                rows_in_order = sorted(counts.items())
+                for at in range(0, len(rows_in_order), AT_ONCE):
+                    self._add_counts(key, rows_in_order[at : at + AT_ONCE])
 
     def people_counts(
         self, user: str, map_id: str, *, after: tuple[int, str] = BEFORE_ALL, limit: int | None = None
