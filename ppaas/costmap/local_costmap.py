@@ -146,6 +146,7 @@ class LocalCostmap:
         reading: LaserReading | None = None,
         obstacles: Iterable[Disc] = (),
         people: Iterable[PersonNearby] = (),
+        between: Iterable[PersonNearby] = (),
     ) -> Costmap:
         """Centre the window on the robot, add a scan, and return the costs.
 
@@ -159,6 +160,8 @@ class LocalCostmap:
             Other robots and moving obstacles, in the frame of the map [m]; valid for this update only.
         people : iterable of PersonNearby
             People to keep a distance from; valid for this update only.
+        between : iterable of PersonNearby
+            Points between people who talk, which are avoided more than people are; valid for this update only.
 
         Returns
         -------
@@ -182,6 +185,7 @@ class LocalCostmap:
         self._costs = self._cost(distance)
         costmap = Costmap(self._costs, self._info())
         self._near_people = self._social.add(costmap, people)
+        self._near_people |= self._social.between().add(costmap, between)
         return costmap if self._inner_radius is None else narrowed(costmap, distance, self._inner_radius)
 
     @property

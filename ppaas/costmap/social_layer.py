@@ -5,7 +5,7 @@ Values and names are those of the proxemic layer of social_navigation_layers.
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -40,6 +40,8 @@ class Proxemics:
         Costs below this are ignored.
     factor : float
         Growth of the covariance in front of a person, relative to itself and per speed [s/m].
+    group_amplitude : float
+        Cost between people who stand and talk with each other; below 253.
 
     Raises
     ------
@@ -51,16 +53,23 @@ class Proxemics:
     covariance: float = 0.25
     cutoff: float = 10.0
     factor: float = 5.0
+    group_amplitude: float = 200.0
 
     def __post_init__(self) -> None:
-        for name in ("amplitude", "covariance", "cutoff", "factor"):
+        for name in ("amplitude", "covariance", "cutoff", "factor", "group_amplitude"):
             value = getattr(self, name)
             if not (math.isfinite(value) and (value > 0.0 or (name == "factor" and value == 0.0))):
                 raise InvalidParameter(f"{name} must be finite and above 0, not {value}")
-        if self.amplitude >= INSCRIBED_INFLATED_OBSTACLE:
-            raise InvalidParameter(
-                f"amplitude must be below {INSCRIBED_INFLATED_OBSTACLE}, the cost of a collision, not {self.amplitude}"
-            )
+        for name in ("amplitude", "group_amplitude"):
+            value = getattr(self, name)
+            if value >= INSCRIBED_INFLATED_OBSTACLE:
+                raise InvalidParameter(
+                    f"{name} must be below {INSCRIBED_INFLATED_OBSTACLE}, the cost of a collision, not {value}"
+                )
+
+    def between(self) -> "Proxemics":
+        """Return the costs around points between people who talk."""
+        return replace(self, amplitude=self.group_amplitude)
 
     def add(self, costmap: Costmap, people: Iterable[PersonNearby]) -> bool:
         """Raise the costs of a costmap around people, in place.

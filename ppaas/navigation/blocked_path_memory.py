@@ -131,7 +131,8 @@ class BlockedPathMemory:
         if self._plan is not None:
             rest, length = _rest(self._plan, costmap, pose)
             blocked = _blocked(rest, costmap)
-            longer = plan.length - length
+            moved = float(np.hypot(*(plan.cells[-1] - self._plan.cells[-1]))) * costmap.info.resolution
+            longer = plan.length - length - moved  # a goal that moves away is no detour
             if len(blocked) and longer > max(LONGER, 0.1 * length):
                 self._blocked_since = min(self._blocked_since, now)
                 if now - self._blocked_since < min(WAIT, longer):

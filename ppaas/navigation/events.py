@@ -25,6 +25,8 @@ class Goal:
         Poses to pass on the way, without those that were passed.
     many : bool
         Whether it is a goal of ``navigate_through_poses``.
+    speed_limit : float
+        Fastest speed on the way to it [m/s]; 0 for no limit.
     """
 
     id: str
@@ -32,6 +34,7 @@ class Goal:
     stamp: float
     through: tuple[Pose2D, ...] = ()
     many: bool = False
+    speed_limit: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +111,15 @@ class GoalMoved:
 
 
 @dataclass(frozen=True, slots=True)
+class GoalUpdated:
+    """A client has moved the active goal, while the robot drives to it, and limits its speed [m/s]."""
+
+    now: float
+    pose: Pose2D
+    speed_limit: float
+
+
+@dataclass(frozen=True, slots=True)
 class PosesPassed:
     """The robot passed this number of the poses on its way."""
 
@@ -177,6 +189,7 @@ Event = (
     | PlanDeferred
     | PlanBlocked
     | GoalMoved
+    | GoalUpdated
     | PosesPassed
     | ControlTick
     | VelocityComputed

@@ -37,6 +37,7 @@ from ppaas.navigation.events import (
     Goal,
     GoalMoved,
     GoalReceived,
+    GoalUpdated,
     PlanBlocked,
     PlanDeferred,
     PlanFailed,
@@ -112,6 +113,7 @@ class MoveBase:
         self._number = 0
         self._pending: int | None = None
         self._next_plan = 0.0
+        self._plan_due = False
         self._deferred = ""
         self._last_valid_plan = 0.0
         self._last_valid_control = 0.0
@@ -137,6 +139,8 @@ class MoveBase:
                 self._end(event.now, Status.PREEMPTED, event.reason)
             case GoalMoved() if self.goals.active is not None:
                 self._on_goal_moved(event)
+            case GoalUpdated() if self.goals.active is not None:
+                self._on_goal_updated(event)
             case PlanBlocked() if self.goals.active is not None and self.state is State.CONTROLLING:
                 self._plan_again(event.now)
             case _ if self.goals.active is not None:
@@ -204,6 +208,15 @@ class MoveBase:
         if self.state is State.CONTROLLING and self.parameters.planner_frequency == 0.0:
             self._plan_again(event.now)
 
+    def _on_goal_updated(self, event: GoalUpdated) -> None:
+        """Plan to where the goal is now, while the robot drives on along the plan it has: Nav2's GoalUpdater."""
+        active = self.goals.active
+        assert active is not None
+        if event.pose != active.goal.pose:
+            self._next_plan, self._plan_due = event.now, True
+        active.goal = replace(active.goal, pose=event.pose, speed_limit=event.speed_limit)
+        self._orders.append(PublishGoal(active.goal, updated=True))
+
     def _on_passed(self, event: PosesPassed) -> None:
         active = self.goals.active
         assert active is not None
@@ -264,7 +277,7 @@ class MoveBase:
         if self._oscillation.timed_out(now):
             self._recover(now, Trigger.OSCILLATION)
             return
-        if self.parameters.planner_frequency > 0.0:
+        if self.parameters.planner_frequency > 0.0 or self._plan_due:
             self._request_plan(now)
         self._orders.append(ComputeVelocity(pose))
 
@@ -315,7 +328,7 @@ class MoveBase:
         if self._pending is not None or now < self._next_plan or active is None:
             return
         self._number += 1
-        self._pending = self._number
+        self._pending, self._plan_due = self._number, False
         frequency = self.parameters.planner_frequency
         self._next_plan = now + 1.0 / frequency if frequency > 0.0 else now
         self._orders.append(RequestPlan(self._number, active.goal.pose, active.goal.through))

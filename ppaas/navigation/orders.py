@@ -74,9 +74,10 @@ class Recover:
 
 @dataclass(frozen=True, slots=True)
 class PublishGoal:
-    """Publish the goal that the robot now drives to."""
+    """Publish the goal that the robot now drives to; ``updated`` if it is the goal of before at another pose."""
 
     goal: Goal
+    updated: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,9 @@ from ppaas.nodes.move_base.static_layer import StaticLayer
 MOST_WAITING = 100
 """Largest number of messages with key frames that wait for a map."""
 
+UPDATES = (topics.GOAL_UPDATE.name, topics.MOVE_BASE_GOAL_UPDATE.name)
+"""Topics that move the goal to a pose in the frame of the key frames known now."""
+
 
 class TimedKeyFrames(NamedTuple):
     """Key frames with the time at which they came.
@@ -62,7 +65,7 @@ class MappingMoveBaseNode(MoveBaseNode):
         elif self._static_layer is None or not self._static_layer.take(message):
             super().on_message(topic, message)
         active = self._machine.goals.active
-        if active is not None and active.goal.id != self._goal:
+        if active is not None and (active.goal.id != self._goal or topic in UPDATES):
             self._goal = active.goal.id
             self._goal_frames = (
                 self._key_frames[-1] if self._key_frames else TimedKeyFrames(self._drawn_at, self._drawn)

@@ -20,6 +20,7 @@ from ppaas.messages.base.std_msgs import String
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal
 from ppaas.messages.nav_msgs import GetPlan, Odometry
+from ppaas.messages.people_coordination import GoalUpdate, PeopleState
 from ppaas.messages.people_msgs import People
 from ppaas.messages.ppaas_msgs import ComputePath, RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
@@ -45,7 +46,7 @@ from ppaas.nodes.move_base.robot_planner import RobotPlanner
 from ppaas.nodes.move_base.speed_limits import SpeedFilter, SpeedLimits, without_mask
 from ppaas.nodes.move_base.static_layer import Build, StaticLayer
 from ppaas.nodes.move_base.surroundings import Surroundings
-from ppaas.nodes.move_base.through_goals import poses_of
+from ppaas.nodes.move_base.through_goals import is_update_of, limit_of_goal, poses_of, update_of
 from ppaas.nodes.nav2_actions import NAVIGATE_THROUGH_POSES
 from ppaas.planners.base import Planner
 from ppaas.plans.reuse.processor import PlanProcessor
@@ -133,6 +134,7 @@ class MoveBaseNode(Node):
     )
     subscribes: ClassVar[tuple[Topic, ...]] = (
         topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL,
+        topics.GOAL_UPDATE, topics.MOVE_BASE_GOAL_UPDATE, topics.PEOPLE_STATE,
         topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.ROBOTS, topics.PEOPLE, topics.SPEED_LIMIT,
         topics.AMCL_STATUS, *NAVIGATE_THROUGH_POSES[:2], *PathActions.subscribes, *Behaviors.subscribes,
     )  # fmt: skip
@@ -257,7 +259,10 @@ class MoveBaseNode(Node):
         if self._paths.actions.take(topic, message) or self._behaviors.take(topic, message):
             return
         now = self.context.elapsed()
+        message = update_of(topic, message) or message
         match message:
+            case GoalUpdate():
+                self._on_update(message)
             case PoseStamped():
                 self._on_goal(message, GoalID(message.header.stamp))
             case MoveBaseActionGoal():
@@ -265,12 +270,9 @@ class MoveBaseNode(Node):
             case nav2_msgs.NavigateThroughPosesActionGoal():
                 poses = poses_of(message.goal, self._surroundings.frames.tree)
                 self._drive(poses[-1], message.goal_id, tuple(poses[:-1]), many=True)
-            case GoalID() if topic == NAVIGATE_THROUGH_POSES.cancel.name:
-                if (active := self._machine.goals.active) is not None and active.goal.many:
-                    self._feed(events.CancelReceived(now, message.id, message.stamp.seconds()))
             case GoalID():
-                self._on_cancel(events.CancelReceived(now, message.id, message.stamp.seconds()))
-            case LaserScan() | Odometry() | TFMessage() | RobotStates() | People() | String():
+                self._on_cancel(topic, events.CancelReceived(now, message.id, message.stamp.seconds()))
+            case LaserScan() | Odometry() | TFMessage() | RobotStates() | People() | PeopleState() | String():
                 self._surroundings.take(topic, message, now, self.context.now())
             case nav2_msgs.SpeedLimit():
                 self._limits.take(message)
@@ -290,8 +292,21 @@ class MoveBaseNode(Node):
         self._feed(events.GoalReceived(self.context.elapsed(), events.Goal(name, pose, stamp, through, many)))
         self._tick()
 
-    def _on_cancel(self, cancel: events.CancelReceived) -> None:
+    def _on_update(self, update: GoalUpdate) -> None:
+        """Move the active goal, if the update is for it."""
+        active = self._machine.goals.active
+        if active is None or not is_update_of(update, active.goal):
+            return
+        pose = pose_in(self._surroundings.frames.tree, MAP, update.target_pose, "an update of a goal")
+        self._planner.head_for(pose)
+        self._feed(events.GoalUpdated(self.context.elapsed(), pose, limit_of_goal(update, active.goal)))
+
+    def _on_cancel(self, topic: str, cancel: events.CancelReceived) -> None:
         """Cancel the goal; a cancel of all goals stops the robot, so it ends a behaviour too."""
+        if topic == NAVIGATE_THROUGH_POSES.cancel.name:
+            if (active := self._machine.goals.active) is not None and active.goal.many:
+                self._feed(cancel)
+            return
         self._feed(cancel)
         self._behaviors.cancel(cancel)
 

@@ -114,7 +114,10 @@ class OrderExecutor:
         active = self._goals.active
         match order:
             case orders.PublishGoal():
-                self.progress.begin(order.goal.pose, self._context.elapsed())
+                if order.updated:
+                    self.progress.aim(order.goal.pose)
+                else:
+                    self.progress.begin(order.goal.pose, self._context.elapsed())
                 self._topics.current_goal(order.goal)
             case orders.PublishStatus():
                 self._topics.status(self._goals)
@@ -161,7 +164,8 @@ class OrderExecutor:
         around, costs = self._surroundings, self._surroundings.costs
         assert costs is not None, "a control tick brings the costs up to date"
         movers = around.movers(pose, self._context.elapsed())
-        limit = self._limits.at(pose)
+        active = self._goals.active
+        limit = self._limits.at(pose, active.goal.speed_limit if active else 0.0)
         request = ControlRequest(pose, around.velocity, costs, self._period, self._threads(), movers, limit)
         try:
             reached = self._controller.is_goal_reached(pose, around.velocity) and not self._pass(

@@ -1,13 +1,16 @@
-"""People around a robot, from the topic ``people``."""
+"""People around a robot, from the topic ``people`` and from the coordinator of all robots on the map."""
 
 import math
 
 from ppaas.costmap.social_layer import PersonNearby, Proxemics
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Header
+from ppaas.messages.people_coordination import LOST, PeopleState
 from ppaas.messages.people_msgs import People
 from ppaas.nodes.frames import MAP
 from ppaas.parameters import Parameters
+from ppaas.people.talking_groups import between, groups_of, predicted
 from ppaas.transforms.planar import TransformTree
 
 MOST_PEOPLE = 1_000
@@ -15,6 +18,12 @@ MOST_PEOPLE = 1_000
 
 FASTEST = 3.0
 """Limit of the speed of a person [m/s]."""
+
+STEP = 0.2
+"""Steps of the time for which positions are predicted [s]: the local costmap is not updated more often for people."""
+
+COORDINATED = 1.0
+"""Time for which people of the coordinator are predicted after its last message [s]; it sends five a second."""
 
 
 class SocialLayerParameters(Parameters, frozen=True):
@@ -28,6 +37,8 @@ class SocialLayerParameters(Parameters, frozen=True):
         See `ppaas.costmap.social_layer.Proxemics`.
     keep_time : float
         Time for which people stay at the position of the last message [s].
+    group_amplitude : float
+        Cost between people who stand and talk with each other; below 253, the cost of a collision.
     """
 
     enabled: bool = True
@@ -36,6 +47,7 @@ class SocialLayerParameters(Parameters, frozen=True):
     cutoff: float = 10.0
     factor: float = 5.0
     keep_time: float = 0.75
+    group_amplitude: float = 200.0
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -45,11 +57,13 @@ class SocialLayerParameters(Parameters, frozen=True):
 
     def proxemics(self) -> Proxemics:
         """Return the costs around people."""
-        return Proxemics(self.amplitude, self.covariance, self.cutoff, self.factor)
+        return Proxemics(self.amplitude, self.covariance, self.cutoff, self.factor, self.group_amplitude)
 
 
 class SeenPeople:
-    """People of the last message, until it is out of date.
+    """People of the last message of each topic, until it is out of date.
+
+    A person whom both report has the costs of one, since the higher of two costs counts.
 
     Parameters
     ----------
@@ -60,6 +74,8 @@ class SeenPeople:
         self._parameters = parameters
         self._people: tuple[PersonNearby, ...] = ()
         self._at = float("-inf")
+        self._state = PeopleState(Header(), 0)
+        self._state_at = float("-inf")
 
     def take(self, message: People, tree: TransformTree, now: float) -> None:
         """Replace the people by those of a message.
@@ -81,13 +97,59 @@ class SeenPeople:
             numbers = (person.position.x, person.position.y, person.velocity.x, person.velocity.y)
             if not all(map(math.isfinite, numbers)):
                 raise InvalidInput(f"the position and velocity of person {person.name!r} must be finite")
-            x, y, vx, vy = numbers
-            slower = min(1.0, FASTEST / max(math.hypot(vx, vy), FASTEST))
-            position, velocity = frame @ Pose2D(x, y), turn @ Pose2D(slower * vx, slower * vy)
+            x, y, *velocity_of = numbers
+            position, velocity = frame @ Pose2D(x, y), turn @ Pose2D(*_slowed(*velocity_of))
             seen.append(PersonNearby(position.x, position.y, velocity.x, velocity.y))
         self._people, self._at = tuple(seen), now
 
+    def take_state(self, state: PeopleState, now: float) -> None:
+        """Replace the people of the coordinator, in the map frame, by those of its message.
+
+        Raises
+        ------
+        InvalidInput
+            A number is not finite, or there are too many people.
+        """
+        if len(state.people) > MOST_PEOPLE:
+            raise InvalidInput(f"a message may contain at most {MOST_PEOPLE} people, not {len(state.people)}")
+        for person in state.people:
+            numbers = (person.position.x, person.position.y, person.velocity.x, person.velocity.y)
+            if not all(map(math.isfinite, numbers)):
+                raise InvalidInput(f"the position and velocity of person {person.id} must be finite")
+        self._state, self._state_at = state, now
+
     def now(self, now: float) -> tuple[PersonNearby, ...]:
-        """Return the people that are not out of date."""
-        believed = self._parameters.enabled and now - self._at <= self._parameters.keep_time
-        return self._people if believed else ()
+        """Return the people that are not out of date; those of the coordinator at their predicted positions.
+
+        The coordinator's positions are predicted from the arrival of its message, by the clock of this node.
+        """
+        if not self._parameters.enabled:
+            return ()
+        people = self._people if now - self._at <= self._parameters.keep_time else ()
+        age = self._age(now)
+        if age is None:
+            return people
+        seen = (person for person in self._state.people if person.state != LOST)
+        return people + tuple(
+            PersonNearby(*predicted(person, age), *_slowed(person.velocity.x, person.velocity.y)) for person in seen
+        )
+
+    def between(self, now: float) -> tuple[PersonNearby, ...]:
+        """Return points between people who stand and talk with each other, as if somebody stood there."""
+        age = self._age(now)
+        if age is None or not self._parameters.enabled:
+            return ()
+        return tuple(
+            PersonNearby(x, y) for members in groups_of(self._state.people, age) for x, y in between(members).tolist()
+        )
+
+    def _age(self, now: float) -> float | None:
+        """Return the age of the coordinator's message, rounded down to a step [s]; None if it is out of date."""
+        age = now - self._state_at
+        return STEP * math.floor(age / STEP) if age <= COORDINATED else None
+
+
+def _slowed(vx: float, vy: float) -> tuple[float, float]:
+    """Return a velocity, limited to `FASTEST` [m/s]."""
+    slower = min(1.0, FASTEST / max(math.hypot(vx, vy), FASTEST))
+    return slower * vx, slower * vy

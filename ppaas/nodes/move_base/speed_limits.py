@@ -65,9 +65,10 @@ class SpeedLimits:
         """Set the limit of an operator; raises ``InvalidInput`` as `limit_of` does."""
         self._limit, self.received = limit_of(message), message
 
-    def at(self, pose: Pose2D) -> SpeedLimit:
-        """Return the limit at a pose of the robot."""
-        return self._limit if self._mask is None else lower_of(self._limit, self._mask.at(pose))
+    def at(self, pose: Pose2D, goal: float = 0.0) -> SpeedLimit:
+        """Return the limit at a pose of the robot, with that of its goal [m/s]; 0 if that has none."""
+        limit = self._limit if self._mask is None else lower_of(self._limit, self._mask.at(pose))
+        return lower_of(limit, SpeedLimit(speed=goal)) if goal > 0.0 else limit
 
 
 class SpeedFilter:

@@ -16,6 +16,7 @@ from ppaas.errors import PPaaSError, TransformError
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.messages.base.std_msgs import String
 from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.people_coordination import PeopleState
 from ppaas.messages.people_msgs import People
 from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
@@ -109,7 +110,7 @@ class Surroundings:
     def take(
         self,
         topic: str,
-        message: LaserScan | Odometry | TFMessage | RobotStates | People | String,
+        message: LaserScan | Odometry | TFMessage | RobotStates | People | PeopleState | String,
         now: float,
         stamp: float | None = None,
     ) -> None:
@@ -135,6 +136,8 @@ class Surroundings:
                 self._take_robots(message, now)
             case People():
                 self._people.take(message, self.frames.tree, now)
+            case PeopleState():
+                self._people.take_state(message, now)
             case String():
                 self._watch.localization = message.data
 
@@ -183,12 +186,12 @@ class Surroundings:
         self._clear_after_jump(pose, now)
         readings = self._readings(now)
         others = tuple(swept_discs((*self._near(pose, now), *self._seen_moving(now)), self._ahead, own))
-        people = self._people.now(now)
-        if self.costs is None or readings or self._is_elsewhere(pose, others, people):
-            self._looked = pose, others, people
+        people, between = self._people.now(now), self._people.between(now)
+        if self.costs is None or readings or self._is_elsewhere(pose, others, people + between):
+            self._looked = pose, others, people + between
             for reading in readings[1:]:
                 self._local.see(pose, reading)
-            self.costs = self._local.update(pose, readings[0] if readings else None, others, people)
+            self.costs = self._local.update(pose, readings[0] if readings else None, others, people, between)
             self._memory.update(self._local.obstacles, others)
         return self.costs
 

@@ -1,10 +1,17 @@
-"""Goals of the action ``navigate_through_poses``."""
+"""Goals of the action ``navigate_through_poses``, and updates of goals."""
+
+import math
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
+from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.nav2_msgs import NavigateThroughPosesGoal
+from ppaas.messages.people_coordination import GoalUpdate
+from ppaas.navigation.events import Goal
+from ppaas.nodes.base import Payload
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import pose_in
+from ppaas.nodes.topics import GOAL_UPDATE
 from ppaas.transforms.planar import TransformTree
 
 MAX_POSES = 100
@@ -29,3 +36,31 @@ def poses_of(goal: NavigateThroughPosesGoal, tree: TransformTree) -> list[Pose2D
             "follow_waypoints takes longer lists, and stops at each of their poses"
         )
     return [pose_in(tree, MAP, pose, f"pose {number}") for number, pose in enumerate(goal.poses, 1)]
+
+
+def update_of(topic: str, message: Payload) -> GoalUpdate | None:
+    """Return the update of a goal that a message is, None if it is something else; one of Nav2 has no id."""
+    if isinstance(message, PoseStamped) and topic == GOAL_UPDATE.name:
+        return GoalUpdate("", message)
+    return message if isinstance(message, GoalUpdate) else None
+
+
+def is_update_of(update: GoalUpdate, goal: Goal) -> bool:
+    """Return whether an update moves a goal: by its id or, without one, because it is not older, as in Nav2."""
+    if update.goal_id:
+        return update.goal_id == goal.id
+    stamp = update.target_pose.header.stamp.seconds()
+    return stamp == 0.0 or stamp >= goal.stamp
+
+
+def limit_of_goal(update: GoalUpdate, goal: Goal) -> float:
+    """Return the speed limit of a goal after an update [m/s]; an update without an id leaves it unchanged.
+
+    Raises
+    ------
+    InvalidInput
+        It is not finite, or negative.
+    """
+    if not (math.isfinite(update.speed_limit) and update.speed_limit >= 0.0):
+        raise InvalidInput(f"speed_limit of a goal must be 0 for none, or a speed [m/s], not {update.speed_limit}")
+    return update.speed_limit if update.goal_id else goal.speed_limit

@@ -114,6 +114,17 @@ def test_longer_plan_without_a_blockage_blocks_no_place() -> None:
     assert memory.mark(OPEN, 2.0) is OPEN
 
 
+def test_plan_to_a_goal_that_has_moved_away_is_no_detour() -> None:
+    memory = BlockedPathMemory()
+    before, moved = (Dijkstra().plan(OPEN, PlanRequest(START, Pose2D(x, 7.0))) for x in (4.0, 6.0))
+    memory.take(before, OPEN, START, 0.0)
+    blocked = OPEN.data.copy()
+    row, column = OPEN.info.to_cells(before.poses[-1][:2])
+    blocked[row - 4 : row + 5, column - 4 : column + 5] = LETHAL_OBSTACLE
+    assert moved.length - before.length > 1.0
+    assert memory.take(moved, Costmap(blocked, OPEN.info), START, 1.0) == 0.0
+
+
 @pytest.mark.parametrize("ends", ["another goal", "no plan"])
 def test_another_goal_or_no_plan_clears_the_memory(ends: str) -> None:
     memory = BlockedPathMemory()

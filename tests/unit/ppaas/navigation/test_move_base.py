@@ -15,6 +15,7 @@ from ppaas.navigation.events import (
     Goal,
     GoalMoved,
     GoalReceived,
+    GoalUpdated,
     PlanBlocked,
     PlanFailed,
     PlanSucceeded,
@@ -390,6 +391,32 @@ def test_a_goal_that_has_moved_is_the_goal_of_the_next_plan(frequency):
     assert driver.one(PublishFeedback).goal.pose == moved
 
 
+@pytest.mark.parametrize("frequency", [0.0, 1.0])
+def test_a_goal_that_a_client_updates_is_planned_to_at_once_while_the_robot_drives_on(frequency):
+    driver = Driver(planner_frequency=frequency)
+    driver.to_controlling()
+    driver.feed(VelocityComputed(driver.now, Velocity(0.3, 0.0)))
+    elsewhere = Pose2D(THERE.x + 0.4, THERE.y, THERE.theta)
+    driver.feed(GoalUpdated(driver.now, elsewhere, 0.4))
+    assert driver.one(PublishGoal).updated and not driver.of(Stop)
+    driver.tick()
+    assert driver.one(RequestPlan).goal == elsewhere
+    assert driver.of(ComputeVelocity) and driver.machine.state is State.CONTROLLING
+    assert driver.machine.goals.active.goal.speed_limit == 0.4
+    driver.feed(PlanSucceeded(driver.now, driver.machine._number, PLAN))
+    driver.tick()
+    assert not driver.of(RequestPlan)
+
+
+def test_an_update_of_the_speed_limit_alone_requests_no_plan():
+    driver = Driver(planner_frequency=0.0)
+    driver.to_controlling()
+    driver.feed(GoalUpdated(driver.now, THERE, 0.2))
+    driver.tick()
+    assert not driver.of(RequestPlan)
+
+
 def test_without_a_goal_nothing_moves_or_is_blocked():
     driver = Driver()
     assert driver.feed(GoalMoved(driver.now, THERE)) == [] == driver.feed(PlanBlocked(driver.now))
+    assert driver.feed(GoalUpdated(driver.now, THERE, 0.0)) == []

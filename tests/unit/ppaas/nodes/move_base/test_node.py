@@ -2,7 +2,7 @@
 
 import pytest
 
-from ppaas.errors import TransformError
+from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
 from ppaas.messages.base.message import Empty
@@ -12,6 +12,7 @@ from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
 from ppaas.messages.nav2_msgs import ClearEntireCostmapRequest, ClearEntireCostmapResponse, SpeedLimit
 from ppaas.messages.nav_msgs import Path
+from ppaas.messages.people_coordination import GoalUpdate
 from ppaas.messages.ppaas_msgs import RobotStates
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, fill, walled_map
@@ -194,3 +195,50 @@ def test_idle_robot_runs_no_control_cycle(driving):
     assert during > 5
     driving.run(2.0)
     assert len(ticks) == during
+
+
+# -- goals that move ---------------------------------------------------------------------------------------------------
+
+
+def follow(driving: ClosedLoop, goal_id: str = "follow", pose: Pose2D = GOAL) -> None:
+    driving.graph.inject("move_base/goal", MoveBaseActionGoal(MoveBaseGoal(stamped(pose)), GoalID(id=goal_id)))
+
+
+def test_robot_drives_on_while_its_goal_moves_and_stops_at_the_last(driving):
+    follow(driving, pose=Pose2D(2.5, 1.0, 0.0))
+    driving.run(1.5)
+    began = len(driving.commands)
+    for step in range(1, 7):
+        moved = stamped(Pose2D(2.5 + 0.2 * step, 1.0, 0.0))
+        driving.graph.inject("move_base/goal_update", GoalUpdate("follow", moved, 0.4))
+        driving.run(0.5)
+    speeds = [command.linear.x for command in driving.commands[began:]]
+    assert min(speeds) > 0.25
+    assert max(speeds[20:]) <= 0.4 + 1e-9
+    driving.run(10.0)
+    assert driving.last_status() is Status.SUCCEEDED
+    assert driving.world.pose.x == pytest.approx(3.7, abs=0.2)
+
+
+def test_update_for_another_goal_has_no_effect(driving):
+    goals = listen(driving, "move_base/current_goal")
+    driving.graph.inject("move_base/goal_update", GoalUpdate("user", stamped(GOAL)))
+    follow(driving, "user")
+    driving.graph.inject("move_base/goal_update", GoalUpdate("follow", stamped(START)))
+    assert [goal.pose.planar() for goal in goals] == [pytest.approx(GOAL)]
+
+
+def test_update_of_nav2_moves_the_active_goal_unless_it_is_older(driving):
+    goals = listen(driving, "move_base/current_goal")
+    follow(driving)
+    older = PoseStamped(Header(stamp=Time(1, 0), frame_id="map"), Pose.of(START))
+    for update in (older, stamped(Pose2D(2.0, 2.0, 0.0))):
+        driving.graph.inject("goal_update", update)
+    assert [goal.pose.planar()[:2] for goal in goals] == [pytest.approx(GOAL[:2]), pytest.approx((2.0, 2.0))]
+
+
+@pytest.mark.parametrize("limit", [float("nan"), -0.1])
+def test_update_with_a_wrong_speed_limit_is_refused(driving, limit):
+    follow(driving)
+    with pytest.raises(InvalidInput, match="speed_limit"):
+        driving.graph.inject("move_base/goal_update", GoalUpdate("follow", stamped(START), limit))

@@ -6,8 +6,9 @@ from ppaas.errors import InvalidInput, InvalidParameter, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Point
+from ppaas.messages.people_coordination import LOST, SEEN, PeopleState, TrackedPerson
 from ppaas.messages.people_msgs import People, Person
-from ppaas.nodes.move_base.people import FASTEST, MOST_PEOPLE, SeenPeople, SocialLayerParameters
+from ppaas.nodes.move_base.people import COORDINATED, FASTEST, MOST_PEOPLE, SeenPeople, SocialLayerParameters
 from ppaas.transforms.planar import TransformTree
 
 ANN = Person("ann", Point(1.0, 0.0), Point(0.5, 0.0))
@@ -63,3 +64,46 @@ def test_too_many_people_are_refused():
 def test_parameters_out_of_range_are_refused_by_name(wrong):
     with pytest.raises(InvalidParameter, match=next(iter(wrong))):
         SocialLayerParameters(**wrong)
+
+
+# -- people of the coordinator -----------------------------------------------------------------------------------------
+
+
+def coordinated(*people, **parameters):
+    layer = SeenPeople(SocialLayerParameters(**parameters))
+    layer.take_state(PeopleState(Header(frame_id="map"), len(people), list(people)), 100.0)
+    return layer
+
+
+def tracked(x=1.0, vx=0.5, *, number=1, state=SEEN, group=0):
+    return TrackedPerson(number, Point(x, 0.0), Point(vx, 0.0), [0.01, 0.0, 0.0, 0.01], state=state, group=group)
+
+
+def test_people_of_the_coordinator_are_predicted_until_its_message_is_out_of_date():
+    layer = coordinated(tracked(), tracked(state=LOST, number=2))
+    assert layer.now(100.0) == ((1.0, 0.0, 0.5, 0.0),)
+    assert layer.now(100.5)[0] == pytest.approx((1.2, 0.0, 0.5, 0.0))
+    assert layer.now(100.59) == layer.now(100.5)
+    assert layer.now(100.0 + COORDINATED + 0.1) == ()
+
+
+def test_people_of_both_topics_are_kept():
+    layer = coordinated(tracked())
+    layer.take(People(Header(), [ANN]), TransformTree(), 100.0)
+    assert len(layer.now(100.0)) == 2
+
+
+def test_points_between_people_who_talk_are_known():
+    talking = coordinated(tracked(0.0, 0.0, group=1), tracked(1.0, 0.0, number=2, group=1))
+    assert [point.x for point in talking.between(100.0)] == pytest.approx([1 / 3, 2 / 3])
+    assert talking.between(102.0) == () == coordinated(tracked(), tracked(2.0, number=2)).between(100.0)
+
+
+@pytest.mark.parametrize("wrong", [tracked(math.nan), tracked(vx=math.inf)])
+def test_non_finite_people_of_the_coordinator_are_refused_and_earlier_ones_stay(wrong):
+    layer = coordinated(tracked())
+    with pytest.raises(InvalidInput, match="person 1"):
+        layer.take_state(PeopleState(Header(), 1, [wrong]), 100.1)
+    with pytest.raises(InvalidInput, match=str(MOST_PEOPLE)):
+        layer.take_state(PeopleState(Header(), 1, [tracked()] * (MOST_PEOPLE + 1)), 100.1)
+    assert len(layer.now(100.1)) == 1
