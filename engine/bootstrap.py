@@ -233,9 +233,15 @@ class Engine(CloudListener):
         if self._roll is not None:
             self._roll.note(machines)
 
+    def place_opened(self, key: str) -> None:
+        """Give its robot a people coordinator, if it tracks people."""
+        self.cloud.place_opened(key)
+
     def place_adopted(self, key: str) -> None:
-        """Keep the place until its robot reconnects, for the time of ``linger``."""
-        self.sessions.await_back(key)
+        """Keep the place until its robot reconnects, for the time of ``linger``; coordinators follow their robots."""
+        self.cloud.place_opened(key)
+        if not self.service.coordinates(key):
+            self.sessions.await_back(key)
 
     async def start(self) -> None:
         """Start, and wait until the local machine has joined.

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from engine.agent.fleet_topics import Fabric, FleetTopics, scope_of
+from engine.agent.fleet_topics import Fabric, FleetTopics, heard_by, scope_of
 from engine.agent.plan_service import PlanService
 from engine.processes.background import Background
 from engine.processes.occasional_log import OccasionalLog
@@ -69,6 +69,7 @@ class _AttachedContainer:
         self.prepare = expected.prepare
         self.stream = stream
         self.scope = scope_of(spec)
+        self.heard = heard_by(spec)
         self.turn = asyncio.Lock()
         self.requests = 0
         self.following: asyncio.Future[None] | None = None
@@ -180,9 +181,9 @@ class ContainerGateway:
             The container refuses the layers; the reason.
         """
         attached = self._attached.get(spec.id)
-        if attached is None or spec.robot is None:
+        if attached is None:
             raise Unavailable(f"container {spec.id} is not attached")
-        masks, in_space = spec.robot.masks, spec.robot.in_space
+        masks, in_space = ({}, False) if spec.robot is None else (spec.robot.masks, spec.robot.in_space)
         attached.following_spec = attached.spec.on_maps(spec.map, masks, in_space=in_space)
         attached.following = asyncio.get_running_loop().create_future()
         boxes = None if changes is None else [(one[0], one[1], one[2], one[3]) for one in changes]
@@ -248,7 +249,7 @@ class ContainerGateway:
         return _AttachedContainer(self._awaited.admit(attach.container, attach.secret), stream)
 
     async def _serve(self, attached: _AttachedContainer) -> None:
-        subscriptions = self._topics.hear_others(attached.scope, attached.stream)
+        subscriptions = self._topics.hear_others(attached.scope, attached.heard, attached.stream)
         self._attached[attached.spec.id] = attached
         self._arrived.set()
         self._arrived = asyncio.Event()
@@ -325,24 +326,24 @@ class ContainerGateway:
         )
 
     def _save_clone(self, attached: _AttachedContainer, spec: ContainerSpec, frame: machine_link.SaveClone) -> None:
-        if spec.robot is None:
+        if not spec.checkpoint_name:
             raise NotPermitted("a planning container has no clone, so no checkpoint to save")
         if attached.is_shut or not self._acts():
             raise Unavailable("this machine has lost contact with its cloud: another machine may serve the robot now")
         marked = frame.nodes | marks(spec, self.cloud)
-        checkpoint = CloneCheckpoint(spec.user, spec.robot.id, marked, epoch())
+        checkpoint = CloneCheckpoint(spec.user, spec.checkpoint_name, marked, epoch())
         if not frame.changes:
             self._store.save_clone(checkpoint)
         for change in frame.changes:
             self._store.save_clone(checkpoint, of_session(spec, change))
 
     def _read_log(self, spec: ContainerSpec, asked: machine_link.ReadLog) -> machine_link.LogRead:
-        if spec.robot is None:
+        if not spec.checkpoint_name:
             raise NotPermitted("a planning container has no clone, so no log to read")
         name, entries = log_name(spec, asked.node), list[tuple[int, bytes]]()
         while sum(len(data) for _, data in entries) < LOG_BYTES:
             after = entries[-1][0] if entries else asked.after
-            found = self._store.clone_log(spec.user, spec.robot.id, name, after=after, limit=LOG_PAGE)
+            found = self._store.clone_log(spec.user, spec.checkpoint_name, name, after=after, limit=LOG_PAGE)
             entries += found
             if len(found) < LOG_PAGE:
                 break

@@ -268,7 +268,10 @@ class ContainerSupervisor:
             asyncio.get_running_loop().call_later(order.grace, hosted.process.kill)
 
     def carried(self) -> tuple[control_link.RunningContainer, ...]:
-        """Return the running clones, for a master that did not start them; planning containers are not adopted."""
+        """Return the running clones and coordinators, for a master that did not start them.
+
+        Planning containers are not adopted.
+        """
         return tuple(
             control_link.RunningContainer(
                 msgspec.structs.replace(hosted.order.spec, checkpoint={}),
@@ -277,7 +280,7 @@ class ContainerSupervisor:
                 hosted.process.pid,
             )
             for hosted in self._hosted.values()
-            if hosted.order.spec.robot is not None
+            if hosted.order.spec.kind != "planning"
             and hosted.launch is not None
             and hosted.process is not None
             and not hosted.stopped.is_set()

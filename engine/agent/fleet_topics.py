@@ -1,14 +1,15 @@
 """Fleet topics: the topics that robots on one map share, published and received for the containers of a machine."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from engine.fabric.keys import Scope, parse_shared
+from engine.fabric.keys import COORDINATOR, Scope, parse_shared, shared_by_user, shared_key
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from engine.specs.containers import ContainerSpec
 from ppaas.errors import MessageTooLarge, NotPermitted
-from ppaas.nodes.topics import TOPICS
+from ppaas.nodes.topics import PEOPLE_REPORT, PEOPLE_STATE, TOPICS
+from ppaas.people.nodes import hears_coordinator
 
 DEFAULT_GROUP = "default"
 SHARED_TOPICS = tuple(topic.name for topic in TOPICS.values() if topic.shared)
@@ -19,6 +20,9 @@ MAX_WAITING = 1 << 18
 
 MAX_SHARED = 1 << 16
 """Largest shared message [bytes]; it is sent to every robot on the map."""
+
+MAX_STATE = 1 << 18
+"""Largest state of the people on a map [bytes], for a thousand people; it is sent to the robots of one user."""
 
 
 class Subscription(Protocol):
@@ -61,14 +65,23 @@ class FleetTopics:
         NotPermitted
             The container only plans.
         MessageTooLarge
-            The payload is over `MAX_SHARED` bytes.
+            The payload is over `MAX_SHARED` bytes, or `MAX_STATE` for the state of people.
         """
         self._fabric.publish(_shared_key(frame, scope), frame.payload)
 
-    def hear_others(self, scope: Scope | None, stream: FrameStream[machine_link.FromContainer]) -> list[Subscription]:
-        """Forward what other robots on its map share to a container, until the returned subscriptions are closed.
+    def hear_others(
+        self, scope: Scope | None, heard_keys: Sequence[str], stream: FrameStream[machine_link.FromContainer]
+    ) -> list[Subscription]:
+        """Forward what others share to a container, until the returned subscriptions are closed.
 
-        A container without a scope receives nothing.
+        Parameters
+        ----------
+        scope : Scope or None
+            Its scope; a container without one receives nothing.
+        heard_keys : sequence of str
+            Key expressions of what it receives, by ``heard_by``.
+        stream : FrameStream
+            Its machine link.
         """
         if scope is None:
             return []
@@ -79,14 +92,15 @@ class FleetTopics:
             if not itself and stream.waiting <= MAX_WAITING:
                 stream.write(machine_link.Shared(other.user, other.robot, other.topic, payload))
 
-        return [self._fabric.subscribe(scope.shared_pattern(topic), heard) for topic in SHARED_TOPICS]
+        return [self._fabric.subscribe(key, heard) for key in heard_keys]
 
 
 def _shared_key(frame: machine_link.Share, scope: Scope | None) -> str:
     if scope is None:
         raise NotPermitted("a container that only plans has no topics to share")
-    if len(frame.payload) > MAX_SHARED:
-        raise MessageTooLarge(f"a shared message may have up to {MAX_SHARED} bytes, not {len(frame.payload)}")
+    most = MAX_STATE if frame.topic == PEOPLE_STATE.name else MAX_SHARED
+    if len(frame.payload) > most:
+        raise MessageTooLarge(f"a shared message may have up to {most} bytes, not {len(frame.payload)}")
     return scope.shared_key(frame.topic)
 
 
@@ -94,9 +108,30 @@ def scope_of(spec: ContainerSpec) -> Scope | None:
     """Return the scope in which a container may publish and subscribe.
 
     A robot that continues a published map shares with the robots on that map; one that makes a map from nothing with
-    those whose maps may be joined with it. None if the container only plans.
+    those whose maps may be joined with it. A coordinator shares with the robots of its user on the map. None if the
+    container only plans.
     """
+    if spec.people is not None:
+        return Scope(spec.user, DEFAULT_GROUP, COORDINATOR, spec.map.id)
     if spec.robot is None:
         return None
     on = spec.robot.continued if spec.maps else spec.map
     return Scope(spec.user, DEFAULT_GROUP, spec.robot.id, spec.joint_map if on is None else on.id)
+
+
+def heard_by(spec: ContainerSpec) -> list[str]:
+    """Return the key expressions of what a container receives from others.
+
+    The clone of a robot receives the topics that all robots on its map share. If it has nodes for people, and a
+    published map, it also receives the state of its user's coordinator. A coordinator receives the reports of its
+    user's robots on the map, and nobody else does.
+    """
+    scope = scope_of(spec)
+    if scope is None:
+        return []
+    if spec.robot is None:
+        return [shared_by_user(scope.map, scope.user, PEOPLE_REPORT.name)]
+    keys = [scope.shared_pattern(topic) for topic in SHARED_TOPICS]
+    if not spec.maps and hears_coordinator(spec.robot.parameters):
+        keys.append(shared_key(scope.map, scope.user, COORDINATOR, PEOPLE_STATE.name))
+    return keys

@@ -1,4 +1,4 @@
-"""Entry of a container: runs the clone of a robot, or planning on a map, with its robot link and machine link.
+"""Entry of a container: runs a clone, planning on a map, or a coordinator, with its robot link and machine link.
 
 The runtime calls ``main`` in the new process. It connects to the endpoint, opens the map's layers, builds the graph,
 restores the checkpoint and connects to its machine. After its hello to the endpoint, the container handles frames.
@@ -20,9 +20,10 @@ from engine.container.fleet_bridge import FleetBridge
 from engine.container.graph_building import build_graph
 from engine.container.machine_client import MachineClient
 from engine.container.map_follower import MapFollower
+from engine.container.people_bridge import PeopleBridge
 from engine.container.robot_link_handler import Container
 from engine.container.shared_plans import PlanningNotes, SharedPlans
-from engine.protocols import robot_link
+from engine.protocols import machine_link, robot_link
 from engine.protocols.refusals import refusal_of
 from engine.runtimes.compilation.threads import KernelThreads, use_threads
 from engine.specs.containers import Launch
@@ -53,9 +54,11 @@ async def run(launch: Launch) -> None:
     plans.ask(machine)
     endpoint = EndpointLink(launch.link, stream)
     container = Container(launch, home, endpoint, machine, notes, monitoring=monitoring)
-    outside = FleetBridge(launch, home.graph, machine)
+    outside, people = FleetBridge(launch, home.graph, machine), PeopleBridge(launch, home, machine)
     follow = MapFollower(current, home, container, machine, outside, notes, monitoring)
-    listening = asyncio.create_task(machine.serve(outside.shared, partial(_resize, threads), endpoint.came, follow))
+    listening = asyncio.create_task(
+        machine.serve(partial(_shared, outside, people), partial(_resize, threads), endpoint.came, follow)
+    )
     await notes.begin(machine)
     try:
         await container.restore_logs()
@@ -82,7 +85,16 @@ def _restore(graph: Graph, launch: Launch) -> None:
     try:
         graph.restore([Checkpoint(name, state) for name, state in launch.spec.checkpoint.items()])
     except InvalidInput as error:
+        if launch.spec.people is not None:
+            # Its group has no session that clients could begin again.
+            logger.warning("the people coordinator of map %r begins anew: %s", launch.spec.map.id, error)
+            return
         raise InvalidInput(f"{error}; connect again to start a new session without it") from error
+
+
+def _shared(outside: FleetBridge, people: PeopleBridge, message: machine_link.Shared) -> None:
+    outside.shared(message)
+    people.shared(message)
 
 
 def _resize(threads: KernelThreads, count: int) -> None:

@@ -266,7 +266,7 @@ class Container:
 
     async def _save(self) -> None:
         self._dirty.clear()
-        if self._launch.spec.robot is None or not self._endpoint.is_up:
+        if self._launch.spec.kind == "planning" or not self._endpoint.is_up:
             return
         applied, held, self._held = self._applied, self._held, []
         nodes = {checkpoint.node: checkpoint.state for checkpoint in self._graph.checkpoints()}

@@ -5,6 +5,9 @@
     ppaas/<user>/<group>/<robot>/<topic>      private topics of a robot
     ppaas/map/<map>/<user>/<robot>/<topic>    topics that a robot shares with all robots of its map
 
+The people coordinator of a user's robots on a map has the place of a robot in keys, under a name that no robot has:
+`COORDINATOR`. It receives what the robots of its user share, and these receive what it shares.
+
 Names of users, groups, robots and maps may contain any characters; those that a key must not contain are written as
 ``%xx``. Topics are ROS graph names. Only the agent of a machine uses the fabric. It checks a ``Scope`` before it
 publishes or subscribes for a container.
@@ -19,6 +22,10 @@ from ppaas.wire.names import normalise
 
 ROOT = "ppaas"
 SHARED = "map"
+
+COORDINATOR = "_coordinator"
+"""Name of people coordinators in keys; names of robots begin with a letter or a digit."""
+
 _SPECIAL = frozenset("*$?#")
 
 
@@ -59,6 +66,11 @@ def shared_key(map_id: str, user: str, robot: str, topic: str) -> str:
 def shared_by_all(map_id: str, topic: str) -> str:
     """Return the key expression of a topic that all robots of a map share."""
     return "/".join((ROOT, SHARED, chunk(map_id), "*", "*", _topic(topic)))
+
+
+def shared_by_user(map_id: str, user: str, topic: str) -> str:
+    """Return the key expression of a topic that the robots of one user share on a map."""
+    return "/".join((ROOT, SHARED, chunk(map_id), chunk(user), "*", _topic(topic)))
 
 
 def parse_shared(key: str) -> SharedKey:

@@ -12,15 +12,16 @@ from engine.specs.containers import ContainerSpec
 
 def request_of(spec: ContainerSpec) -> PlaceRequest:
     """Return the request for the place that a container was started to fill."""
-    return PlaceRequest(spec.user, spec.map, spec.cores, spec.robot, labels=spec.labels)
+    coordinates = spec.people is not None
+    return PlaceRequest(spec.user, spec.map, spec.cores, spec.robot, labels=spec.labels, coordinates=coordinates)
 
 
 def may_adopt(place: Place | None, machine: Machine, carried: RunningContainer) -> bool:
     """Return whether a place may adopt a container that a machine reported.
 
-    A place that is not open yet may. An open place must be for the same robot on the same map, and have neither another
-    container nor a successor, since a robot has one clone. Containers that only plan are not adopted: the connections
-    of the clients that waited for their paths ended with the earlier cloud process.
+    A place that is not open yet may. An open place must be for the same robot or group on the same map, and have
+    neither another container nor a successor, since a robot has one clone. Containers that only plan are not adopted:
+    the connections of the clients that waited for their paths ended with the earlier cloud process.
 
     Parameters
     ----------
@@ -32,7 +33,7 @@ def may_adopt(place: Place | None, machine: Machine, carried: RunningContainer) 
         The container as its machine reported it.
     """
     spec, cores = carried.spec, carried.cores
-    if spec.robot is None or not (math.isfinite(cores) and 0.0 < cores <= machine.cores):
+    if spec.kind == "planning" or not (math.isfinite(cores) and 0.0 < cores <= machine.cores):
         return False
     if place is None:
         return True

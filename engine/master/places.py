@@ -15,6 +15,11 @@ RESTART_DELAYS = (0.0, 0.25, 1.0, 2.0, 4.0)
 is back before the place is closed."""
 
 
+def people_key(user: str, map_id: str) -> str:
+    """Return the name of the place of the coordinator of a user's robots on a map."""
+    return f"people:{user}/{map_id}"
+
+
 def robot_key(user: str, robot: str) -> str:
     """Return the name of a robot's place."""
     return f"robot:{user}/{robot}"
@@ -22,19 +27,45 @@ def robot_key(user: str, robot: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class PlaceRequest:
-    """Request for a place: its user, map version, size [cores], robot, and labels that its machine must have."""
+    """Request for a place.
+
+    Parameters
+    ----------
+    user : str
+    map : MapVersion
+    cores : float
+        Size of its containers [cores].
+    robot : RobotConfig, optional
+        Robot whose clone it is for.
+    labels : dict of str to str
+        Labels that its machine must have.
+    coordinates : bool
+        Whether it is for the people coordinator of the user's robots on the map. It keeps no settings: each container
+        gets those that are stored when it starts.
+    """
 
     user: str
     map: MapVersion
     cores: float
     robot: RobotConfig | None = None
     labels: dict[str, str] = field(default_factory=dict)
+    coordinates: bool = False
+
+    @property
+    def lasts(self) -> bool:
+        """Whether its containers continue from checkpoints, and outlive the cloud process: all but those that plan."""
+        return self.robot is not None or self.coordinates
 
     @property
     def key(self) -> str:
-        """Name of the place: one for each robot; for planning, one for each user, map version and set of labels."""
+        """Name of the place: one for each robot, and for each user and map with a coordinator.
+
+        For planning, one for each user, map version and set of labels.
+        """
         if self.robot is not None:
             return robot_key(self.user, self.robot.id)
+        if self.coordinates:
+            return people_key(self.user, self.map.id)
         where = f" on {labels_text(self.labels)}" if self.labels else ""
         return f"planning:{self.user}/{self.map.id}@{self.map.version}{where}"
 

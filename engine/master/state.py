@@ -14,6 +14,7 @@ from engine.protocols.control_link import RunningContainer
 from engine.specs.containers import ContainerSpec
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import NotFound
+from ppaas.people.settings import PeopleSettings
 
 
 class MasterState:
@@ -99,8 +100,8 @@ class MasterState:
         return place if place is not None and place.spec is not None and place.spec.id == container else None
 
     def may_run(self, place: Place) -> bool:
-        """Return whether the clone of a robot may still run on a machine that has not reconnected yet."""
-        return bool(self.returning) and place.request.robot is not None and not place.session
+        """Return whether a clone or a coordinator may still run on a machine that has not reconnected yet."""
+        return bool(self.returning) and place.request.lasts and not place.session
 
     def adopt(self, machine: Machine, carried: RunningContainer) -> list[Order]:
         """Adopt a container that an earlier cloud process started, if its place may; return the orders."""
@@ -152,8 +153,9 @@ class MasterState:
         request, container = place.request, f"c{next(self._numbers)}{self._id_suffix}"
         session = place.session or container
         spec = ContainerSpec(
-            container, request.user, request.map, place.cores, request.robot, session=session, labels=request.labels
-        )
+            container, request.user, request.map, place.cores, request.robot, session=session, labels=request.labels,
+            people=PeopleSettings() if request.coordinates else None,
+        )  # fmt: skip
         machine = self.balancer.choose(spec)
         if machine is None:
             return None

@@ -3,17 +3,20 @@
 from engine.master.quotas import Quotas
 from engine.service.master_driver import MasterDriver
 from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
+from engine.service.people_groups import PeopleGroups
 from engine.service.plan_rate import PlanRate
 from engine.service.planning import Planning
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.robot_nodes import RobotNodes
-from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot
+from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot, PeopleGroupView
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import PPaaSError
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
+from ppaas.messages.people_coordination import PeopleState, ZoneCount
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
+from ppaas.people.settings import PeopleSettings
 from storage.records import Limits, MapRecord, User
 from storage.versions import OCTOMAP, YAML
 
@@ -40,12 +43,18 @@ class Cloud:
         self._driver = driver
         self._planning = Planning(driver)
         self._nodes = RobotNodes(driver)
+        self._people = PeopleGroups(driver)
         self.navigation = RobotNavigation(driver)
 
     def close(self) -> None:
         """Cancel all timers."""
         self._planning.close()
+        self._people.close()
         self.navigation.close()
+
+    def place_opened(self, key: str) -> None:
+        """Give the robot of a place a people coordinator, if it tracks people; called for adopted places, too."""
+        self._people.place_opened(key)
 
     def machines(self) -> list[MachineView]:
         """Return all machines."""
@@ -124,6 +133,22 @@ class Cloud:
     async def robot_octomap(self, user: str, robot: str, request: GetOctomapFileRequest) -> GetOctomapFileResponse:
         """Return a page of the octomap that a robot makes; an empty one if it makes none."""
         return await self._nodes.octomap(user, robot, request)
+
+    def people_groups(self) -> list[PeopleGroupView]:
+        """Return the groups of robots that track people now, and the states of their coordinators."""
+        return self._people.views()
+
+    async def people(self, user: str, map: str) -> PeopleState:  # noqa: A002
+        """Return the people whom the robots of a user see on a map."""
+        return await self._people.people(user, map)
+
+    async def people_counts(self, user: str, map: str, since: int) -> list[ZoneCount]:  # noqa: A002
+        """Return the numbers of different people by hour and zone, without hours that ended before a time."""
+        return await self._people.counts(user, map, since)
+
+    async def configure_people(self, user: str, map: str, settings: PeopleSettings) -> None:  # noqa: A002
+        """Let the coordinator of a user's robots on a map use settings, which are stored already."""
+        await self._people.configure(user, map, settings)
 
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         """Compute a path in a planning container."""

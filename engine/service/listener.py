@@ -15,5 +15,8 @@ class CloudListener:
     def machines_changed(self, machines: Collection[str]) -> None:
         """Handle a change of the set of machines, given by name."""
 
+    def place_opened(self, key: str) -> None:
+        """Handle a place that was opened, or that waits in the queue."""
+
     def place_adopted(self, key: str) -> None:
         """Handle a place that adopted a container of an earlier cloud process."""

@@ -98,6 +98,7 @@ class MasterDriver:
         self._checkpoints = checkpoints
         self._links = LinkServer(run_dir / "link.sock", self._welcome, self._failed)
         self._places: dict[str, PlaceLink] = {}
+        self._opened = listener.place_opened
         self._times = StartTimes()
         self.of_machines = MachineEvents(
             master, checkpoints, self._links, self._times,
@@ -186,11 +187,17 @@ class MasterDriver:
         place = self._places[request.key] = PlaceLink(request.key, base_frame(request.robot))
         place.busy = queue  # a queued place must not count as idle
         self._execute(orders)
+        self._opened(request.key)
         return place
 
     def request_of(self, key: str) -> PlaceRequest | None:
         """Return the request of an open or queued place, or None."""
         return self._master.request_of(key)
+
+    def coordinates(self, key: str) -> bool:
+        """Return whether an open place is that of a people coordinator."""
+        request = self.request_of(key)
+        return request is not None and request.coordinates
 
     def position(self, key: str) -> int | None:
         """Return the position of a place in the queue, from 1; None if it is not queued."""

@@ -152,11 +152,8 @@ class OrderExecution:
             self._control.order(order.machine, control_link.ResizeContainer(order.container, order.cores))
 
     def _use_map(self, order: UseMap) -> None:
-        spec = order.spec
-        if spec.robot is None:
-            return
+        spec, robot = order.spec, order.spec.robot
+        masks, in_space = ({}, False) if robot is None else (robot.masks, robot.in_space)
         logger.info("container %s goes on with version %s of map %r", spec.id, spec.map.version, spec.map.id)
         with contextlib.suppress(Unavailable):  # the machine has left; the next container has the new version
-            self._control.order(
-                order.machine, control_link.UseMap(spec.id, spec.map, spec.robot.masks, spec.robot.in_space)
-            )
+            self._control.order(order.machine, control_link.UseMap(spec.id, spec.map, masks, in_space))

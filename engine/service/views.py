@@ -80,7 +80,7 @@ class ContainerView(msgspec.Struct, frozen=True):
     Parameters
     ----------
     robot : str, optional
-        Robot of the clone; None for a planning container.
+        Robot of the clone; None for a planning container or a coordinator.
     cores : float
         Size of the container [cores].
     pid : int, optional
@@ -132,6 +132,29 @@ class MappingRobot(msgspec.Struct, frozen=True):
     user: str
     robot: str
     joint_map: str
+
+
+class PeopleGroupView(msgspec.Struct, frozen=True):
+    """Group of a user's robots on a map that track people.
+
+    Parameters
+    ----------
+    user : str
+    map : str
+        Id of the map.
+    robots : tuple of str
+        The robots with a place now, sorted.
+    state : {"refused", "starting", "ready"}
+        State of the group's coordinator.
+    reason : str
+        Why the group has no coordinator, if it was refused. It is tried again.
+    """
+
+    user: str
+    map: str
+    robots: tuple[str, ...]
+    state: Literal["refused", "starting", "ready"]
+    reason: str = ""
 
 
 class LifelongRobot(msgspec.Struct, frozen=True):

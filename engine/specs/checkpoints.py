@@ -53,6 +53,9 @@ class CheckpointSelection:
     served it has died, and the robot is back as soon as after a lost connection. Both continue from the last
     checkpoint, if the robot and its map are unchanged; the versions of map and masks may be others, as while it drives.
 
+    People coordinators always continue from the last checkpoint of their group, so that no identity is used twice. They
+    get the settings that are stored when they start.
+
     Parameters
     ----------
     store : Store
@@ -83,20 +86,24 @@ class CheckpointSelection:
 
     def with_checkpoint(self, spec: ContainerSpec) -> ContainerSpec:
         """Return the spec of a container with its checkpoint, if there is one to continue from."""
-        if spec.robot is None:
+        name = spec.checkpoint_name
+        if not name:
             return spec
-        parked = (spec.user, spec.robot.id) in self._parked
-        self._parked.discard((spec.user, spec.robot.id))
+        if spec.people is not None:
+            settings = self._store.people_settings(spec.user, spec.map.id)
+            spec = msgspec.structs.replace(spec, people=settings)
+        lasting = spec.people is not None or (spec.user, name) in self._parked
+        self._parked.discard((spec.user, name))
         try:
-            checkpoint = self._store.clone(spec.user, spec.robot.id)
+            checkpoint = self._store.clone(spec.user, name)
         except NotFound:
             return spec
         if spec.id != spec.session:
             # The last container of an earlier session may have stored one, if it exited late.
             same = checkpoint.nodes.get(SESSION_STATE) == spec.session.encode()
             return _with(spec, checkpoint.nodes) if same else spec
-        if not (self._is_for(checkpoint, spec) and (parked or self._was_cut_off(checkpoint))):
-            self._store.remove_clone(spec.user, spec.robot.id)
+        if not (self._is_for(checkpoint, spec) and (lasting or self._was_cut_off(checkpoint))):
+            self._store.remove_clone(spec.user, name)
             return spec
         # The sequence numbers of a new session start again.
         nodes = checkpoint.nodes | marks(spec, self._instance) | {LINK_STATE: b"0"}
@@ -105,14 +112,14 @@ class CheckpointSelection:
         return _with(spec, nodes)
 
     def runs_on(self, spec: ContainerSpec) -> bool:
-        """Return whether a container of another cloud process is still the current clone of its robot.
+        """Return whether a container of another cloud process is still the current one of its robot or group.
 
-        It is if it stored the robot's last checkpoint: a container that has replaced it would have stored a later one.
+        It is if it stored the last checkpoint: a container that has replaced it would have stored a later one.
         """
-        if spec.robot is None:
+        if not spec.checkpoint_name:
             return False
         try:
-            checkpoint = self._store.clone(spec.user, spec.robot.id)
+            checkpoint = self._store.clone(spec.user, spec.checkpoint_name)
         except NotFound:
             return False
         origin = _origin_of(checkpoint)

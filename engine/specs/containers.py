@@ -1,13 +1,15 @@
 """Specifications of containers, map layers and robots, and the launch of a container."""
 
+import hashlib
 from typing import Any, Literal
 
 import msgspec
 
 from ppaas.costmap.global_parameters import CostParameters
+from ppaas.people.settings import PeopleSettings
 from ppaas.robot_model.description import RobotDescription
 
-ContainerKind = Literal["robot", "planning"]
+ContainerKind = Literal["robot", "planning", "coordinator"]
 Heights = tuple[float | None, float]
 
 SESSION_STATE = "session"
@@ -104,7 +106,7 @@ class ContainerSpec(msgspec.Struct, frozen=True):
     cores : float
         Size [CPU cores], a decimal number.
     robot : RobotConfig, optional
-        Robot whose clone runs in it. Without one, it only plans.
+        Robot whose clone runs in it. Without one, it only plans, or coordinates.
     checkpoint : dict of str to bytes
         Initial state of each node.
     session : str
@@ -114,6 +116,8 @@ class ContainerSpec(msgspec.Struct, frozen=True):
         robot that makes a new map is alone.
     labels : dict of str to str
         Labels that its machine must have.
+    people : PeopleSettings, optional
+        Settings of the people coordinator in it, for the user's robots on the map. None if it has none.
     """
 
     id: str
@@ -125,11 +129,26 @@ class ContainerSpec(msgspec.Struct, frozen=True):
     session: str = ""
     container_group: str = ""
     labels: dict[str, str] = {}
+    people: PeopleSettings | None = None
 
     @property
     def kind(self) -> ContainerKind:
-        """``"robot"`` if a clone runs in it, else ``"planning"``."""
-        return "planning" if self.robot is None else "robot"
+        """``"robot"`` if a clone runs in it, ``"coordinator"`` if it coordinates, else ``"planning"``."""
+        if self.robot is not None:
+            return "robot"
+        return "planning" if self.people is None else "coordinator"
+
+    @property
+    def checkpoint_name(self) -> str:
+        """Name of its checkpoints among those of its user: that of the robot; empty if it only plans.
+
+        The name of a coordinator's is made of the id of its map.
+        """
+        if self.robot is not None:
+            return self.robot.id
+        return (
+            "" if self.people is None else f"people-{hashlib.blake2b(self.map.id.encode(), digest_size=16).hexdigest()}"
+        )
 
     @property
     def group(self) -> str:
@@ -163,7 +182,7 @@ class ContainerSpec(msgspec.Struct, frozen=True):
 
     @property
     def serves(self) -> str:
-        """The user and robot that it serves, or the user that it plans for."""
+        """The user and robot that it serves, or the user that it plans or coordinates for."""
         return f"{self.user}/{self.robot.id}" if self.robot is not None else self.user
 
 

@@ -71,10 +71,10 @@ class PinnedMap(ResponseBody):
 
 
 class ContainerAnswer(ResponseBody):
-    """Container of a robot, or for planning."""
+    """Container of a robot, for planning, or with the people coordinator of a user's robots on a map."""
 
     id: str
-    kind: Literal["robot", "planning"]
+    kind: Literal["robot", "planning", "coordinator"]
     user: str
     robot: str | None
     map: PinnedMap

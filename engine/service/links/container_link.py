@@ -154,6 +154,11 @@ class ContainerLink(ABC):
         self._write(robot_link.Shutdown())
         self._calls.fail(reason)
 
+    @property
+    def closed(self) -> PPaaSError | None:
+        """Reason for which the place was closed; None while it is open."""
+        return self._closed
+
     async def ready(self, timeout: float) -> None:
         """Wait for a container.
 

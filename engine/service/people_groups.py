@@ -1,0 +1,231 @@
+"""People groups: opens the place of a coordinator for the robots of a user on a map that track people, and calls it."""
+
+import asyncio
+import logging
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import msgspec
+
+from engine.master.places import PlaceRequest, people_key
+from engine.processes.background import Background, repeat
+from engine.service.links.place_link import PlaceLink
+from engine.service.master_driver import MasterDriver
+from engine.service.views import PeopleGroupView
+from engine.specs.containers import MapVersion
+from ppaas.clock import Clock, monotonic
+from ppaas.errors import PPaaSError, Unavailable
+from ppaas.messages import decode, encode
+from ppaas.messages.base.message import Empty, Message
+from ppaas.messages.people_coordination import (
+    ConfigurePeopleRequest,
+    GetPeopleCountsRequest,
+    GetPeopleCountsResponse,
+    PeopleState,
+    ZoneCount,
+)
+from ppaas.people.nodes import tracks_people
+from ppaas.people.settings import PeopleSettings
+
+logger = logging.getLogger(__name__)
+
+CORES = 0.25
+"""Size of the container of a coordinator [cores]."""
+
+PERIOD = 0.5
+"""Time between two looks at the groups [s]; a robot that connects is noticed at once."""
+
+LINGER = 5.0
+"""Time for which a coordinator outlives the places of its robots [s], which are closed and opened for changed files."""
+
+RETRY = 5.0
+"""Time after which a coordinator that was refused, or kept failing, is tried again [s]."""
+
+READY_TIMEOUT = 5.0
+"""Time to wait for a coordinator that starts [s]."""
+
+ANSWER_TIMEOUT = 5.0
+"""Time limit of a call of a coordinator [s], which normally answers within milliseconds."""
+
+Key = tuple[str, str]
+"""User and id of the map of a group."""
+
+
+@dataclass(slots=True)
+class _Group:
+    """A group, and what is known of its coordinator."""
+
+    robots: dict[str, MapVersion]
+    link: PlaceLink | None = None
+    refusal: PPaaSError | None = None
+    retry_at: float = float("-inf")
+    seen_at: float = float("-inf")
+
+
+class PeopleGroups:
+    """Follows the places of robots, and gives each group of those that track people a coordinator.
+
+    A group is the robots of one user on one published map. Its coordinator's place is opened for the first of them, and
+    closed after the last is gone. A coordinator that is refused, for example by the user's quota, changes nothing for
+    the robots: it is tried again, and the reason is in the view of the group.
+
+    Parameters
+    ----------
+    service : MasterDriver
+        Opens and closes places.
+    clock : callable
+        Returns monotonic seconds.
+    """
+
+    def __init__(self, service: MasterDriver, clock: Clock = monotonic) -> None:
+        self._service = service
+        self._clock = clock
+        self._robots: set[str] = set()
+        self._groups: dict[Key, _Group] = {}
+        self._watch: asyncio.Task[None] | None = None
+        self._background = Background()
+
+    def place_opened(self, key: str) -> None:
+        """Note a place that was opened or adopted; look at the groups if it is one of theirs."""
+        request = self._service.request_of(key)
+        if request is None:
+            return
+        if request.coordinates:
+            self._groups.setdefault((request.user, request.map.id), _Group({}, seen_at=self._clock()))
+        elif _tracks(request):
+            self._robots.add(key)
+        else:
+            return
+        if self._watch is None:
+            self._watch = asyncio.create_task(repeat(self.step, PERIOD))
+        else:
+            self._background.run(self.step())
+
+    def close(self) -> None:
+        """Open and close no more places."""
+        if self._watch is not None:
+            self._watch.cancel()
+
+    async def step(self) -> None:
+        """Open the places of groups that have robots, and close those of groups that have had none for `LINGER`."""
+        now, present = self._clock(), self._present()
+        for key in present.keys() - self._groups.keys():
+            self._groups[key] = _Group({})
+        for key, group in tuple(self._groups.items()):
+            group.robots = dict(present.get(key, {}))
+            if group.robots:
+                group.seen_at = now
+                self._fill(key, group, now)
+            elif now - group.seen_at >= LINGER:
+                del self._groups[key]
+                await self._service.close_place(people_key(*key), Unavailable("no robot of its group is connected"))
+
+    def _present(self) -> Mapping[Key, Mapping[str, MapVersion]]:
+        """Return the map versions of the robots that track people, by group and robot; forget closed places."""
+        groups: defaultdict[Key, dict[str, MapVersion]] = defaultdict(dict)
+        for key in tuple(self._robots):
+            request = self._service.request_of(key)
+            if request is None or request.robot is None or self._service.place(key) is None or not _tracks(request):
+                self._robots.discard(key)
+            elif self._service.position(key) is None:
+                groups[request.user, request.map.id][request.robot.id] = request.map
+        return groups
+
+    def _fill(self, key: Key, group: _Group, now: float) -> None:
+        """Make sure that a group with robots has a coordinator, or that it is known why not."""
+        link = self._service.place(people_key(*key))
+        if link is None and group.link is not None and group.link.closed is not None:
+            self._refused(key, group, group.link.closed, now)
+        if link is None and now >= group.retry_at:
+            link = self._open(key, group, now)
+        group.link = link
+        if link is not None and link.container is not None:
+            group.refusal = None
+
+    def _open(self, key: Key, group: _Group, now: float) -> PlaceLink | None:
+        version = next(iter(group.robots.values()))
+        try:
+            return self._service.open_place(PlaceRequest(key[0], version, CORES, coordinates=True))
+        except PPaaSError as error:
+            self._refused(key, group, error, now)
+            return None
+
+    @staticmethod
+    def _refused(key: Key, group: _Group, reason: PPaaSError, now: float) -> None:
+        if group.refusal is None or str(group.refusal) != str(reason):
+            logger.warning("robots of user %s on map %r have no people coordinator: %s", *key, reason)
+        group.refusal, group.retry_at = reason, now + RETRY
+
+    # -- views and calls -----------------------------------------------------------------------------------------------
+
+    def views(self) -> list[PeopleGroupView]:
+        """Return the groups with robots, by user and map."""
+        return [_view(key, group) for key, group in sorted(self._groups.items()) if group.robots]
+
+    async def people(self, user: str, map_id: str) -> PeopleState:
+        """Return the people whom the robots of a user see on a map.
+
+        Raises
+        ------
+        Unavailable
+            No robot of the group is connected, or its coordinator was refused or does not answer.
+        """
+        return decode(PeopleState, await self._call(user, map_id, "get_people", Empty()))
+
+    async def counts(self, user: str, map_id: str, since: int) -> list[ZoneCount]:
+        """Return the numbers of different people by hour and zone, without hours that ended before a time.
+
+        Raises
+        ------
+        Unavailable
+            As ``people`` raises it.
+        """
+        answer = await self._call(user, map_id, "get_people_counts", GetPeopleCountsRequest(since))
+        return decode(GetPeopleCountsResponse, answer).counts
+
+    async def configure(self, user: str, map_id: str, settings: PeopleSettings) -> None:
+        """Let the coordinator of a group use settings, which are stored already.
+
+        A group without a coordinator needs none: each coordinator reads the stored settings when it starts. One that
+        was refused is tried again at once, since its settings may have been the reason.
+
+        Raises
+        ------
+        InvalidInput
+            The settings name a rule that is not installed.
+        Unavailable
+            The coordinator does not answer.
+        """
+        group = self._groups.get((user, map_id))
+        if group is None:
+            return
+        if group.link is None or group.link.closed is not None:
+            group.retry_at = float("-inf")
+            return
+        text = msgspec.json.encode(settings).decode()
+        await self._call(user, map_id, "configure_people", ConfigurePeopleRequest(text))
+
+    async def _call(self, user: str, map_id: str, service: str, request: Message) -> bytes:
+        group = self._groups.get((user, map_id))
+        if group is None or not group.robots:
+            raise Unavailable(
+                f"no robot of user {user!r} tracks people on map {map_id!r} now: connect one with a detector of people"
+            )
+        if group.link is None:
+            reason = group.refusal or Unavailable("it was requested just now; try again")
+            raise Unavailable(f"the people coordinator of map {map_id!r} has no container: {reason}")
+        await group.link.ready(READY_TIMEOUT)
+        return await group.link.call(f"people_coordinator/{service}", encode(request), ANSWER_TIMEOUT)
+
+
+def _tracks(request: PlaceRequest) -> bool:
+    robot = request.robot
+    return robot is not None and not robot.new_map and tracks_people(robot.parameters)
+
+
+def _view(key: Key, group: _Group) -> PeopleGroupView:
+    robots, link = tuple(sorted(group.robots)), group.link
+    if link is None or group.refusal is not None:
+        return PeopleGroupView(*key, robots, "refused" if group.refusal else "starting", str(group.refusal or ""))
+    return PeopleGroupView(*key, robots, "starting" if link.container is None else "ready")

@@ -1,0 +1,19 @@
+"""Nodes of robots for people, by the parameters in a robot's file: a node exists only if there are some for it."""
+
+from collections.abc import Mapping
+from typing import Any
+
+TORSO_DETECTOR, LEG_DETECTOR = "torso_detector", "leg_detector"
+PEOPLE_TRACKER, FOLLOW_PERSON = "people_tracker", "follow_person"
+
+_OF_TRACKERS = (TORSO_DETECTOR, LEG_DETECTOR, PEOPLE_TRACKER)
+
+
+def tracks_people(parameters: Mapping[str, Any]) -> bool:
+    """Return whether a robot has ``people_tracker``: with a detector, or by parameters of its own."""
+    return any(name in parameters for name in _OF_TRACKERS)
+
+
+def hears_coordinator(parameters: Mapping[str, Any]) -> bool:
+    """Return whether a robot's clone receives the state of its people coordinator: if it has a node for people."""
+    return tracks_people(parameters) or FOLLOW_PERSON in parameters
