@@ -12,6 +12,7 @@ from engine.protocols import machine_link
 from engine.specs.containers import Launch
 from engine.specs.layer_files import open_layers
 from engine.specs.robot_layers import filters_of, layers_of
+from ppaas.clone.people import LEG_DETECTOR
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.nodes.amcl.node import AmclNode
@@ -110,6 +111,7 @@ class CurrentMap:
         amcl = graph.nodes.get(AmclNode.name)
         if isinstance(amcl, AmclNode):
             amcl.use_layers(layers)
+        _use_in_leg_detector(graph, layers)
         if monitoring is not None:
             monitoring.recall("its map was replaced")
         return _publish(graph, layers, frame.changes)
@@ -117,6 +119,17 @@ class CurrentMap:
     def _set_filters(self, filters: dict[str, Any]) -> None:
         self._filters.clear()
         self._filters.update(filters)
+
+
+def _use_in_leg_detector(graph: Graph, layers: MapLayers) -> None:
+    if LEG_DETECTOR not in graph.nodes:
+        return
+    # Imported only here, so that not every container loads it.
+    from ppaas.nodes.leg_detector.node import LegDetectorNode  # noqa: PLC0415
+
+    node = graph.nodes[LEG_DETECTOR]
+    assert isinstance(node, LegDetectorNode)
+    node.use_layers(layers)
 
 
 def _publish(graph: Graph, layers: MapLayers, changes: Sequence[tuple[int, int, int, int]] | None) -> bool:

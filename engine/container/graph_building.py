@@ -59,6 +59,7 @@ def build_graph(graph: Graph, launch: Launch, threads: Threads, current: Current
             reuse=None if current.layers is None else current.reuse,
             only=only,
             posegraph=None if robot.continued is None else lambda _: memoryview(mapped(posegraph)),
+            robot=bare.id,
         )
 
     build()

@@ -11,6 +11,7 @@ from ppaas.clone.exploring import exploring
 from ppaas.clone.localization import Localization, on_map, while_mapping
 from ppaas.clone.node_parameters import NodeParameters
 from ppaas.clone.octomap import octomap_makers
+from ppaas.clone.people import people_makers
 from ppaas.clone.plugins import DEFAULT_CONTROLLER, DEFAULT_PLANNER, controller_for, planners_of, recoveries_of
 from ppaas.clone.robot_body import COSTMAP, VOXEL_LAYER, VoxelLayerParameters, costmap_parameters, robot_body
 from ppaas.clone.surroundings import LocalCostmapParameters, surroundings_of
@@ -72,11 +73,13 @@ def build_clone(
     reuse: ReuseSetup | None = None,
     only: Collection[str] | None = None,
     posegraph: Callable[[str], bytes | memoryview] | None = None,
+    robot: str = "robot",
 ) -> None:
     """Add the nodes of a robot's clone to a graph: map server, localization, state publisher, Move Base, waypoints.
 
     A robot that makes a new map has ``grid_slam`` in place of the map server and ``amcl``, and ``explore``.
     With a depth camera it also has ``octomap_server``, as a robot with parameters for that node has.
+    A robot has the nodes that see and follow people (`ppaas.clone.people`) if it has parameters for them.
 
     Parameters
     ----------
@@ -107,6 +110,8 @@ def build_clone(
         Names of the nodes to add; all by default.
     posegraph : callable, optional
         Returns the file of the pose graph of the published map that a new map continues.
+    robot : str
+        Robot ID, for the frames of the people that it sees.
 
     Raises
     ------
@@ -129,6 +134,7 @@ def build_clone(
     )
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
     optional = _optional(given, body, costs, located.names, threads, maps=layers is None)
+    optional |= people_makers(given, located.names, layers, robot)
     given.refuse_rest()
     makers: dict[str, Callable[[Context], Node]] = {
         **located.makers,

@@ -24,7 +24,7 @@ from ppaas.messages.nav2_msgs import (
 )
 from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid, Odometry, Path
 from ppaas.messages.octomap_msgs import Octomap
-from ppaas.messages.people_coordination import FollowStatus, GoalUpdate, PeopleReport, PeopleState
+from ppaas.messages.people_coordination import FollowStatus, GoalUpdate, PeopleReport, PeopleState, SensorView
 from ppaas.messages.people_msgs import People, PositionMeasurementArray
 from ppaas.messages.ppaas_msgs import NodeHomes, RobotStates
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan, PointCloud2
@@ -57,6 +57,8 @@ DETECTIONS = Topic("detections", Detection3DArray, stream=True)
 
 LEG_MEASUREMENTS = Topic("leg_tracker_measurements", PositionMeasurementArray, stream=True)
 TORSO_MEASUREMENTS = Topic("torso_detector/measurements", PositionMeasurementArray, stream=True)
+LEG_VIEW = Topic("leg_detector/view", SensorView, latched=True, depth=1)
+TORSO_VIEW = Topic("torso_detector/view", SensorView, latched=True, depth=1)
 PEOPLE_MEASUREMENTS = Topic("people_tracker_measurements", PositionMeasurementArray, stream=True)
 PEOPLE_REPORT = Topic("people_tracker/report", PeopleReport, stream=True)
 PEOPLE_STATE = Topic("people_coordinator/state", PeopleState, stream=True, depth=1)

@@ -65,12 +65,27 @@ def _unmapped_hits(reading: LaserReading, layers: MapLayers) -> tuple[NDArray[np
     points = np.array(reading.origin[:2]) + reading.ranges[hit, None] * np.stack(
         (np.cos(heading), np.sin(heading)), axis=1
     )
-    cells = layers.grid.info.to_cells(points)
-    inside = ((cells >= 0) & (cells < layers.grid.info.shape)).all(axis=1)
-    hit, points, cells = hit[inside], points[inside], cells[inside]
-    rows, columns = cells.T
-    new = (layers.distance[rows, columns] > WALL_MARGIN) & (layers.grid.data[rows, columns] != UNKNOWN)
+    new = unmapped(points, layers)
     return hit[new], points[new]
+
+
+def unmapped(points: NDArray[np.float64], layers: MapLayers, margin: float = WALL_MARGIN) -> NDArray[np.bool_]:
+    """Return which points are in free space of the map, as (n,) array.
+
+    Parameters
+    ----------
+    points : (n, 2) array
+        x, y in the frame of the map [m].
+    layers : MapLayers
+        Layers of the map.
+    margin : float
+        Distance from obstacles of the map up to which a point is on them [m].
+    """
+    cells = layers.grid.info.to_cells(points)
+    inside: NDArray[np.bool_] = ((cells >= 0) & (cells < layers.grid.info.shape)).all(axis=1)
+    rows, columns = cells[inside].T
+    inside[inside] = (layers.distance[rows, columns] > margin) & (layers.grid.data[rows, columns] != UNKNOWN)
+    return inside
 
 
 def _spacing(reading: LaserReading) -> float:

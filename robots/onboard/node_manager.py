@@ -34,8 +34,12 @@ from robots.onboard.topic_bridge import TopicBridge
 
 logger = logging.getLogger(__name__)
 
-NODES = ("amcl", "grid_slam", "move_base", "waypoint_follower", "depthimage_to_laserscan")
-"""Nodes of a clone that may run on a robot. A clone has one of the first two; with a depth camera, it has the last."""
+NODES = (
+    "amcl", "grid_slam", "move_base", "waypoint_follower", "depthimage_to_laserscan", "torso_detector", "leg_detector",
+    "people_tracker", "follow_person",
+)  # fmt: skip
+"""Nodes of a clone that may run on a robot. A clone has one of the first two, and those for depth cameras and people if
+the robot has parameters for them."""
 
 LEAVE_TIMEOUT = 3.0
 """Time limit for handing all nodes back when the manager stops [s]."""

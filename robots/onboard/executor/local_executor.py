@@ -131,6 +131,7 @@ class LocalExecutor:
             base_local_planner=config.base_local_planner,
             parameters=config.parameters,
             only=None if node is None else (node,),
+            robot=config.id,
         )
 
     def _add(self, frame: protocol.Add) -> protocol.Added:

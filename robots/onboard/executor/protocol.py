@@ -15,6 +15,7 @@ class CloneConfig(msgspec.Struct, frozen=True):
     parameters: dict[str, dict[str, object]] = {}
     urdf: RobotDescription | None = None
     new_map: str = ""
+    id: str = "robot"
 
 
 LogRow = tuple[int, bytes]

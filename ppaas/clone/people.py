@@ -1,0 +1,46 @@
+"""People around a clone's robot: the nodes that find, track and follow them, for robots with parameters for these."""
+
+from collections.abc import Callable
+
+from ppaas.clone.node_parameters import NodeParameters
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.nodes.base import Context, Node
+from ppaas.nodes.frames import FrameNames
+
+TORSO_DETECTOR, LEG_DETECTOR = "torso_detector", "leg_detector"
+PEOPLE_TRACKER = "people_tracker"
+FOLLOW_PERSON = "follow_person"
+
+Makers = dict[str, Callable[[Context], Node]]
+
+
+def people_makers(given: NodeParameters, names: FrameNames, layers: MapLayers | None, robot: str) -> Makers:
+    """Return the makers of the nodes that the robot has parameters for.
+
+    Parameters
+    ----------
+    given : NodeParameters
+    names : FrameNames
+        Names of the robot's frames.
+    layers : MapLayers or None
+        The map; None for a robot that makes it.
+    robot : str
+        Robot ID.
+
+    Raises
+    ------
+    InvalidParameter
+        A parameter is unknown or invalid.
+    """
+    return _leg_detector(given, names, layers)
+
+
+def _leg_detector(given: NodeParameters, names: FrameNames, layers: MapLayers | None) -> Makers:
+    if not given.has(LEG_DETECTOR):
+        return {}
+    # Imported only here, so that not every container loads it; likewise below.
+    from ppaas.nodes.leg_detector.node import LegDetectorNode  # noqa: PLC0415
+    from ppaas.perception.legs.parameters import LegDetectorParameters  # noqa: PLC0415
+
+    parameters = given.read(LegDetectorParameters, LEG_DETECTOR)
+    return {LEG_DETECTOR: lambda context: LegDetectorNode(context, parameters, layers, names)}

@@ -1,0 +1,1 @@
+"""Node ``leg_detector``: finds people in laser scans."""

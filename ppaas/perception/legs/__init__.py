@@ -1,0 +1,1 @@
+"""Legs of people in laser scans."""

@@ -1,0 +1,159 @@
+"""Segments of a laser scan: runs of successive hits on one surface, with the shape of each.
+
+Source: Arras, Mozos, Burgard, "Using boosted features for the detection of people in 2D range data" (ICRA 2007),
+section III: jump distance segmentation, and width, curvature and depth gaps as features.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.costmap.obstacle_layer import LaserReading
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Segments:
+    """Segments of a scan, in the order of the beams.
+
+    Parameters
+    ----------
+    points : (n, 2) array
+        Points of all hits, x, y in the frame of the laser's origin [m].
+    first, last : (m,) int array
+        Rows of ``points`` at which each segment begins and ends, both included.
+    range : (m,) array
+        Mean range [m].
+    spacing : (m,) array
+        Distance between two beams at that range [m].
+    width : (m,) array
+        Width across the line of sight [m]: that of the hits, and half a spacing on each side.
+    depth : (m,) array
+        Difference between the largest and the least range [m].
+    bend : (m,) array
+        Distance by which the middle of the segment is nearer than the mean of its ends [m].
+    gap_before, gap_after : (m,) array
+        Range of the neighbouring beam minus that of the end of the segment [m]: positive if the background is
+        behind the edge, negative if a nearer object or the end of the field of view hides the rest; infinite if
+        nothing was hit.
+    """
+
+    points: Floats
+    first: Ints
+    last: Ints
+    range: Floats
+    spacing: Floats
+    width: Floats
+    depth: Floats
+    bend: Floats
+    gap_before: Floats
+    gap_after: Floats
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+    @property
+    def count(self) -> Ints:
+        """(m,) number of beams that hit each segment."""
+        return self.last - self.first + 1
+
+    def points_of(self, segment: int) -> Floats:
+        """Return the (k, 2) points of a segment."""
+        return self.points[self.first[segment] : self.last[segment] + 1]
+
+
+def segments_of(reading: LaserReading, *, gap: float, longest: float) -> Segments:
+    """Return the segments of a scan.
+
+    Parameters
+    ----------
+    reading : LaserReading
+    gap : float
+        Distance between two successive hits, beyond the spacing of the beams, from which a segment ends [m].
+    longest : float
+        Longest range that is used [m].
+    """
+    step, circle = spacing_of(reading), is_circle(reading)
+    if circle:
+        reading = _from_a_break(reading, gap)
+    with np.errstate(invalid="ignore"):
+        hit = np.flatnonzero((reading.ranges > 0.0) & (reading.ranges < longest))
+    ranges, heading = reading.ranges[hit], reading.angles[hit] + reading.origin.theta
+    points = np.stack((reading.origin.x + ranges * np.cos(heading), reading.origin.y + ranges * np.sin(heading)), 1)
+    if not len(hit):
+        return _NONE
+    apart = np.hypot(*np.diff(points, axis=0).T)
+    # One beam without a reading does not end a segment; more do.
+    ends = (apart > gap + step * ranges[1:]) | (np.diff(hit) > 2)
+    first = np.concatenate(([0], np.flatnonzero(ends) + 1))
+    last = np.concatenate((np.flatnonzero(ends), [len(hit) - 1]))
+    before, after = (_ranges_at(reading, beams, circle) for beams in (hit[first] - 1, hit[last] + 1))
+    return _described(_Hits(points, ranges, reading.angles[hit], step), first, last, before, after)
+
+
+def spacing_of(reading: LaserReading) -> float:
+    """Return the angle between two beams [rad]."""
+    return abs(float(reading.angles[-1] - reading.angles[0])) / max(len(reading.angles) - 1, 1)
+
+
+def is_circle(reading: LaserReading) -> bool:
+    """Return whether the last and the first beam are neighbours."""
+    count = len(reading.angles)
+    return count >= 3 and spacing_of(reading) * (count + 1) >= 2.0 * np.pi
+
+
+def _from_a_break(reading: LaserReading, gap: float) -> LaserReading:
+    """Return a scan of a full circle that begins between two surfaces, if there is such a place."""
+    jumps = np.abs(np.diff(np.nan_to_num(reading.ranges, nan=0.0, posinf=1e3)))
+    begin = int(np.argmax(jumps)) + 1
+    if jumps[begin - 1] <= gap:
+        return reading
+    return LaserReading(reading.origin, np.roll(reading.angles, -begin), np.roll(reading.ranges, -begin))
+
+
+class _Hits(NamedTuple):
+    """Points, ranges [m] and angles [rad] of the beams that hit something, and the angle between two beams [rad]."""
+
+    points: Floats
+    ranges: Floats
+    angles: Floats
+    step: float
+
+
+def _described(hits: _Hits, first: Ints, last: Ints, before: Floats, after: Floats) -> Segments:
+    """Return the segments, from the ranges of the beams before and after each."""
+    ranges, step = hits.ranges, hits.step
+    mean = np.add.reduceat(ranges, first) / (last - first + 1)
+    middle = 0.5 * (ranges[(first + last) // 2] + ranges[(first + last + 1) // 2])
+    angle = np.abs(_turn(hits.angles[last] - hits.angles[first]))
+    return Segments(
+        hits.points, first, last, mean, step * mean,
+        width=2.0 * mean * np.sin(0.5 * np.minimum(angle + step, np.pi)),
+        depth=np.maximum.reduceat(ranges, first) - np.minimum.reduceat(ranges, first),
+        bend=0.5 * (ranges[first] + ranges[last]) - middle,
+        gap_before=before - ranges[first], gap_after=after - ranges[last],
+    )  # fmt: skip
+
+
+def _ranges_at(reading: LaserReading, beams: Ints, circle: bool) -> Floats:
+    """Return the ranges of beams; infinite for those without a reading, and 0 beyond the ends of the field of view."""
+    count = len(reading.ranges)
+    values: Floats = np.nan_to_num(reading.ranges[beams % count], nan=np.inf, posinf=np.inf)
+    values = np.where(values > 0.0, values, np.inf)
+    return values if circle else np.where((beams >= 0) & (beams < count), values, 0.0)
+
+
+def _turn(angles: Floats) -> Floats:
+    turned: Floats = np.mod(angles + np.pi, 2.0 * np.pi) - np.pi
+    return turned
+
+
+_NO_NUMBERS = np.empty(0)
+_NONE = Segments(
+    np.empty((0, 2)), np.empty(0, np.int64), np.empty(0, np.int64), _NO_NUMBERS, _NO_NUMBERS, _NO_NUMBERS, _NO_NUMBERS,
+    _NO_NUMBERS, _NO_NUMBERS, _NO_NUMBERS,
+)  # fmt: skip

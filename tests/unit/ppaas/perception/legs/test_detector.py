@@ -1,0 +1,95 @@
+"""Leg detector: people who stand and walk are found, furniture and walls are not."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ppaas.costmap.obstacle_layer import LaserReading
+from ppaas.errors import InvalidParameter
+from ppaas.geometry import Pose2D
+from ppaas.perception.legs.detector import LegDetection, LegDetector, MapInFrame
+from ppaas.perception.legs.parameters import LegDetectorParameters
+from tests.support.world.legs import CHAIR_LEG, LAYERS, NOTHING, chair, reading_of, stand, walk
+
+HERE = Pose2D(6.0, 5.0, 0.4)
+MAP = MapInFrame(LAYERS, Pose2D(0.0, 0.0))
+
+
+def detector() -> LegDetector:
+    return LegDetector(LegDetectorParameters())
+
+
+def near(found: list[LegDetection], x: float, y: float) -> list[LegDetection]:
+    return [each for each in found if math.hypot(each.x - x, each.y - y) < 0.3]
+
+
+@settings(max_examples=40)
+@given(st.floats(-math.pi, math.pi), st.floats(0.8, 2.5), st.floats(-math.pi, math.pi))
+def test_person_who_stands_is_located_from_any_side(bearing, away, facing):
+    x, y = HERE.x + away * math.cos(bearing), HERE.y + away * math.sin(bearing)
+    found = detector().detect(reading_of(HERE, stand(x, y, facing)), 0.0, MAP)
+    [person] = near(found, x, y)
+    assert math.hypot(person.x - x, person.y - y) < 3.0 * person.sigma
+    assert [each for each in found if each.may_begin and each not in (person,)] == []
+
+
+def test_two_people_are_two_detections():
+    found = detector().detect(reading_of(HERE, np.vstack((stand(7.5, 5.0, 1.0), stand(7.5, 6.0, 2.0)))), 0.0, MAP)
+    assert [len(near(found, 7.5, y)) for y in (5.0, 6.0)] == [1, 1]
+
+
+def test_chairs_poles_and_walls_begin_no_track():
+    furniture = (chair(7.0, 6.5), CHAIR_LEG), (np.array([(4.0, 4.0)]), 0.2)
+    for seed in range(10):
+        found = detector().detect(reading_of(HERE, NOTHING, *furniture, seed=seed), 0.0, MAP)
+        assert [each for each in found if each.may_begin] == []
+
+
+def test_walls_of_the_map_are_left_out_only_where_the_robot_is_localized():
+    by_the_wall = stand(11.8, 5.0, 0.0)
+    reading = reading_of(Pose2D(10.0, 5.0), by_the_wall)
+    assert near(detector().detect(reading, 0.0), 11.8, 5.0) != []
+    elsewhere = MapInFrame(LAYERS, Pose2D(40.0, 0.0))
+    assert detector().detect(reading, 0.0, elsewhere) == []
+
+
+def test_person_who_walks_scores_higher_than_the_same_legs_at_rest():
+    walking, standing = detector(), detector()
+    scores: dict[str, list[float]] = {"walks": [], "stands": []}
+    for step in range(20):
+        seconds = 0.1 * step
+        legs = walk((5.0, 7.0), 0.0, seconds)
+        scores["walks"] += [e.score for e in walking.detect(reading_of(HERE, legs, seed=step), seconds, MAP)]
+        found = standing.detect(reading_of(HERE, stand(6.0, 7.0, 1.57), seed=step), seconds, MAP)
+        scores["stands"] += [e.score for e in near(found, 6.0, 7.0)]
+    assert np.mean(scores["walks"][10:]) > 0.9
+    assert np.mean(scores["stands"][10:]) > 0.7
+
+
+def test_leg_alone_is_detected_but_begins_no_track():
+    [leg] = near(detector().detect(reading_of(HERE, stand(7.5, 5.0)[:1]), 0.0, MAP), 7.5, 5.1)
+    assert not leg.may_begin
+    assert leg.score < 0.7
+
+
+def test_scan_without_readings_has_no_people():
+    blind = LaserReading(HERE, np.linspace(-1.0, 1.0, 60), np.full(60, np.nan))
+    assert detector().detect(blind, 0.0, MAP) == []
+
+
+@pytest.mark.parametrize(
+    ("wrong", "text"),
+    [
+        ({"max_range": 0.0}, "above 0"),
+        ({"max_range": 99.0}, "at most 30 m"),
+        ({"min_reliability": 0.9}, "from 0 to 1"),
+        ({"min_range": 6.0}, "below max_range"),
+        ({"connection_threshold": math.nan}, "finite"),
+    ],
+)
+def test_parameters_out_of_range_are_refused(wrong, text):
+    with pytest.raises(InvalidParameter, match=text):
+        LegDetectorParameters(**wrong)
