@@ -4,6 +4,7 @@ from typing import Any
 
 from engine.master.places import PlaceRequest
 from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
+from ppaas.people.settings import PeopleSettings
 
 HOUSE = MapVersion("house", "v1")
 
@@ -30,6 +31,16 @@ def mapping_spec(container: str = "m1", user: str = "ann", robot: str = "tb1") -
 def planning_spec(container: str = "p1", user: str = "ann", version: MapVersion = HOUSE) -> ContainerSpec:
     """Return a container that only plans."""
     return ContainerSpec(container, user, version, 1.0)
+
+
+def coordinator_spec(container: str = "k1", user: str = "ann", version: MapVersion = HOUSE) -> ContainerSpec:
+    """Return a container with the people coordinator of a user's robots on a map."""
+    return ContainerSpec(container, user, version, 0.25, people=PeopleSettings())
+
+
+def coordinator_request(user: str = "ann", version: MapVersion = HOUSE, cores: float = 0.25) -> PlaceRequest:
+    """Return a request for a place with the people coordinator of a user's robots on a map."""
+    return PlaceRequest(user, version, cores, coordinates=True)
 
 
 def robot_request(

@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from engine.agent.container_gateway import ContainerGateway
 from engine.agent.fleet_topics import MAX_SHARED, MAX_WAITING
@@ -16,7 +17,7 @@ from storage.memory.store import MemoryStore
 from tests.support.engine.attached_container import attach_container
 from tests.support.engine.engine_links import receive
 from tests.support.engine.fake_fabric import FakeFabric
-from tests.support.engine.specs import robot_spec
+from tests.support.engine.specs import coordinator_spec, robot_config, robot_spec
 from tests.support.waiting import until
 
 Attach = Callable[[ContainerSpec], Awaitable[FrameStream[machine_link.ToContainer]]]
@@ -57,6 +58,33 @@ async def test_private_topics_and_other_maps_are_not_received(attach: Attach, fa
         fabric.publish(key, b"secret")
     fabric.publish("ppaas/map/house/bob/tb1/amcl_pose", b"shown")
     assert await receive(ann) == machine_link.Shared("bob", "tb1", "amcl_pose", b"shown")
+
+
+async def test_only_the_coordinator_of_the_same_user_and_map_receives_reports(attach: Attach) -> None:
+    depot = MapVersion("depot", "v1")
+    ann, bob = await attach(coordinator_spec("k1", "ann")), await attach(coordinator_spec("k2", "bob"))
+    far = await attach(coordinator_spec("k3", "ann", depot))
+    robots = [await attach(robot_spec(f"c{n}", user, f"tb{n}")) for n, user in enumerate(("ann", "bob", "ann"))]
+    moved = await attach(robot_spec("c9", "ann", "tb9", depot))
+    for robot in (*robots, moved):
+        robot.write(machine_link.Share("people_tracker/report", b"seen"))
+    assert {(await receive(ann)).robot for _ in range(2)} == {"tb0", "tb2"}
+    assert await receive(bob) == machine_link.Shared("bob", "tb1", "people_tracker/report", b"seen")
+    assert await receive(far) == machine_link.Shared("ann", "tb9", "people_tracker/report", b"seen")
+
+
+async def test_robots_receive_the_state_of_their_own_coordinator_alone(attach: Attach, fabric: FakeFabric) -> None:
+    topic = "people_coordinator/state"
+    ann, bob = await attach(coordinator_spec("k1", "ann")), await attach(coordinator_spec("k2", "bob"))
+    detector = robot_config("tb1", parameters={"torso_detector": {}})
+    robot = await attach(replace(robot_spec("c1", "ann"), robot=detector))
+    other = await attach(replace(robot_spec("c2", "ann", "tb2"), robot=replace(detector, id="tb2")))
+    bob.write(machine_link.Share(topic, b"of bob"))
+    other.write(machine_link.Share(topic, b"forged by a robot"))
+    await until(lambda: len(fabric.published) == 2)
+    ann.write(machine_link.Share(topic, b"of ann"))
+    for one in (robot, other):
+        assert await receive(one) == machine_link.Shared("ann", "_coordinator", topic, b"of ann")
 
 
 HOSTILE = [

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.agent.fleet_topics import MAX_SHARED, FleetTopics, scope_of
+from engine.agent.fleet_topics import MAX_SHARED, MAX_STATE, FleetTopics, heard_by, scope_of
 from engine.fabric.keys import parse_shared
 from engine.protocols import machine_link
 from ppaas.errors import MessageTooLarge, NotPermitted, PPaaSError
 from tests.support.engine.fake_fabric import FakeFabric
-from tests.support.engine.specs import HOUSE, mapping_spec, planning_spec, robot_spec
+from tests.support.engine.specs import HOUSE, coordinator_spec, mapping_spec, planning_spec, robot_config, robot_spec
 
 
 def test_oversized_or_unowned_messages_are_refused() -> None:
@@ -21,6 +21,28 @@ def test_oversized_or_unowned_messages_are_refused() -> None:
     with pytest.raises(NotPermitted):
         topics.share(scope_of(planning_spec()), machine_link.Share("amcl_pose", b"here"))
     assert fabric.published == []
+
+
+def test_the_state_of_people_may_be_larger_than_other_messages() -> None:
+    fabric, scope = FakeFabric(), scope_of(coordinator_spec())
+    topics = FleetTopics(fabric)
+    topics.share(scope, machine_link.Share("people_coordinator/state", bytes(MAX_STATE)))
+    with pytest.raises(MessageTooLarge):
+        topics.share(scope, machine_link.Share("people_coordinator/state", bytes(MAX_STATE + 1)))
+    assert [key for key, _ in fabric.published] == ["ppaas/map/house/ann/_coordinator/people_coordinator/state"]
+
+
+def test_only_robots_with_nodes_for_people_on_published_maps_receive_the_state_of_people() -> None:
+    state = "ppaas/map/house/ann/_coordinator/people_coordinator/state"
+    poses = "ppaas/map/house/*/*/amcl_pose"
+    detector = {"torso_detector": {}}
+    spec = robot_spec("c1", "ann", "tb1")
+    assert heard_by(spec) == [poses]
+    seeing = msgspec.structs.replace(spec, robot=robot_config(parameters=detector))
+    assert heard_by(seeing) == [poses, state]
+    mapping = msgspec.structs.replace(mapping_spec(), robot=robot_config(parameters=detector, new_map="office-2"))
+    assert state not in heard_by(mapping) and len(heard_by(mapping)) == 1
+    assert heard_by(planning_spec()) == []
 
 
 def test_a_robot_that_continues_a_map_shares_with_the_robots_on_it() -> None:

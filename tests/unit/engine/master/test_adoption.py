@@ -25,7 +25,13 @@ from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import Unavailable
 from tests.support.engine.placing import joined
-from tests.support.engine.specs import planning_spec, robot_config, robot_request
+from tests.support.engine.specs import (
+    coordinator_request,
+    coordinator_spec,
+    planning_spec,
+    robot_config,
+    robot_request,
+)
 
 NOW = 100.0
 
@@ -65,6 +71,24 @@ def test_adopted_containers_are_counted_and_ready_after_hello(master: Master) ->
     assert master.handle(PlaceRequested(robot_request())) == [], "the robot gets the adopted container"
     assert master.handle(PlaceReleased(robot_request().key)) == [End("m1", "old")]
     assert master.quotas.used("ann").containers == 1
+
+
+def test_a_coordinator_is_adopted_once_and_its_place_is_not_that_of_planning(master: Master) -> None:
+    spec = replace(coordinator_spec("old", version=MapVersion("house", "v2")), session="s")
+    orders = master.handle(joined("m1", 4, carries=(RunningContainer(spec, 0.5, "secret", 42),)))
+    assert adopted(orders) == ["old"]
+    request = master.request_of("people:ann/house")
+    assert request is not None and request.coordinates and request.map.version == "v2"
+    assert master.places["people:ann/house"].cores == 0.5
+    again = master.handle(joined("m2", 4, carries=(RunningContainer(replace(spec, id="old2"), 0.5, "secret", 43),)))
+    assert adopted(again) == []
+
+
+def test_a_coordinator_waits_for_machines_that_may_still_run_it(master: Master) -> None:
+    master.handle(MachinesExpected(("m2",)))
+    master.handle(joined("m1", 4))
+    assert master.handle(PlaceRequested(coordinator_request())) == []
+    assert started(master.handle(ReturnTimedOut())) == ["m1"]
 
 
 def test_adopted_container_that_exits_is_replaced_in_its_session(master: Master) -> None:

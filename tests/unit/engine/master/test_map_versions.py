@@ -12,7 +12,7 @@ from engine.master.quotas import Quota, Quotas
 from engine.specs.containers import MapVersion
 from ppaas.errors import Unavailable
 from tests.support.engine.placing import joined
-from tests.support.engine.specs import HOUSE, robot_config
+from tests.support.engine.specs import HOUSE, coordinator_request, robot_config
 
 NEXT = MapVersion(HOUSE.id, "v2")
 PLACE = "robot:ann/tb1"
@@ -69,6 +69,15 @@ def test_robots_on_other_maps_planning_and_mapping_robots_do_not_follow(master: 
     ready(master, PlaceRequest("ann", MapVersion("depot", "v1"), 0.25, robot_config("tb2")))
     ready(master, PlaceRequest("ann", MapVersion("new:house", ""), 0.25, robot_config("tb3", new_map="house")))
     assert master.handle(MapChanged(NEXT)) == []
+
+
+def test_a_coordinator_follows_its_map_and_so_does_its_next_container(master: Master) -> None:
+    container = ready(master, coordinator_request())
+    assert maps_of(master.handle(MapChanged(NEXT))) == [(container, NEXT)]
+    assert master.handle(MapChanged(MapVersion("depot", "v9"))) == []
+    [start] = master.handle(ContainerLost(container, Unavailable("boom"), 100.0))
+    assert isinstance(start, Start) and (start.spec.map, start.spec.kind) == (NEXT, "coordinator")
+    assert (start.place, start.spec.session) == ("people:ann/house", container)
 
 
 def test_the_current_version_again_orders_nothing(master: Master) -> None:

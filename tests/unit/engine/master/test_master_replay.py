@@ -7,6 +7,7 @@ import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
+from msgspec.structs import replace
 
 from engine.master.balancer import Balancer
 from engine.master.balancers.first_fit import FirstFit
@@ -36,7 +37,7 @@ from engine.master.events import (
 )
 from engine.master.master import LOG_SIZE, Master
 from engine.master.orders import Order
-from engine.master.places import PlaceRequest, robot_key
+from engine.master.places import PlaceRequest, people_key, robot_key
 from engine.master.quotas import Quota, Quotas
 from engine.protocols.control_link import Heartbeat, RunningContainer
 from engine.specs.containers import ContainerSpec, MapVersion
@@ -44,7 +45,7 @@ from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import InvalidMap, PPaaSError, Unavailable
 from storage.records import Limits
 from tests.support.engine.placing import joined
-from tests.support.engine.specs import robot_config, robot_request
+from tests.support.engine.specs import coordinator_request, coordinator_spec, robot_config, robot_request
 
 MACHINES = st.sampled_from(["m1", "m2", "m3"])
 ROBOTS = st.sampled_from("abcdefgh")
@@ -54,10 +55,12 @@ CONTAINERS = st.integers(1, 60).map(lambda number: f"c{number}")
 TIMES = st.floats(0.0, 1.0)
 LABELS = st.sampled_from([{}, {"zone": "a"}])
 MAPS = st.sampled_from(["office", "house"]).map(lambda name: MapVersion(name, "v1"))
-REQUESTS = st.builds(PlaceRequest, USERS, MAPS, SIZES, st.none() | ROBOTS.map(robot_config), labels=LABELS)
+REQUESTS = st.builds(PlaceRequest, USERS, MAPS, SIZES, st.none() | ROBOTS.map(robot_config), labels=LABELS) | st.builds(
+    coordinator_request, USERS, MAPS, SIZES
+)
 SETTINGS = st.builds(MachineSettings, LABELS, st.sampled_from([0, 2, 100]), draining=st.booleans())
 LOADS = st.builds(Heartbeat, st.floats(0.0, 4.0), st.just(0), st.just([]), round_trips=st.dictionaries(MACHINES, TIMES))
-KEYS = st.builds(robot_key, USERS, ROBOTS)
+KEYS = st.builds(robot_key, USERS, ROBOTS) | st.builds(people_key, USERS, st.sampled_from(["office", "house"]))
 
 
 def carried(container: str, user: str, robot: str, map_version: MapVersion) -> RunningContainer:
@@ -65,7 +68,13 @@ def carried(container: str, user: str, robot: str, map_version: MapVersion) -> R
     return RunningContainer(spec, 1.0, "secret", 42)
 
 
-CARRIED = st.builds(carried, st.sampled_from(["old1", "old2"]), USERS, ROBOTS, MAPS)
+def coordinating(container: str, user: str, map_version: MapVersion) -> RunningContainer:
+    spec = replace(coordinator_spec(container, user, map_version), session=f"s-{container}")
+    return RunningContainer(spec, 1.0, "secret", 43)
+
+
+OLD = st.sampled_from(["old1", "old2"])
+CARRIED = st.builds(carried, OLD, USERS, ROBOTS, MAPS) | st.builds(coordinating, OLD, USERS, MAPS)
 JOINED = st.builds(joined, MACHINES, st.integers(1, 3), carries=st.just(()) | st.lists(CARRIED, max_size=2).map(tuple))
 REASONS = st.sampled_from([Unavailable("boom"), InvalidMap("not square")])
 

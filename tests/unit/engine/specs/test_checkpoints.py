@@ -7,9 +7,11 @@ from engine.specs.checkpoints import CheckpointSelection, marks
 from engine.specs.containers import LINK_STATE, SESSION_STATE, ContainerSpec, MapVersion
 from ppaas.clock import ManualClock
 from ppaas.errors import NotFound
+from ppaas.people.settings import PeopleSettings
 from storage.memory.store import MemoryStore
+from storage.people_records import MapPeople
 from storage.records import CloneCheckpoint
-from tests.support.engine.specs import planning_spec, robot_config, robot_spec
+from tests.support.engine.specs import coordinator_spec, planning_spec, robot_config, robot_spec
 
 WITHIN = 30.0
 NOW = 1_000_000.0
@@ -45,6 +47,31 @@ def test_a_replacement_continues_from_the_checkpoint(store: MemoryStore, checkpo
     assert checkpoints.with_checkpoint(replacing).checkpoint == STATE | marks(first(), "this")
     other = msgspec.structs.replace(robot_spec("c3"), session="c9")
     assert checkpoints.with_checkpoint(other).checkpoint == {}
+
+
+def test_a_coordinator_always_continues_and_gets_the_stored_settings(
+    store: MemoryStore, checkpoints: CheckpointSelection, clock: ManualClock
+) -> None:
+    spec = msgspec.structs.replace(coordinator_spec("k1"), session="k1")
+    settings = PeopleSettings(rule="longest_seen", history=True)
+    store.put_people_settings(MapPeople("ann", "house", settings))
+    assert checkpoints.with_checkpoint(spec) == msgspec.structs.replace(spec, people=settings)
+    state = {"people_coordinator": b"7", LINK_STATE: b"3"}
+    store.save_clone(CloneCheckpoint("ann", spec.checkpoint_name, state | marks(spec, "this"), NOW))
+    clock.advance(30 * 24 * 3600.0)
+    later = msgspec.structs.replace(spec, id="k5", session="k5", map=MapVersion("house", "v2"))
+    given = checkpoints.with_checkpoint(later)
+    assert (given.checkpoint["people_coordinator"], given.checkpoint[LINK_STATE]) == (b"7", b"0")
+    elsewhere = coordinator_spec("k6", version=MapVersion("depot", "v1"))
+    assert checkpoints.with_checkpoint(msgspec.structs.replace(elsewhere, session="k6")).checkpoint == {}
+
+
+def test_only_the_last_coordinator_of_a_group_is_adopted(store: MemoryStore, checkpoints: CheckpointSelection) -> None:
+    spec = msgspec.structs.replace(coordinator_spec("k1"), session="k1")
+    assert not checkpoints.runs_on(spec)
+    store.save_clone(CloneCheckpoint("ann", spec.checkpoint_name, marks(spec, "that"), NOW))
+    assert checkpoints.runs_on(spec) and not checkpoints.runs_on(msgspec.structs.replace(spec, id="k0"))
+    assert not checkpoints.runs_on(planning_spec())
 
 
 def test_a_new_session_starts_from_the_robots_configuration(
