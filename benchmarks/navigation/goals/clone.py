@@ -63,6 +63,8 @@ class InProcessClone:
         Parameters of nodes and plug-ins, as in a robot's file.
     clock : callable
         Simulated time since the epoch [s].
+    robot : str, optional
+        Robot ID.
 
     Attributes
     ----------
@@ -82,7 +84,14 @@ class InProcessClone:
     """
 
     def __init__(
-        self, layers: MapLayers, start: Pose2D, controller: str, parameters: dict[str, Any], clock: Clock
+        self,
+        layers: MapLayers,
+        start: Pose2D,
+        controller: str,
+        parameters: dict[str, Any],
+        clock: Clock,
+        *,
+        robot: str = "robot",
     ) -> None:
         self.recoveries = 0
         self.end: GoalEnd | None = None
@@ -96,7 +105,7 @@ class InProcessClone:
         build_clone(
             self.graph, layers,
             model=MODEL, initial_pose=(start.x, start.y, start.theta),
-            base_local_planner=controller, parameters=parameters,
+            base_local_planner=controller, parameters=parameters, robot=robot,
         )  # fmt: skip
         for topic in ("cmd_vel", "plan", "particlecloud", topics.MOVE_BASE_STATUS.name, topics.MOVE_BASE_RESULT.name):
             self.graph.tap(topic, self._hear)

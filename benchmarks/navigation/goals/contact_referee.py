@@ -46,26 +46,27 @@ class Referee:
     ----------
     world : World
     robot : SimulatedRobot
-        The first robot of the world.
+        A robot of the world.
     """
 
     def __init__(self, world: World, robot: SimulatedRobot) -> None:
         self.touches = Touches()
         self._world = world
         self._robot = robot
+        self._number = world.robots.index(robot)
         self._touching: dict[int, bool] = {}
         self._walls_before = 0
 
     def begin(self) -> Touches:
         """Start new counts and return them; ``look`` updates them."""
         self.touches = Touches()
-        self._walls_before = self._world.contacts.wall_contacts[0]
+        self._walls_before = self._world.contacts.wall_contacts[self._number]
         return self.touches
 
     def look(self) -> None:
         """Update the counts after a step of the world."""
         touches, base = self.touches, self._robot.base
-        touches.walls = self._world.contacts.wall_contacts[0] - self._walls_before
+        touches.walls = self._world.contacts.wall_contacts[self._number] - self._walls_before
         people = self._world.people()
         if not len(people):
             return
