@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.people.tracks.assignment import assign
-from ppaas.people.tracks.filter_bank import FilterBank, inverse_2x2
+from ppaas.people.tracks.filter_bank import MODELS, FilterBank, inverse_2x2
 from ppaas.people.tracks.motion import MotionParameters
 
 Array = NDArray[np.float64]
@@ -28,6 +28,9 @@ class Detection:
         Score of the detector, from 0 to 1.
     begins : bool
         Whether it may begin a track.
+    believed : int
+        Id of the track that it is by the ids of a detector that tracks people itself; 0 if it tells none. It decides
+        between tracks that are near enough, so that an id which the detector reuses does no harm.
     """
 
     x: float
@@ -35,6 +38,7 @@ class Detection:
     covariance: tuple[float, float, float] = (0.01, 0.0, 0.01)
     score: float = 0.9
     begins: bool = True
+    believed: int = 0
 
 
 @dataclass(slots=True)
@@ -73,6 +77,29 @@ class LocalTrack:
 
 
 @dataclass(frozen=True, slots=True)
+class TrackerState:
+    """State of a tracker, for checkpoints.
+
+    Parameters
+    ----------
+    at : float or None
+        Time of the last step [s]; None before it.
+    next : int
+        Id of the next track.
+    tracks : list of LocalTrack
+    means, covariances, weights : list
+        Arrays of `FilterBank`.
+    """
+
+    at: float | None
+    next: int
+    tracks: list[LocalTrack]
+    means: list[list[list[float]]]
+    covariances: list[list[list[list[float]]]]
+    weights: list[list[float]]
+
+
+@dataclass(frozen=True, slots=True)
 class TrackerParameters:
     """Parameters of a tracker.
 
@@ -105,6 +132,9 @@ class TrackerParameters:
     motion: MotionParameters = field(default_factory=MotionParameters)
 
 
+BELIEVED = 0.2
+"""Factor of the cost of a pair of track and detection that a detector's own ids confirm."""
+
 Expected = Callable[[LocalTrack], bool]
 
 
@@ -126,12 +156,15 @@ class Tracker:
         At the time of the last step; also those that are not confirmed yet.
     at : float
         That time [s].
+    assigned : list of int
+        Id of the track of each detection of the last step; 0 for a detection without one.
     """
 
     def __init__(self, parameters: TrackerParameters | None = None) -> None:
         self.parameters = TrackerParameters() if parameters is None else parameters
         self.tracks: list[LocalTrack] = []
         self.at = -math.inf
+        self.assigned: list[int] = []
         self._bank = FilterBank(self.parameters.motion)
         self._next = 1
 
@@ -139,6 +172,22 @@ class Tracker:
     def people(self) -> list[LocalTrack]:
         """The tracks that are confirmed."""
         return [track for track in self.tracks if track.confirmed]
+
+    def state(self) -> TrackerState:
+        """Return all that `restore` needs to go on."""
+        bank = self._bank
+        at = self.at if math.isfinite(self.at) else None
+        arrays = bank.means.tolist(), bank.covariances.tolist(), bank.weights.tolist()
+        return TrackerState(at, self._next, [replace(track) for track in self.tracks], *arrays)
+
+    def restore(self, state: TrackerState) -> None:
+        """Go on from a state."""
+        count = len(state.tracks)
+        self.at, self._next = -math.inf if state.at is None else state.at, state.next
+        self.tracks = [replace(track) for track in state.tracks]
+        self._bank.means = np.array(state.means).reshape(count, MODELS, 4)
+        self._bank.covariances = np.array(state.covariances).reshape(count, MODELS, 4, 4)
+        self._bank.weights = np.array(state.weights).reshape(count, MODELS)
 
     def predict(self, now: float) -> None:
         """Predict the tracks until a time [s]; an earlier time than the last changes nothing."""
@@ -161,10 +210,14 @@ class Tracker:
         """
         self.predict(now)
         positions, spreads = _arrays(detections)
-        rows, columns = assign(self._costs(positions, spreads), self.parameters.gate)
+        costs = self._costs(positions, spreads)
+        self._favour_believed(costs, detections)
+        rows, columns = assign(costs, self.parameters.gate)
+        self.assigned = [0] * len(detections)
         self._bank.update(rows, positions[columns], spreads[columns])
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
             self._confirm(self.tracks[row], detections[column])
+            self.assigned[column] = self.tracks[row].id
         missed = set(range(len(self.tracks))) - set(rows.tolist())
         self._miss([self.tracks[row] for row in sorted(missed)], expected)
         self._begin([(k, each) for k, each in enumerate(detections) if k not in set(columns.tolist())], spreads)
@@ -179,6 +232,14 @@ class Tracker:
         costs = np.einsum("nmi,nmij,nmj->nm", off, inverse, off)
         far: Array = np.where(np.hypot(off[..., 0], off[..., 1]) > self.parameters.farthest, np.inf, costs)
         return far
+
+    def _favour_believed(self, costs: Array, detections: Sequence[Detection]) -> None:
+        """Lower the cost of the pairs that a detector believes in, in place."""
+        if not any(each.believed for each in detections):
+            return
+        ids = np.array([track.id for track in self.tracks])
+        believed = np.array([each.believed for each in detections])
+        costs[ids[:, np.newaxis] == believed] *= BELIEVED
 
     def _confirm(self, track: LocalTrack, detection: Detection) -> None:
         track.evidence = min(track.evidence + _evidence(detection.score), self.parameters.most_evidence)
@@ -202,6 +263,7 @@ class Tracker:
             track = LocalTrack(self._next, self.at, self.at, evidence, detection.score, x=detection.x, y=detection.y)
             track.confirmed = evidence >= self.parameters.confirmed_at
             self.tracks.append(track)
+            self.assigned[k] = track.id
             self._next += 1
 
     def _forget(self) -> None:

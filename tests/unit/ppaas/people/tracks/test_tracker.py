@@ -2,10 +2,11 @@
 
 from collections.abc import Iterable
 
+import msgspec
 import numpy as np
 import pytest
 
-from ppaas.people.tracks.tracker import Detection, LocalTrack, Tracker
+from ppaas.people.tracks.tracker import Detection, LocalTrack, Tracker, TrackerState
 
 PERIOD = 0.1
 
@@ -88,3 +89,32 @@ def test_whether_a_person_should_be_seen_is_asked_for_each_who_is_not() -> None:
     tracker.step(0.5, [Detection(1.0, 1.0)], expected)
     assert asked == [2]
     assert np.hypot(tracker.tracks[0].x - 1.0, tracker.tracks[0].y - 1.0) < 0.05
+
+
+def test_ids_of_a_detector_decide_between_tracks_that_are_near_but_not_across_the_room():
+    tracker = Tracker()
+    tracker.step(0.0, [Detection(0.0, 0.0), Detection(0.7, 0.0)])
+    first, second = tracker.assigned
+    tracker.step(0.1, [Detection(0.3, 0.0, believed=second), Detection(0.4, 0.0, believed=first)])
+    assert tracker.assigned == [second, first]
+    tracker.step(0.2, [Detection(5.0, 0.0, believed=first)])
+    assert tracker.assigned[0] not in (0, first, second)
+
+
+def test_detection_that_begins_no_track_is_assigned_to_none():
+    tracker = Tracker()
+    tracker.step(0.0, [Detection(0.0, 0.0, begins=False)])
+    assert tracker.assigned == [0]
+
+
+def test_restored_tracker_goes_on_as_the_one_before():
+    tracker, restored = Tracker(), Tracker()
+    restored.restore(msgspec.json.decode(msgspec.json.encode(tracker.state()), type=TrackerState))
+    assert restored.tracks == []
+    for step in range(5):
+        tracker.step(0.1 * step, [Detection(0.1 * step, 0.0), Detection(3.0, 1.0)])
+    restored.restore(msgspec.json.decode(msgspec.json.encode(tracker.state()), type=TrackerState))
+    for each in (tracker, restored):
+        each.step(0.5, [Detection(0.5, 0.0), Detection(6.0, 1.0)])
+    assert restored.tracks == tracker.tracks
+    assert restored.assigned == tracker.assigned
