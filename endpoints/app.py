@@ -17,6 +17,7 @@ from endpoints.rest.cluster import audit, containers, health, machines
 from endpoints.rest.dependencies import single_query_values
 from endpoints.rest.maps import map_cells, map_merge, map_reviews, map_versions, maps
 from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
+from endpoints.rest.people import people, people_history
 from endpoints.rest.plans import cost_matrix, evaluation, plan_database, planners, planning, plans, stored_plans
 from endpoints.rest.plans.fast_path import PlanFastPath
 from endpoints.rest.robots import models, robot_goals, robot_map, robot_nodes, robot_urdf, robots
@@ -48,6 +49,8 @@ RESOURCES = (
     map_reviews,
     map_merge,
     map_cells,
+    people,
+    people_history,
     evaluation,
     models,
     planners,

@@ -21,6 +21,7 @@ from endpoints.http.tls import ServerTls
 from endpoints.http.tls_handshake import TlsListener
 from endpoints.http.websocket_protocol import DirectWebSocket
 from endpoints.merging.coordinator import JointMapCoordinator
+from endpoints.people.counting import PeopleCounting
 from endpoints.proposals.change_watch import ChangeWatch
 from endpoints.rosbridge.idle_watch import IdleWatch
 from endpoints.rosbridge.rights_watch import RightsWatch
@@ -117,6 +118,7 @@ class Web:
         self._joint_maps = JointMapCoordinator(services)
         self._disk = DiskWatch.of(engine.reserve, engine.store)
         self._changes = ChangeWatch(services)
+        self._people = PeopleCounting(services)
         self._rights = RightsWatch(self._sessions, engine.sessions, services)
         self._tls = tls
         self._server = Server(
@@ -129,6 +131,7 @@ class Web:
         self._background.run(self._rights.run())
         self._background.run(self._disk.run())
         self._background.run(self._changes.run())
+        self._background.run(self._people.run())
         self._background.run(self._joint_maps.run())
         if self._tls is not None:
             self._background.run(self._tls.watch())

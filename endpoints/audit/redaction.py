@@ -32,6 +32,9 @@ FIELDS: Mapping[str, tuple[str, ...]] = {
     "roll_back_map": ("version", "message"),
     "put_robot": ("map", "cores"),
     "change_robot": ("map", "cores"),
+    "put_people_settings": ("rule", "targets", "history", "retention_hours"),
+    "change_people_settings": ("rule", "targets", "history", "retention_hours"),
+    "follow_people": ("people",),
     "resize_container": ("cores",),
     "change_machine": ("labels", "max_containers", "max_memory", "oversubscription", "draining"),
 }

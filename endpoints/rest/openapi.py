@@ -17,6 +17,7 @@ TAGS = [
     {"name": "tokens", "description": "Log in and out."},
     {"name": "users", "description": "Users of the cloud."},
     {"name": "maps", "description": "Maps, their versions and their files."},
+    {"name": "people", "description": "People whom the caller's robots see on a map."},
     {"name": "robots", "description": "The caller's robots."},
     {"name": "plans", "description": "Path requests and stored paths."},
     {"name": "models", "description": "Robot models that robot files may name."},

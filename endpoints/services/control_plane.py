@@ -6,13 +6,15 @@ from engine.master.quotas import Quotas
 from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.plan_rate import PlanRate
 from engine.service.robot_navigation import RobotNavigation
-from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot
+from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot, PeopleGroupView
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import PPaaSError
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
+from ppaas.messages.people_coordination import PeopleState, ZoneCount
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
+from ppaas.people.settings import PeopleSettings
 from storage.records import Limits, MapRecord, User
 
 
@@ -165,6 +167,42 @@ class ControlPlane(Protocol):
             The robot has no container or no map now.
         Conflict
             The joint map does not contain the robot's own map.
+        """
+        ...
+
+    def people_groups(self) -> list[PeopleGroupView]:
+        """Return the groups of robots that track people now, and the states of their coordinators."""
+        ...
+
+    async def people(self, user: str, map: str) -> PeopleState:  # noqa: A002
+        """Return the people whom the robots of a user see on a map.
+
+        Raises
+        ------
+        Unavailable
+            No robot of the user tracks people on the map, or their coordinator does not answer.
+        """
+        ...
+
+    async def people_counts(self, user: str, map: str, since: int) -> list[ZoneCount]:  # noqa: A002
+        """Return the numbers of different people by hour and zone, without hours that ended before a time.
+
+        Raises
+        ------
+        Unavailable
+            As ``people``.
+        """
+        ...
+
+    async def configure_people(self, user: str, map: str, settings: PeopleSettings) -> None:  # noqa: A002
+        """Let the coordinator of a user's robots on a map, if there is one, use settings that are stored already.
+
+        Raises
+        ------
+        InvalidInput
+            The settings name a rule that is not installed.
+        Unavailable
+            The coordinator does not answer.
         """
         ...
 

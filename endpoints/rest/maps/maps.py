@@ -123,7 +123,7 @@ async def roll_back_map(
 
 @router.delete("/{map_id}", status_code=204, responses=KNOWN | problems(403, 404, 409))
 async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
-    """Remove a map with all its versions and stored paths; refused (409) while robots use it."""
+    """Remove a map with its versions, stored paths and counts of people; refused (409) while robots use it."""
     await owned_head(services, user, map_id)
     if robots_in(services, map_id=map_id):
         raise Conflict(f"map {map_id!r} is in use by robots: disconnect them first")
@@ -133,17 +133,18 @@ async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
 
 
 def _remove(services: Services, map_id: str) -> None:
-    """Remove the paths, the map, then paths added meanwhile; an interrupted removal can be repeated."""
-    _forget_planning(services.store, map_id)
+    """Remove what belongs to the map, the map, then what was added meanwhile; it can be repeated if interrupted."""
+    _forget_map(services.store, map_id)
     owner = services.map_store.map_head(map_id).owner
     services.map_store.remove_map(map_id)
     services.usage.stored.forget_map(owner, map_id)
-    _forget_planning(services.store, map_id)
+    _forget_map(services.store, map_id)
 
 
-def _forget_planning(store: Store, map_id: str) -> None:
+def _forget_map(store: Store, map_id: str) -> None:
     store.remove_plans(map_id)
     store.remove_history(map_id)
+    store.remove_people(map_id)
 
 
 @contextmanager

@@ -15,14 +15,16 @@ from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, Pa
 from engine.service.plan_rate import PlanRate
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.view_building import machine_view
-from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot
+from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot, PeopleGroupView
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
-from ppaas.errors import Conflict, NotFound, PPaaSError
+from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
+from ppaas.messages.people_coordination import PeopleState, ZoneCount
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
+from ppaas.people.settings import PeopleSettings
 from storage.records import Limits, MapRecord, User
 
 MAP_PAGE = 1000
@@ -74,6 +76,11 @@ class FakeCloud:
         self.known = {"m1": machine()}
         self.given_up: list[str] = []
         self.changed_maps: list[tuple[str, str]] = []
+        self.groups: list[PeopleGroupView] = []
+        self.people_states: dict[tuple[str, str], PeopleState] = {}
+        self.zone_counts: dict[tuple[str, str], list[ZoneCount]] = {}
+        self.people_settings: dict[tuple[str, str], list[PeopleSettings]] = {}
+        """Settings that each coordinator was configured with."""
         self.reused = ""
         """If set, id of the stored plan that every request returns."""
 
@@ -153,6 +160,28 @@ class FakeCloud:
             raise self.error
         self.joint_maps[robot] = self.joint_maps.get(robot, b"")[: page.offset] + base64.b64decode(page.data)
         return UseJointMapResponse(9 if len(self.joint_maps[robot]) == page.size else 0)
+
+    def people_groups(self) -> list[PeopleGroupView]:
+        return self.groups
+
+    async def people(self, user: str, map: str) -> PeopleState:  # noqa: A002
+        if self.error is not None:
+            raise self.error
+        if (user, map) not in self.people_states:
+            raise Unavailable(f"no robot of user {user!r} tracks people on map {map!r} now")
+        return self.people_states[user, map]
+
+    async def people_counts(self, user: str, map: str, since: int) -> list[ZoneCount]:  # noqa: A002
+        if (user, map) not in self.zone_counts:
+            raise Unavailable(f"no robot of user {user!r} tracks people on map {map!r} now")
+        return [count for count in self.zone_counts[user, map] if count.hour + 3600 > since]
+
+    async def configure_people(self, user: str, map: str, settings: PeopleSettings) -> None:  # noqa: A002
+        if settings.rule == "unknown":
+            raise InvalidInput("unknown rule 'unknown'")
+        self.people_settings.setdefault((user, map), []).append(settings)
+        if not settings.history:
+            self.zone_counts.pop((user, map), None)
 
     async def robot_octomap(self, user: str, robot: str, request: GetOctomapFileRequest) -> GetOctomapFileResponse:
         self.octomaps_asked.append(request)

@@ -20,6 +20,7 @@ from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from storage.records import Token, User
 from tests.support.endpoints.fake_cloud import FakeCloud, container
+from tests.support.endpoints.people import add_group, person
 from tests.support.endpoints.serving import serve
 from tests.support.endpoints.still_place import StillPlace
 from tests.support.storage.records import house, pgm, plan, propose, put_map, robot
@@ -66,6 +67,8 @@ class FuzzedService:
         self._refill_map()
         self.cloud.running = [container("c1", user="root", robot="tb2")]
         self.cloud.places[robot_key("root", ROBOT)] = StillPlace()
+        self.cloud.groups.clear()
+        add_group(self.cloud, "root", MAP, person(1))
 
     def _refill_map(self) -> None:
         """Publish the map and propose a version of it, if requests have changed it or closed the review."""

@@ -41,6 +41,9 @@ WITH_JSON = [
     ("PUT", "/v1/robots/tb1"),
     ("PATCH", "/v1/robots/tb1"),
     ("POST", "/v1/maps/house/plans"),
+    ("PUT", "/v1/maps/house/people/settings"),
+    ("PATCH", "/v1/maps/house/people/settings"),
+    ("POST", "/v1/maps/house/people/follow"),
 ]
 
 
@@ -188,6 +191,8 @@ BODIES: dict[str, object] = {
     "/v1/maps/house/roll_back": {"version": "0" * 64},
     "/v1/maps/house/merge": {"with": "house", "into": "house"},
     "/v1/robots/tb1/map": {"publish": "house"},
+    "/v1/maps/house/people/settings": {"rule": "nearest"},
+    "/v1/maps/house/people/follow": {"people": []},
     "/v1/maps/house/reviews/1/approve": {},
     "/v1/maps/house/reviews/1/refuse": {"why": "no"},
     "/v1/maps/house/cost_matrix": {"starts": [[0, 0]], "goals": [[1, 1]]},

@@ -1,0 +1,1 @@
+"""People whom robots see: their settings, and the store of hourly counts."""

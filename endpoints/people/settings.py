@@ -1,0 +1,93 @@
+"""Changes of the settings of people: they are stored, and the coordinator of the group goes on with them."""
+
+from collections.abc import Callable
+
+from msgspec.structs import replace
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.people.retention import forget_expired
+from endpoints.services.services import Services
+from ppaas.clock import epoch
+from ppaas.errors import InvalidInput
+from ppaas.people.settings import PeopleSettings
+from storage.people_records import MapPeople
+from storage.ports import Store
+
+NAMED = "named"
+"""Rule by which the given people are followed."""
+
+Change = Callable[[PeopleSettings], PeopleSettings]
+
+
+async def change_settings(services: Services, user: str, map_id: str, change: Change) -> PeopleSettings:
+    """Change the settings of a user on a map; return the new ones.
+
+    Parameters
+    ----------
+    services : Services
+    user, map_id : str
+        The user may read the map.
+    change : callable
+        Takes the current settings; returns the new ones.
+
+    Raises
+    ------
+    InvalidInput
+        The coordinator refuses the settings; the previous ones are stored again.
+    Conflict
+        Another client changed the settings meanwhile.
+    Unavailable
+        The store or the coordinator does not answer. The settings may be stored already: try again.
+    """
+    before, after = await run_in_threadpool(_put, services.store, user, map_id, change)
+    try:
+        await _configure(services, user, map_id, after)
+    except InvalidInput:
+        await run_in_threadpool(_put_back, services.store, MapPeople(user, map_id, before), after)
+        raise
+    await run_in_threadpool(forget_expired, services.store, MapPeople(user, map_id, after), epoch())
+    return after
+
+
+async def forget_counts(services: Services, user: str, map_id: str) -> None:
+    """Remove all counts of a user on a map, also those of the coordinator: it forgets them without ``history``.
+
+    Raises
+    ------
+    Unavailable
+        The store or the coordinator does not answer: try again.
+    """
+    settings = await run_in_threadpool(services.store.people_settings, user, map_id)
+    try:
+        if settings.history:
+            await services.cloud.configure_people(user, map_id, replace(settings, history=False))
+            await _configure(services, user, map_id, settings)
+    finally:
+        await run_in_threadpool(services.store.remove_people_counts, user, map_id)
+
+
+def follow(people: list[int]) -> Change:
+    """Return the change by which robots follow these people, and nobody else."""
+    return lambda settings: replace(settings, rule=NAMED, targets=people, followed_at_once=max(1, len(people)))
+
+
+def _put(store: Store, user: str, map_id: str, change: Change) -> tuple[PeopleSettings, PeopleSettings]:
+    before = store.people_settings(user, map_id)
+    after = change(before)
+    store.put_people_settings(MapPeople(user, map_id, after), instead_of=before)
+    return before, after
+
+
+def _put_back(store: Store, record: MapPeople, refused: PeopleSettings) -> None:
+    if store.people_settings(*record.key) == refused:
+        store.put_people_settings(record, instead_of=refused)
+
+
+async def _configure(services: Services, user: str, map_id: str, settings: PeopleSettings) -> None:
+    """Send settings to the coordinator, and once more if another client has stored others meanwhile."""
+    while True:
+        await services.cloud.configure_people(user, map_id, settings)
+        current = await run_in_threadpool(services.store.people_settings, user, map_id)
+        if current == settings:
+            return
+        settings = current

@@ -1,0 +1,1 @@
+"""Routes of the people whom the caller's robots see on a map."""
