@@ -78,8 +78,10 @@ export function showContainers(containers, owners) {
   byId("no-containers").hidden = containers.length > 0;
   say(byId("container-count"), containers.length ? String(containers.length) : "");
   show(byId("containers"), containers, ({ id }) => id, create, (item, container) => {
-    const name = container.robot ?? `planning on ${container.map.id}`;
-    const state = container.state === "ready" ? plural(container.clients, "client") : "starts";
+    const coordinates = container.kind === "coordinator";
+    const name = container.robot ?? `${coordinates ? "people" : "planning"} on ${container.map.id}`;
+    const ready = coordinates ? "coordinates" : plural(container.clients, "client");
+    const state = container.state === "ready" ? ready : "starts";
     const note = several ? `${state} · ${container.machine}` : state;
     fill(item, owners ? `${container.user} / ${name}` : name, note, containerGauges(container, largest));
   });

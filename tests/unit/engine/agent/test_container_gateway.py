@@ -14,14 +14,14 @@ from engine.agent.container_gateway import MAX_REQUESTS, ContainerGateway
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from engine.specs.checkpoints import marks
-from engine.specs.containers import ContainerSpec
+from engine.specs.containers import ContainerSpec, MapVersion
 from ppaas.errors import NotFound, Unavailable
 from storage.memory.store import MemoryStore
 from storage.records import CloneCheckpoint, CloneLogChange
 from tests.support.engine.attached_container import attach_container
 from tests.support.engine.engine_links import dial_gateway, receive
 from tests.support.engine.fake_fabric import FakeFabric
-from tests.support.engine.specs import planning_spec, robot_spec
+from tests.support.engine.specs import coordinator_spec, planning_spec, robot_spec
 from tests.support.storage import records
 from tests.support.waiting import until
 
@@ -89,6 +89,16 @@ async def done(stream: Stream) -> machine_link.Done:
 
 def slug(done: machine_link.Done) -> str | None:
     return done.refusal.slug if done.refusal is not None else None
+
+
+async def test_a_coordinator_saves_checkpoints_under_the_name_of_its_map(attach: Attach, store: SlowStore) -> None:
+    spec = coordinator_spec()
+    stream = await attach(spec)
+    assert slug(await ask(stream, machine_link.SaveClone(1, {"people_coordinator": b"7"}))) is None
+    saved = store.clone("ann", spec.checkpoint_name)
+    assert saved.nodes == {"people_coordinator": b"7"} | marks(spec, "")
+    assert coordinator_spec(version=MapVersion("depot", "v1")).checkpoint_name != spec.checkpoint_name
+    await stream.close()
 
 
 # -- notifications -----------------------------------------------------------------------------------------------------

@@ -25,7 +25,7 @@ from storage.memory.store import MemoryStore
 from tests.support.engine.engine_links import dial_gateway, receive
 from tests.support.engine.fake_fabric import FakeFabric
 from tests.support.engine.fake_runtime import FakeRuntime
-from tests.support.engine.specs import mapping_spec, planning_spec, robot_config, robot_spec
+from tests.support.engine.specs import coordinator_spec, mapping_spec, planning_spec, robot_config, robot_spec
 from tests.support.storage import records
 from tests.support.waiting import until
 from tests.support.world.urdf import example
@@ -351,7 +351,7 @@ async def test_closing_kills_containers_and_cancels_starts(tmp_path: Path) -> No
 async def test_running_containers_are_listed_and_those_not_kept_end(host: Host) -> None:
     spec = msgspec.structs.replace(robot_spec("c1", version=HOUSE), checkpoint={"amcl": b"{}"})
     host.start(spec)
-    host.start(robot_spec("c2", robot="tb2", version=HOUSE))
+    host.start(coordinator_spec("c2", version=HOUSE))
     host.start(planning_spec("p1", version=HOUSE))
     await until(lambda: len(host.runtime.processes) == 3)
     host.hosting.resize(control_link.ResizeContainer("c1", 2.0))
