@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from benchmarks.harness.figures import Figure
-from benchmarks.people.job import PeopleJob
+from benchmarks.people.runs.job import PeopleJob
 
 
 @dataclass(frozen=True, slots=True)

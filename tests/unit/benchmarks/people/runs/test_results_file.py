@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.people import results_file
+from benchmarks.people.runs import results_file
 from ppaas.errors import InvalidInput
-from tests.unit.benchmarks.people.results import JOB, RESULT
+from tests.unit.benchmarks.people.runs.results import JOB, RESULT
 
 
 def test_a_stored_result_is_found_by_the_settings_of_its_run(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import msgspec
 
-from benchmarks.people.job import PeopleJob, PeopleResult
+from benchmarks.people.runs.job import PeopleJob, PeopleResult
 from ppaas.errors import InvalidInput
 
 

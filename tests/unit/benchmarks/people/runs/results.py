@@ -1,6 +1,6 @@
 """A run and its result, for tests."""
 
-from benchmarks.people.job import PeopleJob, PeopleResult
+from benchmarks.people.runs.job import PeopleJob, PeopleResult
 from tests.support.world.rooms import room
 
 JOB = PeopleJob("room", room(8.0, 6.0), robots=2, people=3, minutes=5.0)

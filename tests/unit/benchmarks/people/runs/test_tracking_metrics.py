@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.people.tracking_metrics import TrackRecord
+from benchmarks.people.runs.tracking_metrics import TrackRecord
 from robots.demo.people_score import Frame
 
 pytest.importorskip("trackeval")

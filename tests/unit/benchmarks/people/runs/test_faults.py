@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from benchmarks.people.faults import BEGIN, OTHER, REPORT_FAULTS, ROBOT, SET_OFF, fault_of
+from benchmarks.people.runs.faults import BEGIN, OTHER, REPORT_FAULTS, ROBOT, SET_OFF, fault_of
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point, Pose, PoseWithCovariance

@@ -1,0 +1,1 @@
+"""Runs of robots and people in a simulated world, scored by its truth."""
