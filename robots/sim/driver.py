@@ -8,7 +8,12 @@ from dataclasses import dataclass
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.messages.geometry_msgs import Twist
+from ppaas.messages.sensor_msgs import CompressedImage
+from ppaas.nodes.topics import COMPRESSED_DEPTH_IMAGE, DEPTH_CAMERA_INFO, DEPTH_IMAGE, TF_STATIC
+from ppaas.perception.compressed_depth import compress
 from robots.client.robot_client import RobotClient
+from robots.onboard.task_group import run_together
+from robots.sim.depth.camera import DepthCameraModel
 from robots.sim.robot import SimulatedRobot
 
 logger = logging.getLogger(__name__)
@@ -26,10 +31,14 @@ class SensorRates:
 
     odom: float = 20.0
     scan: float = 10.0
+    depth: float = 5.0
 
     def __post_init__(self) -> None:
-        if not all(math.isfinite(rate) and rate > 0.0 for rate in (self.odom, self.scan)):
-            raise InvalidParameter(f"odom and scan must be positive rates [Hz], not {self.odom} and {self.scan}")
+        rates = self.odom, self.scan, self.depth
+        if not all(math.isfinite(rate) and rate > 0.0 for rate in rates):
+            raise InvalidParameter(
+                "odom, scan and depth must be positive rates [Hz], not {:g}, {:g} and {:g}".format(*rates)
+            )
 
 
 class Schedule:
@@ -77,15 +86,24 @@ class Driver:
         Rates of the sensors.
     clock : callable
         Monotonic seconds.
+    compressed : bool
+        Whether depth images are sent as ``compressedDepth``, in a fifth of the bytes.
     """
 
     def __init__(
-        self, robot: SimulatedRobot, client: RobotClient, rates: SensorRates | None = None, clock: Clock = monotonic
+        self,
+        robot: SimulatedRobot,
+        client: RobotClient,
+        rates: SensorRates | None = None,
+        clock: Clock = monotonic,
+        *,
+        compressed: bool = True,
     ) -> None:
         self._robot = robot
         self._client = client
         self._rates = rates or SensorRates()
         self._clock = clock
+        self._compressed = compressed
         self.commands = 0
 
     async def run(self) -> None:
@@ -97,6 +115,13 @@ class Driver:
             The client has failed.
         """
         await self._client.subscribe("cmd_vel", Twist, self._command, queue_size=1)
+        if self._robot.model.camera is None:
+            await self._measure()
+            return
+        await run_together(self._measure(), self._photograph(self._robot.model.camera))
+
+    async def _measure(self) -> None:
+        """Publish the odometry and the scans."""
         start = self._clock()
         odom, scan = Schedule(self._rates.odom, start), Schedule(self._rates.scan, start)
         while True:
@@ -107,6 +132,28 @@ class Driver:
             if scan.take(now):
                 await self._client.publish("scan", self._robot.scan(), newest_only=True)
             await asyncio.sleep(max(min(odom.next, scan.next) - self._clock(), 0.0))
+
+    async def _photograph(self, camera: DepthCameraModel) -> None:
+        """Publish the mount of the camera, then depth images."""
+        await self._client.publish(TF_STATIC.name, camera.transforms(self._robot.model.base_frame))
+        due = Schedule(self._rates.depth, self._clock())
+        while True:
+            if due.take(self._clock()):
+                await self._publish_image()
+            await asyncio.sleep(max(due.next - self._clock(), 0.0))
+
+    async def _publish_image(self) -> None:
+        info, depths = self._robot.camera_info(), self._robot.depths()
+        await self._client.publish(DEPTH_CAMERA_INFO.name, info, newest_only=True)
+        if not self._compressed:
+            image = self._robot.camera.image(depths, info.header.stamp.seconds())
+            await self._client.publish(DEPTH_IMAGE.name, image, newest_only=True)
+            return
+        # In a thread, since compression takes as long as the period of the odometry.
+        form, data = await asyncio.to_thread(compress, depths)
+        await self._client.publish(
+            COMPRESSED_DEPTH_IMAGE.name, CompressedImage(info.header, form, data), newest_only=True
+        )
 
     def _command(self, twist: Twist) -> None:
         try:

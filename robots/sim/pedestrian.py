@@ -23,6 +23,8 @@ DECISION_PERIOD = 0.1
 """Time between two decisions [s]."""
 ASIDE = tuple(math.radians(turn) for turn in (0, -30, 30, -60, 60, -90, 90, -120, 120))
 """Headings tried to pass an obstacle, relative to the path; right before left [rad]."""
+PEOPLE = 0b10
+"""Collision category of people."""
 MIN_TRIP = 5.0
 """Least distance to a destination, if the map is large enough [m]."""
 
@@ -85,6 +87,13 @@ class Pedestrian:
         Parameters.
     rng : numpy.random.Generator
         Random generator of this pedestrian.
+
+    Attributes
+    ----------
+    sitting : bool
+        Whether the person sits.
+    facing : float, optional
+        Direction that a person faces who does not walk [rad]; that of the last step without one.
     """
 
     def __init__(
@@ -96,6 +105,7 @@ class Pedestrian:
         self.body.velocity_func = self._set_velocity
         shape = pymunk.Circle(self.body, model.radius)
         shape.friction = 0.4
+        shape.filter = pymunk.ShapeFilter(categories=PEOPLE)
         space.add(self.body, shape)
         self._paths = paths
         self._rng = rng
@@ -103,9 +113,22 @@ class Pedestrian:
         self._wanted = self._velocity = np.zeros(2)
         self._path: PathWalk | None = None
         self._stays_until = 0.0
+        self.sitting = False
+        self.facing: float | None = None
         self._progress, self._progress_at = 0, 0.0
         # Pedestrians decide at different moments.
         self._decides_at = float(rng.uniform(0.0, DECISION_PERIOD))
+
+    @property
+    def present(self) -> bool:
+        """Whether the person is on the map."""
+        return True
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        """Velocity at which the person walks [m/s]."""
+        x, y = self._velocity.tolist()
+        return x, y
 
     def walk(self, now: float, others: NDArray[np.float64], dt: float) -> None:
         """Set the velocity for the next step.
@@ -135,7 +158,7 @@ class Pedestrian:
         x, y = self.body.position
         to_x, to_y = self._path.ahead(x, y, AHEAD)
         if self._path.ended:
-            self._path, self._stays_until = None, now + float(self._rng.uniform(0.0, self.model.longest_stay))
+            self._arrive(now)
             return np.zeros(2)
         if math.hypot(to_x - x, to_y - y) > MAX_DEVIATION or self._is_stuck(now, self._path):
             self._path = None
@@ -152,6 +175,9 @@ class Pedestrian:
         if path.reached > self._progress:
             self._progress, self._progress_at = path.reached, now
         return now - self._progress_at > self.model.patience
+
+    def _arrive(self, now: float) -> None:
+        self._path, self._stays_until = None, now + float(self._rng.uniform(0.0, self.model.longest_stay))
 
     def _choose(self) -> PathWalk:
         here = Pose2D(*self.body.position)
@@ -173,5 +199,4 @@ class Pedestrian:
         return self._paths.allows(x + AHEAD * cosine, y + AHEAD * sine)
 
     def _set_velocity(self, body: pymunk.Body, _gravity: tuple[float, float], _damping: float, _dt: float) -> None:
-        x, y = self._velocity.tolist()
-        body.velocity = x, y
+        body.velocity = self.velocity

@@ -1,4 +1,4 @@
-"""Simulated robot: body, base controller, odometry and laser. It publishes only the output of its sensors."""
+"""Simulated robot: body, base controller, odometry, laser and depth camera. It publishes only sensor output."""
 
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -7,12 +7,14 @@ import numpy as np
 import pymunk
 from numpy.typing import NDArray
 
+from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages.geometry_msgs import Twist
 from ppaas.messages.nav_msgs import Odometry
-from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.sensor_msgs import CameraInfo, Image, LaserScan
 from robots.onboard.base_controller import BaseController, BaseLimits
+from robots.sim.depth.camera import DepthCamera, DepthCameraModel, DepthImage, Scene
 from robots.sim.laser import Discs, Laser, LaserModel
 from robots.sim.odometry import OdometryNoise, WheelOdometry
 from robots.sim.turtlebot import Turtlebot, TurtlebotModel
@@ -20,11 +22,12 @@ from robots.sim.turtlebot import Turtlebot, TurtlebotModel
 
 @dataclass(frozen=True, slots=True)
 class SimulatedRobotModel:
-    """Models of a robot's parts, its frames, and the time-out of its commands [s]."""
+    """Models of a robot's parts, its frames, and the time-out of its commands [s]. It has no camera by default."""
 
     base: TurtlebotModel = field(default_factory=TurtlebotModel)
     laser: LaserModel = field(default_factory=LaserModel)
     odometry: OdometryNoise = field(default_factory=OdometryNoise)
+    camera: DepthCameraModel | None = None
     odom_frame: str = "odom"
     base_frame: str = "base_link"
     command_timeout: float = 0.5
@@ -45,7 +48,11 @@ class RobotSurroundings(Protocol):
         ...
 
     def others(self, robot: "SimulatedRobot") -> tuple[Discs, ...]:
-        """Return the other robots and the people, as discs."""
+        """Return the other robots, the people and the furniture at the height of lasers, as discs."""
+        ...
+
+    def scene(self, robot: "SimulatedRobot") -> Scene:
+        """Return the other robots, the people and the furniture, as depth cameras see them."""
         ...
 
 
@@ -74,7 +81,7 @@ class SimulatedRobot:
         model: SimulatedRobotModel,
         rng: np.random.Generator,
     ) -> None:
-        body_rng, laser_rng, odometry_rng = rng.spawn(3)
+        body_rng, laser_rng, odometry_rng, camera_rng = rng.spawn(4)
         limits = BaseLimits(model.base.max_linear, model.base.max_angular, model.command_timeout)
         self.model = model
         self.base = Turtlebot(space, pose, model.base, body_rng)
@@ -82,6 +89,9 @@ class SimulatedRobot:
         self._controller = BaseController(limits, world.time)
         self._laser = Laser(world.occupied, world.grid.info, model.laser, laser_rng)
         self._odometry = WheelOdometry(model.odometry, odometry_rng)
+        self._camera: DepthCamera | None = None
+        if model.camera is not None:
+            self._camera = DepthCamera(world.occupied, world.grid.info, model.camera, camera_rng)
 
     def command(self, twist: Twist) -> None:
         """Execute a ``cmd_vel``.
@@ -101,6 +111,31 @@ class SimulatedRobot:
         """Return the current scan; the laser is in the centre of the base."""
         ranges = self._laser.measure(self.base.pose, *self._world.others(self))
         return self._laser.scan(ranges, self._world.stamp(), self.model.base_frame)
+
+    @property
+    def camera(self) -> DepthCamera:
+        """The depth camera.
+
+        Raises
+        ------
+        InvalidInput
+            The robot has none.
+        """
+        if self._camera is None:
+            raise InvalidInput("the robot has no depth camera: give its model a 'camera'")
+        return self._camera
+
+    def depths(self) -> DepthImage:
+        """Return the current depths, (height, width) uint16 [mm]; 0 without a reading."""
+        return self.camera.measure(self.base.pose, self._world.scene(self))
+
+    def depth_image(self) -> Image:
+        """Return the current depth image, 16UC1."""
+        return self.camera.image(self.depths(), self._world.stamp())
+
+    def camera_info(self) -> CameraInfo:
+        """Return the parameters of the depth camera."""
+        return self.camera.info(self._world.stamp())
 
     def before_step(self) -> None:
         """Pass the current command to the wheels."""

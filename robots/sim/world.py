@@ -1,4 +1,4 @@
-"""Simulated world: walls of a map, robots and pedestrians, in fixed time steps."""
+"""Simulated world: walls of a map, robots, pedestrians and furniture, in fixed time steps."""
 
 import numpy as np
 import pymunk
@@ -7,12 +7,20 @@ from numpy.typing import NDArray
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridMap
+from robots.sim.actors import Actor, Script
+from robots.sim.bodies.figure import Figure
+from robots.sim.bodies.furniture import Furniture
 from robots.sim.contacts import ContactCounter
+from robots.sim.depth.camera import Scene
+from robots.sim.depth.shapes import Shapes, capsule, joined, shapes_of
 from robots.sim.laser import Discs
-from robots.sim.pedestrian import Pedestrian, PedestrianModel
+from robots.sim.pedestrian import PEOPLE, Pedestrian, PedestrianModel
 from robots.sim.robot import SimulatedRobot, SimulatedRobotModel
 from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.wall_rectangles import merge_rectangles
+
+TURTLEBOT_HEIGHT = 0.42
+"""Height of a Turtlebot [m]."""
 
 
 class World:
@@ -28,18 +36,26 @@ class World:
         Length of a step [s].
     epoch : float
         Stamp of the start [seconds since the epoch].
+    bodies : bool
+        Whether people have bodies: lasers see their two legs, and depth cameras the whole. Without, lasers see discs.
     """
 
-    def __init__(self, grid: GridMap, seed: int = 0, dt: float = 0.02, epoch: float = 0.0) -> None:
+    def __init__(
+        self, grid: GridMap, seed: int = 0, dt: float = 0.02, epoch: float = 0.0, bodies: bool = False
+    ) -> None:
         self.grid = grid
         self.dt = dt
         self.steps = 0
         self.epoch = epoch
         self.robots: list[SimulatedRobot] = []
         self.pedestrians: list[Pedestrian] = []
+        self.furniture: list[Furniture] = []
+        self.figures: list[Figure] = []
         self.pedestrian_model = PedestrianModel()
         self.occupied: NDArray[np.bool_] = grid.data >= OCCUPIED_THRESHOLD
         self._seed = seed
+        self._bodies = bodies
+        self._drawn: tuple[int, Shapes] | None = None
         self._space = pymunk.Space()
         self._space.collision_slop = 0.001
         self.contacts = ContactCounter(self.time)
@@ -93,14 +109,67 @@ class World:
         """
         rng = np.random.default_rng((self._seed, len(self.pedestrians), 1))
         pedestrian = Pedestrian(self._space, paths, pose, self.pedestrian_model, rng)
+        self._welcome(pedestrian, pose)
+        return pedestrian
+
+    def add_actor(self, paths: ShortestPaths, pose: Pose2D, script: Script) -> Actor:
+        """Add a person who follows a script.
+
+        Parameters
+        ----------
+        paths : ShortestPaths
+            Paths that the person walks.
+        pose : Pose2D
+            Pose at the start.
+        script : iterator of Activity
+        """
+        rng = np.random.default_rng((self._seed, len(self.pedestrians), 1))
+        actor = Actor(self._space, paths, pose, self.pedestrian_model, rng, script=script)
+        self._welcome(actor, pose)
+        return actor
+
+    def _welcome(self, pedestrian: Pedestrian, pose: Pose2D) -> None:
+        if self._bodies:
+            figure = Figure(np.random.default_rng((self._seed, len(self.pedestrians), 2)))
+            figure.face(pose.theta)
+            self.figures.append(figure)
         self.contacts.add_person(pedestrian.body)
         self.pedestrians.append(pedestrian)
-        return pedestrian
+
+    def add_furniture(self, piece: Furniture) -> None:
+        """Add a piece of furniture; robots that touch its legs touch a wall. It belongs before the first people."""
+        body = self._space.static_body
+        for x, y, radius in piece.discs:
+            shape = pymunk.Circle(body, radius, (x, y))
+            shape.friction = 0.4
+            # People walk around furniture by their paths, and sit down on it.
+            shape.filter = pymunk.ShapeFilter(mask=pymunk.ShapeFilter.ALL_MASKS() ^ PEOPLE)
+            self._space.add(shape)
+        self.furniture.append(piece)
 
     def others(self, robot: SimulatedRobot) -> tuple[Discs, ...]:
         """Return the true positions of the other robots and of the people, as discs."""
         robots = [tuple(other.base.body.position) for other in self.robots if other is not robot]
-        return (_positions(robots), robot.model.base.radius), (self.people(), self.pedestrian_model.radius)
+        return (_positions(robots), robot.model.base.radius), *self._people_discs(), *self._furniture_discs()
+
+    def _people_discs(self) -> list[Discs]:
+        if not self._bodies:
+            return [(self.people(), self.pedestrian_model.radius)]
+        legs = [figure.legs(x, y) for figure, (x, y) in zip(self.figures, self.people().tolist(), strict=True)]
+        return [(pair[:, :2], float(pair[0, 2])) for pair in legs]
+
+    def _furniture_discs(self) -> list[Discs]:
+        discs = np.array([disc for piece in self.furniture for disc in piece.discs]).reshape(-1, 3)
+        return [(discs[discs[:, 2] == radius, :2], radius) for radius in np.unique(discs[:, 2]).tolist()]
+
+    def scene(self, robot: SimulatedRobot) -> Scene:
+        """Return what the depth camera of a robot sees beside the walls."""
+        if self._drawn is None or self._drawn[0] != self.steps:
+            bodies = [figure.shapes(x, y) for figure, (x, y) in zip(self.figures, self.people().tolist(), strict=True)]
+            self._drawn = self.steps, joined([*bodies, *(piece.shapes for piece in self.furniture)])
+        robots = [other for other in self.robots if other is not robot]
+        shapes = joined([self._drawn[1], shapes_of([_turtlebot(other) for other in robots])])
+        return Scene(shapes, tuple(piece.mirror for piece in self.furniture if piece.mirror is not None))
 
     def people(self) -> NDArray[np.float64]:
         """Return the true positions of the people, (n, 2) x, y [m]."""
@@ -126,7 +195,16 @@ class World:
         around = np.array(robots + people)
         for pedestrian in self.pedestrians:
             pedestrian.walk(self.time(), around, self.dt)
+        for pedestrian, figure in zip(self.pedestrians, self.figures, strict=False):
+            figure.sitting, figure.facing = pedestrian.sitting, pedestrian.facing
+            figure.move(pedestrian.velocity, self.dt)
 
 
 def _positions(found: list[tuple[float, ...]]) -> NDArray[np.float64]:
     return np.array(found, dtype=np.float64).reshape(-1, 2)
+
+
+def _turtlebot(robot: SimulatedRobot) -> tuple[float, ...]:
+    """Return a robot as a shape: a column up to its upper plate."""
+    (x, y), radius = robot.base.body.position, robot.model.base.radius
+    return capsule((x, y, 0.0), (x, y, TURTLEBOT_HEIGHT - radius), radius)

@@ -1,9 +1,11 @@
 """Driver of a simulated robot over a real socket."""
 
 import asyncio
+import base64
 import math
 from collections.abc import AsyncIterator
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,9 +16,11 @@ from ppaas.geometry import Pose2D
 from ppaas.messages import decode
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.perception.compressed_depth import decompress
 from robots.client.robot_client import RobotClient
+from robots.sim.depth.camera import DepthCameraModel
 from robots.sim.driver import Driver, Schedule, SensorRates
-from robots.sim.robot import SimulatedRobot
+from robots.sim.robot import SimulatedRobot, SimulatedRobotModel
 from robots.sim.world import World
 from tests.support.endpoints.rosbridge_server import RosbridgeServer, rosbridge_server
 from tests.support.waiting import until
@@ -78,6 +82,33 @@ async def test_the_driver_ends_with_the_reason_of_the_close(server: RosbridgeSer
         await server.connections[-1].close(1011, "conflict: another one took over")
         with pytest.raises(Conflict, match="another one took over"):
             await asyncio.wait_for(driving, 10)
+
+
+@pytest.mark.parametrize("compressed", [True, False])
+async def test_a_robot_with_a_camera_publishes_its_mount_and_depth_images(
+    server: RosbridgeServer, compressed: bool
+) -> None:
+    eye = DepthCameraModel(width=32, height=24)
+    robot = World(room(4.0, 4.0), epoch=1000.0).add_robot(START, SimulatedRobotModel(camera=eye))
+    topic = "camera/depth/image_raw" + "/compressedDepth" * compressed
+    async with RobotClient(server.url, robot="tb1", token="t") as client:
+        rates = SensorRates(depth=50.0)
+        driving = asyncio.create_task(Driver(robot, client, rates, compressed=compressed).run())
+        await until(lambda: sum(frame["topic"] == topic for frame in server.of("publish")) >= 3)
+        driving.cancel()
+    frames = {frame["topic"]: frame["msg"] for frame in server.of("publish")}
+    assert set(frames) == {"odom", "scan", "tf_static", "camera/depth/camera_info", topic}
+    assert [each["child_frame_id"] for each in frames["tf_static"]["transforms"]] == [
+        "camera_depth_frame",
+        "camera_depth_optical_frame",
+    ]
+    if compressed:
+        image = decompress(frames[topic]["format"], base64.b64decode(frames[topic]["data"]))
+    else:
+        image = np.frombuffer(base64.b64decode(frames[topic]["data"]), "<u2").reshape(24, 32)
+    assert image.shape == (24, 32)
+    assert image.any()
+    assert frames["camera/depth/camera_info"]["width"] == 32
 
 
 @given(st.floats(0.5, 200.0), st.lists(st.floats(0.0, 1.0), min_size=1, max_size=40))

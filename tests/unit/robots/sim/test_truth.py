@@ -6,7 +6,7 @@ from tests.support.sources import sources
 
 READERS_OF_THE_TRUTH = {
     "robots/sim/turtlebot.py", "robots/sim/robot.py", "robots/sim/world.py", "robots/sim/contacts.py",
-    "robots/sim/pedestrian.py", "robots/demo/scorer.py",
+    "robots/sim/pedestrian.py", "robots/sim/actors.py", "robots/demo/scorer.py",
     "benchmarks/localization/scene.py",  # scores localization, and drives by the true pose
     "benchmarks/localization/crowd.py",  # places people around the true position of the robot
     # score goals, and draw how they went

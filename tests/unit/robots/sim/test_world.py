@@ -12,7 +12,10 @@ from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.maps.grid import UNKNOWN, GridInfo, GridMap
 from ppaas.messages.geometry_msgs import Twist, Vector3
 from robots.demo.scorer import Scorer
+from robots.sim.bodies.furniture import column
+from robots.sim.depth.camera import DepthCameraModel
 from robots.sim.robot import SimulatedRobot, SimulatedRobotModel
+from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.turtlebot import TurtlebotModel
 from robots.sim.world import World
 from tests.support.world.rooms import room
@@ -176,3 +179,34 @@ def test_stamps_start_at_the_epoch_and_advance_with_the_steps() -> None:
     drive(world, 1.0, {})
     assert robot.odometry().header.stamp.seconds() == pytest.approx(1001.0)
     assert robot.scan().header.stamp == robot.odometry().header.stamp
+
+
+def test_lasers_and_cameras_see_the_bodies_of_people_and_furniture() -> None:
+    world = World(room(8.0, 6.0), bodies=True)
+    world.add_furniture(column(Pose2D(5.0, 4.5), 0.2))
+    robot = world.add_robot(Pose2D(3.0, 3.0), SimulatedRobotModel(camera=DepthCameraModel(width=64, height=48)))
+    empty = robot.depths()
+    person = world.add_actor(ShortestPaths(world.grid, 0.35, np.random.default_rng(1)), Pose2D(5.0, 3.0), iter([]))
+    world.step()
+    ranges = np.array([value or math.inf for value in robot.scan().ranges])
+    near = ranges[(ranges > 1.85) & (ranges < 2.1)]
+    # Two legs of 5 cm radius cover six beams or more, but not as many as a disc of 25 cm.
+    assert 4 <= len(near) <= 10
+    assert person.body.position == pytest.approx((5.0, 3.0))
+    seen = robot.depths()
+    nearer = (seen > 1700) & (seen < 2100) & (seen != empty)
+    assert nearer[:, 28:36].any(axis=1).sum() > 25
+    assert not nearer[:, :20].any()
+
+
+def test_cameras_see_other_robots() -> None:
+    world = World(room(8.0, 6.0))
+    robot = world.add_robot(Pose2D(2.0, 3.0), SimulatedRobotModel(camera=DepthCameraModel(width=64, height=48)))
+    alone = robot.depths()
+    world.add_robot(Pose2D(5.0, 3.0))
+    assert (np.abs(robot.depths().astype(int) - alone)[26:, 28:36] > 300).any()
+
+
+def test_a_robot_without_a_camera_says_so() -> None:
+    with pytest.raises(InvalidInput, match="no depth camera"):
+        World(room(4.0, 4.0)).add_robot(Pose2D(2.0, 2.0)).depths()

@@ -1,0 +1,1 @@
+"""Simulated depth camera, and the shapes that it sees."""

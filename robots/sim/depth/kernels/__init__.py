@@ -1,0 +1,1 @@
+"""Kernels of the simulated depth camera, compiled by numba."""
