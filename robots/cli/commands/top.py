@@ -25,7 +25,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.add_argument("--once", action="store_true", help="show them once and exit")
     parser.add_argument(
-        "--interval", type=_seconds, default=1.0, metavar="SECONDS", help="time between updates (%(default)s)"
+        "--interval", type=seconds, default=1.0, metavar="SECONDS", help="time between updates (%(default)s)"
     )
     parser.add_argument("--sort", choices=SORT_KEYS, default="cpu", help="sort key (%(default)s)")
     add_session_arguments(parser)
@@ -75,8 +75,9 @@ async def read_state(client: "RestClient") -> dict[str, Any]:
     return {"time": epoch(), "machines": machines, "containers": await client.items(path_of("containers"))}
 
 
-def _seconds(text: str) -> float:
-    seconds = float(text)
-    if not 0.1 <= seconds <= 3600.0:
+def seconds(text: str) -> float:
+    """Return the interval of a live view [s], for ``argparse``; ``ArgumentTypeError`` if it is out of range."""
+    interval = float(text)
+    if not 0.1 <= interval <= 3600.0:
         raise argparse.ArgumentTypeError(f"must be from 0.1 to 3600 seconds, not {text}")
-    return seconds
+    return interval
