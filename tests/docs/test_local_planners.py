@@ -11,7 +11,6 @@ from benchmarks.navigation.barn.jackal import NOISE
 from benchmarks.navigation.barn.suite import summary
 from benchmarks.navigation.goals import run
 from benchmarks.navigation.goals.clone import PLANNING
-from benchmarks.navigation.goals.contact_referee import MOVES
 from ppaas.clone.robot_body import VoxelLayerParameters, robot_heights
 from ppaas.controllers.kernels.mppi import CLOSING
 from ppaas.controllers.mppi.parameters import MppiParameters
@@ -32,6 +31,7 @@ from ppaas.perception.unmapped_objects import LARGEST, WALL_MARGIN
 from ppaas.plugins import parameters_in_use
 from ppaas.robot_model.known_models import robot_model
 from robots.cli.main import main
+from robots.demo.contact_referee import MOVES
 from robots.sim.pedestrian import PedestrianModel
 from tests.support.documents import blocks
 from tests.support.sources import ROOT

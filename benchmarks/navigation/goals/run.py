@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from benchmarks.navigation.goals.clone import MODEL, InProcessClone
-from benchmarks.navigation.goals.contact_referee import Referee
 from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.robot_model.known_models import robot_model
+from robots.demo.contact_referee import Referee
 from robots.sim.courses import GoalRules
 from robots.sim.driver import Schedule, SensorRates
 from robots.sim.robot import SimulatedRobot

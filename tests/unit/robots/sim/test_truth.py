@@ -10,7 +10,7 @@ READERS_OF_THE_TRUTH = {
     "benchmarks/localization/scene.py",  # scores localization, and drives by the true pose
     "benchmarks/localization/crowd.py",  # places people around the true position of the robot
     # score goals, and draw how they went
-    "benchmarks/navigation/goals/contact_referee.py", "benchmarks/navigation/goals/run.py",
+    "robots/demo/contact_referee.py", "benchmarks/navigation/goals/run.py",
     "benchmarks/navigation/goals/picture.py",
 }  # fmt: skip
 

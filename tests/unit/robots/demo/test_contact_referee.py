@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from benchmarks.navigation.goals.contact_referee import Referee, Touches
 from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Twist, Vector3
+from robots.demo.contact_referee import Referee, Touches
 from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.world import World
 from tests.support.world.rooms import room
