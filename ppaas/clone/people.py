@@ -32,7 +32,9 @@ def people_makers(given: NodeParameters, names: FrameNames, layers: MapLayers | 
     InvalidParameter
         A parameter is unknown or invalid.
     """
-    return _leg_detector(given, names, layers)
+    detects = given.has(TORSO_DETECTOR, LEG_DETECTOR)
+    tracker = _people_tracker(given, names, robot) if detects or given.has(PEOPLE_TRACKER) else {}
+    return _leg_detector(given, names, layers) | tracker
 
 
 def _leg_detector(given: NodeParameters, names: FrameNames, layers: MapLayers | None) -> Makers:
@@ -44,3 +46,11 @@ def _leg_detector(given: NodeParameters, names: FrameNames, layers: MapLayers | 
 
     parameters = given.read(LegDetectorParameters, LEG_DETECTOR)
     return {LEG_DETECTOR: lambda context: LegDetectorNode(context, parameters, layers, names)}
+
+
+def _people_tracker(given: NodeParameters, names: FrameNames, robot: str) -> Makers:
+    from ppaas.nodes.people_tracker.node import PeopleTrackerNode  # noqa: PLC0415
+    from ppaas.nodes.people_tracker.parameters import PeopleTrackerParameters  # noqa: PLC0415
+
+    parameters = given.read(PeopleTrackerParameters, PEOPLE_TRACKER)
+    return {PEOPLE_TRACKER: lambda context: PeopleTrackerNode(context, parameters, robot, names)}

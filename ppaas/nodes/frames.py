@@ -1,5 +1,6 @@
 """Frames of a robot: their names, and a listener of ``tf`` and ``tf_static`` that knows where they are."""
 
+import re
 from dataclasses import dataclass
 
 from ppaas.errors import TransformError
@@ -16,6 +17,11 @@ MAP = "map"
 ODOM = "odom"
 BASE_LINK = "base_link"
 BASE_FOOTPRINT = "base_footprint"
+
+
+PERSON = re.compile(r"([^/]+)/((?:torso|person|user)?_?[0-9]+)")
+"""Frame of a person whom a robot sees: ``{Robot ID}/{Torso ID}``, where a Torso ID is a number, also as ``torso_1``,
+``person_1`` or ``user_1``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +129,8 @@ class FrameListener:
 
     def _add(self, transform: TransformStamped, *, static: bool, now: float, stamp: float) -> None:
         child = transform.child_frame_id.lstrip("/")
+        if "/" in child and PERSON.fullmatch(child):
+            return  # people come and go, and nothing of the robot is mounted on them
         try:
             level = is_level(transform.transform.rotation)
         except TransformError as error:

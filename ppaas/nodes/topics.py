@@ -61,6 +61,7 @@ LEG_VIEW = Topic("leg_detector/view", SensorView, latched=True, depth=1)
 TORSO_VIEW = Topic("torso_detector/view", SensorView, latched=True, depth=1)
 PEOPLE_MEASUREMENTS = Topic("people_tracker_measurements", PositionMeasurementArray, stream=True)
 PEOPLE_REPORT = Topic("people_tracker/report", PeopleReport, stream=True)
+PEOPLE_TRACKER_STATUS = Topic("people_tracker/status", String, latched=True, stream=True, depth=1, robot_only=True)
 PEOPLE_STATE = Topic("people_coordinator/state", PeopleState, stream=True, depth=1)
 FOLLOW_STATUS = Topic("follow_person/status", FollowStatus, latched=True, stream=True, depth=1)
 

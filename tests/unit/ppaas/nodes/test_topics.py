@@ -10,12 +10,13 @@ from ppaas.nodes.topics import CLIENT_TOPIC, TOPICS, policy_of
 from tests.support.world.planar_world import walled_map
 
 CAMERAS = {DEPTH_CAMERA: {}, "octomap_server": {}}
+PEOPLE = {"leg_detector": {}}
 
 
 def test_table_has_exactly_the_topics_of_a_clone() -> None:
     graph = Graph()
     layers = build_layers(walled_map(4, 3, []))
-    build_clone(graph, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), parameters=CAMERAS)
+    build_clone(graph, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), parameters=CAMERAS | PEOPLE)
     exploring = (*ExploreNode.publishes, *ExploreNode.subscribes)
     others = {topic.name: topic for topic in (*NodeMonitorNode.publishes, *GridSlamNode.publishes, *exploring)}
     assert graph.topics | others == TOPICS
