@@ -1,0 +1,149 @@
+"""Agreement of robots: offsets from people whom several of them see, and evidence for and against each robot."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.people.coordinator.offsets import jacobian_of
+from ppaas.people.coordinator.people_table import PeopleTable
+from ppaas.people.coordinator.robots import Robot, prior_of
+from ppaas.people.coordinator.sightings import Sightings
+from ppaas.people.tracks.filter_bank import inverse_2x2
+
+Array = NDArray[np.float64]
+
+OFFSETS_A_CYCLE = 10
+"""Robots that a cycle compares with the others; the next cycle takes the next ones."""
+CONFIRMS = 1.0
+"""Distance to a person whom others see within which they confirm a torso of a robot that is not trusted [m]."""
+
+
+def update_offsets(sightings: Sightings, seconds: float, turn: int) -> None:
+    """Update the offsets of robots by the people whom other robots saw in the same cycle.
+
+    Parameters
+    ----------
+    sightings : Sightings
+    seconds : float
+        Time since the last cycle [s].
+    turn : int
+        Number of the cycle, which decides whose turn it is.
+    """
+    for robot in sightings.robots:
+        robot.offset.predict(seconds, prior_of(robot.report))
+    shared = _shared(sightings)
+    owners = sorted(set(sightings.owners[shared].tolist()))
+    first = turn * OFFSETS_A_CYCLE % len(owners) if len(owners) > OFFSETS_A_CYCLE else 0
+    for owner in (owners[first:] + owners[:first])[:OFFSETS_A_CYCLE]:
+        _compare(sightings, shared & (sightings.owners == owner), sightings.robots[owner])
+
+
+def _shared(sightings: Sightings) -> NDArray[np.bool_]:
+    """Return which torsos are of people whom another robot saw as well."""
+    if not len(sightings.people):
+        return np.zeros(0, np.bool_)
+    shared: NDArray[np.bool_] = np.bincount(sightings.people)[sightings.people] > 1
+    return shared
+
+
+def _compare(sightings: Sightings, mine: NDArray[np.bool_], robot: Robot) -> None:
+    """Update the offset of one robot by its torsos ``mine``."""
+    positions, covariances = sightings.positions[mine], sightings.covariances[mine]
+    others, spread = _means_of_others(sightings, mine)
+    levers = positions - (robot.report.pose.x, robot.report.pose.y)
+    residuals = positions - others + jacobian_of(levers) @ robot.offset.mean
+    robot.offset.observe(levers, residuals, covariances + spread)
+
+
+def _means_of_others(sightings: Sightings, mine: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Return where other robots saw the people of the torsos ``mine``, and the covariances."""
+    people = sightings.people[mine]
+    other = ~mine & np.isin(sightings.people, people)
+    order = np.argsort(people)
+    which = order[np.searchsorted(people[order], sightings.people[other])]
+    inverse, _ = inverse_2x2(sightings.covariances[other])
+    information, vectors = np.zeros((len(people), 2, 2)), np.zeros((len(people), 2))
+    np.add.at(information, which, inverse)
+    np.add.at(vectors, which, (inverse @ sightings.positions[other][..., np.newaxis])[..., 0])
+    spread, _ = inverse_2x2(information)
+    return (spread @ vectors[..., np.newaxis])[..., 0], spread
+
+
+def settle(robots: Mapping[str, Robot], one: Sequence[str], other: Sequence[str], difference: Array) -> None:
+    """Correct the offsets of robots that see one person at two positions; fewer robots are the likelier to be wrong.
+
+    Parameters
+    ----------
+    robots : mapping of str to Robot
+    one, other : sequence of str
+        Robot IDs that see the person at the one and the other position.
+    difference : (2,) array
+        The other position minus the one [m].
+    """
+    _shift([robots[name] for name in other if name in robots], difference, len(one) / (len(one) + len(other)))
+    _shift([robots[name] for name in one if name in robots], -difference, len(other) / (len(one) + len(other)))
+
+
+def _shift(robots: Sequence[Robot], difference: Array, share: float) -> None:
+    for robot in robots:
+        robot.offset.mean[:2] += share * difference
+        robot.offset.doubt(0.5 * share * float(np.hypot(*difference)))
+
+
+def compare_reports(
+    table: PeopleTable, robots: Mapping[str, Robot], denied_by: Mapping[int, Sequence[str]], seconds: float
+) -> None:
+    """Add evidence for and against each robot, from the people in its last report.
+
+    Parameters
+    ----------
+    table : PeopleTable
+    robots : mapping of str to Robot
+        The robots that report.
+    denied_by : mapping of int to sequence of str
+        The robots that should see a person and do not, by the row of the person.
+    seconds : float
+        Time that this evidence counts for [s].
+    """
+    counts: dict[str, list[int]] = {name: [0, 0] for name in robots}
+    witnesses: dict[str, set[str]] = {name: set() for name in robots}
+    for row, person in enumerate(table.rows):
+        deny = denied_by.get(row, ())
+        alone = len(person.seen_by) == 1
+        for name in person.seen_by:
+            if not alone:
+                counts[name][0] += 1
+            elif deny:
+                counts[name][1] += 1
+                witnesses[name] |= set(deny)
+        change = len(deny) - 1 if alone and len(deny) > 1 else -1
+        person.doubt = min(max(person.doubt + seconds * change, 0.0), 4.0)
+    for name, robot in robots.items():
+        if robot.trust.trusted:
+            confirmed, denied = counts[name]
+            robot.trust.compare(seconds, confirmed=confirmed, denied=denied, witnesses=sorted(witnesses[name]))
+
+
+def compare_distrusted(table: PeopleTable, robot: Robot, deny: Mapping[int, Sequence[str]], seconds: float) -> None:
+    """Add evidence for and against a robot that is not trusted, by the distances to the people whom others see.
+
+    Parameters
+    ----------
+    table : PeopleTable
+    robot : Robot
+    deny : mapping of int to sequence of str
+        The robots that should see each of its torsos, by number.
+    seconds : float
+        Time that this evidence counts for [s].
+    """
+    seen = [row for row, person in enumerate(table.rows) if person.seen_by]
+    confirmed, denied, witnesses = 0, 0, set[str]()
+    for number, torso in enumerate(robot.torsos()):
+        off = table.positions[seen] - torso
+        if len(off) and np.hypot(off[:, 0], off[:, 1]).min() < CONFIRMS:
+            confirmed += 1
+        elif deny.get(number):
+            denied += 1
+            witnesses |= set(deny[number])
+    robot.trust.compare(seconds, confirmed=confirmed, denied=denied, witnesses=sorted(witnesses))

@@ -1,0 +1,327 @@
+"""Coordinator: reports of robots in, identities, a count and orders to follow out.
+
+A cycle has the five steps of the paper's case study: the maximum position deviation of each robot (`deviation`), all
+torsos in the world frame (`world_frame`), identical persons recognized and counted (`identities`), the Follow Action
+Controller (`follow_action`) and the rule for switching robots (`switch_rule`).
+"""
+
+import math
+from collections.abc import Collection, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.costmap.costmap import Costmap
+from ppaas.errors import InvalidInput
+from ppaas.geometry import Pose2D
+from ppaas.messages.people_coordination import PeopleReport, PeopleState, ZoneCount
+from ppaas.people.coordinator import agreement, conversations
+from ppaas.people.coordinator.cost_fields import PathCosts
+from ppaas.people.coordinator.duplicates import Duplicates
+from ppaas.people.coordinator.follow_controller import FollowController, Scene
+from ppaas.people.coordinator.parameters import CoordinatorParameters
+from ppaas.people.coordinator.people_table import MOST_PEOPLE, PeopleTable
+from ppaas.people.coordinator.presence import forgotten, update_presence
+from ppaas.people.coordinator.reports import read_report
+from ppaas.people.coordinator.robots import MOST_ROBOTS, Robot, Robots
+from ppaas.people.coordinator.saved_state import load_state, save_state
+from ppaas.people.coordinator.sightings import observe
+from ppaas.people.coordinator.state_message import state_of
+from ppaas.people.coordinator.visibility import View, Walls, view_of, visible_pairs
+from ppaas.people.coordinator.zone_counts import ZoneCounts
+from ppaas.people.rules.base import Candidate
+from ppaas.people.rules.registry import create
+from ppaas.people.settings import PeopleSettings
+
+Array = NDArray[np.float64]
+
+LONGEST_STEP = 5.0
+"""Limit of the time that people are predicted at once [s]."""
+WITNESSES_A_CYCLE = 10
+"""Robots whose views a cycle compares with the people whom others see; the next cycle takes the next ones."""
+BEHIND = 1.0
+"""Distance behind a wall from which a robot cannot see a person, apart from its deviation [m]."""
+LATE = 5.0
+"""Timeouts of reports after which a robot loses its orders."""
+FIRST_COSTS = 2.0
+"""Time that orders wait for the costs of all people [s]."""
+
+
+class Coordinator:
+    """Coordinates the robots of a group on a map.
+
+    Parameters
+    ----------
+    costmap : Costmap
+        Map with inflated obstacles.
+    settings : PeopleSettings, optional
+    parameters : CoordinatorParameters, optional
+
+    Attributes
+    ----------
+    at, began : float
+        Times of the last and the first cycle [s since the epoch]; −∞ before.
+
+    Raises
+    ------
+    NotFound
+        The rule of the settings is not installed.
+    """
+
+    def __init__(
+        self,
+        costmap: Costmap,
+        settings: PeopleSettings | None = None,
+        parameters: CoordinatorParameters | None = None,
+    ) -> None:
+        self.parameters = CoordinatorParameters() if parameters is None else parameters
+        self.settings = PeopleSettings() if settings is None else settings
+        self._rule = create(self.settings.rule)
+        self.table = PeopleTable()
+        self.robots = Robots(self.parameters.deviation_history)
+        self.follow = FollowController(self.parameters)
+        self.zones = ZoneCounts(self.settings)
+        self._duplicates = Duplicates()
+        self._walls = Walls(costmap)
+        self._costs = PathCosts(costmap, self.parameters.cells_per_cycle)
+        self.at = self.began = -math.inf
+        self._turn = 0
+
+    def use_costmap(self, costmap: Costmap) -> None:
+        """Replace the map; identities and orders are kept."""
+        self._walls = Walls(costmap)
+        self._costs.use_costmap(costmap)
+
+    def configure(self, settings: PeopleSettings) -> None:
+        """Replace the settings.
+
+        Raises
+        ------
+        NotFound
+            The rule is not installed; the settings are unchanged.
+        """
+        self._rule = create(settings.rule)
+        self.settings = settings
+        self.zones.configure(settings)
+
+    def report(self, report: PeopleReport, now: float) -> None:
+        """Take a report of a robot, which the next step uses.
+
+        Parameters
+        ----------
+        report : PeopleReport
+        now : float
+            Time of arrival [s since the epoch].
+
+        Raises
+        ------
+        InvalidInput
+            A number is not finite or out of range; nothing has changed.
+        """
+        read = read_report(report)
+        if read.robot not in self.robots.known and len(self.robots.known) >= MOST_ROBOTS:
+            raise InvalidInput(f"a group may have up to {MOST_ROBOTS} robots; {read.robot!r} is one more")
+        self.robots.take(read, now)
+
+    def step(self, now: float) -> PeopleState:
+        """Run a cycle.
+
+        Parameters
+        ----------
+        now : float
+            [s since the epoch]
+
+        Returns
+        -------
+        PeopleState
+            ``seconds`` is 0: a caller with a clock sets it.
+        """
+        seconds = min(max(now - self.at, 0.0), LONGEST_STEP) if math.isfinite(self.at) else 0.0
+        self.began = now if not math.isfinite(self.at) else self.began
+        self.at, self._turn = now, self._turn + 1
+        self.robots.forget(now - self.parameters.robot_timeout)
+        self.table.predict(seconds)
+        reporting = {
+            name: robot for name, robot in self.robots.known.items()
+            if now - robot.arrived <= self.parameters.report_timeout and robot.repeated < 5
+        }  # fmt: skip
+        self._recognize(reporting, seconds, now)
+        views = self._views(reporting)
+        self._update_presence(views, seconds, now)
+        self._merge(reporting, views, now)
+        self._compare(reporting, views, seconds)
+        self.table.drop(forgotten(self.table, now, self.parameters, MOST_PEOPLE))
+        conversations.update_groups(self.table, now, self._free_between)
+        self._count_zones(now)
+        self._follow(reporting, now)
+        return state_of(self, now)
+
+    def counts(self, since: int) -> list[ZoneCount]:
+        """Return the counts of the hours that ended after a time [s since the epoch]; none without history."""
+        return self.zones.since(since)
+
+    def checkpoint(self) -> bytes:
+        """Return the state, with which another coordinator goes on."""
+        return save_state(self)
+
+    def restore(self, saved: bytes) -> None:
+        """Go on from a checkpoint; robots join again by their next reports.
+
+        Raises
+        ------
+        InvalidInput
+            It is not a checkpoint of a coordinator; nothing has changed.
+        """
+        load_state(self, saved)
+
+    def _recognize(self, reporting: Mapping[str, Robot], seconds: float, now: float) -> None:
+        """Steps 1 to 3: torsos in the world frame become people; robots that see the same people are compared."""
+        used = {name: robot for name, robot in reporting.items() if robot.trust.trusted}
+        fresh = [robot for robot in used.values() if robot.fresh]
+        if fresh:
+            agreement.update_offsets(observe(self.table, fresh, now, self.parameters), seconds, self._turn)
+        row_of = self.table.row_of()
+        for person in self.table.rows:
+            person.seen_by.clear()
+        for name in sorted(used):
+            robot = used[name]
+            for torso, frame in zip(robot.report.ids, robot.report.frames, strict=True):
+                row = row_of.get(robot.bound.get(torso, 0))
+                if row is not None:
+                    self.table.rows[row].seen_by[name] = frame
+
+    def _views(self, reporting: Mapping[str, Robot]) -> list[View]:
+        """Return the views of the robots that are trusted, numbered as in the sorted names of ``reporting``."""
+        return [
+            view_of(number, robot.pose, view)
+            for number, robot in enumerate(reporting[name] for name in sorted(reporting))
+            if robot.trust.trusted
+            for view in robot.report.views
+        ]
+
+    def _update_presence(self, views: list[View], seconds: float, now: float) -> None:
+        unseen = [row for row, person in enumerate(self.table.rows) if not person.seen_by]
+        missed_by: dict[int, list[bool]] = {}
+        for _, row in self._visible(views, unseen):
+            missed_by.setdefault(row, []).append(True)
+        update_presence(self.table, missed_by, seconds, now, self.parameters)
+
+    def _visible(self, views: list[View], wanted: list[int]) -> list[tuple[int, int]]:
+        """Return the pairs of robot and row of which the robot should see the person."""
+        if not wanted or not views:
+            return []
+        bodies = self.table.positions[self.table.present]
+        return visible_pairs(
+            views, self._walls, self.table.positions, wanted, bodies, radius=self.parameters.body_radius
+        )
+
+    def _merge(self, reporting: Mapping[str, Robot], views: list[View], now: float) -> None:
+        """Join identities that are one person, and correct the offsets of the robots that disagreed."""
+        numbers = {name: number for number, name in enumerate(sorted(reporting))}
+
+        def should_see(names: Collection[str], row: int) -> bool:
+            theirs = {numbers[name] for name in names if name in numbers}
+            return bool(self._visible([view for view in views if view.robot in theirs], [row]))
+
+        for kept, dropped in self._duplicates.find(self.table, now, should_see):
+            row_of = self.table.row_of()
+            one, other = self.table.rows[row_of[kept]], self.table.rows[row_of[dropped]]
+            difference = self.table.positions[row_of[dropped]] - self.table.positions[row_of[kept]]
+            agreement.settle(reporting, list(one.seen_by), list(other.seen_by), difference)
+            one.seen_by |= other.seen_by
+            one.first_seen = min(one.first_seen, other.first_seen)
+            for robot in self.robots.known.values():
+                robot.bound = {t: kept if person == dropped else person for t, person in robot.bound.items()}
+            self.zones.merge(kept, dropped)
+            self.follow.merge(kept, dropped)
+            self.table.drop({row_of[dropped]})
+
+    def _compare(self, reporting: Mapping[str, Robot], views: list[View], seconds: float) -> None:
+        """Add evidence for and against each robot: by walls, and by what some of the others see."""
+        names = sorted(reporting)
+        for name in names:
+            robot = reporting[name]
+            robot.trust.forget(seconds)
+            walled = self._walled(robot)
+            robot.trust.see(seconds, walled=walled, clear=len(robot.world) - walled)
+        trusted = sorted({view.robot for view in views})
+        rounds = max(1, math.ceil(len(trusted) / WITNESSES_A_CYCLE))
+        turn = set(trusted[self._turn % rounds :: rounds])
+        witnesses = [view for view in views if view.robot in turn]
+        denied_by: dict[int, list[str]] = {}
+        seen = [row for row, person in enumerate(self.table.rows) if person.seen_by]
+        for number, row in self._visible(witnesses, seen):
+            if names[number] not in self.table.rows[row].seen_by:
+                denied_by.setdefault(row, []).append(names[number])
+        agreement.compare_reports(self.table, reporting, denied_by, rounds * seconds)
+        for name in names:
+            if not reporting[name].trust.trusted:
+                deny = self._denied(reporting[name], views, names)
+                agreement.compare_distrusted(self.table, reporting[name], deny, seconds)
+            reporting[name].trust.judge()
+
+    def _walled(self, robot: Robot) -> int:
+        """Return how many people of a robot are in walls, or so far behind walls that it cannot see them."""
+        if not len(robot.world):
+            return 0
+        pose = robot.report.pose
+        origin = Pose2D(pose.x, pose.y)
+        return int((~self._walls.free_between(origin, robot.world, BEHIND + robot.deviation)).sum())
+
+    def _denied(self, robot: Robot, views: list[View], names: list[str]) -> dict[int, list[str]]:
+        """Return the robots that should see each torso of one that is not trusted."""
+        torsos = robot.torsos()
+        bodies = self.table.positions[self.table.present]
+        deny: dict[int, list[str]] = {}
+        pairs = visible_pairs(
+            views, self._walls, torsos, range(len(torsos)), bodies, radius=self.parameters.body_radius
+        )
+        for number, torso in pairs:
+            deny.setdefault(torso, []).append(names[number])
+        return deny
+
+    def _free_between(self, one: Array, other: Array) -> bool:
+        return bool(self._walls.free_between(Pose2D(*one.tolist()), other[np.newaxis], 0.1)[0])
+
+    def _count_zones(self, now: float) -> None:
+        if self.settings.history:
+            rows = [row for row, person in enumerate(self.table.rows) if person.counts]
+            at = self.table.positions[rows].tolist()
+            self.zones.add({self.table.rows[row].id: (x, y) for row, (x, y) in zip(rows, at, strict=True)}, now)
+
+    def _follow(self, reporting: Mapping[str, Robot], now: float) -> None:
+        """Steps 4 and 5: costs, targets by the rule, and orders."""
+        able = {name for name, robot in reporting.items() if robot.report.can_follow and robot.trust.trusted}
+        rows = {person.id: row for row, person in enumerate(self.table.rows) if person.confirmed}
+        seen = {each: set(self.table.rows[row].seen_by) & able for each, row in rows.items()}
+        pairs = {(name, each) for each, names in seen.items() for name in names if self.table.rows[rows[each]].counts}
+        where = {each: (float(x), float(y)) for each, row in rows.items() for x, y in [self.table.positions[row]]}
+        robots = {name: (reporting[name].pose.x, reporting[name].pose.y) for name in able}
+        followed = sorted(self.follow.orders)
+        fresh = self._costs.update(robots, where, pairs, followed)
+        waits = len(self._costs.costs) < len(pairs) and now - self.began < FIRST_COSTS
+        costs = self._costs.by_person()
+        candidates = self._candidates(rows, costs)
+        limit = self.settings.followed_at_once
+        targets = [] if waits else self._rule.choose(candidates, self.settings.targets, limit)[:limit]
+        reasons = {each.person: self._rule.reason(each) for each in candidates if each.person in set(targets)}
+        known = self.robots.known
+        following = {name: robot.report.following for name, robot in known.items()}
+        kept = {name for name, robot in known.items() if self._keeps_orders(robot, now)}
+        self.follow.update(Scene(now, targets, seen, costs, fresh, able, kept, following, reasons))
+
+    def _keeps_orders(self, robot: Robot, now: float) -> bool:
+        """Return whether a robot that has orders may keep them: its reports may be late for a while."""
+        late = now - robot.arrived > LATE * self.parameters.report_timeout
+        return robot.report.can_follow and robot.trust.trusted and not late
+
+    def _candidates(self, rows: Mapping[int, int], costs: Mapping[int, Mapping[str, float]]) -> list[Candidate]:
+        """Return those who can be followed: people who are present, and those who are followed and lost."""
+        candidates = []
+        for each, row in rows.items():
+            person = self.table.rows[row]
+            reached = {name: cost for name, cost in costs.get(each, {}).items() if math.isfinite(cost)}
+            name = self.settings.names.get(str(each), "")
+            followed = each in self.follow.orders
+            candidates.append(Candidate(each, reached, person.first_seen, person.seen_total, followed, name))
+        return candidates

@@ -1,0 +1,41 @@
+"""Step 1: maximum position deviation of each robot."""
+
+import math
+from collections.abc import Iterable, Sequence
+
+CONFIDENCE = math.sqrt(5.991)
+"""Standard deviations that hold 95 % of a Gaussian in the plane (χ² of two degrees of freedom)."""
+UNKNOWN = 0.5
+"""Deviation of a robot whose covariance is all zeros, which is "unknown" in ROS [m]."""
+LEAST = 0.05
+"""Least deviation: the width of a cell of usual maps [m]."""
+
+
+def position_deviation(covariance: Sequence[float]) -> float:
+    """Return the distance within which a robot is at its position with 95 % certainty [m].
+
+    Parameters
+    ----------
+    covariance : sequence of 36 floats
+        Covariance of ``geometry_msgs/PoseWithCovariance``, of AMCL for example.
+    """
+    xx, xy, yy = covariance[0], 0.5 * (covariance[1] + covariance[6]), covariance[7]
+    if xx == yy == 0.0:
+        return UNKNOWN
+    widest = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
+    return max(CONFIDENCE * math.sqrt(max(widest, 0.0)), LEAST)
+
+
+def maximum_position_deviation(history: Iterable[float], disagreement: float = 0.0) -> float:
+    """Return the maximum position deviation of a robot [m].
+
+    The paper: "maximum position deviation of each robot", from the covariance of AMCL and its history.
+
+    Parameters
+    ----------
+    history : iterable of float
+        Its deviations of the last seconds: the certainty that a filter just regained may be a wrong one [m].
+    disagreement : float
+        Distance between where it sees people and where other robots see the same people [m].
+    """
+    return max(max(history, default=UNKNOWN), disagreement)

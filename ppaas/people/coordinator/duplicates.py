@@ -1,0 +1,116 @@
+"""Duplicates: two identities that are one person, whom robots see at two positions since they disagree where they are.
+
+Two robots that see a person each, while neither sees that of the other although nothing hides it, see the same person
+if the difference between both stays the same.
+"""
+
+import math
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ppaas.people.coordinator.people_table import PeopleTable, PersonRecord
+
+FARTHEST = 2.5
+"""Largest distance between two identities that can be one person [m]."""
+SAME = 0.35
+"""Distance within which two people cannot stand [m]."""
+LASTS = 1.0
+"""Time for which the difference must stay the same [s]."""
+STEADY = 0.25
+"""Largest standard deviation of the difference [m]."""
+MOST_PAIRS = 20
+"""Pairs that are examined in a cycle, the nearest first."""
+
+ShouldSee = Callable[[Collection[str], int], bool]
+"""Called with Robot IDs and the row of a person; whether any of these robots should see that person and does not."""
+
+
+@dataclass(slots=True)
+class Agreement:
+    """Difference between two identities over time: its mean, its squared deviations from it, and their number."""
+
+    since: float
+    x: float = 0.0
+    y: float = 0.0
+    squares: float = 0.0
+    count: int = 0
+
+    def add(self, x: float, y: float) -> None:
+        """Add a difference [m]."""
+        self.count += 1
+        off_x, off_y = x - self.x, y - self.y
+        self.x, self.y = self.x + off_x / self.count, self.y + off_y / self.count
+        self.squares += off_x * (x - self.x) + off_y * (y - self.y)
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation [m]."""
+        return math.sqrt(self.squares / max(self.count, 1))
+
+
+class Duplicates:
+    """Watches pairs of identities until they are certainly one person."""
+
+    def __init__(self) -> None:
+        self._pairs: dict[tuple[int, int], Agreement] = {}
+
+    def find(self, table: PeopleTable, now: float, should_see: ShouldSee) -> list[tuple[int, int]]:
+        """Return the pairs of ids that are one person, the older id first.
+
+        Parameters
+        ----------
+        table : PeopleTable
+        now : float
+            [s]
+        should_see : callable
+            See `ShouldSee`.
+        """
+        found, watched = [], {}
+        for a, b in _near(table):
+            one, other = table.rows[a], table.rows[b]
+            off = table.positions[b] - table.positions[a]
+            if math.hypot(*off) > SAME and not (should_see(one.seen_by, b) and should_see(other.seen_by, a)):
+                continue
+            agreement = self._pairs.get((one.id, other.id)) or Agreement(now)
+            agreement.add(float(off[0]), float(off[1]))
+            watched[one.id, other.id] = agreement
+            if now - agreement.since >= LASTS and agreement.count > 4 and agreement.deviation < STEADY:
+                found.append((one.id, other.id))
+        self._pairs = watched
+        return _disjoint(found)
+
+
+def _near(table: PeopleTable) -> Iterator[tuple[int, int]]:
+    """Yield pairs of rows that are near each other and seen by different robots, the nearest first, older id first."""
+    seen = [row for row, person in enumerate(table.rows) if person.seen_by]
+    if len(seen) < 2:
+        return
+    at = table.positions[seen]
+    x, y = at[:, 0, np.newaxis] - at[:, 0], at[:, 1, np.newaxis] - at[:, 1]
+    square = x * x + y * y
+    i, k = np.nonzero(np.triu(square < FARTHEST**2, 1))
+    count = 0
+    for n in np.argsort(square[i, k], kind="stable").tolist():
+        a, b = sorted((seen[i[n]], seen[k[n]]), key=lambda row: table.rows[row].id)
+        if not _share(table.rows[a], table.rows[b]):
+            yield a, b
+            count += 1
+            if count == MOST_PAIRS:
+                return
+
+
+def _share(one: PersonRecord, other: PersonRecord) -> bool:
+    return not one.seen_by.keys().isdisjoint(other.seen_by)
+
+
+def _disjoint(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return pairs without those that contain an id of an earlier pair."""
+    taken: set[int] = set()
+    kept = []
+    for pair in pairs:
+        if taken.isdisjoint(pair):
+            kept.append(pair)
+            taken |= set(pair)
+    return kept

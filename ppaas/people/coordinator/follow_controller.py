@@ -1,0 +1,185 @@
+"""Orders to follow people: who follows whom, since when, and why."""
+
+import math
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from ppaas.people.coordinator.follow_action import cheapest, follow_actions
+from ppaas.people.coordinator.parameters import CoordinatorParameters
+from ppaas.people.coordinator.switch_rule import takes_over
+
+Costs = Mapping[int, Mapping[str, float]]
+
+
+@dataclass(slots=True)
+class Order:
+    """A robot follows a person.
+
+    Parameters
+    ----------
+    person : int
+    robot : str
+    since : float
+        [s]
+    cost : float
+        Cost of the shortest path when it was last known.
+    reason : str
+    saw : float
+        Time at which the robot last saw the person [s].
+    began : bool
+        Whether the robot has reported that it follows the person.
+    """
+
+    person: int
+    robot: str
+    since: float
+    cost: float
+    reason: str
+    saw: float
+    began: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """The robots and people that orders depend on.
+
+    Parameters
+    ----------
+    now : float
+        [s]
+    targets : sequence of int
+        People to follow, the most important first.
+    known : mapping of int to set of str
+        The people who may be followed, and the robots that see each.
+    costs : Costs
+        Costs of paths, of robots that see a person.
+    fresh : set of int
+        People whose costs are of this cycle.
+    able : set of str
+        Robots that can follow, and whose reports are used.
+    kept : set of str
+        Robots that keep their orders.
+    following : mapping of str to int
+        Whom each robot follows by its own report; 0 for nobody.
+    reasons : mapping of int to str
+        Why each target was chosen.
+    """
+
+    now: float
+    targets: Sequence[int]
+    known: Mapping[int, set[str]]
+    costs: Costs
+    fresh: set[int]
+    able: set[str]
+    kept: set[str]
+    following: Mapping[str, int]
+    reasons: Mapping[int, str] = field(default_factory=dict)
+
+
+class FollowController:
+    """Follow Action Controller with the switch rule, over time.
+
+    Parameters
+    ----------
+    parameters : CoordinatorParameters
+
+    Attributes
+    ----------
+    orders : dict of int to Order
+        By person.
+    given_up : dict of (str, int) to float
+        Time until which a robot does not get a person again that it gave up [s].
+    """
+
+    def __init__(self, parameters: CoordinatorParameters) -> None:
+        self._parameters = parameters
+        self.orders: dict[int, Order] = {}
+        self.given_up: dict[tuple[str, int], float] = {}
+        self._history: dict[int, deque[tuple[float, dict[str, float]]]] = {}
+
+    def update(self, scene: Scene) -> None:
+        """Update the orders."""
+        self.given_up = {pair: until for pair, until in self.given_up.items() if until > scene.now}
+        self._drop(scene)
+        for order in list(self.orders.values()):
+            self._refresh(order, scene)
+            self._switch(order, scene)
+        self._assign(scene)
+        self._history = {person: seen for person, seen in self._history.items() if person in self.orders}
+
+    def merge(self, kept: int, dropped: int) -> None:
+        """Follow one person instead of another who turned out to be the same."""
+        order = self.orders.pop(dropped, None)
+        if order is not None and kept not in self.orders:
+            order.person = kept
+            self.orders[kept] = order
+
+    def _drop(self, scene: Scene) -> None:
+        """Drop orders that cannot go on: the robot left or gave up, the person is forgotten or not wanted any more."""
+        for person, order in list(self.orders.items()):
+            order.began |= scene.following.get(order.robot, 0) == person
+            gave_up = order.began and scene.following.get(order.robot, person) == 0
+            if gave_up:
+                self.given_up[order.robot, person] = scene.now + self._parameters.give_up_for
+            if gave_up or order.robot not in scene.kept or person not in scene.known or person not in scene.targets:
+                del self.orders[person]
+
+    def _refresh(self, order: Order, scene: Scene) -> None:
+        """Note what an order costs now, and the costs of all robots that see the person."""
+        seers = scene.known[order.person]
+        if order.robot in seers:
+            order.saw = scene.now
+        costs = self._able(order.person, scene)
+        order.cost = costs.get(order.robot, order.cost)
+        history = self._history.setdefault(order.person, deque())
+        apart = self._parameters.switch_history / (self._parameters.switch_samples - 1)
+        if order.person in scene.fresh and (not history or scene.now - history[-1][0] >= apart - 0.05):
+            history.append((scene.now, dict(costs)))
+        while history and history[0][0] < scene.now - 2.0 * self._parameters.switch_history:
+            history.popleft()
+
+    def _switch(self, order: Order, scene: Scene) -> None:
+        """Hand a person over to another robot, by the switch rule or since the robot does not see the person."""
+        free = self._free(scene)
+        costs = {robot: cost for robot, cost in self._able(order.person, scene).items() if robot in free}
+        other = cheapest(costs)
+        if other is None:
+            return
+        if scene.now - order.saw > self._parameters.lost_sight:
+            self._give(order.person, other, scene, f"{order.robot} does not see the person; {other} is the nearest")
+            return
+        past = [robot_costs for _, robot_costs in self._history[order.person]]
+        own = scene.costs.get(order.person, {}).get(order.robot, math.inf)
+        if scene.now - order.since < self._parameters.hold or order.person not in scene.fresh:
+            return
+        for robot in sorted(costs, key=lambda robot: (costs[robot], robot)):
+            trend = [each[robot] for each in past if robot in each]
+            if takes_over(own, trend, self._parameters.switch_samples):
+                reason = f"its cost has been falling, to {costs[robot]:.0f}, below the {own:.0f} of {order.robot}"
+                self._give(order.person, robot, scene, reason)
+                return
+
+    def _assign(self, scene: Scene) -> None:
+        """Give the people who nobody follows yet to free robots."""
+        waiting = [person for person in scene.targets if person not in self.orders and person in scene.known]
+        costs = {person: self._able(person, scene) for person in waiting}
+        for person, robot in follow_actions(waiting, costs, self._free(scene)).items():
+            self._give(person, robot, scene, scene.reasons.get(person, ""))
+
+    def _give(self, person: int, robot: str, scene: Scene, reason: str) -> None:
+        cost = scene.costs.get(person, {}).get(robot, math.inf)
+        self.orders[person] = Order(person, robot, scene.now, cost, reason, scene.now)
+        self._history.pop(person, None)
+
+    def _free(self, scene: Scene) -> list[str]:
+        busy = {order.robot for order in self.orders.values()}
+        return sorted(scene.able - busy)
+
+    def _able(self, person: int, scene: Scene) -> dict[str, float]:
+        """Return the costs of the robots that see a person, can follow and did not give the person up."""
+        return {
+            robot: cost
+            for robot, cost in scene.costs.get(person, {}).items()
+            if robot in scene.able and robot in scene.known[person] and (robot, person) not in self.given_up
+        }

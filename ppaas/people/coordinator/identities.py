@@ -1,0 +1,198 @@
+"""Step 3: identical persons recognized across robots, and the People Counter.
+
+Each robot names the people that it sees on its own. A torso is given to the person whose predicted position explains
+it best, all torsos of a robot together, since two torsos of one robot are two people. Torsos that are nobody known are
+compared with each other in the same way.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.people.coordinator.parameters import CoordinatorParameters
+from ppaas.people.tracks.assignment import assign
+from ppaas.people.tracks.filter_bank import inverse_2x2
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+NOBODY = -1
+REFERENCE = 0.3**4
+"""Determinant of the covariance of a usual prediction [m⁴], relative to which wider ones cost more."""
+KEPT = 6.0
+"""Reduction of the cost of the person that a torso was before."""
+CERTAIN = 0.5
+"""Distance to the person that a torso was before within which it is that person, if no other person is near [m]."""
+APART = 1.0
+"""Distance to any other person that such a torso needs [m]."""
+FASTEST = 2.5
+"""Speed with which a person who is hidden may move [m/s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Torsos:
+    """T torsos of all robots, in the frame of the map.
+
+    Parameters
+    ----------
+    robots : (T,) int array
+        Numbers of their robots; those of one robot are neighbours, and robots are in the order of precedence.
+    positions, covariances : (T, 2), (T, 2, 2) array
+        At the time of the people's predictions [m, m²].
+    deviations : (T,) array
+        Maximum position deviations of their robots [m].
+    before : (T,) int array
+        Number of the person that each was before; `NOBODY` for a new torso.
+    """
+
+    robots: Ints
+    positions: Array
+    covariances: Array
+    deviations: Array
+    before: Ints
+
+    def part(self, rows: Ints) -> "Torsos":
+        """Return some of the torsos."""
+        return Torsos(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """N people, as they were predicted.
+
+    Parameters
+    ----------
+    positions, covariances : (N, 2), (N, 2, 2) array
+        [m, m²].
+    deviations : (N,) array
+        Least deviation of the robots that saw them last [m].
+    hidden : (N,) array
+        Time for which nobody has seen them [s].
+    """
+
+    positions: Array
+    covariances: Array
+    deviations: Array
+    hidden: Array
+
+
+def recognize(torsos: Torsos, known: Known, parameters: CoordinatorParameters) -> Ints:
+    """Return the number of the person that each torso is; from N on for those that are new people.
+
+    The paper: "identical persons recognized across robots". Torsos and people are compared within a gate that both
+    robots' maximum position deviations widen.
+
+    Parameters
+    ----------
+    torsos : Torsos
+    known : Known
+    parameters : CoordinatorParameters
+    """
+    people = np.full(len(torsos.robots), NOBODY, np.intp)
+    apart = _distances(torsos.positions, known.positions)
+    people[:] = _unmistakable(torsos, apart)
+    for rows in _by_robot(torsos.robots):
+        if (people[rows] == NOBODY).any():
+            people[rows] = _recognized(torsos.part(rows), known, apart[rows], parameters)
+    return _with_newcomers(torsos, people, len(known.positions), parameters)
+
+
+def people_counter(identities: Iterable[int]) -> int:
+    """Return the number of different people whom robots see: the true total.
+
+    The paper: the "People Counter". A person whom several robots see counts once.
+
+    Parameters
+    ----------
+    identities : iterable of int
+        Id of the person that each torso of each robot is.
+    """
+    return len(set(identities))
+
+
+def _distances(torsos: Array, people: Array) -> Array:
+    """Return the (T, N) distances [m]."""
+    x = torsos[:, 0, np.newaxis] - people[:, 0]
+    y = torsos[:, 1, np.newaxis] - people[:, 1]
+    return np.sqrt(x * x + y * y)
+
+
+def _by_robot(robots: Ints) -> list[Ints]:
+    """Return the rows of each robot."""
+    if not len(robots):
+        return []
+    return np.split(np.arange(len(robots)), np.flatnonzero(np.diff(robots)) + 1)
+
+
+def _unmistakable(torsos: Torsos, apart: Array) -> Ints:
+    """Return the person that each torso was before, where it is near and no other person is; else `NOBODY`.
+
+    A robot of which any torso is not so is compared as a whole.
+    """
+    people = np.full(len(torsos.robots), NOBODY, np.intp)
+    if apart.shape[1] == 0:
+        return people
+    rows = np.arange(len(people))
+    bound = torsos.before >= 0
+    own = np.where(bound, apart[rows, torsos.before], np.inf)
+    sure = bound & (own < CERTAIN) & ((apart < APART).sum(axis=1) == 1)
+    for part in _by_robot(torsos.robots):
+        if sure[part].all() and len(set(torsos.before[part].tolist())) == len(part):
+            people[part] = torsos.before[part]
+    return people
+
+
+def _recognized(torsos: Torsos, known: Known, apart: Array, parameters: CoordinatorParameters) -> Ints:
+    """Return the person that each torso of one robot is, or `NOBODY`."""
+    people = np.full(len(torsos.robots), NOBODY, np.intp)
+    reach = parameters.farthest + torsos.deviations[:, np.newaxis] + known.deviations + FASTEST * known.hidden
+    near = np.flatnonzero((apart < reach).any(axis=0))
+    if not len(near):
+        return people
+    costs = _costs(torsos, known, near, parameters)
+    costs[apart[:, near] >= reach[:, near]] = np.inf
+    rows, columns = assign(costs, parameters.new_person)
+    people[rows] = near[columns]
+    return people
+
+
+def _costs(torsos: Torsos, known: Known, near: Ints, parameters: CoordinatorParameters) -> Array:
+    """Return the (t, n) costs of taking torsos of one robot for the people ``near``."""
+    same = torsos.before[:, np.newaxis] == near
+    # What a robot saw before has the same error of the robot's position in it.
+    either = torsos.deviations[:, np.newaxis] ** 2 + known.deviations[near] ** 2
+    either = np.where(same, 0.0, either / 6.0)
+    total = known.covariances[near][np.newaxis] + torsos.covariances[:, np.newaxis]
+    total = total + either[..., np.newaxis, np.newaxis] * np.eye(2)
+    inverse, determinant = inverse_2x2(total)
+    off = torsos.positions[:, np.newaxis] - known.positions[near]
+    square = np.einsum("tni,tnij,tnj->tn", off, inverse, off)
+    costs = square + np.maximum(np.log(determinant / REFERENCE), 0.0) - KEPT * same
+    gated: Array = np.where(square < parameters.gate, costs, np.inf)
+    return gated
+
+
+def _with_newcomers(torsos: Torsos, people: Ints, first: int, parameters: CoordinatorParameters) -> Ints:
+    """Number the torsos that are nobody known from ``first`` on; those of several robots can be one person."""
+    unknown = np.flatnonzero(people == NOBODY)
+    if not len(unknown):
+        return people
+    rest = torsos.part(unknown)
+    numbers = np.full(len(unknown), NOBODY, np.intp)
+    heads: list[int] = []
+    for rows in _by_robot(rest.robots):
+        own = rest.part(rows)
+        so_far = Known(rest.positions[heads], rest.covariances[heads], rest.deviations[heads], np.zeros(len(heads)))
+        apart = _distances(own.positions, so_far.positions)
+        unbound = Torsos(
+            own.robots, own.positions, own.covariances, own.deviations, np.full(len(rows), NOBODY, np.intp)
+        )
+        numbers[rows] = _recognized(unbound, so_far, apart, parameters)
+        for row in rows[numbers[rows] == NOBODY].tolist():
+            numbers[row] = len(heads)
+            heads.append(row)
+    people = people.copy()
+    people[unknown] = first + numbers
+    return people

@@ -1,0 +1,81 @@
+"""Offset of a robot: by how much it errs about its own pose, from people whom other robots see as well."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+DRIFT = np.array([0.03, 0.03, 0.01])
+"""Standard deviation of the change of an offset in one second [m, m, rad]."""
+FORGET = 60.0
+"""Time constant with which an offset that nothing confirms returns to zero [s]."""
+ACROSS = 0.1
+"""Standard deviation of the difference between the centres of a person whom two robots see from two sides [m]."""
+MOST_YAW = 0.3
+"""Limit of the yaw of an offset [rad]."""
+
+
+class OffsetFilter:
+    """Kalman filter of the error x, y, yaw of the pose of a robot.
+
+    Attributes
+    ----------
+    mean : (3,) array
+        Where the robot believes to be, minus where it is [m, m, rad].
+    covariance : (3, 3) array
+    """
+
+    def __init__(self) -> None:
+        self.mean: Array = np.zeros(3)
+        self.covariance: Array = np.zeros((3, 3))
+
+    def predict(self, seconds: float, prior: Array) -> None:
+        """Let the offset drift for a time [s], within the (3, 3) covariance of the robot's own localization."""
+        fading = float(np.exp(-seconds / FORGET))
+        self.mean *= fading
+        self.covariance = fading**2 * self.covariance + (1.0 - fading**2) * prior + np.diag(seconds * DRIFT**2)
+
+    def observe(self, levers: Array, residuals: Array, covariances: Array) -> None:
+        """Update the offset by people whom other robots see as well.
+
+        Parameters
+        ----------
+        levers : (n, 2) array
+            From the robot's position to each person, in the frame of the map [m].
+        residuals : (n, 2) array
+            Where this robot sees each person, minus where the others do [m].
+        covariances : (n, 2, 2) array
+            Their covariances [m²], without that of the offset.
+        """
+        count = len(levers)
+        model = jacobian_of(levers).reshape(2 * count, 3)
+        noise = np.zeros((2 * count, 2 * count))
+        for k, covariance in enumerate(covariances):
+            noise[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] = covariance + ACROSS**2 * np.eye(2)
+        total = model @ self.covariance @ model.T + noise
+        gain = np.linalg.solve(total, model @ self.covariance).T
+        self.mean = self.mean + gain @ (residuals.reshape(-1) - model @ self.mean)
+        self.mean[2] = np.clip(self.mean[2], -MOST_YAW, MOST_YAW)
+        corrected = self.covariance - gain @ model @ self.covariance
+        self.covariance = 0.5 * (corrected + corrected.T)
+
+    def doubt(self, distance: float) -> None:
+        """Widen the covariance after a contradiction by a distance [m], so that the next observations correct it."""
+        self.covariance = self.covariance + np.diag([distance**2, distance**2, 0.02**2])
+
+    def corrected(self, positions: Array, origin: tuple[float, float]) -> Array:
+        """Return (n, 2) positions [m] without the offset, seen from a robot at ``origin``."""
+        return positions - jacobian_of(positions - origin) @ self.mean
+
+    @property
+    def distance(self) -> float:
+        """Length of the offset [m]."""
+        return float(np.hypot(self.mean[0], self.mean[1]))
+
+
+def jacobian_of(levers: Array) -> Array:
+    """Return the (n, 2, 3) derivatives of positions at (n, 2) levers by x, y and yaw."""
+    jacobian = np.zeros((len(levers), 2, 3))
+    jacobian[:, 0, 0] = jacobian[:, 1, 1] = 1.0
+    jacobian[:, 0, 2], jacobian[:, 1, 2] = -levers[:, 1], levers[:, 0]
+    return jacobian

@@ -1,0 +1,143 @@
+"""Reports of robots, checked and as arrays."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.errors import InvalidInput
+from ppaas.geometry import Pose2D
+from ppaas.messages.people_coordination import PeopleReport, SensorView
+from ppaas.messages.people_msgs import PositionMeasurement
+
+Array = NDArray[np.float64]
+
+MOST_PEOPLE, MOST_VIEWS = 200, 16
+FARTHEST = 100.0
+"""Largest distance between a robot and a person whom it sees [m]."""
+UNKNOWN_VARIANCE = 0.15**2
+"""Variance of a torso whose covariance is all zeros, which is "unknown" in ROS [m²]."""
+LEAST_VARIANCE = 0.02**2
+MOST_VARIANCE = 4.0
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """A report of a robot.
+
+    Parameters
+    ----------
+    robot : str
+        Robot ID.
+    stamp : float
+        Time of the measurements by the robot's clock [s].
+    pose : Pose2D
+        Pose of the robot in the map.
+    pose_covariance : (3, 3) array
+        Covariance of x, y and yaw.
+    covariance : list of 36 floats
+        The same as in the message.
+    ids, frames : list of str
+        Torso ID and tf frame of each person.
+    torsos : (n, 2) array
+        Positions in the robot's frame [m].
+    covariances : (n, 2, 2) array
+        [m²].
+    scores : (n,) array
+        Reliability of each, from 0 to 1.
+    views : list of SensorView
+    can_follow : bool
+    following : int
+    """
+
+    robot: str
+    stamp: float
+    pose: Pose2D
+    pose_covariance: Array
+    covariance: list[float]
+    ids: list[str]
+    frames: list[str]
+    torsos: Array
+    covariances: Array
+    scores: Array
+    views: list[SensorView]
+    can_follow: bool
+    following: int
+
+
+def read_report(message: PeopleReport) -> Report:
+    """Return a report as arrays.
+
+    Raises
+    ------
+    InvalidInput
+        A number is not finite or out of range, two torsos have the same id, or there are too many.
+    """
+    who = f"report of robot {message.robot!r}"
+    if not message.robot:
+        raise InvalidInput("a report must name its robot")
+    pose = message.pose.pose.planar()
+    covariance = message.pose.covariance
+    if not (pose.is_finite() and len(covariance) == 36 and all(map(math.isfinite, covariance))):
+        raise InvalidInput(f"{who}: its pose and covariance must be finite")
+    planar = np.array(covariance).reshape(6, 6)[np.ix_((0, 1, 5), (0, 1, 5))]
+    if (np.diag(planar) < 0.0).any():
+        raise InvalidInput(f"{who}: the variances of its pose must not be negative")
+    _check_people(who, message.people)
+    _check_views(who, message.views)
+    torsos = np.array([(each.pos.x, each.pos.y) for each in message.people], np.float64).reshape(-1, 2)
+    return Report(
+        robot=message.robot,
+        stamp=message.header.stamp.seconds(),
+        pose=pose,
+        pose_covariance=0.5 * (planar + planar.T),
+        covariance=list(covariance),
+        ids=[each.object_id for each in message.people],
+        frames=[each.name or f"{message.robot}/{each.object_id}" for each in message.people],
+        torsos=torsos,
+        covariances=_covariances(message.people),
+        scores=np.array([min(max(each.reliability, 0.0), 1.0) for each in message.people], np.float64),
+        views=list(message.views),
+        can_follow=message.can_follow,
+        following=message.following,
+    )
+
+
+def _check_people(who: str, people: list[PositionMeasurement]) -> None:
+    if len(people) > MOST_PEOPLE:
+        raise InvalidInput(f"{who}: it may have up to {MOST_PEOPLE} people, not {len(people)}")
+    if len({each.object_id for each in people}) != len(people):
+        raise InvalidInput(f"{who}: its people must have different ids")
+    for each in people:
+        numbers = (each.pos.x, each.pos.y, each.reliability, *each.covariance)
+        if not all(map(math.isfinite, numbers)):
+            raise InvalidInput(f"{who}: the numbers of person {each.object_id!r} must be finite")
+        if math.hypot(each.pos.x, each.pos.y) > FARTHEST:
+            raise InvalidInput(f"{who}: person {each.object_id!r} must be within {FARTHEST:g} m")
+        if len(each.covariance) != 9 or each.covariance[0] < 0.0 or each.covariance[4] < 0.0:
+            raise InvalidInput(f"{who}: the covariance of person {each.object_id!r} must be 3 × 3 and not negative")
+
+
+def _check_views(who: str, views: list[SensorView]) -> None:
+    if len(views) > MOST_VIEWS:
+        raise InvalidInput(f"{who}: it may have up to {MOST_VIEWS} views, not {len(views)}")
+    for view in views:
+        numbers = (view.x, view.y, view.yaw, view.field_of_view, view.range_min, view.range_max)
+        if not all(map(math.isfinite, numbers)) or view.field_of_view < 0.0 or view.range_min < 0.0:
+            raise InvalidInput(f"{who}: the numbers of its views must be finite, angles and ranges not negative")
+
+
+def _covariances(people: list[PositionMeasurement]) -> Array:
+    """Return the (n, 2, 2) covariances of x and y, symmetric, and neither implausibly small nor large."""
+    rows = np.array([each.covariance for each in people], np.float64).reshape(-1, 3, 3)[:, :2, :2]
+    unknown = (rows[:, 0, 0] == 0.0) & (rows[:, 1, 1] == 0.0)
+    rows[unknown] = UNKNOWN_VARIANCE * np.eye(2)
+    xx = np.clip(rows[:, 0, 0], LEAST_VARIANCE, MOST_VARIANCE)
+    yy = np.clip(rows[:, 1, 1], LEAST_VARIANCE, MOST_VARIANCE)
+    most = 0.95 * np.sqrt(xx * yy)
+    xy = np.clip(0.5 * (rows[:, 0, 1] + rows[:, 1, 0]), -most, most)
+    spread = np.empty_like(rows)
+    spread[:, 0, 0], spread[:, 1, 1] = xx, yy
+    spread[:, 0, 1] = spread[:, 1, 0] = xy
+    return spread

@@ -1,0 +1,158 @@
+"""Robots of a group: their last reports, deviations, offsets and trust."""
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.geometry import Pose2D
+from ppaas.people.coordinator.deviation import CONFIDENCE, maximum_position_deviation, position_deviation
+from ppaas.people.coordinator.offsets import OffsetFilter
+from ppaas.people.coordinator.reports import Report
+from ppaas.people.coordinator.robot_clock import RobotClock
+from ppaas.people.coordinator.trust import TrustRecord
+from ppaas.people.coordinator.world_frame import to_world
+
+Array = NDArray[np.float64]
+
+MOST_ROBOTS = 500
+SILENT = "has sent no report for {seconds:.0f} s; check its connection and its detectors"
+FROZEN = "repeats a report with the same stamp; check its detectors"
+
+
+@dataclass(slots=True)
+class Robot:
+    """A robot of the group.
+
+    Parameters
+    ----------
+    name : str
+        Robot ID.
+    report : Report
+        Its last report.
+    arrived, measured : float
+        Times of its arrival and of its measurements by the cloud's clock [s].
+    world, spread : (n, 2), (n, 2, 2) array
+        Its people in the frame of the map, as the robot itself believes [m], and their covariances with the
+        uncertainty of its offset [m²].
+    fresh : bool
+        Whether the report has not been used yet.
+    repeated : int
+        Number of reports in a row with the same stamp.
+    bound : dict of str to int
+        Id of the person that each of its torsos was.
+    gave_up : dict of int to float
+        Time until which it does not get a person again, by id [s].
+    """
+
+    name: str
+    report: Report
+    arrived: float
+    measured: float
+    world: Array
+    spread: Array
+    fresh: bool = True
+    repeated: int = 0
+    bound: dict[str, int] = field(default_factory=dict)
+    gave_up: dict[int, float] = field(default_factory=dict)
+    clock: RobotClock = field(default_factory=RobotClock)
+    offset: OffsetFilter = field(default_factory=OffsetFilter)
+    trust: TrustRecord = field(default_factory=TrustRecord)
+    deviations: deque[tuple[float, float]] = field(default_factory=deque)
+
+    @property
+    def pose(self) -> Pose2D:
+        """Its pose without its offset."""
+        error = self.offset.mean
+        own = self.report.pose
+        return Pose2D(own.x - error[0], own.y - error[1], own.theta - error[2])
+
+    @property
+    def deviation(self) -> float:
+        """Maximum position deviation over its history [m]."""
+        doubt = CONFIDENCE * math.sqrt(float(np.linalg.eigvalsh(self.offset.covariance[:2, :2])[-1]))
+        error = self.offset.distance + doubt if self.offset.distance > 0.0 else 0.0
+        return maximum_position_deviation((deviation for _, deviation in self.deviations), error)
+
+    def torsos(self) -> Array:
+        """Return its (n, 2) people in the frame of the map, without its offset [m]."""
+        return self.offset.corrected(self.world, (self.report.pose.x, self.report.pose.y))
+
+    def reason(self, now: float, timeout: float) -> str:
+        """Return why its reports are not used now; empty if they are."""
+        if now - self.arrived > timeout:
+            return SILENT.format(seconds=now - self.arrived)
+        if self.repeated >= 5:
+            return FROZEN
+        return self.trust.reason
+
+
+def prior_of(report: Report) -> Array:
+    """Return the (3, 3) covariance that a robot claims for its pose, a usual one if it is all zeros."""
+    claimed = report.pose_covariance
+    return claimed.copy() if np.diag(claimed).any() else np.diag([0.2**2, 0.2**2, 0.05**2])
+
+
+class Earlier(NamedTuple):
+    """Of a robot that a checkpoint knows: the ids of its torsos, and its offset with the covariance."""
+
+    bound: dict[str, int]
+    offset: Array
+    covariance: Array
+
+
+class Robots:
+    """The robots of a group, by Robot ID.
+
+    Parameters
+    ----------
+    deviation_history : float
+        Time over which the maximum deviation is taken [s].
+
+    Attributes
+    ----------
+    known : dict of str to Robot
+    earlier : dict of str to Earlier
+        Robots of a checkpoint that have not reported since.
+    """
+
+    def __init__(self, deviation_history: float) -> None:
+        self._history = deviation_history
+        self.known: dict[str, Robot] = {}
+        self.earlier: dict[str, Earlier] = {}
+
+    def take(self, report: Report, now: float) -> None:
+        """Add a report that has arrived; of two reports between two cycles the newer one counts."""
+        robot = self.known.get(report.robot)
+        if robot is None:
+            robot = self.known[report.robot] = self._joined(report, now)
+        elif report.stamp <= robot.report.stamp and report.stamp > robot.report.stamp - 1.0:
+            robot.repeated += 1
+            return
+        robot.repeated = 0
+        robot.report, robot.arrived, robot.fresh = report, now, True
+        robot.world, robot.spread = to_world(report.pose, robot.offset.covariance, report.torsos, report.covariances)
+        robot.measured = robot.clock.measured_at(report.stamp, now)
+        robot.deviations.append((now, position_deviation(report.covariance)))
+        while robot.deviations[0][0] < now - self._history:
+            robot.deviations.popleft()
+
+    def _joined(self, report: Report, now: float) -> Robot:
+        """Return a robot of which this is the first report."""
+        robot = Robot(report.robot, report, now, now, np.zeros((0, 2)), np.zeros((0, 2, 2)))
+        robot.offset.covariance = prior_of(report)
+        earlier = self.earlier.pop(report.robot, None)
+        if earlier is not None:
+            robot.bound = earlier.bound
+            robot.offset.mean, robot.offset.covariance = earlier.offset, earlier.covariance
+        return robot
+
+    def forget(self, oldest: float) -> list[str]:
+        """Forget the robots whose last report arrived before a time [s], and return their names."""
+        gone = [name for name, robot in self.known.items() if robot.arrived < oldest]
+        for name in gone:
+            del self.known[name]
+        return gone

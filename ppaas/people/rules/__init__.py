@@ -1,0 +1,1 @@
+"""Rules that choose whom robots follow: plug-ins by entry point."""
