@@ -112,6 +112,8 @@ class CurrentMap:
         if isinstance(amcl, AmclNode):
             amcl.use_layers(layers)
         _use_in_leg_detector(graph, layers)
+        if spec.people is not None:
+            _coordinate_on(graph, layers)
         if monitoring is not None:
             monitoring.recall("its map was replaced")
         return _publish(graph, layers, frame.changes)
@@ -119,6 +121,14 @@ class CurrentMap:
     def _set_filters(self, filters: dict[str, Any]) -> None:
         self._filters.clear()
         self._filters.update(filters)
+
+
+def _coordinate_on(graph: Graph, layers: MapLayers) -> None:
+    from ppaas.nodes.people_coordinator.node import PeopleCoordinatorNode  # noqa: PLC0415  # as in graph_building
+
+    coordinator = graph.nodes.get(PeopleCoordinatorNode.name)
+    if isinstance(coordinator, PeopleCoordinatorNode):
+        coordinator.use_layers(layers)
 
 
 def _use_in_leg_detector(graph: Graph, layers: MapLayers) -> None:

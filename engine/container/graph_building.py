@@ -1,4 +1,4 @@
-"""Builds the graph of a container: the nodes of a clone and their monitor, or planning on a map."""
+"""Builds the graph of a container: the nodes of a clone and their monitor, planning on a map, or a coordinator."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -32,9 +32,16 @@ def build_graph(graph: Graph, launch: Launch, threads: Threads, current: Current
     Returns
     -------
     Monitoring or None
-        The node monitor of a clone; None if the container only plans.
+        The node monitor of a clone; None if the container only plans or coordinates.
     """
     robot = launch.spec.robot
+    if launch.spec.people is not None:
+        # Imported only here, so that other containers do not load what only coordinators use.
+        from ppaas.clone.people_coordination import build_coordinator  # noqa: PLC0415
+
+        assert current.layers is not None
+        build_coordinator(graph, current.layers, launch.spec.people)
+        return None
     if robot is None:
         assert current.layers is not None
         build_planning(graph, current.layers, threads=threads, reuse=current.reuse)

@@ -36,8 +36,9 @@ CORES = 0.25
 PERIOD = 0.5
 """Time between two looks at the groups [s]; a robot that connects is noticed at once."""
 
-LINGER = 5.0
-"""Time for which a coordinator outlives the places of its robots [s], which are closed and opened for changed files."""
+LINGER = 75.0
+"""Time for which a coordinator outlives the places of its robots [s]. By then it has forgotten all people, so that the
+store keeps no positions in its last checkpoint."""
 
 RETRY = 5.0
 """Time after which a coordinator that was refused, or kept failing, is tried again [s]."""
@@ -192,7 +193,7 @@ class PeopleGroups:
 
         Raises
         ------
-        InvalidInput
+        NotFound
             The settings name a rule that is not installed.
         Unavailable
             The coordinator does not answer.

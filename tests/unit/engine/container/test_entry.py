@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from engine.agent import plan_service
 from engine.container.entry import run
@@ -21,9 +22,10 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.people.settings import PeopleSettings
 from ppaas.plans.encoding import kernels
 from storage import plan_entry, ports
-from tests.support.engine.specs import HOUSE, planning_spec, robot_config
+from tests.support.engine.specs import HOUSE, coordinator_spec, planning_spec, robot_config
 
 
 def test_container_does_not_import_store_modules() -> None:
@@ -79,6 +81,24 @@ async def test_container_sends_hello_and_ends_on_shutdown(layers: Path, tmp_path
     assert (hello.container, hello.secret) == ("p1", "secret")
     assert robot_link.ServiceInfo("compute_path", "ppaas_msgs/ComputePath") in hello.services
     assert "map" in {topic.name for topic in hello.topics}
+
+
+async def test_a_coordinator_serves_people_and_begins_anew_without_a_checkpoint_it_can_read(
+    layers: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    spec = replace(coordinator_spec("k1"), checkpoint={"people_coordinator": b"of another release"})
+    hello = await first_frame(spec, layers, tmp_path)
+    assert isinstance(hello, robot_link.Hello)
+    assert [node.name for node in hello.nodes] == ["people_coordinator"]
+    assert robot_link.ServiceInfo("people_coordinator/get_people", "ppaas_msgs/GetPeople") in hello.services
+    assert "begins anew" in caplog.text
+
+
+async def test_a_coordinator_with_an_unknown_rule_reports_why(layers: Path, tmp_path: Path) -> None:
+    spec = replace(coordinator_spec("k1"), people=PeopleSettings(rule="guess"))
+    failed = await first_frame(spec, layers, tmp_path)
+    assert isinstance(failed, robot_link.ContainerFailed)
+    assert failed.refusal.slug == "not-found" and "nearest" in failed.refusal.text
 
 
 @pytest.mark.parametrize(

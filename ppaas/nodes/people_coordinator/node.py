@@ -1,0 +1,113 @@
+"""Node ``people_coordinator``: takes the reports of the robots of a group, and publishes the people on their map."""
+
+from collections.abc import Callable
+from typing import ClassVar
+
+from msgspec.structs import replace
+
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.errors import NotFound
+from ppaas.messages.base.message import Empty, Message
+from ppaas.messages.people_coordination import (
+    ConfigurePeople,
+    ConfigurePeopleRequest,
+    GetPeople,
+    GetPeopleCounts,
+    GetPeopleCountsRequest,
+    GetPeopleCountsResponse,
+    PeopleReport,
+    PeopleState,
+)
+from ppaas.nodes import topics
+from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
+from ppaas.nodes.message_checks import expect
+from ppaas.people.coordinator.coordinator import Coordinator
+from ppaas.people.settings import settings_of
+
+PERIOD = 0.2
+"""Time between two states of the people [s]."""
+
+GET_PEOPLE = Service("people_coordinator/get_people", GetPeople)
+GET_PEOPLE_COUNTS = Service("people_coordinator/get_people_counts", GetPeopleCounts)
+CONFIGURE_PEOPLE = Service("people_coordinator/configure_people", ConfigurePeople)
+
+
+class PeopleCoordinatorNode(Node):
+    """Subscribes to the reports of all robots of a group, and publishes `PeopleState` five times a second.
+
+    The group is the robots of one user on one map. The node has a container of its own, beside those of the robots'
+    clones, and no robot. Identities, counts and orders are in its checkpoint.
+
+    Parameters
+    ----------
+    context : Context
+        The node's context.
+    coordinator : Coordinator
+        Coordinator of the group, with its settings.
+    """
+
+    name: ClassVar[str] = "people_coordinator"
+    subscribes: ClassVar[tuple[Topic, ...]] = (topics.PEOPLE_REPORT,)
+    publishes: ClassVar[tuple[Topic, ...]] = (topics.PEOPLE_STATE,)
+    services: ClassVar[tuple[Service, ...]] = (GET_PEOPLE, GET_PEOPLE_COUNTS, CONFIGURE_PEOPLE)
+
+    def __init__(self, context: Context, coordinator: Coordinator) -> None:
+        super().__init__(context)
+        self._coordinator = coordinator
+        self._state: PeopleState | None = None
+        self._calls: dict[str, Callable[[Message], Message]] = {
+            GET_PEOPLE.name: lambda _: self._state or self._next_state(),
+            GET_PEOPLE_COUNTS.name: self._counts,
+            CONFIGURE_PEOPLE.name: self._configure,
+        }
+
+    def start(self) -> None:
+        """Begin to publish."""
+        self.context.every(PERIOD, self._step)
+
+    def use_layers(self, layers: MapLayers) -> None:
+        """Go on with another version of the map."""
+        self._coordinator.use_costmap(layers.costmap)
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        """Take the report of a robot; `InvalidInput` if it is not valid, which changes nothing."""
+        self._coordinator.report(expect(message, PeopleReport), self.context.now())
+
+    def on_call(self, service: str, request: Message, reply: Reply) -> None:
+        """Answer with the people or the counts, or use other settings.
+
+        Raises
+        ------
+        InvalidInput
+            The settings are not valid.
+        NotFound
+            Their rule is not installed; the settings are unchanged.
+        """
+        if service not in self._calls:
+            raise NotFound("service", service, list(self._calls))
+        reply(self._calls[service](request))
+
+    def checkpoint(self) -> bytes:
+        """Return the identities, counts and orders."""
+        return self._coordinator.checkpoint()
+
+    def restore(self, state: bytes) -> None:
+        """Continue with the identities, counts and orders of a checkpoint."""
+        self._coordinator.restore(state)
+
+    def _step(self) -> None:
+        self._state = self._next_state()
+        self.context.publish(topics.PEOPLE_STATE.name, self._state)
+
+    def _next_state(self) -> PeopleState:
+        began = self.context.elapsed()
+        state = self._coordinator.step(self.context.now())
+        return replace(state, seconds=self.context.elapsed() - began)
+
+    def _counts(self, request: Message) -> Message:
+        since = expect(request, GetPeopleCountsRequest).since
+        return GetPeopleCountsResponse(self._coordinator.counts(since))
+
+    def _configure(self, request: Message) -> Message:
+        self._coordinator.configure(settings_of(expect(request, ConfigurePeopleRequest).settings))
+        return Empty()
