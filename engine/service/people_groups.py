@@ -9,11 +9,10 @@ from dataclasses import dataclass
 import msgspec
 
 from engine.master.places import PlaceRequest, people_key
-from engine.processes.background import Background, repeat
+from engine.processes.background import repeat
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
 from engine.service.views import PeopleGroupView
-from engine.specs.containers import MapVersion
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.messages import decode, encode
@@ -34,14 +33,15 @@ CORES = 0.25
 """Size of the container of a coordinator [cores]."""
 
 PERIOD = 0.5
-"""Time between two looks at the groups [s]; a robot that connects is noticed at once."""
+"""Time between two looks at the groups [s]."""
 
 LINGER = 75.0
 """Time for which a coordinator outlives the places of its robots [s]. By then it has forgotten all people, so that the
 store keeps no positions in its last checkpoint."""
 
-RETRY = 5.0
-"""Time after which a coordinator that was refused, or kept failing, is tried again [s]."""
+RETRY, LONGEST_RETRY = 5.0, 60.0
+"""Time after which a coordinator that was refused is tried again [s]; for one that keeps failing, it doubles each time
+up to the second."""
 
 READY_TIMEOUT = 5.0
 """Time to wait for a coordinator that starts [s]."""
@@ -57,19 +57,21 @@ Key = tuple[str, str]
 class _Group:
     """A group, and what is known of its coordinator."""
 
-    robots: dict[str, MapVersion]
+    robots: dict[str, PlaceRequest]
     link: PlaceLink | None = None
     refusal: PPaaSError | None = None
     retry_at: float = float("-inf")
+    failures: int = 0
     seen_at: float = float("-inf")
 
 
 class PeopleGroups:
     """Follows the places of robots, and gives each group of those that track people a coordinator.
 
-    A group is the robots of one user on one published map. Its coordinator's place is opened for the first of them, and
-    closed after the last is gone. A coordinator that is refused, for example by the user's quota, changes nothing for
-    the robots: it is tried again, and the reason is in the view of the group.
+    A group is the robots of one user on one published map. Its coordinator's place is opened once the first of them has
+    a container, so that no robot waits for it, and closed after the last is gone. A coordinator that is refused, for
+    example by the user's quota, changes nothing for the robots: it is tried again, and the reason is in the view of the
+    group.
 
     Parameters
     ----------
@@ -85,10 +87,9 @@ class PeopleGroups:
         self._robots: set[str] = set()
         self._groups: dict[Key, _Group] = {}
         self._watch: asyncio.Task[None] | None = None
-        self._background = Background()
 
     def place_opened(self, key: str) -> None:
-        """Note a place that was opened or adopted; look at the groups if it is one of theirs."""
+        """Note a place that was opened or adopted; the next look at the groups finds it."""
         request = self._service.request_of(key)
         if request is None:
             return
@@ -100,8 +101,6 @@ class PeopleGroups:
             return
         if self._watch is None:
             self._watch = asyncio.create_task(repeat(self.step, PERIOD))
-        else:
-            self._background.run(self.step())
 
     def close(self) -> None:
         """Open and close no more places."""
@@ -122,41 +121,46 @@ class PeopleGroups:
                 del self._groups[key]
                 await self._service.close_place(people_key(*key), Unavailable("no robot of its group is connected"))
 
-    def _present(self) -> Mapping[Key, Mapping[str, MapVersion]]:
-        """Return the map versions of the robots that track people, by group and robot; forget closed places."""
-        groups: defaultdict[Key, dict[str, MapVersion]] = defaultdict(dict)
+    def _present(self) -> Mapping[Key, Mapping[str, PlaceRequest]]:
+        """Return the requests of the robots that track people, by group and robot; forget closed places."""
+        groups: defaultdict[Key, dict[str, PlaceRequest]] = defaultdict(dict)
         for key in tuple(self._robots):
             request = self._service.request_of(key)
             if request is None or request.robot is None or self._service.place(key) is None or not _tracks(request):
                 self._robots.discard(key)
             elif self._service.position(key) is None:
-                groups[request.user, request.map.id][request.robot.id] = request.map
+                groups[request.user, request.map.id][request.robot.id] = request
         return groups
 
     def _fill(self, key: Key, group: _Group, now: float) -> None:
         """Make sure that a group with robots has a coordinator, or that it is known why not."""
         link = self._service.place(people_key(*key))
         if link is None and group.link is not None and group.link.closed is not None:
-            self._refused(key, group, group.link.closed, now)
-        if link is None and now >= group.retry_at:
+            self._refused(key, group, group.link.closed, now + min(RETRY * 2**group.failures, LONGEST_RETRY))
+            group.failures += 1
+        if link is None and now >= group.retry_at and any(map(self._is_ready, group.robots.values())):
             link = self._open(key, group, now)
         group.link = link
         if link is not None and link.container is not None:
-            group.refusal = None
+            group.refusal, group.failures = None, 0
+
+    def _is_ready(self, robot: PlaceRequest) -> bool:
+        place = self._service.place(robot.key)
+        return place is not None and place.container is not None
 
     def _open(self, key: Key, group: _Group, now: float) -> PlaceLink | None:
-        version = next(iter(group.robots.values()))
+        robot = next(iter(group.robots.values()))
         try:
-            return self._service.open_place(PlaceRequest(key[0], version, CORES, coordinates=True))
+            return self._service.open_place(PlaceRequest(key[0], robot.map, CORES, coordinates=True))
         except PPaaSError as error:
-            self._refused(key, group, error, now)
+            self._refused(key, group, error, now + RETRY)
             return None
 
     @staticmethod
-    def _refused(key: Key, group: _Group, reason: PPaaSError, now: float) -> None:
+    def _refused(key: Key, group: _Group, reason: PPaaSError, retry_at: float) -> None:
         if group.refusal is None or str(group.refusal) != str(reason):
             logger.warning("robots of user %s on map %r have no people coordinator: %s", *key, reason)
-        group.refusal, group.retry_at = reason, now + RETRY
+        group.refusal, group.retry_at = reason, retry_at
 
     # -- views and calls -----------------------------------------------------------------------------------------------
 
@@ -214,7 +218,7 @@ class PeopleGroups:
                 f"no robot of user {user!r} tracks people on map {map_id!r} now: connect one with a detector of people"
             )
         if group.link is None:
-            reason = group.refusal or Unavailable("it was requested just now; try again")
+            reason = group.refusal or Unavailable("its robots are just starting; try again")
             raise Unavailable(f"the people coordinator of map {map_id!r} has no container: {reason}")
         await group.link.ready(READY_TIMEOUT)
         return await group.link.call(f"people_coordinator/{service}", encode(request), ANSWER_TIMEOUT)

@@ -49,12 +49,17 @@ class Groups(CloudListener):
         master = Master(FirstFit(), Quotas(Quota(containers=6)))
         self.service = MasterDriver(master, CheckpointSelection(self.store), folder, "secret", self)
         self.people = PeopleGroups(self.service, self.clock)
+        self.robot: FarContainer | None = None
 
     def place_opened(self, key: str) -> None:
         self.people.place_opened(key)
 
     def is_open(self) -> bool:
         return self.service.place(KEY) is not None
+
+    def connect(self, request: PlaceRequest) -> None:
+        """Open the place of a robot, as if its container were ready."""
+        self.service.open_place(request).container = "c"
 
     async def after(self, seconds: float) -> None:
         self.clock.advance(seconds)
@@ -78,11 +83,13 @@ async def machine(groups: Groups, tmp_path: Path) -> AsyncIterator[FakeMachine]:
     await joined.leave()
 
 
-async def coordinator(machine: FakeMachine) -> FarContainer:
-    """Start the ordered containers until one coordinates, and return that."""
-    while (order := await machine.started()).spec.people is None:
-        await machine.boot(order)
-    return await machine.boot(order)
+async def ordered(groups: Groups, machine: FakeMachine) -> control_link.StartContainer:
+    """Start the container of a robot; return the order to start that of its coordinator."""
+    place = groups.service.open_place(seeing())
+    groups.robot = await machine.boot(await machine.started())
+    await place.ready(10)
+    await groups.after(0.0)
+    return await machine.started()
 
 
 async def answer(far: FarContainer, service: str, answered: bytes) -> dict[str, object]:
@@ -94,16 +101,19 @@ async def answer(far: FarContainer, service: str, answered: bytes) -> dict[str, 
 
 
 async def test_the_first_robot_that_tracks_people_brings_a_coordinator_and_the_last_takes_it(groups: Groups) -> None:
-    groups.service.open_place(robot_request("blind"))
-    groups.service.open_place(robot_request("tb0", parameters={"follow_person": {}}))
-    await groups.people.step()
+    groups.connect(robot_request("blind"))
+    groups.connect(robot_request("tb0", parameters={"follow_person": {}}))
+    await groups.after(0.0)
     assert not groups.is_open() and groups.people.views() == []
-    groups.service.open_place(seeing())
-    await until(groups.is_open)
+    place = groups.service.open_place(seeing())
+    await groups.after(0.0)
+    assert not groups.is_open(), "the robot starts first"
+    place.container = "c"
+    await groups.after(0.0)
     assert groups.service.request_of(KEY) == coordinator_request()
     await groups.service.close_place("robot:ann/blind", GONE)
-    groups.service.open_place(seeing("tb2"))
-    await groups.people.step()
+    groups.connect(seeing("tb2"))
+    await groups.after(0.0)
     assert groups.people.views() == [PeopleGroupView("ann", "house", ("tb1", "tb2"), "starting")]
     for robot in ("tb1", "tb2"):
         await groups.service.close_place(f"robot:ann/{robot}", GONE)
@@ -116,8 +126,8 @@ async def test_the_first_robot_that_tracks_people_brings_a_coordinator_and_the_l
 async def test_each_user_and_map_has_a_group_and_new_maps_have_none(groups: Groups) -> None:
     others = [seeing(user="bob"), seeing("tb2", version=MapVersion("depot", "v1")), seeing("tb3", new_map="attic")]
     for request in others:
-        groups.service.open_place(request)
-    await until(lambda: len(groups.people.views()) == 2)
+        groups.connect(request)
+    await groups.after(0.0)
     assert [(view.user, view.map, view.robots) for view in groups.people.views()] == [
         ("ann", "depot", ("tb2",)),
         ("bob", "house", ("tb1",)),
@@ -126,8 +136,8 @@ async def test_each_user_and_map_has_a_group_and_new_maps_have_none(groups: Grou
 
 async def test_robots_work_on_while_the_quota_refuses_a_coordinator_and_get_it_later(groups: Groups) -> None:
     groups.service.set_limits("ann", Limits(containers=1))
-    groups.service.open_place(seeing())
-    await until(groups.people.views)
+    groups.connect(seeing())
+    await groups.after(0.0)
     (view,) = groups.people.views()
     assert view.state == "refused" and "1 containers" in view.reason
     with pytest.raises(Unavailable, match="1 containers"):
@@ -143,10 +153,9 @@ async def test_robots_work_on_while_the_quota_refuses_a_coordinator_and_get_it_l
 async def test_a_coordinator_starts_with_the_stored_settings_and_answers(groups: Groups, machine: FakeMachine) -> None:
     settings = PeopleSettings(rule="longest_seen", followed_at_once=2)
     groups.store.put_people_settings(MapPeople("ann", "house", settings))
-    groups.service.open_place(seeing())
-    far = await coordinator(machine)
+    far = await machine.boot(await ordered(groups, machine))
     assert (far.spec.people, far.spec.map, far.spec.kind) == (settings, HOUSE, "coordinator")
-    await until(lambda: groups.service.place(KEY).container is not None)  # type: ignore[union-attr]
+    await until(lambda: groups.people.views()[0].state == "ready")
     assert groups.people.views() == [PeopleGroupView("ann", "house", ("tb1",), "ready")]
     state = PeopleState(Header(frame_id="map"), 3)
     found, _ = await asyncio.gather(groups.people.people("ann", "house"), answer(far, "get_people", encode(state)))
@@ -165,16 +174,18 @@ async def test_a_coordinator_starts_with_the_stored_settings_and_answers(groups:
 async def test_a_coordinator_whose_settings_it_refuses_is_tried_again_once_they_change(
     groups: Groups, machine: FakeMachine
 ) -> None:
-    groups.service.open_place(seeing())
-    order = await machine.started()
-    while order.spec.people is None:
-        await machine.boot(order)
-        order = await machine.started()
-    machine.tell(control_link.LaunchFailed(order.spec.id, robot_link.Refusal("invalid-input", "no rule 'guess'")))
+    refused = robot_link.Refusal("invalid-input", "no rule 'guess'")
+    machine.tell(control_link.LaunchFailed((await ordered(groups, machine)).spec.id, refused))
     await until(lambda: not groups.is_open())
     await groups.after(0.0)
     (view,) = groups.people.views()
     assert (view.state, view.reason) == ("refused", "no rule 'guess'")
+    await groups.after(RETRY)
+    machine.tell(control_link.LaunchFailed((await machine.started()).spec.id, refused))
+    await until(lambda: not groups.is_open())
+    await groups.after(0.0)
+    await groups.after(RETRY)
+    assert not groups.is_open(), "each time later"
     await groups.people.configure("ann", "house", PeopleSettings())
     await groups.after(0.0)
     assert groups.is_open()
