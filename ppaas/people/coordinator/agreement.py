@@ -19,24 +19,24 @@ CONFIRMS = 1.0
 """Distance to a person whom others see within which they confirm a torso of a robot that is not trusted [m]."""
 
 
-def update_offsets(sightings: Sightings, seconds: float, turn: int) -> None:
+def update_offsets(sightings: Sightings, now: float, turn: int) -> None:
     """Update the offsets of robots by the people whom other robots saw in the same cycle.
 
     Parameters
     ----------
     sightings : Sightings
-    seconds : float
-        Time since the last cycle [s].
+    now : float
+        [s]
     turn : int
         Number of the cycle, which decides whose turn it is.
     """
-    for robot in sightings.robots:
-        robot.offset.predict(seconds, prior_of(robot.report))
     shared = _shared(sightings)
-    owners = sorted(set(sightings.owners[shared].tolist()))
-    first = turn * OFFSETS_A_CYCLE % len(owners) if len(owners) > OFFSETS_A_CYCLE else 0
-    for owner in (owners[first:] + owners[:first])[:OFFSETS_A_CYCLE]:
-        _compare(sightings, shared & (sightings.owners == owner), sightings.robots[owner])
+    rounds = -(-len(sightings.robots) // OFFSETS_A_CYCLE)
+    for owner in range(turn % rounds, len(sightings.robots), rounds):
+        robot, mine = sightings.robots[owner], shared & (sightings.owners == owner)
+        robot.offset.predict(now, prior_of(robot.report))
+        if mine.any():
+            _compare(sightings, mine, robot)
 
 
 def _shared(sightings: Sightings) -> NDArray[np.bool_]:

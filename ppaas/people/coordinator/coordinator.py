@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.messages.people_coordination import PeopleReport, PeopleState, ZoneCount
+from ppaas.messages.people_coordination import LOST, PeopleReport, PeopleState, ZoneCount
 from ppaas.people.coordinator import agreement, conversations
 from ppaas.people.coordinator.cost_fields import PathCosts
 from ppaas.people.coordinator.duplicates import Duplicates
@@ -32,6 +32,7 @@ from ppaas.people.coordinator.zone_counts import ZoneCounts
 from ppaas.people.rules.base import Candidate
 from ppaas.people.rules.registry import create
 from ppaas.people.settings import PeopleSettings
+from ppaas.people.tracks.assignment import solver
 
 Array = NDArray[np.float64]
 
@@ -85,6 +86,7 @@ class Coordinator:
         self._walls = Walls(costmap)
         self._costs = PathCosts(costmap, self.parameters.cells_per_cycle)
         self.at = self.began = -math.inf
+        solver()  # import it now: it takes longer than a cycle may
         self._turn = 0
 
     def use_costmap(self, costmap: Costmap) -> None:
@@ -145,7 +147,7 @@ class Coordinator:
             name: robot for name, robot in self.robots.known.items()
             if now - robot.arrived <= self.parameters.report_timeout and robot.repeated < 5
         }  # fmt: skip
-        self._recognize(reporting, seconds, now)
+        self._recognize(reporting, now)
         views = self._views(reporting)
         self._update_presence(views, seconds, now)
         self._merge(reporting, views, now)
@@ -174,12 +176,12 @@ class Coordinator:
         """
         load_state(self, saved)
 
-    def _recognize(self, reporting: Mapping[str, Robot], seconds: float, now: float) -> None:
+    def _recognize(self, reporting: Mapping[str, Robot], now: float) -> None:
         """Steps 1 to 3: torsos in the world frame become people; robots that see the same people are compared."""
         used = {name: robot for name, robot in reporting.items() if robot.trust.trusted}
         fresh = [robot for robot in used.values() if robot.fresh]
         if fresh:
-            agreement.update_offsets(observe(self.table, fresh, now, self.parameters), seconds, self._turn)
+            agreement.update_offsets(observe(self.table, fresh, now, self.parameters), now, self._turn)
         row_of = self.table.row_of()
         for person in self.table.rows:
             person.seen_by.clear()
@@ -200,7 +202,7 @@ class Coordinator:
         ]
 
     def _update_presence(self, views: list[View], seconds: float, now: float) -> None:
-        unseen = [row for row, person in enumerate(self.table.rows) if not person.seen_by]
+        unseen = [row for row, person in enumerate(self.table.rows) if not person.seen_by and person.state != LOST]
         missed_by: dict[int, list[bool]] = {}
         for _, row in self._visible(views, unseen):
             missed_by.setdefault(row, []).append(True)
@@ -239,14 +241,14 @@ class Coordinator:
     def _compare(self, reporting: Mapping[str, Robot], views: list[View], seconds: float) -> None:
         """Add evidence for and against each robot: by walls, and by what some of the others see."""
         names = sorted(reporting)
-        for name in names:
-            robot = reporting[name]
+        for robot in reporting.values():
             robot.trust.forget(seconds)
-            walled = self._walled(robot)
-            robot.trust.see(seconds, walled=walled, clear=len(robot.world) - walled)
         trusted = sorted({view.robot for view in views})
         rounds = max(1, math.ceil(len(trusted) / WITNESSES_A_CYCLE))
         turn = set(trusted[self._turn % rounds :: rounds])
+        for number, name in enumerate(names):
+            if number in turn or not reporting[name].trust.trusted:
+                self._compare_with_map(reporting[name], rounds * seconds if number in turn else seconds)
         witnesses = [view for view in views if view.robot in turn]
         denied_by: dict[int, list[str]] = {}
         seen = [row for row, person in enumerate(self.table.rows) if person.seen_by]
@@ -260,13 +262,12 @@ class Coordinator:
                 agreement.compare_distrusted(self.table, reporting[name], deny, seconds)
             reporting[name].trust.judge()
 
-    def _walled(self, robot: Robot) -> int:
-        """Return how many people of a robot are in walls, or so far behind walls that it cannot see them."""
-        if not len(robot.world):
-            return 0
-        pose = robot.report.pose
-        origin = Pose2D(pose.x, pose.y)
-        return int((~self._walls.free_between(origin, robot.world, BEHIND + robot.deviation)).sum())
+    def _compare_with_map(self, robot: Robot, seconds: float) -> None:
+        """Add evidence for and against a robot: its people in walls, or so far behind that it cannot see them."""
+        if len(robot.world):
+            pose = robot.report.pose
+            clear = self._walls.free_between(Pose2D(pose.x, pose.y), robot.world, BEHIND + robot.deviation)
+            robot.trust.see(seconds, walled=int((~clear).sum()), clear=int(clear.sum()))
 
     def _denied(self, robot: Robot, views: list[View], names: list[str]) -> dict[int, list[str]]:
         """Return the robots that should see each torso of one that is not trusted."""

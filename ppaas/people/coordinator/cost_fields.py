@@ -157,6 +157,9 @@ class PathCosts:
 
     def _cell(self, position: Position) -> tuple[int, int] | None:
         """Return the free cell nearest to a position, if one is near."""
+        own = self._costmap.info.cell_of(*position)
+        if own is not None and _is_free(int(self._costmap.data[own])):
+            return own
         row, column = self._costmap.info.to_cells(position).tolist()
         reach = math.ceil(NEAREST / self._costmap.info.resolution)
         top, left = max(row - reach, 0), max(column - reach, 0)
@@ -166,6 +169,10 @@ class PathCosts:
             return None
         nearest = int(np.argmin((rows + top - row) ** 2 + (columns + left - column) ** 2))
         return int(rows[nearest]) + top, int(columns[nearest]) + left
+
+
+def _is_free(cost: int) -> bool:
+    return cost < INSCRIBED_INFLATED_OBSTACLE or cost == NO_INFORMATION
 
 
 def _within(cell: Iterable[int], corner: Ints, shape: tuple[int, int]) -> bool:

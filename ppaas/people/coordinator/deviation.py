@@ -20,10 +20,13 @@ def position_deviation(covariance: Sequence[float]) -> float:
         Covariance of ``geometry_msgs/PoseWithCovariance``, of AMCL for example.
     """
     xx, xy, yy = covariance[0], 0.5 * (covariance[1] + covariance[6]), covariance[7]
-    if xx == yy == 0.0:
-        return UNKNOWN
+    return UNKNOWN if xx == yy == 0.0 else max(radius_of(xx, xy, yy), LEAST)
+
+
+def radius_of(xx: float, xy: float, yy: float) -> float:
+    """Return the radius [m] that holds 95 % of a Gaussian along its widest axis, from its covariance [m²]."""
     widest = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
-    return max(CONFIDENCE * math.sqrt(max(widest, 0.0)), LEAST)
+    return CONFIDENCE * math.sqrt(max(widest, 0.0))
 
 
 def maximum_position_deviation(history: Iterable[float], disagreement: float = 0.0) -> float:

@@ -25,8 +25,8 @@ KEPT = 6.0
 """Reduction of the cost of the person that a torso was before."""
 CERTAIN = 0.5
 """Distance to the person that a torso was before within which it is that person, if no other person is near [m]."""
-APART = 1.0
-"""Distance to any other person that such a torso needs [m]."""
+CLEARLY = 0.4
+"""Distance by which any other person must be farther from such a torso [m]."""
 FASTEST = 2.5
 """Speed with which a person who is hidden may move [m/s]."""
 
@@ -93,9 +93,8 @@ def recognize(torsos: Torsos, known: Known, parameters: CoordinatorParameters) -
     people = np.full(len(torsos.robots), NOBODY, np.intp)
     apart = _distances(torsos.positions, known.positions)
     people[:] = _unmistakable(torsos, apart)
-    for rows in _by_robot(torsos.robots):
-        if (people[rows] == NOBODY).any():
-            people[rows] = _recognized(torsos.part(rows), known, apart[rows], parameters)
+    for rows in _by_robot(torsos.robots, people == NOBODY):
+        people[rows] = _recognized(torsos.part(rows), known, apart[rows], parameters)
     return _with_newcomers(torsos, people, len(known.positions), parameters)
 
 
@@ -119,11 +118,10 @@ def _distances(torsos: Array, people: Array) -> Array:
     return np.sqrt(x * x + y * y)
 
 
-def _by_robot(robots: Ints) -> list[Ints]:
-    """Return the rows of each robot."""
-    if not len(robots):
-        return []
-    return np.split(np.arange(len(robots)), np.flatnonzero(np.diff(robots)) + 1)
+def _by_robot(robots: Ints, wanted: NDArray[np.bool_]) -> list[Ints]:
+    """Return the rows of each robot, of those robots that have wanted rows; they are then all wanted."""
+    rows = np.flatnonzero(wanted)
+    return np.split(rows, np.flatnonzero(np.diff(robots[rows])) + 1) if len(rows) else []
 
 
 def _unmistakable(torsos: Torsos, apart: Array) -> Ints:
@@ -132,15 +130,16 @@ def _unmistakable(torsos: Torsos, apart: Array) -> Ints:
     A robot of which any torso is not so is compared as a whole.
     """
     people = np.full(len(torsos.robots), NOBODY, np.intp)
-    if apart.shape[1] == 0:
+    if not apart.size:
         return people
-    rows = np.arange(len(people))
     bound = torsos.before >= 0
-    own = np.where(bound, apart[rows, torsos.before], np.inf)
-    sure = bound & (own < CERTAIN) & ((apart < APART).sum(axis=1) == 1)
-    for part in _by_robot(torsos.robots):
-        if sure[part].all() and len(set(torsos.before[part].tolist())) == len(part):
-            people[part] = torsos.before[part]
+    own = np.where(bound, apart[np.arange(len(people)), torsos.before], np.inf)
+    sure = bound & (own < CERTAIN) & ((apart < own[:, np.newaxis] + CLEARLY).sum(axis=1) == 1)
+    pairs = torsos.robots * apart.shape[1] + torsos.before
+    _, first, times = np.unique(pairs, return_index=True, return_counts=True)
+    sure[first[times > 1]] = False
+    settled = np.bincount(torsos.robots, ~sure)[torsos.robots] == 0
+    people[settled] = torsos.before[settled]
     return people
 
 
@@ -182,7 +181,7 @@ def _with_newcomers(torsos: Torsos, people: Ints, first: int, parameters: Coordi
     rest = torsos.part(unknown)
     numbers = np.full(len(unknown), NOBODY, np.intp)
     heads: list[int] = []
-    for rows in _by_robot(rest.robots):
+    for rows in _by_robot(rest.robots, np.ones(len(unknown), np.bool_)):
         own = rest.part(rows)
         so_far = Known(rest.positions[heads], rest.covariances[heads], rest.deviations[heads], np.zeros(len(heads)))
         apart = _distances(own.positions, so_far.positions)

@@ -1,7 +1,11 @@
 """Offset of a robot: by how much it errs about its own pose, from people whom other robots see as well."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
+
+from ppaas.people.coordinator.deviation import radius_of
 
 Array = NDArray[np.float64]
 
@@ -23,16 +27,20 @@ class OffsetFilter:
     mean : (3,) array
         Where the robot believes to be, minus where it is [m, m, rad].
     covariance : (3, 3) array
+    at : float
+        Time of the last prediction [s].
     """
 
-    def __init__(self) -> None:
+    def __init__(self, now: float = 0.0) -> None:
+        self.at = now
         self.mean: Array = np.zeros(3)
         self.covariance: Array = np.zeros((3, 3))
 
-    def predict(self, seconds: float, prior: Array) -> None:
-        """Let the offset drift for a time [s], within the (3, 3) covariance of the robot's own localization."""
+    def predict(self, now: float, prior: Array) -> None:
+        """Let the offset drift until a time [s], within the (3, 3) covariance of the robot's own localization."""
+        seconds, self.at = max(now - self.at, 0.0), now
         fading = float(np.exp(-seconds / FORGET))
-        self.mean *= fading
+        self.mean = fading * self.mean
         self.covariance = fading**2 * self.covariance + (1.0 - fading**2) * prior + np.diag(seconds * DRIFT**2)
 
     def observe(self, levers: Array, residuals: Array, covariances: Array) -> None:
@@ -68,9 +76,16 @@ class OffsetFilter:
         return positions - jacobian_of(positions - origin) @ self.mean
 
     @property
-    def distance(self) -> float:
-        """Length of the offset [m]."""
-        return float(np.hypot(self.mean[0], self.mean[1]))
+    def error(self) -> float:
+        """Largest distance between where the robot believes to be and where it is, with 95 % certainty [m].
+
+        It is 0 before other robots have seen the same people: then only the robot itself knows how sure it is.
+        """
+        x, y, _ = self.mean.tolist()
+        if x == y == 0.0:
+            return 0.0
+        (xx, xy, _), (_, yy, _), _ = self.covariance.tolist()
+        return math.hypot(x, y) + radius_of(xx, xy, yy)
 
 
 def jacobian_of(levers: Array) -> Array:

@@ -1,15 +1,15 @@
 """Robots of a group: their last reports, deviations, offsets and trust."""
 
-import math
 from collections import deque
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.people.coordinator.deviation import CONFIDENCE, maximum_position_deviation, position_deviation
+from ppaas.people.coordinator.deviation import maximum_position_deviation, position_deviation
 from ppaas.people.coordinator.offsets import OffsetFilter
 from ppaas.people.coordinator.reports import Report
 from ppaas.people.coordinator.robot_clock import RobotClock
@@ -19,6 +19,8 @@ from ppaas.people.coordinator.world_frame import to_world
 Array = NDArray[np.float64]
 
 MOST_ROBOTS = 500
+MOST_BOUND = 200
+"""Number of torsos of a robot whose people are remembered."""
 SILENT = "has sent no report for {seconds:.0f} s; check its connection and its detectors"
 FROZEN = "repeats a report with the same stamp; check its detectors"
 
@@ -43,9 +45,7 @@ class Robot:
     repeated : int
         Number of reports in a row with the same stamp.
     bound : dict of str to int
-        Id of the person that each of its torsos was.
-    gave_up : dict of int to float
-        Time until which it does not get a person again, by id [s].
+        Id of the person that each of its torsos was, the latest last.
     """
 
     name: str
@@ -57,7 +57,6 @@ class Robot:
     fresh: bool = True
     repeated: int = 0
     bound: dict[str, int] = field(default_factory=dict)
-    gave_up: dict[int, float] = field(default_factory=dict)
     clock: RobotClock = field(default_factory=RobotClock)
     offset: OffsetFilter = field(default_factory=OffsetFilter)
     trust: TrustRecord = field(default_factory=TrustRecord)
@@ -73,9 +72,24 @@ class Robot:
     @property
     def deviation(self) -> float:
         """Maximum position deviation over its history [m]."""
-        doubt = CONFIDENCE * math.sqrt(float(np.linalg.eigvalsh(self.offset.covariance[:2, :2])[-1]))
-        error = self.offset.distance + doubt if self.offset.distance > 0.0 else 0.0
-        return maximum_position_deviation((deviation for _, deviation in self.deviations), error)
+        return maximum_position_deviation((deviation for _, deviation in islice(self.deviations, 1)), self.offset.error)
+
+    def bind(self, people: dict[str, int]) -> None:
+        """Note the id of the person that each torso of its last report is; earlier torsos may come back."""
+        earlier = {torso: person for torso, person in self.bound.items() if torso not in people}
+        surplus = len(earlier) + len(people) - MOST_BOUND
+        self.bound = dict(islice(earlier.items(), max(surplus, 0), None)) | people
+
+    def note_deviation(self, now: float, deviation: float, oldest: float) -> None:
+        """Add a deviation [m] to the history, which then begins at a time [s].
+
+        Only those are kept that are larger than all later ones, so that the first is the maximum.
+        """
+        while self.deviations and self.deviations[-1][1] <= deviation:
+            self.deviations.pop()
+        self.deviations.append((now, deviation))
+        while self.deviations[0][0] < oldest:
+            self.deviations.popleft()
 
     def torsos(self) -> Array:
         """Return its (n, 2) people in the frame of the map, without its offset [m]."""
@@ -136,14 +150,12 @@ class Robots:
         robot.report, robot.arrived, robot.fresh = report, now, True
         robot.world, robot.spread = to_world(report.pose, robot.offset.covariance, report.torsos, report.covariances)
         robot.measured = robot.clock.measured_at(report.stamp, now)
-        robot.deviations.append((now, position_deviation(report.covariance)))
-        while robot.deviations[0][0] < now - self._history:
-            robot.deviations.popleft()
+        robot.note_deviation(now, position_deviation(report.covariance), now - self._history)
 
     def _joined(self, report: Report, now: float) -> Robot:
         """Return a robot of which this is the first report."""
         robot = Robot(report.robot, report, now, now, np.zeros((0, 2)), np.zeros((0, 2, 2)))
-        robot.offset.covariance = prior_of(report)
+        robot.offset.at, robot.offset.covariance = now, prior_of(report)
         earlier = self.earlier.pop(report.robot, None)
         if earlier is not None:
             robot.bound = earlier.bound

@@ -77,9 +77,9 @@ def observe(table: PeopleTable, robots: Sequence[Robot], now: float, parameters:
     _note(table, torsos, people, scores, now)
     for number, robot in enumerate(ordered):
         mine = np.flatnonzero(torsos.robots == number)
-        robot.bound = {
-            each: table.rows[row].id for each, row in zip(robot.report.ids, people[mine].tolist(), strict=True)
-        }
+        robot.bind(
+            {each: table.rows[row].id for each, row in zip(robot.report.ids, people[mine].tolist(), strict=True)}
+        )
         robot.fresh = False
     return Sightings(ordered, torsos.robots, people, torsos.positions, torsos.covariances, scores)
 

@@ -1,10 +1,25 @@
 """Gated global assignment: which observation is which known person."""
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
+
+
+@cache
+def solver() -> Callable[[Array], tuple[Rows, Rows]]:
+    """Return scipy's solver of the linear assignment problem (Crouse, IEEE Trans. Aerospace 52, 2016).
+
+    It is imported by the first call, which takes some 0.3 s and memory that other nodes do not need.
+    """
+    from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - see above
+
+    solve: Callable[[Array], tuple[Rows, Rows]] = linear_sum_assignment
+    return solve
 
 
 def assign(costs: Array, limit: float) -> tuple[Rows, Rows]:
@@ -29,9 +44,7 @@ def assign(costs: Array, limit: float) -> tuple[Rows, Rows]:
     if (allowed.sum(axis=1) <= 1).all() and (allowed.sum(axis=0) <= 1).all():
         return rows, np.argmax(allowed[rows], axis=1)
 
-    from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - its memory is that of people alone
-
     part = np.minimum(costs[np.ix_(rows, columns)], limit)
-    left, right = linear_sum_assignment(part)
+    left, right = solver()(part)
     kept = part[left, right] < limit
     return rows[left[kept]], columns[right[kept]]
