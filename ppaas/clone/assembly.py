@@ -125,16 +125,13 @@ def build_clone(
     given = NodeParameters(parameters or {})
     body, costs = _body(given, model, urdf, parameters), costmap_parameters(parameters or {}).costs
     driving = _driving(given, base_global_planner, base_local_planner)
-    if layers is None:
-        check_no_masks(parameters or {})
-    located = while_mapping(given, posegraph) if layers is None else on_map(given, layers, initial_pose, threads)
+    located = _located(given, layers, initial_pose, threads, posegraph)
     state = given.read(StatePublisherParameters, "robot_state_publisher")
     move_base = _move_base(
         given, driving, body, located, costs=costs, threads=threads, reuse=reuse or ReuseSetup(), maps=layers is None
     )
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
-    optional = _optional(given, body, costs, located.names, threads, maps=layers is None)
-    optional |= people_makers(given, located.names, layers, robot)
+    optional = _optional(given, body, costs, located.names, threads, layers=layers, robot=robot)
     given.refuse_rest()
     makers: dict[str, Callable[[Context], Node]] = {
         **located.makers,
@@ -147,6 +144,20 @@ def build_clone(
     }
     for name in makers if only is None else only:
         graph.add(makers[name])
+
+
+def _located(
+    given: NodeParameters,
+    layers: MapLayers | None,
+    initial_pose: tuple[float, float, float],
+    threads: Threads,
+    posegraph: Callable[[str], bytes | memoryview] | None,
+) -> Localization:
+    """Return localization on a map, or that of a robot that makes one, which has no masks."""
+    if layers is not None:
+        return on_map(given, layers, initial_pose, threads)
+    check_no_masks(given.given)
+    return while_mapping(given, posegraph)
 
 
 def _move_base(
@@ -240,11 +251,20 @@ def _filters(keepout: KeepoutFilterParameters, speed: SpeedFilterParameters, lay
 
 
 def _optional(
-    given: NodeParameters, body: RobotModel, costs: CostParameters, names: FrameNames, threads: Threads, *, maps: bool
+    given: NodeParameters,
+    body: RobotModel,
+    costs: CostParameters,
+    names: FrameNames,
+    threads: Threads,
+    *,
+    layers: MapLayers | None,
+    robot: str,
 ) -> dict[str, Callable[[Context], Node]]:
-    """Return the makers of the nodes that only some robots have: for depth cameras, 3D maps and exploration."""
+    """Return the makers of the nodes that only some robots have: for depth cameras, 3D maps, exploration and people."""
+    maps = layers is None
     octomap = octomap_makers(given, names, threads, wanted=maps and given.has(DEPTH_CAMERA))
-    return octomap | _camera(given) | exploring(given, body, costs, names, maps=maps)
+    people = people_makers(given, names, layers, robot)
+    return octomap | _camera(given) | exploring(given, body, costs, names, maps=maps) | people
 
 
 def _camera(given: NodeParameters) -> dict[str, Callable[[Context], Node]]:

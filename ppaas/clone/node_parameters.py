@@ -15,11 +15,14 @@ class NodeParameters:
 
     Attributes
     ----------
+    given : mapping
+        All of them, as their user gave them.
     in_use : dict of dict
         Parameters in use, including defaults, by the same names.
     """
 
     def __init__(self, parameters: Mapping[str, Any]) -> None:
+        self.given = parameters
         self.in_use: dict[str, dict[str, Any]] = {}
         self._rest = dict(parameters)
         self._asked: list[str] = []

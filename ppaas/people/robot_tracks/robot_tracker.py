@@ -85,8 +85,8 @@ class RobotTrackerState(msgspec.Struct):
 class RobotTracker:
     """Tracker of people around a robot.
 
-    Its positions are those of the newest detection where there is one, and predicted ones else: whoever filters them
-    again gets measurements with errors that do not depend on each other.
+    Its positions are those of the newest detection where there is one, and predicted ones else. So the errors of
+    successive positions do not depend on each other, as the filter of the coordinator assumes.
     """
 
     def __init__(self) -> None:
