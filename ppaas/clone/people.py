@@ -34,7 +34,7 @@ def people_makers(given: NodeParameters, names: FrameNames, layers: MapLayers | 
     """
     detects = given.has(TORSO_DETECTOR, LEG_DETECTOR)
     tracker = _people_tracker(given, names, robot) if detects or given.has(PEOPLE_TRACKER) else {}
-    return _leg_detector(given, names, layers) | tracker
+    return _leg_detector(given, names, layers) | tracker | _follower(given, names, layers, robot)
 
 
 def _leg_detector(given: NodeParameters, names: FrameNames, layers: MapLayers | None) -> Makers:
@@ -54,3 +54,17 @@ def _people_tracker(given: NodeParameters, names: FrameNames, robot: str) -> Mak
 
     parameters = given.read(PeopleTrackerParameters, PEOPLE_TRACKER)
     return {PEOPLE_TRACKER: lambda context: PeopleTrackerNode(context, parameters, robot, names)}
+
+
+def _follower(given: NodeParameters, names: FrameNames, layers: MapLayers | None, robot: str) -> Makers:
+    """Return the maker of the node that follows people; a robot that makes its map has neither coordinator nor node."""
+    if not given.has(FOLLOW_PERSON):
+        return {}
+    from ppaas.nodes.follow_person.node import FollowPersonNode  # noqa: PLC0415
+    from ppaas.people.following.parameters import FollowParameters  # noqa: PLC0415
+
+    if layers is None:
+        given.check(FollowParameters, FOLLOW_PERSON)
+        return {}
+    parameters = given.read(FollowParameters, FOLLOW_PERSON)
+    return {FOLLOW_PERSON: lambda context: FollowPersonNode(context, parameters, robot, layers, names)}

@@ -10,6 +10,7 @@ from ppaas.messages.people_coordination import LOST, PeopleState
 from ppaas.messages.people_msgs import People
 from ppaas.nodes.frames import MAP
 from ppaas.parameters import Parameters
+from ppaas.people.state_checks import check_state
 from ppaas.people.talking_groups import between, groups_of, predicted
 from ppaas.transforms.planar import TransformTree
 
@@ -112,10 +113,7 @@ class SeenPeople:
         """
         if len(state.people) > MOST_PEOPLE:
             raise InvalidInput(f"a message may contain at most {MOST_PEOPLE} people, not {len(state.people)}")
-        for person in state.people:
-            numbers = (person.position.x, person.position.y, person.velocity.x, person.velocity.y)
-            if not all(map(math.isfinite, numbers)):
-                raise InvalidInput(f"the position and velocity of person {person.id} must be finite")
+        check_state(state)
         self._state, self._state_at = state, now
 
     def now(self, now: float) -> tuple[PersonNearby, ...]:

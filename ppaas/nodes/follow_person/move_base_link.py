@@ -1,0 +1,184 @@
+"""Goals that the node ``follow_person`` sends to Move Base, and those of clients, which take precedence."""
+
+from enum import Enum
+
+from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
+from ppaas.messages.base.std_msgs import Header, Time
+from ppaas.messages.geometry_msgs import Pose, PoseStamped
+from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
+from ppaas.messages.nav2_msgs import NavigateThroughPosesActionGoal
+from ppaas.messages.people_coordination import GoalUpdate
+from ppaas.navigation.action_goals import cancels
+from ppaas.navigation.events import CancelReceived, Goal
+from ppaas.nodes import topics
+from ppaas.nodes.base import Context, Payload, Topic
+from ppaas.nodes.frames import MAP
+from ppaas.nodes.nav2_actions import BACKUP, NAVIGATE_THROUGH_POSES, SPIN, WAIT
+
+PREFIX = "follow_person/"
+"""Beginning of the ids of the node's goals."""
+
+MOVED, TURNED, FASTER = 0.1, 0.2, 0.03
+"""Changes of a goal below which it is not updated [m, rad, m/s]."""
+
+LATE = 2.0
+"""Time after which a client's goal appears in the status list [s]; also after which ours must [s]."""
+
+
+class Outcome(Enum):
+    """End of a goal of the node, or what a client did."""
+
+    REACHED = "reached"
+    FAILED = "failed"
+    PREEMPTED = "preempted"
+    CANCELLED = "cancelled"
+
+
+class MoveBaseLink:
+    """Sends one goal at once, moves it, and knows whether a client has goals.
+
+    Parameters
+    ----------
+    context : Context
+        Of the node.
+
+    Attributes
+    ----------
+    counter : int
+        Number of goals sent; part of their ids.
+    text : str
+        Text of the last result.
+    """
+
+    subscribes: tuple[Topic, ...] = (
+        topics.MOVE_BASE_GOAL, topics.SIMPLE_GOAL, topics.GOAL_POSE, NAVIGATE_THROUGH_POSES.goal,
+        topics.MOVE_BASE_CANCEL, topics.MOVE_BASE_RESULT, topics.MOVE_BASE_STATUS, topics.WAYPOINTS_STATUS,
+        SPIN.status, BACKUP.status, WAIT.status,
+    )  # fmt: skip
+    publishes: tuple[Topic, ...] = (topics.MOVE_BASE_GOAL, topics.MOVE_BASE_GOAL_UPDATE, topics.MOVE_BASE_CANCEL)
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self.counter, self.text = 0, ""
+        self._goal: Goal | None = None
+        self._sent_at = 0.0
+        self._speed = 0.0
+        self._clients: set[str] = set()
+        self._heard = False
+        self._expected_until = float("-inf")
+        self._last_client = float("-inf")
+
+    @property
+    def driving(self) -> bool:
+        """Whether Move Base has a goal of the node."""
+        return self._goal is not None
+
+    @property
+    def is_heard(self) -> bool:
+        """Whether Move Base has reported its goals."""
+        return self._heard
+
+    def is_free(self, delay: float) -> bool:
+        """Return whether no client has had a goal for a time [s], as far as Move Base has reported."""
+        now = self._context.elapsed()
+        if self._clients or now < self._expected_until:
+            self._last_client = now
+        return self._heard and now - self._last_client >= delay
+
+    # -- goals of the node ---------------------------------------------------------------------------------------------
+
+    def drive(self, pose: Pose2D, speed: float) -> None:
+        """Drive to a pose, at most at a speed [m/s], 0 for no limit: the goal is moved, or a new one is sent."""
+        goal = self._goal
+        if goal is None:
+            self._send(pose)
+        elif not (_differs(goal.pose, pose) or abs(speed - self._speed) > FASTER):
+            return
+        elif pose != goal.pose:
+            self._goal = Goal(goal.id, pose, goal.stamp)
+        if goal is not None or speed > 0.0:
+            self._update(pose, speed)
+
+    def stop(self) -> None:
+        """Cancel the goal of the node, if there is one; its result is ignored."""
+        goal, self._goal = self._goal, None
+        if goal is not None:
+            self._context.publish(topics.MOVE_BASE_CANCEL.name, GoalID(id=goal.id))
+
+    def _send(self, pose: Pose2D) -> None:
+        self.counter += 1
+        stamp = self._context.now()
+        self._goal = Goal(f"{PREFIX}{self.counter}-{stamp:.3f}", pose, stamp)
+        self._sent_at, self._speed = self._context.elapsed(), 0.0
+        goal_id = GoalID(Time.of(stamp), self._goal.id)
+        self._context.publish(
+            topics.MOVE_BASE_GOAL.name, MoveBaseActionGoal(MoveBaseGoal(self._stamped(pose)), goal_id)
+        )
+
+    def _update(self, pose: Pose2D, speed: float) -> None:
+        if self._goal is None:
+            return  # Move Base has refused the goal that was just sent
+        self._speed = speed
+        update = GoalUpdate(self._goal.id, self._stamped(pose), speed)
+        self._context.publish(topics.MOVE_BASE_GOAL_UPDATE.name, update)
+
+    def _stamped(self, pose: Pose2D) -> PoseStamped:
+        return PoseStamped(Header(stamp=Time.of(self._context.now()), frame_id=MAP), Pose.of(pose))
+
+    # -- messages ------------------------------------------------------------------------------------------------------
+
+    def take(self, topic: str, message: Payload) -> Outcome | None:
+        """Take a message of one of the topics; return what it means for following, None for nothing."""
+        match message:
+            case MoveBaseActionResult():
+                return self._on_result(message)
+            case GoalStatusArray():
+                self._on_status(topic, message)
+            case MoveBaseActionGoal() | NavigateThroughPosesActionGoal():
+                self._on_goal(message.goal_id.id)
+            case PoseStamped():
+                self._on_goal("")
+            case GoalID():
+                return self._on_cancel(message)
+        return None
+
+    def _on_result(self, message: MoveBaseActionResult) -> Outcome | None:
+        status = message.status
+        if self._goal is None or status.goal_id.id != self._goal.id:
+            return None
+        self._goal, self.text = None, status.text
+        if status.status == Status.SUCCEEDED:
+            return Outcome.REACHED
+        if status.status == Status.ABORTED:
+            return Outcome.FAILED
+        self._expected_until = self._context.elapsed() + LATE
+        return Outcome.PREEMPTED
+
+    def _on_status(self, topic: str, message: GoalStatusArray) -> None:
+        active = [each.goal_id.id for each in message.status_list if not Status(each.status).terminal]
+        if any(not goal_id.startswith(PREFIX) for goal_id in active):
+            self._clients.add(topic)
+        else:
+            self._clients.discard(topic)
+        if topic != topics.MOVE_BASE_STATUS.name:
+            return
+        self._heard = True
+        known = self._goal is not None and any(each.goal_id.id == self._goal.id for each in message.status_list)
+        if self._goal is not None and not known and self._context.elapsed() - self._sent_at > LATE:
+            self._goal = None  # Move Base was replaced by one that does not know it
+
+    def _on_goal(self, goal_id: str) -> None:
+        if not goal_id.startswith(PREFIX):
+            self._expected_until = self._context.elapsed() + LATE
+
+    def _on_cancel(self, message: GoalID) -> Outcome | None:
+        """Return whether a client cancels the goal of the node, or all goals, which stops the robot."""
+        event = CancelReceived(self._context.elapsed(), message.id, message.stamp.seconds())
+        everything = not event.id and event.stamp == 0.0
+        own = self._goal is not None and cancels(event, self._goal)
+        return Outcome.CANCELLED if everything or own else None
+
+
+def _differs(one: Pose2D, other: Pose2D) -> bool:
+    return one.distance_to(other) > MOVED or abs(wrap_angle(one.theta - other.theta)) > TURNED

@@ -1,0 +1,1 @@
+"""Following of a person by one robot: decides where it drives, and where it searches."""

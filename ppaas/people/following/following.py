@@ -1,0 +1,294 @@
+"""Decides how a robot follows one person: where it stands or drives to, how fast, and when it searches or gives up."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.messages.people_coordination import (
+    FOLLOWING,
+    GAVE_UP,
+    LOST,
+    SEARCHING,
+    SEEN,
+    WAITING,
+    PeopleState,
+    SensorView,
+)
+from ppaas.people.following.parameters import FollowParameters
+from ppaas.people.following.places import Places
+from ppaas.people.following.progress import Progress
+from ppaas.people.following.search import Search
+from ppaas.people.following.standing_place import GROUP_MARGIN, PlaceRequest, choose_place, facing
+from ppaas.people.following.target import Target
+from ppaas.people.talking_groups import Points, distances_to, groups_of, predicted
+
+AHEAD = 1.0
+"""Time for which the goal is ahead of a walking person: the robot does not stop at it before it moves on [s]."""
+
+BESIDE = math.radians(120.0)
+"""Direction of the places at the left and the right side of a person, from the heading: beside, and a little behind."""
+
+APPROACHING, NEAR, TOWARDS = 0.2, 4.0, math.radians(60.0)
+"""A person approaches who comes nearer faster than this [m/s], from within this distance [m], and walks in a direction
+that is off that to the robot by at most this [rad]."""
+
+CLOSING = 0.8
+"""Speed added to that of the person for each metre that the robot is too far away [1/s]."""
+
+MATCHED = 3.0
+"""Distance beyond the one wanted up to which the robot's speed is matched; farther away it is not limited [m]."""
+
+SLOWEST = 0.15
+"""Least limit of the speed while the robot follows [m/s]."""
+
+TURN, TURNED = 0.5, 0.2
+"""Angle to the person from which a waiting robot turns, and up to which it does [rad]."""
+
+UNKNOWN = 5.0
+"""Time after which a person without a position is given up [s]."""
+
+
+class Step(NamedTuple):
+    """What the robot does now.
+
+    Parameters
+    ----------
+    state : str
+        A state of `ppaas.messages.people_coordination.FollowStatus`.
+    reason : str
+        Why, for people to read.
+    distance : float
+        Distance to the person [m]; 0 while it is unknown.
+    place : Pose2D or None
+        Where it drives; None if it stands.
+    speed : float
+        Fastest speed [m/s]; 0 for no limit.
+    """
+
+    state: str
+    reason: str
+    distance: float = 0.0
+    place: Pose2D | None = None
+    speed: float = 0.0
+
+
+class Following:
+    """Follows one person by one order.
+
+    Parameters
+    ----------
+    person : int
+        Id of the person.
+    robot : str
+        Robot ID of the robot that follows.
+    parameters : FollowParameters
+    places : Places
+        Places of the map.
+    now : float
+        Start, by the clock of the node [s].
+    """
+
+    def __init__(self, person: int, robot: str, parameters: FollowParameters, places: Places, now: float) -> None:
+        self.person = person
+        self._robot, self._parameters, self.places = robot, parameters, places
+        self._target = Target(now)
+        self._began, self._heard_at = now, now
+        self._state: PeopleState | None = None
+        self._search: Search | None = None
+        self._search_began = 0.0
+        self._progress = Progress()
+        self._gave_up, self._not_found = "", False
+        self._settled = self._turning = False
+        self._direction: float | None = None
+
+    def hear(self, state: PeopleState, now: float) -> None:
+        """Take a message of the coordinator."""
+        self._state, self._heard_at = state, now
+        found = [person for person in state.people if person.id == self.person]
+        self._target.take(found[0] if found else None, now)
+        if self._not_found and found and found[0].state == SEEN:
+            self._gave_up, self._not_found, self._search = "", False, None
+
+    def use_places(self, places: Places) -> None:
+        """Continue on another map; a search begins again there."""
+        self.places, self._search = places, None
+
+    def failed(self, reason: str) -> None:
+        """Note that Move Base could not reach the last place, which is avoided from now on."""
+        if self._progress.fail(self._heard_at) > self._progress.most:
+            self.give_up(f"person {self.person} cannot be reached: {reason}")
+
+    @property
+    def gave_up(self) -> str:
+        """Why the person was given up; empty if not."""
+        return self._gave_up
+
+    @property
+    def not_found(self) -> bool:
+        """Whether the person was given up because the search found nobody; it ends when a robot sees the person."""
+        return self._not_found
+
+    def give_up(self, reason: str, *, not_found: bool = False) -> None:
+        """Follow no longer by this order, or until a robot sees a person who was ``not_found``."""
+        self._gave_up, self._not_found = reason, not_found
+
+    def step(self, now: float, robot: Pose2D, views: Sequence[SensorView]) -> Step:
+        """Decide what the robot does.
+
+        Parameters
+        ----------
+        now : float
+            By the clock of the node [s].
+        robot : Pose2D
+            Pose of the robot in the map.
+        views : sequence of SensorView
+            Views of its detectors.
+        """
+        if not self._gave_up:
+            step = self._decide(now, robot, views)
+            if not self._gave_up:
+                return step
+        return Step(GAVE_UP, self._gave_up)
+
+    def _decide(self, now: float, robot: Pose2D, views: Sequence[SensorView]) -> Step:
+        if not self._target.known:
+            if now - self._began > UNKNOWN:
+                self.give_up(f"the coordinator knows no position of person {self.person}")
+            return Step(WAITING, f"waiting for the position of person {self.person}")
+        if now - self._target.seen_at > self._parameters.hidden_patience:
+            return self._look(now, robot, views)
+        self._search = None
+        return self._follow(now, robot)
+
+    # -- following -----------------------------------------------------------------------------------------------------
+
+    def _follow(self, now: float, robot: Pose2D) -> Step:
+        person = self._target.position(now)
+        apart = math.dist(person, robot[:2])
+        if self._approaches(person, robot, apart):
+            return self._wait("the person comes towards the robot", robot, person)
+        if self._is_well_placed(person, robot, apart):
+            self._progress.reset()
+            return self._wait("near the person", robot, person)
+        place = self._place(now, robot)
+        if place is None:
+            return self._wait("no place near the person is free", robot, person)
+        if self._is_behind_robot(place, robot, person, apart):
+            return self._wait("the person is nearer than the distance", robot, person)
+        if self._progress.is_stuck(now, robot, place):
+            if self._progress.failures > self._progress.most:
+                self.give_up("the places near the person cannot be reached")
+            return self._wait("the place is not reached; another one is tried", robot, person)
+        return Step(FOLLOWING, f"following person {self.person}", apart, place, self._speed(apart))
+
+    def _wait(self, reason: str, robot: Pose2D, person: tuple[float, float]) -> Step:
+        """Stand, and turn to the person."""
+        self._progress.rest()
+        pose = facing((robot.x, robot.y), person)
+        off = abs(wrap_angle(pose.theta - robot.theta))
+        self._turning = off > (TURNED if self._turning else TURN)
+        return Step(WAITING, reason, math.dist(person, robot[:2]), pose if self._turning else None)
+
+    def _approaches(self, person: tuple[float, float], robot: Pose2D, apart: float) -> bool:
+        """Return whether the person walks towards the robot, which then stands instead of driving at the person."""
+        heading = self._target.heading
+        if not self._target.walking or heading is None or apart > NEAR:
+            return False
+        off = abs(wrap_angle(math.atan2(robot.y - person[1], robot.x - person[0]) - heading))
+        return off <= TOWARDS and self._target.speed * math.cos(off) >= APPROACHING
+
+    def _is_well_placed(self, person: tuple[float, float], robot: Pose2D, apart: float) -> bool:
+        """Return whether the robot may stay where it is, near a person who stands."""
+        p, here = self._parameters, (robot.x, robot.y)
+        far = p.distance + (p.tolerance if self._settled else 0.25 * p.tolerance)
+        outside = float(distances_to(np.array([here]), self._groups(0.0))[0]) >= 0.8 * GROUP_MARGIN
+        self._settled = not self._target.walking and apart <= far and outside and self.places.sees(person, here)
+        return self._settled
+
+    def _place(self, now: float, robot: Pose2D) -> Pose2D | None:
+        """Return the pose from which the robot follows."""
+        target = self._target
+        assert target.seen is not None, "the person is known"
+        seen = target.seen.position.x, target.seen.position.y
+        for person in (target.position(now, AHEAD), target.position(now), seen):  # predictions may be inside a wall
+            wanted, path = self._wanted(now, person, robot)
+            chosen = choose_place(self._request(now, person, robot, wanted, path), self.places)
+            if chosen is not None:
+                self._direction = math.atan2(chosen[1] - person[1], chosen[0] - person[0])
+                return facing(chosen, person)
+        self._direction = None
+        return None
+
+    def _wanted(
+        self, now: float, ahead: tuple[float, float], robot: Pose2D
+    ) -> tuple[float, tuple[float, float] | None]:
+        """Return the wanted direction from the person to the robot [rad], and the place on the path walked."""
+        target, p = self._target, self._parameters
+        if target.heading is None or not (target.walking or p.side != "behind"):
+            return math.atan2(robot.y - ahead[1], robot.x - ahead[0]), None
+        if p.side == "behind":
+            return wrap_angle(target.heading + math.pi), target.behind(now, AHEAD, p.distance)
+        return wrap_angle(target.heading + (BESIDE if p.side == "left" else -BESIDE)), None
+
+    def _request(
+        self, now: float, ahead: tuple[float, float], robot: Pose2D, wanted: float, path: tuple[float, float] | None
+    ) -> PlaceRequest:
+        assert self._state is not None, "the person is known from a message"
+        age = now - self._heard_at
+        others = [person for person in self._state.people if person.id != self.person and person.state != LOST]
+        robots = [(each.position.x, each.position.y) for each in self._state.robots if each.robot != self._robot]
+        return PlaceRequest(
+            ahead, robot, self._parameters.distance, wanted, self._direction, path,
+            people=np.array([predicted(person, age) for person in others]).reshape(-1, 2),
+            robots=np.array(robots).reshape(-1, 2),
+            personal_space=self._parameters.personal_space, groups=self._groups(age),
+            failed=self._progress.failed(now),
+        )  # fmt: skip
+
+    def _groups(self, age: float) -> list[Points]:
+        return [] if self._state is None else groups_of(self._state.people, age)
+
+    def _is_behind_robot(self, place: Pose2D, robot: Pose2D, person: tuple[float, float], apart: float) -> bool:
+        """Return whether the robot would turn its back on a person who is near enough, in order to drive to a place."""
+        if apart > self._parameters.distance + self._parameters.tolerance or not self._groups_leave(robot):
+            return False
+        to_place, to_person = (place.x - robot.x, place.y - robot.y), (person[0] - robot.x, person[1] - robot.y)
+        return to_place[0] * to_person[0] + to_place[1] * to_person[1] < 0.0
+
+    def _groups_leave(self, robot: Pose2D) -> bool:
+        """Return whether the robot is outside of the space between people who talk."""
+        return float(distances_to(np.array([robot[:2]]), self._groups(0.0))[0]) >= 0.8 * GROUP_MARGIN
+
+    def _speed(self, apart: float) -> float:
+        """Return the limit of the speed [m/s], by which the robot keeps its distance; 0 for none."""
+        p, far = self._parameters, apart - self._parameters.distance
+        if not self._target.walking or far > MATCHED:
+            return p.max_speed
+        matched = max(self._target.speed + CLOSING * far, SLOWEST)
+        return min(matched, p.max_speed) if p.max_speed else matched
+
+    # -- searching -----------------------------------------------------------------------------------------------------
+
+    def _look(self, now: float, robot: Pose2D, views: Sequence[SensorView]) -> Step:
+        target = self._target
+        assert target.seen is not None, "the person is known"
+        search = self._search
+        if search is None:
+            velocity = target.seen.velocity.x, target.seen.velocity.y
+            seen = target.seen.position.x, target.seen.position.y
+            search = self._search = Search(self.places, seen, velocity, target.seen_at)
+            self._search_began = now
+            self._progress.reset()
+        search.update(now, robot, views)
+        if now - self._search_began > self._parameters.search_timeout:
+            seconds = self._parameters.search_timeout
+            self.give_up(f"person {self.person} was not found within {seconds:g} s", not_found=True)
+        place = search.next_place(robot, views)
+        if place is None:
+            self.give_up(f"person {self.person} is nowhere near the place of the last sight", not_found=True)
+        elif self._progress.is_stuck(now, robot, place):
+            search.skip()
+        return Step(SEARCHING, f"searching for person {self.person}", 0.0, place, self._parameters.max_speed)
