@@ -43,10 +43,11 @@ async def watch(robot: RobotClient, error: float) -> None:
         await asyncio.sleep(PERIOD)
 
 
-async def coordinators(rest: RestClient) -> list[int]:
-    """Return the process ids of the coordinators that are ready."""
-    containers = await rest.items("/v1/containers")
-    return [one["pid"] for one in containers if one["kind"] == "coordinator" and one["map"]["id"] == MAP]
+async def coordinator(rest: RestClient) -> tuple[int, str]:
+    """Return the process id and the map version of the only coordinator."""
+    containers = [one for one in await rest.items("/v1/containers") if one["kind"] == "coordinator"]
+    (found,) = [one for one in containers if one["map"]["id"] == MAP]
+    return found["pid"], found["map"]["version"]
 
 
 def visitor(states: list[PeopleState], seconds: float = 0.0) -> TrackedPerson | None:
@@ -55,6 +56,15 @@ def visitor(states: list[PeopleState], seconds: float = 0.0) -> TrackedPerson | 
     if len(people) != 1 or len(people[0].seen_by) != len(ROBOTS):
         return None
     return people[0] if people[0].last_seen.seconds() - people[0].first_seen.seconds() >= seconds else None
+
+
+async def _seen_again(states: list[PeopleState]) -> tuple[int, Time]:
+    """Return the identity of the visitor, and the time that both robots saw them first, in a state that is to come."""
+    states.clear()
+    await until(lambda: visitor(states))
+    person = visitor(states)
+    assert person is not None
+    return person.id, person.first_seen
 
 
 async def test_two_robots_see_one_person_whose_identity_outlives_the_coordinator(cloud: RunningCloud) -> None:
@@ -76,11 +86,12 @@ async def test_two_robots_see_one_person_whose_identity_outlives_the_coordinator
         before = visitor(states)
         assert before is not None and states[-1].count == 1
         assert {frame.partition("/")[0] for frame in before.seen_by} == set(ROBOTS)
-        (killed,) = await coordinators(rest)
+        killed, version = await coordinator(rest)
         os.kill(killed, signal.SIGKILL)
-        states.clear()
-        await until(lambda: visitor(states))
-        after = visitor(states)
-        assert after is not None and (after.id, after.first_seen) == (before.id, before.first_seen)
-        (replaced,) = await coordinators(rest)
+        assert await _seen_again(states) == (before.id, before.first_seen)
+        replaced, _ = await coordinator(rest)
         assert replaced != killed
+        await publish_map(rest, MAP, walled_map(6.0, 4.0, [(0.2, 3.0, 1.0, 3.8)]))
+        assert await _seen_again(states) == (before.id, before.first_seen)
+        pid, follows = await coordinator(rest)
+        assert pid == replaced and follows != version
