@@ -12,7 +12,7 @@ from engine.protocols import machine_link
 from engine.specs.containers import Launch
 from engine.specs.layer_files import open_layers
 from engine.specs.robot_layers import filters_of, layers_of
-from ppaas.clone.people import LEG_DETECTOR
+from ppaas.clone.people import FOLLOW_PERSON, LEG_DETECTOR
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.nodes.amcl.node import AmclNode
@@ -112,6 +112,7 @@ class CurrentMap:
         if isinstance(amcl, AmclNode):
             amcl.use_layers(layers)
         _use_in_leg_detector(graph, layers)
+        _use_in_follower(graph, layers)
         if spec.people is not None:
             _coordinate_on(graph, layers)
         if monitoring is not None:
@@ -139,6 +140,16 @@ def _use_in_leg_detector(graph: Graph, layers: MapLayers) -> None:
 
     node = graph.nodes[LEG_DETECTOR]
     assert isinstance(node, LegDetectorNode)
+    node.use_layers(layers)
+
+
+def _use_in_follower(graph: Graph, layers: MapLayers) -> None:
+    if FOLLOW_PERSON not in graph.nodes:
+        return
+    from ppaas.nodes.follow_person.node import FollowPersonNode  # noqa: PLC0415  # as above
+
+    node = graph.nodes[FOLLOW_PERSON]
+    assert isinstance(node, FollowPersonNode)
     node.use_layers(layers)
 
 
