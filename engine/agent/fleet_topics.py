@@ -21,7 +21,7 @@ MAX_WAITING = 1 << 18
 MAX_SHARED = 1 << 16
 """Largest shared message [bytes]; it is sent to every robot on the map."""
 
-MAX_STATE = 1 << 18
+MAX_STATE = 1 << 20
 """Largest state of the people on a map [bytes], for a thousand people; it is sent to the robots of one user."""
 
 
