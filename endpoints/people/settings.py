@@ -1,6 +1,7 @@
 """Changes of the settings of people: they are stored, and the coordinator of the group goes on with them."""
 
 from collections.abc import Callable
+from contextlib import suppress
 
 from msgspec.structs import replace
 from starlette.concurrency import run_in_threadpool
@@ -8,13 +9,16 @@ from starlette.concurrency import run_in_threadpool
 from endpoints.people.retention import forget_expired
 from endpoints.services.services import Services
 from ppaas.clock import epoch
-from ppaas.errors import InvalidInput
+from ppaas.errors import Conflict, InvalidInput
 from ppaas.people.settings import PeopleSettings
-from storage.people_records import MapPeople
+from storage.people_records import MapPeople, changed_meanwhile
 from storage.ports import Store
 
 NAMED = "named"
 """Rule by which the given people are followed."""
+
+ATTEMPTS = 8
+"""Number of times that settings are changed before a client is told of the conflict."""
 
 Change = Callable[[PeopleSettings], PeopleSettings]
 
@@ -35,7 +39,7 @@ async def change_settings(services: Services, user: str, map_id: str, change: Ch
     InvalidInput
         The coordinator refuses the settings; the previous ones are stored again.
     Conflict
-        Another client changed the settings meanwhile.
+        Other clients kept changing the settings.
     Unavailable
         The store or the coordinator does not answer. The settings may be stored already: try again.
     """
@@ -72,10 +76,14 @@ def follow(people: list[int]) -> Change:
 
 
 def _put(store: Store, user: str, map_id: str, change: Change) -> tuple[PeopleSettings, PeopleSettings]:
-    before = store.people_settings(user, map_id)
-    after = change(before)
-    store.put_people_settings(MapPeople(user, map_id, after), instead_of=before)
-    return before, after
+    """Store changed settings; return the previous and the new ones. If others were stored meanwhile, change these."""
+    for _ in range(ATTEMPTS):
+        before = store.people_settings(user, map_id)
+        after = change(before)
+        with suppress(Conflict):
+            store.put_people_settings(MapPeople(user, map_id, after), instead_of=before)
+            return before, after
+    raise changed_meanwhile(map_id)
 
 
 def _put_back(store: Store, record: MapPeople, refused: PeopleSettings) -> None:

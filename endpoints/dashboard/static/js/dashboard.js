@@ -7,6 +7,7 @@ import { LayerPanel } from "./layer_panel.js";
 import { showContainers, showMachines } from "./load_panel.js";
 import { MapChoice } from "./map_choice.js";
 import { MapPanel, partnersOf } from "./map_panel.js";
+import { People } from "./people.js";
 import { Poller } from "./poller.js";
 import { Refused, Unreachable } from "./rest.js";
 import { RobotCard } from "./robot_card.js";
@@ -22,7 +23,7 @@ export class Dashboard {
   #me = null;
   #radii = null;
   #grid = null;
-  #layers = new LayerPanel((layer, on) => this.#fleet.layer(layer, on));
+  #layers = new LayerPanel((layer, on) => this.#switch(layer, on));
   #fleet;
   #tools = new Tools((tool) => this.#tools.pick(tool));
   #stage;
@@ -34,6 +35,7 @@ export class Dashboard {
     refuse: (review, why) => this.#decide(review, "refuse", { why }),
     merge: (other, into) => this.#ask(`${this.#mapPath}/merge`, { with: other, into }, `${into} is merged of both maps`),
   });
+  #people;
   #poller;
   #expired;
 
@@ -43,7 +45,9 @@ export class Dashboard {
     this.#expired = expired;
     const events = { changed: () => this.#stage?.renderer.ask(), ended: this.#ended, told: this.#told };
     this.#fleet = new Fleet((robot) => rest.socketUrl(robot), this.#layers.shown, events);
-    this.#stage = new Stage(this.#fleet, this.#tools, { select: (id) => this.#select(id), order: (pose) => this.#order(pose) });
+    this.#stage = new Stage(this.#fleet, this.#tools, { select: (id) => this.#select(id), order: (pose) => this.#order(pose), pick: (point, reach) => this.#pick(point, reach) });
+    this.#people = new People(rest, { changed: () => this.#stage.renderer.ask(), failed: (error) => this.#failed(error), ask: (order, done) => this.#tell(order, done) });
+    this.#stage.renderer.people = this.#people.layer;
     this.#list = new RobotList(this.#fleet, (link) => this.#stage.renderer.colourOf(link), (id) => this.#select(id));
     this.#card = new RobotCard({
       drive: (pose) => this.#drive(pose),
@@ -73,6 +77,7 @@ export class Dashboard {
     await this.#showMap();
     await this.#showChanges(maps);
     await this.#showSharing();
+    await this.#people.poll(maps.some(({ id }) => id === this.#maps.current) ? this.#mapPath : null);
     this.#fleet.update(robots.filter(({ map }) => map === this.#maps.current), own, this.#radii);
     showMachines(found);
     showContainers(containers, this.#me.role === "admin");
@@ -175,6 +180,16 @@ export class Dashboard {
     this.#poller.now();
   }
 
+  #switch(layer, on) {
+    if (layer === "people") this.#stage.renderer.people = on ? this.#people.layer : null;
+    else this.#fleet.layer(layer, on);
+  }
+
+  /** Pick the person at a point of the map. */
+  #pick(point, reach) {
+    this.#people.pick(this.#people.state.at(point, reach)?.id ?? null);
+  }
+
   #select(id) {
     this.#fleet.select(id);
     this.#tools.robot = id;
@@ -199,9 +214,14 @@ export class Dashboard {
   }
 
   /** Send an order of the user to the cloud, and say how it went. */
-  async #ask(path, body, done) {
+  #ask(path, body, done) {
+    return this.#tell(this.#rest.post(path, body), done);
+  }
+
+  /** Say how an order of the user went. @param {Promise<unknown>} order @param {string} done */
+  async #tell(order, done) {
     try {
-      await this.#rest.post(path, body);
+      await order;
       toast(done, "good");
     } catch (error) {
       toast(error.message, "bad");

@@ -8,6 +8,7 @@ const LEAST = 8; // pixels: a robot seen from afar is still found
 export class Renderer {
   /** @type {MapPicture | null} */ #picture = null;
   /** @type {{from: import("./geometry.js").Point, theta: number | null, colour: string} | null} */ #aim = null;
+  /** @type {import("./people_layer.js").PeopleLayer | null} */ #people = null;
   /** @type {{column: number, row: number, width: number, height: number}[]} */ #changes = [];
   #asked = false;
   #canvas;
@@ -35,8 +36,16 @@ export class Renderer {
     this.ask();
   }
 
+  /** Set what draws people, or null to hide them. */
+  set people(layer) {
+    this.#people = layer;
+    if (layer) layer.theme = this.#theme;
+    this.ask();
+  }
+
   set theme(theme) {
     this.#theme = theme;
+    if (this.#people) this.#people.theme = theme;
     this.#picture?.paint(theme.palette);
     this.ask();
   }
@@ -75,6 +84,7 @@ export class Renderer {
     const links = this.#fleet.links.filter((link) => link.connected && link.state.pose);
     for (const link of links) this.#drawSurroundings(context, link);
     for (const link of links) this.#drawTarget(context, link);
+    this.#people?.draw(context, this.#view);
     for (const link of links) this.#drawRobot(context, link);
     if (this.#aim) target(context, this.#aim.from, this.#aim.theta, this.#aim.colour, this.#theme.halo);
   }

@@ -79,6 +79,12 @@ export class Rest {
     return ask(path, { method: "POST", headers, body: JSON.stringify(body) }, json, PATIENCE_FOR_MAPS);
   }
 
+  /** Change a resource by a JSON merge patch. @param {string} path @param {object} change */
+  patch(path, change) {
+    const headers = { ...this.#headers, "Content-Type": "application/merge-patch+json" };
+    return ask(path, { method: "PATCH", headers, body: JSON.stringify(change) }, json);
+  }
+
   /** Fetch a picture. @param {string} path @returns {Promise<Blob>} */
   picture(path) {
     return ask(path, { headers: this.#headers }, (response) => response.blob(), PATIENCE_FOR_MAPS);

@@ -29,7 +29,8 @@ export class Stage {
   /**
    * @param {import("./fleet.js").Fleet} fleet
    * @param {import("./tools.js").Tools} tools
-   * @param {{select: (id: string | null) => void, order: (pose: import("./geometry.js").Pose) => void}} orders
+   * @param {{select: (id: string | null) => void, order: (pose: import("./geometry.js").Pose) => void,
+   *          pick: (point: import("./geometry.js").Point, reach: number) => void}} orders
    */
   constructor(fleet, tools, orders) {
     this.#fleet = fleet;
@@ -117,7 +118,8 @@ export class Stage {
     const { selected } = this.#fleet;
     const aims = this.#tools.current !== "look" && selected;
     if (hit && hit !== selected) this.#orders.select(hit.robot.id);
-    else if (aims) this.#orders.order({ ...point, theta: this.#heading(selected, point) });
+    else if (!aims) this.#orders.pick(point, REACH / this.view.scale);
+    else this.#orders.order({ ...point, theta: this.#heading(selected, point) });
   }
 
   /** Without a heading, the robot drives to the place and keeps the heading of its arrival. */
