@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,7 +119,9 @@ class TrackerParameters:
     forget_after : float
         Time without a detection after which a track is deleted [s].
     closest : float
-        Distance to a track within which no other is begun [m].
+        Distance to a track within which no other is begun, and two tracks may be one person [m].
+    joined_after : float
+        Time for which two tracks are that close, and never detected at once, until the younger is deleted [s].
     motion : MotionParameters
     """
 
@@ -129,6 +132,7 @@ class TrackerParameters:
     detected: float = 0.6
     forget_after: float = 4.0
     closest: float = 0.3
+    joined_after: float = 1.0
     motion: MotionParameters = field(default_factory=MotionParameters)
 
 
@@ -167,6 +171,7 @@ class Tracker:
         self.assigned: list[int] = []
         self._bank = FilterBank(self.parameters.motion)
         self._next = 1
+        self._near_since: dict[tuple[int, int], float] = {}
 
     @property
     def people(self) -> list[LocalTrack]:
@@ -212,7 +217,7 @@ class Tracker:
         positions, spreads = _arrays(detections)
         costs = self._costs(positions, spreads)
         self._favour_believed(costs, detections)
-        rows, columns = assign(costs, self.parameters.gate)
+        rows, columns = assign(costs, 1.0 + float(np.max(costs, initial=0.0, where=np.isfinite(costs))))
         self.assigned = [0] * len(detections)
         self._bank.update(rows, positions[columns], spreads[columns])
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
@@ -221,17 +226,23 @@ class Tracker:
         missed = set(range(len(self.tracks))) - set(rows.tolist())
         self._miss([self.tracks[row] for row in sorted(missed)], expected)
         self._begin([(k, each) for k, each in enumerate(detections) if k not in set(columns.tolist())], spreads)
+        self._join(set(self.assigned))
         self._forget()
         self._read()
 
     def _costs(self, positions: Array, spreads: Array) -> Array:
-        """Return the (n, m) squared Mahalanobis distances, infinite where detection and track are too far apart."""
+        """Return the (n, m) costs of taking a detection for a track, infinite where they are too far apart.
+
+        A cost is the squared Mahalanobis distance, plus the logarithm of how much larger the area is in which the track
+        may be than that of the detection: so the detection of a person in sight is not taken for a hidden one.
+        """
         mean, covariance = self._bank.states()
         off = positions[np.newaxis] - mean[:, np.newaxis, :2]
-        inverse, _ = inverse_2x2(covariance[:, np.newaxis, :2, :2] + spreads[np.newaxis])
-        costs = np.einsum("nmi,nmij,nmj->nm", off, inverse, off)
-        far: Array = np.where(np.hypot(off[..., 0], off[..., 1]) > self.parameters.farthest, np.inf, costs)
-        return far
+        inverse, area = inverse_2x2(covariance[:, np.newaxis, :2, :2] + spreads[np.newaxis])
+        distances = np.einsum("nmi,nmij,nmj->nm", off, inverse, off)
+        _, least = inverse_2x2(spreads)
+        far = (np.hypot(off[..., 0], off[..., 1]) > self.parameters.farthest) | (distances >= self.parameters.gate)
+        return np.where(far, np.inf, distances + np.log(area / least))
 
     def _favour_believed(self, costs: Array, detections: Sequence[Detection]) -> None:
         """Lower the cost of the pairs that a detector believes in, in place."""
@@ -265,6 +276,18 @@ class Tracker:
             self.tracks.append(track)
             self.assigned[k] = track.id
             self._next += 1
+
+    def _join(self, detected: set[int]) -> None:
+        """Doubt the younger of two tracks that have been in one place for a time with at most one detected at once."""
+        near: dict[tuple[int, int], float] = {}
+        for older, younger in combinations(self.tracks, 2):
+            pair = older.id, younger.id
+            close = math.hypot(older.x - younger.x, older.y - younger.y) < self.parameters.closest
+            if close and not detected.issuperset(pair):
+                near[pair] = self._near_since.get(pair, self.at)
+                if self.at - near[pair] >= self.parameters.joined_after:
+                    younger.evidence = 0.0
+        self._near_since = near
 
     def _forget(self) -> None:
         oldest = self.at - self.parameters.forget_after

@@ -118,3 +118,24 @@ def test_restored_tracker_goes_on_as_the_one_before():
         each.step(0.5, [Detection(0.5, 0.0), Detection(6.0, 1.0)])
     assert restored.tracks == tracker.tracks
     assert restored.assigned == tracker.assigned
+
+
+def test_a_detection_of_a_person_in_sight_is_not_taken_for_a_hidden_one() -> None:
+    tracker = fed(Tracker(), ([(0.0, 0.0), (0.6, 0.0)] for _ in range(10)))
+    fed(tracker, ([(0.0, 0.0)] for _ in range(12)), 10)  # the other is hidden, and may be anywhere around by now
+    tracker.step(2.2, [Detection(0.1, 0.0)], expected=lambda _: False)
+    assert tracker.assigned == [1]
+
+
+def test_two_tracks_in_one_place_that_are_never_detected_at_once_become_one() -> None:
+    tracker = Tracker()
+    tracker.step(0.0, [Detection(0.0, 0.0), Detection(0.35, 0.0)])
+    for step in range(1, 15):  # each detection is of the track that the other was not
+        tracker.step(step * PERIOD, [Detection(0.17 + 0.01 * (-1) ** step, 0.0)], expected=lambda _: False)
+    fed(tracker, ([(0.17, 0.0)] for _ in range(15)), 15)
+    assert [person.id for person in tracker.people] == [1]
+
+
+def test_two_people_close_to_each_other_who_are_both_detected_stay_two() -> None:
+    tracker = fed(Tracker(), ([(0.0, 0.0), (0.35, 0.0)] for _ in range(30)))
+    assert {person.id for person in tracker.people} == {1, 2}
