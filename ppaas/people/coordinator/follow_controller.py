@@ -97,6 +97,7 @@ class FollowController:
         self.orders: dict[int, Order] = {}
         self.given_up: dict[tuple[str, int], float] = {}
         self._history: dict[int, deque[tuple[float, dict[str, float]]]] = {}
+        self._handed_over: dict[int, tuple[str, float]] = {}
 
     def update(self, scene: Scene) -> None:
         """Update the orders."""
@@ -106,6 +107,10 @@ class FollowController:
             self._refresh(order, scene)
             self._switch(order, scene)
         self._assign(scene)
+        self._handed_over = {
+            person: (robot, at) for person, (robot, at) in self._handed_over.items()
+            if scene.now - at < self._parameters.hold
+        }  # fmt: skip
         self._history = {person: seen for person, seen in self._history.items() if person in self.orders}
 
     def merge(self, kept: int, dropped: int) -> None:
@@ -122,6 +127,8 @@ class FollowController:
             gave_up = order.began and scene.following.get(order.robot, person) == 0
             if gave_up:
                 self.given_up[order.robot, person] = scene.now + self._parameters.give_up_for
+            if order.robot not in scene.kept or gave_up:
+                self._handed_over[person] = order.robot, scene.now
             if gave_up or order.robot not in scene.kept or person not in scene.known or person not in scene.targets:
                 del self.orders[person]
 
@@ -168,6 +175,9 @@ class FollowController:
             self._give(person, robot, scene, scene.reasons.get(person, ""))
 
     def _give(self, person: int, robot: str, scene: Scene, reason: str) -> None:
+        order = self.orders.get(person)
+        if order is not None:
+            self._handed_over[person] = order.robot, scene.now
         cost = scene.costs.get(person, {}).get(robot, math.inf)
         self.orders[person] = Order(person, robot, scene.now, cost, reason, scene.now)
         self._history.pop(person, None)
@@ -182,4 +192,10 @@ class FollowController:
             robot: cost
             for robot, cost in scene.costs.get(person, {}).items()
             if robot in scene.able and robot in scene.known[person] and (robot, person) not in self.given_up
+            if robot != self._left_by(person, scene.now)
         }
+
+    def _left_by(self, person: int, now: float) -> str | None:
+        """Return the robot that handed a person over so recently that it must not get the person back."""
+        robot, at = self._handed_over.get(person, (None, -math.inf))
+        return robot if now - at < self._parameters.hold else None

@@ -27,6 +27,8 @@ CERTAIN = 0.5
 """Distance to the person that a torso was before within which it is that person, if no other person is near [m]."""
 CLEARLY = 0.4
 """Distance by which any other person must be farther from such a torso [m]."""
+SUDDEN = 0.2
+"""Standard deviation of what people do that no model of motion foresees, in a cycle [m]."""
 FASTEST = 2.5
 """Speed with which a person who is hidden may move [m/s]."""
 
@@ -162,15 +164,22 @@ def _costs(torsos: Torsos, known: Known, near: Ints, parameters: CoordinatorPara
     same = torsos.before[:, np.newaxis] == near
     # What a robot saw before has the same error of the robot's position in it.
     either = torsos.deviations[:, np.newaxis] ** 2 + known.deviations[near] ** 2
-    either = np.where(same, 0.0, either / 6.0)
+    wider = np.where(same, 0.0, either / 6.0) + SUDDEN**2
     total = known.covariances[near][np.newaxis] + torsos.covariances[:, np.newaxis]
-    total = total + either[..., np.newaxis, np.newaxis] * np.eye(2)
-    inverse, determinant = inverse_2x2(total)
     off = torsos.positions[:, np.newaxis] - known.positions[near]
+    costs = _explained(off, total, wider, parameters.gate)
+    if known.hidden[near].any():
+        walked = (0.5 * FASTEST * known.hidden[near]) ** 2
+        costs = np.minimum(costs, _explained(off, total, wider + walked, parameters.gate))
+    return costs - KEPT * same
+
+
+def _explained(off: Array, covariances: Array, wider: Array, gate: float) -> Array:
+    """Return the costs of (t, n) differences [m] by their covariances, widened by a variance [m²]."""
+    inverse, determinant = inverse_2x2(covariances + wider[..., np.newaxis, np.newaxis] * np.eye(2))
     square = np.einsum("tni,tnij,tnj->tn", off, inverse, off)
-    costs = square + np.maximum(np.log(determinant / REFERENCE), 0.0) - KEPT * same
-    gated: Array = np.where(square < parameters.gate, costs, np.inf)
-    return gated
+    costs: Array = np.where(square < gate, square + np.maximum(np.log(determinant / REFERENCE), 0.0), np.inf)
+    return costs
 
 
 def _with_newcomers(torsos: Torsos, people: Ints, first: int, parameters: CoordinatorParameters) -> Ints:

@@ -6,13 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.people.coordinator.deviation import radius_of
+from ppaas.people.tracks.filter_bank import squared_distances
 
 Array = NDArray[np.float64]
 
-DRIFT = np.array([0.03, 0.03, 0.01])
-"""Standard deviation of the change of an offset in one second [m, m, rad]."""
-FORGET = 60.0
+FORGET = 30.0
 """Time constant with which an offset that nothing confirms returns to zero [s]."""
+GATE = 13.8
+"""Squared Mahalanobis distance beyond which a residual is not of the same person."""
 ACROSS = 0.1
 """Standard deviation of the difference between the centres of a person whom two robots see from two sides [m]."""
 MOST_YAW = 0.3
@@ -37,11 +38,11 @@ class OffsetFilter:
         self.covariance: Array = np.zeros((3, 3))
 
     def predict(self, now: float, prior: Array) -> None:
-        """Let the offset drift until a time [s], within the (3, 3) covariance of the robot's own localization."""
+        """Let the offset drift until a time [s], towards the (3, 3) covariance of the robot's own localization."""
         seconds, self.at = max(now - self.at, 0.0), now
         fading = float(np.exp(-seconds / FORGET))
         self.mean = fading * self.mean
-        self.covariance = fading**2 * self.covariance + (1.0 - fading**2) * prior + np.diag(seconds * DRIFT**2)
+        self.covariance = fading**2 * self.covariance + (1.0 - fading**2) * prior
 
     def observe(self, levers: Array, residuals: Array, covariances: Array) -> None:
         """Update the offset by people whom other robots see as well.
@@ -55,8 +56,12 @@ class OffsetFilter:
         covariances : (n, 2, 2) array
             Their covariances [m²], without that of the offset.
         """
+        model = jacobian_of(levers)
+        total = model @ self.covariance @ np.swapaxes(model, 1, 2) + covariances + ACROSS**2 * np.eye(2)
+        near = squared_distances(residuals - model @ self.mean, total) < GATE
+        levers, residuals, covariances = levers[near], residuals[near], covariances[near]
         count = len(levers)
-        model = jacobian_of(levers).reshape(2 * count, 3)
+        model = model[near].reshape(2 * count, 3)
         noise = np.zeros((2 * count, 2 * count))
         for k, covariance in enumerate(covariances):
             noise[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] = covariance + ACROSS**2 * np.eye(2)
@@ -84,8 +89,13 @@ class OffsetFilter:
         x, y, _ = self.mean.tolist()
         if x == y == 0.0:
             return 0.0
+        return math.hypot(x, y) + self.radius
+
+    @property
+    def radius(self) -> float:
+        """Distance within which the robot is where its offset says, with 95 % certainty [m]."""
         (xx, xy, _), (_, yy, _), _ = self.covariance.tolist()
-        return math.hypot(x, y) + radius_of(xx, xy, yy)
+        return radius_of(xx, xy, yy)
 
 
 def jacobian_of(levers: Array) -> Array:

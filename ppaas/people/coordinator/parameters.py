@@ -47,7 +47,7 @@ class CoordinatorParameters(Parameters, frozen=True):
 
     gate: float = 13.8
     farthest: float = 0.7
-    new_person: float = 14.0
+    new_person: float = 10.0
     seen_for: float = 0.8
     predict_for: float = 5.0
     forget_after: float = 60.0

@@ -80,6 +80,13 @@ class Robot:
         surplus = len(earlier) + len(people) - MOST_BOUND
         self.bound = dict(islice(earlier.items(), max(surplus, 0), None)) | people
 
+    @property
+    def uncertainty(self) -> float:
+        """Maximum position deviation of where it is without its offset [m]."""
+        return maximum_position_deviation(
+            (deviation for _, deviation in islice(self.deviations, 1)), self.offset.radius
+        )
+
     def note_deviation(self, now: float, deviation: float, oldest: float) -> None:
         """Add a deviation [m] to the history, which then begins at a time [s].
 

@@ -63,7 +63,7 @@ def observe(table: PeopleTable, robots: Sequence[Robot], now: float, parameters:
         [s]
     parameters : CoordinatorParameters
     """
-    ordered = sorted(robots, key=lambda robot: (round(robot.deviation, 2), robot.name))
+    ordered = sorted(robots, key=lambda robot: (round(robot.uncertainty, 2), robot.name))
     torsos, scores, ages = _stacked(table, ordered, now)
     people = recognize(torsos, _known(table, now), parameters)
     _move_on(table, torsos, people, ages)
@@ -100,7 +100,7 @@ def _stacked(table: PeopleTable, robots: Sequence[Robot], now: float) -> tuple[T
     if len(table):
         velocities = np.where((before >= 0)[:, np.newaxis], table.velocities[before], 0.0)
         positions = positions + ages[:, np.newaxis] * velocities
-    deviations = np.repeat(np.array([robot.deviation for robot in robots]), counts)
+    deviations = np.repeat(np.array([robot.uncertainty for robot in robots]), counts)
     scores = np.concatenate([np.zeros(0), *(robot.report.scores for robot in robots)])
     return Torsos(owners, positions, covariances, deviations, before), scores, ages
 
