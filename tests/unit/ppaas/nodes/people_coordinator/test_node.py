@@ -5,6 +5,7 @@ from typing import Any
 import msgspec
 import pytest
 
+from engine.service.people_groups import LINGER
 from ppaas.clock import ManualClock
 from ppaas.clone.people_coordination import build_coordinator
 from ppaas.costmap.build_layers import build_layers
@@ -137,3 +138,15 @@ def test_identities_stay_when_the_map_is_replaced(layers: MapLayers) -> None:
     node.use_layers(build_layers(walled_map(6, 4, [(2.9, 0.5, 3.1, 1.0)])))
     (after,) = group.run(1.0).people
     assert after.id == before.id
+
+
+def test_people_are_in_no_checkpoint_before_the_container_ends_for_lack_of_robots(layers: MapLayers) -> None:
+    group = Group(layers)
+    group.run(1.0)
+    for _ in range(round(LINGER)):
+        group.clock.advance(1.0)
+        group.graph.run_due()
+    (checkpoint,) = group.graph.checkpoints()
+    saved = msgspec.msgpack.decode(checkpoint.state)
+    assert group.states[-1].people == saved["people"] == saved["orders"] == []
+    assert saved["means"] == saved["covariances"] == b"" and saved["next_id"] == 2
