@@ -16,8 +16,8 @@ from storage.people_records import HOUR, PeopleCount
 
 logger = logging.getLogger(__name__)
 
-PERIOD = 60.0
-"""Time between two collections of counts [s]."""
+PERIOD = 15.0
+"""Time between two collections of counts [s]; what a coordinator has counted since the last one ends with it."""
 
 EXPIRY_PERIOD = float(HOUR)
 """Time between two removals of expired counts [s]."""

@@ -9,7 +9,8 @@ from starlette.concurrency import run_in_threadpool
 from endpoints.people.retention import forget_expired
 from endpoints.services.services import Services
 from ppaas.clock import epoch
-from ppaas.errors import Conflict, InvalidInput
+from ppaas.errors import Conflict, InvalidInput, InvalidParameter, NotFound, NotPermitted
+from ppaas.people.rules.registry import create
 from ppaas.people.settings import PeopleSettings
 from storage.people_records import MapPeople, changed_meanwhile
 from storage.ports import Store
@@ -36,7 +37,9 @@ async def change_settings(services: Services, user: str, map_id: str, change: Ch
 
     Raises
     ------
-    InvalidInput
+    InvalidParameter
+        No rule of that name is installed and allowed.
+    InvalidInput, NotFound
         The coordinator refuses the settings; the previous ones are stored again.
     Conflict
         Other clients kept changing the settings.
@@ -46,7 +49,7 @@ async def change_settings(services: Services, user: str, map_id: str, change: Ch
     before, after = await run_in_threadpool(_put, services.store, user, map_id, change)
     try:
         await _configure(services, user, map_id, after)
-    except InvalidInput:
+    except (InvalidInput, NotFound):
         await run_in_threadpool(_put_back, services.store, MapPeople(user, map_id, before), after)
         raise
     await run_in_threadpool(forget_expired, services.store, MapPeople(user, map_id, after), epoch())
@@ -80,10 +83,18 @@ def _put(store: Store, user: str, map_id: str, change: Change) -> tuple[PeopleSe
     for _ in range(ATTEMPTS):
         before = store.people_settings(user, map_id)
         after = change(before)
+        _check_rule(after.rule)
         with suppress(Conflict):
             store.put_people_settings(MapPeople(user, map_id, after), instead_of=before)
             return before, after
     raise changed_meanwhile(map_id)
+
+
+def _check_rule(name: str) -> None:
+    try:
+        create(name)
+    except (NotFound, NotPermitted) as error:
+        raise InvalidParameter(f"rule: {error}") from error
 
 
 def _put_back(store: Store, record: MapPeople, refused: PeopleSettings) -> None:

@@ -18,7 +18,7 @@ from engine.service.view_building import machine_view
 from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot, PeopleGroupView
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
-from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, Unavailable
+from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.people_coordination import PeopleState, ZoneCount
@@ -177,8 +177,8 @@ class FakeCloud:
         return [count for count in self.zone_counts[user, map] if count.hour + 3600 > since]
 
     async def configure_people(self, user: str, map: str, settings: PeopleSettings) -> None:  # noqa: A002
-        if settings.rule == "unknown":
-            raise InvalidInput("unknown rule 'unknown'")
+        if self.error is not None:
+            raise self.error
         self.people_settings.setdefault((user, map), []).append(settings)
         if not settings.history:
             self.zone_counts.pop((user, map), None)

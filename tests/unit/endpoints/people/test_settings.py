@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from endpoints.people.settings import Change, change_settings, forget_counts
 from endpoints.services.services import Services
-from ppaas.errors import InvalidInput, Unavailable
+from ppaas.errors import NotFound, Unavailable
 from ppaas.messages.people_coordination import ZoneCount
 from ppaas.people.settings import PeopleSettings
 from storage.people_records import HOUR, MapPeople, PeopleCount
@@ -29,10 +29,16 @@ async def test_changes_at_once_lose_nothing_and_the_coordinator_has_them_all(
     assert cloud.people_settings[ANN][-1] == settings
 
 
-async def test_settings_that_are_refused_are_replaced_by_the_ones_before(services: Services) -> None:
+async def test_settings_that_are_refused_are_replaced_by_the_ones_before(
+    services: Services, cloud: FakeCloud, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def refuse(*_: object) -> None:
+        raise NotFound("rule", "named")
+
     await change_settings(services, *ANN, naming(1))
-    with pytest.raises(InvalidInput):
-        await change_settings(services, *ANN, lambda settings: replace(settings, rule="unknown"))
+    monkeypatch.setattr(cloud, "configure_people", refuse)
+    with pytest.raises(NotFound):
+        await change_settings(services, *ANN, lambda settings: replace(settings, rule="named"))
     assert services.store.people_settings(*ANN).names == {"1": "person 1"}
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from endpoints.services.services import Services
 from engine.service.views import PeopleGroupView
-from ppaas.errors import Unavailable
+from ppaas.errors import InvalidInput, Unavailable
 from ppaas.people.settings import PeopleSettings
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.people import add_group, person
@@ -133,12 +133,15 @@ async def test_invalid_settings_are_refused_and_change_nothing(
     assert (services.store.people_maps(), cloud.people_settings) == ([], {})
 
 
-async def test_settings_that_the_coordinator_refuses_are_not_kept(
-    client: httpx.AsyncClient, ann: dict[str, str], services: Services
+async def test_unknown_rules_and_settings_that_the_coordinator_refuses_are_not_kept(
+    client: httpx.AsyncClient, ann: dict[str, str], services: Services, cloud: FakeCloud
 ) -> None:
     await client.put(SETTINGS, headers=ann, json={"rule": "longest_seen"})
-    refused = await client.patch(SETTINGS, headers=ann, json={"rule": "unknown"})
-    assert "unknown rule" in problem_of(refused, 400, "invalid-input")["detail"]
+    unknown = await client.patch(SETTINGS, headers=ann, json={"rule": "tallest"})
+    assert "known: longest_seen, named, nearest" in problem_of(unknown, 422, "invalid-parameter")["detail"]
+    cloud.error = InvalidInput("the container has another release")
+    refused = await client.patch(SETTINGS, headers=ann, json={"rule": "named"})
+    problem_of(refused, 400, "invalid-input")
     assert services.store.people_settings("ann", "house").rule == "longest_seen"
 
 

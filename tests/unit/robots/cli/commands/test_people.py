@@ -118,7 +118,7 @@ async def test_counts_are_listed_and_forgotten(ppaas: CommandLine, monkeypatch: 
     [
         (("--follow", "9"), "unknown person '9'; known: 1, 2"),
         (("--name", "Zoë"), "is not ID=NAME"),
-        (("--rule", "unknown"), "unknown rule"),
+        (("--rule", "tallest"), "unknown rule 'tallest'; known: longest_seen, named, nearest"),
         (("--retention-hours", "0"), "greater than 0"),
     ],
 )
