@@ -15,7 +15,7 @@ BENCHES: dict[str, str] = PROJECT["entry-points"][GROUP]
 
 @pytest.mark.parametrize(("name", "value"), BENCHES.items())
 def test_every_bench_is_a_module_of_its_name(name: str, value: str) -> None:
-    assert value == f"benchmarks.commands.{name}"
+    assert value in (f"benchmarks.commands.{name}", f"benchmarks.{name}.command")
     bench = EntryPoint(name, value, GROUP).load()
     assert bench.HELP
     assert callable(bench.configure)
@@ -24,7 +24,8 @@ def test_every_bench_is_a_module_of_its_name(name: str, value: str) -> None:
 
 def test_every_module_of_commands_is_registered() -> None:
     folder = ROOT / "benchmarks" / "commands"
-    assert {file.stem for file in folder.glob("*.py")} - {"__init__"} == set(BENCHES)
+    registered = {name for name, value in BENCHES.items() if value.startswith("benchmarks.commands.")}
+    assert {file.stem for file in folder.glob("*.py")} - {"__init__"} == registered
 
 
 def test_the_installed_benches_are_those_of_the_project() -> None:

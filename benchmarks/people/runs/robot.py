@@ -1,0 +1,106 @@
+"""Robot of the people bench: its simulated body, and its clone with the nodes for people."""
+
+from collections.abc import Callable
+from typing import Any
+
+from benchmarks.navigation.goals.clone import MODEL, InProcessClone
+from benchmarks.people.runs.job import Detections
+from ppaas.clone.plugins import DEFAULT_CONTROLLER
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.messages.people_coordination import PeopleReport, PeopleState, SensorView
+from ppaas.messages.people_msgs import PositionMeasurementArray
+from ppaas.nodes import topics
+from ppaas.nodes.base import Payload
+from robots.demo.contact_referee import Referee
+from robots.sim.driver import Schedule, SensorRates
+from robots.sim.robot import SimulatedRobot
+from robots.sim.world import World
+
+__all__ = ["MODEL", "NODES", "PeopleRobot"]
+
+NODES: dict[Detections, dict[str, Any]] = {
+    "camera": {"torso_detector": {}, "follow_person": {}},
+    "laser": {"leg_detector": {}, "follow_person": {}},
+    "truth": {"people_tracker": {}, "follow_person": {}},
+}
+"""Parameters of a robot for each kind of detections."""
+
+
+class PeopleRobot:
+    """One robot.
+
+    Parameters
+    ----------
+    world : World
+    number : int
+        Number of the robot in the world; its id is ``r`` and this number.
+    layers : MapLayers
+    detections : str
+        One of `benchmarks.people.runs.job.DETECTIONS`.
+    report : callable
+        Called with each report of its people tracker.
+
+    Attributes
+    ----------
+    id : str
+    body : SimulatedRobot
+    clone : InProcessClone
+    referee : Referee
+    """
+
+    def __init__(
+        self,
+        world: World,
+        number: int,
+        layers: MapLayers,
+        *,
+        detections: Detections,
+        report: Callable[[PeopleReport], None],
+    ) -> None:
+        self.id = f"r{number}"
+        self.body: SimulatedRobot = world.robots[number]
+        self._world, self._report = world, report
+        parameters = {**NODES[detections], "amcl": {"seed": number}}
+        self.clone = InProcessClone(
+            layers, self.body.base.pose, DEFAULT_CONTROLLER, parameters, world.stamp, robot=self.id
+        )
+        self.clone.graph.tap(topics.PEOPLE_REPORT.name, self._hear)
+        camera = self.body.model.camera
+        if camera is not None:
+            self.clone.graph.inject(topics.TF_STATIC.name, camera.transforms(self.body.model.base_frame))
+        self.referee = Referee(world, self.body)
+        self.referee.begin()
+        rates = SensorRates()
+        self._odometry, self._scan = Schedule(rates.odom, 0.0), Schedule(rates.scan, 0.0)
+
+    def step(self) -> None:
+        """Pass odometry and scans that are due to the clone, and its command to the wheels."""
+        now = self._world.time()
+        if self._odometry.take(now):
+            self.clone.odometry(self.body.odometry())
+        if self._scan.take(now):
+            self.clone.scan(self.body.scan())
+        command = self.clone.command()
+        if command is not None:
+            self.body.command(command)
+
+    def image(self) -> None:
+        """Pass a depth image to the clone."""
+        self.clone.graph.inject(topics.DEPTH_CAMERA_INFO.name, self.body.camera_info())
+        self.clone.graph.inject(topics.DEPTH_IMAGE.name, self.body.depth_image())
+
+    def sees(self, view: SensorView) -> None:
+        """Tell the clone where the detector sees people that `measured` stands for."""
+        self.clone.graph.inject(topics.TORSO_VIEW.name, view)
+
+    def measured(self, measurements: PositionMeasurementArray) -> None:
+        """Pass measurements to the clone in place of those of its detector."""
+        self.clone.graph.inject(topics.TORSO_MEASUREMENTS.name, measurements)
+
+    def told(self, state: PeopleState) -> None:
+        """Pass the state of the coordinator to the clone."""
+        self.clone.graph.inject(topics.PEOPLE_STATE.name, state)
+
+    def _hear(self, _topic: str, message: Payload) -> None:
+        if isinstance(message, PeopleReport):
+            self._report(message)

@@ -1,0 +1,58 @@
+"""Runs the parts of ``ppaas bench people``."""
+
+from collections.abc import Callable, Sequence
+
+from rich.progress import Progress
+
+from benchmarks.harness.figures import Figure
+from benchmarks.harness.parallel_runs import run_all
+from benchmarks.people.options import PartResult, PeopleOptions
+from ppaas.errors import InvalidInput, PPaaSError
+
+RUNS = "coordination"
+"""The part that has a process for each of its runs."""
+
+PARTS: dict[str, Callable[[PeopleOptions], PartResult]] = {}
+"""The other parts; each has one process."""
+
+NAMES = (RUNS, *PARTS)
+"""Names of all parts, in the order in which they run."""
+
+
+def measure(options: PeopleOptions, only: Sequence[str], progress: Progress) -> dict[str, PartResult]:
+    """Return the results of the chosen parts; of all, if none is chosen. The others go on if one fails.
+
+    Raises
+    ------
+    InvalidInput
+        A file cannot be read.
+    """
+    chosen = [name for name in NAMES if not only or name in only]
+    runs = len(options.jobs) if RUNS in chosen else 0
+    task = progress.add_task("measuring", total=runs + len(chosen))
+    results = {}
+    for name in chosen:
+        progress.update(task, description=name)
+        try:
+            results[name] = _measure(name, options, lambda: progress.advance(task))
+        except InvalidInput:
+            raise
+        except PPaaSError as error:
+            results[name] = _failed(name, error)
+        progress.advance(task)
+    return results
+
+
+def _measure(name: str, options: PeopleOptions, done: Callable[[], None]) -> PartResult:
+    if name == RUNS:
+        # Imported only here, so that the other parts load neither clones nor TrackEval.
+        from benchmarks.people import coordination  # noqa: PLC0415
+
+        return coordination.measure(options, done)
+    (result,) = run_all(PARTS[name], [options], 1, lambda: None, fresh=True)
+    return result
+
+
+def _failed(part: str, error: PPaaSError) -> PartResult:
+    """Return a figure that misses its bar, with the reason."""
+    return PartResult([Figure(part, "measured", 0, "", limit=1.0, floor=True, note=str(error))], [], [])
