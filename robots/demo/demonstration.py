@@ -51,6 +51,14 @@ class DemoOptions:
         Running cloud to use; by default one is started.
     explorers : int
         Number of robots that explore, in the demo of mapping.
+    people : int
+        Number of people, in the demo of people.
+    seconds : float
+        Time that is scored, in the demo of people [s].
+    on_robot : bool
+        Whether detectors of people run on the robots, instead of in the cloud.
+    sensor : str
+        Sensor that detects people: ``camera`` or ``laser``.
     """
 
     robots: int = 3
@@ -63,6 +71,10 @@ class DemoOptions:
     controller: str = "dwa"
     cloud: "CloudAccess | None" = None
     explorers: int = 1
+    people: int = 5
+    seconds: float = 60.0
+    on_robot: bool = True
+    sensor: str = "camera"
 
 
 @dataclass(frozen=True, slots=True)

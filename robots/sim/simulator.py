@@ -2,6 +2,7 @@
 
 import asyncio
 import math
+from collections.abc import Callable
 
 from ppaas.clock import Clock, epoch, monotonic
 from robots.sim.world import World
@@ -21,11 +22,21 @@ class Simulator:
         World to step; its stamps start at the current time.
     clock, stamp_clock : callable
         Monotonic time [s]; time since the epoch [s].
+    after_step : callable, optional
+        Called after each step of the world.
     """
 
-    def __init__(self, world: World, clock: Clock = monotonic, stamp_clock: Clock = epoch) -> None:
+    def __init__(
+        self,
+        world: World,
+        clock: Clock = monotonic,
+        stamp_clock: Clock = epoch,
+        *,
+        after_step: Callable[[], None] = lambda: None,
+    ) -> None:
         self._world = world
         self._clock = clock
+        self._after_step = after_step
         self._origin = clock() - world.time()
         world.epoch = stamp_clock() - world.time()
 
@@ -38,6 +49,7 @@ class Simulator:
         steps = min(self.due(), BURST)
         for _ in range(steps):
             self._world.step()
+            self._after_step()
         return steps
 
     async def run(self) -> None:

@@ -9,14 +9,20 @@ from typing import TYPE_CHECKING
 from ppaas.bounded_numbers import whole
 from ppaas.errors import InvalidInput, InvalidParameter
 from robots.cli import event_loop
+from robots.cli.commands.top import seconds
 
 if TYPE_CHECKING:
-    from robots.demo.demonstration import CloudAccess
+    from rich.console import Console
+
+    from robots.demo.demonstration import CloudAccess, DemoOptions
 
 NAME = "demo"
 HELP = "start a cloud on this machine and drive simulated robots in it"
 
 ADMIN = "admin"
+
+DRIVE, PEOPLE = "drive", "people"
+"""What the demo shows."""
 
 ROBOTS, GOALS = 3, 2
 """Robots, and goals of each."""
@@ -27,6 +33,13 @@ MOST_EXPLORERS = 4
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
+    parser.add_argument(
+        "show",
+        nargs="?",
+        choices=(DRIVE, PEOPLE),
+        default=DRIVE,
+        help="robots that drive to goals (the default), or that find, count and follow people",
+    )
     parser.add_argument("--robots", type=whole(), default=ROBOTS, help="simulated robots (%(default)s)")
     parser.add_argument(
         "--goals", type=whole(), default=GOALS, help="goals for each robot, one after the other (%(default)s)"
@@ -40,6 +53,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--explorers", type=whole(), default=1, help="with --explore: robots that explore at once (%(default)s)"
     )
+    _configure_people(parser)
     parser.add_argument("--seed", type=int, default=0, help="seed of the courses (%(default)s)")
     parser.add_argument("--planner", default="dijkstra", help="global planner (%(default)s)")
     parser.add_argument("--controller", default="dwa", help="local planner (%(default)s)")
@@ -52,12 +66,33 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--keep-going", action="store_true", help="repeat the courses until Ctrl-C; needs a terminal")
 
 
+def _configure_people(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--people", type=whole(), default=5, help="with people: number of people (%(default)s)")
+    parser.add_argument(
+        "--seconds", type=seconds, default=60.0, help="with people: time that is scored (%(default)g s)"
+    )
+    parser.add_argument(
+        "--detectors",
+        choices=("robot", "cloud"),
+        default="robot",
+        help="with people: where the detectors of people run (on the robot)",
+    )
+    parser.add_argument(
+        "--sensor",
+        choices=("camera", "laser"),
+        default="camera",
+        help="with people: robots detect them in depth images (the default) or in laser scans",
+    )
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Run the demo; return 0 only if every goal was reached without a contact."""
     if arguments.keep_going and not sys.stdout.isatty():
         raise InvalidParameter("--keep-going needs a terminal, because only Ctrl-C ends it")
     if arguments.explore and (arguments.keep_going or (arguments.robots, arguments.goals) != (ROBOTS, GOALS)):
         raise InvalidParameter("--explore has its own robots and goals: leave out --robots, --goals and --keep-going")
+    if arguments.show == PEOPLE and (arguments.explore or arguments.goals != GOALS):
+        raise InvalidParameter("the demo of people has no goals and no explorers: leave out --goals and --explore")
     if not 1 <= arguments.explorers <= MOST_EXPLORERS or (arguments.explorers > 1 and not arguments.explore):
         raise InvalidParameter(f"--explorers goes with --explore, and must be 1 to {MOST_EXPLORERS}")
     if arguments.seed < 0:
@@ -88,8 +123,26 @@ async def _run(arguments: argparse.Namespace) -> int:
         controller=arguments.controller,
         cloud=_access(arguments),
         explorers=arguments.explorers,
+        people=arguments.people,
+        seconds=arguments.seconds,
+        on_robot=arguments.detectors == "robot",
+        sensor=arguments.sensor,
     )
+    if arguments.show == PEOPLE:
+        return await _people(arguments, options, console)
     report = await (explore_and_drive if arguments.explore else demonstrate)(options)
+    if arguments.json:
+        sys.stdout.write(report.to_json() + "\n")
+    else:
+        summary(report, console)
+    return 0 if report.passed else 1
+
+
+async def _people(arguments: argparse.Namespace, options: "DemoOptions", console: "Console") -> int:
+    from robots.demo.people import follow_people  # noqa: PLC0415
+    from robots.demo.people_report import summary  # noqa: PLC0415
+
+    report = await follow_people(options)
     if arguments.json:
         sys.stdout.write(report.to_json() + "\n")
     else:

@@ -11,6 +11,7 @@ READERS_OF_THE_TRUTH = {
     "benchmarks/localization/crowd.py",  # places people around the true position of the robot
     # score goals, and draw how they went
     "robots/demo/contact_referee.py", "benchmarks/navigation/goals/run.py",
+    "robots/demo/people.py", "robots/demo/people_truth.py",  # registers the robots at their starts; scores people
     "benchmarks/navigation/goals/picture.py",
 }  # fmt: skip
 

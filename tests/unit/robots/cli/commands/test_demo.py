@@ -53,6 +53,12 @@ def test_several_robots_explore_only_where_exploring_is_shown(arguments: tuple[s
         demo.run(parse(*arguments))
 
 
+@pytest.mark.parametrize("arguments", [("--explore",), ("--goals", "1")])
+def test_people_go_without_goals_and_explorers(arguments: tuple[str, ...]) -> None:
+    with pytest.raises(InvalidParameter, match="leave out --goals and --explore"):
+        demo.run(parse("people", *arguments))
+
+
 def test_a_negative_seed_is_refused() -> None:
     with pytest.raises(InvalidParameter, match="--seed"):
         demo.run(parse("--seed=-1"))

@@ -1,0 +1,226 @@
+"""The demo of people: robots with depth cameras in an office find, count and follow people together."""
+
+import asyncio
+import contextlib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ppaas.clock import monotonic
+from ppaas.errors import Unavailable
+from ppaas.maps.formats.map_files import save_map
+from ppaas.maps.generate import office
+from ppaas.maps.grid import GridMap
+from ppaas.messages.people_coordination import FollowOrder, PeopleState, SensorView
+from ppaas.nodes.topics import PEOPLE_STATE
+from robots.client.map_files import read_map_file
+from robots.client.rest import RestClient
+from robots.client.robot_client import RobotClient
+from robots.client.robot_file import RobotFile
+from robots.demo.demonstration import CORES, CloudAccess, DemoOptions, own_cloud, waiting
+from robots.demo.exploration import background
+from robots.demo.people_patrol import Patrol
+from robots.demo.people_report import PeopleDemoReport
+from robots.demo.people_score import PeopleScore
+from robots.demo.people_truth import TruthRecorder
+from robots.demo.people_world import PeopleWorld, build_world
+from robots.onboard.computer import this_computer
+from robots.onboard.local_nodes import run_local_nodes
+from robots.sim.depth.camera import DepthCameraModel
+from robots.sim.driver import Driver
+from robots.sim.simulator import Simulator
+
+WIDTH, HEIGHT = 14.0, 11.0
+"""Size of the generated office [m]."""
+CAMERA = DepthCameraModel(width=320, height=240)
+"""Depth camera of the robots."""
+DETECTORS = {"camera": "torso_detector", "laser": "leg_detector"}
+"""Node that detects people, by the sensor."""
+START_TIMEOUT = 120.0
+"""Time limit until the coordinator has heard of all robots [s]."""
+SILENCE = 30.0
+"""Longest time without a state of the coordinator [s]."""
+
+
+@dataclass(slots=True)
+class PeopleStage:
+    """World, robots and score of the demo.
+
+    Parameters
+    ----------
+    map_id : str
+    grid : GridMap
+    scene : PeopleWorld
+    robots : list of str
+        Ids of the robots.
+    """
+
+    map_id: str
+    grid: GridMap
+    scene: PeopleWorld
+    robots: list[str]
+    truth: TruthRecorder = field(init=False)
+    state: PeopleState | None = None
+    changed: asyncio.Event = field(default_factory=asyncio.Event)
+
+    def __post_init__(self) -> None:
+        """Record the truth of the world."""
+        self.truth = TruthRecorder(self.scene, self.robots)
+
+    def hear(self, state: PeopleState) -> None:
+        """Take a state of the coordinator."""
+        self.state = state
+        self.changed.set()
+
+
+def set_stage(options: DemoOptions) -> PeopleStage:
+    """Load or generate the map, and place furniture, robots and people.
+
+    Raises
+    ------
+    PPaaSError
+        The map cannot be read, or is too small.
+    """
+    path = options.map_path
+    grid = read_map_file(path) if path else office(options.seed, WIDTH, HEIGHT)
+    rng = np.random.default_rng(options.seed)
+    scene = build_world(grid, options.robots, options.people, CAMERA if options.sensor == "camera" else None, rng)
+    names = [f"turtlebot-{number}" for number in range(1, options.robots + 1)]
+    return PeopleStage(path.stem if path else "office", grid, scene, names)
+
+
+async def follow_people(options: DemoOptions) -> PeopleDemoReport:
+    """Run the demo in the given cloud or in a new one; return its report.
+
+    Raises
+    ------
+    PPaaSError
+        The map or the options are invalid, the cloud does not start or rejects the login, or no coordinator answers.
+    """
+    async with contextlib.AsyncExitStack() as stack:
+        with waiting(options.console):
+            stage = await asyncio.to_thread(set_stage, options)
+            access = options.cloud or await own_cloud(stack)
+        write = _lines(options)
+        write(f"dashboard: {access.url}  (user {access.admin}, password {access.password})")
+        rest = RestClient(access.url)
+        login = await rest.login(access.admin, access.password)
+        await _register(rest, stage, options.sensor)
+        simulator = Simulator(stage.scene.world, after_step=stage.truth.step)
+        await stack.enter_async_context(background(simulator.run()))
+        for number, robot in enumerate(stage.robots):
+            await _connect(stack, access, login.token, stage, number, options=options)
+            write(f"{robot} is connected")
+        return await _score(stage, options, write)
+
+
+async def _register(rest: RestClient, stage: PeopleStage, sensor: str) -> None:
+    """Publish the map and the areas of the furniture, and register the robots."""
+    mask = f"{stage.map_id}-furniture"
+    for map_id, grid in ((stage.map_id, stage.grid), (mask, stage.scene.keepout)):
+        await rest.upload_map(map_id, *save_map(grid, "map.pgm"))
+    parameters: dict[str, Any] = {
+        DETECTORS[sensor]: {},
+        "follow_person": {},
+        "keepout_filter": {"filter_mask": mask},
+    }
+    for robot, body in zip(stage.robots, stage.scene.world.robots, strict=True):
+        x, y, yaw = body.base.pose
+        file = RobotFile(map=stage.map_id, initial_pose=(x, y, yaw), cores=CORES, parameters=parameters)
+        await rest.put_robot(robot, file)
+
+
+async def _connect(
+    stack: contextlib.AsyncExitStack,
+    access: CloudAccess,
+    token: str,
+    stage: PeopleStage,
+    number: int,
+    *,
+    options: DemoOptions,
+) -> None:
+    """Connect a robot, its local nodes and its operator until the stack is closed."""
+    robot, body = stage.robots[number], stage.scene.world.robots[number]
+    client = await stack.enter_async_context(RobotClient(access.url, robot=robot, token=token))
+    await stack.enter_async_context(background(Driver(body, client).run()))
+    if options.on_robot:
+        wanted = {DETECTORS[options.sensor]: "robot"}
+        computer = await asyncio.to_thread(this_computer)
+        await stack.enter_async_context(background(run_local_nodes(client, computer, wanted, _lines(options))))
+    operator = await stack.enter_async_context(RobotClient(access.url, robot=robot, token=token, role="operator"))
+    await operator.subscribe(f"{DETECTORS[options.sensor]}/view", SensorView, partial(_note_view, stage, robot))
+    if number == 0:
+        # All robots of the group hear the same states.
+        await operator.subscribe(PEOPLE_STATE.name, PeopleState, stage.hear, queue_size=10)
+    patrol = Patrol(robot, operator, stage.scene.ways, lambda: stage.state)
+    await stack.enter_async_context(background(patrol.run()))
+
+
+def _note_view(stage: PeopleStage, robot: str, view: SensorView) -> None:
+    stage.truth.views[robot] = [view]
+
+
+# -- score -------------------------------------------------------------------------------------------------------------
+
+
+async def _score(stage: PeopleStage, options: DemoOptions, write: Callable[[str], None]) -> PeopleDemoReport:
+    """Wait for all robots, then compare the states of the coordinator with the truth."""
+    await _wait_for_robots(stage)
+    write("all robots take part; the score begins")
+    score, began, last = PeopleScore(options.people), monotonic(), stage.state
+    stage.truth.begin()
+    while options.keep_going or monotonic() - began < options.seconds:
+        state = await _next(stage, SILENCE)
+        tell(last, state, write)
+        last = state
+        truth = stage.truth.at(state.header.stamp.seconds())
+        if truth is not None:
+            score.take(truth, state)
+    figures = score.figures(stage.truth.contacts())
+    return PeopleDemoReport(stage.map_id, round(monotonic() - began, 2), options.robots, options.people, figures)
+
+
+async def _wait_for_robots(stage: PeopleStage) -> None:
+    began = monotonic()
+    while stage.state is None or len(stage.state.robots) < len(stage.robots) or not all(stage.truth.views.values()):
+        await _next(stage, START_TIMEOUT - (monotonic() - began))
+
+
+async def _next(stage: PeopleStage, timeout: float) -> PeopleState:
+    """Return the next state of the coordinator."""
+    stage.changed.clear()
+    try:
+        async with asyncio.timeout(timeout):
+            await stage.changed.wait()
+    except TimeoutError as error:
+        heard = [robot.robot for robot in stage.state.robots] if stage.state else []
+        views = [robot for robot, view in stage.truth.views.items() if view]
+        raise Unavailable(
+            f"no state of people of all robots within {timeout:.0f} s: the coordinator hears {heard}, and detectors "
+            f"run for {views}; see the containers with 'ppaas container list'"
+        ) from error
+    assert stage.state is not None
+    return stage.state
+
+
+def tell(before: PeopleState | None, state: PeopleState, write: Callable[[str], None]) -> None:
+    """Write what has changed: the number of people, and who follows whom."""
+    if before is not None and before.count != state.count:
+        write(f"{state.count} people are seen")
+    known = {} if before is None else {(order.robot, order.person): order for order in before.orders}
+    for order in state.orders:
+        if (order.robot, order.person) not in known:
+            write(_sentence(order))
+
+
+def _sentence(order: FollowOrder) -> str:
+    return f"{order.robot} follows person {order.person}: {order.reason}"
+
+
+def _lines(options: DemoOptions) -> Callable[[str], None]:
+    """Return a function that writes lines of progress, if there is a terminal for them."""
+    console = options.console
+    return (lambda _: None) if console is None else partial(console.print, highlight=False, markup=False)
