@@ -184,12 +184,12 @@ async def _run_missions(stage: Stage, url: str, token: str, keep_going: bool) ->
     async with asyncio.TaskGroup() as group:
         tasks = [group.create_task(m.run(url, token, keep_going=keep_going)) for m in stage.missions]
         if keep_going:
-            with _on_interrupt(tasks):
+            with on_interrupt(tasks):
                 await asyncio.wait(tasks)
 
 
 @contextlib.contextmanager
-def _on_interrupt(tasks: list[asyncio.Task[None]]) -> Iterator[None]:
+def on_interrupt(tasks: list[asyncio.Task[None]]) -> Iterator[None]:
     """Make Ctrl-C cancel the tasks instead of the program, so the report is still printed."""
     loop = asyncio.get_running_loop()
     loop.add_signal_handler(signal.SIGINT, lambda: [task.cancel() for task in tasks])

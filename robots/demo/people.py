@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
@@ -20,7 +21,7 @@ from robots.client.map_files import read_map_file
 from robots.client.rest import RestClient
 from robots.client.robot_client import RobotClient
 from robots.client.robot_file import RobotFile
-from robots.demo.demonstration import CORES, CloudAccess, DemoOptions, own_cloud, waiting
+from robots.demo.demonstration import CORES, CloudAccess, DemoOptions, on_interrupt, own_cloud, waiting
 from robots.demo.exploration import background
 from robots.demo.people_patrol import Patrol
 from robots.demo.people_report import PeopleDemoReport
@@ -170,17 +171,30 @@ async def _score(stage: PeopleStage, options: DemoOptions, write: Callable[[str]
     """Wait for all robots, then compare the states of the coordinator with the truth."""
     await _wait_for_robots(stage)
     write("all robots take part; the score begins")
-    score, began, last = PeopleScore(options.people), monotonic(), stage.state
+    score, began = PeopleScore(options.people), monotonic()
     stage.truth.begin()
-    while options.keep_going or monotonic() - began < options.seconds:
+    if options.keep_going:
+        scoring = asyncio.create_task(_compare(stage, score, math.inf, write))
+        with on_interrupt([scoring]):
+            await asyncio.wait([scoring])
+        if not scoring.cancelled():
+            scoring.result()
+    else:
+        await _compare(stage, score, began + options.seconds, write)
+    figures = score.figures(stage.truth.contacts())
+    return PeopleDemoReport(stage.map_id, round(monotonic() - began, 2), options.robots, options.people, figures)
+
+
+async def _compare(stage: PeopleStage, score: PeopleScore, until: float, write: Callable[[str], None]) -> None:
+    """Compare states with the truth until a time [s]."""
+    last = stage.state
+    while monotonic() < until:
         state = await _next(stage, SILENCE)
         tell(last, state, write)
         last = state
         truth = stage.truth.at(state.header.stamp.seconds())
         if truth is not None:
             score.take(truth, state)
-    figures = score.figures(stage.truth.contacts())
-    return PeopleDemoReport(stage.map_id, round(monotonic() - began, 2), options.robots, options.people, figures)
 
 
 async def _wait_for_robots(stage: PeopleStage) -> None:
