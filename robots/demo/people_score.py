@@ -132,7 +132,7 @@ class PeopleScore:
         self._time = 0.0
         self._half_since = np.full(people, np.inf)
         self._glimpsed = np.full(people, -np.inf)
-        self._identity = [0] * people
+        self._identity = np.zeros(people, dtype=np.int64)
         self._last_of: dict[int, int] = {}
         self._handovers = Handovers()
         self._errors: list[int] = []
@@ -145,10 +145,9 @@ class PeopleScore:
         """Add a state of the coordinator and the truth at that time; return what they have in common."""
         self._first = truth.time if self._first is None else self._first
         self._time = truth.time
-        absent = truth.time - self._glimpsed > ABSENCE
         frame = self._frame(truth, state)
         self._count(frame, state.count)
-        self._identify(frame, absent)
+        self._identify(frame)
         self._follow(frame, truth, state)
         return frame
 
@@ -164,6 +163,7 @@ class PeopleScore:
     def _frame(self, truth: Truth, state: PeopleState) -> Frame:
         now, shares = truth.time, np.where(np.isfinite(truth.people).all(axis=1), truth.shares, 0.0)
         self._half_since = np.where(shares >= HALF, np.minimum(self._half_since, now), np.inf)
+        self._identity[(shares >= GLIMPSE) & (now - self._glimpsed > ABSENCE)] = 0
         self._glimpsed = np.where(shares >= GLIMPSE, now, self._glimpsed)
         in_view = now - self._half_since >= LAG
         at_edge = ~in_view & (now - self._glimpsed <= LAG)
@@ -177,8 +177,7 @@ class PeopleScore:
         """Assign the identities to people: at first those who had them, then by the least total distance."""
         candidates = np.flatnonzero(frame.in_view | frame.at_edge)
         far = np.hypot(*(frame.positions[:, np.newaxis] - people[candidates]).transpose(2, 0, 1))
-        kept = np.array([self._identity[person] for person in candidates], dtype=np.int64)
-        same = np.array(frame.identities, dtype=np.int64)[:, np.newaxis] == kept
+        same = np.array(frame.identities, dtype=np.int64)[:, np.newaxis] == self._identity[candidates]
         cost = np.where(far <= GATE, far - 100.0 * same, 1_000.0)
         for row, column in zip(*linear_sum_assignment(cost), strict=True):
             if far[row, column] <= GATE:
@@ -191,10 +190,10 @@ class PeopleScore:
         self._seen.append(least)
         self._ghosts.append(len(frame.identities) - len(frame.person_of))
 
-    def _identify(self, frame: Frame, absent: Mask) -> None:
+    def _identify(self, frame: Frame) -> None:
         for identity, person in frame.person_of.items():
-            before, self._identity[person] = self._identity[person], identity
-            self._switches += before not in (0, identity) and not absent[person]
+            before, self._identity[person] = int(self._identity[person]), identity
+            self._switches += before not in (0, identity)
         self._last_of.update(frame.person_of)
 
     def _follow(self, frame: Frame, truth: Truth, state: PeopleState) -> None:

@@ -54,7 +54,8 @@ def test_another_identity_in_view_is_a_switch_but_not_after_a_long_absence() -> 
     run(score, 3.0, 3.0, (1.0, 1.0), state((2, 1.0), (1, 5.0)))
     assert score.figures().identity_switches == 2
     run(score, 6.0, ABSENCE + 2.0, (0.0, 0.0), state())
-    run(score, 8.0 + ABSENCE, 3.0, (1.0, 1.0), state((3, 1.0), (4, 5.0)))
+    run(score, 8.0 + ABSENCE, 1.0, (0.3, 0.3), state())
+    run(score, 9.0 + ABSENCE, 3.0, (1.0, 1.0), state((3, 1.0), (4, 5.0)))
     assert score.figures().identity_switches == 2
 
 
