@@ -27,6 +27,10 @@ MOST_LASERS = 8
 """Largest number of lasers of a robot, by the frames of their scans."""
 
 
+WIDEST_SPACING = 0.07
+"""Distance between two beams up to which few legs are missed [m]."""
+
+
 class LegDetectorNode(Node):
     """Subscribes to scans and ``tf``; publishes ``leg_tracker_measurements`` and ``leg_detector/view``.
 
@@ -115,7 +119,7 @@ class LegDetectorNode(Node):
             return None
 
     def _publish_view(self, read: RobotScan) -> None:
-        """Publish where this laser sees people, if that has changed."""
+        """Publish where this laser sees people, if that has changed; farther away it misses some."""
         scan, own = read.scan, self._parameters
         angles = scan.angle_min + scan.angle_increment * np.array((0, len(scan.ranges) - 1))
         first, last = angles.tolist()
@@ -125,7 +129,7 @@ class LegDetectorNode(Node):
             yaw=Pose2D(0.0, 0.0, read.laser.theta + 0.5 * (first + last)).theta,
             field_of_view=min(abs(last - first) + abs(scan.angle_increment), 2.0 * math.pi),
             range_min=max(own.min_range, scan.range_min),
-            range_max=min(own.max_range, scan.range_max),
+            range_max=min(own.max_range, scan.range_max, WIDEST_SPACING / (abs(scan.angle_increment) or 1.0)),
         )
         if view != self._view:
             self._view = view

@@ -103,7 +103,8 @@ class LegDetector:
         segments = segments_of(reading, gap=own.connection_threshold, longest=own.max_range)
         useful = self._useful(segments, known)
         centres = _centres(segments, reading.origin)[useful]
-        motion = MOVED * self._earlier.share(centres)
+        # The beams of a scan before may have passed beside an object that only one beam hits.
+        motion = MOVED * self._earlier.share(centres) * np.where(segments.count[useful] > 1, 1.0, 0.35)
         self._earlier.add(reading, stamp)
         legs = leg_evidence(segments)[useful]
         both = both_evidence(segments)[useful]

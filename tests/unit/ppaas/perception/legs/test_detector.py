@@ -69,6 +69,14 @@ def test_person_who_walks_scores_higher_than_the_same_legs_at_rest():
     assert np.mean(scores["stands"][10:]) > 0.7
 
 
+def test_thin_legs_between_whose_beams_earlier_scans_saw_have_not_moved():
+    far = detector()
+    for seed in range(30):
+        laser = Pose2D(6.0 + 0.02 * seed, 5.0, 0.4)
+        found = far.detect(reading_of(laser, NOTHING, (chair(10.5, 5.0), CHAIR_LEG), seed=seed), 0.1 * seed, MAP)
+        assert [each for each in found if each.may_begin] == []
+
+
 def test_leg_alone_is_detected_but_begins_no_track():
     [leg] = near(detector().detect(reading_of(HERE, stand(7.5, 5.0)[:1]), 0.0, MAP), 7.5, 5.1)
     assert not leg.may_begin
