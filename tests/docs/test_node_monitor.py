@@ -45,7 +45,8 @@ def test_criteria_and_nodes_are_those_of_the_code() -> None:
     assert [row[0] for row in table(PAGE, "criterion", "vote")] == list(CRITERIA)
     graph = Graph()
     layers = build_layers(office(seed=1, width=12.0, height=10.0))
-    build_clone(graph, layers, model="turtlebot2", initial_pose=(2.0, 2.0, 0.0), parameters={DEPTH_CAMERA: {}})
+    some = {DEPTH_CAMERA: {}, "torso_detector": {}, "leg_detector": {}, "follow_person": {}}
+    build_clone(graph, layers, model="turtlebot2", initial_pose=(2.0, 2.0, 0.0), parameters=some)
     build_clone(graph, None, model="turtlebot2", initial_pose=(2.0, 2.0, 0.0), only=["grid_slam"])
     assert {name for name, node in graph.nodes.items() if node.demands is not None} == set(NODES)
     assert {*DepthImageToLaserScanNode.subscribes, CLOUD_IN} == {topic for topic in TOPICS.values() if topic.local}

@@ -75,6 +75,11 @@ class MoveBaseLink:
         return self._goal is not None
 
     @property
+    def has_client(self) -> bool:
+        """Whether a client has a goal."""
+        return bool(self._clients) or self._context.elapsed() < self._expected_until
+
+    @property
     def is_heard(self) -> bool:
         """Whether Move Base has reported its goals."""
         return self._heard
@@ -82,7 +87,7 @@ class MoveBaseLink:
     def is_free(self, delay: float) -> bool:
         """Return whether no client has had a goal for a time [s], as far as Move Base has reported."""
         now = self._context.elapsed()
-        if self._clients or now < self._expected_until:
+        if self.has_client:
             self._last_client = now
         return self._heard and now - self._last_client >= delay
 

@@ -155,7 +155,7 @@ class FollowPersonNode(Node):
                 self._step()
 
     def _on_outcome(self, outcome: Outcome | None) -> None:
-        if outcome is Outcome.CANCELLED and self._order is not None:
+        if outcome is Outcome.CANCELLED and self._order is not None and not self._link.has_client:
             self._link.stop()
             self._paused_until = self.context.elapsed() + self._parameters.cancel_pause
             self._step()

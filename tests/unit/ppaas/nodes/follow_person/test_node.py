@@ -341,3 +341,16 @@ def test_person_who_was_not_found_is_followed_again_after_a_restart_when_seen():
     other.report()
     other.wait(1.0)
     assert other.status.state == FOLLOWING
+
+
+def test_client_that_cancels_its_own_goal_lets_following_go_on():
+    alone = following(resume_delay=1.0)
+    alone.clients = ["rviz"]
+    alone.end(Status.PREEMPTED, "Replaced by another goal: rviz")
+    alone.report()
+    alone.wait(1.0)
+    alone.graph.inject("move_base/cancel", GoalID())
+    alone.clients = []
+    alone.graph.inject("move_base/status", GoalStatusArray())
+    alone.wait(4.0)
+    assert alone.status.state == FOLLOWING
