@@ -34,13 +34,24 @@ def people_makers(given: NodeParameters, names: FrameNames, layers: MapLayers | 
     """
     detects = given.has(TORSO_DETECTOR, LEG_DETECTOR)
     tracker = _people_tracker(given, names, robot) if detects or given.has(PEOPLE_TRACKER) else {}
-    return _leg_detector(given, names, layers) | tracker | _follower(given, names, layers, robot)
+    detectors = _torso_detector(given, names) | _leg_detector(given, names, layers)
+    return detectors | tracker | _follower(given, names, layers, robot)
+
+
+def _torso_detector(given: NodeParameters, names: FrameNames) -> Makers:
+    if not given.has(TORSO_DETECTOR):
+        return {}
+    # Imported only here, so that not every container loads it; likewise below.
+    from ppaas.nodes.torso_detector.node import TorsoDetectorNode  # noqa: PLC0415
+    from ppaas.perception.torso.parameters import TorsoDetectorParameters  # noqa: PLC0415
+
+    parameters = given.read(TorsoDetectorParameters, TORSO_DETECTOR)
+    return {TORSO_DETECTOR: lambda context: TorsoDetectorNode(context, parameters, names)}
 
 
 def _leg_detector(given: NodeParameters, names: FrameNames, layers: MapLayers | None) -> Makers:
     if not given.has(LEG_DETECTOR):
         return {}
-    # Imported only here, so that not every container loads it; likewise below.
     from ppaas.nodes.leg_detector.node import LegDetectorNode  # noqa: PLC0415
     from ppaas.perception.legs.parameters import LegDetectorParameters  # noqa: PLC0415
 

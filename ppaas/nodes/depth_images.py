@@ -1,5 +1,6 @@
 """Depth images and their ``camera_info``, as nodes receive them."""
 
+import msgspec
 import numpy as np
 
 from ppaas.errors import InvalidInput
@@ -12,6 +13,13 @@ PATIENCE = 1.0
 """Time for which images may come before the first ``camera_info`` [s]."""
 
 _NUMBERS = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
+
+
+class DepthCamera(msgspec.Struct, frozen=True):
+    """Depth camera: its lens, with the focal length along columns [pixels]."""
+
+    lens: PinholeCamera
+    fy: float
 
 
 class CameraInfoWait:
@@ -48,6 +56,11 @@ def camera_of(info: CameraInfo) -> PinholeCamera:
     if len(info.K) != 9:
         raise InvalidInput(f"camera_info.K must have 9 numbers, not {len(info.K)}")
     return PinholeCamera(info.width, info.height, info.K[0], info.K[2], info.K[5])
+
+
+def depth_camera_of(info: CameraInfo) -> DepthCamera:
+    """Return the camera of a ``camera_info`` with its focal length along columns; raises as `camera_of`."""
+    return DepthCamera(camera_of(info), info.K[4])
 
 
 def depths_of(image: Image) -> Depths:

@@ -3,16 +3,14 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.mapping.volume.depth_points import points_of_depth
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, PointCloud2
-from ppaas.nodes.depth_images import CameraInfoWait, camera_of, depths_of
+from ppaas.nodes.depth_images import CameraInfoWait, DepthCamera, depth_camera_of, depths_of
 from ppaas.perception.compressed_depth import decompress
-from ppaas.perception.depth_scan import PinholeCamera
 from ppaas.perception.point_cloud import coordinates_of_cloud
 from ppaas.transforms.planar import tf_time
 
@@ -40,13 +38,6 @@ class SensorCloud(NamedTuple):
     stamp: float
     at: float
     placed: Placed
-
-
-class DepthCamera(msgspec.Struct, frozen=True):
-    """Depth camera: its lens, with the focal length along columns [pixels]."""
-
-    lens: PinholeCamera
-    fy: float
 
 
 class CloudReader:
@@ -101,7 +92,7 @@ class CloudReader:
         InvalidInput
             It is not that of a camera.
         """
-        self.camera = DepthCamera(camera_of(info), info.K[4])
+        self.camera = depth_camera_of(info)
 
 
 def _cloud(header: Header, now: float, placed: Placed) -> SensorCloud:

@@ -26,12 +26,13 @@ from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
+from ppaas.nodes.depth_images import DepthCamera
 from ppaas.nodes.file_pages import FilePages
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
 from ppaas.nodes.key_frame_path import key_frames_of
 from ppaas.nodes.message_checks import expect
 from ppaas.nodes.octomap_server.cloud_poses import CloudPoses
-from ppaas.nodes.octomap_server.clouds import CloudReader, DepthCamera, SensorCloud
+from ppaas.nodes.octomap_server.clouds import CloudReader, SensorCloud
 from ppaas.nodes.octomap_server.job_queue import JobQueue
 from ppaas.nodes.octomap_server.map_log import MapLog
 from ppaas.nodes.octomap_server.map_work import MapWork, Rendered

@@ -10,7 +10,7 @@ from ppaas.nodes.topics import CLIENT_TOPIC, TOPICS, policy_of
 from tests.support.world.planar_world import walled_map
 
 CAMERAS = {DEPTH_CAMERA: {}, "octomap_server": {}}
-PEOPLE = {"leg_detector": {}, "follow_person": {}}
+PEOPLE = {"torso_detector": {}, "leg_detector": {}, "follow_person": {}}
 
 
 def test_table_has_exactly_the_topics_of_a_clone() -> None:

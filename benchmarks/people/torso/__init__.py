@@ -1,0 +1,1 @@
+"""Scenes for the torso detector, and its training."""

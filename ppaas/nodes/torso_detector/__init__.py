@@ -1,0 +1,1 @@
+"""Node ``torso_detector``."""

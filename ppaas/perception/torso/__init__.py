@@ -1,0 +1,1 @@
+"""Detection of people in depth images by the shape of head and shoulders."""

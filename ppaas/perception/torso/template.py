@@ -1,0 +1,91 @@
+"""Templates of the upper body: how much each step of depth in each cell speaks for a person.
+
+A template is aligned with the top of the head, so its rows count downwards from there; rows of the legs count upwards
+from the floor. Its left half mirrors its right half. The score of a patch is the log odds that it shows a person, the
+largest over the postures and over the heights of the head. ``benchmarks/people`` has the program that fits the weights.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.perception.torso.patches import COLUMNS, LOWEST, ROW_HEIGHT, ROWS, STEPS
+
+ABOVE, BELOW, LEGS = 4, 20, 9
+"""Number of rows above the top of the head, below it, and of the legs above the floor."""
+
+HALF = COLUMNS // 2
+
+SHAPE = (ABOVE + 1 + BELOW + LEGS, HALF, STEPS)
+"""Shape of the weights of a posture: rows from top to bottom and those of the legs, columns inwards, steps."""
+
+TOPS = (np.arange(1.45, 2.01, ROW_HEIGHT), np.arange(1.10, 1.43, ROW_HEIGHT))
+"""Heights of the top of the head of people who stand and who sit [m]."""
+
+MIRRORED = np.minimum(np.arange(COLUMNS), COLUMNS - 1 - np.arange(COLUMNS))
+"""Column of a template for each column of a patch."""
+
+
+class Match(NamedTuple):
+    """Best match of each patch.
+
+    Parameters
+    ----------
+    odds : (n,) float32 array
+        Log odds that it shows a person.
+    top : (n,) float32 array
+        Height of the top of the head [m].
+    """
+
+    odds: NDArray[np.float32]
+    top: NDArray[np.float32]
+
+
+def rows_of(top: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the rows of a patch that a template uses for a head at a height [m], and the template's own rows."""
+    head = round((top - LOWEST) / ROW_HEIGHT)
+    rows = np.concatenate([np.arange(head + ABOVE, head - BELOW - 1, -1), np.arange(LEGS)])
+    used = (rows >= 0) & (rows < ROWS)
+    return rows[used], np.flatnonzero(used)
+
+
+class UpperBody:
+    """Templates of people who stand and who sit.
+
+    Parameters
+    ----------
+    weights : sequence of array
+        Weights of each posture, of `SHAPE`.
+    biases : sequence of float
+        Log odds that each adds.
+    """
+
+    def __init__(self, weights: list[NDArray[np.float32]], biases: list[float]) -> None:
+        self._tops = np.concatenate(TOPS).astype(np.float32)
+        self._weights = np.concatenate(
+            [_aligned(weight, top) for weight, tops in zip(weights, TOPS, strict=True) for top in tops], axis=1
+        )
+        self._biases = np.repeat(np.array(biases, np.float32), [len(tops) for tops in TOPS])
+
+    def match(self, patches: NDArray[np.uint8]) -> Match:
+        """Return the best match of each patch, (n, `ROWS`, `COLUMNS`) uint8."""
+        odds = self.odds(patches)
+        best = odds.argmax(axis=1)
+        return Match(odds[np.arange(len(best)), best], self._tops[best])
+
+    def odds(self, patches: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """Return the log odds of patches for each height of `TOPS`, (n, number of heights) float32."""
+        cells = ROWS * COLUMNS
+        active = np.zeros((len(patches), cells * STEPS), np.float32)
+        np.put_along_axis(active, patches.reshape(-1, cells) + np.arange(cells) * STEPS, 1.0, axis=1)
+        odds: NDArray[np.float32] = active @ self._weights + self._biases
+        return odds
+
+
+def _aligned(weight: NDArray[np.float32], top: float) -> NDArray[np.float32]:
+    """Return the weights of all cells and steps of a patch for a head at a height, (cells × steps, 1)."""
+    all_weights = np.zeros((ROWS, COLUMNS, STEPS), np.float32)
+    rows, own = rows_of(top)
+    np.add.at(all_weights, rows, weight[own][:, MIRRORED])
+    return all_weights.reshape(-1, 1)
