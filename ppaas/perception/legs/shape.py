@@ -39,7 +39,7 @@ def leg_evidence(segments: Segments) -> Floats:
     odds += _edges(segments) + _roundness(segments)
     odds -= 2.0 * (segments.depth > DEEPEST)
     # A single hit tells nothing of the shape.
-    odds -= 1.5 * (segments.count == 1)
+    odds -= 2.2 * (segments.count == 1)
     return np.maximum(odds, LEAST)
 
 
