@@ -10,11 +10,11 @@ from robots.client.move_base import GoalOutcome, MoveBaseClient
 from robots.client.robot_client import RobotClient
 from robots.sim.shortest_paths import ShortestPaths
 
-IDLE = 5.0
+IDLE = 2.0
 """Time without people and orders after which a robot is sent to another place [s]."""
 AWAY = 5.0
 """Smallest distance to that place if the map is large enough [m]."""
-PERIOD = 0.2
+PERIOD = 0.1
 """Time between two decisions [s]."""
 
 

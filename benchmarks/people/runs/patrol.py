@@ -2,6 +2,7 @@
 
 from benchmarks.people.runs.robot import PeopleRobot
 from ppaas.messages.people_coordination import PeopleState
+from robots.demo.people_patrol import is_wanted
 from robots.sim.shortest_paths import ShortestPaths
 
 IDLE = 5.0
@@ -30,7 +31,7 @@ class Patrol:
     def take(self, state: PeopleState, now: float) -> None:
         """Begin or end the way to a place, by the state of the coordinator at a time [s]."""
         clone = self._robot.clone
-        if self._is_wanted(state):
+        if is_wanted(self._robot.id, state):
             if self._driving:
                 clone.cancel()
             self._driving, self._idle_since = False, now
@@ -39,9 +40,3 @@ class Patrol:
         elif not self._driving and now - self._idle_since >= IDLE:
             self._driving = True
             clone.send_to(self._ways.away_from(self._robot.body.base.pose, AWAY))
-
-    def _is_wanted(self, state: PeopleState) -> bool:
-        """Return whether the robot sees a person, or has an order."""
-        frame = f"{self._robot.id}/"
-        seen = any(name.startswith(frame) for person in state.people for name in person.seen_by)
-        return seen or any(order.robot == self._robot.id for order in state.orders)
