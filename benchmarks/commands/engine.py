@@ -10,9 +10,9 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "the engine: start and recovery of containers, capacity of a machine, placements, messages"
+HELP = "the engine: start and recovery of containers, capacity of a machine, placements, messages, coordinators"
 
-PARTS = ("ready", "crowd", "crash", "lost", "messages", "master")
+PARTS = ("ready", "crowd", "crash", "lost", "messages", "people", "master")
 RUNTIMES = ("process", "docker", "ray")
 MOST_CONTAINERS, MOST_PLACEMENTS, MOST_MACHINES = 2_000, 1_000_000, 10_000
 

@@ -5,7 +5,15 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 
 from rich.progress import Progress
 
-from benchmarks.engine import capacity, container_crash, machine_loss, master, messages, time_to_ready
+from benchmarks.engine import (
+    capacity,
+    container_crash,
+    machine_loss,
+    master,
+    messages,
+    people_coordinator,
+    time_to_ready,
+)
 from benchmarks.engine.joined_hosts import LocalHosts
 from benchmarks.engine.options import EngineOptions
 from benchmarks.engine.ray_hosts import ray_hosts
@@ -20,6 +28,7 @@ PARTS: dict[str, Measure] = {
     container_crash.PART: container_crash.measure,
     machine_loss.PART: machine_loss.measure,
     messages.PART: messages.measure,
+    people_coordinator.PART: people_coordinator.measure,
 }
 """Parts that need a running cloud; the part ``master`` needs none."""
 

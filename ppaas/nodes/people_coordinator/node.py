@@ -27,6 +27,9 @@ from ppaas.people.settings import settings_of
 PERIOD = 0.2
 """Time between two states of the people [s]."""
 
+FIRST = 0.01
+"""Time from the start to the first state [s]; a checkpoint is restored in it."""
+
 GET_PEOPLE = Service("people_coordinator/get_people", GetPeople)
 GET_PEOPLE_COUNTS = Service("people_coordinator/get_people_counts", GetPeopleCounts)
 CONFIGURE_PEOPLE = Service("people_coordinator/configure_people", ConfigurePeople)
@@ -62,8 +65,9 @@ class PeopleCoordinatorNode(Node):
         }
 
     def start(self) -> None:
-        """Begin to publish."""
+        """Begin to publish: the first state at once, since robots may wait for it after a crash."""
         self.context.every(PERIOD, self._step)
+        self._first = self.context.every(FIRST, self._begin)
 
     def use_layers(self, layers: MapLayers) -> None:
         """Go on with another version of the map."""
@@ -94,6 +98,10 @@ class PeopleCoordinatorNode(Node):
     def restore(self, state: bytes) -> None:
         """Continue with the identities, counts and orders of a checkpoint."""
         self._coordinator.restore(state)
+
+    def _begin(self) -> None:
+        self._first.stop()
+        self._step()
 
     def _step(self) -> None:
         self._state = self._next_state()

@@ -21,12 +21,13 @@ def figures(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, di
 def test_containers_machines_and_messages_are_measured_with_baselines(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    parts = ("ready", "crowd", "crash", "lost", "messages")
+    parts = ("ready", "crowd", "crash", "lost", "messages", "people")
     measured = figures(capsys, "--containers", "2", *(word for part in parts for word in ("--only", part)))
     assert (measured["container ready"]["limit"], measured["robot served again"]["limit"]) == (100.0, 500.0)
     assert measured["containers that answer"]["value"] == 2
     assert measured["memory of each"]["value"] > 1.0
     assert measured["machine killed"]["limit"] == 5000.0
+    assert 0.0 < measured["report in a state"]["least"] and measured["states again"]["limit"] == 500.0
     assert {name for name, figure in measured.items() if figure.get("yardstick")} == {
         "python -c pass", "python -c pass, as many", "fork, answered", "a byte to a process and back",
     }  # fmt: skip
