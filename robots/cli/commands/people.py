@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 from collections.abc import AsyncIterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robots.cli import event_loop
@@ -29,6 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     shown.add_argument("--watch", action="store_true", help="show people until Ctrl-C")
     shown.add_argument("--history", action="store_true", help="list how many people were seen, by hour and zone")
     shown.add_argument("--settings", action="store_true", help="show the settings")
+    shown.add_argument("--put", type=Path, metavar="FILE.json", help="replace the settings by those of a file")
     shown.add_argument("--forget", action="store_true", help="remove all counts of the map")
     parser.add_argument(
         "--interval", type=seconds, default=1.0, metavar="SECONDS", help="time between updates (%(default)s)"
@@ -56,11 +58,13 @@ def run(arguments: argparse.Namespace) -> int:
 async def _run(arguments: argparse.Namespace) -> None:
     client = logged_in(arguments)
     changed = await _change(client, arguments)
+    if arguments.put is not None:
+        await client.put(path_of("maps", arguments.map, "people", "settings"), _read(arguments.put))
     if arguments.forget:
         await client.delete(path_of("maps", arguments.map, "people", "history"))
     elif arguments.history:
         await _history(client, arguments)
-    elif arguments.settings or (changed and not arguments.watch):
+    elif arguments.settings or arguments.put is not None or (changed and not arguments.watch):
         found = await client.get(path_of("maps", arguments.map, "people", "settings"))
         show(found if arguments.json else _for_people(found), SETTINGS_COLUMNS, as_json=arguments.json)
     elif arguments.watch and not arguments.json and sys.stdout.isatty():
@@ -112,6 +116,16 @@ async def _updates(client: "RestClient", arguments: argparse.Namespace) -> Async
         if not arguments.watch:
             return
         await sleep(arguments.interval)
+
+
+def _read(file: Path) -> Any:
+    """Return the JSON of a file; ``InvalidInput`` if it cannot be read."""
+    from ppaas.errors import InvalidInput  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
+    try:
+        return json.loads(file.read_bytes())
+    except (OSError, ValueError) as error:
+        raise InvalidInput(f"cannot read settings from {file}: {error}") from error
 
 
 def _person(text: str) -> int | str:

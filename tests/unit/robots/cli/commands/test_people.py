@@ -2,6 +2,7 @@
 
 import io
 import json
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -94,6 +95,17 @@ async def test_the_rule_and_the_counting_are_changed(watched: CommandLine) -> No
     assert shown.rows[1][0] == "longest_seen"
     assert (await watched("people", "house", "--count", "off")).status == 0
     assert not settings(watched).history
+
+
+async def test_settings_are_put_from_a_file(watched: CommandLine, tmp_path: Path) -> None:
+    file = tmp_path / "settings.json"
+    file.write_text('{"zones": [{"name": "door", "corners": [[0, 0], [1, 0], [1, 1]]}], "history": true}')
+    ended = await watched("people", "house", "--put", str(file))
+    assert ended.rows[1][0] == "nearest" and "door" in ended.rows[1]
+    assert settings(watched) == PeopleSettings(zones=[DOOR], history=True)
+    file.write_text("{")
+    assert "cannot read settings from" in (await watched("people", "house", "--put", str(file))).err
+    assert settings(watched) == PeopleSettings(zones=[DOOR], history=True)
 
 
 async def test_counts_are_listed_and_forgotten(ppaas: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
