@@ -58,6 +58,19 @@ def visitor(states: list[PeopleState], seconds: float = 0.0) -> TrackedPerson | 
     return people[0] if people[0].last_seen.seconds() - people[0].first_seen.seconds() >= seconds else None
 
 
+async def check_rest(rest: RestClient, states: list[PeopleState], person: int) -> None:
+    """Check that a person is shown, named and counted over REST."""
+    people = f"/v1/maps/{MAP}/people"
+    shown = await rest.get(people)
+    assert (shown["coordinator"], [one["id"] for one in shown["people"]]) == ("ready", [person])
+    assert {robot["robot"] for robot in shown["robots"]} == set(ROBOTS)
+    await rest.patch(f"{people}/settings", {"history": True, "names": {str(person): "Zoë"}})
+    await until(lambda: [one.name for one in states[-1].people] == ["Zoë"])
+    counts = await rest.items(f"{people}/history")
+    assert [(one["zone"], one["people"]) for one in counts] == [("", 1)]
+    await rest.delete(f"{people}/history")
+
+
 async def _seen_again(states: list[PeopleState]) -> tuple[int, Time]:
     """Return the identity of the visitor, and the time that both robots saw them first, in a state that is to come."""
     states.clear()
@@ -95,3 +108,4 @@ async def test_two_robots_see_one_person_whose_identity_outlives_the_coordinator
         assert await _seen_again(states) == (before.id, before.first_seen)
         pid, follows = await coordinator(rest)
         assert pid == replaced and follows != version
+        await check_rest(rest, states, before.id)
