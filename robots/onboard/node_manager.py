@@ -22,6 +22,7 @@ from ppaas.errors import PPaaSError, Unavailable
 from ppaas.messages import encode, ppaas_msgs
 from ppaas.messages.base.message import Empty
 from ppaas.messages.nav_msgs import GetMap, GetMapResponse, OccupancyGrid
+from ppaas.nodes import topics
 from ppaas.nodes.map_server.node import KEEPOUT_MASK, MAP_SERVICE, SPEED_MASK
 from robots.client.robot_client import RobotClient
 from robots.onboard.computer import Computer
@@ -40,6 +41,12 @@ NODES = (
 )  # fmt: skip
 """Nodes of a clone that may run on a robot. A clone has one of the first two, and those for depth cameras and people if
 the robot has parameters for them."""
+
+SENSORS = (
+    topics.SCAN.name, topics.ODOM.name, topics.DEPTH_IMAGE.name, topics.COMPRESSED_DEPTH_IMAGE.name,
+    topics.DEPTH_CAMERA_INFO.name, topics.CLOUD_IN.name,
+)  # fmt: skip
+"""Topics of sensors, which the robot's client publishes and local nodes receive directly."""
 
 LEAVE_TIMEOUT = 3.0
 """Time limit for handing all nodes back when the manager stops [s]."""
@@ -72,7 +79,7 @@ class LocalNodes:
         computer: Computer,
         *,
         nodes: Sequence[str] = NODES,
-        sensors: Collection[str] = ("scan", "odom"),
+        sensors: Collection[str] = SENSORS,
         clock: Clock = monotonic,
     ) -> None:
         self._client = client

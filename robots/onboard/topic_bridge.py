@@ -91,10 +91,12 @@ class TopicBridge:
 
     def published(self, topic: str, message: Message) -> bool:
         """Forward a message that the client publishes; return whether it must go to the cloud as well."""
-        if topic in self._sensors and self._process is not None and self._subscribes:
-            self._process.tell(topic, encode(message))
-            return not policy_of(topic).local or not any(topic in names for names in self._subscribes.values())
-        return True
+        if topic not in self._sensors or self._process is None:
+            return True
+        if not any(topic in names for names in self._subscribes.values()):
+            return True
+        self._process.tell(topic, encode(message))
+        return not policy_of(topic).local
 
     def owns(self, topic: str) -> bool:
         """Return whether local nodes are the only publishers of a topic; the cloud's messages are then echoes."""

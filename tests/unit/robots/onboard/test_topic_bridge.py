@@ -15,7 +15,9 @@ from ppaas.messages.ppaas_msgs import TopicMessage
 from ppaas.messages.sensor_msgs import Image
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.message_fingerprint import fingerprint
+from ppaas.nodes.topics import TOPICS
 from robots.onboard.executor import protocol
+from robots.onboard.node_manager import SENSORS
 from robots.onboard.topic_bridge import TopicBridge
 
 FAST = Twist(Vector3(x=0.5))
@@ -90,7 +92,9 @@ CAMERA = protocol.Added("camera", [protocol.TopicName("camera/depth/image_raw", 
 async def test_images_are_sent_to_the_cloud_only_without_a_local_scan_node() -> None:
     made, _, process = await bridge(DRIVER)
     image, odometry = Image(Header(), 0, 0, "16UC1", 0, 0, b""), decode(Odometry, ODOMETRY)
+    before = len(process.delivered)
     assert made.published("camera/depth/image_raw", image)
+    assert len(process.delivered) == before, "no local node subscribes to it"
     made.expect("camera")
     await made.open(CAMERA, process)  # type: ignore[arg-type]
     assert not made.published("camera/depth/image_raw", image)
@@ -193,3 +197,7 @@ ODOMETRY = (
     b'{"header":{"frame_id":"odom"},"child_frame_id":"base_link","pose":{"pose":{"position":{"x":0,"y":0},'
     b'"orientation":{"z":0,"w":1}}},"twist":{"twist":{}}}'
 )
+
+
+def test_images_of_the_client_reach_local_nodes_directly_by_default() -> None:
+    assert {topic.name for topic in TOPICS.values() if topic.local} < set(SENSORS)
