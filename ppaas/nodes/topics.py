@@ -55,12 +55,12 @@ DETECTIONS = Topic("detections", Detection3DArray, stream=True)
 
 # -- people ------------------------------------------------------------------------------------------------------------
 
-LEG_MEASUREMENTS = Topic("leg_tracker_measurements", PositionMeasurementArray, stream=True)
-TORSO_MEASUREMENTS = Topic("torso_detector/measurements", PositionMeasurementArray, stream=True)
-LEG_VIEW = Topic("leg_detector/view", SensorView, latched=True, depth=1)
-TORSO_VIEW = Topic("torso_detector/view", SensorView, latched=True, depth=1)
-PEOPLE_MEASUREMENTS = Topic("people_tracker_measurements", PositionMeasurementArray, stream=True)
-PEOPLE_REPORT = Topic("people_tracker/report", PeopleReport, stream=True)
+LEG_MEASUREMENTS = Topic("leg_tracker_measurements", PositionMeasurementArray, stream=True, robot_only=True)
+TORSO_MEASUREMENTS = Topic("torso_detector/measurements", PositionMeasurementArray, stream=True, robot_only=True)
+LEG_VIEW = Topic("leg_detector/view", SensorView, latched=True, depth=1, robot_only=True)
+TORSO_VIEW = Topic("torso_detector/view", SensorView, latched=True, depth=1, robot_only=True)
+PEOPLE_MEASUREMENTS = Topic("people_tracker_measurements", PositionMeasurementArray, stream=True, robot_only=True)
+PEOPLE_REPORT = Topic("people_tracker/report", PeopleReport, stream=True, robot_only=True)
 PEOPLE_TRACKER_STATUS = Topic("people_tracker/status", String, latched=True, stream=True, depth=1, robot_only=True)
 PEOPLE_STATE = Topic("people_coordinator/state", PeopleState, stream=True, depth=1)
 FOLLOW_STATUS = Topic("follow_person/status", FollowStatus, latched=True, stream=True, depth=1)

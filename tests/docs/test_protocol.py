@@ -161,6 +161,21 @@ def test_topics_and_services_of_3d_maps_are_those_of_octomap_server(graph: Graph
     assert {name: kind for name, kind, _ in services} == {service.name: service.type.name for service in node.services}
 
 
+def test_topics_of_people_are_those_of_the_nodes_that_see_and_follow_them(graph: Graph) -> None:
+    seeing, layers = Graph(), build_layers(GridMap(np.zeros((40, 40), np.int8), GridInfo(0.05, 40, 40)))
+    names = ("torso_detector", "leg_detector", "follow_person")
+    parameters: dict[str, object] = {name: {} for name in names}
+    build_clone(seeing, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), parameters=parameters)
+    taken = {topic.name for node in seeing.nodes.values() for topic in node.subscribes}
+    given = {topic.name for node in seeing.nodes.values() for topic in node.publishes}
+    expected = {}
+    for topic in (topic for name, topic in seeing.topics.items() if name not in graph.topics and not topic.local):
+        way = "both" if topic.robot_only or topic.name in taken & given else "in" if topic.name in taken else "out"
+        expected[topic.name] = type_name(topic.type), way + ", latched" * topic.latched
+    rows = table(PROTOCOL, "topic of people", "type", "direction", "rate and purpose")
+    assert {name: (kind, way) for name, kind, way, _ in rows} == expected
+
+
 def test_the_services_are_those_of_a_clone(graph: Graph) -> None:
     listed = table(PROTOCOL, "service", "type", "what it does")
     assert {name: kind for name, kind, _ in listed} == {s.name: s.type.name for s in graph.services.values()}

@@ -26,7 +26,7 @@ def near(found: list[LegDetection], x: float, y: float) -> list[LegDetection]:
     return [each for each in found if math.hypot(each.x - x, each.y - y) < 0.3]
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(st.floats(-math.pi, math.pi), st.floats(0.8, 2.5), st.floats(-math.pi, math.pi))
 def test_person_who_stands_is_located_from_any_side(bearing, away, facing):
     x, y = HERE.x + away * math.cos(bearing), HERE.y + away * math.sin(bearing)

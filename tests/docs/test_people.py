@@ -1,0 +1,79 @@
+"""The page about people: its tables of parameters, and the robot of another make, which takes part in a real cloud."""
+
+import asyncio
+import os
+import re
+import shlex
+import sys
+
+import msgspec
+import pytest
+
+from ppaas.nodes.frames import PERSON
+from ppaas.nodes.people_tracker.parameters import PeopleTrackerParameters
+from ppaas.nodes.people_tracker.readings import MOST_PEOPLE
+from ppaas.parameters import Parameters
+from ppaas.people.robot_tracks.clock_offsets import LATEST, TOLERANCE
+from ppaas.perception.legs.detector import MAP_MARGIN
+from ppaas.perception.legs.pairing import STRIDING
+from ppaas.perception.legs.parameters import LegDetectorParameters
+from robots.client.robot_file import RobotFile, load_robot_file
+from tests.support.cloud.cloud import RunningCloud
+from tests.support.documents import ADDRESS, blocks, table, text_of
+from tests.support.sources import ROOT
+
+PAGE = "docs/people.md"
+EXAMPLES = ROOT / "docs" / "examples"
+
+
+@pytest.mark.parametrize(
+    ("node", "defaults"), [("leg_detector", LegDetectorParameters()), ("people_tracker", PeopleTrackerParameters())]
+)
+def test_parameters_are_those_of_the_code(node: str, defaults: Parameters) -> None:
+    listed = {}
+    for names, values, _ in table(PAGE, f"parameter of `{node}`", "default", "meaning"):
+        read = msgspec.json.decode(f"[{values.strip('`')}]".replace("`", ""))
+        listed |= dict(zip(re.findall(r"\w+", names), read, strict=True))
+    assert listed == msgspec.json.decode(msgspec.json.encode(defaults))
+
+
+def test_numbers_are_those_of_the_code() -> None:
+    page = re.sub(r"\s+", " ", text_of(PAGE))
+    assert f"Two legs nearer than {STRIDING:g} m" in page
+    assert f"Hits within {MAP_MARGIN:g} m" in page
+    assert f"more than {MOST_PEOPLE} people" in page
+    assert f"off by more than {TOLERANCE:g} s" in page
+    assert f"more than {LATEST:g} s later" in page
+    for name in ("1", "torso_1", "person_1", "user_1"):
+        assert PERSON.fullmatch(f"tb1/{name}")
+
+
+def test_robot_files_of_the_page_are_valid() -> None:
+    for block in (block for block in blocks(PAGE, "json") if '"map"' in block):
+        robot = msgspec.json.decode(block, type=RobotFile)
+        assert robot.map == "office"
+
+
+@pytest.mark.journey
+async def test_the_robot_of_another_make_and_its_people_are_counted(cloud: RunningCloud) -> None:
+    [script] = [block for block in blocks(PAGE, "sh") if "people_robot.py" in block]
+    rest = await cloud.admin()
+    assert rest.token is not None
+    await rest.upload_map("office", *((EXAMPLES / f"office.{kind}").read_bytes() for kind in ("yaml", "pgm")))
+    await rest.put_robot("guide", load_robot_file(EXAMPLES / "guide.json"))
+    typed = script.splitlines()[-1].replace(ADDRESS.replace("http", "ws"), cloud.ws_url)
+    robot = await asyncio.create_subprocess_exec(
+        sys.executable, *shlex.split(typed)[1:],
+        cwd=ROOT, env=os.environ | {"PPAAS_TOKEN": rest.token}, stdout=asyncio.subprocess.PIPE,
+    )  # fmt: skip
+    try:
+        assert robot.stdout is not None
+        async with asyncio.timeout(60.0):
+            async for line in robot.stdout:
+                if line.startswith(b"2 people on the map"):
+                    break
+            else:
+                pytest.fail("the script ended before it saw two people")
+    finally:
+        robot.kill()
+        await robot.wait()
