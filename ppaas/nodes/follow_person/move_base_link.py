@@ -22,8 +22,8 @@ PREFIX = "follow_person/"
 MOVED, TURNED, FASTER = 0.1, 0.2, 0.03
 """Changes of a goal below which it is not updated [m, rad, m/s]."""
 
-LATE = 2.0
-"""Time after which a client's goal appears in the status list [s]; also after which ours must [s]."""
+LATE, UNKNOWN = 1.0, 2.0
+"""Times within which a client's goal appears in the status list, and within which the node's must [s]."""
 
 
 class Outcome(Enum):
@@ -42,6 +42,8 @@ class MoveBaseLink:
     ----------
     context : Context
         Of the node.
+    period : float
+        Least time between two updates of the place of a goal [s]; its heading is updated at once.
 
     Attributes
     ----------
@@ -58,12 +60,13 @@ class MoveBaseLink:
     )  # fmt: skip
     publishes: tuple[Topic, ...] = (topics.MOVE_BASE_GOAL, topics.MOVE_BASE_GOAL_UPDATE, topics.MOVE_BASE_CANCEL)
 
-    def __init__(self, context: Context) -> None:
-        self._context = context
+    def __init__(self, context: Context, period: float = 0.0) -> None:
+        self._context, self._period = context, period
         self.counter, self.text = 0, ""
         self._goal: Goal | None = None
         self._sent_at = 0.0
         self._speed = 0.0
+        self._updated_at = float("-inf")
         self._clients: set[str] = set()
         self._heard = False
         self._expected_until = float("-inf")
@@ -98,12 +101,17 @@ class MoveBaseLink:
         goal = self._goal
         if goal is None:
             self._send(pose)
-        elif not (_differs(goal.pose, pose) or abs(speed - self._speed) > FASTER):
+            if speed > 0.0:
+                self._update(pose, speed)
             return
-        elif pose != goal.pose:
-            self._goal = Goal(goal.id, pose, goal.stamp)
-        if goal is not None or speed > 0.0:
-            self._update(pose, speed)
+        turned = abs(wrap_angle(goal.pose.theta - pose.theta)) > TURNED
+        moved = goal.pose.distance_to(pose) > MOVED
+        if not (turned or moved or abs(speed - self._speed) > FASTER):
+            return
+        if (moved or not turned) and self._context.elapsed() - self._updated_at < self._period:
+            return
+        self._goal = Goal(goal.id, pose, goal.stamp)
+        self._update(pose, speed)
 
     def stop(self) -> None:
         """Cancel the goal of the node, if there is one; its result is ignored."""
@@ -124,7 +132,7 @@ class MoveBaseLink:
     def _update(self, pose: Pose2D, speed: float) -> None:
         if self._goal is None:
             return  # Move Base has refused the goal that was just sent
-        self._speed = speed
+        self._speed, self._updated_at = speed, self._context.elapsed()
         update = GoalUpdate(self._goal.id, self._stamped(pose), speed)
         self._context.publish(topics.MOVE_BASE_GOAL_UPDATE.name, update)
 
@@ -170,7 +178,7 @@ class MoveBaseLink:
             return
         self._heard = True
         known = self._goal is not None and any(each.goal_id.id == self._goal.id for each in message.status_list)
-        if self._goal is not None and not known and self._context.elapsed() - self._sent_at > LATE:
+        if self._goal is not None and not known and self._context.elapsed() - self._sent_at > UNKNOWN:
             self._goal = None  # Move Base was replaced by one that does not know it
 
     def _on_goal(self, goal_id: str) -> None:
@@ -183,7 +191,3 @@ class MoveBaseLink:
         everything = not event.id and event.stamp == 0.0
         own = self._goal is not None and cancels(event, self._goal)
         return Outcome.CANCELLED if everything or own else None
-
-
-def _differs(one: Pose2D, other: Pose2D) -> bool:
-    return one.distance_to(other) > MOVED or abs(wrap_angle(one.theta - other.theta)) > TURNED

@@ -27,7 +27,8 @@ from ppaas.people.following.parameters import FollowParameters
 from ppaas.people.following.places import Places
 from ppaas.people.state_checks import check_state
 
-STATUS_PERIOD = 1.0
+PERIOD, STATUS_PERIOD = 0.2, 1.0
+"""Periods of decisions, and of the status [s]."""
 
 SILENCE = 3.0
 """Time without a message of the coordinator after which the robot stands [s]."""
@@ -76,7 +77,8 @@ class FollowPersonNode(Node):
         super().__init__(context)
         self._parameters, self._robot, self._places = parameters, robot, Places(layers)
         self._frames = FrameListener(names)
-        self._link = MoveBaseLink(context)
+        # A timer may be a little early: the goal moves at the rate of the parameter all the same.
+        self._link = MoveBaseLink(context, 0.9 / parameters.frequency)
         self._views: list[SensorView] = [
             SensorView(0.0, 0.0, 0.0, parameters.field_of_view, 0.0, parameters.view_range)
         ]
@@ -95,7 +97,7 @@ class FollowPersonNode(Node):
 
     def start(self) -> None:
         """Start to follow, and to publish the status."""
-        self.context.every(1.0 / self._parameters.frequency, self._step)
+        self.context.every(PERIOD, self._step)
         self.context.every(STATUS_PERIOD, self._publish_status)
 
     def use_layers(self, layers: MapLayers) -> None:

@@ -44,7 +44,7 @@ MATCHED = 3.0
 SLOWEST = 0.15
 """Least limit of the speed while the robot follows [m/s]."""
 
-TURN, TURNED = 0.5, 0.2
+TURN, TURNED = 0.3, 0.15
 """Angle to the person from which a waiting robot turns, and up to which it does [rad]."""
 
 UNKNOWN = 5.0
