@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.people.coordinator.offsets import jacobian_of
-from ppaas.people.coordinator.people_table import PeopleTable
+from ppaas.people.coordinator.people_table import PeopleTable, PersonRecord
 from ppaas.people.coordinator.robots import Robot, prior_of
 from ppaas.people.coordinator.sightings import Sightings
 from ppaas.people.tracks.filter_bank import inverse_2x2
@@ -70,25 +70,51 @@ def _means_of_others(sightings: Sightings, mine: NDArray[np.bool_]) -> tuple[Arr
     return (spread @ vectors[..., np.newaxis])[..., 0], spread
 
 
-def settle(robots: Mapping[str, Robot], one: Sequence[str], other: Sequence[str], difference: Array) -> None:
-    """Correct the offsets of robots that see one person at two positions; fewer robots are the likelier to be wrong.
+def settle(
+    table: PeopleTable,
+    robots: Mapping[str, Robot],
+    pair: tuple[PersonRecord, PersonRecord],
+    difference: Array,
+) -> set[str]:
+    """Correct the offsets of robots that see one person at two positions, and all people whom only these robots see.
+
+    The majority is right; of as many robots on both sides, the less certain ones are the likelier to be wrong.
 
     Parameters
     ----------
+    table : PeopleTable
     robots : mapping of str to Robot
-    one, other : sequence of str
-        Robot IDs that see the person at the one and the other position.
+    pair : pair of PersonRecord
+        The one person as two.
     difference : (2,) array
-        The other position minus the one [m].
+        The position of the second minus that of the first [m].
+
+    Returns
+    -------
+    set of str
+        The robots that were compared.
     """
-    _shift([robots[name] for name in other if name in robots], difference, len(one) / (len(one) + len(other)))
-    _shift([robots[name] for name in one if name in robots], -difference, len(other) / (len(one) + len(other)))
+    ones, others = (sorted(person.seen_by.keys() & robots.keys()) for person in pair)
+    share = 1.0 if len(ones) > len(others) else 0.0
+    if len(ones) == len(others):
+        variances = [min((robots[name].uncertainty ** 2 for name in side), default=1.0) for side in (ones, others)]
+        share = variances[1] / (variances[0] + variances[1])
+    _shift(table, [robots[name] for name in others], share * difference)
+    _shift(table, [robots[name] for name in ones], (share - 1.0) * difference)
+    return {*ones, *others}
 
 
-def _shift(robots: Sequence[Robot], difference: Array, share: float) -> None:
+def _shift(table: PeopleTable, robots: Sequence[Robot], error: Array) -> None:
+    """Add an error [m] to the offsets of robots, and take it from the people whom they alone see."""
+    if not error.any():
+        return
     for robot in robots:
-        robot.offset.mean[:2] += share * difference
-        robot.offset.doubt(0.5 * share * float(np.hypot(*difference)))
+        robot.offset.mean = robot.offset.mean + np.append(error, 0.0)
+        robot.offset.doubt(0.5 * float(np.hypot(*error)))
+    names = {robot.name for robot in robots}
+    rows = [row for row, person in enumerate(table.rows) if person.seen_by and person.seen_by.keys() <= names]
+    table.bank.means[rows, :, :2] -= error
+    table.read()
 
 
 def compare_reports(

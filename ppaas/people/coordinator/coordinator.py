@@ -208,11 +208,14 @@ class Coordinator:
             missed_by.setdefault(row, []).append(True)
         update_presence(self.table, missed_by, seconds, now, self.parameters)
 
-    def _visible(self, views: list[View], wanted: list[int]) -> list[tuple[int, int]]:
-        """Return the pairs of robot and row of which the robot should see the person."""
+    def _visible(self, views: list[View], wanted: list[int], apart_from: Collection[int] = ()) -> list[tuple[int, int]]:
+        """Return the pairs of robot and row of which the robot should see the person.
+
+        Who is in the rows ``apart_from`` does not hide anybody.
+        """
         if not wanted or not views:
             return []
-        bodies = self.table.positions[self.table.present]
+        bodies = self.table.positions[[row for row in self.table.present if row not in apart_from]]
         return visible_pairs(
             views, self._walls, self.table.positions, wanted, bodies, radius=self.parameters.body_radius
         )
@@ -221,22 +224,34 @@ class Coordinator:
         """Join identities that are one person, and correct the offsets of the robots that disagreed."""
         numbers = {name: number for number, name in enumerate(sorted(reporting))}
 
-        def should_see(names: Collection[str], row: int) -> bool:
+        def should_see(names: Collection[str], row: int, other: int) -> bool:
             theirs = {numbers[name] for name in names if name in numbers}
-            return bool(self._visible([view for view in views if view.robot in theirs], [row]))
+            return bool(self._visible([view for view in views if view.robot in theirs], [row], [row, other]))
 
-        for kept, dropped in self._duplicates.find(self.table, now, should_see):
+        pairs = self._duplicates.find(self.table, now, should_see)
+        settled = set[str]()
+        for kept, dropped in pairs:
             row_of = self.table.row_of()
             one, other = self.table.rows[row_of[kept]], self.table.rows[row_of[dropped]]
-            difference = self.table.positions[row_of[dropped]] - self.table.positions[row_of[kept]]
-            agreement.settle(reporting, list(one.seen_by), list(other.seen_by), difference)
-            one.seen_by |= other.seen_by
-            one.first_seen = min(one.first_seen, other.first_seen)
-            for robot in self.robots.known.values():
-                robot.bound = {t: kept if person == dropped else person for t, person in robot.bound.items()}
-            self.zones.merge(kept, dropped)
-            self.follow.merge(kept, dropped)
-            self.table.drop({row_of[dropped]})
+            if settled.isdisjoint(one.seen_by) and settled.isdisjoint(other.seen_by):
+                difference = self.table.positions[row_of[dropped]] - self.table.positions[row_of[kept]]
+                settled |= agreement.settle(self.table, reporting, (one, other), difference)
+                self._duplicates.forget(settled)
+            self._join(kept, dropped)
+
+    def _join(self, kept: int, dropped: int) -> None:
+        """Make two identities one, the older."""
+        row_of = self.table.row_of()
+        one, other = self.table.rows[row_of[kept]], self.table.rows[row_of[dropped]]
+        if len(other.seen_by) > len(one.seen_by):
+            self.table.bank.copy(row_of[dropped], row_of[kept])
+        one.seen_by |= other.seen_by
+        one.first_seen = min(one.first_seen, other.first_seen)
+        for robot in self.robots.known.values():
+            robot.bound = {torso: kept if person == dropped else person for torso, person in robot.bound.items()}
+        self.zones.merge(kept, dropped)
+        self.follow.merge(kept, dropped)
+        self.table.drop({row_of[dropped]})
 
     def _compare(self, reporting: Mapping[str, Robot], views: list[View], seconds: float) -> None:
         """Add evidence for and against each robot: by walls, and by what some of the others see."""
@@ -256,11 +271,12 @@ class Coordinator:
             if names[number] not in self.table.rows[row].seen_by:
                 denied_by.setdefault(row, []).append(names[number])
         agreement.compare_reports(self.table, reporting, denied_by, rounds * seconds)
+        reliable = {name for name in names if reporting[name].trust.reliable}
         for name in names:
             if not reporting[name].trust.trusted:
                 deny = self._denied(reporting[name], views, names)
                 agreement.compare_distrusted(self.table, reporting[name], deny, seconds)
-            reporting[name].trust.judge()
+            reporting[name].trust.judge(reliable - {name})
 
     def _compare_with_map(self, robot: Robot, seconds: float) -> None:
         """Add evidence for and against a robot: its people in walls, or so far behind that it cannot see them."""

@@ -18,24 +18,49 @@ SAME = 0.35
 """Distance within which two people cannot stand [m]."""
 LASTS = 1.0
 """Time for which the difference must stay the same [s]."""
+LEAST = 5
+"""Number of cycles in which it must have been seen."""
+DOUBTFUL = 3.0
+"""The same time if another pair would explain as much [s]."""
+EQUAL = 0.3
+"""Distance within which two differences are equal [m]."""
 STEADY = 0.25
 """Largest standard deviation of the difference [m]."""
 MOST_PAIRS = 20
 """Pairs that are examined in a cycle, the nearest first."""
 
-ShouldSee = Callable[[Collection[str], int], bool]
-"""Called with Robot IDs and the row of a person; whether any of these robots should see that person and does not."""
+ShouldSee = Callable[[Collection[str], int, int], bool]
+"""Called with Robot IDs, and the rows of a person and of one who does not hide that person; whether any of these robots
+should see the person."""
 
 
 @dataclass(slots=True)
 class Agreement:
-    """Difference between two identities over time: its mean, its squared deviations from it, and their number."""
+    """Difference between two identities over time.
+
+    Parameters
+    ----------
+    since : float
+        Time of its first value [s].
+    x, y : float
+        Mean: the position of the younger identity minus that of the older [m].
+    squares : float
+        Sum of the squared distances from the mean [m²].
+    count : int
+        Number of values.
+    robots : pair of frozenset of str
+        The robots that see the older and the younger identity.
+    support : int
+        Number of pairs of identities, with this one, that the same error of the robots explains.
+    """
 
     since: float
     x: float = 0.0
     y: float = 0.0
     squares: float = 0.0
     count: int = 0
+    robots: tuple[frozenset[str], frozenset[str]] = (frozenset(), frozenset())
+    support: int = 0
 
     def add(self, x: float, y: float) -> None:
         """Add a difference [m]."""
@@ -48,6 +73,13 @@ class Agreement:
     def deviation(self) -> float:
         """Standard deviation [m]."""
         return math.sqrt(self.squares / max(self.count, 1))
+
+    def confirms(self, other: "Agreement") -> bool:
+        """Return whether another pair, of the same robots, has the same difference."""
+        (a, b), (c, d) = self.robots, other.robots
+        same = not a.isdisjoint(c) and not b.isdisjoint(d) and math.hypot(self.x - other.x, self.y - other.y) < EQUAL
+        swapped = not a.isdisjoint(d) and not b.isdisjoint(c)
+        return same or (swapped and math.hypot(self.x + other.x, self.y + other.y) < EQUAL)
 
 
 class Duplicates:
@@ -67,19 +99,39 @@ class Duplicates:
         should_see : callable
             See `ShouldSee`.
         """
-        found, watched = [], {}
+        watched: dict[tuple[int, int], Agreement] = {}
         for a, b in _near(table):
             one, other = table.rows[a], table.rows[b]
             off = table.positions[b] - table.positions[a]
-            if math.hypot(*off) > SAME and not (should_see(one.seen_by, b) and should_see(other.seen_by, a)):
+            if math.hypot(*off) > SAME and not (should_see(one.seen_by, b, a) and should_see(other.seen_by, a, b)):
                 continue
             agreement = self._pairs.get((one.id, other.id)) or Agreement(now)
             agreement.add(float(off[0]), float(off[1]))
+            agreement.robots = frozenset(one.seen_by), frozenset(other.seen_by)
             watched[one.id, other.id] = agreement
-            if now - agreement.since >= LASTS and agreement.count > 4 and agreement.deviation < STEADY:
-                found.append((one.id, other.id))
         self._pairs = watched
-        return _disjoint(found)
+        for agreement in watched.values():
+            agreement.support = sum(agreement.confirms(other) for other in watched.values())
+        found = [pair for pair, agreement in watched.items() if self._is_certain(pair, agreement, now)]
+        return _disjoint(sorted(found, key=lambda pair: -watched[pair].support))
+
+    def forget(self, robots: Collection[str]) -> None:
+        """Begin anew with all pairs that these robots see: their offsets have changed."""
+        self._pairs = {
+            pair: agreement for pair, agreement in self._pairs.items()
+            if all(side.isdisjoint(robots) for side in agreement.robots)
+        }  # fmt: skip
+
+    def _is_certain(self, pair: tuple[int, int], agreement: Agreement, now: float) -> bool:
+        """Return whether a pair is one person: the difference lasts, and no other pair of either explains more."""
+        if now - agreement.since < LASTS or agreement.count < LEAST or agreement.deviation > STEADY:
+            return False
+        others = [each for ids, each in self._pairs.items() if ids != pair and not set(ids).isdisjoint(pair)]
+        if all(agreement.support > other.support for other in others):
+            return True
+        best = all(agreement.support >= other.support for other in others)
+        clearer = all(agreement.deviation < 0.5 * other.deviation for other in others)
+        return best and clearer and now - agreement.since >= DOUBTFUL
 
 
 def _near(table: PeopleTable) -> Iterator[tuple[int, int]]:

@@ -158,7 +158,7 @@ class FollowController:
             return
         past = [robot_costs for _, robot_costs in self._history[order.person]]
         own = scene.costs.get(order.person, {}).get(order.robot, math.inf)
-        if scene.now - order.since < self._parameters.hold or order.person not in scene.fresh:
+        if order.person not in scene.fresh:
             return
         for robot in sorted(costs, key=lambda robot: (costs[robot], robot)):
             trend = [each[robot] for each in past if robot in each]

@@ -21,7 +21,7 @@ Ints = NDArray[np.intp]
 NOBODY = -1
 REFERENCE = 0.3**4
 """Determinant of the covariance of a usual prediction [m⁴], relative to which wider ones cost more."""
-KEPT = 6.0
+KEPT = 12.0
 """Reduction of the cost of the person that a torso was before."""
 CERTAIN = 0.5
 """Distance to the person that a torso was before within which it is that person, if no other person is near [m]."""
@@ -171,7 +171,8 @@ def _costs(torsos: Torsos, known: Known, near: Ints, parameters: CoordinatorPara
     if known.hidden[near].any():
         walked = (0.5 * FASTEST * known.hidden[near]) ** 2
         costs = np.minimum(costs, _explained(off, total, wider + walked, parameters.gate))
-    return costs - KEPT * same
+    kept: Array = costs - KEPT * same
+    return kept
 
 
 def _explained(off: Array, covariances: Array, wider: Array, gate: float) -> Array:

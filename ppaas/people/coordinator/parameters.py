@@ -34,7 +34,7 @@ class CoordinatorParameters(Parameters, frozen=True):
     switch_samples : int
         Number of costs in that time.
     hold : float
-        Least time between two handovers of a person between robots that both see them [s].
+        Time for which a robot that handed a person over does not get the same person back [s].
     lost_sight : float
         Time after which a robot that does not see the person hands over to one that does [s].
     give_up_for : float

@@ -1,6 +1,7 @@
 """Trust in a robot: its reports compared with the map and with what all other robots see."""
 
 import math
+from collections.abc import Collection
 
 MEMORY = 10.0
 """Time constant with which evidence is forgotten [s]."""
@@ -13,7 +14,9 @@ DENIED = 0.7
 BELIEVED = 0.4
 """Share of denied people below which it is trusted again."""
 WITNESSES = 2
-"""Least number of robots that must deny its people."""
+"""Number of robots that must deny its people, unless one of them is reliable."""
+RELIABLE = 2.0
+"""Evidence from which a robot is reliable: others confirm its people [s]."""
 WALLS = "sees people inside or behind walls: its position on the map may be wrong; localize it again"
 ALONE = "sees people where no other robot sees any; check its detector and its position on the map"
 
@@ -58,19 +61,25 @@ class TrustRecord:
         for robot in witnesses:
             self.witnesses[robot] = self.witnesses.get(robot, 0.0) + seconds
 
-    def judge(self) -> None:
-        """Decide whether the robot is trusted."""
+    @property
+    def reliable(self) -> bool:
+        """Whether other robots confirm its people."""
+        return self.trusted and self.confirmed >= RELIABLE and self.confirmed > self.denied
+
+    def judge(self, reliable: Collection[str]) -> None:
+        """Decide whether the robot is trusted, knowing which other robots are reliable."""
         share = DENIED if self.trusted else BELIEVED
         if self.walled + self.open >= ENOUGH_WALLED and self.walled > share * (self.walled + self.open):
             self.reason = WALLS
-        elif self._denied(share):
+        elif self._denied(share, reliable):
             self.reason = ALONE
         else:
             self.reason = ""
 
-    def _denied(self, share: float) -> bool:
+    def _denied(self, share: float, reliable: Collection[str]) -> bool:
         total = self.confirmed + self.denied
-        accusers = sum(1 for weight in self.witnesses.values() if weight > 0.25 * ENOUGH)
+        deny = [robot for robot, weight in self.witnesses.items() if weight > 0.25 * ENOUGH]
+        accusers = len(deny) + (WITNESSES - 1 if any(robot in reliable for robot in deny) else 0)
         # A robot that was denied stays so while it reports nobody, until the evidence has faded.
         return (
             total >= 0.5 * ENOUGH * (2.0 if self.trusted else 1.0)

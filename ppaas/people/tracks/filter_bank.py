@@ -123,6 +123,11 @@ class FilterBank:
         spread = self.covariances + apart[..., :, np.newaxis] * apart[..., np.newaxis, :]
         return mean, np.einsum("nm,nmij->nij", self.weights, spread)
 
+    def copy(self, source: int, target: int) -> None:
+        """Make one row the same as another."""
+        for array in (self.means, self.covariances, self.weights):
+            array[target] = array[source]
+
     def copied(self) -> Self:
         """Return a copy, with which a prediction can be tried."""
         other = type(self)(self.parameters)
