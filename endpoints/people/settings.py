@@ -19,7 +19,7 @@ NAMED = "named"
 """Rule by which the given people are followed."""
 
 ATTEMPTS = 8
-"""Number of times that settings are changed before a client is told of the conflict."""
+"""Number of attempts to change settings that other clients change too."""
 
 Change = Callable[[PeopleSettings], PeopleSettings]
 
