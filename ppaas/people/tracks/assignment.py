@@ -10,19 +10,22 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 
+Solver = Callable[[Array], tuple[Rows, Rows]]
+
+
 @cache
-def solver() -> Callable[[Array], tuple[Rows, Rows]]:
+def solver() -> Solver:
     """Return scipy's solver of the linear assignment problem (Crouse, IEEE Trans. Aerospace 52, 2016).
 
     It is imported by the first call, which takes some 0.3 s and memory that other nodes do not need.
     """
     from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - see above
 
-    solve: Callable[[Array], tuple[Rows, Rows]] = linear_sum_assignment
+    solve: Solver = linear_sum_assignment
     return solve
 
 
-def assign(costs: Array, limit: float) -> tuple[Rows, Rows]:
+def assign(costs: Array, limit: float, solve: Solver | None = None) -> tuple[Rows, Rows]:
     """Assign rows to columns so that the sum of their costs is least; a pair without an assignment costs the limit.
 
     Parameters
@@ -31,6 +34,8 @@ def assign(costs: Array, limit: float) -> tuple[Rows, Rows]:
         Cost of each pair; infinite where a pair is impossible.
     limit : float
         Cost from which a pair is not assigned: the gate.
+    solve : callable, optional
+        Solves what is ambiguous; by default that of scipy.
 
     Returns
     -------
@@ -45,6 +50,6 @@ def assign(costs: Array, limit: float) -> tuple[Rows, Rows]:
         return rows, np.argmax(allowed[rows], axis=1)
 
     part = np.minimum(costs[np.ix_(rows, columns)], limit)
-    left, right = solver()(part)
+    left, right = (solve or solver())(part)
     kept = part[left, right] < limit
     return rows[left[kept]], columns[right[kept]]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ppaas.people.tracks.assignment import assign
 from ppaas.people.tracks.filter_bank import MODELS, FilterBank, inverse_2x2
+from ppaas.people.tracks.hungarian import least_cost
 from ppaas.people.tracks.motion import MotionParameters
 
 Array = NDArray[np.float64]
@@ -217,7 +218,8 @@ class Tracker:
         positions, spreads = _arrays(detections)
         costs = self._costs(positions, spreads)
         self._favour_believed(costs, detections)
-        rows, columns = assign(costs, 1.0 + float(np.max(costs, initial=0.0, where=np.isfinite(costs))))
+        limit = 1.0 + float(np.max(costs, initial=0.0, where=np.isfinite(costs)))
+        rows, columns = assign(costs, limit, least_cost)
         self.assigned = [0] * len(detections)
         self._bank.update(rows, positions[columns], spreads[columns])
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
