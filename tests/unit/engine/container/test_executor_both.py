@@ -10,6 +10,7 @@ import pytest
 import ppaas.nodes
 from engine.container.executor import NodeExecutor
 from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
+from ppaas.clone.people_coordination import build_coordinator
 from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.map_layers import MapLayers
@@ -23,13 +24,16 @@ from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav_msgs import GetMapResponse, GetPlanRequest, GetPlanResponse
 from ppaas.nodes.base import Node, Payload
 from ppaas.nodes.graph import Graph
+from ppaas.people.nodes import FOLLOW_PERSON, LEG_DETECTOR, TORSO_DETECTOR
+from ppaas.people.settings import PeopleSettings
 from tests.support.world.places import free_pose, reachable_pose
 
 Build = Callable[[Graph, MapLayers, Pose2D], None]
 
 
 def a_clone(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
-    parameters = {DEPTH_CAMERA: {}}  # most robots have none
+    optional = (DEPTH_CAMERA, TORSO_DETECTOR, LEG_DETECTOR, FOLLOW_PERSON)  # most robots have none of them
+    parameters: dict[str, dict[str, object]] = {name: {} for name in optional}
     build_clone(graph, layers, model="turtlebot2", initial_pose=pose, parameters=parameters)
 
 
@@ -39,6 +43,10 @@ def a_mapping_clone(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
 
 def a_planning_container(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
     build_planning(graph, layers)
+
+
+def a_coordinator(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
+    build_coordinator(graph, layers, PeopleSettings())
 
 
 BUILDS: dict[str, Build] = {"move_base/make_plan": a_clone, "make_plan": a_planning_container}
@@ -63,7 +71,7 @@ def node_classes() -> set[type[Node]]:
 
 def test_all_builds_together_have_every_node_class(layers: MapLayers) -> None:
     built: set[type[Node]] = set()
-    for build in (*BUILDS.values(), a_mapping_clone):
+    for build in (*BUILDS.values(), a_mapping_clone, a_coordinator):
         graph = Graph()
         build(graph, layers, free_pose(layers.grid, seed=1))
         built |= {type(node) for node in graph.nodes.values()}
