@@ -27,6 +27,7 @@ from ppaas.mapping.serialization import rebuilding
 from ppaas.maps.formats import map_yaml, netpbm, pbm, pictures, pillow_rows, png, yaml_keys
 from ppaas.maps.grid import MAX_CELLS
 from ppaas.nodes.grid_slam import joint_maps
+from ppaas.people import settings as people
 from ppaas.perception.depth_scan import MOST_PIXELS
 from ppaas.robot_model import urdf, xml_document
 from ppaas.wire import fragments
@@ -68,6 +69,9 @@ ROWS = {
     ("JSON body", "objects and lists within each other"): [strict_json.MAX_DEPTH, f"{nesting.MAX_NESTING} in free"],
     ("JSON body", "size of a free-form value"): [schemas.MAX_PARAMETERS],
     ("JSON body", "poses"): [MAX_WAYPOINTS, f"{MAX_MATRIX} starts and {MAX_MATRIX} goals"],
+    ("settings of [people](people.md)", "zones, corners of a zone, targets, names"): [
+        f"{people.MOST_ZONES}, {people.MOST_CORNERS}, {people.MOST_TARGETS}, {people.MOST_TARGETS}"
+    ],
     ("query", "length of a `cursor`"): [paging.MAX_CURSOR],
     ("form with a map", "text fields"): [f"{MAX_FIELDS} fields", size(multipart.MAX_TEXT)],
     ("form with a map", "head of a part"): [f"{DEFAULT_MAX_HEADER_COUNT} lines", f"{DEFAULT_MAX_HEADER_SIZE} bytes"],

@@ -20,7 +20,10 @@ PersonId = Annotated[StrictInt, Field(ge=1, le=MAX_PERSON)]
 PersonText = Annotated[str, Field(pattern=r"^[1-9][0-9]{0,15}$")]
 PersonName = Annotated[str, Field(min_length=1, max_length=64)]
 ZoneName = Annotated[str, Field(min_length=1, max_length=64, examples=["entrance"])]
-Targets = Annotated[list[PersonId], Field(max_length=MOST_TARGETS, description="Ids of people to follow")]
+# fail_fast: one error of a long list is enough.
+Targets = Annotated[
+    list[PersonId], Field(max_length=MOST_TARGETS, fail_fast=True, description="Ids of people to follow")
+]
 AtOnce = Annotated[
     StrictInt, Field(ge=0, le=MOST_TARGETS, description="Largest number of people who are followed at once")
 ]
@@ -34,11 +37,11 @@ class ZoneFile(RequestBody):
 
     name: ZoneName
     corners: list[Corner] = Field(
-        min_length=3, max_length=MOST_CORNERS, description="Polygon, x, y [m] in the frame of the map"
+        min_length=3, max_length=MOST_CORNERS, fail_fast=True, description="Polygon, x, y [m] in the frame of the map"
     )
 
 
-Zones = Annotated[list[ZoneFile], Field(max_length=MOST_ZONES)]
+Zones = Annotated[list[ZoneFile], Field(max_length=MOST_ZONES, fail_fast=True)]
 Rule = Annotated[Name, Field(description="Rule that chooses whom to follow: `nearest`, `named`, `longest_seen`")]
 
 
@@ -219,7 +222,9 @@ class FollowRequest(RequestBody):
     model_config = ConfigDict(json_schema_extra={"examples": [{"people": [3]}]})
 
     people: list[PersonId | PersonName] = Field(
-        max_length=MOST_TARGETS, description="Ids or names, each followed by one robot; an empty list: nobody"
+        max_length=MOST_TARGETS,
+        fail_fast=True,
+        description="Ids or names, each followed by one robot; an empty list: nobody",
     )
 
 
