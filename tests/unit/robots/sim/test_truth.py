@@ -13,6 +13,9 @@ READERS_OF_THE_TRUTH = {
     "robots/demo/contact_referee.py", "benchmarks/navigation/goals/run.py",
     "robots/demo/people.py", "robots/demo/people_truth.py",  # registers the robots at their starts; scores people
     "benchmarks/navigation/goals/picture.py",
+    # carry out what robots measure of people, and score it
+    "benchmarks/people/runs/scene.py", "benchmarks/people/runs/robot.py", "benchmarks/people/runs/patrol.py",
+    "benchmarks/people/bandwidth.py",
 }  # fmt: skip
 
 
