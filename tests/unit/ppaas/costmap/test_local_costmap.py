@@ -348,6 +348,16 @@ def test_people_raise_costs_around_them_for_one_update():
     assert local.overlay(layers.costmap) is layers.costmap
 
 
+def test_plans_lead_around_the_space_between_people_who_talk():
+    layers = empty()
+    local = LocalCostmap(layers, width=4.0, height=4.0)
+    costmap = local.update(Pose2D(5.0, 5.0), between=[PersonNearby(6.0, 5.0)])
+    assert cost_at(costmap, 6.0, 5.0) >= 195
+    assert cost_at(local.overlay(layers.costmap), 6.0, 5.0) >= 195
+    local.update(Pose2D(5.0, 5.0))
+    assert local.overlay(layers.costmap) is layers.costmap
+
+
 def test_costs_of_people_are_placed_right_on_a_turned_map():
     turned = LocalCostmap(empty(origin=Pose2D(10.0, 0.0, math.pi / 2)), width=4.0, height=4.0)
     costmap = turned.update(Pose2D(5.0, 5.0), people=[PersonNearby(5.0, 5.0, 1.0, 0.0)])

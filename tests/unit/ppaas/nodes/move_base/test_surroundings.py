@@ -4,7 +4,9 @@ import pytest
 
 from ppaas.cost_values import LETHAL_OBSTACLE
 from ppaas.geometry import Pose2D
-from ppaas.messages.base.std_msgs import Time
+from ppaas.messages.base.std_msgs import Header, Time
+from ppaas.messages.geometry_msgs import Point
+from ppaas.messages.people_coordination import PeopleState, TrackedPerson
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.transforms.planar import transform_message
@@ -100,3 +102,17 @@ def test_a_small_correction_keeps_what_was_seen(reset):
 
 def test_a_large_correction_moves_the_last_scan_and_clears_the_rest(reset):
     assert corrected(reset, 0.6) == (False, True)
+
+
+def test_people_of_the_coordinator_raise_costs_where_they_are_predicted(reset):
+    around, graph = reset.around, reset.driving.graph
+    people = [TrackedPerson(1, Point(2.0, 2.5), Point(0.5, 0.0), [0.0] * 4, group=1)]
+    people.append(TrackedPerson(2, Point(3.0, 2.5), Point(0.5, 0.0), [0.0] * 4, group=1))
+    graph.inject("people_coordinator/state", PeopleState(Header(frame_id="map"), 2, people))
+    costs = []
+    for later in (0.0, 0.8, 2.0):
+        costmap = around.look_around(START, reset.driving.clock() + later)
+        costs.append([int(costmap.data[costmap.info.cell_of(x, 2.5)]) for x in (2.5, 2.9, 3.4)])
+    now, soon, late = costs
+    assert now[0] > 150 and soon[1] > 150 and soon[2] > now[2]
+    assert max(late) < 20, "the message is out of date"
