@@ -21,6 +21,9 @@ TORSO = 0.2
 RAYS = 9
 """Number of rays from a sensor to a torso, spread evenly over its width."""
 
+BEYOND, PERHAPS = 1.5, 0.4
+"""Multiple of the range up to which people may be seen, and the largest share of those torsos: below half."""
+
 
 class Surroundings(NamedTuple):
     """Objects that hide people.
@@ -46,7 +49,8 @@ def visible_shares(
     """Return the share of each torso that a robot has in view, the largest of its sensors.
 
     A ray to a point of a torso counts if it is within the field of view and nothing else stops it before the torso. A
-    torso whose centre is out of the sensor's range has share 0.
+    torso whose centre is nearer than the sensor's range, or up to `BEYOND` times its end, has at most share `PERHAPS`:
+    detectors find some of these, too. One that is farther away has share 0.
 
     Parameters
     ----------
@@ -69,10 +73,12 @@ def visible_shares(
     for view in views:
         sensor = robot @ Pose2D(view.x, view.y, view.yaw)
         distances = np.hypot(*(people - sensor[:2]).T)
-        for person in np.flatnonzero((distances >= view.range_min) & (distances <= view.range_max)).tolist():
+        for person in np.flatnonzero(distances <= BEYOND * view.range_max).tolist():
             others = ((np.delete(people, person, axis=0), radius), *surroundings.discs)
             before = surroundings._replace(discs=others)
-            shares[person] = max(shares[person], _share(before, sensor, view, people[person], radius))
+            share = _share(before, sensor, view, people[person], radius)
+            in_range = view.range_min <= distances[person] <= view.range_max
+            shares[person] = max(shares[person], share if in_range else min(share, PERHAPS))
     return shares
 
 

@@ -1,10 +1,11 @@
 """Group of robots with its coordinator in this process, and the rules that it is compared with."""
 
+from time import thread_time
+
 import msgspec
 
 from benchmarks.people.runs.job import Policy
 from benchmarks.people.runs.nearest_robot import NearestRobot
-from ppaas.clock import monotonic
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput
 from ppaas.messages.people_coordination import PeopleReport, PeopleState
@@ -28,7 +29,7 @@ class Group:
     refused : list of str
         Why reports were refused.
     cycles : list of float
-        Time that each cycle took [s].
+        CPU time of each cycle [s]: several runs may share the cores.
     """
 
     def __init__(self, costmap: Costmap, policy: Policy, settings: PeopleSettings | None = None) -> None:
@@ -52,9 +53,9 @@ class Group:
 
     def step(self, now: float) -> PeopleState:
         """Return the state at a time [s since the epoch]."""
-        began = monotonic()
+        began = thread_time()
         state = self.coordinator.step(now)
-        self.cycles.append(monotonic() - began)
+        self.cycles.append(thread_time() - began)
         if self._policy == "nearest":
             state = msgspec.structs.replace(state, orders=self._nearest.orders(state, now))
         return state

@@ -8,7 +8,7 @@ import pytest
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
 from ppaas.messages.people_coordination import SensorView
-from robots.demo.people_visibility import Surroundings, visible_shares
+from robots.demo.people_visibility import PERHAPS, Surroundings, visible_shares
 
 VIEW = SensorView(0.0, 0.0, 0.0, math.radians(57.0), 0.5, 5.0)
 INFO = GridInfo(0.05, 200, 200, Pose2D(-5.0, -5.0))
@@ -20,8 +20,12 @@ def shares(*people: tuple[float, float], walls: np.ndarray | None = None, discs:
     return visible_shares(Surroundings(occupied, INFO, discs), ROBOT, [VIEW], np.array(people)).tolist()
 
 
-def test_a_person_in_front_is_wholly_in_view_and_one_out_of_range_or_behind_is_not() -> None:
-    assert shares((2.0, 0.0), (5.5, 0.0), (0.3, 0.3), (-2.0, 0.0)) == [1.0, 0.0, 0.0, 0.0]
+def test_a_person_in_front_is_wholly_in_view_and_one_far_out_of_range_or_behind_is_not() -> None:
+    assert shares((2.0, 0.0), (7.6, 0.0), (0.3, 1.0), (-2.0, 0.0)) == [1.0, 0.0, 0.0, 0.0]
+
+
+def test_people_a_little_out_of_range_are_less_than_half_in_view() -> None:
+    assert shares((5.2, 0.0)) == shares((0.4, 0.0)) == [PERHAPS]
 
 
 def test_half_of_a_person_on_the_edge_of_the_field_of_view_is_in_view() -> None:
